@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The one interface to the outside: topics that carry encoded samples (CDR, little endian, with the 4-byte header).
+// Implementations: memory/, cyclone/, fast/. Nothing else in the tree includes a vendor's header.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace hrp {
+
+enum class Retention {
+  kStream,  // readers get what is written while they are there
+  kLatest   // late readers get the last sample of each writer, too
+};
+
+struct TopicSpec {
+  std::string name;       // "hrp/robot_state"
+  std::string type_name;  // "hrp::msg::RobotState"
+  Retention retention = Retention::kStream;
+  int depth = 1024;       // samples a writer keeps for slow readers
+};
+
+enum class Delivery {
+  kReliable,   // part of the loop: every sample, in order
+  kBestEffort  // inspecting: may miss samples, can never hold up a writer
+};
+
+struct Bytes {
+  const uint8_t* data = nullptr;
+  size_t size = 0;
+};
+
+class Writer {
+ public:
+  virtual ~Writer() = default;
+  // Sends one encoded sample; never waits for a reader.
+  virtual void write(Bytes sample) = 0;
+  // Somebody reads this topic now (as far as discovery knows).
+  virtual bool has_readers() const = 0;
+};
+
+// Ends its subscription when destroyed.
+class Reader {
+ public:
+  virtual ~Reader() = default;
+};
+
+using SampleCallback = std::function<void(Bytes)>;
+
+// A topic that some writer on the bus offers, ours or foreign.
+struct TopicSeen {
+  std::string name;
+  std::string type_name;
+  int writers = 0;
+  int readers = 0;
+};
+
+// All callbacks of one bus run one at a time, under mutex(). Code outside callbacks that shares their data locks it too.
+class Bus {
+ public:
+  virtual ~Bus() = default;
+  virtual std::unique_ptr<Writer> make_writer(const TopicSpec& topic) = 0;
+  // `callback` runs on a thread of the bus (memory bus: in dispatch()). It may write, it may not make or destroy
+  // readers and writers.
+  virtual std::unique_ptr<Reader> make_reader(const TopicSpec& topic, Delivery delivery, SampleCallback callback) = 0;
+  virtual std::vector<TopicSeen> find_topics() = 0;
+  // "cyclone", "fast" or "memory".
+  virtual std::string vendor() const = 0;
+  // Lets callbacks run for up to `timeout`. DDS buses deliver on their own threads and only sleep here.
+  virtual void spin(std::chrono::milliseconds timeout) = 0;
+  std::recursive_mutex& mutex() { return mutex_; }
+
+ private:
+  std::recursive_mutex mutex_;
+};
+
+}  // namespace hrp

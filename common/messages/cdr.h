@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Message <-> bytes: XCDR1, little endian, with the 4-byte encapsulation header, the same on every bus and in every log.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fastcdr/Cdr.h>
+
+#include "common/bus/bus.h"
+
+namespace hrp {
+
+// Bytes that are no sample of the expected type.
+class DecodeError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Encodes into `buffer`, reusing its memory; the returned bytes live in `buffer`.
+template <typename Message>
+Bytes encode(const Message& message, std::vector<char>* buffer) {
+  const size_t size = Message::getCdrSerializedSize(message) + 4;
+  if (buffer->size() < size) buffer->resize(size);
+  eprosima::fastcdr::FastBuffer fast(buffer->data(), buffer->size());
+  eprosima::fastcdr::Cdr cdr(fast, eprosima::fastcdr::Cdr::LITTLE_ENDIANNESS, eprosima::fastcdr::Cdr::DDS_CDR);
+  cdr.serialize_encapsulation();
+  message.serialize(cdr);
+  return {reinterpret_cast<const uint8_t*>(buffer->data()), cdr.getSerializedDataLength()};
+}
+
+// Decodes into `message`, reusing its memory. Throws DecodeError when the bytes end early or make no sense.
+template <typename Message>
+void decode(Bytes sample, Message* message) {
+  try {
+    // Fast CDR never writes to a buffer that it decodes from.
+    eprosima::fastcdr::FastBuffer fast(const_cast<char*>(reinterpret_cast<const char*>(sample.data)), sample.size);
+    eprosima::fastcdr::Cdr cdr(fast, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR);
+    cdr.read_encapsulation();
+    message->deserialize(cdr);
+  } catch (const std::exception& error) {
+    throw DecodeError(std::string("cannot decode a sample of ") + std::to_string(sample.size) + " bytes: " + error.what());
+  }
+}
+
+}  // namespace hrp

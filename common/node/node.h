@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A server on a bus. Nodes only react: bus callbacks do the work, on_idle() does what silence asks for.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "common/bus/bus.h"
+
+namespace hrp {
+
+// What a node needs to know about the run it joins, from the command line of its process.
+struct NodeContext {
+  Bus* bus = nullptr;
+  std::string role;     // "dynamics"
+  std::string program;  // "hrp-dynamics"
+};
+
+enum class NodeOutcome { kRunning, kFinished, kFailed };
+
+class Node {
+ public:
+  virtual ~Node() = default;
+  // Called every 10 ms or so, under the bus's mutex: repeats, time-outs, pacing.
+  virtual void on_idle(std::chrono::steady_clock::time_point now) = 0;
+  virtual NodeOutcome outcome() const = 0;
+  // Clean end asked for (SIGINT, SIGTERM): finish what is at hand, then outcome() != kRunning.
+  virtual void request_stop() = 0;
+  // Why outcome() is kFailed.
+  virtual std::string failure() const = 0;
+};
+
+}  // namespace hrp

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The robot as every server knows it: tree, geometry, and the scenario it is run in.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/multibody/tree_spec.h"
+
+namespace hrp {
+
+enum class ShapeKind { kBox, kSphere, kCylinder, kMesh };
+
+struct CollisionShape {
+  int link = 0;
+  std::string name;
+  ShapeKind kind = ShapeKind::kBox;
+  Transform X_LG;                         // geometry frame G in the link
+  Vector3d size = Vector3d::Zero();       // [m] box: edges; sphere: x = radius; cylinder: x = radius, y = length along z
+  std::string mesh;                       // absolute path, empty for primitives
+  Vector3d scale = Vector3d::Ones();
+  bool sole = false;                      // belongs to a foot: may touch the ground
+};
+
+struct RobotDescription {
+  TreeSpec tree;
+  std::vector<CollisionShape> shapes;
+  std::string urdf_path;
+  std::string urdf;
+  std::string scenario_path;
+  std::string scenario;               // YAML text, parsed by parse_scenario() wherever it is needed
+  std::vector<std::string> warnings;  // "file:line: warning: ..."
+};
+
+}  // namespace hrp

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A run in one YAML file. Keys shared with experiment folders (docs/scenario.md lists all of them).
+#pragma once
+
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/spatial/transform.h"
+
+namespace hrp {
+
+struct ServoGains {
+  double kp = 0.0;            // [N m/rad or N/m]
+  double kd = 0.0;            // [N m s/rad or N s/m]
+  double effort_limit = std::numeric_limits<double>::infinity();  // [N m or N]
+};
+
+struct GroundSpec {
+  bool present = true;
+  double height = 0.0;        // [m]
+  double friction = 0.8;
+  double roll = 0.0;          // [rad] the plane turned by roll, then pitch about world axes
+  double pitch = 0.0;
+};
+
+struct ObstacleSpec {
+  std::string name;
+  std::string shape = "box";  // box, sphere, cylinder
+  Vector3d size = Vector3d::Zero();  // [m] as CollisionShape::size
+  Transform X_WG;
+  double friction = 0.8;
+};
+
+// Sensor faults and limits; all zero = ideal.
+struct SensorErrors {
+  Vector3d noise = Vector3d::Zero();  // standard deviation, per channel group (see docs/scenario.md)
+  Vector3d bias = Vector3d::Zero();
+  double delay = 0.0;         // [s]
+  double quantum = 0.0;       // step of the reading
+};
+
+struct ImuSpec {
+  std::string name, link;     // link: any URDF link
+  Vector3d p_LS = Vector3d::Zero();  // [m]
+  SensorErrors gyro, accelerometer;
+};
+
+struct WrenchSpec {
+  std::string name, link;
+  SensorErrors force, torque;
+};
+
+struct EncoderSpec {
+  double position_noise = 0.0, velocity_noise = 0.0, effort_noise = 0.0;  // standard deviations
+  double position_quantum = 0.0;
+};
+
+struct SensorsSpec {
+  std::vector<ImuSpec> imus;
+  std::vector<WrenchSpec> wrenches;
+  EncoderSpec encoders;
+  bool base_pose = false;
+};
+
+// Law and parameters of every contact of the scenario; see docs/physics.md.
+struct ContactSpec {
+  std::string model = "spring_damper";  // or "impulse"
+  double stiffness = 2e5;        // [N/m] per pair, normal; shared among its points
+  double exponent = 1.0;         // n of equations (1), (3)
+  double alpha = 2.4;            // [s/m] lambda = 3/2 alpha K, equation (3)
+  double tangential_damping = 2e3;  // [N s/m] C of equation (5), per pair
+  double restitution = 0.0;      // impulse model
+};
+
+// Sole bush between a foot's force sensor and its sole: slide z, roll, pitch.
+struct FootBushSpec {
+  double kz = 0, cz = 0;         // [N/m], [N s/m]
+  double k_roll = 0, c_roll = 0, k_pitch = 0, c_pitch = 0;  // [N m/rad], [N m s/rad]
+  double offset_roll = 0, offset_pitch = 0;  // [N m]
+};
+
+// One extra law of one joint: name and parameters are those of the list of effects (viscous_friction, backlash, ...).
+struct JointLawSpec {
+  std::string effect;
+  std::map<std::string, double> parameters;
+};
+
+struct ControllerSpec {
+  std::string type = "hold";     // hold (initial pose), motion (a motion file), none
+  std::string motion;            // path of a motion file, absolute after loading
+  std::string on_fault = "stop"; // stop or hold
+  double timeout = 0.0;          // [s] of wall-clock silence after which on_fault acts; 0 = wait for ever
+};
+
+struct LoggingSpec {
+  std::string file;              // empty: chosen by the launcher
+  std::string compression = "zstd";  // none, lz4, zstd
+};
+
+struct Scenario {
+  std::string path;              // of the YAML file, for messages
+  std::string robot;             // URDF, absolute after loading
+  bool floating_base = true;
+  std::string drive = "servo";
+  Vector3d gravity_W{0, 0, -9.81};  // [m/s^2]
+  GroundSpec ground;
+  std::vector<std::string> feet;
+  ServoGains servo_default;
+  std::map<std::string, ServoGains> servo_joints;
+  bool perfect_joints = false;   // joints follow their references exactly
+  Vector3d initial_position = Vector3d::Zero();  // [m] base; z is found from the feet when not given
+  bool initial_height_given = false;
+  Vector3d initial_rpy = Vector3d::Zero();       // [rad]
+  std::map<std::string, double> initial_joints;  // [rad or m]
+  SensorsSpec sensors;
+  std::vector<std::string> unactuated;
+  std::map<std::string, double> rotor_inertia;   // [kg m^2] overrides the URDF's
+  double time_step = 0.001;      // [s]
+  int control_period = 5;        // steps between two sensor samples / commands
+  double duration = 0.0;         // [s] 0 = until stopped
+  std::string integrator = "implicit";  // implicit, semi_implicit_euler, rk4
+  ContactSpec contact;
+  std::map<std::string, FootBushSpec> foot_bush; // by foot link
+  std::map<std::string, std::vector<JointLawSpec>> joint_laws;  // by joint
+  bool self_collision = false;
+  std::vector<ObstacleSpec> obstacles;
+  bool repair_inertias = false;
+  ControllerSpec controller;
+  LoggingSpec logging;
+  unsigned long long seed = 1;
+};
+
+}  // namespace hrp
