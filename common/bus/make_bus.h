@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Makes a bus by name. The only header of the DDS buses that the rest of the tree needs.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/bus/bus.h"
+
+namespace hrp {
+
+struct BusOptions {
+  std::string vendor = "cyclone";  // "cyclone", "fast" or "memory"
+  int domain = 0;                  // DDS domain, 0..230; each run has its own (domain.h)
+  // Empty: loopback, and nothing leaves the machine. Else the IPv4 address of the interface to use, with the vendor's
+  // usual multicast discovery on it.
+  std::string network_interface;
+  // A file in the vendor's own format (Cyclone: CYCLONEDDS_URI XML; Fast: XML profiles, the default participant profile
+  // is taken) that replaces all of our settings of the network: other hosts, DDS Security.
+  std::string config_file;
+};
+
+std::vector<std::string> find_bus_vendors();
+
+// Throws InputError for a vendor, domain or file that cannot be used.
+std::unique_ptr<Bus> make_bus(const BusOptions& options);
+
+}  // namespace hrp
