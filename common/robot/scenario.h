@@ -6,8 +6,10 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/base/diagnostics.h"
 #include "common/spatial/transform.h"
 
 namespace hrp {
@@ -88,9 +90,17 @@ struct JointLawSpec {
   std::map<std::string, double> parameters;
 };
 
+// A flat sole that stands in for the collision geometry of a foot link, say because its mesh is missing.
+struct SoleSpec {
+  Vector3d box = Vector3d::Zero();   // [m] edges
+  Vector3d p_LG = Vector3d::Zero();  // [m] centre of the box in the foot link
+  Vector3d rpy_LG = Vector3d::Zero();  // [rad]
+};
+
 struct ControllerSpec {
   std::string type = "hold";     // hold (initial pose), motion (a motion file), none
   std::string motion;            // path of a motion file, absolute after loading
+  std::vector<std::string> joint_order;  // joints of a motion file without names (.seq), in its order
   std::string on_fault = "stop"; // stop or hold
   double timeout = 0.0;          // [s] of wall-clock silence after which on_fault acts; 0 = wait for ever
 };
@@ -127,10 +137,32 @@ struct Scenario {
   std::map<std::string, std::vector<JointLawSpec>> joint_laws;  // by joint
   bool self_collision = false;
   std::vector<ObstacleSpec> obstacles;
+  std::map<std::string, SoleSpec> soles;  // by foot link
+  int max_sole_points = 4;       // contact points kept per sole and plane, 3 to 16
   bool repair_inertias = false;
   ControllerSpec controller;
   LoggingSpec logging;
   unsigned long long seed = 1;
+
+  // Where each key that was read stands: key path -> line, column (both from 1). For messages of later checks.
+  std::map<std::string, std::pair<int, int>> marks;
+  // A diagnostic that points at `key_path` (or the nearest key above it).
+  Diagnostic make_diagnostic(const std::string& key_path, const std::string& message) const;
 };
+
+// The scenario in `path`; relative file names in it are taken from its folder. Throws InputError with everything that
+// is wrong: file, line, column, key, value, what was expected. Also checks that the files it names exist.
+Scenario load_scenario(const std::string& path);
+
+// As load_scenario() from text that was read from `path` before; does not look for the files it names.
+Scenario parse_scenario(const std::string& text, const std::string& path);
+
+// The effects of joint_laws and the parameters of each (docs/scenario.md).
+struct EffectSpec {
+  std::string name;
+  std::vector<std::string> required;
+  std::vector<std::string> optional;
+};
+const std::vector<EffectSpec>& get_joint_effects();
 
 }  // namespace hrp

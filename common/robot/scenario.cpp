@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/robot/scenario.h"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/robot/scenario_sections.h"
+#include "common/robot/yaml_map.h"
+
+namespace hrp {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Absolute form of `name`, which stands in a file of folder `folder`.
+std::string make_absolute(const std::string& name, const fs::path& folder) {
+  if (name.empty()) return name;
+  const fs::path path(name);
+  std::error_code error;
+  const fs::path absolute = fs::absolute(path.is_absolute() ? path : folder / path, error);
+  return (error ? path : absolute).lexically_normal().string();
+}
+
+std::string format_number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.10g", value);
+  return text;
+}
+
+// Number of steps in `period`, 0 after a complaint. 1e-9: periods are decimal numbers that binary ones only approximate.
+int calc_steps(YamlMap& map, const std::string& key, double period, double time_step) {
+  const double ratio = period / time_step;
+  const double rounded = std::round(ratio);
+  if (rounded >= 1.0 && rounded < 1e9 && std::abs(ratio - rounded) <= 1e-9 * rounded) return static_cast<int>(rounded);
+  const double below = std::max(1.0, std::floor(ratio));
+  map.error(key, "is " + format_number(period) + " s" + (map.has(key) ? "" : " (the default)") +
+                     ", expected a multiple of steps.time_step " + format_number(time_step) + " s, such as " +
+                     format_number(below * time_step) + " or " + format_number((below + 1.0) * time_step));
+  return 0;
+}
+
+void read_steps(YamlMap& map, Scenario* scenario) {
+  double control_period = 0.005;
+  map.number("time_step", &scenario->time_step, Bound::kPositive, "s");
+  map.number("control_period", &control_period, Bound::kPositive, "s");
+  map.number("duration", &scenario->duration, Bound::kNotNegative, "s");
+  const int steps = calc_steps(map, "control_period", control_period, scenario->time_step);
+  if (steps > 0) scenario->control_period = steps;
+}
+
+void read_all(YamlMap& map, Scenario* scenario) {
+  map.require("robot", "the path of a URDF file");
+  map.text("robot", &scenario->robot);
+  std::string base = "floating";
+  map.choice("base", &base, {"fixed", "floating"});
+  scenario->floating_base = base == "floating";
+  map.choice("drive", &scenario->drive, {"servo", "effort", "motion"});
+  map.vector3("gravity", &scenario->gravity_W, Bound::kAny, "m/s^2");
+  read_world_sections(map, scenario);
+  read_joint_sections(map, scenario);
+  read_sensor_sections(map, scenario);
+  if (map.has("steps")) {
+    map.child("steps", [&](YamlMap& child) { read_steps(child, scenario); });
+  }
+  map.choice("integrator", &scenario->integrator, {"implicit", "semi_implicit_euler", "rk4"});
+  map.flag("repair_inertias", &scenario->repair_inertias);
+  map.integer("seed", &scenario->seed);
+  // Keys of experiment folders that describe recordings; a simulation has no use for them.
+  for (const char* key : {"recordings", "noise", "sample_rate", "unknown_force", "feet_attached", "name", "description",
+                          "notes"}) {
+    map.ignore(key);
+  }
+  map.finish();
+}
+
+void resolve_paths(Scenario* scenario) {
+  const fs::path folder = fs::path(scenario->path).parent_path();
+  scenario->robot = make_absolute(scenario->robot, folder);
+  scenario->controller.motion = make_absolute(scenario->controller.motion, folder);
+}
+
+void check_file(const Scenario& scenario, const std::string& key, const std::string& path, Diagnostics* diagnostics) {
+  std::error_code error;
+  if (path.empty() || fs::is_regular_file(path, error)) return;
+  diagnostics->add_error(scenario.make_diagnostic(key, "there is no file '" + path + "'"));
+}
+
+YAML::Node parse_yaml(const std::string& text, const std::string& path) {
+  Diagnostic d;
+  d.file = path;
+  try {
+    return YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    if (!error.mark.is_null()) {
+      d.line = error.mark.line + 1;
+      d.column = error.mark.column + 1;
+    }
+    d.message = "not valid YAML: " + error.msg;
+  } catch (const std::exception& error) {  // yaml-cpp lets a few std exceptions through on malformed text
+    d.message = std::string("not valid YAML: ") + error.what();
+  }
+  throw InputError(d);
+}
+
+Scenario parse_unchecked(const std::string& text, const std::string& path, Diagnostics* diagnostics) {
+  const YAML::Node root = parse_yaml(text, path);
+  Scenario scenario;
+  scenario.path = path;
+  YamlContext context{path, diagnostics, &scenario.marks};
+  try {
+    YamlMap map(root, "", &context);
+    read_all(map, &scenario);
+  } catch (const YAML::Exception& error) {
+    Diagnostic d;
+    d.file = path;
+    d.line = error.mark.is_null() ? 0 : error.mark.line + 1;
+    d.message = "not usable YAML: " + error.msg;
+    diagnostics->add_error(d);
+  }
+  resolve_paths(&scenario);
+  return scenario;
+}
+
+}  // namespace
+
+Diagnostic Scenario::make_diagnostic(const std::string& key_path, const std::string& message) const {
+  Diagnostic d;
+  d.file = path;
+  d.field = key_path;
+  d.message = message;
+  for (std::string key = key_path; !key.empty();) {
+    const auto it = marks.find(key);
+    if (it != marks.end()) {
+      d.line = it->second.first;
+      d.column = it->second.second;
+      break;
+    }
+    const size_t cut = key.find_last_of(".[");
+    key = cut == std::string::npos ? "" : key.substr(0, cut);
+  }
+  return d;
+}
+
+Scenario load_scenario(const std::string& path) {
+  std::error_code error;
+  std::ifstream file(path, std::ios::binary);
+  if (!file || !fs::is_regular_file(path, error)) {
+    Diagnostic d;
+    d.file = path;
+    d.message = "cannot be read: there is no such file, or no permission";
+    throw InputError(d);
+  }
+  std::ostringstream text;
+  text << file.rdbuf();
+  Diagnostics diagnostics;
+  Scenario scenario = parse_unchecked(text.str(), make_absolute(path, fs::current_path(error)), &diagnostics);
+  check_file(scenario, "robot", scenario.robot, &diagnostics);
+  check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
+  if (diagnostics.has_errors()) throw InputError(diagnostics);
+  return scenario;
+}
+
+Scenario parse_scenario(const std::string& text, const std::string& path) {
+  Diagnostics diagnostics;
+  Scenario scenario = parse_unchecked(text, path, &diagnostics);
+  if (diagnostics.has_errors()) throw InputError(diagnostics);
+  return scenario;
+}
+
+}  // namespace hrp

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/robot/scenario_sections.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp {
+namespace {
+
+void read_ground(YamlMap& map, GroundSpec* ground) {
+  std::string type = "plane";
+  map.choice("type", &type, {"plane", "none"});
+  ground->present = type == "plane";
+  map.number("height", &ground->height, Bound::kAny, "m");
+  map.number("friction", &ground->friction, Bound::kNotNegative, "");
+  map.number("roll", &ground->roll, Bound::kAny, "rad");
+  map.number("pitch", &ground->pitch, Bound::kAny, "rad");
+  for (const char* key : {"roll", "pitch"}) {
+    const double angle = std::string(key) == "roll" ? ground->roll : ground->pitch;
+    if (std::abs(angle) > 1.2) map.error(key, "is " + std::to_string(angle) + ", expected at most 1.2 rad either way");
+  }
+}
+
+void read_contact(YamlMap& map, ContactSpec* contact) {
+  map.choice("model", &contact->model, {"spring_damper", "impulse"});
+  map.number("stiffness", &contact->stiffness, Bound::kPositive, "N/m");
+  map.number("exponent", &contact->exponent, Bound::kPositive, "");
+  map.number("alpha", &contact->alpha, Bound::kNotNegative, "s/m");
+  map.number("tangential_damping", &contact->tangential_damping, Bound::kNotNegative, "N s/m");
+  map.number("restitution", &contact->restitution, Bound::kUnitInterval, "");
+}
+
+void read_bush(YamlMap& map, FootBushSpec* bush) {
+  map.number("kz", &bush->kz, Bound::kNotNegative, "N/m");
+  map.number("cz", &bush->cz, Bound::kNotNegative, "N s/m");
+  map.number("k_roll", &bush->k_roll, Bound::kNotNegative, "N m/rad");
+  map.number("c_roll", &bush->c_roll, Bound::kNotNegative, "N m s/rad");
+  map.number("k_pitch", &bush->k_pitch, Bound::kNotNegative, "N m/rad");
+  map.number("c_pitch", &bush->c_pitch, Bound::kNotNegative, "N m s/rad");
+  map.number("offset_roll", &bush->offset_roll, Bound::kAny, "N m");
+  map.number("offset_pitch", &bush->offset_pitch, Bound::kAny, "N m");
+}
+
+void read_obstacle(YamlMap& map, ObstacleSpec* obstacle) {
+  map.choice("shape", &obstacle->shape, {"box", "sphere", "cylinder"});
+  if (obstacle->shape == "box") {
+    map.require("size", "the edges of the box [m]");
+    map.vector3("size", &obstacle->size, Bound::kPositive, "m");
+  } else {
+    map.require("radius", "a radius [m]");
+    map.number("radius", &obstacle->size.x(), Bound::kPositive, "m");
+    if (obstacle->shape == "cylinder") map.require("length", "the length along z [m]");
+    if (obstacle->shape == "cylinder") map.number("length", &obstacle->size.y(), Bound::kPositive, "m");
+  }
+  Vector3d rpy = Vector3d::Zero();
+  map.vector3("position", &obstacle->X_WG.p, Bound::kAny, "m");
+  map.vector3("rpy", &rpy, Bound::kAny, "rad");
+  obstacle->X_WG.R = make_rotation_from_rpy(rpy);
+  map.number("friction", &obstacle->friction, Bound::kNotNegative, "");
+}
+
+void read_gains(YamlMap& map, ServoGains* gains) {
+  map.number("kp", &gains->kp, Bound::kNotNegative, "N m/rad or N/m");
+  map.number("kd", &gains->kd, Bound::kNotNegative, "N m s/rad or N s/m");
+  map.number("effort_limit", &gains->effort_limit, Bound::kNotNegativeOrInfinite, "N m or N");
+}
+
+void read_servo(YamlMap& map, Scenario* scenario) {
+  map.child("default", [&](YamlMap& child) { read_gains(child, &scenario->servo_default); });
+  map.children("joints", [&](const std::string& joint, YamlMap& child) {
+    ServoGains gains = scenario->servo_default;  // what a joint leaves out is the default's
+    read_gains(child, &gains);
+    scenario->servo_joints[joint] = gains;
+  });
+}
+
+void read_initial(YamlMap& map, Scenario* scenario) {
+  if (map.has("position")) scenario->initial_height_given = true;
+  map.vector3("position", &scenario->initial_position, Bound::kAny, "m");
+  map.vector3("rpy", &scenario->initial_rpy, Bound::kAny, "rad");
+  map.numbers_by_name("joints", &scenario->initial_joints, Bound::kAny, "rad or m");
+}
+
+std::vector<std::string> list_effect_names() {
+  std::vector<std::string> names;
+  for (const EffectSpec& effect : get_joint_effects()) names.push_back(effect.name);
+  return names;
+}
+
+const EffectSpec* find_effect(const std::string& name) {
+  for (const EffectSpec& effect : get_joint_effects()) {
+    if (effect.name == name) return &effect;
+  }
+  return nullptr;
+}
+
+void read_law(const EffectSpec& effect, YamlMap& map, JointLawSpec* law) {
+  for (const std::string& key : effect.required) map.require(key, "a number (docs/scenario.md)");
+  for (const auto* keys : {&effect.required, &effect.optional}) {
+    for (const std::string& key : *keys) {
+      double value = 0.0;
+      if (!map.has(key)) continue;
+      map.number(key, &value, Bound::kAny, "");
+      law->parameters[key] = value;
+    }
+  }
+}
+
+void read_joint_laws(YamlMap& map, Scenario* scenario) {
+  const std::vector<std::string> names = list_effect_names();
+  map.each([&](const std::string& joint, YamlMap& child) {
+    for (const std::string& name : names) {
+      child.child(name, [&](YamlMap& law_map) {
+        JointLawSpec law;
+        law.effect = name;
+        read_law(*find_effect(name), law_map, &law);
+        scenario->joint_laws[joint].push_back(law);
+      });
+    }
+  });
+}
+
+void read_controller(YamlMap& map, ControllerSpec* controller) {
+  if (map.has("motion")) controller->type = "motion";
+  map.choice("type", &controller->type, {"hold", "motion", "none"});
+  if (controller->type == "motion") map.require("motion", "the path of a motion file");
+  map.text("motion", &controller->motion);
+  map.names("joint_order", &controller->joint_order);
+  map.choice("on_fault", &controller->on_fault, {"stop", "hold"});
+  map.number("timeout", &controller->timeout, Bound::kNotNegative, "s of wall-clock time");
+}
+
+void read_errors(YamlMap& map, const std::string& unit, SensorErrors* errors) {
+  map.axes3("noise", &errors->noise, Bound::kNotNegative, unit);
+  map.axes3("bias", &errors->bias, Bound::kAny, unit);
+  map.number("delay", &errors->delay, Bound::kNotNegative, "s");
+  map.number("quantum", &errors->quantum, Bound::kNotNegative, unit);
+}
+
+void read_imu(YamlMap& map, ImuSpec* imu) {
+  map.require("link", "the name of a link");
+  map.text("link", &imu->link);
+  map.vector3("xyz", &imu->p_LS, Bound::kAny, "m");
+  map.child("gyro", [&](YamlMap& child) { read_errors(child, "rad/s", &imu->gyro); });
+  map.child("accelerometer", [&](YamlMap& child) { read_errors(child, "m/s^2", &imu->accelerometer); });
+}
+
+void read_wrench(YamlMap& map, WrenchSpec* wrench) {
+  map.require("link", "the name of a link");
+  map.text("link", &wrench->link);
+  map.ignore("frame");  // says how a recording was written; simulated wrenches are always in link axes
+  map.child("force", [&](YamlMap& child) { read_errors(child, "N", &wrench->force); });
+  map.child("torque", [&](YamlMap& child) { read_errors(child, "N m", &wrench->torque); });
+}
+
+void read_encoders(YamlMap& map, EncoderSpec* encoders) {
+  map.number("position_noise", &encoders->position_noise, Bound::kNotNegative, "rad or m");
+  map.number("velocity_noise", &encoders->velocity_noise, Bound::kNotNegative, "rad/s or m/s");
+  map.number("effort_noise", &encoders->effort_noise, Bound::kNotNegative, "N m or N");
+  map.number("position_quantum", &encoders->position_quantum, Bound::kNotNegative, "rad or m");
+}
+
+void read_sensors(YamlMap& map, SensorsSpec* sensors) {
+  map.children("imu", [&](const std::string& name, YamlMap& child) {
+    sensors->imus.push_back({});
+    sensors->imus.back().name = name;
+    read_imu(child, &sensors->imus.back());
+  });
+  map.children("wrench", [&](const std::string& name, YamlMap& child) {
+    sensors->wrenches.push_back({});
+    sensors->wrenches.back().name = name;
+    read_wrench(child, &sensors->wrenches.back());
+  });
+  map.child("encoders", [&](YamlMap& child) { read_encoders(child, &sensors->encoders); });
+  map.flag("base_pose", &sensors->base_pose);
+  map.ignore("base_twist");  // says in which frames a recording has its twist
+}
+
+void read_foot_bush(YamlMap& map, Scenario* scenario) {
+  FootBushSpec all_feet;
+  if (map.has("default")) {
+    map.child("default", [&](YamlMap& child) { read_bush(child, &all_feet); });
+    for (const std::string& foot : scenario->feet) scenario->foot_bush[foot] = all_feet;
+  }
+  map.each([&](const std::string& foot, YamlMap& child) {
+    FootBushSpec bush = all_feet;
+    read_bush(child, &bush);
+    if (std::find(scenario->feet.begin(), scenario->feet.end(), foot) == scenario->feet.end()) {
+      child.error("", "'" + foot + "' is not in the list of feet");
+    }
+    scenario->foot_bush[foot] = bush;
+  });
+}
+
+}  // namespace
+
+const std::vector<EffectSpec>& get_joint_effects() {
+  static const std::vector<EffectSpec> effects = {
+      {"viscous_friction", {"coefficient"}, {}},
+      {"coulomb_friction", {"level"}, {"asymmetry"}},
+      {"stribeck_friction", {"coulomb", "static", "stribeck_velocity"}, {"viscous"}},
+      {"load_dependent_friction", {"ratio"}, {}},
+      {"rotor_inertia", {"inertia"}, {}},
+      {"joint_elasticity", {"stiffness", "damping", "rotor_inertia"}, {}},
+      {"backlash", {"gap"}, {}},
+      {"torque_constant_error", {"scale"}, {}},
+      {"torque_saturation", {"limit"}, {}},
+      {"actuator_lag", {"time_constant"}, {}},
+      {"command_delay", {"delay"}, {}},
+      {"parallel_spring", {"stiffness"}, {"rest"}},
+      {"cogging", {"amplitude", "periods"}, {"phase"}},
+      {"hysteresis", {"stiffness", "yield_angle"}, {}},
+      {"joint_offset", {"offset"}, {}}};
+  return effects;
+}
+
+void read_world_sections(YamlMap& map, Scenario* scenario) {
+  map.child("ground", [&](YamlMap& child) { read_ground(child, &scenario->ground); });
+  map.names("feet", &scenario->feet);
+  map.children("soles", [&](const std::string& foot, YamlMap& child) {
+    SoleSpec sole;
+    child.require("box", "the edges of the sole's box [m]");
+    child.vector3("box", &sole.box, Bound::kPositive, "m");
+    child.vector3("xyz", &sole.p_LG, Bound::kAny, "m");
+    child.vector3("rpy", &sole.rpy_LG, Bound::kAny, "rad");
+    scenario->soles[foot] = sole;
+  });
+  unsigned long long points = static_cast<unsigned long long>(scenario->max_sole_points);
+  map.integer("max_sole_points", &points);
+  if (points < 3 || points > 16) map.error("max_sole_points", "is " + std::to_string(points) + ", expected 3 to 16");
+  scenario->max_sole_points = static_cast<int>(std::min<unsigned long long>(points, 16));
+  map.child("contact", [&](YamlMap& child) { read_contact(child, &scenario->contact); });
+  map.child("foot_bush", [&](YamlMap& child) { read_foot_bush(child, scenario); });
+  map.flag("self_collision", &scenario->self_collision);
+  map.children("obstacles", [&](const std::string& name, YamlMap& child) {
+    scenario->obstacles.push_back({});
+    scenario->obstacles.back().name = name;
+    read_obstacle(child, &scenario->obstacles.back());
+  });
+}
+
+void read_joint_sections(YamlMap& map, Scenario* scenario) {
+  map.child("servo", [&](YamlMap& child) { read_servo(child, scenario); });
+  map.flag("perfect_joints", &scenario->perfect_joints);
+  map.names("unactuated", &scenario->unactuated);
+  map.numbers_by_name("rotor_inertia", &scenario->rotor_inertia, Bound::kNotNegative, "kg m^2 or kg");
+  map.child("initial", [&](YamlMap& child) { read_initial(child, scenario); });
+  map.child("joint_laws", [&](YamlMap& child) { read_joint_laws(child, scenario); });
+  map.child("controller", [&](YamlMap& child) { read_controller(child, &scenario->controller); });
+}
+
+void read_sensor_sections(YamlMap& map, Scenario* scenario) {
+  map.child("sensors", [&](YamlMap& child) { read_sensors(child, &scenario->sensors); });
+  map.child("logging", [&](YamlMap& child) {
+    child.text("file", &scenario->logging.file);
+    child.choice("compression", &scenario->logging.compression, {"none", "lz4", "zstd"});
+  });
+}
+
+}  // namespace hrp

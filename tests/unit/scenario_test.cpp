@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/robot/scenario.h"
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace hrp {
+namespace {
+
+using ::testing::HasSubstr;
+
+const char kGood[] = R"(robot: robot.urdf
+base: floating
+ground: {type: plane, height: 0.01, friction: 0.7, pitch: 0.05}
+feet: [l_foot, r_foot]
+servo:
+  default: {kp: 100, kd: 1, effort_limit: .inf}
+  joints:
+    knee: {kp: 200}
+initial:
+  rpy: [0, 0.1, 0]
+  joints: {knee: 0.3}
+sensors:
+  imu:
+    chest: {link: torso, xyz: [0, 0, 0.2], gyro: {noise: 0.01}}
+  wrench:
+    left: {link: l_foot}
+  base_pose: true
+steps: {time_step: 0.0005, control_period: 0.004, duration: 2}
+foot_bush:
+  default: {k_roll: 320, c_roll: 20}
+  l_foot: {k_pitch: 480}
+joint_laws:
+  knee:
+    coulomb_friction: {level: 3}
+obstacles:
+  box: {shape: box, size: [1, 1, 0.2], position: [1, 0, 0.1]}
+  ball: {shape: sphere, radius: 0.3}
+controller: {motion: motions/squat.csv, on_fault: hold}
+recordings:
+  - {file: a.csv, role: train}
+noise: {position: 1e-5}
+seed: 7
+)";
+
+// What parse_scenario() says about `text`, empty when it accepts it.
+std::string find_complaint(const std::string& text) {
+  try {
+    parse_scenario(text, "dir/test.yaml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Scenario, ReadsEveryKindOfKey) {
+  const Scenario s = parse_scenario(kGood, "/dir/test.yaml");
+  EXPECT_EQ(s.robot, "/dir/robot.urdf");
+  EXPECT_TRUE(s.floating_base);
+  EXPECT_DOUBLE_EQ(s.ground.pitch, 0.05);
+  EXPECT_EQ(s.feet.size(), 2u);
+  EXPECT_DOUBLE_EQ(s.servo_joints.at("knee").kp, 200.0);
+  EXPECT_DOUBLE_EQ(s.servo_joints.at("knee").kd, 1.0) << "left out: the default's";
+  EXPECT_EQ(s.control_period, 8);
+  EXPECT_DOUBLE_EQ(s.foot_bush.at("r_foot").k_roll, 320.0);
+  EXPECT_DOUBLE_EQ(s.foot_bush.at("l_foot").k_pitch, 480.0);
+  EXPECT_DOUBLE_EQ(s.foot_bush.at("l_foot").k_roll, 320.0);
+  EXPECT_EQ(s.joint_laws.at("knee").at(0).effect, "coulomb_friction");
+  EXPECT_EQ(s.obstacles.at(1).name, "ball");
+  EXPECT_EQ(s.controller.type, "motion");
+  EXPECT_EQ(s.controller.motion, "/dir/motions/squat.csv");
+  EXPECT_TRUE(s.sensors.imus.at(0).gyro.noise.isApprox(Vector3d::Constant(0.01)));
+  EXPECT_FALSE(s.initial_height_given);
+  EXPECT_EQ(s.seed, 7u);
+}
+
+TEST(Scenario, ControlPeriodIsFiveMillisecondsByDefault) {
+  EXPECT_EQ(parse_scenario("robot: a.urdf", "x.yaml").control_period, 5);
+}
+
+TEST(Scenario, BadInputIsNamedWithLineKeyValueAndExpectation) {
+  struct Case {
+    const char* text;
+    const char* expected;
+  };
+  const Case cases[] = {
+      {"", "robot: is missing"},
+      {"[1, 2]", "expected a mapping"},
+      {"robot: a.urdf\nfeets: [a]", "dir/test.yaml:2:1: error: feets: unknown key; did you mean 'feet'?"},
+      {"robot: a.urdf\nbase: flying", "dir/test.yaml:2:7: error: base: is 'flying', expected one of fixed, floating"},
+      {"robot: a.urdf\nservo:\n  default: {kp: -3}", "3:17: error: servo.default.kp: is '-3', expected a finite number >= 0"},
+      {"robot: a.urdf\nservo: {default: {kp: .nan}}", "servo.default.kp: is '.nan'"},
+      {"robot: a.urdf\nservo: {default: {kp: ten}}", "is 'ten', expected a finite number >= 0 [N m/rad or N/m]"},
+      {"robot: a.urdf\ngravity: [0, 0]", "gravity: is a list of 2, expected a list of 3 numbers"},
+      {"robot: a.urdf\ngravity: [0, 0, down]", "gravity[2]: is 'down'"},
+      {"robot: a.urdf\nfeet: left", "feet: is 'left', expected a list of names"},
+      {"robot: a.urdf\nfeet: [a, a]", "feet[1]: is 'a', which stands in the list already"},
+      {"robot: a.urdf\nrobot: b.urdf", "robot: is given twice"},
+      {"robot: [", "not valid YAML"},
+      {"robot: a.urdf\nsteps: {control_period: 0.0033}", "expected a multiple of steps.time_step 0.001 s, such as 0.003 or 0.004"},
+      {"robot: a.urdf\nsteps: {time_step: 0.002}", "is 0.005 s (the default), expected a multiple of steps.time_step 0.002"},
+      {"robot: a.urdf\nsteps: {time_step: 0}", "steps.time_step: is '0', expected a finite number > 0"},
+      {"robot: a.urdf\nseed: -1", "seed: is '-1', expected a whole number"},
+      {"robot: a.urdf\njoint_laws: {knee: {coulomb: {level: 1}}}", "joint_laws.knee.coulomb: unknown key"},
+      {"robot: a.urdf\njoint_laws: {knee: {backlash: {}}}", "joint_laws.knee.backlash.gap: is missing"},
+      {"robot: a.urdf\nself_collision: perhaps", "expected true or false"},
+      {"robot: a.urdf\nsensors: {imu: {chest: {xyz: [0, 0, 0]}}}", "sensors.imu.chest.link: is missing"},
+      {"robot: a.urdf\nobstacles: {b: {shape: box}}", "obstacles.b.size: is missing"},
+      {"robot: a.urdf\ncontroller: {type: motion}", "controller.motion: is missing"},
+      {"robot: a.urdf\nmax_sole_points: 2", "max_sole_points: is 2, expected 3 to 16"},
+      {"robot: a.urdf\nfeet: [a]\nfoot_bush: {b: {kz: 1}}", "'b' is not in the list of feet"},
+      {"robot: a.urdf\nfeet: &a [*a]", "expected a word"},
+  };
+  for (const Case& c : cases) EXPECT_THAT(find_complaint(c.text), HasSubstr(c.expected)) << "text:\n" << c.text;
+}
+
+TEST(Scenario, AllErrorsAreSaidAtOnce) {
+  try {
+    parse_scenario("base: flying\nfeets: 1\nseed: x\n", "x.yaml");
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.diagnostics().size(), 4u) << error.what();
+  }
+}
+
+TEST(Scenario, MissingFilesAreNamedWithTheirLine) {
+  const std::string path = ::testing::TempDir() + "/scenario_test_missing.yaml";
+  std::ofstream(path) << "base: fixed\nrobot: nowhere.urdf\n";
+  try {
+    load_scenario(path);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(":2:8: error: robot: there is no file"));
+  }
+  EXPECT_THROW(load_scenario("/no/such/scenario.yaml"), InputError);
+}
+
+TEST(Scenario, DiagnosticOfALaterCheckPointsAtTheKey) {
+  const Scenario s = parse_scenario(kGood, "/dir/test.yaml");
+  EXPECT_EQ(s.make_diagnostic("servo.joints.knee", "x").line, 8);
+  EXPECT_EQ(s.make_diagnostic("feet[1]", "x").line, 4);
+}
+
+TEST(Scenario, DamagedTextIsRefusedOrReadButNeverCrashes) {
+  std::mt19937 random(20240501);
+  const std::string good = kGood;
+  const std::string alphabet = "{}[]:,-#&*!|>'\"%@`\n\t .0123456789aeinxyz\x01\xff";
+  int refused = 0;
+  for (int i = 0; i < 4000; ++i) {
+    std::string text = good;
+    if (i % 4 == 0) text.resize(random() % text.size());
+    const int edits = 1 + static_cast<int>(random() % 4);
+    for (int k = 0; k < edits && !text.empty(); ++k) text[random() % text.size()] = alphabet[random() % alphabet.size()];
+    if (!find_complaint(text).empty()) ++refused;
+  }
+  EXPECT_GT(refused, 1000) << "the mutations should break most texts";
+}
+
+TEST(Scenario, ExperimentFoldersAreScenarios) {
+  const std::filesystem::path shared = std::filesystem::path(HRP_SOURCE_DIR) / "../shared";
+  int found = 0;
+  for (const char* folder : {"recordings", "cases/open"}) {
+    if (!std::filesystem::is_directory(shared / folder)) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(shared / folder)) {
+      const auto file = entry.path() / "experiment.yaml";
+      if (!std::filesystem::exists(file)) continue;
+      EXPECT_NO_THROW(load_scenario(file.string())) << file;
+      ++found;
+    }
+  }
+  if (found == 0) GTEST_SKIP() << "NOT TESTED: no experiment folders beside the repository (../shared)";
+}
+
+}  // namespace
+}  // namespace hrp
