@@ -16,11 +16,15 @@ function(hrp_headers name)
   target_link_libraries(${name} INTERFACE ${ARG_LINK})
 endfunction()
 
+# Every program that users run; scripts/build.sh builds this target when no tests are asked for.
+add_custom_target(hrp_programs)
+
 # hrp_program(hrp-thing SOURCES main.cpp LINK x ...)
 function(hrp_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
+  add_dependencies(hrp_programs ${name})
 endfunction()
 
 # hrp_test(file_test LABEL unit LINK x ...): builds file_test.cpp of this folder with GoogleTest and registers it.

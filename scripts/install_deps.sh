@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# scripts/install_deps.sh [--tests] [--list]
+#
+# Installs the Debian 12 packages that the project needs; does nothing when all of them are there (well under a second).
+# As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
+#
+#   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm
+#   --list    print the packages and do nothing
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+build_packages=(
+  cmake ninja-build g++ pkg-config python3
+  libeigen3-dev liburdfdom-dev libfcl-dev libyaml-cpp-dev libassimp-dev
+  cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev
+  libcli11-dev nlohmann-json3-dev libspdlog-dev libfmt-dev libzstd-dev liblz4-dev
+  libmujoco-dev
+)
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev)
+
+packages=("${build_packages[@]}")
+list_only=false
+for argument in "$@"; do
+  case "$argument" in
+    --tests)
+      packages+=("${test_packages[@]}")
+      # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.
+      command -v node > /dev/null || packages+=(nodejs)
+      command -v npm > /dev/null || packages+=(npm)
+      ;;
+    --list) list_only=true ;;
+    -h | --help) print_help; exit 0 ;;
+    *) fail "unknown argument '$argument'; --help lists the known ones" ;;
+  esac
+done
+
+if $list_only; then
+  printf '%s\n' "${packages[@]}"
+  exit 0
+fi
+if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
+  say "This is no Debian system; going on as if these (Debian 12 names) were there: ${packages[*]}"
+  exit 0
+fi
+
+# dpkg-query fails when one package is unknown, and still prints the others.
+installed="$(dpkg-query -W -f='${db:Status-Status} ${Package}\n' "${packages[@]}" 2> /dev/null || true)"
+missing=()
+for package in "${packages[@]}"; do
+  grep -qxF "installed $package" <<< "$installed" || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+options=(--yes --no-install-recommends -o DPkg::Lock::Timeout=600)
+if [ "$(id -u)" -eq 0 ]; then
+  as_root=(env DEBIAN_FRONTEND=noninteractive)
+elif command -v sudo > /dev/null && { sudo -n true 2> /dev/null || [ -t 0 ]; }; then
+  as_root=(sudo env DEBIAN_FRONTEND=noninteractive)
+else
+  say "Some packages are missing, and this user may not install them. As root, run:"
+  say "  apt-get update && apt-get install --yes --no-install-recommends ${missing[*]}"
+  exit 1
+fi
+say "Installing: ${missing[*]}"
+log="$(mktemp)"
+trap 'rm -f "$log"' EXIT
+# Package lists may be empty or old: refresh them, and go on with what there is when that fails.
+"${as_root[@]}" apt-get update -q > "$log" 2>&1 || { tail -n 3 "$log" >&2; say "apt-get update failed, going on"; }
+if ! "${as_root[@]}" apt-get install -q "${options[@]}" "${missing[@]}" > "$log" 2>&1; then
+  tail -n 30 "$log" >&2
+  fail "apt-get could not install: ${missing[*]}"
+fi
+say "Installed."

@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# scripts/test.sh [ctest options]
+#
+# Installs what is missing, builds everything and runs all tests. Examples of options:
+#   -L unit          one kind only: unit, physics, conformance, process, npm
+#   -R mcap          tests whose name contains mcap
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+case "${1:-}" in -h | --help) print_help; exit 0 ;; esac
+
+"$ROOT/scripts/install_deps.sh" --tests
+"$ROOT/scripts/build.sh" --tests
+"$ROOT/tests/npm/install.sh"
+cd "$BUILD"
+exec ctest --output-on-failure -j 2 "$@"
