@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Writes MCAP files: chunked, compressed, indexed. Equal calls give equal bytes: no clock, no host name, no random id.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/mcap/compression.h"
+#include "common/mcap/format.h"
+
+namespace hrp::mcap {
+
+// What reaches the disk reaches it in whole records, one write() a chunk. A process that is killed loses at most the
+// messages after the last write_chunk(). When the disk refuses (full, say), the file is cut back to its last whole
+// record, so that it stays readable, and McapError is thrown; the writer then only closes.
+class Writer {
+ public:
+  Writer(const std::string& path, Compression compression);
+  // Closes without a word about errors: call close() to hear of them.
+  ~Writer();
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  // Schemas before channels before messages. They are on disk after the next write_chunk().
+  uint16_t add_schema(const std::string& name, const std::string& encoding, const std::string& text);
+  uint16_t add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding);
+  // Takes a copy into the open chunk. Allocates nothing once the buffers have grown to their size.
+  void add_message(const Message& message);
+  // Compresses the open chunk and hands it to the operating system. Nothing happens when it is empty.
+  void write_chunk();
+  // Writes the open chunk, the index and the footer. Later calls do nothing.
+  void close();
+
+  const std::string& path() const { return path_; }
+  size_t open_chunk_size() const { return chunk_.size(); }
+  uint64_t file_size() const { return file_size_; }
+  bool failed() const { return failed_; }
+
+ private:
+  struct ChunkIndex {
+    uint64_t start_time, end_time, offset, length;
+    std::vector<std::pair<uint16_t, uint64_t>> message_index_offsets;
+    uint64_t message_index_length, compressed_size, uncompressed_size;
+  };
+  using TimeAndOffset = std::pair<uint64_t, uint64_t>;
+
+  void append_to_file(const Buffer& bytes);
+  void put_message_indexes(ChunkIndex* index);
+  void put_statistics(Buffer* out) const;
+  void put_chunk_index(const ChunkIndex& index, Buffer* out) const;
+  void write_summary();
+  [[noreturn]] void fail(int error_number);
+
+  std::string path_;
+  int file_ = -1;
+  Compression compression_;
+  Compressor compressor_;
+  uint64_t file_size_ = 0;   // bytes of whole records on disk
+  uint32_t data_crc_ = 0;    // of the data section so far
+  bool failed_ = false;
+  std::vector<Schema> schemas_;
+  std::vector<Channel> channels_;
+  Buffer definitions_;       // schemas and channels that are not on disk yet
+  Buffer chunk_;             // the open chunk, uncompressed
+  Buffer out_;               // what goes to disk next
+  std::vector<std::vector<TimeAndOffset>> open_index_;  // by channel
+  uint64_t chunk_start_ = 0, chunk_end_ = 0;            // [ns] of the open chunk
+  uint64_t log_start_ = 0, log_end_ = 0;                // [ns] of the file
+  std::vector<uint64_t> message_counts_;                // by channel
+  std::vector<ChunkIndex> chunks_;
+};
+
+}  // namespace hrp::mcap
