@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Articulated-body algorithm: accelerations from forces at a cost linear in the number of joints, with what a linearly
+// implicit integrator adds on the left side, and many right-hand sides from one factorisation.
+#pragma once
+
+#include <vector>
+
+#include "common/multibody/inverse_dynamics.h"
+
+namespace hrp {
+
+// A wrench on a link that falls with the link's acceleration: F = F0 - Z a, both about the link's origin in world axes,
+// a = [alpha; acceleration of the origin] without gravity. F0 goes into the wrenches. Z symmetric: dt C + dt^2 K of a
+// contact spring and damper in a linearly implicit step.
+struct LinkImpedance {
+  int link = 0;
+  Matrix6d Z = Matrix6d::Zero();
+};
+
+using LinkImpedances = std::vector<LinkImpedance, Eigen::aligned_allocator<LinkImpedance>>;
+
+// What is added on the left side: (M + diag(joint_inertia_extra) + sum J^T Z J) vdot = ...
+struct ImplicitTerms {
+  const Eigen::VectorXd* joint_inertia_extra = nullptr;  // [kg m^2 or kg] by joint: dt kd + dt^2 kp; nullptr: none
+  const LinkImpedances* impedances = nullptr;            // nullptr: none
+};
+
+// vdot from the joints' efforts (size n) and wrenches on links. Needs update_kinematics. vdot must have size nv; it is
+// written even when the status is not kOk, but then means nothing. Leaves the factorisation in data for the functions
+// below.
+Status calc_forward_dynamics(const Model& model, const Eigen::VectorXd& effort, const LinkWrenches* wrenches,
+                             const ImplicitTerms& implicit, Data* data, Eigen::VectorXd* vdot);
+
+// Only the factorisation, which does not depend on velocities. Needs update_kinematics.
+Status update_articulated_inertia(const Model& model, const ImplicitTerms& implicit, Data* data);
+
+// The following three need a factorisation (by one of the above) of the current positions.
+
+// x = (M + ...)^-1 (tau + J^T F), no velocity or gravity terms: with impulses instead of forces, the jump of v.
+// tau (size nv) and wrenches may be nullptr.
+void calc_response(const Model& model, const Eigen::VectorXd* tau, const LinkWrenches* wrenches, Data* data,
+                   Eigen::VectorXd* x);
+
+// X = (M + ...)^-1 B, column by column; X may not be B.
+void calc_responses(const Model& model, const Eigen::MatrixXd& B, Data* data, Eigen::MatrixXd* X);
+
+// G (6k x 6k), symmetric: block (a, b) is the acceleration of links[a] per wrench on links[b], each [angular; linear]
+// about the links' origins in world axes. Only the paths from these links to the base are visited. The Delassus matrix
+// of contact points on these links is J_c G J_c^T with each point's J_c = [-skew(p_LC), 1]. A link may appear once.
+void calc_link_mobility(const Model& model, const std::vector<int>& links, Data* data, Eigen::MatrixXd* G);
+
+}  // namespace hrp

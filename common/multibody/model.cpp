@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/multibody/model.h"
+
+#include <cmath>
+
+#include "common/base/diagnostics.h"
+
+namespace hrp {
+namespace {
+
+void add_error(const std::string& field, const std::string& message, Diagnostics* diagnostics) {
+  Diagnostic diagnostic;
+  diagnostic.field = field;
+  diagnostic.message = message;
+  diagnostics->add_error(diagnostic);
+}
+
+void check_inertia(const LinkSpec& link, Diagnostics* diagnostics) {
+  const std::string field = "link '" + link.name + "'";
+  const LinkInertia& inertia = link.inertia;
+  if (!std::isfinite(inertia.mass) || inertia.mass < 0) {
+    add_error(field, "mass " + std::to_string(inertia.mass) + " kg: expected a finite number >= 0", diagnostics);
+    return;
+  }
+  if (!inertia.p_LLcm_L.allFinite() || !inertia.I_LLcm_L.allFinite()) {
+    add_error(field, "centre of mass or inertia is not finite", diagnostics);
+    return;
+  }
+  const Matrix3d& I = inertia.I_LLcm_L;
+  const double scale = I.cwiseAbs().maxCoeff();
+  // 1e-9: inertias are written with few digits; anything above is a wrong matrix, not rounding.
+  if ((I - I.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) {
+    add_error(field, "inertia is not symmetric", diagnostics);
+  } else if (scale > 0 && Eigen::SelfAdjointEigenSolver<Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues()(0) < -1e-9 * scale) {
+    add_error(field, "inertia has a negative eigenvalue", diagnostics);
+  }
+}
+
+void check_joint(const LinkSpec& link, Diagnostics* diagnostics) {
+  const JointSpec& joint = link.joint;
+  const std::string field = "joint '" + joint.name + "'";
+  if (!joint.X_PF.R.allFinite() || !joint.X_PF.p.allFinite()) {
+    add_error(field, "origin is not finite", diagnostics);
+  } else if ((joint.X_PF.R * joint.X_PF.R.transpose() - Matrix3d::Identity()).norm() > 1e-9 ||
+             joint.X_PF.R.determinant() < 0) {
+    add_error(field, "origin's rotation is not a rotation", diagnostics);
+  }
+  if (!(std::abs(joint.axis_F.norm() - 1) < 1e-9)) add_error(field, "axis is not a unit vector", diagnostics);
+  if (!std::isfinite(joint.rotor_inertia) || joint.rotor_inertia < 0) {
+    add_error(field, "rotor inertia " + std::to_string(joint.rotor_inertia) + ": expected a finite number >= 0", diagnostics);
+  }
+}
+
+// Every joint must move mass or have a rotor, and a floating base needs a body.
+void check_masses(const TreeSpec& spec, Diagnostics* diagnostics) {
+  std::vector<double> mass(spec.links.size());
+  for (size_t i = spec.links.size(); i-- > 0;) {
+    mass[i] += spec.links[i].inertia.mass;
+    if (i > 0) mass[static_cast<size_t>(spec.links[i].parent)] += mass[i];
+  }
+  for (size_t i = 0; i < spec.links.size(); ++i) {
+    if (mass[i] > 0 || (i == 0 && !spec.floating_base)) continue;
+    if (i > 0 && spec.links[i].joint.rotor_inertia > 0) continue;
+    add_error("link '" + spec.links[i].name + "'", "neither this link nor what hangs on it has mass", diagnostics);
+  }
+}
+
+void check(const TreeSpec& spec) {
+  Diagnostics diagnostics;
+  if (spec.links.empty()) add_error("tree '" + spec.name + "'", "has no links", &diagnostics);
+  for (size_t i = 0; i < spec.links.size(); ++i) {
+    const LinkSpec& link = spec.links[i];
+    check_inertia(link, &diagnostics);
+    if (i == 0) continue;
+    if (link.parent < 0 || link.parent >= static_cast<int>(i)) {
+      add_error("link '" + link.name + "'", "its parent must come before it in the tree", &diagnostics);
+    }
+    check_joint(link, &diagnostics);
+  }
+  for (const FrameSpec& frame : spec.frames) {
+    if (frame.link < 0 || frame.link >= static_cast<int>(spec.links.size())) {
+      add_error("frame '" + frame.name + "'", "is fixed to a link that does not exist", &diagnostics);
+    }
+  }
+  if (!diagnostics.has_errors()) check_masses(spec, &diagnostics);
+  if (diagnostics.has_errors()) throw InputError(diagnostics);
+}
+
+void set_joint(const JointSpec& joint, LinkConstants* constants) {
+  constants->turned = joint.X_PF.R != Matrix3d::Identity();
+  constants->R_PF = small::from_eigen(joint.X_PF.R);
+  constants->p_PF = small::from_eigen(joint.X_PF.p);
+  constants->axis_F = small::from_eigen(joint.axis_F);
+  constants->rotor_inertia = joint.rotor_inertia;
+  constants->code = joint.kind == JointKind::kPrismatic ? JointCode::kSlide : JointCode::kTurnAny;
+  if (joint.kind == JointKind::kPrismatic) return;
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(joint.axis_F[k]) != 1.0) continue;
+    constants->code = static_cast<JointCode>(k);
+    constants->sign = joint.axis_F[k];
+  }
+}
+
+LinkConstants make_constants(const LinkSpec& link, bool is_base) {
+  LinkConstants constants;
+  constants.parent = is_base ? -1 : link.parent;
+  if (!is_base) set_joint(link.joint, &constants);
+  const Vector3d& c = link.inertia.p_LLcm_L;
+  constants.mass = link.inertia.mass;
+  constants.h = small::from_eigen(Vector3d(constants.mass * c));
+  const Matrix3d C = skew(c);
+  constants.I = small::sym_from_eigen(link.inertia.I_LLcm_L - constants.mass * C * C);
+  return constants;
+}
+
+}  // namespace
+
+const char* get_status_text(Status status) {
+  switch (status) {
+    case Status::kOk: return "ok";
+    case Status::kSingular: return "singular articulated inertia";
+    case Status::kNotFinite: return "not finite";
+  }
+  return "?";
+}
+
+Model::Model(const TreeSpec& spec, const Vector3d& gravity_W) : spec_(spec), gravity_W_(gravity_W) {
+  check(spec);
+  for (size_t i = 0; i < spec.links.size(); ++i) {
+    links_.push_back(make_constants(spec.links[i], i == 0));
+    mass_ += spec.links[i].inertia.mass;
+  }
+}
+
+bool Model::is_ancestor(int ancestor, int link) const {
+  while (link > ancestor) link = parent(link);
+  return link == ancestor;
+}
+
+Data::Data(const Model& model) {
+  const auto n = static_cast<size_t>(model.num_links());
+  kinematics.assign(n, LinkKinematics{});
+  motion.assign(n, LinkMotion{});
+  articulated.assign(n, LinkArticulated{});
+  composite.assign(n, LinkComposite{});
+  for (LinkKinematics& k : kinematics) k.R = small::from_eigen(Matrix3d(Matrix3d::Identity()));
+  M = Eigen::MatrixXd::Zero(model.nv(), model.nv());
+  qd = Eigen::VectorXd::Zero(model.num_joints());
+  scratch = response = Eigen::VectorXd::Zero(model.nv());
+  marks.assign(n, 0);
+}
+
+}  // namespace hrp

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The algorithms of common/multibody against each other: four ways to the same numbers.
+#include <gtest/gtest.h>
+
+#include "common/multibody/forward_dynamics.h"
+#include "common/multibody/mass_matrix.h"
+#include "common/multibody/momentum.h"
+#include "tests/unit/multibody/random_tree.h"
+
+namespace hrp {
+namespace {
+
+using testing::Random;
+using testing::relative_error;
+
+// Rounding of two O(n) recursions over at most 30 links; the bound for our own algorithms against each other.
+constexpr double kTolerance = 1e-11;
+
+class Trees : public ::testing::TestWithParam<int> {
+ protected:
+  Trees()
+      : random(static_cast<unsigned>(GetParam()) + 100),
+        model(testing::make_random_tree(static_cast<unsigned>(GetParam()), 1 + GetParam() % 30, GetParam() % 2 == 0)),
+        data(model),
+        state(testing::make_random_state(model, &random)) {
+    update_kinematics(model, state, &data);
+  }
+  LinkWrenches make_wrenches() {
+    LinkWrenches wrenches;
+    for (int i = 0; i < model.num_links(); ++i) {
+      wrenches.emplace_back();
+      wrenches.back() << random.vector(10), random.vector(50);
+    }
+    return wrenches;
+  }
+  Eigen::VectorXd calc_tau(const Eigen::VectorXd& vdot, const LinkWrenches* wrenches) {
+    Eigen::VectorXd tau(model.nv());
+    calc_inverse_dynamics(model, vdot, wrenches, &data, &tau);
+    return tau;
+  }
+  Eigen::MatrixXd calc_link_jacobian(int link) {
+    Eigen::MatrixXd J(6, model.nv());
+    calc_point_jacobian(model, data, link, get_pose(data, link).p, J);
+    return J;
+  }
+
+  Random random;
+  Model model;
+  Data data;
+  State state;
+};
+
+TEST_P(Trees, ForwardDynamicsUndoesInverseDynamics) {
+  const LinkWrenches wrenches = make_wrenches();
+  const Eigen::VectorXd vdot = random.values(model.nv(), 10);
+  LinkWrenches all = wrenches;
+  const Eigen::VectorXd tau = calc_tau(vdot, &wrenches);
+  if (model.floating()) all[0] += tau.head<6>();
+  Eigen::VectorXd result(model.nv());
+  ASSERT_EQ(calc_forward_dynamics(model, tau.tail(model.num_joints()), &all, {}, &data, &result), Status::kOk);
+  EXPECT_LT(relative_error(result, vdot), kTolerance);
+}
+
+TEST_P(Trees, ColumnsOfTheMassMatrixAreInverseDynamicsOfUnitAccelerations) {
+  const Eigen::MatrixXd M = update_mass_matrix(model, &data);
+  Eigen::VectorXd bias(model.nv());
+  calc_bias(model, &data, &bias);
+  for (int j = 0; j < model.nv(); ++j) {
+    const Eigen::VectorXd column = calc_tau(Eigen::VectorXd::Unit(model.nv(), j), nullptr) - bias;
+    // The bias cancels in the difference, so rounding is relative to it too.
+    EXPECT_LT((column - M.col(j)).norm(), kTolerance * (M.col(j).norm() + bias.norm())) << "column " << j;
+  }
+}
+
+TEST_P(Trees, ForwardDynamicsEqualsTheDenseSolve) {
+  const LinkWrenches wrenches = make_wrenches();
+  const Eigen::VectorXd effort = random.values(model.num_joints(), 20);
+  const Eigen::MatrixXd M = update_mass_matrix(model, &data);
+  Eigen::VectorXd right = -calc_tau(Eigen::VectorXd::Zero(model.nv()), &wrenches);
+  right.tail(model.num_joints()) += effort;
+  Eigen::VectorXd vdot(model.nv());
+  ASSERT_EQ(calc_forward_dynamics(model, effort, &wrenches, {}, &data, &vdot), Status::kOk);
+  EXPECT_LT(relative_error(M * vdot, right), kTolerance);
+  EXPECT_LT(relative_error(vdot, M.ldlt().solve(right)), kTolerance);
+}
+
+TEST_P(Trees, ImpedancesAndExtraInertiaEqualTheDenseSolve) {
+  const LinkWrenches wrenches = make_wrenches();
+  const Eigen::VectorXd effort = random.values(model.num_joints(), 20);
+  const Eigen::VectorXd extra = random.values(model.num_joints(), 1).cwiseAbs();
+  LinkImpedances impedances(2);
+  for (LinkImpedance& impedance : impedances) {
+    impedance.link = random.index(model.num_links());
+    const Eigen::MatrixXd B = random.values(36, 3).reshaped(6, 6);
+    impedance.Z = B * B.transpose();
+  }
+  Eigen::VectorXd vdot(model.nv());
+  ASSERT_EQ(calc_forward_dynamics(model, effort, &wrenches, {&extra, &impedances}, &data, &vdot), Status::kOk);
+
+  Eigen::MatrixXd A = update_mass_matrix(model, &data);
+  A.diagonal().tail(model.num_joints()) += extra;
+  Eigen::VectorXd right = -calc_tau(Eigen::VectorXd::Zero(model.nv()), &wrenches);
+  right.tail(model.num_joints()) += effort;
+  for (const LinkImpedance& impedance : impedances) {
+    const Eigen::MatrixXd J = calc_link_jacobian(impedance.link);
+    A += J.transpose() * impedance.Z * J;
+    right -= J.transpose() * impedance.Z *
+             calc_point_bias_acceleration(model, impedance.link, get_pose(data, impedance.link).p, &data);
+  }
+  EXPECT_LT(relative_error(A * vdot, right), kTolerance);
+}
+
+TEST_P(Trees, ResponsesSolveWithTheMassMatrix) {
+  ASSERT_EQ(update_articulated_inertia(model, {}, &data), Status::kOk);
+  const Eigen::MatrixXd B = random.values(3 * model.nv(), 5).reshaped(model.nv(), 3);
+  Eigen::MatrixXd X(model.nv(), 3);
+  calc_responses(model, B, &data, &X);
+  EXPECT_LT(relative_error(update_mass_matrix(model, &data) * X, B), kTolerance);
+}
+
+TEST_P(Trees, LinkMobilityIsTheProjectedInverseMassMatrix) {
+  const int last = model.num_links() - 1, middle = last / 2;
+  std::vector<int> links = {last};
+  if (middle != last) links.push_back(middle);
+  const auto size = static_cast<Eigen::Index>(6 * links.size());
+  Eigen::MatrixXd G(size, size), J(size, model.nv());
+  ASSERT_EQ(update_articulated_inertia(model, {}, &data), Status::kOk);
+  calc_link_mobility(model, links, &data, &G);
+  for (size_t a = 0; a < links.size(); ++a) J.middleRows<6>(static_cast<Eigen::Index>(6 * a)) = calc_link_jacobian(links[a]);
+  const Eigen::MatrixXd dense = J * update_mass_matrix(model, &data).ldlt().solve(J.transpose());
+  EXPECT_LT(relative_error(G, dense), kTolerance);
+  EXPECT_LT(relative_error(G, G.transpose()), kTolerance);
+}
+
+TEST_P(Trees, WrenchesActThroughTheTransposedJacobian) {
+  const LinkWrenches wrenches = make_wrenches();
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(model.nv());
+  Eigen::VectorXd expected = calc_tau(zero, nullptr);
+  for (int i = 0; i < model.num_links(); ++i) {
+    expected -= calc_link_jacobian(i).transpose() * wrenches[static_cast<size_t>(i)];
+  }
+  EXPECT_LT(relative_error(calc_tau(zero, &wrenches), expected), kTolerance);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Trees, ::testing::Range(0, 40));
+
+}  // namespace
+}  // namespace hrp
