@@ -9,10 +9,17 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace hrp {
+
+// The middleware refused something: no free participant index, an address that is not there, a broken security file.
+class BusError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 enum class Retention {
   kStream,  // readers get what is written while they are there
@@ -31,6 +38,7 @@ enum class Delivery {
   kBestEffort  // inspecting: may miss samples, can never hold up a writer
 };
 
+// One sample. Sizes are multiples of 4, as RTPS carries them; encode() sees to that.
 struct Bytes {
   const uint8_t* data = nullptr;
   size_t size = 0;

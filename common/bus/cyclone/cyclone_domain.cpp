@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/bus/cyclone/cyclone_domain.h"
+
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "common/bus/participants.h"
+
+namespace hrp {
+namespace {
+
+// All of it is about one rule or one measured microsecond:
+// - lo without multicast: nothing leaves the machine. Peers are then found by asking every port a participant may have.
+// - messages up to 64 kB: one system call for nearly every sample.
+// - watermarks off: a writer never waits for a reader, its KEEP_LAST depth bounds its memory.
+// - short discovery period: a process that missed the first packet is found within a second.
+std::string find_loopback_config() {
+  return R"(<CycloneDDS><Domain>
+  <General>
+    <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
+    <AllowMulticast>false</AllowMulticast>
+    <MaxMessageSize>65500B</MaxMessageSize>
+    <FragmentSize>65000B</FragmentSize>
+  </General>
+  <Discovery>
+    <Peers><Peer Address="localhost"/></Peers>
+    <ParticipantIndex>auto</ParticipantIndex>
+    <MaxAutoParticipantIndex>)" + std::to_string(kMostParticipants - 1) + R"(</MaxAutoParticipantIndex>
+    <SPDPInterval>1s</SPDPInterval>
+    <LeaseDuration>20s</LeaseDuration>
+  </Discovery>
+  <Internal>
+    <SocketReceiveBufferSize max="4MB"/>
+    <NackDelay>1ms</NackDelay>
+    <HeartbeatInterval min="2ms" minsched="5ms" max="8s">20ms</HeartbeatInterval>
+    <Watermarks>
+      <WhcHigh>1GB</WhcHigh><WhcHighInit>1GB</WhcHighInit><WhcLow>1GB</WhcLow><WhcAdaptive>false</WhcAdaptive>
+    </Watermarks>
+  </Internal>
+</Domain></CycloneDDS>)";
+}
+
+std::string find_interface_config(const std::string& address) {
+  return R"(<CycloneDDS><Domain>
+  <General><Interfaces><NetworkInterface address=")" + address + R"("/></Interfaces></General>
+  <Internal>
+    <SocketReceiveBufferSize max="4MB"/>
+    <Watermarks>
+      <WhcHigh>1GB</WhcHigh><WhcHighInit>1GB</WhcHighInit><WhcLow>1GB</WhcLow><WhcAdaptive>false</WhcAdaptive>
+    </Watermarks>
+  </Internal>
+</Domain></CycloneDDS>)";
+}
+
+std::string find_config(const BusOptions& options) {
+  if (!options.config_file.empty()) return "file://" + options.config_file;
+  if (!options.network_interface.empty()) return find_interface_config(options.network_interface);
+  return find_loopback_config();
+}
+
+}  // namespace
+
+std::shared_ptr<CycloneDomain> CycloneDomain::find_or_make(const BusOptions& options) {
+  static std::mutex mutex;
+  static std::map<int, std::weak_ptr<CycloneDomain>> domains;
+  std::lock_guard<std::mutex> lock(mutex);
+  std::shared_ptr<CycloneDomain> domain = domains[options.domain].lock();
+  if (!domain) {
+    domain.reset(new CycloneDomain(options));
+    domains[options.domain] = domain;
+  }
+  return domain;
+}
+
+CycloneDomain::CycloneDomain(const BusOptions& options) {
+  entity_ = dds_create_domain(static_cast<dds_domainid_t>(options.domain), find_config(options).c_str());
+  if (entity_ < 0) {
+    throw BusError("Cyclone DDS cannot open domain " + std::to_string(options.domain) + ": " +
+                   dds_strretcode(entity_) + " (its own words are on standard error)");
+  }
+}
+
+CycloneDomain::~CycloneDomain() { dds_delete(entity_); }
+
+}  // namespace hrp

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/bus/make_bus.h"
+
+#include <fstream>
+
+#include "common/base/diagnostics.h"
+#include "common/bus/cyclone/cyclone_bus.h"
+#include "common/bus/memory/memory_bus.h"
+
+namespace hrp {
+namespace {
+
+[[noreturn]] void refuse(const std::string& file, const std::string& field, const std::string& message) {
+  Diagnostic diagnostic;
+  diagnostic.file = file;
+  diagnostic.field = field;
+  diagnostic.message = message;
+  throw InputError(diagnostic);
+}
+
+void check_options(const BusOptions& options) {
+  // Ports are 7400 + 250 domain + ..., and end at 65535.
+  if (options.domain < 0 || options.domain > 230) {
+    refuse("", "domain", std::to_string(options.domain) + " is no DDS domain: expected 0 to 230");
+  }
+  if (!options.config_file.empty() && !std::ifstream(options.config_file)) {
+    refuse(options.config_file, "", "cannot read this DDS configuration file");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> find_bus_vendors() { return {"cyclone", "fast", "memory"}; }
+
+std::unique_ptr<Bus> make_bus(const BusOptions& options) {
+  check_options(options);
+  if (options.vendor == "cyclone") return std::make_unique<CycloneBus>(options);
+  if (options.vendor == "memory") return std::make_unique<MemoryBus>();
+  const std::string nearest = find_nearest(options.vendor, find_bus_vendors());
+  refuse("", "dds", "'" + options.vendor + "' is no bus: expected cyclone, fast or memory" +
+                        (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+}
+
+}  // namespace hrp
