@@ -66,6 +66,7 @@ void read_all(YamlMap& map, Scenario* scenario) {
     map.child("steps", [&](YamlMap& child) { read_steps(child, scenario); });
   }
   map.choice("integrator", &scenario->integrator, {"implicit", "semi_implicit_euler", "rk4"});
+  map.choice("interpolation", &scenario->interpolation, {"hold", "linear", "hermite"});
   map.flag("repair_inertias", &scenario->repair_inertias);
   map.integer("seed", &scenario->seed);
   // Keys of experiment folders that describe recordings; a simulation has no use for them.
@@ -109,6 +110,7 @@ Scenario parse_unchecked(const std::string& text, const std::string& path, Diagn
   const YAML::Node root = parse_yaml(text, path);
   Scenario scenario;
   scenario.path = path;
+  scenario.text = text;
   YamlContext context{path, diagnostics, &scenario.marks};
   try {
     YamlMap map(root, "", &context);

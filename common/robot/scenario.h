@@ -75,6 +75,10 @@ struct ContactSpec {
   double alpha = 2.4;            // [s/m] lambda = 3/2 alpha K, equation (3)
   double tangential_damping = 2e3;  // [N s/m] C of equation (5), per pair
   double restitution = 0.0;      // impulse model
+  int shared_points = 4;         // each point of a pair has 1 / shared_points of the pair's stiffness and damping
+  std::string damping = "projected";  // normal damper on the projected velocity of equation (2), or "two_sided"
+  double length_scale = 0.1;     // [m] weighs rotation against translation in the projection of equation (2)
+  double tangential_stiffness = 2e5;  // [N/m] per pair, holds what sticks (beyond the paper); 0 = equation (5) alone
 };
 
 // Sole bush between a foot's force sensor and its sole: slide z, roll, pitch.
@@ -82,6 +86,8 @@ struct FootBushSpec {
   double kz = 0, cz = 0;         // [N/m], [N s/m]
   double k_roll = 0, c_roll = 0, k_pitch = 0, c_pitch = 0;  // [N m/rad], [N m s/rad]
   double offset_roll = 0, offset_pitch = 0;  // [N m]
+  std::optional<Vector3d> center;  // [m] in the foot link; not given: centre of the sole's lower face
+  double upper_mass_ratio = 0.1;   // share of the foot's mass above the bush
 };
 
 // One extra law of one joint: name and parameters are those of the list of effects (viscous_friction, backlash, ...).
@@ -112,6 +118,7 @@ struct LoggingSpec {
 
 struct Scenario {
   std::string path;              // of the YAML file, for messages
+  std::string text;              // the YAML text as it was read
   std::string robot;             // URDF, absolute after loading
   bool floating_base = true;
   std::string drive = "servo";
@@ -132,6 +139,8 @@ struct Scenario {
   int control_period = 5;        // steps between two sensor samples / commands
   double duration = 0.0;         // [s] 0 = until stopped
   std::string integrator = "implicit";  // implicit, semi_implicit_euler, rk4
+  std::string interpolation = "linear";  // of commands within a control period: hold, linear, hermite
+  bool joint_stops = false;      // stops at the joint limits of the URDF
   ContactSpec contact;
   std::map<std::string, FootBushSpec> foot_bush; // by foot link
   std::map<std::string, std::vector<JointLawSpec>> joint_laws;  // by joint

@@ -28,6 +28,13 @@ void read_contact(YamlMap& map, ContactSpec* contact) {
   map.number("alpha", &contact->alpha, Bound::kNotNegative, "s/m");
   map.number("tangential_damping", &contact->tangential_damping, Bound::kNotNegative, "N s/m");
   map.number("restitution", &contact->restitution, Bound::kUnitInterval, "");
+  unsigned long long points = static_cast<unsigned long long>(contact->shared_points);
+  map.integer("shared_points", &points);
+  if (points < 1 || points > 64) map.error("shared_points", "is " + std::to_string(points) + ", expected 1 to 64");
+  contact->shared_points = static_cast<int>(std::min<unsigned long long>(points, 64));
+  map.choice("damping", &contact->damping, {"projected", "two_sided"});
+  map.number("length_scale", &contact->length_scale, Bound::kPositive, "m");
+  map.number("tangential_stiffness", &contact->tangential_stiffness, Bound::kNotNegative, "N/m");
 }
 
 void read_bush(YamlMap& map, FootBushSpec* bush) {
@@ -38,6 +45,11 @@ void read_bush(YamlMap& map, FootBushSpec* bush) {
   map.number("k_pitch", &bush->k_pitch, Bound::kNotNegative, "N m/rad");
   map.number("c_pitch", &bush->c_pitch, Bound::kNotNegative, "N m s/rad");
   map.number("offset_roll", &bush->offset_roll, Bound::kAny, "N m");
+  if (map.has("center")) {
+    bush->center = Vector3d::Zero();
+    map.vector3("center", &*bush->center, Bound::kAny, "m");
+  }
+  map.number("upper_mass_ratio", &bush->upper_mass_ratio, Bound::kUnitInterval, "");
   map.number("offset_pitch", &bush->offset_pitch, Bound::kAny, "N m");
 }
 
@@ -202,7 +214,7 @@ const std::vector<EffectSpec>& get_joint_effects() {
       {"load_dependent_friction", {"ratio"}, {}},
       {"rotor_inertia", {"inertia"}, {}},
       {"joint_elasticity", {"stiffness", "damping", "rotor_inertia"}, {}},
-      {"backlash", {"gap"}, {}},
+      {"backlash", {"gap"}, {"stiffness", "damping", "rotor_inertia"}},
       {"torque_constant_error", {"scale"}, {}},
       {"torque_saturation", {"limit"}, {}},
       {"actuator_lag", {"time_constant"}, {}},
@@ -242,6 +254,7 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
 void read_joint_sections(YamlMap& map, Scenario* scenario) {
   map.child("servo", [&](YamlMap& child) { read_servo(child, scenario); });
   map.flag("perfect_joints", &scenario->perfect_joints);
+  map.flag("joint_stops", &scenario->joint_stops);
   map.names("unactuated", &scenario->unactuated);
   map.numbers_by_name("rotor_inertia", &scenario->rotor_inertia, Bound::kNotNegative, "kg m^2 or kg");
   map.child("initial", [&](YamlMap& child) { read_initial(child, scenario); });
