@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/robot/scenario_check.h"
+
+#include <algorithm>
+
+namespace hrp {
+namespace {
+
+class Checker {
+ public:
+  Checker(const Scenario& scenario, const TreeSpec& tree, Diagnostics* diagnostics)
+      : scenario_(scenario), diagnostics_(diagnostics) {
+    for (const FrameSpec& frame : tree.frames) links_.push_back(frame.name);
+    for (int i = 0; i < tree.num_joints(); ++i) joints_.push_back(tree.joint(i).name);
+  }
+  void check_link(const std::string& key, const std::string& name) { check(key, name, links_, "link"); }
+  void check_joint(const std::string& key, const std::string& name) { check(key, name, joints_, "joint that moves"); }
+  template <typename Map>
+  void check_joint_keys(const std::string& key, const Map& map) {
+    for (const auto& item : map) check_joint(key + "." + item.first, item.first);
+  }
+  template <typename Map>
+  void check_link_keys(const std::string& key, const Map& map) {
+    for (const auto& item : map) check_link(key + "." + item.first, item.first);
+  }
+
+ private:
+  void check(const std::string& key, const std::string& name, const std::vector<std::string>& names,
+             const std::string& kind) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) return;
+    const std::string nearest = find_nearest(name, names);
+    diagnostics_->add_error(scenario_.make_diagnostic(
+        key, "the robot has no " + kind + " '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")));
+  }
+
+  const Scenario& scenario_;
+  Diagnostics* diagnostics_;
+  std::vector<std::string> links_, joints_;
+};
+
+void check_feet_have_soles(const Scenario& scenario, const RobotDescription& robot, Diagnostics* diagnostics) {
+  for (size_t i = 0; i < scenario.feet.size(); ++i) {
+    const int frame = robot.tree.find_frame(scenario.feet[i]);
+    if (frame < 0) continue;
+    const int link = robot.tree.frames[static_cast<size_t>(frame)].link;
+    const bool has_sole = std::any_of(robot.shapes.begin(), robot.shapes.end(),
+                                      [&](const CollisionShape& shape) { return shape.sole && shape.link == link; });
+    if (has_sole) continue;
+    const Diagnostic d = scenario.make_diagnostic("feet[" + std::to_string(i) + "]",
+        "link '" + scenario.feet[i] + "' has no collision geometry to stand on; give one in 'soles'");
+    if (robot.tree.floating_base && scenario.drive != "motion") {
+      diagnostics->add_error(d);
+    } else {
+      diagnostics->add_warning(d);
+    }
+  }
+}
+
+}  // namespace
+
+void check_scenario(const Scenario& scenario, const RobotDescription& robot, Diagnostics* diagnostics) {
+  Checker checker(scenario, robot.tree, diagnostics);
+  for (size_t i = 0; i < scenario.feet.size(); ++i) {
+    checker.check_link("feet[" + std::to_string(i) + "]", scenario.feet[i]);
+  }
+  for (size_t i = 0; i < scenario.unactuated.size(); ++i) {
+    checker.check_joint("unactuated[" + std::to_string(i) + "]", scenario.unactuated[i]);
+  }
+  checker.check_joint_keys("servo.joints", scenario.servo_joints);
+  checker.check_joint_keys("initial.joints", scenario.initial_joints);
+  checker.check_joint_keys("rotor_inertia", scenario.rotor_inertia);
+  checker.check_joint_keys("joint_laws", scenario.joint_laws);
+  checker.check_link_keys("soles", scenario.soles);
+  checker.check_link_keys("foot_bush", scenario.foot_bush);
+  for (const ImuSpec& imu : scenario.sensors.imus) checker.check_link("sensors.imu." + imu.name + ".link", imu.link);
+  for (const WrenchSpec& w : scenario.sensors.wrenches) checker.check_link("sensors.wrench." + w.name + ".link", w.link);
+  for (size_t i = 0; i < scenario.controller.joint_order.size(); ++i) {
+    checker.check_joint("controller.joint_order[" + std::to_string(i) + "]", scenario.controller.joint_order[i]);
+  }
+  check_feet_have_soles(scenario, robot, diagnostics);
+}
+
+}  // namespace hrp

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/model_parser/robot_loader.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/robot/scenario_check.h"
+#include "servers/model_parser/urdf_scan.h"
+#include "servers/model_parser/urdf_tree.h"
+
+namespace hrp {
+namespace {
+
+// Parsers of XML recurse and copy: text beyond this is no robot.
+constexpr size_t kLargestUrdf = 64u << 20;  // [bytes]
+
+std::string read_file(const std::string& path) {
+  Diagnostic d;
+  d.file = path;
+  std::error_code error;
+  std::ifstream file(path, std::ios::binary);
+  if (!file || !std::filesystem::is_regular_file(path, error)) {
+    d.message = "cannot be read: there is no such file, or no permission";
+    throw InputError(d);
+  }
+  if (std::filesystem::file_size(path, error) > kLargestUrdf) {
+    d.message = "is larger than 64 MB: not a URDF";
+    throw InputError(d);
+  }
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void throw_errors(const Diagnostics& diagnostics) {
+  if (diagnostics.has_errors()) throw InputError(diagnostics);
+}
+
+}  // namespace
+
+RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_path, const Scenario& scenario) {
+  Diagnostics diagnostics;
+  RobotDescription robot;
+  robot.urdf_path = urdf_path;
+  robot.urdf = urdf;
+  robot.scenario_path = scenario.path;
+  robot.scenario = scenario.text;
+  const UrdfScan scan = scan_urdf(urdf, urdf_path, &diagnostics);
+  throw_errors(diagnostics);
+  build_tree(urdf, scan, scenario, &robot, &diagnostics);
+  throw_errors(diagnostics);
+  check_scenario(scenario, robot, &diagnostics);
+  throw_errors(diagnostics);
+  robot.warnings = diagnostics.warning_texts();
+  return robot;
+}
+
+RobotDescription load_robot(const Scenario& scenario) { return parse_robot(read_file(scenario.robot), scenario.robot, scenario); }
+
+}  // namespace hrp

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Scenario -> robot description: the core of the model parser.
+#pragma once
+
+#include <string>
+
+#include "common/base/diagnostics.h"
+#include "common/robot/robot_description.h"
+#include "common/robot/scenario.h"
+
+namespace hrp {
+
+// Loads the URDF that `scenario` names and checks the scenario against it. Throws InputError with everything that is
+// wrong: file, line, element, reason. What was repaired, ignored or missing stands in RobotDescription::warnings.
+RobotDescription load_robot(const Scenario& scenario);
+
+// The same from text that was read from `urdf_path`.
+RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_path, const Scenario& scenario);
+
+}  // namespace hrp

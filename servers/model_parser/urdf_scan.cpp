@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/model_parser/urdf_scan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+
+#include <tinyxml2.h>
+
+namespace hrp {
+namespace {
+
+using Element = tinyxml2::XMLElement;
+
+class Scanner {
+ public:
+  Scanner(UrdfScan* scan, Diagnostics* diagnostics) : scan_(scan), diagnostics_(diagnostics) {}
+  void scan_robot(const Element& robot);
+
+ private:
+  void error(const Element& at, const std::string& owner, const std::string& message);
+  std::string read_name(const Element& element, const std::string& kind);
+  // `count` finite numbers in an attribute; returns them, empty after a complaint.
+  std::vector<double> read_numbers(const Element& element, const std::string& owner, const char* attribute, size_t count,
+                                   bool required);
+  void scan_origin(const Element& parent, const std::string& owner);
+  void scan_link(const Element& element);
+  void scan_inertial(const Element& element, const std::string& owner);
+  void scan_geometry(const Element& parent, const std::string& owner);
+  void scan_joint(const Element& element);
+  void scan_joint_numbers(const Element& element, const std::string& owner, JointScan* joint);
+  std::string read_link_reference(const Element& joint, const std::string& owner, const char* tag);
+
+  UrdfScan* scan_;
+  Diagnostics* diagnostics_;
+};
+
+std::string get_attribute(const Element& element, const char* name) {
+  const char* value = element.Attribute(name);
+  return value == nullptr ? "" : value;
+}
+
+void Scanner::error(const Element& at, const std::string& owner, const std::string& message) {
+  Diagnostic d;
+  d.file = scan_->file;
+  d.line = at.GetLineNum();
+  d.field = owner.empty() ? "<" + std::string(at.Name()) + ">" : owner + " <" + at.Name() + ">";
+  if (std::string(at.Name()) == "link" || std::string(at.Name()) == "joint") d.field = owner.empty() ? d.field : owner;
+  d.message = message;
+  diagnostics_->add_error(d);
+}
+
+std::string Scanner::read_name(const Element& element, const std::string& kind) {
+  const std::string name = get_attribute(element, "name");
+  if (name.empty()) error(element, "", "has no name; every " + kind + " needs one");
+  return name;
+}
+
+std::vector<double> Scanner::read_numbers(const Element& element, const std::string& owner, const char* attribute,
+                                          size_t count, bool required) {
+  const char* text = element.Attribute(attribute);
+  if (text == nullptr) {
+    if (required) error(element, owner, std::string("attribute '") + attribute + "' is missing");
+    return {};
+  }
+  std::vector<double> numbers;
+  std::istringstream words(text);
+  std::string word;
+  bool good = true;
+  while (words >> word) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    good = good && end != word.c_str() && *end == '\0' && std::isfinite(value);
+    numbers.push_back(value);
+  }
+  if (good && numbers.size() == count) return numbers;
+  error(element, owner, std::string(attribute) + " is '" + text + "', expected " + std::to_string(count) +
+                            (count == 1 ? " finite number" : " finite numbers"));
+  return {};
+}
+
+void Scanner::scan_origin(const Element& parent, const std::string& owner) {
+  const Element* origin = parent.FirstChildElement("origin");
+  if (origin == nullptr) return;
+  read_numbers(*origin, owner, "xyz", 3, false);
+  read_numbers(*origin, owner, "rpy", 3, false);
+}
+
+void Scanner::scan_inertial(const Element& element, const std::string& owner) {
+  scan_origin(element, owner);
+  const Element* mass = element.FirstChildElement("mass");
+  const Element* inertia = element.FirstChildElement("inertia");
+  if (mass == nullptr) error(element, owner, "has no <mass value=\"...\"/>");
+  if (inertia == nullptr) error(element, owner, "has no <inertia ixx=... />");
+  if (mass != nullptr) {
+    const auto value = read_numbers(*mass, owner, "value", 1, true);
+    if (!value.empty() && value[0] < 0.0) error(*mass, owner, "value is negative, expected a mass >= 0 [kg]");
+  }
+  if (inertia == nullptr) return;
+  for (const char* name : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}) read_numbers(*inertia, owner, name, 1, true);
+}
+
+void Scanner::scan_geometry(const Element& parent, const std::string& owner) {
+  const Element* geometry = parent.FirstChildElement("geometry");
+  const Element* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+  if (shape == nullptr) return error(parent, owner, "has no <geometry> with a shape");
+  const std::string kind = shape->Name();
+  std::vector<double> sizes;
+  const auto take = [&](const char* attribute, size_t count) {
+    for (double v : read_numbers(*shape, owner, attribute, count, true)) sizes.push_back(v);
+  };
+  if (kind == "box") {
+    take("size", 3);
+  } else if (kind == "sphere") {
+    take("radius", 1);
+  } else if (kind == "cylinder") {
+    take("radius", 1);
+    take("length", 1);
+  } else if (kind == "mesh") {
+    if (get_attribute(*shape, "filename").empty()) error(*shape, owner, "attribute 'filename' is missing");
+    read_numbers(*shape, owner, "scale", 3, false);
+  } else {
+    error(*shape, owner, "is no known shape, expected box, sphere, cylinder or mesh");
+  }
+  for (double size : sizes) {
+    if (size < 0.0) return error(*shape, owner, "has a negative size");
+  }
+}
+
+void Scanner::scan_link(const Element& element) {
+  LinkScan link;
+  link.name = read_name(element, "link");
+  link.line = element.GetLineNum();
+  const std::string owner = "link '" + link.name + "'";
+  if (!link.name.empty() && scan_->find_link_line(link.name) > 0) {
+    error(element, owner, "stands here again; first in line " + std::to_string(scan_->find_link_line(link.name)));
+  }
+  if (const Element* inertial = element.FirstChildElement("inertial")) {
+    link.inertial_line = inertial->GetLineNum();
+    scan_inertial(*inertial, owner);
+  }
+  for (const Element* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
+    link.collision_lines.push_back(c->GetLineNum());
+    scan_origin(*c, owner);
+    scan_geometry(*c, owner);
+  }
+  scan_->links.push_back(link);
+}
+
+std::string Scanner::read_link_reference(const Element& joint, const std::string& owner, const char* tag) {
+  const Element* element = joint.FirstChildElement(tag);
+  const std::string link = element == nullptr ? "" : get_attribute(*element, "link");
+  if (link.empty()) {
+    error(joint, owner, std::string("has no <") + tag + " link=\"...\"/>");
+    return "";
+  }
+  if (scan_->find_link_line(link) == 0) {
+    std::vector<std::string> names;
+    for (const LinkScan& l : scan_->links) names.push_back(l.name);
+    const std::string nearest = find_nearest(link, names);
+    error(*element, owner, "names link '" + link + "', which is not in the file" +
+                               (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+  }
+  return link;
+}
+
+void Scanner::scan_joint_numbers(const Element& element, const std::string& owner, JointScan* joint) {
+  scan_origin(element, owner);
+  if (const Element* axis = element.FirstChildElement("axis")) {
+    const auto xyz = read_numbers(*axis, owner, "xyz", 3, true);
+    if (xyz.size() == 3 && xyz[0] * xyz[0] + xyz[1] * xyz[1] + xyz[2] * xyz[2] < 1e-12 && joint->type != "fixed") {
+      error(*axis, owner, "has length zero, expected a direction");
+    }
+  }
+  if (const Element* limit = element.FirstChildElement("limit")) {
+    const auto lower = read_numbers(*limit, owner, "lower", 1, false);
+    const auto upper = read_numbers(*limit, owner, "upper", 1, false);
+    joint->has_lower = !lower.empty();
+    joint->has_upper = !upper.empty();
+    read_numbers(*limit, owner, "effort", 1, joint->type != "fixed");
+    read_numbers(*limit, owner, "velocity", 1, joint->type != "fixed");
+    const bool crossed = !lower.empty() && !upper.empty() && lower[0] > upper[0];
+    if (crossed && joint->type != "continuous") error(*limit, owner, "lower is above upper");
+  } else if (joint->type == "revolute" || joint->type == "prismatic") {
+    error(element, owner, "is " + joint->type + " and has no <limit lower upper effort velocity/>");
+  }
+  if (const Element* dynamics = element.FirstChildElement("dynamics")) {
+    for (const char* name : {"damping", "friction"}) {
+      const auto value = read_numbers(*dynamics, owner, name, 1, false);
+      if (!value.empty() && value[0] < 0.0) error(*dynamics, owner, std::string(name) + " is negative");
+    }
+  }
+  if (const Element* rotor = element.FirstChildElement("rotor")) {
+    const auto value = read_numbers(*rotor, owner, "inertia", 1, true);
+    if (!value.empty() && value[0] < 0.0) error(*rotor, owner, "inertia is negative");
+    if (!value.empty()) joint->rotor_inertia = value[0];
+  }
+  if (const Element* mimic = element.FirstChildElement("mimic")) {
+    joint->mimic_line = mimic->GetLineNum();
+    if (get_attribute(*mimic, "joint").empty()) error(*mimic, owner, "attribute 'joint' is missing");
+    read_numbers(*mimic, owner, "multiplier", 1, false);
+    read_numbers(*mimic, owner, "offset", 1, false);
+  }
+}
+
+void Scanner::scan_joint(const Element& element) {
+  JointScan joint;
+  joint.name = read_name(element, "joint");
+  joint.line = element.GetLineNum();
+  joint.type = get_attribute(element, "type");
+  const std::string owner = "joint '" + joint.name + "'";
+  if (!joint.name.empty() && scan_->find_joint_line(joint.name) > 0) {
+    error(element, owner, "stands here again; first in line " + std::to_string(scan_->find_joint_line(joint.name)));
+  }
+  static const std::set<std::string> known = {"revolute", "continuous", "prismatic", "fixed"};
+  if (joint.type == "planar" || joint.type == "floating") {
+    error(element, owner, "is of type '" + joint.type +
+                              "', which is not supported; a floating base is asked for by the scenario (base: floating)");
+  } else if (known.count(joint.type) == 0) {
+    error(element, owner, "is of type '" + joint.type + "', expected revolute, continuous, prismatic or fixed");
+  }
+  joint.parent = read_link_reference(element, owner, "parent");
+  joint.child = read_link_reference(element, owner, "child");
+  scan_joint_numbers(element, owner, &joint);
+  scan_->joints.push_back(joint);
+}
+
+void Scanner::scan_robot(const Element& robot) {
+  for (const Element* e = robot.FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) scan_link(*e);
+  // <joint> also stands in <transmission>; only those right below <robot> are joints of the tree.
+  for (const Element* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) scan_joint(*e);
+  if (scan_->links.empty()) error(robot, "", "has no <link>");
+}
+
+void add_error(const std::string& file, int line, const std::string& field, const std::string& message,
+               Diagnostics* diagnostics) {
+  Diagnostic d;
+  d.file = file;
+  d.line = line;
+  d.field = field;
+  d.message = message;
+  diagnostics->add_error(d);
+}
+
+// One root, one parent a link, no cycle.
+void check_tree(UrdfScan* scan, Diagnostics* diagnostics) {
+  std::map<std::string, const JointScan*> joint_of_child;
+  for (const JointScan& joint : scan->joints) {
+    const auto [it, fresh] = joint_of_child.emplace(joint.child, &joint);
+    if (fresh) continue;
+    add_error(scan->file, joint.line, "joint '" + joint.name + "'",
+              "moves link '" + joint.child + "', which joint '" + it->second->name + "' (line " +
+                  std::to_string(it->second->line) + ") moves already: closed loops are not part of URDF", diagnostics);
+  }
+  std::vector<const LinkScan*> roots;
+  for (const LinkScan& link : scan->links) {
+    if (joint_of_child.count(link.name) == 0) roots.push_back(&link);
+  }
+  for (size_t i = 1; i < roots.size(); ++i) {
+    add_error(scan->file, roots[i]->line, "link '" + roots[i]->name + "'",
+              "has no parent joint, and neither has '" + roots[0]->name + "' (line " + std::to_string(roots[0]->line) +
+                  "): a robot has one root", diagnostics);
+  }
+  if (!roots.empty()) scan->root = roots[0]->name;
+  std::set<std::string> named;  // one message a cycle
+  for (const LinkScan& link : scan->links) {
+    std::set<std::string> seen;
+    std::string at = link.name;
+    while (joint_of_child.count(at) > 0 && seen.insert(at).second) at = joint_of_child.at(at)->parent;
+    if (joint_of_child.count(at) == 0 || named.count(at) > 0) continue;
+    named.insert(seen.begin(), seen.end());
+    const JointScan& joint = *joint_of_child.at(at);
+    add_error(scan->file, joint.line, "joint '" + joint.name + "'", "is part of a cycle of parents and children",
+              diagnostics);
+  }
+}
+
+}  // namespace
+
+int UrdfScan::find_link_line(const std::string& name) const {
+  for (const LinkScan& link : links) {
+    if (link.name == name) return link.line;
+  }
+  return 0;
+}
+
+int UrdfScan::find_joint_line(const std::string& name) const {
+  for (const JointScan& joint : joints) {
+    if (joint.name == name) return joint.line;
+  }
+  return 0;
+}
+
+UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics* diagnostics) {
+  UrdfScan scan;
+  scan.file = file;
+  tinyxml2::XMLDocument document;
+  if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
+    std::string reason = document.ErrorStr() == nullptr ? "" : document.ErrorStr();
+    const size_t cut = reason.find("ErrorID=");
+    if (cut != std::string::npos && reason.find(": ", cut) != std::string::npos) {
+      reason = reason.substr(reason.rfind("XML_") == std::string::npos ? 0 : reason.find("XML_"));
+    }
+    add_error(file, document.ErrorLineNum(), "", "not valid XML: " + reason, diagnostics);
+    return scan;
+  }
+  const Element* robot = document.FirstChildElement("robot");
+  if (robot == nullptr) {
+    add_error(file, 0, "", "has no <robot> element: not a URDF", diagnostics);
+    return scan;
+  }
+  Scanner scanner(&scan, diagnostics);
+  scanner.scan_robot(*robot);
+  if (!diagnostics->has_errors()) check_tree(&scan, diagnostics);
+  return scan;
+}
+
+}  // namespace hrp

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// First look at a URDF: what urdfdom does not tell. Lines of elements, order of the file, numbers that are none, names
+// that are missing, double or unknown, cycles, several roots, and our <rotor> element.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/base/diagnostics.h"
+
+namespace hrp {
+
+struct LinkScan {
+  std::string name;
+  int line = 0;
+  int inertial_line = 0;               // 0 when there is none
+  std::vector<int> collision_lines;
+};
+
+struct JointScan {
+  std::string name, type, parent, child;
+  int line = 0;
+  int mimic_line = 0;
+  double rotor_inertia = 0.0;          // <rotor inertia="..."/> [kg m^2 or kg], reflected to the joint
+  bool has_lower = false, has_upper = false;
+};
+
+struct UrdfScan {
+  std::string file;
+  std::vector<LinkScan> links;         // in the order of the file
+  std::vector<JointScan> joints;
+  std::string root;
+
+  int find_link_line(const std::string& name) const;
+  int find_joint_line(const std::string& name) const;
+};
+
+// Adds errors to `diagnostics`; the scan can be used when there are none.
+UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics* diagnostics);
+
+}  // namespace hrp

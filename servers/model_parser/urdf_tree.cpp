@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/model_parser/urdf_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <mutex>
+#include <set>
+
+#include <console_bridge/console.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include "servers/model_parser/inertia_check.h"
+#include "servers/model_parser/mesh_path.h"
+
+namespace hrp {
+namespace {
+
+// What urdfdom says on its console while it parses.
+class MessageCatcher : public console_bridge::OutputHandler {
+ public:
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) text_ += (text_.empty() ? "" : "; ") + text;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+Transform make_transform(const urdf::Pose& pose) {
+  const Eigen::Quaterniond q(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z);
+  return {q.normalized().toRotationMatrix(), {pose.position.x, pose.position.y, pose.position.z}};
+}
+
+Vector3d make_vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+LinkInertia make_inertia(const urdf::Link& link) {
+  LinkInertia result;
+  if (!link.inertial) return result;
+  const urdf::Inertial& i = *link.inertial;
+  const Transform X_LI = make_transform(i.origin);
+  Matrix3d I;
+  I << i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz;
+  result.mass = i.mass;
+  result.p_LLcm_L = X_LI.p;
+  result.I_LLcm_L = X_LI.R * I * X_LI.R.transpose();
+  return result;
+}
+
+class TreeBuilder {
+ public:
+  TreeBuilder(const urdf::ModelInterface& model, const UrdfScan& scan, const Scenario& scenario, RobotDescription* robot,
+              Diagnostics* diagnostics)
+      : model_(model), scan_(scan), scenario_(scenario), robot_(*robot), diagnostics_(diagnostics) {}
+  void build();
+
+ private:
+  struct Place {
+    int link = 0;       // moving link that carries the URDF link
+    Transform X_LC;     // pose of the URDF link in it
+    bool sole = false;  // the URDF link, or one that it is fixed to, is a foot
+  };
+  void add(int line, const std::string& field, const std::string& message, bool is_error);
+  void place_links();
+  bool place(const JointScan& joint);
+  JointSpec make_joint(const JointScan& joint, const urdf::Joint& parsed, const Place& parent);
+  void lump(const std::string& name, const Place& place);
+  LinkInertia read_inertia(const LinkScan& link);
+  void add_shapes();
+  void add_shape(const LinkScan& link, const Place& place, size_t index, const urdf::Collision& collision);
+  bool is_foot(const std::string& link) const;
+  bool is_replaced_by_sole_box(const std::string& link) const;
+  void add_sole_boxes();
+  void resolve_mimics();
+  void check_moving_masses();
+
+  const urdf::ModelInterface& model_;
+  const UrdfScan& scan_;
+  const Scenario& scenario_;
+  RobotDescription& robot_;
+  Diagnostics* diagnostics_;
+  std::map<std::string, Place> places_;
+};
+
+void TreeBuilder::add(int line, const std::string& field, const std::string& message, bool is_error) {
+  Diagnostic d;
+  d.file = scan_.file;
+  d.line = line;
+  d.field = field;
+  d.message = message;
+  if (is_error) {
+    diagnostics_->add_error(d);
+  } else {
+    diagnostics_->add_warning(d);
+  }
+}
+
+bool TreeBuilder::is_foot(const std::string& link) const {
+  return std::find(scenario_.feet.begin(), scenario_.feet.end(), link) != scenario_.feet.end();
+}
+
+LinkInertia TreeBuilder::read_inertia(const LinkScan& link) {
+  const LinkInertia inertia = make_inertia(*model_.getLink(link.name));
+  if (inertia.mass == 0.0 && inertia.I_LLcm_L.isZero(0.0)) return inertia;
+  const std::string field = "link '" + link.name + "' <inertial>";
+  if (inertia.mass == 0.0) {
+    add(link.inertial_line, field, "has an inertia but no mass", true);
+    return LinkInertia();
+  }
+  if (inertia.I_LLcm_L.isZero(0.0)) return inertia;  // a point mass: judged with what it is fixed to
+  const std::string fault = find_inertia_fault(inertia);
+  if (fault.empty()) return inertia;
+  if (!scenario_.repair_inertias) {
+    add(link.inertial_line, field, fault + "; the scenario's 'repair_inertias: true' would repair it", true);
+    return inertia;
+  }
+  const LinkInertia repaired = repair_inertia(inertia);
+  const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(repaired.I_LLcm_L).eigenvalues();
+  char text[100];
+  std::snprintf(text, sizeof text, "; repaired to %.6g, %.6g, %.6g", moments[0], moments[1], moments[2]);
+  add(link.inertial_line, field, fault + text, false);
+  return repaired;
+}
+
+void TreeBuilder::lump(const std::string& name, const Place& place) {
+  for (const LinkScan& link : scan_.links) {
+    if (link.name != name) continue;
+    LinkInertia& total = robot_.tree.links[static_cast<size_t>(place.link)].inertia;
+    total = add_inertias(total, read_inertia(link), place.X_LC);
+  }
+  places_[name] = place;
+}
+
+JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& parsed, const Place& parent) {
+  JointSpec spec;
+  spec.name = joint.name;
+  spec.kind = joint.type == "prismatic" ? JointKind::kPrismatic : JointKind::kRevolute;
+  spec.X_PF = parent.X_LC * make_transform(parsed.parent_to_joint_origin_transform);
+  spec.axis_F = make_vector(parsed.axis).normalized();
+  spec.rotor_inertia = joint.rotor_inertia;
+  if (parsed.limits) {
+    if (joint.type != "continuous") {
+      spec.lower = parsed.limits->lower;
+      spec.upper = parsed.limits->upper;
+    }
+    // Exporters write 0 where they know no limit; a drive that can do nothing is said by `unactuated`.
+    if (parsed.limits->effort > 0.0) spec.effort_limit = parsed.limits->effort;
+    if (parsed.limits->velocity > 0.0) spec.velocity_limit = parsed.limits->velocity;
+  }
+  if (parsed.dynamics) {
+    spec.viscous_friction = parsed.dynamics->damping;
+    spec.coulomb_friction = parsed.dynamics->friction;
+  }
+  const auto rotor = scenario_.rotor_inertia.find(joint.name);
+  if (rotor != scenario_.rotor_inertia.end()) spec.rotor_inertia = rotor->second;
+  const auto& passive = scenario_.unactuated;
+  spec.actuated = std::find(passive.begin(), passive.end(), joint.name) == passive.end();
+  return spec;
+}
+
+bool TreeBuilder::place(const JointScan& joint) {
+  const auto parent = places_.find(joint.parent);
+  if (parent == places_.end()) return false;
+  const urdf::JointConstSharedPtr parsed = model_.getJoint(joint.name);
+  Place place = parent->second;
+  if (joint.type == "fixed") {
+    place.X_LC = place.X_LC * make_transform(parsed->parent_to_joint_origin_transform);
+    place.sole = place.sole || is_foot(joint.child);
+  } else {
+    LinkSpec link;
+    link.name = joint.child;
+    link.parent = place.link;
+    link.joint = make_joint(joint, *parsed, place);
+    robot_.tree.links.push_back(link);
+    place = {static_cast<int>(robot_.tree.links.size()) - 1, Transform(), is_foot(joint.child)};
+  }
+  lump(joint.child, place);
+  return true;
+}
+
+// Joints in the order of the file, but parents first: passes over what is left until nothing is.
+void TreeBuilder::place_links() {
+  robot_.tree.links.assign(1, LinkSpec());
+  robot_.tree.links[0].name = scan_.root;
+  lump(scan_.root, {0, Transform(), is_foot(scan_.root)});
+  std::vector<const JointScan*> left;
+  for (const JointScan& joint : scan_.joints) left.push_back(&joint);
+  while (!left.empty()) {
+    std::vector<const JointScan*> next;
+    for (const JointScan* joint : left) {
+      if (!place(*joint)) next.push_back(joint);
+    }
+    if (next.size() == left.size()) return;  // cannot be: the scan found one tree
+    left.swap(next);
+  }
+}
+
+bool TreeBuilder::is_replaced_by_sole_box(const std::string& link) const {
+  const int body = places_.at(link).link;
+  for (const auto& [foot, sole] : scenario_.soles) {
+    const auto it = places_.find(foot);
+    if (it != places_.end() && it->second.link == body && places_.at(link).sole) return true;
+  }
+  return false;
+}
+
+void TreeBuilder::add_shape(const LinkScan& link, const Place& place, size_t index, const urdf::Collision& collision) {
+  CollisionShape shape;
+  shape.link = place.link;
+  shape.name = link.name + (link.collision_lines.size() > 1 ? "#" + std::to_string(index) : "");
+  shape.X_LG = place.X_LC * make_transform(collision.origin);
+  shape.sole = place.sole;
+  const urdf::Geometry& geometry = *collision.geometry;
+  if (geometry.type == urdf::Geometry::BOX) {
+    shape.kind = ShapeKind::kBox;
+    shape.size = make_vector(static_cast<const urdf::Box&>(geometry).dim);
+  } else if (geometry.type == urdf::Geometry::SPHERE) {
+    shape.kind = ShapeKind::kSphere;
+    shape.size.x() = static_cast<const urdf::Sphere&>(geometry).radius;
+  } else if (geometry.type == urdf::Geometry::CYLINDER) {
+    shape.kind = ShapeKind::kCylinder;
+    const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
+    shape.size = {cylinder.radius, cylinder.length, 0.0};
+  } else {
+    const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
+    shape.kind = ShapeKind::kMesh;
+    shape.scale = make_vector(mesh.scale);
+    shape.mesh = find_mesh(mesh.filename, robot_.urdf_path);
+    if (shape.mesh.empty()) {
+      const std::string field = "link '" + link.name + "' <collision> <mesh>";
+      const std::string text = "there is no file '" + mesh.filename + "'";
+      add(link.collision_lines[index], field,
+          text + (place.sole ? "; a foot needs its geometry: add the mesh, or give the scenario a box: 'soles: {" + link.name +
+                                   ": {box: [x, y, z], xyz: [x, y, z]}}'"
+                             : "; simulated without it"), place.sole);
+      return;
+    }
+  }
+  robot_.shapes.push_back(shape);
+}
+
+void TreeBuilder::add_shapes() {
+  for (const LinkScan& link : scan_.links) {
+    const urdf::LinkConstSharedPtr parsed = model_.getLink(link.name);
+    const Place& place = places_.at(link.name);
+    if (is_replaced_by_sole_box(link.name)) continue;
+    for (size_t i = 0; i < parsed->collision_array.size() && i < link.collision_lines.size(); ++i) {
+      if (parsed->collision_array[i] && parsed->collision_array[i]->geometry) {
+        add_shape(link, place, i, *parsed->collision_array[i]);
+      }
+    }
+  }
+  add_sole_boxes();
+}
+
+void TreeBuilder::add_sole_boxes() {
+  for (const auto& [foot, sole] : scenario_.soles) {
+    const auto place = places_.find(foot);
+    if (place == places_.end()) continue;  // check_scenario() names it
+    CollisionShape shape;
+    shape.link = place->second.link;
+    shape.name = foot + "#sole";
+    shape.X_LG = place->second.X_LC * Transform{make_rotation_from_rpy(sole.rpy_LG), sole.p_LG};
+    shape.size = sole.box;
+    shape.sole = true;
+    robot_.shapes.push_back(shape);
+  }
+  std::stable_sort(robot_.shapes.begin(), robot_.shapes.end(),
+                   [](const CollisionShape& a, const CollisionShape& b) { return a.link < b.link; });
+}
+
+// q = multiplier q_followed + offset. A chain of mimics is followed to the joint that moves by itself.
+void TreeBuilder::resolve_mimics() {
+  for (const JointScan& joint : scan_.joints) {
+    if (joint.mimic_line == 0 || joint.type == "fixed") continue;
+    MimicSpec mimic{-1, 1.0, 0.0};
+    std::set<std::string> seen;
+    std::string at = joint.name;
+    std::string fault;
+    for (auto parsed = model_.getJoint(at); parsed && parsed->mimic; parsed = model_.getJoint(at)) {
+      if (!seen.insert(at).second) fault = "follows itself, through '" + at + "'";
+      if (!fault.empty()) break;
+      mimic.offset += mimic.multiplier * parsed->mimic->offset;
+      mimic.multiplier *= parsed->mimic->multiplier;
+      at = parsed->mimic->joint_name;
+    }
+    mimic.joint = robot_.tree.find_joint(at);
+    if (fault.empty() && mimic.joint < 0) fault = "follows joint '" + at + "', which is not a moving joint of this file";
+    if (!fault.empty()) {
+      add(joint.mimic_line, "joint '" + joint.name + "' <mimic>", fault, true);
+      continue;
+    }
+    robot_.tree.joint(robot_.tree.find_joint(joint.name)).mimic = mimic;
+  }
+}
+
+// A link that moves needs mass, its own or of links that it carries; its inertia must be one.
+void TreeBuilder::check_moving_masses() {
+  const std::vector<LinkSpec>& links = robot_.tree.links;
+  std::vector<double> carried(links.size(), 0.0);
+  for (size_t i = links.size(); i-- > 0;) {
+    carried[i] += links[i].inertia.mass;
+    if (links[i].parent >= 0) carried[static_cast<size_t>(links[i].parent)] += carried[i];
+  }
+  for (size_t i = 0; i < links.size(); ++i) {
+    if (i == 0 && !scenario_.floating_base) continue;
+    const int line = scan_.find_link_line(links[i].name);
+    const std::string field = "link '" + links[i].name + "'";
+    const LinkInertia& inertia = links[i].inertia;
+    if (inertia.mass == 0.0) {
+      const bool hopeless = i == 0 || (carried[i] == 0.0 && links[i].joint.rotor_inertia == 0.0);
+      add(line, field, hopeless ? "moves but has no mass, and carries none" : "moves but has no mass of its own", hopeless);
+    } else if (inertia.I_LLcm_L.isZero(0.0)) {
+      add(line, field, "moves and is a point mass: its inertia is zero, expected one that is positive definite", true);
+    }
+  }
+}
+
+void TreeBuilder::build() {
+  robot_.tree.name = model_.getName();
+  robot_.tree.floating_base = scenario_.floating_base;
+  place_links();
+  for (const LinkScan& link : scan_.links) {
+    const Place& place = places_.at(link.name);
+    robot_.tree.frames.push_back({link.name, place.link, place.X_LC});
+  }
+  add_shapes();
+  resolve_mimics();
+  check_moving_masses();
+}
+
+// Both parsers must have seen the same robot: on malformed text they could differ.
+bool agrees(const urdf::ModelInterface& model, const UrdfScan& scan) {
+  for (const LinkScan& link : scan.links) {
+    if (!model.getLink(link.name)) return false;
+  }
+  for (const JointScan& joint : scan.joints) {
+    if (!model.getJoint(joint.name)) return false;
+  }
+  return true;
+}
+
+// urdfdom's console is global.
+std::mutex& get_urdfdom_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+}  // namespace
+
+void build_tree(const std::string& urdf, const UrdfScan& scan, const Scenario& scenario, RobotDescription* robot,
+                Diagnostics* diagnostics) {
+  urdf::ModelInterfaceSharedPtr model;
+  MessageCatcher catcher;
+  std::string thrown;
+  {
+    const std::lock_guard<std::mutex> lock(get_urdfdom_mutex());
+    console_bridge::useOutputHandler(&catcher);
+    try {
+      model = urdf::parseURDF(urdf);
+    } catch (const std::exception& error) {
+      thrown = error.what();
+    }
+    console_bridge::restorePreviousOutputHandler();
+  }
+  if (!model || !agrees(*model, scan)) {
+    Diagnostic d;
+    d.file = scan.file;
+    d.message = "urdfdom refuses it: " + (thrown.empty() ? catcher.text() : thrown);
+    for (const LinkScan& link : scan.links) {
+      if (d.line == 0 && catcher.text().find("[" + link.name + "]") != std::string::npos) d.line = link.line;
+    }
+    diagnostics->add_error(d);
+    return;
+  }
+  TreeBuilder(*model, scan, scenario, robot, diagnostics).build();
+}
+
+}  // namespace hrp
