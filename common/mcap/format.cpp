@@ -73,7 +73,8 @@ bool get_schema(Cursor cursor, Schema* schema) {
   schema->name = cursor.get_string();
   schema->encoding = cursor.get_string();
   schema->text = cursor.get_string();
-  return cursor.ok() && schema->id != 0;
+  // Nothing may follow: a damaged length would swallow the records behind.
+  return cursor.ok() && schema->id != 0 && cursor.remaining() == 0;
 }
 
 bool get_channel(Cursor cursor, Channel* channel) {
@@ -82,7 +83,7 @@ bool get_channel(Cursor cursor, Channel* channel) {
   channel->topic = cursor.get_string();
   channel->message_encoding = cursor.get_string();
   const size_t map_size = cursor.get<uint32_t>();
-  if (!cursor.ok() || map_size > cursor.remaining()) return false;
+  if (!cursor.ok() || map_size != cursor.remaining()) return false;
   const size_t map_end = cursor.position() + map_size;
   while (cursor.ok() && cursor.position() < map_end) {
     std::string key = cursor.get_string();

@@ -185,7 +185,8 @@ void Reader::scan() {
     // A message index without a chunk before it shows that the head of a chunk was damaged.
     const bool orphan =
         opcode == Opcode::kMessageIndex && previous != Opcode::kChunk && previous != Opcode::kMessageIndex;
-    if (!may_stand_in_data(opcode) || orphan) {
+    const bool headless = offset == kMagic.size() && opcode != Opcode::kHeader;
+    if (!may_stand_in_data(opcode) || orphan || headless) {
       if (orphan && previous == Opcode::kMessage) chunks_.pop_back();  // that was the chunk
       find_damage(offset, "no record that could stand here begins here");
       return;
