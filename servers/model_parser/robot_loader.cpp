@@ -48,7 +48,7 @@ RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_pa
   robot.scenario = scenario.text;
   const UrdfScan scan = scan_urdf(urdf, urdf_path, &diagnostics);
   throw_errors(diagnostics);
-  build_tree(urdf, scan, scenario, &robot, &diagnostics);
+  build_tree(scan, scenario, &robot, &diagnostics);
   throw_errors(diagnostics);
   check_scenario(scenario, robot, &diagnostics);
   throw_errors(diagnostics);

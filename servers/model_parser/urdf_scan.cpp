@@ -277,6 +277,20 @@ void check_tree(UrdfScan* scan, Diagnostics* diagnostics) {
   }
 }
 
+void remove_children(tinyxml2::XMLElement* parent, const char* name) {
+  while (tinyxml2::XMLElement* child = parent->FirstChildElement(name)) parent->DeleteChild(child);
+}
+
+std::string print_bare(tinyxml2::XMLDocument* document, tinyxml2::XMLElement* robot) {
+  for (const char* name : {"material", "gazebo", "transmission", "sensor"}) remove_children(robot, name);
+  for (auto* link = robot->FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
+    remove_children(link, "visual");
+  }
+  tinyxml2::XMLPrinter printer(nullptr, true);
+  document->Print(&printer);
+  return printer.CStr();
+}
+
 }  // namespace
 
 int UrdfScan::find_link_line(const std::string& name) const {
@@ -306,7 +320,7 @@ UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics
     add_error(file, document.ErrorLineNum(), "", "not valid XML: " + reason, diagnostics);
     return scan;
   }
-  const Element* robot = document.FirstChildElement("robot");
+  Element* robot = document.FirstChildElement("robot");
   if (robot == nullptr) {
     add_error(file, 0, "", "has no <robot> element: not a URDF", diagnostics);
     return scan;
@@ -314,6 +328,7 @@ UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics
   Scanner scanner(&scan, diagnostics);
   scanner.scan_robot(*robot);
   if (!diagnostics->has_errors()) check_tree(&scan, diagnostics);
+  scan.bare_xml = print_bare(&document, robot);
   return scan;
 }
 

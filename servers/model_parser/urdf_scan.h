@@ -31,6 +31,9 @@ struct UrdfScan {
   std::vector<LinkScan> links;         // in the order of the file
   std::vector<JointScan> joints;
   std::string root;
+  // The XML without what simulation does not use (visuals, materials, simulator and transmission blocks). urdfdom stops
+  // reading a link at a faulty visual and silently drops the collision elements behind it (seen with SR1's chest).
+  std::string bare_xml;
 
   int find_link_line(const std::string& name) const;
   int find_joint_line(const std::string& name) const;

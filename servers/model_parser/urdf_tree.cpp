@@ -351,8 +351,7 @@ std::mutex& get_urdfdom_mutex() {
 
 }  // namespace
 
-void build_tree(const std::string& urdf, const UrdfScan& scan, const Scenario& scenario, RobotDescription* robot,
-                Diagnostics* diagnostics) {
+void build_tree(const UrdfScan& scan, const Scenario& scenario, RobotDescription* robot, Diagnostics* diagnostics) {
   urdf::ModelInterfaceSharedPtr model;
   MessageCatcher catcher;
   std::string thrown;
@@ -360,13 +359,13 @@ void build_tree(const std::string& urdf, const UrdfScan& scan, const Scenario& s
     const std::lock_guard<std::mutex> lock(get_urdfdom_mutex());
     console_bridge::useOutputHandler(&catcher);
     try {
-      model = urdf::parseURDF(urdf);
+      model = urdf::parseURDF(scan.bare_xml);
     } catch (const std::exception& error) {
       thrown = error.what();
     }
     console_bridge::restorePreviousOutputHandler();
   }
-  if (!model || !agrees(*model, scan)) {
+  if (!model || !agrees(*model, scan) || !catcher.text().empty()) {
     Diagnostic d;
     d.file = scan.file;
     d.message = "urdfdom refuses it: " + (thrown.empty() ? catcher.text() : thrown);

@@ -2,8 +2,6 @@
 // urdfdom's model -> tree of moving links, fixed joints lumped. The only folder that includes urdfdom.
 #pragma once
 
-#include <string>
-
 #include "common/base/diagnostics.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
@@ -12,7 +10,6 @@
 namespace hrp {
 
 // Fills tree and shapes. What is wrong goes to `diagnostics`, with file and line; warnings, too.
-void build_tree(const std::string& urdf, const UrdfScan& scan, const Scenario& scenario, RobotDescription* robot,
-                Diagnostics* diagnostics);
+void build_tree(const UrdfScan& scan, const Scenario& scenario, RobotDescription* robot, Diagnostics* diagnostics);
 
 }  // namespace hrp
