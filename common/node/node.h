@@ -21,8 +21,9 @@ enum class NodeOutcome { kRunning, kFinished, kFailed };
 class Node {
  public:
   virtual ~Node() = default;
-  // Called every 10 ms or so, under the bus's mutex: repeats, time-outs, pacing.
+  // Called every idle_period() or so, under the bus's mutex: repeats, time-outs, pacing.
   virtual void on_idle(std::chrono::steady_clock::time_point now) = 0;
+  virtual std::chrono::milliseconds idle_period() const { return std::chrono::milliseconds(10); }
   virtual NodeOutcome outcome() const = 0;
   // Clean end asked for (SIGINT, SIGTERM): finish what is at hand, then outcome() != kRunning.
   virtual void request_stop() = 0;

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/messages/convert.h"
+
+#include "common/base/check.h"
+
+namespace hrp {
+namespace {
+
+void set(const Vector3d& v, msg::Vector3* m) {
+  m->x(v.x());
+  m->y(v.y());
+  m->z(v.z());
+}
+
+void set(const Eigen::Quaterniond& q, msg::Quaternion* m) {
+  m->w(q.w());
+  m->x(q.x());
+  m->y(q.y());
+  m->z(q.z());
+}
+
+void set(const Transform& X, msg::Pose* m) {
+  set(Eigen::Quaterniond(X.R), &m->rotation());
+  set(X.p, &m->translation());
+}
+
+void set(const Vector6d& V, msg::Twist* m) {
+  set(Vector3d(V.head<3>()), &m->angular());
+  set(Vector3d(V.tail<3>()), &m->linear());
+}
+
+void set(const Vector6d& F, msg::Wrench3* m) {
+  set(Vector3d(F.head<3>()), &m->moment());
+  set(Vector3d(F.tail<3>()), &m->force());
+}
+
+void set(const Eigen::VectorXd& v, std::vector<double>* m) { m->assign(v.data(), v.data() + v.size()); }
+
+void get(const std::vector<double>& m, Eigen::VectorXd* v) {
+  v->resize(static_cast<Eigen::Index>(m.size()));
+  for (size_t i = 0; i < m.size(); ++i) (*v)[static_cast<Eigen::Index>(i)] = m[i];
+}
+
+Vector6d get(const msg::Twist& m) {
+  Vector6d V;
+  V << from_message(m.angular()), from_message(m.linear());
+  return V;
+}
+
+Vector6d get(const msg::Wrench3& m) {
+  Vector6d F;
+  F << from_message(m.moment()), from_message(m.force());
+  return F;
+}
+
+void set(const PointForce& point, msg::PointForce* m) {
+  set(point.p_WC, &m->p_WC());
+  set(point.n_BA_W, &m->n_BA_W());
+  m->depth(point.depth);
+  set(point.spring, &m->spring());
+  set(point.damper, &m->damper());
+  set(point.friction, &m->friction());
+  set(point.total, &m->total());
+  set(point.slip, &m->slip());
+  m->clipped(point.clipped);
+}
+
+PointForce get(const msg::PointForce& m) {
+  PointForce point;
+  point.p_WC = from_message(m.p_WC());
+  point.n_BA_W = from_message(m.n_BA_W());
+  point.depth = m.depth();
+  point.spring = from_message(m.spring());
+  point.damper = from_message(m.damper());
+  point.friction = from_message(m.friction());
+  point.total = from_message(m.total());
+  point.slip = from_message(m.slip());
+  point.clipped = m.clipped();
+  return point;
+}
+
+}  // namespace
+
+BodyNames::BodyNames(const TreeSpec& tree, const Scenario& scenario) {
+  for (const LinkSpec& link : tree.links) links_.push_back(link.name);
+  others_.push_back("ground");
+  for (const ObstacleSpec& obstacle : scenario.obstacles) others_.push_back(obstacle.name);
+}
+
+bool BodyNames::contains(int body) const {
+  return body >= 0 ? static_cast<size_t>(body) < links_.size() : static_cast<size_t>(-1 - body) < others_.size();
+}
+
+const std::string& BodyNames::get(int body) const {
+  HRP_CHECK(contains(body), "body " << body << ", " << links_.size() << " links, " << others_.size() << " others");
+  return body >= 0 ? links_[static_cast<size_t>(body)] : others_[static_cast<size_t>(-1 - body)];
+}
+
+msg::Vector3 to_message(const Vector3d& v) {
+  msg::Vector3 m;
+  set(v, &m);
+  return m;
+}
+
+msg::Quaternion to_message(const Eigen::Quaterniond& q) {
+  msg::Quaternion m;
+  set(q, &m);
+  return m;
+}
+
+msg::Pose to_message(const Transform& X) {
+  msg::Pose m;
+  set(X, &m);
+  return m;
+}
+
+Vector3d from_message(const msg::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+Eigen::Quaterniond from_message(const msg::Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+Transform from_message(const msg::Pose& pose) {
+  return {from_message(pose.rotation()).toRotationMatrix(), from_message(pose.translation())};
+}
+
+void to_message(const State& state, const Eigen::VectorXd& efforts, unsigned long long hash, msg::RobotState* message) {
+  set(state.R_WB, &message->X_WB().rotation());
+  set(state.p_WB, &message->X_WB().translation());
+  set(state.V_WB, &message->V_WB());
+  set(state.q, &message->positions());
+  set(state.qd, &message->velocities());
+  set(efforts, &message->efforts());
+  message->hash(hash);
+}
+
+void from_message(const msg::RobotState& message, State* state) {
+  state->R_WB = from_message(message.X_WB().rotation());
+  state->p_WB = from_message(message.X_WB().translation());
+  state->V_WB = get(message.V_WB());
+  get(message.positions(), &state->q);
+  get(message.velocities(), &state->qd);
+}
+
+void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message) {
+  message->pairs().resize(contacts.size());
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    const ContactPair& pair = contacts[i];
+    msg::ContactPair& m = message->pairs()[i];
+    m.body_a(pair.body_a);
+    m.body_b(pair.body_b);
+    m.name_a() = names.get(pair.body_a);
+    m.name_b() = names.get(pair.body_b);
+    m.points().resize(pair.points.size());
+    for (size_t j = 0; j < pair.points.size(); ++j) {
+      set(pair.points[j].p_WC, &m.points()[j].p_WC());
+      set(pair.points[j].n_BA_W, &m.points()[j].n_BA_W());
+      m.points()[j].depth(pair.points[j].depth);
+    }
+    set(pair.separation, &m.separation());
+    set(pair.separation_turn, &m.separation_turn());
+    set(pair.p_WR, &m.reference());
+    m.friction(pair.friction);
+  }
+}
+
+void from_message(const msg::ContactSet& message, ContactSet* contacts) {
+  contacts->resize(message.pairs().size());
+  for (size_t i = 0; i < contacts->size(); ++i) {
+    const msg::ContactPair& m = message.pairs()[i];
+    ContactPair& pair = (*contacts)[i];
+    pair.body_a = m.body_a();
+    pair.body_b = m.body_b();
+    pair.points.resize(m.points().size());
+    for (size_t j = 0; j < pair.points.size(); ++j) {
+      pair.points[j].p_WC = from_message(m.points()[j].p_WC());
+      pair.points[j].n_BA_W = from_message(m.points()[j].n_BA_W());
+      pair.points[j].depth = m.points()[j].depth();
+    }
+    pair.separation = from_message(m.separation());
+    pair.separation_turn = from_message(m.separation_turn());
+    pair.p_WR = from_message(m.reference());
+    pair.friction = m.friction();
+  }
+}
+
+void to_message(const ContactForces& forces, const BodyNames& names, msg::ContactForces* message) {
+  message->pairs().resize(forces.size());
+  for (size_t i = 0; i < forces.size(); ++i) {
+    const PairForce& pair = forces[i];
+    msg::PairForce& m = message->pairs()[i];
+    m.body_a(pair.body_a);
+    m.body_b(pair.body_b);
+    m.name_a() = names.get(pair.body_a);
+    m.name_b() = names.get(pair.body_b);
+    set(pair.p_WR, &m.reference());
+    set(pair.spring, &m.spring());
+    set(pair.damper, &m.damper());
+    set(pair.friction, &m.friction());
+    set(pair.total, &m.total());
+    m.clipped(pair.clipped);
+    m.points().resize(pair.points.size());
+    for (size_t j = 0; j < pair.points.size(); ++j) set(pair.points[j], &m.points()[j]);
+  }
+}
+
+void from_message(const msg::ContactForces& message, ContactForces* forces) {
+  forces->resize(message.pairs().size());
+  for (size_t i = 0; i < forces->size(); ++i) {
+    const msg::PairForce& m = message.pairs()[i];
+    PairForce& pair = (*forces)[i];
+    pair.body_a = m.body_a();
+    pair.body_b = m.body_b();
+    pair.p_WR = from_message(m.reference());
+    pair.spring = get(m.spring());
+    pair.damper = get(m.damper());
+    pair.friction = get(m.friction());
+    pair.total = get(m.total());
+    pair.clipped = m.clipped();
+    pair.points.resize(m.points().size());
+    for (size_t j = 0; j < pair.points.size(); ++j) pair.points[j] = get(m.points()[j]);
+  }
+}
+
+void to_message(const SensorSample& sample, const SensorsSpec& sensors, msg::SensorData* message) {
+  HRP_CHECK(sample.imus.size() == sensors.imus.size() && sample.wrenches.size() == sensors.wrenches.size(),
+            sample.imus.size() << " of " << sensors.imus.size() << " IMUs, " << sample.wrenches.size() << " of "
+                               << sensors.wrenches.size() << " wrench sensors");
+  set(sample.q, &message->positions());
+  set(sample.qd, &message->velocities());
+  set(sample.effort, &message->efforts());
+  message->imus().resize(sample.imus.size());
+  for (size_t i = 0; i < sample.imus.size(); ++i) {
+    msg::ImuSample& m = message->imus()[i];
+    m.name() = sensors.imus[i].name;
+    set(sample.imus[i].R_WS, &m.orientation());
+    set(sample.imus[i].angular_velocity, &m.angular_velocity());
+    set(sample.imus[i].linear_acceleration, &m.linear_acceleration());
+  }
+  message->wrenches().resize(sample.wrenches.size());
+  for (size_t i = 0; i < sample.wrenches.size(); ++i) {
+    msg::WrenchSample& m = message->wrenches()[i];
+    m.name() = sensors.wrenches[i].name;
+    set(sample.wrenches[i].force, &m.force());
+    set(sample.wrenches[i].torque, &m.torque());
+  }
+  message->base_pose().resize(sample.has_base_pose ? 1 : 0);
+  message->base_twist().resize(sample.has_base_pose ? 1 : 0);
+  if (sample.has_base_pose) {
+    set(sample.X_WB, &message->base_pose()[0]);
+    set(sample.V_WB, &message->base_twist()[0]);
+  }
+}
+
+void from_message(const msg::SensorData& message, SensorSample* sample) {
+  get(message.positions(), &sample->q);
+  get(message.velocities(), &sample->qd);
+  get(message.efforts(), &sample->effort);
+  sample->imus.resize(message.imus().size());
+  for (size_t i = 0; i < sample->imus.size(); ++i) {
+    sample->imus[i].R_WS = from_message(message.imus()[i].orientation());
+    sample->imus[i].angular_velocity = from_message(message.imus()[i].angular_velocity());
+    sample->imus[i].linear_acceleration = from_message(message.imus()[i].linear_acceleration());
+  }
+  sample->wrenches.resize(message.wrenches().size());
+  for (size_t i = 0; i < sample->wrenches.size(); ++i) {
+    sample->wrenches[i].force = from_message(message.wrenches()[i].force());
+    sample->wrenches[i].torque = from_message(message.wrenches()[i].torque());
+  }
+  sample->has_base_pose = !message.base_pose().empty() && !message.base_twist().empty();
+  if (sample->has_base_pose) {
+    sample->X_WB = from_message(message.base_pose()[0]);
+    sample->V_WB = get(message.base_twist()[0]);
+  }
+}
+
+void to_message(const JointCommand& command, msg::JointCommands* message) {
+  set(command.q, &message->positions());
+  set(command.qd, &message->velocities());
+  set(command.effort, &message->efforts());
+}
+
+void from_message(const msg::JointCommands& message, JointCommand* command) {
+  get(message.positions(), &command->q);
+  get(message.velocities(), &command->qd);
+  get(message.efforts(), &command->effort);
+}
+
+}  // namespace hrp

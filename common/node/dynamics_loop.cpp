@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/node/dynamics_loop.h"
+
+#include <unistd.h>
+
+#include <cmath>
+
+#include "common/base/diagnostics.h"
+#include "common/messages/convert_robot.h"
+#include "common/messages/topics.h"
+
+namespace hrp {
+namespace {
+
+// A quarter of the scheduler's window, see docs/step_protocol.md.
+constexpr uint64_t kReportPeriod = 16;
+
+bool is_finite(const Vector3d& v) { return std::isfinite(v.x() + v.y() + v.z()); }
+
+}  // namespace
+
+DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine)
+    : NodeBase(context),
+      make_engine_(std::move(make_engine)),
+      state_publisher_(bus(), topics::kRobotState),
+      forces_publisher_(bus(), topics::kContactForces),
+      sensors_publisher_(bus(), topics::kSensorData) {
+  listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& m) { take_grant(m); });
+  listen<msg::ContactSet>(topics::kContactSet, [this](const msg::ContactSet& m) { take_contacts(m); });
+  listen<msg::JointCommands>(topics::kJointCommands, [this](const msg::JointCommands& m) { take_commands(m); });
+  listen<msg::RobotDescription>(topics::kRobotDescription,
+                                [this](const msg::RobotDescription& m) { take_description(m); });
+}
+
+void DynamicsLoop::take_description(const msg::RobotDescription& message) {
+  if (engine_) return;  // a restarted model parser says the same again
+  from_message(message, &robot_);
+  scenario_ = parse_scenario(robot_.scenario, robot_.scenario_path);
+  names_ = BodyNames(robot_.tree, scenario_);
+  gate_ = CommandGate(robot_.tree, scenario_.controller);
+  engine_ = make_engine_(robot_, scenario_);
+  if (in_epoch_) start_epoch(epoch_);
+}
+
+void DynamicsLoop::take_grant(const msg::StepGrant& grant) {
+  if (grant.for_process() != static_cast<int32_t>(getpid())) return;  // meant for one that is no more
+  if (!in_epoch_ || grant.epoch() > epoch_) {
+    epoch_ = grant.epoch();
+    in_epoch_ = true;
+    granted_ = grant.through_step();
+    if (engine_) start_epoch(epoch_);
+  } else if (grant.epoch() == epoch_ && grant.through_step() > granted_) {
+    granted_ = grant.through_step();
+  }
+  advance();
+}
+
+void DynamicsLoop::start_epoch(uint64_t epoch) {
+  engine_->reset();
+  step_ = 0;
+  have_contacts_ = false;
+  gate_.reset(epoch, engine_->state().q);
+  set_phase(msg::SERVER_STARTING);
+  publish_step();
+  report(epoch_, step_, find_missing());
+}
+
+void DynamicsLoop::take_contacts(const msg::ContactSet& message) {
+  if (!engine_ || !in_epoch_ || message.header().epoch() != epoch_) return;
+  if (message.header().step() > step_) {
+    return fail("collision_checker answered step " + std::to_string(message.header().step()) +
+                " before it was asked; the question was step " + std::to_string(step_));
+  }
+  if (message.header().step() < step_ || have_contacts_) return;  // a repeat
+  from_message(message, &contacts_);
+  if (!check_contacts(contacts_)) return;
+  have_contacts_ = true;
+  advance();
+}
+
+bool DynamicsLoop::check_contacts(const ContactSet& contacts) {
+  for (const ContactPair& pair : contacts) {
+    bool good = pair.body_a >= 0 && names_.contains(pair.body_a) && names_.contains(pair.body_b) &&
+                is_finite(pair.separation) && is_finite(pair.separation_turn) && is_finite(pair.p_WR) &&
+                std::isfinite(pair.friction);
+    for (const ContactPoint& point : pair.points) {
+      good = good && is_finite(point.p_WC) && is_finite(point.n_BA_W) && std::isfinite(point.depth);
+    }
+    if (good) continue;
+    fail("collision_checker sent a contact between bodies " + std::to_string(pair.body_a) + " and " +
+         std::to_string(pair.body_b) + " that cannot be (unknown body or a number that is not finite) at step " +
+         std::to_string(step_));
+    return false;
+  }
+  return true;
+}
+
+void DynamicsLoop::take_commands(const msg::JointCommands& message) {
+  if (!engine_ || !in_epoch_) return;
+  if (!gate_.take(message)) return fail(gate_.fault());
+  advance();
+}
+
+void DynamicsLoop::handle_decode_error(const std::string& topic, const std::string& reason) {
+  if (topic != topics::kJointCommands.name) return fail(topic + ": " + reason);
+  if (!gate_.take_garbage("sent a message that is none: " + reason)) return fail(gate_.fault());
+  advance();
+}
+
+void DynamicsLoop::advance() {
+  if (!engine_ || !in_epoch_) return;
+  while (can_step()) {
+    const std::string fault = engine_->step(contacts_, gate_.command());
+    if (!fault.empty()) return fail("step " + std::to_string(step_) + ": " + fault);
+    ++step_;
+    have_contacts_ = false;
+    publish_step();
+    if (step_ % kReportPeriod == 0 || step_ == granted_) report(epoch_, step_);
+  }
+  if (step_ == 0 && have_contacts_ && gate_.has_answer()) set_phase(msg::SERVER_READY);
+}
+
+msg::Header DynamicsLoop::make_header() const {
+  msg::Header header;
+  header.epoch(epoch_);
+  header.step(step_);
+  header.time(static_cast<double>(step_) * scenario_.time_step);
+  return header;
+}
+
+// The state first: the collision checker starts on it while the rest is still being sent.
+void DynamicsLoop::publish_step() {
+  state_message_.header(make_header());
+  to_message(engine_->state(), engine_->joint_efforts(), engine_->state_hash(), &state_message_);
+  last_state_ = state_publisher_.publish(state_message_);
+  if (is_control_step()) publish_sensors();
+  forces_message_.header(state_message_.header());
+  to_message(engine_->contact_forces(), names_, &forces_message_);
+  last_forces_ = forces_publisher_.publish(forces_message_);
+  set_foot_forces(engine_->foot_forces());
+}
+
+void DynamicsLoop::publish_sensors() {
+  sensors_message_.header(state_message_.header());
+  to_message(engine_->sensors(), scenario_.sensors, &sensors_message_);
+  gate_.note_asked(step_, Clock::now());
+  last_sensors_ = sensors_publisher_.publish(sensors_message_);
+  ros_views_.publish(sensors_message_);
+}
+
+void DynamicsLoop::repeat_last() {
+  state_publisher_.publish_bytes(last_state_);
+  forces_publisher_.publish_bytes(last_forces_);
+  gate_.note_asked(sensors_message_.header().step(), Clock::now());
+  sensors_publisher_.publish_bytes(last_sensors_);
+}
+
+std::string DynamicsLoop::find_missing() const {
+  if (!engine_) return "model_parser";
+  if (!in_epoch_) return "scheduler";
+  if (!have_contacts_) return "collision_checker";
+  return gate_.has_answer() ? "" : "controller";
+}
+
+void DynamicsLoop::make_ros_views() {
+  if (ros_views_made_) return;
+  ros_views_made_ = true;
+  ros_views_ = RosViews(bus(), robot_.tree, scenario_.sensors);
+}
+
+// Silence: the same step as at the last look, and something is missing (or nobody has started yet, and may have missed
+// the first messages).
+void DynamicsLoop::handle_idle(Clock::time_point now) {
+  if (!engine_ || !in_epoch_) return report(epoch_, step_, find_missing());
+  make_ros_views();
+  ros_views_.update_readers();
+  if (!gate_.check_silence(now)) return fail(gate_.fault());
+  advance();
+  if (!is_active()) return;
+  if (gate_.warning() != warning_said_) {
+    warning_said_ = gate_.warning();
+    say(warning_said_);
+  }
+  const bool moved = step_ != idle_step_ || epoch_ != idle_epoch_;
+  const bool waiting = !have_contacts_ || !gate_.has_answer() || granted_ == 0;
+  idle_step_ = step_;
+  idle_epoch_ = epoch_;
+  if (moved || !waiting) return repeat_timer_.restart(now);
+  if (!repeat_timer_.is_due(now)) return;
+  repeat_timer_.restart(now);
+  report(epoch_, step_, find_missing());
+  repeat_last();
+}
+
+}  // namespace hrp

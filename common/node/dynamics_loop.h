@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The loop of every dynamics server (ours, MuJoCo's, yours): an engine that steps, and the step protocol around it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/messages/convert.h"
+#include "common/node/command_gate.h"
+#include "common/node/lockstep.h"
+#include "common/node/node_base.h"
+#include "common/node/ros_views.h"
+#include "hrp_idl/model.h"
+
+namespace hrp {
+
+// An engine owns the state at step k and what acted over the step that ended there.
+class DynamicsEngine {
+ public:
+  virtual ~DynamicsEngine() = default;
+  virtual void reset() = 0;  // to step 0
+  // From k to k + 1. Empty when all went well, else what went wrong, naming joint or contact.
+  virtual std::string step(const ContactSet& contacts, const JointCommand& command) = 0;
+  virtual const State& state() const = 0;
+  virtual unsigned long long state_hash() const = 0;
+  virtual const Eigen::VectorXd& joint_efforts() const = 0;  // [N m or N]
+  virtual const ContactForces& contact_forces() const = 0;
+  virtual const SensorSample& sensors() const = 0;
+  virtual const std::vector<double>& foot_forces() const = 0;  // [N] vertical, in the order of Scenario::feet
+};
+
+// Throws InputError when the scenario cannot be simulated.
+using EngineFactory =
+    std::function<std::unique_ptr<DynamicsEngine>(const RobotDescription& robot, const Scenario& scenario)>;
+
+class DynamicsLoop : public NodeBase {
+ public:
+  DynamicsLoop(const NodeContext& context, EngineFactory make_engine);
+
+ protected:
+  void handle_idle(Clock::time_point now) override;
+  void handle_decode_error(const std::string& topic, const std::string& reason) override;
+
+ private:
+  void take_description(const msg::RobotDescription& message);
+  void take_grant(const msg::StepGrant& grant);
+  void take_contacts(const msg::ContactSet& message);
+  void take_commands(const msg::JointCommands& message);
+  void start_epoch(uint64_t epoch);
+  void advance();
+  bool can_step() const { return in_epoch_ && have_contacts_ && gate_.has_answer() && step_ < granted_; }
+  bool is_control_step() const { return step_ % static_cast<uint64_t>(scenario_.control_period) == 0; }
+  bool check_contacts(const ContactSet& contacts);
+  void publish_step();
+  void publish_sensors();
+  void repeat_last();
+  void make_ros_views();
+  std::string find_missing() const;
+  msg::Header make_header() const;
+
+  EngineFactory make_engine_;
+  RobotDescription robot_;
+  Scenario scenario_;
+  BodyNames names_;
+  std::unique_ptr<DynamicsEngine> engine_;
+
+  Publisher<msg::RobotState> state_publisher_;
+  Publisher<msg::ContactForces> forces_publisher_;
+  Publisher<msg::SensorData> sensors_publisher_;
+  RosViews ros_views_;
+  msg::RobotState state_message_;
+  msg::ContactForces forces_message_;
+  msg::SensorData sensors_message_;
+  Bytes last_state_, last_forces_, last_sensors_;  // in the publishers' buffers
+
+  bool in_epoch_ = false;
+  uint64_t epoch_ = 0;
+  uint64_t step_ = 0;
+  uint64_t granted_ = 0;      // through this step
+  bool have_contacts_ = false;
+  ContactSet contacts_;
+  CommandGate gate_;
+  RepeatTimer repeat_timer_;
+  uint64_t idle_epoch_ = 0;   // (epoch, step) at the last handle_idle(): silence is measured from there
+  uint64_t idle_step_ = 0;
+  bool ros_views_made_ = false;
+  std::string warning_said_;
+};
+
+}  // namespace hrp

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What all servers have in common: status reports, the end of the run, and faults that are said instead of thrown
+// through a bus's thread.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/messages/pubsub.h"
+#include "common/node/node.h"
+#include "hrp_idl/scheduling.h"
+
+namespace hrp {
+
+class NodeBase : public Node {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit NodeBase(const NodeContext& context);
+  void on_idle(Clock::time_point now) final;
+  NodeOutcome outcome() const override { return outcome_; }
+  void request_stop() override { finish(); }
+  std::string failure() const override { return failure_; }
+
+ protected:
+  // Work of on_idle(); what it throws becomes a fault.
+  virtual void handle_idle(Clock::time_point now) { (void)now; }
+  // Asked at the end of the run until true: nothing that belongs to the run is still on its way to this node.
+  virtual bool is_drained() { return true; }
+  // The run has ended (RUN_FINISHED or RUN_FAILED) and is_drained(): close what is open. May call fail().
+  virtual void handle_run_end() {}
+
+  // Subscribes reliably; what `on_message` throws becomes a fault, and so does a sample that is no Message.
+  template <typename Message, typename OnMessage>
+  void listen(const TopicSpec& topic, OnMessage on_message) {
+    readers_.push_back(subscribe<Message>(
+        bus(), topic, Delivery::kReliable,
+        [this, on_message = std::move(on_message)](const Message& message) {
+          if (is_active()) guard([&] { on_message(message); });
+        },
+        [this, name = topic.name](const DecodeError& error) {
+          if (is_active()) handle_decode_error(name, error.what());
+        }));
+  }
+  virtual void handle_decode_error(const std::string& topic, const std::string& reason) { fail(topic + ": " + reason); }
+
+  // Progress report; sent when something in it has changed.
+  void report(unsigned long long epoch, unsigned long long step, const std::string& waiting_for = "");
+  void set_phase(msg::ServerPhase phase);
+  void set_foot_forces(const std::vector<double>& forces) { status_.foot_forces() = forces; }
+  // Sends the status as it stands.
+  void send_status();
+  // Says something that people should know and that stops nothing.
+  void say(const std::string& text);
+  // Says SERVER_FAULT with `reason`; the node ends when the scheduler has ended the run, or soon without one.
+  void fail(const std::string& reason);
+  // Ends this node without a fault and says SERVER_STOPPED.
+  void finish();
+
+  Bus& bus() { return *context_.bus; }
+  const NodeContext& context() const { return context_; }
+  bool is_active() const { return outcome_ == NodeOutcome::kRunning && failure_.empty(); }
+  const msg::ServerStatus& status() const { return status_; }
+  // As last heard from the scheduler.
+  const msg::RunStatus& run_status() const { return run_status_; }
+
+ private:
+  void guard(const std::function<void()>& work);
+  void take_run_status(const msg::RunStatus& status);
+
+  NodeContext context_;
+  Publisher<msg::ServerStatus> status_publisher_;
+  msg::ServerStatus status_;
+  msg::RunStatus run_status_;
+  std::vector<std::unique_ptr<Reader>> readers_;
+  NodeOutcome outcome_ = NodeOutcome::kRunning;
+  std::string failure_;
+  bool ending_ = false;  // finish() was called, and waits for is_drained()
+  bool fault_timed_ = false;
+  Clock::time_point fault_end_;
+  Clock::time_point last_report_;
+};
+
+}  // namespace hrp

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/node/runner.h"
+
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+
+#include "common/base/check.h"
+
+namespace hrp {
+
+std::atomic<bool> g_stop_signal{false};
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// After a stop was asked for, a node that does not end by itself is left behind after this time.
+constexpr auto kStopPatience = std::chrono::seconds(5);
+
+void note_stop_signal(int) { g_stop_signal = true; }
+
+bool is_running(const Node& node) { return node.outcome() == NodeOutcome::kRunning; }
+
+int find_exit_code(const Node& node, const std::string& program) {
+  if (node.outcome() != NodeOutcome::kFailed) return kExitOk;
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), node.failure().c_str());
+  return kExitFailed;
+}
+
+}  // namespace
+
+void handle_stop_signals() {
+  struct sigaction action = {};
+  action.sa_handler = note_stop_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+}
+
+bool end_with_parent(long parent_process_id) {
+  if (parent_process_id <= 0) return true;
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  return getppid() == parent_process_id;
+}
+
+int run_process(Node& node, Bus& bus, const std::string& program) {
+  Clock::time_point next_idle = Clock::now(), give_up{};
+  bool stopping = false;
+  while (true) {
+    {
+      std::lock_guard<std::recursive_mutex> lock(bus.mutex());
+      const auto now = Clock::now();
+      if (g_stop_signal && !stopping) {
+        stopping = true;
+        give_up = now + kStopPatience;
+        node.request_stop();
+      }
+      node.on_idle(now);
+      if (!is_running(node)) return find_exit_code(node, program);
+      if (stopping && now > give_up) {
+        std::fprintf(stderr, "%s: did not end when asked to\n", program.c_str());
+        return kExitFailed;
+      }
+      next_idle = now + node.idle_period();
+    }
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(next_idle - Clock::now());
+    if (left.count() > 0) bus.spin(left);
+  }
+}
+
+void run_in_process(const std::vector<Node*>& nodes, MemoryBus& bus, Node* stop_first,
+                    const std::function<void()>& on_tick) {
+  auto next_idle = Clock::now(), next_tick = Clock::now();
+  const auto any_running = [&nodes] {
+    return std::any_of(nodes.begin(), nodes.end(), [](const Node* node) { return is_running(*node); });
+  };
+  bool stopping = false;
+  while (any_running()) {
+    if (g_stop_signal && !stopping) {
+      stopping = true;
+      stop_first->request_stop();
+    }
+    const bool busy = bus.dispatch_all(256) > 0;
+    const auto now = Clock::now();
+    if (now >= next_idle) {
+      next_idle = now + std::chrono::milliseconds(2);
+      for (Node* node : nodes) {
+        if (is_running(*node)) node->on_idle(now);
+      }
+    } else if (!busy) {
+      bus.spin(std::chrono::milliseconds(1));
+    }
+    if (on_tick && now >= next_tick) {
+      next_tick = now + std::chrono::milliseconds(100);
+      on_tick();
+    }
+  }
+  bus.dispatch_all(1 << 16);
+  if (on_tick) on_tick();
+}
+
+}  // namespace hrp
