@@ -70,6 +70,7 @@ struct TopicSeen {
 };
 
 // All callbacks of one bus run one at a time, under mutex(). Code outside callbacks that shares their data locks it too.
+// Readers and writers are destroyed before their bus.
 class Bus {
  public:
   virtual ~Bus() = default;

@@ -5,6 +5,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/bus/cyclone/cyclone_bus.h"
+#include "common/bus/fast/fast_bus.h"
 #include "common/bus/memory/memory_bus.h"
 
 namespace hrp {
@@ -35,6 +36,7 @@ std::vector<std::string> find_bus_vendors() { return {"cyclone", "fast", "memory
 std::unique_ptr<Bus> make_bus(const BusOptions& options) {
   check_options(options);
   if (options.vendor == "cyclone") return std::make_unique<CycloneBus>(options);
+  if (options.vendor == "fast") return std::make_unique<FastBus>(options);
   if (options.vendor == "memory") return std::make_unique<MemoryBus>();
   const std::string nearest = find_nearest(options.vendor, find_bus_vendors());
   refuse("", "dds", "'" + options.vendor + "' is no bus: expected cyclone, fast or memory" +

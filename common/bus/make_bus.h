@@ -16,8 +16,8 @@ struct BusOptions {
   // Empty: loopback, and nothing leaves the machine. Else the IPv4 address of the interface to use, with the vendor's
   // usual multicast discovery on it.
   std::string network_interface;
-  // A file in the vendor's own format (Cyclone: CYCLONEDDS_URI XML; Fast: XML profiles, the default participant profile
-  // is taken) that replaces all of our settings of the network: other hosts, DDS Security.
+  // A file in the vendor's own format that replaces all of our settings of the network: other hosts, DDS Security.
+  // Cyclone: the XML of CYCLONEDDS_URI. Fast: XML profiles with a participant profile named "openhrp_dds".
   std::string config_file;
 };
 

@@ -75,7 +75,7 @@ void measure(const hrp::BusOptions& options, size_t size, size_t count) {
 int main(int argc, char** argv) {
   const size_t size = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 1024;
   const size_t count = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 20000;
-  for (const std::string vendor : {"cyclone"}) {
+  for (const std::string vendor : {"cyclone", "fast"}) {
     const auto claim = hrp::claim_free_domain("bus_round_trip");
     hrp::BusOptions options;
     options.vendor = vendor;

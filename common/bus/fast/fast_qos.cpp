@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/bus/fast/fast_qos.h"
+
+#include <algorithm>
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+
+#include "common/base/diagnostics.h"
+#include "common/bus/participants.h"
+
+namespace hrp {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
+using eprosima::fastrtps::rtps::IPLocator;
+using eprosima::fastrtps::rtps::Locator_t;
+
+constexpr uint32_t kSocketBuffer = 4 * 1024 * 1024;  // bytes; the kernel grants what it allows
+constexpr const char* kProfile = "openhrp_dds";
+
+std::shared_ptr<UDPv4TransportDescriptor> make_udp(const std::string& address) {
+  auto udp = std::make_shared<UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.push_back(address);
+  udp->sendBufferSize = kSocketBuffer;
+  udp->receiveBufferSize = kSocketBuffer;
+  udp->maxMessageSize = 65500;  // nearly every sample in one system call
+  udp->maxInitialPeersRange = kMostParticipants;
+  return udp;
+}
+
+// Port 0: the ports of all participants that may be there.
+Locator_t make_locator(const std::string& address) {
+  Locator_t locator;
+  locator.kind = LOCATOR_KIND_UDPv4;
+  IPLocator::setIPv4(locator, address);
+  locator.port = 0;
+  return locator;
+}
+
+dds::DomainParticipantQos load_profile(const std::string& file) {
+  auto* factory = dds::DomainParticipantFactory::get_instance();
+  dds::DomainParticipantQos qos;
+  if (factory->load_XML_profiles_file(file) != ReturnCode_t::RETCODE_OK ||
+      factory->get_participant_qos_from_profile(kProfile, qos) != ReturnCode_t::RETCODE_OK) {
+    Diagnostic diagnostic;
+    diagnostic.file = file;
+    diagnostic.message = std::string("not a Fast DDS XML file with a participant profile named ") + kProfile;
+    throw InputError(diagnostic);
+  }
+  return qos;
+}
+
+eprosima::fastrtps::Duration_t find_milliseconds(int milliseconds) {
+  return {milliseconds / 1000, static_cast<uint32_t>(milliseconds % 1000) * 1000000u};
+}
+
+// What both ends share.
+template <typename Qos>
+void set_common(const TopicSpec& topic, Qos* qos) {
+  qos->durability().kind = topic.retention == Retention::kLatest ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
+                                                                 : dds::VOLATILE_DURABILITY_QOS;
+  qos->data_sharing().off();
+  qos->endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos->resource_limits().max_instances = 1;
+  qos->resource_limits().allocated_samples = std::min(topic.depth, 16);
+  qos->resource_limits().extra_samples = 1;
+}
+
+}  // namespace
+
+dds::DomainParticipantQos make_participant_qos(const BusOptions& options) {
+  if (!options.config_file.empty()) return load_profile(options.config_file);
+  dds::DomainParticipantQos qos;
+  qos.name("openhrp-dds");
+  const bool loopback = options.network_interface.empty();
+  const std::string address = loopback ? "127.0.0.1" : options.network_interface;
+  qos.transport().use_builtin_transports = false;  // no shared memory
+  qos.transport().user_transports.push_back(make_udp(address));
+  auto& builtin = qos.wire_protocol().builtin;
+  // Killed processes are forgotten after the lease; the announcements repeat for those who missed the first ones.
+  builtin.discovery_config.leaseDuration = {20, 0};
+  builtin.discovery_config.leaseDuration_announcementperiod = {1, 0};
+  builtin.discovery_config.initial_announcements.count = 10;
+  builtin.discovery_config.initial_announcements.period = find_milliseconds(20);
+  if (loopback) {
+    // A unicast locator of our own switches the multicast ones off.
+    builtin.metatrafficUnicastLocatorList.push_back(make_locator(address));
+    builtin.initialPeersList.push_back(make_locator(address));
+  }
+  return qos;
+}
+
+dds::DataWriterQos make_fast_writer_qos(const TopicSpec& topic) {
+  dds::DataWriterQos qos;
+  set_common(topic, &qos);
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.reliability().max_blocking_time = {1, 0};  // for locks only: a full KEEP_LAST history drops its oldest
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = topic.depth;
+  qos.resource_limits().max_samples = topic.depth;
+  qos.resource_limits().max_samples_per_instance = topic.depth;
+  qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+  // A heartbeat with every sample costs an acknowledgement each: 61 us a round trip, 44 without. Instead heartbeats go
+  // by time; on loopback a sample is lost only when a socket buffer overflows.
+  auto& reliable = qos.reliable_writer_qos();
+  reliable.disable_heartbeat_piggyback = true;
+  reliable.times.initialHeartbeatDelay = find_milliseconds(2);
+  reliable.times.heartbeatPeriod = find_milliseconds(20);
+  reliable.times.nackResponseDelay = find_milliseconds(0);
+  return qos;
+}
+
+dds::DataReaderQos make_fast_reader_qos(const TopicSpec& topic, Delivery delivery) {
+  dds::DataReaderQos qos;
+  set_common(topic, &qos);
+  if (delivery == Delivery::kReliable) {
+    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+    qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
+    qos.resource_limits().max_samples = 0;  // unlimited: the listener takes them at once
+    qos.resource_limits().max_samples_per_instance = 0;
+  } else {
+    qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
+    qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+    qos.history().depth = topic.depth;
+    qos.resource_limits().max_samples = topic.depth;
+    qos.resource_limits().max_samples_per_instance = topic.depth;
+  }
+  qos.reliable_reader_qos().times.initialAcknackDelay = find_milliseconds(1);
+  qos.reliable_reader_qos().times.heartbeatResponseDelay = find_milliseconds(0);
+  return qos;
+}
+
+}  // namespace hrp
