@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/logger/log_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include "common/base/check.h"
+
+namespace hrp {
+namespace {
+
+struct SampleHeader {
+  uint64_t epoch = 0;
+  uint64_t step = 0;
+  double time = 0.0;  // [s]
+};
+
+// msg::Header is the first field: after the encapsulation (2 bytes scheme, 2 bytes options) epoch, step, time.
+SampleHeader read_header(const uint8_t* data, size_t size) {
+  constexpr size_t kEncapsulation = 4;
+  if (size < kEncapsulation + 24 || data[0] != 0 || data[1] > 1) {
+    throw std::invalid_argument("a sample of " + std::to_string(size) + " bytes is no plain CDR with a header");
+  }
+  const bool little_endian = data[1] == 1;
+  const auto read_word = [&](size_t offset) {
+    uint64_t word = 0;
+    std::memcpy(&word, data + offset, sizeof word);
+    return little_endian ? word : __builtin_bswap64(word);
+  };
+  SampleHeader header;
+  header.epoch = read_word(kEncapsulation);
+  header.step = read_word(kEncapsulation + 8);
+  const uint64_t time_bits = read_word(kEncapsulation + 16);
+  std::memcpy(&header.time, &time_bits, sizeof header.time);
+  if (!std::isfinite(header.time) || header.time < 0) throw std::invalid_argument("a sample's time is no time");
+  return header;
+}
+
+std::string make_file_name(const std::string& path, size_t number) {
+  if (number == 0) return path;
+  std::filesystem::path file(path);
+  return file.replace_extension(std::to_string(number) + file.extension().string()).string();
+}
+
+}  // namespace
+
+LogWriter::LogWriter(const LogOptions& options) : options_(options), slots_(kSlots) {
+  HRP_CHECK(options.topics.size() >= 2 && options.topics.size() <= kMaxTopics, options.topics.size() << " topics");
+  HRP_CHECK(options.topics[0].rate == LogTopic::Rate::kOnce, options.topics[0].name);
+  HRP_CHECK(options.chunk_steps > 0, options.chunk_steps);
+}
+
+void LogWriter::set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression) {
+  HRP_CHECK(control_period > 0, control_period);
+  description_.assign(data, data + size);
+  control_period_ = control_period;
+  compression_ = compression;
+  write_complete_steps();
+}
+
+uint32_t LogWriter::find_expected(uint64_t step, bool with_answers) const {
+  const bool control_step = step % static_cast<uint64_t>(control_period_) == 0;
+  uint32_t expected = 0;
+  for (size_t i = 1; i < options_.topics.size(); ++i) {
+    const LogTopic& topic = options_.topics[i];
+    if (topic.rate == LogTopic::Rate::kEveryControlStep && !control_step) continue;
+    if (topic.answers_state && !with_answers) continue;
+    expected |= 1u << i;
+  }
+  return expected;
+}
+
+bool LogWriter::is_complete(uint64_t step) const {
+  return (find_expected(step, true) & ~slot(step).present & ~silent_) == 0;
+}
+
+void LogWriter::take(size_t topic, const uint8_t* data, size_t size) {
+  HRP_CHECK(topic >= 1 && topic < options_.topics.size(), "topic " << topic);
+  if (closed_) return;
+  const SampleHeader header = read_header(data, size);
+  if (!any_epoch_ || header.epoch > epoch_) start_epoch(header.epoch);
+  silent_ &= ~(1u << topic);
+  if (header.epoch < epoch_ || header.step < next_step_) return;
+  if (topic == kStateTopic && !any_state_) take_state(header.step);
+  if (header.step >= next_step_ + kSlots) {
+    throw std::invalid_argument(options_.topics[topic].name + " of step " + std::to_string(header.step) +
+                                " came while step " + std::to_string(next_step_) + " is not complete");
+  }
+  Slot& place = slot(header.step);
+  if (place.present & (1u << topic)) return;
+  place.present |= 1u << topic;
+  place.time = header.time;
+  place.samples[topic].assign(data, data + size);
+  ++sample_count_;
+  if (topic == kStateTopic) take_state(header.step);
+  if (header.step == next_step_ || topic == kStateTopic) write_complete_steps();
+}
+
+void LogWriter::take_state(uint64_t step) {
+  if (!any_state_) {
+    // A logger that joins a running simulation begins where it joined.
+    for (; next_step_ < step; ++next_step_) slot(next_step_).present = 0;
+    newest_state_ = step;
+    any_state_ = true;
+  }
+  newest_state_ = std::max(newest_state_, step);
+}
+
+void LogWriter::start_epoch(uint64_t epoch) {
+  finish_file();
+  any_epoch_ = true;
+  epoch_ = epoch;
+  next_step_ = newest_state_ = step_on_disk_ = 0;
+  any_state_ = any_on_disk_ = false;
+  silent_ = 0;
+  for (Slot& place : slots_) place.present = 0;
+}
+
+void LogWriter::open_file() {
+  files_.push_back(make_file_name(options_.path, files_.size()));
+  writer_ = std::make_unique<mcap::Writer>(files_.back(), compression_);
+  for (const LogTopic& topic : options_.topics) {
+    writer_->add_channel(topic.name, writer_->add_schema(topic.type_name, "omgidl", topic.schema_text), "cdr");
+  }
+  write_sample(0, 0, 0.0, description_);
+}
+
+void LogWriter::write_complete_steps() {
+  if (description_.empty() || closed_) return;
+  if (any_state_ && next_step_ == 0 && is_complete(0)) first_step_seen_ = true;
+  // A step whose state has a successor had its answers used; the newest one waits to see whether it is the last.
+  while (any_state_ && next_step_ < newest_state_ && is_complete(next_step_)) write_step(true);
+}
+
+void LogWriter::write_step(bool with_answers) {
+  const uint64_t step = next_step_;
+  Slot& place = slot(step);
+  const uint32_t wanted = place.present & find_expected(step, with_answers);
+  try {
+    if (!writer_) open_file();
+    for (size_t i = 1; i < options_.topics.size(); ++i) {
+      if (wanted & (1u << i)) write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
+    }
+    place.present = 0;
+    ++next_step_;
+    if (next_step_ % static_cast<uint64_t>(options_.chunk_steps) != 0) return;
+    writer_->write_chunk();
+  } catch (const mcap::McapError&) {
+    closed_ = true;
+    writer_.reset();  // closes as well as it can
+    throw;
+  }
+  step_on_disk_ = step;
+  any_on_disk_ = true;
+}
+
+void LogWriter::write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample) {
+  const auto nanoseconds = static_cast<uint64_t>(std::llround(time * 1e9));
+  writer_->add_message(
+      {channel, static_cast<uint32_t>(step), nanoseconds, nanoseconds, sample.data(), sample.size()});
+}
+
+bool LogWriter::is_complete_through(uint64_t last) const {
+  return any_state_ && newest_state_ >= last && next_step_ == newest_state_ &&
+         (find_expected(newest_state_, false) & ~slot(newest_state_).present) == 0;
+}
+
+std::vector<std::string> LogWriter::find_missing() const {
+  std::vector<std::string> names;
+  if (!has_description()) return {options_.topics[0].name};
+  const uint32_t missing = find_expected(next_step_, true) & ~slot(next_step_).present & ~silent_;
+  for (size_t i = 1; i < options_.topics.size(); ++i) {
+    if (missing & (1u << i)) names.push_back(options_.topics[i].name);
+  }
+  return names;
+}
+
+std::vector<std::string> LogWriter::give_up_waiting() {
+  if (!has_description()) return {};
+  const std::vector<std::string> names = find_missing();
+  silent_ |= find_expected(next_step_, true) & ~slot(next_step_).present;
+  write_complete_steps();
+  return names;
+}
+
+void LogWriter::finish_file() {
+  if (any_state_ && has_description() && !closed_) {
+    for (; next_step_ < newest_state_;) write_step(true);
+    if (next_step_ == newest_state_) write_step(false);
+  }
+  if (!writer_) return;
+  try {
+    writer_->close();
+    step_on_disk_ = newest_state_;
+    any_on_disk_ = any_state_;
+  } catch (const mcap::McapError&) {
+    closed_ = true;
+    writer_.reset();
+    throw;
+  }
+  writer_.reset();
+}
+
+void LogWriter::close() {
+  if (closed_) return;
+  finish_file();
+  closed_ = true;
+}
+
+}  // namespace hrp

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Puts the samples of a run into files in an order that depends on the run alone, not on the order of their arrival.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/mcap/writer.h"
+
+namespace hrp {
+
+// A topic as it is written to the log.
+struct LogTopic {
+  enum class Rate { kOnce, kEveryStep, kEveryControlStep };
+  std::string name;         // "hrp/robot_state"
+  std::string type_name;    // "hrp::msg::RobotState"
+  std::string schema_text;  // self-contained IDL
+  Rate rate = Rate::kEveryStep;
+  bool answers_state = false;  // an answer to the state of its step, which only the next step uses
+};
+
+struct LogOptions {
+  std::string path;             // "run.mcap"; later epochs go to "run.1.mcap", "run.2.mcap", ...
+  // In the order in which they stand in the file within a step. The first one is kOnce, the second one the state,
+  // which says how far the run has come.
+  std::vector<LogTopic> topics;
+  int chunk_steps = 32;         // steps a chunk
+};
+
+// Steps are written when they are complete, in order; a chunk is closed after every chunk_steps steps, so that equal
+// runs give equal files. The very last step holds what dynamics published, without answers to it: nobody used them,
+// and whether they still arrive is a matter of luck. Write errors throw mcap::McapError after the file has been closed
+// as far as the disk allows.
+class LogWriter {
+ public:
+  explicit LogWriter(const LogOptions& options);
+
+  // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it.
+  void set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression);
+  // An encoded sample of topics[topic] whose first field is a msg::Header. Repeats and samples of old epochs are
+  // dropped. Throws mcap::McapError when writing fails, std::invalid_argument when the bytes hold no header.
+  void take(size_t topic, const uint8_t* data, size_t size);
+  // Writes the rest and closes the file.
+  void close();
+
+  bool has_description() const { return !description_.empty(); }
+  // Step 0 of every topic has been seen.
+  bool has_first_step() const { return first_step_seen_; }
+  uint64_t epoch() const { return epoch_; }
+  // Last step that is on disk; meaningful when any_on_disk().
+  uint64_t step_on_disk() const { return step_on_disk_; }
+  bool any_on_disk() const { return any_on_disk_; }
+  // Samples taken and not dropped, all epochs.
+  uint64_t sample_count() const { return sample_count_; }
+  // Steps that are known to be over and not written yet.
+  uint64_t backlog() const { return newest_state_ > next_step_ ? newest_state_ - next_step_ : 0; }
+  // Everything through the newest state that close() would want has come, and that is at least step `last`.
+  bool is_complete_through(uint64_t last) const;
+  // The names of the topics that the oldest unwritten step misses.
+  std::vector<std::string> find_missing() const;
+  // Stop waiting for the topics that are missing until they speak again; returns their names.
+  std::vector<std::string> give_up_waiting();
+  // Where the run is written; empty before its first file.
+  const std::vector<std::string>& files() const { return files_; }
+
+ private:
+  static constexpr size_t kMaxTopics = 8;
+  static constexpr size_t kStateTopic = 1;
+  static constexpr uint64_t kSlots = 2048;  // more than the scheduler grants beyond the log
+
+  // Samples of one step that waits to be complete. Memory is reused.
+  struct Slot {
+    std::array<std::vector<uint8_t>, kMaxTopics> samples;
+    uint32_t present = 0;  // bit per topic
+    double time = 0.0;     // [s]
+  };
+
+  uint32_t find_expected(uint64_t step, bool with_answers) const;
+  bool is_complete(uint64_t step) const;
+  void take_state(uint64_t step);
+  void start_epoch(uint64_t epoch);
+  void open_file();
+  void write_complete_steps();
+  void write_step(bool with_answers);
+  void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
+  void finish_file();
+  Slot& slot(uint64_t step) { return slots_[step % kSlots]; }
+  const Slot& slot(uint64_t step) const { return slots_[step % kSlots]; }
+
+  LogOptions options_;
+  std::vector<uint8_t> description_;
+  int control_period_ = 1;
+  mcap::Compression compression_ = mcap::Compression::kZstd;
+  std::unique_ptr<mcap::Writer> writer_;
+  std::vector<std::string> files_;
+  std::vector<Slot> slots_;
+  bool any_epoch_ = false;
+  bool closed_ = false;
+  uint64_t epoch_ = 0;
+  uint64_t next_step_ = 0;     // the oldest step that is not written
+  uint64_t newest_state_ = 0;  // newest step of the state
+  bool any_state_ = false;
+  bool first_step_seen_ = false;
+  uint32_t silent_ = 0;        // topics that nobody waits for, bit per topic
+  uint64_t step_on_disk_ = 0;
+  bool any_on_disk_ = false;
+  uint64_t sample_count_ = 0;
+};
+
+}  // namespace hrp
