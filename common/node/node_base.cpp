@@ -17,7 +17,7 @@ constexpr auto kHeartbeat = std::chrono::milliseconds(250);
 
 }  // namespace
 
-NodeBase::NodeBase(const NodeContext& context)
+NodeBase::NodeBase(const NodeContext& context, bool follows_run)
     : context_(context), status_publisher_(*context.bus, topics::kServerStatus) {
   status_.server(context.role);
   status_.program(context.program);
@@ -26,8 +26,10 @@ NodeBase::NodeBase(const NodeContext& context)
   status_.phase(msg::SERVER_STARTING);
   status_.epoch(0);
   status_.step(0);
-  readers_.push_back(subscribe<msg::RunStatus>(bus(), topics::kRunStatus, Delivery::kReliable,
-                                               [this](const msg::RunStatus& status) { take_run_status(status); }));
+  if (follows_run) {
+    readers_.push_back(subscribe<msg::RunStatus>(bus(), topics::kRunStatus, Delivery::kReliable,
+                                                 [this](const msg::RunStatus& status) { take_run_status(status); }));
+  }
   send_status();
 }
 

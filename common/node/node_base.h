@@ -19,7 +19,8 @@ class NodeBase : public Node {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit NodeBase(const NodeContext& context);
+  // follows_run: ends when the scheduler says that the run has ended (everybody but the scheduler).
+  explicit NodeBase(const NodeContext& context, bool follows_run = true);
   void on_idle(Clock::time_point now) final;
   NodeOutcome outcome() const override { return outcome_; }
   void request_stop() override { finish(); }

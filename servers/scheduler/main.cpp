@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+
+#include "common/node/runner.h"
+#include "servers/scheduler/node.h"
+
+int main(int argc, char** argv) {
+  hrp::SchedulerOptions options;
+  options.roles = {"dynamics"};
+  double duration = -1.0;
+  return hrp::run_server(
+      argc, argv, {"scheduler", "hrp-scheduler", "Grants the steps of a run: run, pause, single step, reset."},
+      [&](const hrp::NodeContext& context) {
+        return std::make_unique<hrp::SchedulerNode>(context, options, duration);
+      },
+      [&](CLI::App& app) {
+        app.add_option("--wait-for", options.roles, "roles that must be ready before the first step")
+            ->delimiter(',')
+            ->capture_default_str();
+        app.add_option("--duration", duration, "[s] of simulated time; without it, as the scenario says; 0 = endless");
+        app.add_option("--speed", options.speed, "simulated seconds per second, 0 = as fast as it goes")
+            ->capture_default_str();
+        app.add_option("--window", options.window, "[steps] in a grant")->check(CLI::Range(1, 100))->capture_default_str();
+        app.add_flag("--paused", options.paused, "wait for hrp-run before the first step");
+      });
+}

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/scheduler/node.h"
+
+#include <cmath>
+
+#include "common/base/diagnostics.h"
+#include "common/messages/topics.h"
+#include "common/robot/scenario.h"
+
+namespace hrp {
+namespace {
+
+constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
+// After the end of the run the scheduler stays until everybody has said goodbye, but no longer than this.
+constexpr auto kGoodbyePatience = std::chrono::milliseconds(1500);
+
+ServerState find_state(msg::ServerPhase phase) {
+  switch (phase) {
+    case msg::SERVER_READY: return ServerState::kReady;
+    case msg::SERVER_FAULT: return ServerState::kFault;
+    case msg::SERVER_STOPPED: return ServerState::kStopped;
+    default: return ServerState::kStarting;
+  }
+}
+
+msg::RunPhase find_phase(RunState state) {
+  switch (state) {
+    case RunState::kRunning: return msg::RUN_RUNNING;
+    case RunState::kPaused: return msg::RUN_PAUSED;
+    case RunState::kFinished: return msg::RUN_FINISHED;
+    case RunState::kFailed: return msg::RUN_FAILED;
+    default: return msg::RUN_WAITING;
+  }
+}
+
+std::string join_refusals(const msg::ModelRefused& message) {
+  std::string text = "model_parser: model refused";
+  for (const msg::ModelRefusal& refusal : message.refusals()) {
+    text += "\n" + refusal.file();
+    if (refusal.line() > 0) text += ":" + std::to_string(refusal.line());
+    text += ": error: ";
+    if (!refusal.element().empty()) text += refusal.element() + ": ";
+    text += refusal.reason();
+  }
+  return text;
+}
+
+}  // namespace
+
+SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override)
+    : NodeBase(context, /*follows_run=*/false),
+      scheduler_(options),
+      duration_override_(duration_override),
+      grant_publisher_(bus(), topics::kStepGrant),
+      status_publisher_(bus(), topics::kRunStatus) {
+  listen<msg::ServerStatus>(topics::kServerStatus, [this](const msg::ServerStatus& m) { take_status(m); });
+  listen<msg::RunControl>(topics::kRunControl, [this](const msg::RunControl& m) { take_control(m); });
+  listen<msg::RobotDescription>(topics::kRobotDescription,
+                                [this](const msg::RobotDescription& m) { take_description(m); });
+  listen<msg::ModelRefused>(topics::kModelRefused, [this](const msg::ModelRefused& m) { take_refusal(m); });
+  set_phase(msg::SERVER_READY);
+}
+
+void SchedulerNode::take_description(const msg::RobotDescription& message) {
+  const Scenario scenario = parse_scenario(message.scenario(), message.scenario_path());
+  const double duration = duration_override_ >= 0.0 ? duration_override_ : scenario.duration;
+  scheduler_.set_run(scenario.time_step, static_cast<uint64_t>(std::llround(duration / scenario.time_step)));
+  update();
+}
+
+void SchedulerNode::take_refusal(const msg::ModelRefused& message) {
+  scheduler_.request_stop(join_refusals(message));
+  update();
+}
+
+void SchedulerNode::take_status(const msg::ServerStatus& message) {
+  if (message.server() == context().role) return;
+  alive_[message.server()] = message.phase() != msg::SERVER_STOPPED && message.phase() != msg::SERVER_FAULT;
+  ServerReport report;
+  report.role = message.server();
+  report.process_id = message.process_id();
+  report.state = find_state(message.phase());
+  report.epoch = message.epoch();
+  report.step = message.step();
+  report.waiting_for = message.waiting_for();
+  report.message = message.message();
+  scheduler_.take_report(report, Clock::now());
+  if (message.server() == "dynamics") {
+    status_.foot_forces() = message.foot_forces();
+    if (message.phase() != msg::SERVER_FAULT) status_.message(message.message());
+  }
+  update();
+}
+
+void SchedulerNode::take_control(const msg::RunControl& message) {
+  switch (message.request()) {
+    case msg::REQUEST_RUN: scheduler_.request_run(message.speed(), Clock::now()); break;
+    case msg::REQUEST_PAUSE: scheduler_.request_pause(); break;
+    case msg::REQUEST_STEP: scheduler_.request_steps(message.steps()); break;
+    case msg::REQUEST_RESET: scheduler_.request_reset(); break;
+    case msg::REQUEST_STOP: scheduler_.request_stop(message.reason()); break;
+  }
+  update();
+}
+
+void SchedulerNode::request_stop() {
+  scheduler_.request_stop("");
+  update();
+}
+
+bool SchedulerNode::has_ended() const {
+  return scheduler_.state() == RunState::kFinished || scheduler_.state() == RunState::kFailed;
+}
+
+void SchedulerNode::update() {
+  const auto now = Clock::now();
+  scheduler_.update(now);
+  const Grant& grant = scheduler_.grant();
+  const bool moved = grant.epoch != granted_.epoch || grant.process_id != granted_.process_id ||
+                     grant.through_step != granted_.through_step;
+  // Half a window at least, unless that would let dynamics wait: fewer messages.
+  const uint64_t ahead = granted_.through_step > scheduler_.step() ? granted_.through_step - scheduler_.step() : 0;
+  const bool soon = grant.epoch != granted_.epoch || grant.process_id != granted_.process_id || ahead < 96 || grant.last;
+  if (grant.process_id != 0 && moved && soon && !has_ended()) {
+    granted_ = grant;
+    msg::StepGrant message;
+    message.epoch(grant.epoch);
+    message.through_step(grant.through_step);
+    message.last(grant.last);
+    message.for_process(static_cast<int32_t>(grant.process_id));
+    grant_publisher_.publish(message);
+  }
+  const msg::RunPhase phase = find_phase(scheduler_.state());
+  if (phase != status_.phase() || scheduler_.late() != status_.late()) publish_status(now);
+}
+
+double SchedulerNode::calc_real_time_factor(Clock::time_point now) {
+  if (progress_epoch_ != scheduler_.epoch()) progress_.clear();
+  progress_epoch_ = scheduler_.epoch();
+  progress_.emplace_back(now, scheduler_.step());
+  while (progress_.size() > 2 && now - progress_.front().first > std::chrono::seconds(1)) progress_.pop_front();
+  const double elapsed = std::chrono::duration<double>(now - progress_.front().first).count();
+  if (elapsed <= 0.0) return 0.0;
+  return static_cast<double>(scheduler_.step() - progress_.front().second) * scheduler_.time_step() / elapsed;
+}
+
+void SchedulerNode::publish_status(Clock::time_point now) {
+  last_status_ = now;
+  status_.phase(find_phase(scheduler_.state()));
+  status_.epoch(scheduler_.epoch());
+  status_.step(scheduler_.step());
+  status_.time(static_cast<double>(scheduler_.step()) * scheduler_.time_step());
+  status_.end_time(static_cast<double>(scheduler_.end_step()) * scheduler_.time_step());
+  status_.real_time_factor(calc_real_time_factor(now));
+  status_.late(scheduler_.late());
+  if (scheduler_.state() == RunState::kFailed) status_.message(scheduler_.failure());
+  status_publisher_.publish(status_);
+}
+
+bool SchedulerNode::is_everybody_gone() const {
+  for (const auto& [role, alive] : alive_) {
+    if (alive) return false;
+  }
+  return true;
+}
+
+void SchedulerNode::handle_idle(Clock::time_point now) {
+  update();
+  if (now - last_status_ > kStatusPeriod) publish_status(now);
+  report(scheduler_.epoch(), 0);
+  if (!has_ended()) return;
+  if (!ended_) {
+    ended_ = true;
+    end_time_ = now;
+  }
+  if (is_everybody_gone() || now - end_time_ > kGoodbyePatience) gone_ = true;
+}
+
+NodeOutcome SchedulerNode::outcome() const {
+  if (!gone_ && NodeBase::failure().empty()) return NodeOutcome::kRunning;
+  if (!gone_) return NodeBase::outcome();
+  return scheduler_.state() == RunState::kFailed ? NodeOutcome::kFailed : NodeOutcome::kFinished;
+}
+
+}  // namespace hrp

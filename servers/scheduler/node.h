@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The scheduler on a bus: reports in, grants and run status out.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "common/node/node_base.h"
+#include "hrp_idl/model.h"
+#include "hrp_idl/scheduling.h"
+#include "servers/scheduler/step_scheduler.h"
+
+namespace hrp {
+
+class SchedulerNode : public NodeBase {
+ public:
+  // duration_override: [s] of simulated time, < 0 = as the scenario says.
+  SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override);
+  std::chrono::milliseconds idle_period() const override { return std::chrono::milliseconds(2); }
+  NodeOutcome outcome() const override;
+  std::string failure() const override { return scheduler_.failure(); }
+  // A clean end of the whole run.
+  void request_stop() override;
+
+ protected:
+  void handle_idle(Clock::time_point now) override;
+
+ private:
+  void take_description(const msg::RobotDescription& message);
+  void take_refusal(const msg::ModelRefused& message);
+  void take_status(const msg::ServerStatus& message);
+  void take_control(const msg::RunControl& message);
+  void update();
+  void publish_status(Clock::time_point now);
+  double calc_real_time_factor(Clock::time_point now);
+  bool has_ended() const;
+  bool is_everybody_gone() const;
+
+  StepScheduler scheduler_;
+  double duration_override_ = -1.0;
+  Publisher<msg::StepGrant> grant_publisher_;
+  Publisher<msg::RunStatus> status_publisher_;
+  Grant granted_;
+  bool any_granted_ = false;
+  msg::RunStatus status_;
+  Clock::time_point last_status_;
+  std::deque<std::pair<Clock::time_point, uint64_t>> progress_;  // of the last second
+  uint64_t progress_epoch_ = 0;
+  std::map<std::string, bool> alive_;  // by role
+  bool ended_ = false;
+  Clock::time_point end_time_;
+  bool gone_ = false;
+};
+
+}  // namespace hrp

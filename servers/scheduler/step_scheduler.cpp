@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/scheduler/step_scheduler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hrp {
+namespace {
+
+constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
+// Grants stay within this many windows of what is on disk; writers keep more samples than that.
+constexpr uint64_t kLogWindows = 8;
+// Dynamics says something every quarter of a second in any case: this long without a word is silence.
+constexpr auto kSilence = std::chrono::milliseconds(600);
+// How long the logger may take for its last steps before the run is said to have an incomplete log.
+constexpr auto kLogPatience = std::chrono::seconds(20);
+
+}  // namespace
+
+StepScheduler::StepScheduler(const SchedulerOptions& options)
+    : options_(options), paused_(options.paused), speed_(options.speed) {}
+
+void StepScheduler::set_run(double time_step, uint64_t end_step) {
+  time_step_ = time_step;
+  end_step_ = end_step;
+}
+
+bool StepScheduler::is_waited_for(const std::string& role) const {
+  return std::find(options_.roles.begin(), options_.roles.end(), role) != options_.roles.end();
+}
+
+void StepScheduler::take_report(const ServerReport& report, Clock::time_point now) {
+  if (report.role == "dynamics") take_dynamics_report(report, now);
+  reports_[report.role] = report;
+  if (report.state == ServerState::kFault) request_stop(report.role + ": " + report.message);
+}
+
+void StepScheduler::take_dynamics_report(const ServerReport& report, Clock::time_point now) {
+  heard_dynamics_ = now;
+  if (grant_.process_id == 0) {
+    // The first one we hear. A scheduler that was restarted joins the epoch that runs.
+    grant_.process_id = report.process_id;
+    grant_.epoch = report.epoch;
+    grant_.through_step = report.step;
+  } else if (report.process_id != grant_.process_id) {
+    if (report.state == ServerState::kStopped) return;
+    grant_.process_id = report.process_id;
+    start_epoch(grant_.epoch + 1);
+  }
+  if (report.epoch == grant_.epoch) step_ = report.step;
+}
+
+void StepScheduler::start_epoch(uint64_t epoch) {
+  grant_.epoch = epoch;
+  grant_.through_step = 0;
+  grant_.last = false;
+  started_ = false;
+  done_ = false;
+  pace_started_ = false;
+  step_ = 0;
+  paused_at_ = 0;
+}
+
+void StepScheduler::request_run(double speed, Clock::time_point now) {
+  paused_ = false;
+  speed_ = std::max(0.0, speed);
+  restart_pace(now);
+}
+
+void StepScheduler::request_pause() {
+  if (paused_) return;
+  paused_ = true;
+  paused_at_ = grant_.through_step;  // what was granted cannot be taken back
+}
+
+void StepScheduler::request_steps(uint64_t steps) {
+  request_pause();
+  paused_at_ += steps;
+}
+
+void StepScheduler::request_reset() { start_epoch(grant_.epoch + 1); }
+
+void StepScheduler::request_stop(const std::string& reason) {
+  if (state_ == RunState::kFinished || state_ == RunState::kFailed) return;
+  failure_ = reason;
+  state_ = reason.empty() ? RunState::kFinished : RunState::kFailed;
+}
+
+void StepScheduler::restart_pace(Clock::time_point now) {
+  pace_started_ = true;
+  pace_time_ = now;
+  pace_step_ = grant_.through_step;
+}
+
+bool StepScheduler::is_ready() {
+  if (started_) return true;
+  if (time_step_ <= 0.0) return false;
+  for (const std::string& role : options_.roles) {
+    const auto found = reports_.find(role);
+    if (found == reports_.end() || found->second.state != ServerState::kReady) return false;
+    if (role == "dynamics" && found->second.epoch != grant_.epoch) return false;
+  }
+  started_ = true;
+  return true;
+}
+
+bool StepScheduler::is_logged(uint64_t step) const {
+  const auto found = reports_.find("logger");
+  if (!is_waited_for("logger")) return true;
+  return found != reports_.end() && found->second.epoch == grant_.epoch && found->second.step >= step;
+}
+
+uint64_t StepScheduler::find_log_limit() const {
+  if (!is_waited_for("logger")) return kNoLimit;
+  const auto found = reports_.find("logger");
+  const bool known = found != reports_.end() && found->second.epoch == grant_.epoch;
+  return (known ? found->second.step : 0) + kLogWindows * options_.window;
+}
+
+uint64_t StepScheduler::find_limit(Clock::time_point now) const {
+  uint64_t limit = std::min(step_ + 2 * options_.window, find_log_limit());
+  if (end_step_ > 0) limit = std::min(limit, end_step_);
+  if (paused_) return std::min(limit, paused_at_);
+  if (speed_ > 0.0 && pace_started_) {
+    const double elapsed = std::chrono::duration<double>(now - pace_time_).count();
+    limit = std::min(limit, pace_step_ + static_cast<uint64_t>(elapsed * speed_ / time_step_));
+  }
+  return limit;
+}
+
+std::string StepScheduler::find_late(Clock::time_point now) const {
+  if (time_step_ <= 0.0) return "model_parser";
+  const auto dynamics = reports_.find("dynamics");
+  if (dynamics == reports_.end()) return "dynamics";
+  if (state_ == RunState::kPaused) return "";
+  if (now - heard_dynamics_ > kSilence) return "dynamics";
+  if (!dynamics->second.waiting_for.empty()) return dynamics->second.waiting_for;
+  if (!started_) {
+    for (const std::string& role : options_.roles) {
+      const auto found = reports_.find(role);
+      if (found == reports_.end() || found->second.state != ServerState::kReady) return role;
+    }
+  }
+  if (step_ >= find_log_limit()) return "logger";
+  return "";
+}
+
+void StepScheduler::finish_when_done(Clock::time_point now) {
+  if (end_step_ == 0 || step_ < end_step_ || !started_) return;
+  if (!done_) {
+    done_ = true;
+    done_time_ = now;
+  }
+  if (is_logged(end_step_)) return request_stop("");
+  if (now - done_time_ > kLogPatience) request_stop("logger: the log does not reach the last step");
+}
+
+void StepScheduler::update(Clock::time_point now) {
+  if (state_ == RunState::kFinished || state_ == RunState::kFailed) return;
+  if (grant_.process_id == 0 || !is_ready()) {
+    state_ = RunState::kWaiting;
+  } else {
+    if (!pace_started_) restart_pace(now);
+    grant_.through_step = std::max(grant_.through_step, find_limit(now));
+    grant_.last = end_step_ > 0 && grant_.through_step == end_step_;
+    state_ = paused_ && step_ >= grant_.through_step ? RunState::kPaused : RunState::kRunning;
+  }
+  late_ = find_late(now);
+  finish_when_done(now);
+}
+
+}  // namespace hrp
