@@ -114,7 +114,7 @@ void LogWriter::start_epoch(uint64_t epoch) {
   any_epoch_ = true;
   epoch_ = epoch;
   next_step_ = newest_state_ = step_on_disk_ = 0;
-  any_state_ = any_on_disk_ = false;
+  any_state_ = any_on_disk_ = first_step_seen_ = false;
   silent_ = 0;
   for (Slot& place : slots_) place.present = 0;
 }
@@ -130,7 +130,7 @@ void LogWriter::open_file() {
 
 void LogWriter::write_complete_steps() {
   if (description_.empty() || closed_) return;
-  if (any_state_ && next_step_ == 0 && is_complete(0)) first_step_seen_ = true;
+  if (any_state_ && is_complete(next_step_)) first_step_seen_ = true;
   // A step whose state has a successor had its answers used; the newest one waits to see whether it is the last.
   while (any_state_ && next_step_ < newest_state_ && is_complete(next_step_)) write_step(true);
 }

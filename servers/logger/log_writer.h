@@ -2,6 +2,7 @@
 // Puts the samples of a run into files in an order that depends on the run alone, not on the order of their arrival.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -47,7 +48,7 @@ class LogWriter {
   void close();
 
   bool has_description() const { return !description_.empty(); }
-  // Step 0 of every topic has been seen.
+  // The first step of this epoch has come on every topic.
   bool has_first_step() const { return first_step_seen_; }
   uint64_t epoch() const { return epoch_; }
   // Last step that is on disk; meaningful when any_on_disk().
@@ -55,6 +56,8 @@ class LogWriter {
   bool any_on_disk() const { return any_on_disk_; }
   // Samples taken and not dropped, all epochs.
   uint64_t sample_count() const { return sample_count_; }
+  // The oldest step that is not written.
+  uint64_t next_step() const { return next_step_; }
   // Steps that are known to be over and not written yet.
   uint64_t backlog() const { return newest_state_ > next_step_ ? newest_state_ - next_step_ : 0; }
   // Everything through the newest state that close() would want has come, and that is at least step `last`.

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <CLI/CLI.hpp>
+
+#include "common/node/runner.h"
+#include "servers/logger/node.h"
+
+int main(int argc, char** argv) {
+  hrp::LoggerOptions options;
+  return hrp::run_server(
+      argc, argv, {"logger", "hrp-logger", "Writes every step of a run to an MCAP file."},
+      [&](const hrp::NodeContext& context) { return std::make_unique<hrp::LoggerNode>(context, options); },
+      [&](CLI::App& app) {
+        app.add_option("--log", options.path, "file to write; later epochs get a number before its ending")
+            ->capture_default_str();
+        app.add_option("--compression", options.compression, "instead of the scenario's")
+            ->check(CLI::IsMember({"none", "lz4", "zstd"}));
+      });
+}

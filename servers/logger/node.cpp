@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/logger/node.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "common/base/diagnostics.h"
+#include "common/messages/reflection/schema.h"
+#include "common/messages/topics.h"
+#include "common/robot/scenario.h"
+#include "hrp_idl/model.h"
+
+namespace hrp {
+namespace {
+
+// A step that is two windows old and misses a sample for this long will not get it any more: the controller is silent
+// and the scenario says "hold". Shorter would mistake a process that the scheduler of the system let wait for a dead one.
+constexpr auto kGiveUp = std::chrono::seconds(1);
+constexpr uint64_t kGiveUpBacklog = 128;
+// At the end of a run: nothing has come for this long, so nothing is on its way.
+constexpr auto kQuiet = std::chrono::milliseconds(200);
+
+std::vector<LogTopic> make_log_topics() {
+  using Rate = LogTopic::Rate;
+  const auto make = [](const TopicSpec& topic, Rate rate, bool answers_state) {
+    return LogTopic{topic.name, topic.type_name, find_schema_text(topic.type_name), rate, answers_state};
+  };
+  return {make(topics::kRobotDescription, Rate::kOnce, false),
+          make(topics::kRobotState, Rate::kEveryStep, false),
+          make(topics::kContactForces, Rate::kEveryStep, false),
+          make(topics::kSensorData, Rate::kEveryControlStep, false),
+          make(topics::kContactSet, Rate::kEveryStep, true),
+          make(topics::kJointCommands, Rate::kEveryControlStep, true)};
+}
+
+const TopicSpec& get_topic_spec(size_t index) {
+  static const TopicSpec* const specs[] = {&topics::kRobotDescription, &topics::kRobotState, &topics::kContactForces,
+                                           &topics::kSensorData, &topics::kContactSet, &topics::kJointCommands};
+  return *specs[index];
+}
+constexpr size_t kTopicCount = 6;
+
+// Who fills a topic, for messages.
+const char* find_role(const std::string& topic) {
+  if (topic == topics::kRobotDescription.name) return "model_parser";
+  if (topic == topics::kContactSet.name) return "collision_checker";
+  if (topic == topics::kJointCommands.name) return "controller";
+  return "dynamics";
+}
+
+LogOptions make_log_options(const std::string& path) {
+  LogOptions options;
+  options.path = path;
+  options.topics = make_log_topics();
+  return options;
+}
+
+// Said at the start, and not when the first step is over.
+void check_writable(const std::string& path) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) {
+    Diagnostic problem;
+    problem.file = path;
+    problem.message = std::string("the log cannot be written: ") + std::strerror(errno);
+    throw InputError(problem);
+  }
+  ::close(file);
+}
+
+}  // namespace
+
+LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
+    : NodeBase(context), options_(options), log_(make_log_options(options.path)) {
+  check_writable(options.path);
+  if (!options.compression.empty()) mcap::parse_compression(options.compression);
+  last_arrival_ = last_progress_ = Clock::now();
+  for (size_t topic = 0; topic < kTopicCount; ++topic) listen_raw(topic);
+}
+
+LoggerNode::~LoggerNode() = default;
+
+void LoggerNode::listen_raw(size_t topic) {
+  raw_readers_.push_back(bus().make_reader(get_topic_spec(topic), Delivery::kReliable, [this, topic](Bytes sample) {
+    if (!is_active()) return;
+    try {
+      topic == 0 ? take_description(sample) : take_sample(topic, sample);
+    } catch (const std::exception& error) {
+      std::string reason = error.what();
+      if (log_.any_on_disk()) {
+        reason += "; the log is readable and ends with step " + std::to_string(log_.step_on_disk());
+      }
+      fail(reason);
+    }
+  }));
+}
+
+void LoggerNode::take_description(Bytes sample) {
+  msg::RobotDescription robot;
+  decode(sample, &robot);
+  const Scenario scenario = parse_scenario(robot.scenario(), robot.scenario_path());
+  const std::string& word = options_.compression.empty() ? scenario.logging.compression : options_.compression;
+  log_.set_description(sample.data, sample.size, scenario.control_period, mcap::parse_compression(word));
+  report_progress();
+}
+
+void LoggerNode::take_sample(size_t topic, Bytes sample) {
+  log_.take(topic, sample.data, sample.size);
+  report_progress();
+}
+
+void LoggerNode::report_progress() {
+  const msg::ServerPhase phase = log_.has_first_step() ? msg::SERVER_READY : msg::SERVER_STARTING;
+  if (phase == status().phase() && log_.epoch() == status().epoch() && log_.step_on_disk() == status().step()) return;
+  report(log_.epoch(), log_.step_on_disk());
+  set_phase(phase);
+}
+
+void LoggerNode::handle_idle(Clock::time_point now) {
+  if (log_.sample_count() != last_sample_count_) last_arrival_ = now;
+  last_sample_count_ = log_.sample_count();
+  if (log_.next_step() != last_backlog_step_ || log_.backlog() == 0) last_progress_ = now;
+  last_backlog_step_ = log_.next_step();
+  if (now - last_progress_ < kGiveUp || log_.backlog() < kGiveUpBacklog) return;
+  for (const std::string& topic : log_.give_up_waiting()) {
+    std::fprintf(stderr, "%s: no %s from %s since step %llu; the log goes on without it\n", context().program.c_str(),
+                 topic.c_str(), find_role(topic), static_cast<unsigned long long>(last_backlog_step_));
+  }
+  report_progress();
+}
+
+bool LoggerNode::is_drained() {
+  const Clock::time_point now = Clock::now();
+  if (!draining_) drain_start_ = now;
+  draining_ = true;
+  const msg::RunStatus& run = run_status();
+  const bool last_step_known = run.phase() == msg::RUN_FINISHED && run.epoch() == log_.epoch();
+  if (last_step_known && log_.is_complete_through(run.step())) return true;
+  return now - drain_start_ > kQuiet && now - last_arrival_ > kQuiet;
+}
+
+void LoggerNode::handle_run_end() {
+  log_.close();
+  report(log_.epoch(), log_.step_on_disk());
+}
+
+}  // namespace hrp

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The logger on a bus: takes encoded samples as they are, tells the scheduler how far the disk is.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/node/node_base.h"
+#include "servers/logger/log_writer.h"
+
+namespace hrp {
+
+struct LoggerOptions {
+  std::string path = "run.mcap";
+  std::string compression;  // none, lz4, zstd; empty: as the scenario says
+};
+
+class LoggerNode : public NodeBase {
+ public:
+  // Throws InputError when the file cannot be written.
+  LoggerNode(const NodeContext& context, const LoggerOptions& options);
+  ~LoggerNode() override;
+  // Files written so far.
+  const std::vector<std::string>& files() const { return log_.files(); }
+
+ protected:
+  void handle_idle(Clock::time_point now) override;
+  bool is_drained() override;
+  void handle_run_end() override;
+
+ private:
+  void listen_raw(size_t topic);
+  void take_description(Bytes sample);
+  void take_sample(size_t topic, Bytes sample);
+  void report_progress();
+
+  LoggerOptions options_;
+  LogWriter log_;
+  uint64_t last_sample_count_ = 0;
+  uint64_t last_backlog_step_ = 0;
+  Clock::time_point last_arrival_, last_progress_, drain_start_;
+  bool draining_ = false;
+  std::vector<std::unique_ptr<Reader>> raw_readers_;
+};
+
+}  // namespace hrp
