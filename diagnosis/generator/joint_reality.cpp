@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/generator/joint_reality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+
+namespace hrp::cases {
+namespace {
+
+constexpr double kTwoPi = 6.28318530717958647692;
+using Apply = std::function<void(JointReality&, const Hidden&)>;
+
+void apply_elastic(JointReality& j, const Hidden& h) {
+  j.elastic = true;
+  j.stiffness = h.get("stiffness");
+  j.damping = h.get("damping");
+  j.rotor = h.get("rotor_inertia");
+  j.gap = h.get("gap");
+}
+
+const std::map<std::string, Apply>& friction_table() {
+  static const std::map<std::string, Apply> table{
+      {"viscous_friction", [](JointReality& j, const Hidden& h) { j.viscous += h.get("coefficient"); }},
+      {"coulomb_friction", [](JointReality& j, const Hidden& h) { j.coulomb = h.get("level"), j.asymmetry = h.get("asymmetry"); }},
+      {"stribeck_friction", [](JointReality& j, const Hidden& h) {
+         j.stribeck_coulomb = h.get("coulomb"), j.stribeck_static = h.get("static");
+         j.stribeck_velocity = h.get("stribeck_velocity"), j.viscous += h.get("viscous");
+       }},
+      {"load_dependent_friction", [](JointReality& j, const Hidden& h) { j.load_ratio = h.get("ratio"); }},
+      {"hysteresis", [](JointReality& j, const Hidden& h) { j.bouc_wen_stiffness = h.get("stiffness"), j.bouc_wen_yield = h.get("yield_angle"); }},
+      {"position_dependent_friction", [](JointReality& j, const Hidden& h) {
+         j.bump_level = h.get("level"), j.bump_center = h.get("center"), j.bump_width = h.get("width");
+       }},
+      {"friction_drift", [](JointReality& j, const Hidden& h) { j.drift_level = h.get("level"), j.drift_time = h.get("time_constant"); }},
+      {"quadratic_drag", [](JointReality& j, const Hidden& h) { j.drag = h.get("coefficient"); }}};
+  return table;
+}
+
+const std::map<std::string, Apply>& drive_table() {
+  static const std::map<std::string, Apply> table{
+      {"torque_constant_error", [](JointReality& j, const Hidden& h) { j.torque_scale = h.get("scale"); }},
+      {"torque_saturation", [](JointReality& j, const Hidden& h) { j.saturation = h.get("limit"); }},
+      {"actuator_lag", [](JointReality& j, const Hidden& h) { j.lag = h.get("time_constant"); }},
+      {"command_delay", [](JointReality& j, const Hidden& h) { j.delay = h.get("delay"); }},
+      {"joint_offset", [](JointReality& j, const Hidden& h) { j.offset = h.get("offset"); }},
+      {"intermittent_slip", [](JointReality& j, const Hidden& h) {
+         j.slip_fraction = h.get("fraction"), j.slip_period = h.get("period"), j.slip_length = h.get("length");
+       }},
+      {"periodic_disturbance", [](JointReality& j, const Hidden& h) {
+         j.periodic_amplitude = h.get("amplitude"), j.periodic_frequency = h.get("frequency"), j.periodic_phase = h.get("phase");
+       }}};
+  return table;
+}
+
+const std::map<std::string, Apply>& mechanics_table() {
+  static const std::map<std::string, Apply> table{
+      {"rotor_inertia", [](JointReality& j, const Hidden& h) { j.rotor = h.get("inertia"); }},
+      {"joint_elasticity", apply_elastic},
+      {"backlash", apply_elastic},
+      {"parallel_spring", [](JointReality& j, const Hidden& h) { j.spring = h.get("stiffness"), j.spring_rest = h.get("rest"); }},
+      {"cubic_spring", [](JointReality& j, const Hidden& h) { j.cubic = h.get("coefficient"); }},
+      {"cogging", [](JointReality& j, const Hidden& h) {
+         j.cogging = h.get("amplitude"), j.cogging_periods = h.get("periods"), j.cogging_phase = h.get("phase");
+       }},
+      {"mechanical_stop", [](JointReality& j, const Hidden& h) {
+         j.stop_angle = h.get("angle"), j.stop_side = h.get("side"), j.stop_stiffness = h.get("stiffness");
+       }}};
+  return table;
+}
+
+}  // namespace
+
+std::vector<JointReality> make_joint_realities(const RobotPlan& robot, const std::vector<Hidden>& hidden) {
+  std::vector<JointReality> joints(static_cast<std::size_t>(joint_count(robot)));
+  for (const Hidden& h : hidden) {
+    if (h.where_kind != "joint") continue;
+    const int index = find_joint(robot, h.where);
+    JointReality& j = joints.at(static_cast<std::size_t>(index));
+    for (const auto* table : {&friction_table(), &drive_table(), &mechanics_table()}) {
+      if (const auto at = table->find(h.effect); at != table->end()) at->second(j, h);
+    }
+    if (h.effect == "cubic_spring") j.cubic_center = joint(robot, index).start;
+    if (h.effect == "joint_coupling") {
+      j.coupled_to = find_joint(robot, h.parameters.at("other").get<std::string>());
+      j.coupling = h.get("stiffness");
+    }
+  }
+  return joints;
+}
+
+double calc_drive_torque(const JointReality& joint, double asked, double time) {
+  double torque = std::clamp(asked, -joint.saturation, joint.saturation) * joint.torque_scale;
+  if (joint.slip_fraction > 0 && std::fmod(time + 10 * joint.slip_period, joint.slip_period) < joint.slip_length) {
+    torque *= 1 - joint.slip_fraction;
+  }
+  return torque;
+}
+
+double calc_transmission_torque(const JointReality& joint, double q_motor, double q_link, double v_motor, double v_link) {
+  const double turn = q_motor - q_link, half = joint.gap / 2;
+  if (joint.gap == 0) return joint.stiffness * turn + joint.damping * (v_motor - v_link);
+  if (std::abs(turn) <= half) return 0;
+  const double side = turn > 0 ? 1.0 : -1.0;
+  const double torque = joint.stiffness * (turn - side * half) + joint.damping * (v_motor - v_link);
+  return side * torque > 0 ? torque : 0;  // teeth push, they do not pull
+}
+
+double calc_motor_side_torque(const JointReality& j, double q, double v, double z, double time) {
+  return -j.viscous * v - j.coulomb * j.asymmetry - j.bouc_wen_stiffness * z +
+         j.cogging * std::sin(j.cogging_periods * q + j.cogging_phase) +
+         j.periodic_amplitude * std::sin(kTwoPi * j.periodic_frequency * time + j.periodic_phase);
+}
+
+double calc_link_side_torque(const JointReality& j, double q, double v) {
+  double torque = -j.spring * (q - j.spring_rest) - j.drag * v * std::abs(v);
+  const double turn = q - j.cubic_center;
+  torque -= j.cubic * turn * turn * turn;
+  const double depth = j.stop_side * (q - j.stop_angle);
+  if (j.stop_stiffness > 0 && depth > 0) torque -= j.stop_side * j.stop_stiffness * depth;
+  return torque;
+}
+
+double calc_dry_friction(const JointReality& j, double q, double v, double torque, double time) {
+  double level = j.coulomb + j.load_ratio * std::abs(torque);
+  if (j.stribeck_velocity > 0) {
+    const double s = v / j.stribeck_velocity;
+    level += j.stribeck_coulomb + (j.stribeck_static - j.stribeck_coulomb) * std::exp(-s * s);
+  }
+  const double b = (q - j.bump_center) / j.bump_width;
+  level += j.bump_level * std::exp(-b * b) + j.drift_level * std::exp(-std::max(time, 0.0) / j.drift_time);
+  return level;
+}
+
+}  // namespace hrp::cases

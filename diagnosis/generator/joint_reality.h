@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "diagnosis/generator/hidden.h"
+
+namespace hrp::cases {
+
+// What is hidden in one joint; everything is off by default. Units SI, angles in rad.
+struct JointReality {
+  // friction
+  double viscous = 0, coulomb = 0, asymmetry = 0, load_ratio = 0;
+  double stribeck_coulomb = 0, stribeck_static = 0, stribeck_velocity = 0;
+  double bump_level = 0, bump_center = 0, bump_width = 1;  // dry friction around one position
+  double drift_level = 0, drift_time = 1;                  // dry friction that fades as the gear warms up
+  double bouc_wen_stiffness = 0, bouc_wen_yield = 1;
+  // drive
+  double torque_scale = 1, saturation = std::numeric_limits<double>::infinity(), lag = 0, delay = 0, offset = 0;
+  double slip_fraction = 0, slip_period = 1, slip_length = 0;
+  double periodic_amplitude = 0, periodic_frequency = 0, periodic_phase = 0;
+  // mechanics
+  double rotor = 0;
+  bool elastic = false;
+  double stiffness = 0, damping = 0, gap = 0;  // of the transmission
+  double spring = 0, spring_rest = 0, cubic = 0, cubic_center = 0;
+  double cogging = 0, cogging_periods = 0, cogging_phase = 0;
+  double stop_angle = 0, stop_side = 0, stop_stiffness = 0;
+  double drag = 0;
+  int coupled_to = -1;
+  double coupling = 0;
+};
+
+std::vector<JointReality> make_joint_realities(const RobotPlan& robot, const std::vector<Hidden>& hidden);
+
+// Torque of the drive on the motor shaft from what the servo asked for [N m].
+double calc_drive_torque(const JointReality& joint, double asked, double time);
+
+// Torque through the transmission, positive on the link [N m]: spring and damper behind a dead zone of `gap`.
+double calc_transmission_torque(const JointReality& joint, double q_motor, double q_link, double v_motor, double v_link);
+
+// Smooth torques on the motor shaft and on the link [N m]; `z` is the Bouc-Wen state [rad].
+double calc_motor_side_torque(const JointReality& joint, double q, double v, double z, double time);
+double calc_link_side_torque(const JointReality& joint, double q, double v);
+
+// Level of dry friction, two-sided about a bias of -coulomb x asymmetry [N m].
+double calc_dry_friction(const JointReality& joint, double q, double v, double torque, double time);
+
+}  // namespace hrp::cases

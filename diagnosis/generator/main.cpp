@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <mujoco/mujoco.h>
+
+#include "diagnosis/generator/make_case.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace hrp::cases;
+
+struct Job {
+  std::string name;
+  CaseRequest request;
+  std::uint64_t seed = 0;
+};
+
+std::vector<Job> make_jobs(int count, std::uint64_t seed, const std::string& effect) {
+  std::vector<CaseRequest> deck = effect.empty() ? make_deck(count, seed) : std::vector<CaseRequest>(static_cast<std::size_t>(count), parse_request(effect));
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < deck.size(); ++i) {
+    char name[32];
+    std::snprintf(name, sizeof name, "case-%03zu", i + 1);
+    jobs.push_back({name, deck[i], seed * 1000003ULL + i});
+  }
+  return jobs;
+}
+
+void write(const fs::path& path, const std::string& contents) {
+  std::ofstream out(path, std::ios::binary);
+  out << contents;
+  if (!out.flush()) throw std::runtime_error("cannot write " + path.string());
+}
+
+void run_job(const Job& job, const fs::path& out, const CaseOptions& options) {
+  const Case made = make_case(job.request, job.seed, options);
+  fs::create_directories(out / "cases" / job.name);
+  for (const auto& [file, contents] : made.files) write(out / "cases" / job.name / file, contents);
+  write(out / "truths" / (job.name + ".json"), made.truth.dump(1) + "\n");
+}
+
+int run_jobs(const std::vector<Job>& jobs, const fs::path& out, const CaseOptions& options, int threads) {
+  std::atomic<std::size_t> next{0}, done{0};
+  std::atomic<int> failed{0};
+  std::mutex print;
+  auto work = [&] {
+    for (std::size_t i; (i = next++) < jobs.size();) {
+      std::string fault;
+      try {
+        run_job(jobs[i], out, options);
+      } catch (const std::exception& error) {
+        fault = error.what();
+        ++failed;
+      }
+      const std::lock_guard lock(print);
+      ++done;
+      if (!fault.empty()) std::fprintf(stderr, "%s: %s\n", jobs[i].name.c_str(), fault.c_str());
+      std::fprintf(stderr, "\rmade %zu of %zu cases%s", done.load(), jobs.size(), done == jobs.size() ? "\n" : "");
+    }
+  };
+  std::vector<std::thread> pool;
+  for (int i = 0; i < threads; ++i) pool.emplace_back(work);
+  for (std::thread& thread : pool) thread.join();
+  return failed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
+               "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
+  std::string out = "cases-out", effect;
+  int count = 10, jobs = 2;
+  std::uint64_t seed = 1;
+  CaseOptions options;
+  bool clean = false;
+  app.add_option("--out", out, "folder to write to")->capture_default_str();
+  app.add_option("--cases", count, "how many")->check(CLI::Range(1, 100000))->capture_default_str();
+  app.add_option("--seed", seed, "the same seed gives the same cases")->capture_default_str();
+  app.add_option("--jobs", jobs, "threads")->check(CLI::Range(1, 256))->capture_default_str();
+  app.add_option("--duration", options.duration, "seconds of each recording")->check(CLI::Range(1.0, 60.0))->capture_default_str();
+  app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', or 'stand:EFFECT' for a biped");
+  app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
+  CLI11_PARSE(app, argc, argv);
+  options.noise_scale = clean ? 0 : 1;
+  mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
+  try {
+    fs::create_directories(fs::path(out) / "truths");
+    return run_jobs(make_jobs(count, seed, effect), out, options, jobs) == 0 ? 0 : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-make-cases: %s\n", error.what());
+    return 2;
+  }
+}

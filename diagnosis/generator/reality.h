@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "diagnosis/generator/hidden.h"
+#include "diagnosis/generator/motion.h"
+#include "diagnosis/generator/robot_plan.h"
+
+namespace hrp::cases {
+
+// Everything a sensor could have read at one instant, without noise.
+struct Reading {
+  double time = 0;
+  std::vector<double> position, velocity, effort;  // encoder [rad], [rad/s]; the servo's commanded effort [N m]
+  std::vector<double> link_position;               // behind the transmission [rad]
+  Vec3 base_position{};
+  std::array<double, 4> base_orientation{1, 0, 0, 0};  // w x y z
+  std::array<double, 4> imu_orientation{1, 0, 0, 0};
+  Vec3 imu_rate{}, imu_acceleration{};
+  std::vector<Vec3> foot_force, foot_torque;
+};
+
+// Thrown when a drawn case does not run sanely (falls, diverges); the caller draws another.
+struct InsaneCase {
+  std::string why;
+};
+
+// The robot with everything hidden in it, on MuJoCo. MuJoCo computes the multibody dynamics, dry friction and contact;
+// servo, drive and every other law are this class's own formulas, integrated together with the state.
+class Reality {
+ public:
+  Reality(const RobotPlan& robot, const std::vector<Hidden>& hidden);
+  ~Reality();
+
+  // Readings at the given increasing times (from 0 on). `push` acts on the imu link until time 0 [N, world axes].
+  std::vector<Reading> run(const Commands& commands, const std::vector<double>& times, const Vec3& push);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// MuJoCo's description of the robot with the hidden bodies, joints and masses (also used by the tests).
+std::string make_mjcf(const RobotPlan& robot, const std::vector<Hidden>& hidden);
+
+}  // namespace hrp::cases

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/generator/reality.h"
+
+namespace hrp::cases {
+
+// How a case is recorded.
+struct RecorderPlan {
+  double rate = 500;                         // [Hz]
+  double jitter = 0;                         // of the time stamps, share of a period
+  double position_noise = 0, velocity_noise = 0, effort_noise = 0;  // standard deviations [rad, rad/s, N m]
+  double force_noise = 0, torque_noise = 0;                         // [N, N m]
+  double rate_noise = 0, acceleration_noise = 0, attitude_noise = 0;  // IMU [rad/s, m/s^2, rad]
+  double pose_noise = 0;                                              // motion capture [m, rad]
+  bool noise_stated = true;
+  bool with_velocity = true, with_effort = true, with_base_pose = false, with_commands = true;
+  std::string link_encoder;  // joint that has a second encoder behind the transmission; empty: none
+};
+
+struct RecordingPlan {
+  std::string file, role, motion;
+  double start = 0, duration = 10;  // [s]; a start above 0 begins in mid-motion
+  Vec3 push{};
+};
+
+struct Column {
+  std::string name;
+  std::vector<double> values;
+  double noise = 0;  // standard deviation of what was added [unit of the column]
+};
+
+RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hidden, Prng& random);
+
+// Times of the rows of one recording, with jitter.
+std::vector<double> draw_row_times(const RecorderPlan& plan, double start, double duration, Prng& random);
+
+// Runs the reality and returns the columns as written, sensor faults included; noise comes from `random` (noise off: a
+// plan with zero deviations).
+std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
+                           const RecordingPlan& recording, const Commands& commands, const std::vector<double>& times,
+                           Prng& random);
+
+std::string make_csv(const std::vector<Column>& columns);
+std::string make_urdf(const RobotPlan& robot);
+std::string make_experiment_yaml(const RobotPlan& robot, const RecorderPlan& plan,
+                                 const std::vector<RecordingPlan>& recordings);
+
+}  // namespace hrp::cases

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "diagnosis/generator/prng.h"
+
+namespace hrp::cases {
+
+using Vec3 = std::array<double, 3>;
+
+// A joint turns `axis` (joint frame); `xyz`, `rpy` place the joint frame in the parent link (URDF convention).
+struct JointPlan {
+  std::string name;
+  Vec3 xyz{}, rpy{}, axis{0, 0, 1};
+  double kp = 0;      // [N m/rad] nominal servo
+  double kd = 0;      // [N m s/rad]
+  double limit = 0;   // [N m] nominal effort limit
+  double start = 0;   // [rad] nominal start position
+};
+
+// `inertia` are ixx iyy izz ixy ixz iyz about the centre of mass in link axes [kg m^2].
+struct LinkPlan {
+  std::string name;
+  int parent = -1;  // index of the parent link; -1: the base
+  JointPlan joint;  // unused for the base
+  double mass = 0;  // [kg]; 0: a base without inertia
+  Vec3 com{};
+  std::array<double, 6> inertia{};
+  Vec3 box{};  // visual only
+};
+
+struct FootPlan {
+  int link = 0;
+  std::string wrench;  // name of the force sensor at that link
+  Vec3 center{};       // of the sole box in the link's frame [m]
+  Vec3 size{};
+};
+
+struct RobotPlan {
+  std::string name;
+  bool floating = false;
+  std::vector<LinkPlan> links;  // links[0] is the base; every other link owns the joint to its parent
+  std::vector<FootPlan> feet;
+  std::string imu;  // empty: none
+  int imu_link = 0;
+  Vec3 imu_xyz{};
+  Vec3 base_position{};  // nominal start [m]
+  double ground_friction = 0.8;
+  double thigh = 0, shank = 0;  // of a biped [m]
+};
+
+inline int joint_count(const RobotPlan& robot) { return static_cast<int>(robot.links.size()) - 1; }
+inline JointPlan& joint(RobotPlan& robot, int j) { return robot.links[static_cast<std::size_t>(j) + 1].joint; }
+inline const JointPlan& joint(const RobotPlan& robot, int j) {
+  return robot.links[static_cast<std::size_t>(j) + 1].joint;
+}
+int find_joint(const RobotPlan& robot, const std::string& name);  // -1: none
+int find_link(const RobotPlan& robot, const std::string& name);   // -1: none
+
+// A serial arm of 3 to 7 joints with random geometry, mass and gains.
+RobotPlan make_arm(Prng& random);
+
+// A standing biped with random sizes: twelve leg joints, a waist, and perhaps arms.
+RobotPlan make_biped(Prng& random);
+
+// Hip, knee, ankle pitch that hold the ankle below the hip and the foot level at the given knee angle [rad].
+Vec3 level_leg(const RobotPlan& robot, double knee);
+
+}  // namespace hrp::cases
