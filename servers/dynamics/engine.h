@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The physics core as an engine of the dynamics loop.
+#pragma once
+
+#include "common/node/dynamics_loop.h"
+#include "servers/dynamics/simulator.h"
+
+namespace hrp {
+
+class SimulatorEngine : public DynamicsEngine {
+ public:
+  SimulatorEngine(const RobotDescription& robot, const Scenario& scenario) : simulator_(robot, scenario) {}
+  void reset() override { simulator_.reset(); }
+  std::string step(const ContactSet& contacts, const JointCommand& command) override;
+  const State& state() const override { return simulator_.state(); }
+  unsigned long long state_hash() const override { return simulator_.state_hash(); }
+  const Eigen::VectorXd& joint_efforts() const override { return simulator_.joint_efforts(); }
+  const ContactForces& contact_forces() const override { return simulator_.contact_forces(); }
+  const SensorSample& sensors() const override { return simulator_.sensors(); }
+  const std::vector<double>& foot_forces() const override { return simulator_.foot_forces(); }
+
+ private:
+  Simulator simulator_;
+};
+
+// For DynamicsLoop.
+std::unique_ptr<DynamicsEngine> make_simulator_engine(const RobotDescription& robot, const Scenario& scenario);
+
+}  // namespace hrp
