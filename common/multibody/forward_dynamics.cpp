@@ -70,13 +70,13 @@ void start_inertias(const Model& model, Data* data) {
   for (size_t i = 0; i < model.links().size(); ++i) {
     const LinkConstants& L = model.links()[i];
     const LinkKinematics& k = data->kinematics[i];
-    start_inertia(k, k.R * L.h, rotate(k.R, L.I), L.mass, &data->articulated[i]);
+    start_inertia(k, k.R * L.h, calc_turned_inertia(L, k.R), L.mass, &data->articulated[i]);
   }
 }
 
 inline void start_link(const LinkConstants& L, const LinkKinematics& k, LinkMotion* m, LinkArticulated* A) {
   const V3 h = k.R * L.h;
-  const small::S3 I = rotate(k.R, L.I);
+  const small::S3 I = calc_turned_inertia(L, k.R);
   motion_pass::load_link(k, h, I, L.mass, m);
   start_inertia(k, h, I, L.mass, A);
   A->n = m->n;
@@ -93,8 +93,7 @@ void start_links(const Model& model, Data* data) {
   m[0].alpha = {0, 0, 0};
   m[0].acc = -small::from_eigen(model.gravity_W());
   start_link(links[0], k[0], m, A);
-  const int n = model.num_links();
-  for (int i = 1; i < n; ++i) {
+  for (int i : model.order()) {
     const int p = links[i].parent;
     motion_pass::accelerate(links[i], k[p], k[i], qd[i], m[p], m + i);
     start_link(links[i], k[i], m + i, A + i);
@@ -145,7 +144,8 @@ bool gather(const Model& model, const ImplicitTerms& implicit, const double* eff
   const double* extra = implicit.joint_inertia_extra != nullptr ? implicit.joint_inertia_extra->data() : nullptr;
   const bool floating = model.floating();
   bool positive = true;
-  for (int i = model.num_joints(); i > 0; --i) {
+  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
+    const int i = *it;
     const int p = links[i].parent;
     const bool slide = slides(links[i]);
     const double inertia = links[i].rotor_inertia + (extra != nullptr ? extra[i - 1] : 0.0);
@@ -161,14 +161,14 @@ void spread(const Model& model, Data* data, double* x) {
   const LinkConstants* links = model.links().data();
   const LinkKinematics* k = data->kinematics.data();
   LinkArticulated* A = data->articulated.data();
-  const int nb = model.num_base(), n = model.num_links();
+  const int nb = model.num_base();
   A[0].alpha = A[0].acc = {0, 0, 0};
   if (nb > 0) {
     articulated::solve_base(data->base_factor, A);
     small::store(A[0].alpha, x);
     small::store(A[0].acc, x + 3);
   }
-  for (int i = 1; i < n; ++i) {
+  for (int i : model.order()) {
     x[nb + i - 1] = articulated::pass_acceleration(slides(links[i]), k[i].axis, k[i].r, A[links[i].parent], A + i);
   }
 }
@@ -218,7 +218,8 @@ void calc_response(const Model& model, const Eigen::VectorXd* tau, const LinkWre
   LinkArticulated* A = data->articulated.data();
   load_right_side(model, tau, wrenches, data);
   const double* effort = tau != nullptr ? tau->data() + model.num_base() : nullptr;
-  for (int i = model.num_joints(); i > 0; --i) {
+  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
+    const int i = *it;
     const double e = effort != nullptr ? effort[i - 1] : 0.0;
     articulated::pass_force(slides(links[i]), k[i].axis, k[i].r, e, A + i, A + links[i].parent);
   }

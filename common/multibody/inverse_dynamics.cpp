@@ -24,8 +24,7 @@ void load_links(const Model& model, const double* vdot, Data* data) {
   const double* qdd = vdot != nullptr ? vdot + model.num_base() - 1 : nullptr;
   start_base(model, vdot, m);
   motion_pass::load_link(links[0], k[0], m);
-  const int n = model.num_links();
-  for (int i = 1; i < n; ++i) {
+  for (int i : model.order()) {
     const int p = links[i].parent;
     if (qdd != nullptr) {
       motion_pass::accelerate(links[i], k[p], k[i], qd[i], qdd[i], m[p], m + i);
@@ -51,7 +50,8 @@ void gather(const Model& model, const double* vdot, Data* data, double* tau) {
   const LinkKinematics* k = data->kinematics.data();
   LinkMotion* m = data->motion.data();
   const int nb = model.num_base();
-  for (int i = model.num_joints(); i > 0; --i) {
+  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
+    const int i = *it;
     LinkMotion& parent = m[links[i].parent];
     const int row = nb + i - 1;
     tau[row] = dot(k[i].axis, links[i].code == JointCode::kSlide ? m[i].f : m[i].n);

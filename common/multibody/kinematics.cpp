@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/check.h"
+#include "common/multibody/sine_cosine.h"
 
 namespace hrp {
 namespace {
@@ -28,8 +29,8 @@ M3 turn_about(const M3& R, V3 axis, double c, double s) {
   return R * Q;
 }
 
-inline void update_revolute(const LinkConstants& L, double q, LinkKinematics* k) {
-  const double c = std::cos(q), s = L.sign * std::sin(q);
+inline void update_revolute(const LinkConstants& L, double c, double sine, LinkKinematics* k) {
+  const double s = L.sign * sine;
   switch (L.code) {
     case JointCode::kTurnX:
       k->axis = k->R.x * L.sign;
@@ -45,21 +46,25 @@ inline void update_revolute(const LinkConstants& L, double q, LinkKinematics* k)
       break;
     default:
       k->axis = k->R * L.axis_F;
-      k->R = turn_about(k->R, L.axis_F, c, s);
+      k->R = turn_about(k->R, L.axis_F, c, sine);
   }
 }
 
-inline void update_link(const LinkConstants& L, const LinkKinematics& parent, double q, double qd, LinkKinematics* k) {
+struct JointState {
+  double q, qd, cosine, sine;
+};
+
+inline void update_link(const LinkConstants& L, const LinkKinematics& parent, JointState joint, LinkKinematics* k) {
   k->R = L.turned ? parent.R * L.R_PF : parent.R;
   k->r = parent.R * L.p_PF;
   if (L.code == JointCode::kSlide) {
     k->axis = k->R * L.axis_F;
-    k->r += k->axis * q;
+    k->r += k->axis * joint.q;
     k->w = parent.w;
-    k->v = parent.v + cross(parent.w, k->r) + k->axis * qd;
+    k->v = parent.v + cross(parent.w, k->r) + k->axis * joint.qd;
   } else {
-    update_revolute(L, q, k);
-    k->w = parent.w + k->axis * qd;
+    update_revolute(L, joint.cosine, joint.sine, k);
+    k->w = parent.w + k->axis * joint.qd;
     k->v = parent.v + cross(parent.w, k->r);
   }
   k->p = parent.p + k->r;
@@ -103,7 +108,12 @@ void update_kinematics(const Model& model, const State& state, Data* data) {
   const double *q = state.q.data(), *qd = state.qd.data();
   data->qd = state.qd;
   update_base(model, state, k);
-  for (int i = 1; i <= n; ++i) update_link(links[i], k[links[i].parent], q[i - 1], qd[i - 1], k + i);
+  double *sine = data->sine.data(), *cosine = data->cosine.data();
+  calc_sine_cosine(q, n, sine, cosine);
+  for (int i : model.order()) {
+    const int j = i - 1;
+    update_link(links[i], k[links[i].parent], {q[j], qd[j], cosine[j], sine[j]}, k + i);
+  }
 }
 
 Transform get_pose(const Data& data, int link) {

@@ -14,7 +14,7 @@ void turn_inertias(const Model& model, Data* data) {
   for (int i = model.floating() ? 0 : 1; i < model.num_links(); ++i) {
     c[i].mass = links[i].mass;
     c[i].h = k[i].R * links[i].h;
-    c[i].I = rotate(k[i].R, links[i].I);
+    c[i].I = calc_turned_inertia(links[i], k[i].R);
   }
 }
 
@@ -73,7 +73,8 @@ const Eigen::MatrixXd& update_mass_matrix(const Model& model, Data* data) {
   double* M = data->M.data();
   LinkComposite* c = data->composite.data();
   turn_inertias(model, data);
-  for (int i = model.num_joints(); i > 0; --i) {
+  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
+    const int i = *it;
     fill_column(model, i, *data, M, nv);
     const int p = model.parent(i);
     if (p > 0 || model.floating()) add_composite(c[i], data->kinematics[static_cast<size_t>(i)].r, c + p);

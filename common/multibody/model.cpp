@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/multibody/model.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/diagnostics.h"
@@ -90,12 +91,13 @@ void set_joint(const JointSpec& joint, LinkConstants* constants) {
   constants->turned = joint.X_PF.R != Matrix3d::Identity();
   constants->R_PF = small::from_eigen(joint.X_PF.R);
   constants->p_PF = small::from_eigen(joint.X_PF.p);
-  constants->axis_F = small::from_eigen(joint.axis_F);
+  constants->axis_F = small::from_eigen(Vector3d(joint.axis_F.normalized()));
   constants->rotor_inertia = joint.rotor_inertia;
   constants->code = joint.kind == JointKind::kPrismatic ? JointCode::kSlide : JointCode::kTurnAny;
   if (joint.kind == JointKind::kPrismatic) return;
   for (int k = 0; k < 3; ++k) {
-    if (std::abs(joint.axis_F[k]) != 1.0) continue;
+    // Exactly: an axis 1e-11 off a coordinate axis shows when engines are compared.
+    if (joint.axis_F.cwiseAbs() != Vector3d(Vector3d::Unit(k))) continue;
     constants->code = static_cast<JointCode>(k);
     constants->sign = joint.axis_F[k];
   }
@@ -109,8 +111,26 @@ LinkConstants make_constants(const LinkSpec& link, bool is_base) {
   constants.mass = link.inertia.mass;
   constants.h = small::from_eigen(Vector3d(constants.mass * c));
   const Matrix3d C = skew(c);
-  constants.I = small::sym_from_eigen(link.inertia.I_LLcm_L - constants.mass * C * C);
+  const Matrix3d I = link.inertia.I_LLcm_L - constants.mass * C * C;
+  constants.I = small::sym_from_eigen(I);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(I);
+  const Vector3d& principal = solver.eigenvalues();  // ascending
+  constants.I_least = principal[0];
+  constants.I_u = small::from_eigen(Vector3d(std::sqrt(principal[1] - principal[0]) * solver.eigenvectors().col(1)));
+  constants.I_v = small::from_eigen(Vector3d(std::sqrt(principal[2] - principal[0]) * solver.eigenvectors().col(2)));
   return constants;
+}
+
+// Links by distance from the base, those of equal distance in the order of the tree.
+std::vector<int> make_order(const TreeSpec& spec) {
+  std::vector<int> depth(spec.links.size(), 0), order;
+  for (size_t i = 1; i < spec.links.size(); ++i) {
+    depth[i] = depth[static_cast<size_t>(spec.links[i].parent)] + 1;
+    order.push_back(static_cast<int>(i));
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&depth](int a, int b) { return depth[static_cast<size_t>(a)] < depth[static_cast<size_t>(b)]; });
+  return order;
 }
 
 }  // namespace
@@ -130,6 +150,7 @@ Model::Model(const TreeSpec& spec, const Vector3d& gravity_W) : spec_(spec), gra
     links_.push_back(make_constants(spec.links[i], i == 0));
     mass_ += spec.links[i].inertia.mass;
   }
+  order_ = make_order(spec);
 }
 
 bool Model::is_ancestor(int ancestor, int link) const {
@@ -148,6 +169,7 @@ Data::Data(const Model& model) {
   qd = Eigen::VectorXd::Zero(model.num_joints());
   scratch = response = Eigen::VectorXd::Zero(model.nv());
   marks.assign(n, 0);
+  sine = cosine = Eigen::VectorXd::Zero(model.num_joints());
 }
 
 }  // namespace hrp

@@ -42,7 +42,17 @@ struct LinkConstants {
   double mass = 0.0;
   small::V3 h;             // [kg m] mass times centre of mass, link axes
   small::S3 I;             // [kg m^2] about the link's origin, link axes
+  // I = I_least 1 + I_u I_u^T + I_v I_v^T: turning two vectors is cheaper than turning a matrix.
+  double I_least = 0.0;
+  small::V3 I_u, I_v;
 };
+
+// I in world axes.
+inline small::S3 calc_turned_inertia(const LinkConstants& L, const small::M3& R_WL) {
+  const small::V3 u = R_WL * L.I_u, v = R_WL * L.I_v;
+  return {L.I_least + u.x * u.x + v.x * v.x, u.x * u.y + v.x * v.y, u.x * u.z + v.x * v.z,
+          L.I_least + u.y * u.y + v.y * v.y, u.y * u.z + v.y * v.z, L.I_least + u.z * u.z + v.z * v.z};
+}
 
 // Constant after construction. Throws InputError naming link or joint when the tree cannot be computed with.
 class Model {
@@ -65,12 +75,16 @@ class Model {
   int velocity_index(int link) const { return num_base() + link - 1; }
   bool is_ancestor(int ancestor, int link) const;           // a link is its own ancestor
   const std::vector<LinkConstants>& links() const { return links_; }
+  // All links but the base, parents before children, limb beside limb: neighbours in this order do not wait for each
+  // other's results, which is worth a quarter of the time of forward dynamics.
+  const std::vector<int>& order() const { return order_; }
 
  private:
   TreeSpec spec_;
   Vector3d gravity_W_;
   double mass_ = 0.0;
   std::vector<LinkConstants> links_;
+  std::vector<int> order_;
 };
 
 // Pose and velocity of one link, world axes.
@@ -121,6 +135,7 @@ struct Data {
   Eigen::VectorXd qd;                        // copy of the state's joint velocities, update_kinematics
   Eigen::VectorXd scratch, response;         // nv
   std::vector<char> marks;                   // by link
+  Eigen::VectorXd sine, cosine;              // of joint positions
 };
 
 }  // namespace hrp

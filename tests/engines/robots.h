@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every URDF that tests run on: robots of other people beside this repository (where present) and our own models.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/multibody/tree_spec.h"
+#include "servers/model_parser/robot_loader.h"
+
+namespace hrp::engines {
+
+inline std::vector<std::string> find_urdfs() {
+  const std::filesystem::path source = HRP_SOURCE_DIR;
+  std::vector<std::string> paths;
+  for (const std::filesystem::path& folder : {source / ".." / "shared" / "robots", source / "models"}) {
+    if (!std::filesystem::is_directory(folder)) continue;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+      if (entry.path().extension() == ".urdf") paths.push_back(entry.path().lexically_normal().string());
+    }
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+// The URDF of a robot beside this repository, empty when it is not there.
+inline std::string find_shared_robot(const std::string& relative) {
+  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / ".." / "shared" / "robots" / relative;
+  return std::filesystem::is_regular_file(path) ? path.lexically_normal().string() : std::string();
+}
+
+inline TreeSpec load_tree(const std::string& urdf, bool floating, bool repair_inertias = true) {
+  Scenario scenario;
+  scenario.robot = urdf;
+  scenario.floating_base = floating;
+  scenario.repair_inertias = repair_inertias;
+  return load_robot(scenario).tree;
+}
+
+}  // namespace hrp::engines
