@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What hrp-log can do with a log. Each returns an exit code and throws InputError or mcap::McapError for bad input.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace hrp {
+
+struct CatOptions {
+  std::string file, topic, field;
+  bool json = false;
+  double from = 0.0, to = -1.0;  // [s] to < 0: until the end
+};
+
+int show_info(const std::string& file);
+int show_messages(const CatOptions& options);
+int write_csv(const std::string& file, const std::string& out);
+int write_plot(const std::string& file, const std::vector<std::string>& signals, const std::string& out);
+int show_hashes(const std::string& file);
+// 0 when every payload is the same, 1 with the first difference by topic, step and field.
+int compare_logs(const std::string& one, const std::string& other);
+// Writes what can be read of a damaged log into a whole one.
+int recover_log(const std::string& in, const std::string& out);
+
+}  // namespace hrp

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstdio>
+#include <functional>
+
+#include <CLI/CLI.hpp>
+
+#include "common/base/diagnostics.h"
+#include "servers/console/log_tool/commands.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Looks into logs (MCAP) of runs.", "hrp-log");
+  app.require_subcommand(1);
+  std::string file, other, out;
+  std::vector<std::string> signals;
+  hrp::CatOptions cat;
+  std::function<int()> run;
+  const auto add = [&](const char* name, const char* text, std::function<int()> work) {
+    CLI::App* command = app.add_subcommand(name, text);
+    command->add_option("file", file, "log")->required();
+    command->callback([&run, work] { run = work; });
+    return command;
+  };
+  add("info", "topics, counts, steps, and whether the file is whole", [&] { return hrp::show_info(file); });
+  CLI::App* show = add("cat", "messages as text or JSON lines", [&] {
+    cat.file = file;
+    return hrp::show_messages(cat);
+  });
+  show->add_option("topic", cat.topic, "only this topic, e.g. contact_forces");
+  show->add_flag("--json", cat.json, "one line of JSON a message");
+  show->add_option("--field", cat.field, "only this part, e.g. pairs[0].total.force.z");
+  show->add_option("--from", cat.from, "simulated time to begin with [s]");
+  show->add_option("--to", cat.to, "simulated time to end with [s]");
+  add("csv", "sensors and commands as a table, columns as in experiment folders", [&] {
+    return hrp::write_csv(file, out);
+  })->add_option("--out", out, "CSV file")->required();
+  CLI::App* plot = add("plot", "an SVG picture; of the feet's vertical forces when no signal is named",
+                       [&] { return hrp::write_plot(file, signals, out); });
+  plot->add_option("--out", out, "SVG file")->required();
+  plot->add_option("--signal", signals, "a CSV column, or topic:field (contact_forces:pairs[0].total.force.z)");
+  add("hash", "hash of all payloads of each topic: equal runs, equal hashes", [&] { return hrp::show_hashes(file); });
+  add("compare", "first difference of two logs; status 1 when there is one", [&] {
+    return hrp::compare_logs(file, other);
+  })->add_option("other", other, "second log")->required();
+  add("recover", "copies what can be read of a damaged log into a whole one", [&] {
+    return hrp::recover_log(file, out);
+  })->add_option("out", out, "new file")->required();
+  try {
+    app.parse(argc, argv);
+    return run();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-log: %s\n", error.what());
+    return 2;
+  }
+}
