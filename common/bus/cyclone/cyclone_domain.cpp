@@ -14,7 +14,8 @@ namespace {
 // - lo without multicast: nothing leaves the machine. Peers are then found by asking every port a participant may have.
 // - messages up to 64 kB: one system call for nearly every sample.
 // - watermarks off: a writer never waits for a reader, its KEEP_LAST depth bounds its memory.
-// - short discovery period: a process that missed the first packet is found within a second.
+// - short discovery period: a process that missed the first packet is found soon.
+// - short linger: a writer that goes waits for nobody's acknowledgement for long, a hung reader's least of all.
 std::string find_loopback_config() {
   return R"(<CycloneDDS><Domain>
   <General>
@@ -27,11 +28,12 @@ std::string find_loopback_config() {
     <Peers><Peer Address="localhost"/></Peers>
     <ParticipantIndex>auto</ParticipantIndex>
     <MaxAutoParticipantIndex>)" + std::to_string(kMostParticipants - 1) + R"(</MaxAutoParticipantIndex>
-    <SPDPInterval>1s</SPDPInterval>
+    <SPDPInterval>200ms</SPDPInterval>
     <LeaseDuration>20s</LeaseDuration>
   </Discovery>
   <Internal>
     <SocketReceiveBufferSize max="4MB"/>
+    <WriterLingerDuration>100ms</WriterLingerDuration>
     <NackDelay>1ms</NackDelay>
     <HeartbeatInterval min="2ms" minsched="5ms" max="8s">20ms</HeartbeatInterval>
     <Watermarks>
