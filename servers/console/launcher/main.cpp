@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstdio>
+
+#include "common/base/diagnostics.h"
+#include "common/node/runner.h"
+#include "servers/console/launcher/options.h"
+#include "servers/console/launcher/run_set.h"
+#include "servers/console/launcher/summary.h"
+
+int main(int argc, char** argv) {
+  hrp::LaunchOptions options;
+  int exit_code = 0;
+  if (!hrp::parse_launch_options(argc, argv, &options, &exit_code)) return exit_code;
+  hrp::handle_stop_signals();
+  try {
+    const hrp::Scenario scenario = hrp::load_scenario(options.scenario);
+    const std::string log = hrp::choose_log_file(options, scenario);
+    if (scenario.controller.type == "none") options.without.push_back("controller");
+    const hrp::RunOutcome outcome = options.in_process ? hrp::run_in_this_process(options, scenario, log)
+                                                       : hrp::run_as_processes(options, scenario, log);
+    hrp::print_summary(options, outcome, log);
+    return outcome.exit_code;
+  } catch (const hrp::InputError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return hrp::kExitBadInput;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-simulate: %s\n", error.what());
+    return hrp::kExitFailed;
+  }
+}

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/console/launcher/monitor.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "common/messages/topics.h"
+
+namespace hrp {
+namespace {
+
+const char* get_phase_text(msg::RunPhase phase) {
+  switch (phase) {
+    case msg::RUN_RUNNING: return "running";
+    case msg::RUN_PAUSED: return "paused";
+    case msg::RUN_FINISHED: return "finished";
+    case msg::RUN_FAILED: return "failed";
+    default: return "waiting";
+  }
+}
+
+}  // namespace
+
+RunMonitor::RunMonitor(Bus& bus) : bus_(bus), control_(bus, topics::kRunControl) {
+  readers_.push_back(subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
+                                               [this](const msg::RunStatus& status) { run_status_ = status; }));
+  readers_.push_back(subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable,
+                                                  [this](const msg::ServerStatus& status) { take(status); }));
+}
+
+void RunMonitor::take(const msg::ServerStatus& status) {
+  servers_[status.server()] = status;
+  if (status.phase() == msg::SERVER_FAULT || status.message().empty()) return;
+  const std::string text = status.server() + ": " + status.message();
+  if (said_.insert(text).second) messages_.push_back(text);
+}
+
+msg::RunStatus RunMonitor::run_status() const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  return run_status_;
+}
+
+bool RunMonitor::has_ended() const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  return run_status_.phase() == msg::RUN_FINISHED || run_status_.phase() == msg::RUN_FAILED;
+}
+
+uint64_t RunMonitor::dynamics_step() const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  const auto found = servers_.find("dynamics");
+  return found == servers_.end() ? 0 : found->second.step();
+}
+
+bool RunMonitor::has_heard(const std::string& role) const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  return servers_.count(role) > 0;
+}
+
+std::vector<std::string> RunMonitor::take_messages() {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  std::vector<std::string> taken;
+  taken.swap(messages_);
+  return taken;
+}
+
+void RunMonitor::stop(const std::string& reason) {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  msg::RunControl control;
+  control.request(msg::REQUEST_STOP);
+  control.reason(reason);
+  control_.publish(control);
+}
+
+std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet) {
+  char text[128];
+  std::snprintf(text, sizeof text, "%-8s t = %8.3f s", get_phase_text(status.phase()), status.time());
+  std::string line = text;
+  if (status.end_time() > 0.0) {
+    std::snprintf(text, sizeof text, " of %g s", status.end_time());
+    line += text;
+  }
+  std::snprintf(text, sizeof text, "  %5.1f x real time", status.real_time_factor());
+  line += text;
+  for (size_t i = 0; i < status.foot_forces().size(); ++i) {
+    const std::string name = i < feet.size() ? feet[i] : "foot " + std::to_string(i);
+    std::snprintf(text, sizeof text, "  %s %6.1f N", name.c_str(), status.foot_forces()[i]);
+    line += text;
+  }
+  if (!status.late().empty()) line += "  waits for " + status.late();
+  return line;
+}
+
+ProgressLine::ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDOUT_FILENO) == 1) {}
+
+void ProgressLine::show(const std::string& line) {
+  const auto now = Clock::now();
+  const auto period = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(2000);
+  if (quiet_ || now - last_ < period) return;
+  last_ = now;
+  if (terminal_) {
+    std::printf("\r\033[K%s", line.c_str());
+    drawn_ = true;
+  } else {
+    std::printf("%s\n", line.c_str());
+  }
+  std::fflush(stdout);
+}
+
+void ProgressLine::clear() {
+  if (drawn_) std::printf("\r\033[K");
+  drawn_ = false;
+  std::fflush(stdout);
+}
+
+}  // namespace hrp

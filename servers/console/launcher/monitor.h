@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the launcher knows of the run: reports of servers and scheduler, and a way to stop it.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/messages/pubsub.h"
+#include "hrp_idl/scheduling.h"
+
+namespace hrp {
+
+class RunMonitor {
+ public:
+  explicit RunMonitor(Bus& bus);
+  // Copies, safe from any thread.
+  msg::RunStatus run_status() const;
+  bool has_ended() const;
+  // The last step that dynamics reported.
+  uint64_t dynamics_step() const;
+  bool has_heard(const std::string& role) const;
+  // What servers have said (warnings, not faults) since the last call: "dynamics: ...".
+  std::vector<std::string> take_messages();
+  // Empty reason: a normal end.
+  void stop(const std::string& reason);
+
+ private:
+  void take(const msg::ServerStatus& status);
+
+  Bus& bus_;
+  Publisher<msg::RunControl> control_;
+  msg::RunStatus run_status_;
+  std::map<std::string, msg::ServerStatus> servers_;
+  std::set<std::string> said_;
+  std::vector<std::string> messages_;
+  std::vector<std::unique_ptr<Reader>> readers_;
+};
+
+// The line of progress: simulated time, real-time factor, vertical force of each foot, who is late.
+std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet);
+
+// Draws the line over and over on a terminal, and every few seconds elsewhere.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet);
+  void show(const std::string& line);
+  // Before anything else is written.
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool quiet_;
+  bool terminal_;
+  bool drawn_ = false;
+  Clock::time_point last_{};
+};
+
+}  // namespace hrp

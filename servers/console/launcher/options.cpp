@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/console/launcher/options.h"
+
+#include <algorithm>
+
+#include <CLI/CLI.hpp>
+
+#include "common/bus/make_bus.h"
+#include "common/node/runner.h"
+
+namespace hrp {
+namespace {
+
+const char kFooter[] = R"(Examples:
+  hrp-simulate models/scenarios/default.yaml
+  hrp-simulate S.yaml --dds fast --duration 5 --log run.mcap
+  hrp-simulate S.yaml --dds-for controller=fast          one server on the other vendor
+  hrp-simulate S.yaml --without controller               leaves the place to a controller of your own
+  hrp-simulate S.yaml --program dynamics=hrp-dynamics-mujoco
+
+While it runs, from a second terminal:
+  hrp-run pause | run | step 10 | reset | stop | status --follow
+  hrp-topic list | echo hrp/contact_forces
+
+Exit status: 0 the run ended as planned or was stopped (Ctrl-C, hrp-run stop); 1 a server failed; 2 scenario, model or
+command line cannot be used.)";
+
+// "role=value" for a known role.
+std::map<std::string, std::string> split_pairs(const std::vector<std::string>& words, const std::string& option) {
+  std::map<std::string, std::string> pairs;
+  for (const std::string& word : words) {
+    const size_t equals = word.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == word.size()) {
+      throw CLI::ValidationError(option, "'" + word + "' is not SERVER=VALUE");
+    }
+    const std::string role = word.substr(0, equals);
+    const auto& roles = get_roles();
+    if (std::find(roles.begin(), roles.end(), role) == roles.end()) {
+      throw CLI::ValidationError(option, "there is no server '" + role + "'; the servers are " + CLI::detail::join(roles, ", "));
+    }
+    pairs[role] = word.substr(equals + 1);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+const std::vector<std::string>& get_roles() {
+  static const std::vector<std::string> roles{"model_parser", "scheduler",  "logger",
+                                              "dynamics",     "collision_checker", "controller"};
+  return roles;
+}
+
+bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* exit_code) {
+  CLI::App app("Runs a scenario: starts the server set, shows its progress, says what went wrong, ends with the log.",
+               "hrp-simulate");
+  app.footer(kFooter);
+  bool realtime = false, no_pin = false, no_plot = false;
+  std::vector<std::string> dds_for, programs;
+  app.add_option("SCENARIO", options->scenario, "scenario file (YAML)")->required();
+  app.add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
+  app.add_option("--dds-for", dds_for, "SERVER=cyclone|fast: DDS of one server; may be repeated");
+  app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's");
+  app.add_flag("--in-process", options->in_process, "all servers in one process and thread, without DDS");
+  app.add_flag("--realtime", realtime, "not faster than real time (= --speed 1)");
+  app.add_option("--speed", options->speed, "not faster than this many simulated seconds per second; 0 = no limit");
+  app.add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
+  app.add_option("--without", options->without, "leave this server out: somebody else starts it; may be repeated")
+      ->check(CLI::IsMember(get_roles()));
+  app.add_option("--program", programs, "SERVER=PROGRAM: another program in the place of a server; may be repeated");
+  app.add_flag("--paused", options->paused, "wait for hrp-run before the first step");
+  app.add_flag("--keep-going", options->keep_going, "start a server again that died, instead of ending the run");
+  app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
+  app.add_flag("--no-pin", no_pin, "leave it to the kernel which server runs on which core");
+  app.add_flag("--no-plot", no_plot, "no plot of the contact forces at the end");
+  app.add_flag("--quiet", options->quiet, "no progress line");
+  try {
+    app.parse(argc, argv);
+    options->dds_for = split_pairs(dds_for, "--dds-for");
+    options->programs = split_pairs(programs, "--program");
+    for (const auto& [role, vendor] : options->dds_for) {
+      if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
+    }
+    if (options->in_process && !(options->without.empty() && programs.empty() && dds_for.empty())) {
+      throw CLI::ValidationError("--in-process", "excludes --without, --program and --dds-for: there is nobody to join");
+    }
+  } catch (const CLI::ParseError& error) {
+    *exit_code = app.exit(error) == 0 ? kExitOk : kExitBadInput;
+    return false;
+  }
+  if (realtime && options->speed == 0.0) options->speed = 1.0;
+  options->pin = !no_pin;
+  options->plot = !no_plot;
+  return true;
+}
+
+}  // namespace hrp

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Command line of hrp-simulate.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace hrp {
+
+struct LaunchOptions {
+  std::string scenario;
+  std::string dds = "cyclone";
+  std::map<std::string, std::string> dds_for;   // role -> vendor
+  std::map<std::string, std::string> programs;  // role -> program in place of ours
+  std::vector<std::string> without;             // roles that somebody else starts
+  double duration = -1.0;   // [s] simulated; < 0: as the scenario says
+  bool in_process = false;
+  double speed = 0.0;       // [s/s] 0 = as fast as it goes
+  std::string log;          // empty: chosen
+  int domain = -1;          // < 0: a free one
+  bool paused = false;
+  bool keep_going = false;
+  bool pin = true;
+  bool quiet = false;
+  bool plot = true;
+};
+
+// Returns true when the run may start; else `exit_code` is what the program ends with (help, wrong option).
+[[nodiscard]] bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* exit_code);
+
+// Roles of a set, in the order they are started.
+const std::vector<std::string>& get_roles();
+
+}  // namespace hrp

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <chrono>
+#include <cstdio>
+
+#include "common/node/dynamics_loop.h"
+#include "common/node/runner.h"
+#include "controller/node.h"
+#include "controller/play.h"
+#include "servers/collision_checker/node.h"
+#include "servers/console/launcher/monitor.h"
+#include "servers/console/launcher/run_set.h"
+#include "servers/dynamics/engine.h"
+#include "servers/logger/node.h"
+#include "servers/model_parser/node.h"
+#include "servers/scheduler/node.h"
+
+namespace hrp {
+
+RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& scenario, const std::string& log) {
+  using Clock = std::chrono::steady_clock;
+  MemoryBus bus;
+  RunMonitor monitor(bus);
+  const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate"}; };
+  SchedulerOptions scheduling;
+  scheduling.roles = {"dynamics", "logger"};
+  scheduling.speed = options.speed;
+  scheduling.paused = options.paused;
+  SchedulerNode scheduler(context("scheduler"), scheduling, options.duration);
+  LoggerOptions logging;
+  logging.path = log;
+  LoggerNode logger(context("logger"), logging);
+  DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
+  CollisionCheckerNode collision_checker(context("collision_checker"));
+  ControllerNode controller(context("controller"), make_scenario_controller);
+  ModelParserNode model_parser(context("model_parser"), options.scenario);
+
+  ProgressLine progress(options.quiet);
+  auto first_step = Clock::now();
+  bool stepped = false;
+  run_in_process({&scheduler, &logger, &dynamics, &collision_checker, &controller, &model_parser}, bus, &scheduler, [&] {
+    const msg::RunStatus status = monitor.run_status();
+    if (!stepped && status.step() > 0) first_step = Clock::now();
+    stepped = stepped || status.step() > 0;
+    for (const std::string& text : monitor.take_messages()) {
+      progress.clear();
+      std::fprintf(stderr, "%s\n", text.c_str());
+    }
+    progress.show(format_progress(status, scenario.feet));
+  });
+  progress.clear();
+  const msg::RunStatus status = monitor.run_status();
+  RunOutcome outcome;
+  outcome.failure = status.phase() == msg::RUN_FAILED ? status.message() : "";
+  if (!outcome.failure.empty()) {
+    std::fprintf(stderr, "hrp-simulate: %s (at step %llu)\n", outcome.failure.c_str(),
+                 static_cast<unsigned long long>(status.step()));
+  }
+  const bool refused = outcome.failure.rfind("model_parser", 0) == 0;
+  outcome.exit_code = outcome.failure.empty() ? kExitOk : refused ? kExitBadInput : kExitFailed;
+  outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step).count();
+  outcome.simulated_time = status.time();
+  return outcome;
+}
+
+}  // namespace hrp

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <climits>
+#include <cstdio>
+
+#include "common/bus/domain.h"
+#include "common/bus/make_bus.h"
+#include "common/node/runner.h"
+#include "servers/console/launcher/child_process.h"
+#include "servers/console/launcher/monitor.h"
+#include "servers/console/launcher/run_set.h"
+
+namespace hrp {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// The reason of a stop is with the scheduler; it ends everybody within this time, else signals do.
+constexpr auto kOrderlyEnd = std::chrono::milliseconds(700);
+// A logger that closes a large file may need longer than the others.
+constexpr auto kTermPatience = std::chrono::seconds(8);
+// A server that ends with an exit status has said why on the bus, and that may still be on its way.
+constexpr auto kReasonPatience = std::chrono::milliseconds(400);
+
+const char* get_default_program(const std::string& role) {
+  if (role == "model_parser") return "hrp-model-parser";
+  if (role == "scheduler") return "hrp-scheduler";
+  if (role == "logger") return "hrp-logger";
+  if (role == "dynamics") return "hrp-dynamics";
+  if (role == "collision_checker") return "hrp-collision-checker";
+  return "hrp-controller";
+}
+
+std::string find_own_folder() {
+  char path[PATH_MAX];
+  const ssize_t size = readlink("/proc/self/exe", path, sizeof path);
+  const std::string self(path, size > 0 ? static_cast<size_t>(size) : 0);
+  return self.substr(0, self.find_last_of('/'));
+}
+
+// A name without a slash is a program of ours, beside this one.
+std::string find_program(const std::string& name) {
+  return name.find('/') == std::string::npos ? find_own_folder() + "/" + name : name;
+}
+
+class ProcessRun {
+ public:
+  ProcessRun(const LaunchOptions& options, const Scenario& scenario, const std::string& log)
+      : options_(options), scenario_(scenario), log_(log), progress_(options.quiet) {}
+
+  RunOutcome run();
+
+ private:
+  bool is_left_out(const std::string& role) const {
+    return std::find(options_.without.begin(), options_.without.end(), role) != options_.without.end();
+  }
+  ChildSpec make_child(const std::string& role) const;
+  std::vector<int> find_cores_of(const std::string& role) const;
+  void start_all();
+  void say_what_is_missing();
+  void watch();
+  void handle_end(const ChildEnd& end);
+  void settle_pending();
+  void fail(const std::string& failure);
+  void show();
+  void end_all();
+  RunOutcome make_outcome();
+
+  const LaunchOptions& options_;
+  const Scenario& scenario_;
+  std::string log_;
+  DomainClaim claim_;
+  Children children_;
+  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<RunMonitor> monitor_;
+  ProgressLine progress_;
+  std::string failure_;
+  std::vector<std::pair<ChildEnd, Clock::time_point>> pending_;  // ended by themselves; the reason may still come
+  bool bad_input_ = false;
+  bool interrupted_ = false;
+  bool first_step_seen_ = false;
+  Clock::time_point start_, first_step_;
+};
+
+std::vector<int> ProcessRun::find_cores_of(const std::string& role) const {
+  // Processes that take turns are fastest on one core: a wake-up across cores costs several times a switch on one.
+  const std::vector<int> cores = find_cores();
+  if (!options_.pin || cores.size() < 2) return {};
+  const size_t loop_core = static_cast<size_t>(claim_.domain()) % cores.size();  // runs side by side spread out
+  const bool in_loop = role == "dynamics" || role == "collision_checker" || role == "controller";
+  std::vector<int> chosen;
+  for (size_t i = 0; i < cores.size(); ++i) {
+    if ((i == loop_core) == in_loop) chosen.push_back(cores[i]);
+  }
+  return chosen;
+}
+
+ChildSpec ProcessRun::make_child(const std::string& role) const {
+  const auto program = options_.programs.find(role);
+  const auto vendor = options_.dds_for.find(role);
+  ChildSpec child;
+  child.role = role;
+  child.arguments = {find_program(program == options_.programs.end() ? get_default_program(role) : program->second),
+                     "--domain", std::to_string(claim_.domain()),
+                     "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second};
+  auto& arguments = child.arguments;
+  if (role == "model_parser") arguments.push_back(options_.scenario);
+  if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
+  if (role == "scheduler") {
+    arguments.insert(arguments.end(), {"--wait-for", is_left_out("logger") ? "dynamics" : "dynamics,logger"});
+    arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
+    if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", std::to_string(options_.duration)});
+    if (options_.paused) arguments.push_back("--paused");
+  }
+  child.cores = find_cores_of(role);
+  return child;
+}
+
+void ProcessRun::start_all() {
+  claim_ = options_.domain >= 0 ? claim_domain(options_.domain, options_.scenario) : claim_free_domain(options_.scenario);
+  // Children first: this process has no threads yet.
+  for (const std::string& role : get_roles()) {
+    if (!is_left_out(role)) children_.start(make_child(role));
+  }
+  BusOptions bus;
+  bus.vendor = options_.dds;
+  bus.domain = claim_.domain();
+  bus_ = make_bus(bus);
+  monitor_ = std::make_unique<RunMonitor>(*bus_);
+}
+
+void ProcessRun::say_what_is_missing() {
+  for (const std::string& role : options_.without) {
+    std::printf("The place of %s is free. Join DDS domain %d, --dds %s (or the other one).\n", role.c_str(), claim_.domain(),
+                options_.dds.c_str());
+    if (role == "controller") {
+      std::printf("  reads:  hrp/sensor_data (hrp::msg::SensorData), hrp/robot_description\n"
+                  "  writes: hrp/joint_commands (hrp::msg::JointCommands), one for each sample, same epoch and step\n"
+                  "  the template of the tree (controller/template/my_controller.cpp):\n"
+                  "    %s/my-controller --domain %d\n",
+                  find_own_folder().c_str(), claim_.domain());
+    }
+  }
+  std::fflush(stdout);
+}
+
+RunOutcome ProcessRun::run() {
+  start_ = first_step_ = Clock::now();
+  start_all();
+  say_what_is_missing();
+  while (failure_.empty() && !interrupted_ && !monitor_->has_ended()) watch();
+  end_all();
+  return make_outcome();
+}
+
+void ProcessRun::watch() {
+  bus_->spin(std::chrono::milliseconds(10));
+  if (g_stop_signal) interrupted_ = true;
+  while (const auto end = children_.take_ended()) handle_end(*end);
+  settle_pending();
+  show();
+}
+
+void ProcessRun::handle_end(const ChildEnd& end) {
+  if (options_.keep_going && end.role != "scheduler" && end.role != "logger" && WIFSIGNALED(end.status)) {
+    progress_.clear();
+    std::fprintf(stderr, "hrp-simulate: %s (%s, process %d) %s at step %llu; starting it again\n", end.role.c_str(),
+                 end.program.c_str(), static_cast<int>(end.process_id), describe_end(end.status).c_str(),
+                 static_cast<unsigned long long>(monitor_->dynamics_step()));
+    children_.start(*children_.find_spec(end.role));
+    return;
+  }
+  if (WIFEXITED(end.status)) {
+    if (WEXITSTATUS(end.status) == kExitBadInput) bad_input_ = true;
+    pending_.emplace_back(end, Clock::now());
+    return;
+  }
+  fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
+       " at step " + std::to_string(monitor_->dynamics_step()));
+}
+
+// A server that ends by itself while the run goes on, and nobody has said why.
+void ProcessRun::settle_pending() {
+  if (pending_.empty() || monitor_->has_ended()) return;
+  const auto& [end, since] = pending_.front();
+  if (Clock::now() - since < kReasonPatience) return;
+  fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
+       " at step " + std::to_string(monitor_->dynamics_step()));
+}
+
+void ProcessRun::fail(const std::string& failure) {
+  if (!failure_.empty()) return;
+  failure_ = failure;
+  progress_.clear();
+  std::fprintf(stderr, "hrp-simulate: %s; the run stops\n", failure.c_str());
+}
+
+void ProcessRun::show() {
+  const msg::RunStatus status = monitor_->run_status();
+  if (!first_step_seen_ && status.step() > 0) {
+    first_step_seen_ = true;
+    first_step_ = Clock::now();
+  }
+  for (const std::string& text : monitor_->take_messages()) {
+    progress_.clear();
+    std::fprintf(stderr, "%s\n", text.c_str());
+  }
+  progress_.show(format_progress(status, scenario_.feet));
+}
+
+void ProcessRun::end_all() {
+  const auto begin = Clock::now();
+  if (!monitor_->has_ended()) monitor_->stop(failure_);
+  bool asked = false;
+  while (children_.any_running()) {
+    bus_->spin(std::chrono::milliseconds(5));
+    while (children_.take_ended()) {
+    }
+    const auto waited = Clock::now() - begin;
+    // Without a scheduler nobody passes the word on.
+    const auto roles = children_.get_running_roles();
+    const bool leaderless = !monitor_->has_ended() && std::find(roles.begin(), roles.end(), "scheduler") == roles.end();
+    if (!asked && (waited > kOrderlyEnd || leaderless)) {
+      asked = true;
+      children_.send_signal(SIGTERM);
+    }
+    if (waited > kTermPatience) {
+      for (const std::string& role : roles) std::fprintf(stderr, "hrp-simulate: %s does not end; killed\n", role.c_str());
+      children_.send_signal(SIGKILL);
+    }
+  }
+  progress_.clear();
+}
+
+RunOutcome ProcessRun::make_outcome() {
+  const msg::RunStatus status = monitor_->run_status();
+  RunOutcome outcome;
+  outcome.failure = failure_;
+  if (failure_.empty() && status.phase() == msg::RUN_FAILED) {
+    outcome.failure = status.message();
+    std::fprintf(stderr, "hrp-simulate: %s (at step %llu)\n", status.message().c_str(),
+                 static_cast<unsigned long long>(status.step()));
+  }
+  if (outcome.failure.rfind("model_parser", 0) == 0) bad_input_ = true;
+  outcome.exit_code = outcome.failure.empty() ? kExitOk : bad_input_ ? kExitBadInput : kExitFailed;
+  outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step_).count();
+  outcome.simulated_time = status.time();
+  return outcome;
+}
+
+}  // namespace
+
+RunOutcome run_as_processes(const LaunchOptions& options, const Scenario& scenario, const std::string& log) {
+  ProcessRun run(options, scenario, log);
+  return run.run();
+}
+
+}  // namespace hrp

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One run: as separate processes, or all in this one. Both return an exit code and leave the log behind.
+#pragma once
+
+#include <string>
+
+#include "common/robot/scenario.h"
+#include "servers/console/launcher/options.h"
+
+namespace hrp {
+
+struct RunOutcome {
+  int exit_code = 0;
+  std::string failure;         // empty: ended as planned
+  double wall_time = 0.0;      // [s] from the first step to the last
+  double simulated_time = 0.0; // [s]
+};
+
+RunOutcome run_as_processes(const LaunchOptions& options, const Scenario& scenario, const std::string& log);
+RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& scenario, const std::string& log);
+
+}  // namespace hrp

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <chrono>
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+
+#include "common/bus/domain.h"
+#include "common/bus/make_bus.h"
+#include "common/node/runner.h"
+#include "servers/console/run_control/run_control.h"
+
+namespace {
+
+// Adds one subcommand that sends `request`.
+CLI::App* add_request(CLI::App& app, const std::string& name, const std::string& text, hrp::msg::RunRequest request,
+                      hrp::msg::RunControl* control) {
+  CLI::App* command = app.add_subcommand(name, text);
+  command->callback([control, request] { control->request(request); });
+  return command;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Steers a running simulation: pause, run, single steps, reset, stop, status.", "hrp-run");
+  app.require_subcommand(1);
+  hrp::BusOptions bus;
+  bus.domain = -1;
+  app.add_option("--domain", bus.domain, "DDS domain of the run; default: the only one that runs");
+  app.add_option("--dds", bus.vendor, "DDS of this tool; it talks to both")->check(CLI::IsMember({"cyclone", "fast"}));
+  hrp::msg::RunControl control;
+  double speed = 0.0;
+  unsigned long long steps = 1;
+  bool follow = false;
+  add_request(app, "pause", "hold the run after the steps that are granted", hrp::msg::REQUEST_PAUSE, &control);
+  add_request(app, "run", "go on", hrp::msg::REQUEST_RUN, &control)
+      ->add_option("--speed", speed, "simulated seconds per second, 0 = as fast as it goes");
+  add_request(app, "step", "make N steps and hold again", hrp::msg::REQUEST_STEP, &control)->add_option("N", steps, "how many");
+  add_request(app, "reset", "begin again at step 0", hrp::msg::REQUEST_RESET, &control);
+  add_request(app, "stop", "end the run; the log is closed", hrp::msg::REQUEST_STOP, &control);
+  CLI::App* status = app.add_subcommand("status", "say where the run is");
+  status->add_flag("--follow", follow, "until it ends");
+  CLI11_PARSE(app, argc, argv);
+  control.speed(speed);
+  control.steps(steps);
+  hrp::handle_stop_signals();
+  try {
+    bus.domain = hrp::choose_running_domain(bus.domain);
+    const auto opened = hrp::make_bus(bus);
+    return status->parsed() ? hrp::show_status(*opened, follow) : hrp::send_request(*opened, control);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-run: %s\n", error.what());
+    return hrp::kExitFailed;
+  }
+}

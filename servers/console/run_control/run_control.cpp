@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/console/run_control/run_control.h"
+
+#include <chrono>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "common/bus/domain.h"
+#include "common/messages/pubsub.h"
+#include "common/messages/topics.h"
+#include "common/node/runner.h"
+
+namespace hrp {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPatience = std::chrono::seconds(5);
+
+const char* get_text(msg::RunPhase phase) {
+  switch (phase) {
+    case msg::RUN_RUNNING: return "running";
+    case msg::RUN_PAUSED: return "paused";
+    case msg::RUN_FINISHED: return "finished";
+    case msg::RUN_FAILED: return "failed";
+    default: return "waiting";
+  }
+}
+
+void print(const msg::RunStatus& status) {
+  std::printf("%s epoch %llu step %llu t = %.3f s, %.1f x real time%s%s%s%s\n", get_text(status.phase()),
+              static_cast<unsigned long long>(status.epoch()), static_cast<unsigned long long>(status.step()),
+              status.time(), status.real_time_factor(), status.late().empty() ? "" : ", waits for ",
+              status.late().c_str(), status.message().empty() ? "" : ": ", status.message().c_str());
+  std::fflush(stdout);
+}
+
+bool is_over(const msg::RunStatus& status) {
+  return status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
+}
+
+// Spins until `done` or the end of patience; false then.
+template <typename Done>
+bool wait_for(Bus& bus, Clock::duration patience, Done done) {
+  const auto end = Clock::now() + patience;
+  while (Clock::now() < end && !g_stop_signal) {
+    {
+      std::lock_guard<std::recursive_mutex> lock(bus.mutex());
+      if (done()) return true;
+    }
+    bus.spin(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
+bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, const msg::RunStatus& now) {
+  switch (control.request()) {
+    case msg::REQUEST_RUN: return now.phase() == msg::RUN_RUNNING || is_over(now);
+    case msg::REQUEST_PAUSE: return now.phase() == msg::RUN_PAUSED || is_over(now);
+    case msg::REQUEST_STEP: return (now.phase() == msg::RUN_PAUSED && now.step() >= before.step() + control.steps()) || is_over(now);
+    case msg::REQUEST_RESET: return now.epoch() > before.epoch();
+    case msg::REQUEST_STOP: return is_over(now);
+  }
+  return true;
+}
+
+}  // namespace
+
+int choose_running_domain(int asked) {
+  if (asked >= 0) return asked;
+  const auto running = find_running_domains();
+  if (running.size() == 1) return running[0].domain;
+  std::string text = running.empty() ? "no simulation is running" : "several simulations are running, choose one with --domain:";
+  for (const RunningDomain& run : running) {
+    text += "\n  --domain " + std::to_string(run.domain) + "  " + run.what + " (process " + std::to_string(run.process_id) + ")";
+  }
+  throw std::runtime_error(text);
+}
+
+int send_request(Bus& bus, const msg::RunControl& control) {
+  Publisher<msg::RunControl> publisher(bus, topics::kRunControl);
+  msg::RunStatus status;
+  bool heard = false;
+  const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+    status = m;
+    heard = true;
+  });
+  if (!wait_for(bus, kPatience, [&] { return heard && publisher.has_readers(); })) {
+    std::fprintf(stderr, "hrp-run: no scheduler answers on this domain\n");
+    return kExitFailed;
+  }
+  const msg::RunStatus before = status;
+  publisher.publish(control);
+  const bool taken = wait_for(bus, kPatience, [&] { return has_taken(control, before, status); });
+  print(status);
+  if (!taken) std::fprintf(stderr, "hrp-run: sent, but the run does not show it yet\n");
+  return taken ? kExitOk : kExitFailed;
+}
+
+int show_status(Bus& bus, bool follow) {
+  msg::RunStatus status;
+  bool fresh = false, heard = false;
+  const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+    status = m;
+    fresh = heard = true;
+  });
+  while (!g_stop_signal) {
+    if (!wait_for(bus, heard ? std::chrono::seconds(2) : kPatience, [&] { return fresh; })) break;
+    std::lock_guard<std::recursive_mutex> lock(bus.mutex());
+    fresh = false;
+    print(status);
+    if (!follow || is_over(status)) return kExitOk;
+  }
+  if (g_stop_signal) return kExitOk;
+  std::fprintf(stderr, heard ? "hrp-run: the scheduler has fallen silent\n" : "hrp-run: no scheduler answers on this domain\n");
+  return kExitFailed;
+}
+
+}  // namespace hrp

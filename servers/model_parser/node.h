@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The model parser on a bus: one description, kept for late joiners, or one refusal.
+#pragma once
+
+#include <string>
+
+#include "common/node/node_base.h"
+#include "hrp_idl/model.h"
+
+namespace hrp {
+
+class ModelParserNode : public NodeBase {
+ public:
+  // Loads scenario and robot at once; what is wrong with them becomes hrp/model_refused and a fault.
+  ModelParserNode(const NodeContext& context, const std::string& scenario_path);
+
+ private:
+  void load(const std::string& scenario_path);
+
+  Publisher<msg::RobotDescription> description_publisher_;
+  Publisher<msg::ModelRefused> refused_publisher_;
+};
+
+}  // namespace hrp
