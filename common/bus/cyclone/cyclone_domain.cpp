@@ -34,6 +34,7 @@ std::string find_loopback_config() {
   <Internal>
     <SocketReceiveBufferSize max="4MB"/>
     <WriterLingerDuration>100ms</WriterLingerDuration>
+    <GenerateKeyhash>true</GenerateKeyhash>
     <NackDelay>1ms</NackDelay>
     <HeartbeatInterval min="2ms" minsched="5ms" max="8s">20ms</HeartbeatInterval>
     <Watermarks>

@@ -82,7 +82,7 @@ dds::DomainParticipantQos make_participant_qos(const BusOptions& options) {
   auto& builtin = qos.wire_protocol().builtin;
   // Killed processes are forgotten after the lease; the announcements repeat for those who missed the first ones.
   builtin.discovery_config.leaseDuration = {20, 0};
-  builtin.discovery_config.leaseDuration_announcementperiod = {1, 0};
+  builtin.discovery_config.leaseDuration_announcementperiod = find_milliseconds(300);
   builtin.discovery_config.initial_announcements.count = 10;
   builtin.discovery_config.initial_announcements.period = find_milliseconds(20);
   if (loopback) {
