@@ -98,6 +98,7 @@ bool DynamicsLoop::check_contacts(const ContactSet& contacts) {
 void DynamicsLoop::take_commands(const msg::JointCommands& message) {
   if (!engine_ || !in_epoch_) return;
   if (!gate_.take(message)) return fail(gate_.fault());
+  say_warning();
   advance();
 }
 
@@ -162,6 +163,12 @@ std::string DynamicsLoop::find_missing() const {
   return gate_.has_answer() ? "" : "controller";
 }
 
+void DynamicsLoop::say_warning() {
+  if (gate_.warning() == warning_said_) return;
+  warning_said_ = gate_.warning();
+  say(warning_said_);
+}
+
 void DynamicsLoop::make_ros_views() {
   if (ros_views_made_) return;
   ros_views_made_ = true;
@@ -177,10 +184,7 @@ void DynamicsLoop::handle_idle(Clock::time_point now) {
   if (!gate_.check_silence(now)) return fail(gate_.fault());
   advance();
   if (!is_active()) return;
-  if (gate_.warning() != warning_said_) {
-    warning_said_ = gate_.warning();
-    say(warning_said_);
-  }
+  say_warning();
   const bool moved = step_ != idle_step_ || epoch_ != idle_epoch_;
   const bool waiting = !have_contacts_ || !gate_.has_answer() || granted_ == 0;
   idle_step_ = step_;

@@ -57,6 +57,7 @@ class DynamicsLoop : public NodeBase {
   void publish_sensors();
   void repeat_last();
   void make_ros_views();
+  void say_warning();
   std::string find_missing() const;
   msg::Header make_header() const;
 

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/collision_checker/node.h"
+
+#include "common/messages/convert_robot.h"
+#include "common/messages/topics.h"
+
+namespace hrp {
+
+CollisionCheckerNode::CollisionCheckerNode(const NodeContext& context)
+    : NodeBase(context), publisher_(bus(), topics::kContactSet) {
+  listen<msg::RobotState>(topics::kRobotState, [this](const msg::RobotState& m) { take_state(m); });
+  listen<msg::RobotDescription>(topics::kRobotDescription,
+                                [this](const msg::RobotDescription& m) { take_description(m); });
+}
+
+void CollisionCheckerNode::take_description(const msg::RobotDescription& message) {
+  if (world_) return;
+  from_message(message, &robot_);
+  const Scenario scenario = parse_scenario(robot_.scenario, robot_.scenario_path);
+  names_ = BodyNames(robot_.tree, scenario);
+  world_ = std::make_unique<CollisionWorld>(robot_, scenario);
+}
+
+void CollisionCheckerNode::take_state(const msg::RobotState& message) {
+  if (!world_) return;  // it will be asked again
+  const uint64_t epoch = message.header().epoch(), step = message.header().step();
+  switch (questions_.classify(epoch, step)) {
+    case Question::kOld: return;
+    case Question::kRepeated: return publisher_.publish_bytes(last_answer_);
+    case Question::kNew: break;
+  }
+  from_message(message, &state_);
+  if (state_.q.size() != robot_.tree.num_joints()) {
+    return fail("robot_state of step " + std::to_string(step) + " has " + std::to_string(state_.q.size()) +
+                " joints, the robot has " + std::to_string(robot_.tree.num_joints()));
+  }
+  world_->find_contacts(state_, &contacts_);
+  to_message(contacts_, names_, &answer_);
+  answer_.header(message.header());
+  last_answer_ = publisher_.publish(answer_);
+  questions_.note_answered(epoch, step);
+  set_phase(msg::SERVER_READY);
+}
+
+}  // namespace hrp

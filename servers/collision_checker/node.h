@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The collision checker on a bus: answers every robot state with the contact set of the same step.
+#pragma once
+
+#include <memory>
+
+#include "common/messages/convert.h"
+#include "common/node/lockstep.h"
+#include "common/node/node_base.h"
+#include "hrp_idl/collision.h"
+#include "hrp_idl/dynamics.h"
+#include "hrp_idl/model.h"
+#include "servers/collision_checker/collision_world.h"
+
+namespace hrp {
+
+class CollisionCheckerNode : public NodeBase {
+ public:
+  explicit CollisionCheckerNode(const NodeContext& context);
+
+ private:
+  void take_description(const msg::RobotDescription& message);
+  void take_state(const msg::RobotState& message);
+
+  RobotDescription robot_;
+  BodyNames names_;
+  std::unique_ptr<CollisionWorld> world_;
+  QuestionFilter questions_;
+  State state_;
+  ContactSet contacts_;
+  msg::ContactSet answer_;
+  Bytes last_answer_;
+  Publisher<msg::ContactSet> publisher_;
+};
+
+}  // namespace hrp

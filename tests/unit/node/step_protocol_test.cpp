@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// docs/step_protocol.md, rule by rule, on a memory bus with stand-ins for physics and collision.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/unit/node/fake_servers.h"
+
+namespace hrp::test {
+namespace {
+
+using Answers = std::vector<msg::JointCommands>;
+using ::testing::HasSubstr;
+
+TEST(StepProtocol, RunsEveryStepOnceAndInOrder) {
+  const FakeRunResult run = run_fake_set({});
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  ASSERT_EQ(run.states.size(), 301u);
+  for (size_t k = 0; k < run.states.size(); ++k) EXPECT_EQ(run.states[k].header().step(), k);
+}
+
+TEST(StepProtocol, CommandsOfAStepActFromThatStepOn) {
+  const FakeRunResult run = run_fake_set({});
+  ASSERT_EQ(run.states.size(), 301u);
+  // The engine takes over its reference at once: state k + 1 shows the command of the last control step up to k.
+  for (size_t k = 0; k < 300; ++k) EXPECT_EQ(run.states[k + 1].positions()[0], static_cast<double>(k - k % 5) * 0.001);
+}
+
+TEST(StepProtocol, RepeatedAnswersDoNoHarm) {
+  FakeRunOptions options;
+  options.answerer = [](const msg::SensorData& m) { return Answers{make_good_answer(m), make_good_answer(m)}; };
+  const FakeRunResult run = run_fake_set(options);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+}
+
+TEST(StepProtocol, QuestionsAreRepeatedUntilAnswered) {
+  FakeRunOptions options;
+  int heard = 0;
+  options.answerer = [&heard](const msg::SensorData& m) {
+    // Deaf to the first question of step 100.
+    if (m.header().step() == 100 && ++heard == 1) return Answers{};
+    return Answers{make_good_answer(m)};
+  };
+  const FakeRunResult run = run_fake_set(options);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  EXPECT_EQ(heard, 2);
+}
+
+Answers spoil_at(uint64_t step, const msg::SensorData& sensors, const std::function<void(msg::JointCommands*)>& spoil) {
+  msg::JointCommands answer = make_good_answer(sensors);
+  if (sensors.header().step() == step) spoil(&answer);
+  return {answer};
+}
+
+FakeRunResult run_spoiled(const std::string& on_fault, const std::function<void(msg::JointCommands*)>& spoil) {
+  FakeRunOptions options;
+  options.controller_section = "controller: {type: none, on_fault: " + on_fault + "}\n";
+  options.answerer = [spoil](const msg::SensorData& m) { return spoil_at(150, m, spoil); };
+  return run_fake_set(options);
+}
+
+void expect_stopped(const FakeRunResult& run, const std::string& reason) {
+  EXPECT_EQ(run.status.phase(), msg::RUN_FAILED);
+  EXPECT_THAT(run.status.message(), HasSubstr("controller"));
+  EXPECT_THAT(run.status.message(), HasSubstr(reason));
+  EXPECT_THAT(run.status.message(), HasSubstr("150"));
+  EXPECT_EQ(run.states.back().header().step(), 150u);
+}
+
+const auto kNan = [](msg::JointCommands* m) { m->positions()[1] = std::nan(""); };
+const auto kShort = [](msg::JointCommands* m) { m->positions({1.0}); };
+const auto kStale = [](msg::JointCommands* m) { m->header().step(140); };
+const auto kAhead = [](msg::JointCommands* m) { m->header().step(155); };
+
+TEST(ControllerFault, NanStopsTheRunAndNamesTheJoint) { expect_stopped(run_spoiled("stop", kNan), "NaN in positions of joint 'joint1'"); }
+TEST(ControllerFault, WrongNumberOfJointsStopsTheRun) { expect_stopped(run_spoiled("stop", kShort), "1 positions, the robot has 2"); }
+TEST(ControllerFault, StaleStepStopsTheRun) { expect_stopped(run_spoiled("stop", kStale), "answered step 140"); }
+TEST(ControllerFault, StepAheadStopsTheRun) { expect_stopped(run_spoiled("stop", kAhead), "answers step 155"); }
+
+void expect_held(const FakeRunResult& run) {
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  EXPECT_THAT(run.status.message(), HasSubstr("held"));
+  ASSERT_EQ(run.states.size(), 301u);
+  EXPECT_EQ(run.states[155].positions()[0], 0.145) << "the last good command is that of step 145";
+  EXPECT_EQ(run.states[160].positions()[0], 0.155) << "the next good command acts";
+}
+
+TEST(ControllerFault, NanIsHeldWhenTheScenarioSaysSo) { expect_held(run_spoiled("hold", kNan)); }
+TEST(ControllerFault, WrongNumberOfJointsIsHeldWhenTheScenarioSaysSo) { expect_held(run_spoiled("hold", kShort)); }
+TEST(ControllerFault, StaleStepIsHeldWhenTheScenarioSaysSo) { expect_held(run_spoiled("hold", kStale)); }
+
+TEST(ControllerFault, SilenceStopsTheRunAfterTheTimeout) {
+  FakeRunOptions options;
+  options.controller_section = "controller: {type: none, on_fault: stop, timeout: 0.1}\n";
+  options.answerer = [](const msg::SensorData& m) {
+    return m.header().step() < 150 ? Answers{make_good_answer(m)} : Answers{};
+  };
+  expect_stopped(run_fake_set(options), "has not answered");
+}
+
+TEST(ControllerFault, SilenceIsHeldWhenTheScenarioSaysSo) {
+  FakeRunOptions options;
+  options.controller_section = "controller: {type: none, on_fault: hold, timeout: 0.1}\n";
+  options.answerer = [](const msg::SensorData& m) {
+    return m.header().step() < 150 ? Answers{make_good_answer(m)} : Answers{};
+  };
+  const FakeRunResult run = run_fake_set(options);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  EXPECT_EQ(run.states.back().positions()[0], 0.145);
+}
+
+TEST(EngineFault, StopsTheRunWithStepAndJoint) {
+  FakeRunOptions options;
+  options.fault_at_q = 0.1;  // reached with the command of step 105
+  const FakeRunResult run = run_fake_set(options);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FAILED);
+  EXPECT_THAT(run.status.message(), HasSubstr("step 105"));
+  EXPECT_THAT(run.status.message(), HasSubstr("joint0"));
+}
+
+TEST(Epochs, AResetBeginsAgainAtStepZeroAndRepeatsTheRun) {
+  FakeRunOptions options;
+  bool reset = false;
+  options.on_state = [&reset](const msg::RobotState& m, Publisher<msg::RunControl>& control) {
+    if (reset || m.header().step() != 120) return;
+    reset = true;
+    msg::RunControl request;
+    request.request(msg::REQUEST_RESET);
+    control.publish(request);
+  };
+  const FakeRunResult run = run_fake_set(options);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  std::vector<msg::RobotState> second;
+  for (const auto& state : run.states) {
+    if (state.header().epoch() == 1) second.push_back(state);
+  }
+  ASSERT_EQ(second.size(), 301u);
+  for (size_t k = 0; k < 120; ++k) EXPECT_EQ(second[k].hash(), run.states[k].hash());
+}
+
+TEST(RunControl, AStopEndsTheRunCleanly) {
+  FakeRunOptions options;
+  options.on_state = [](const msg::RobotState& m, Publisher<msg::RunControl>& control) {
+    if (m.header().step() != 100) return;
+    msg::RunControl request;
+    request.request(msg::REQUEST_STOP);
+    control.publish(request);
+  };
+  const FakeRunResult run = run_fake_set(options);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED);
+  EXPECT_LT(run.states.back().header().step(), 300u);
+}
+
+}  // namespace
+}  // namespace hrp::test
