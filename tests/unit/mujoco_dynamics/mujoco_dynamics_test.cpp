@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "servers/model_parser/robot_loader.h"
+#include "servers/mujoco_dynamics/engine.h"
+
+namespace hrp {
+namespace {
+
+const char* const kStand = HRP_SOURCE_DIR "/models/scenarios/hrp2p_stand.yaml";
+
+double calc_weight(const TreeSpec& tree) {
+  double mass = 0;
+  for (const LinkSpec& link : tree.links) mass += link.inertia.mass;
+  return mass * 9.81;
+}
+
+class MujocoDynamicsTest : public testing::Test {
+ protected:
+  MujocoDynamicsTest()
+      : scenario_(load_scenario(kStand)), robot_(load_robot(scenario_)), engine_(make_mujoco_engine(robot_, scenario_)) {
+    command_.q = engine_->state().q;
+  }
+  void run(int steps) {
+    for (int i = 0; i < steps; ++i) ASSERT_EQ(engine_->step({}, command_), "") << "step " << i;
+  }
+  Scenario scenario_;
+  RobotDescription robot_;
+  std::unique_ptr<DynamicsEngine> engine_;
+  JointCommand command_;
+};
+
+TEST_F(MujocoDynamicsTest, TheRobotStandsAndItsFeetCarryTheWeight) {
+  const double height = engine_->state().p_WB.z();
+  run(3000);
+  // It settles by millimetres: soft contact and a servo without integral action.
+  EXPECT_NEAR(engine_->state().p_WB.z(), height, 0.02);
+  const std::vector<double>& feet = engine_->foot_forces();
+  const double sum = std::accumulate(feet.begin(), feet.end(), 0.0);
+  // One per mille: what is left of the settling after three seconds.
+  EXPECT_NEAR(sum, calc_weight(robot_.tree), 1e-3 * calc_weight(robot_.tree));
+  ASSERT_EQ(feet.size(), 2u);
+  EXPECT_GT(feet[0], 0.3 * sum);
+  EXPECT_GT(feet[1], 0.3 * sum);
+}
+
+TEST_F(MujocoDynamicsTest, TotalsAreTheSumOfTheirParts) {
+  run(500);
+  ASSERT_FALSE(engine_->contact_forces().empty());
+  for (const PairForce& pair : engine_->contact_forces()) {
+    EXPECT_EQ(pair.total, Vector6d(pair.spring + pair.damper + pair.friction));
+    Vector3d sum = Vector3d::Zero();
+    for (const PointForce& point : pair.points) sum += point.total;
+    // Rounding of a handful of sums of forces of some hundred newton.
+    EXPECT_LT((sum - pair.total.tail<3>()).norm(), 1e-9);
+  }
+}
+
+TEST_F(MujocoDynamicsTest, StandingGivesPositiveForceAndUprightGravity) {
+  run(3000);
+  const SensorSample& sensors = engine_->sensors();
+  ASSERT_EQ(sensors.wrenches.size(), 2u);
+  EXPECT_GT(sensors.wrenches[0].force.z(), 100.0);
+  ASSERT_EQ(sensors.imus.size(), 1u);
+  const Vector3d specific_force_W = sensors.imus[0].R_WS * sensors.imus[0].linear_acceleration;
+  // The robot still sways a little.
+  EXPECT_NEAR(specific_force_W.z(), 9.81, 0.05);
+}
+
+TEST_F(MujocoDynamicsTest, ResetRepeatsTheRunToTheBit) {
+  run(300);
+  const unsigned long long hash = engine_->state_hash();
+  engine_->reset();
+  run(300);
+  EXPECT_EQ(engine_->state_hash(), hash);
+}
+
+TEST_F(MujocoDynamicsTest, WhatItCannotDoIsRefusedByName) {
+  scenario_.foot_bush["L_ANKLE_R_LINK"] = FootBushSpec();
+  try {
+    make_mujoco_engine(robot_, scenario_);
+    FAIL() << "a foot bush was accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("foot bush"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace hrp
