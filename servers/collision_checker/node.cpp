@@ -34,8 +34,7 @@ void CollisionCheckerNode::take_state(const msg::RobotState& message) {
     return fail("robot_state of step " + std::to_string(step) + " has " + std::to_string(state_.q.size()) +
                 " joints, the robot has " + std::to_string(robot_.tree.num_joints()));
   }
-  world_->find_contacts(state_, &contacts_);
-  to_message(contacts_, names_, &answer_);
+  to_message(world_->calc_contacts(state_), names_, &answer_);
   answer_.header(message.header());
   last_answer_ = publisher_.publish(answer_);
   questions_.note_answered(epoch, step);

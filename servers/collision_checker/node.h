@@ -27,7 +27,6 @@ class CollisionCheckerNode : public NodeBase {
   std::unique_ptr<CollisionWorld> world_;
   QuestionFilter questions_;
   State state_;
-  ContactSet contacts_;
   msg::ContactSet answer_;
   Bytes last_answer_;
   Publisher<msg::ContactSet> publisher_;

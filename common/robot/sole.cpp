@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/robot/sole.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/multibody/kinematics.h"
+#include "common/robot/mesh.h"
+
+namespace hrp {
+namespace {
+
+constexpr double kFlat = 1e-3;  // [m] vertices this near to the outermost one belong to its flat side
+
+void add_once(const Vector3d& p, std::vector<Vector3d>* points) {
+  for (const Vector3d& other : *points) {
+    if ((other - p).squaredNorm() < 1e-12) return;  // the same corner of two triangles
+  }
+  points->push_back(p);
+}
+
+const Vector3d& find_outermost(const std::vector<Vector3d>& vertices, const Vector3d& direction) {
+  return *std::max_element(vertices.begin(), vertices.end(), [&](const Vector3d& a, const Vector3d& b) {
+    return a.dot(direction) < b.dot(direction);
+  });
+}
+
+// The corners of the flat side whose outward normal is +-axis: outermost along 16 directions in the side's plane.
+void add_flat_side(const std::vector<Vector3d>& vertices, const Vector3d& normal, std::vector<Vector3d>* points) {
+  const double top = find_outermost(vertices, normal).dot(normal);
+  std::vector<Vector3d> side;
+  for (const Vector3d& v : vertices) {
+    if (v.dot(normal) > top - kFlat) side.push_back(v);
+  }
+  const Vector3d u(normal.y(), normal.z(), normal.x());
+  const Vector3d w = normal.cross(u);
+  for (int k = 0; k < 16; ++k) {
+    const double angle = (k + 0.5) * M_PI / 8.0;
+    add_once(find_outermost(side, std::cos(angle) * u + std::sin(angle) * w), points);
+  }
+}
+
+std::vector<Vector3d> reduce_mesh(const std::vector<Vector3d>& vertices) {
+  std::vector<Vector3d> points;
+  for (int axis = 0; axis < 3; ++axis) {
+    add_flat_side(vertices, Vector3d::Unit(axis), &points);
+    add_flat_side(vertices, -Vector3d::Unit(axis), &points);
+  }
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) add_once(find_outermost(vertices, Vector3d(x, y, z)), &points);
+    }
+  }
+  return points;
+}
+
+void add_box(const CollisionShape& shape, Sole* sole) {
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d corner(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
+    sole->points.push_back({shape.X_LG * corner.cwiseProduct(shape.size), 0.0});
+  }
+}
+
+void add_cylinder(const CollisionShape& shape, Sole* sole) {
+  for (double end : {-0.5, 0.5}) {
+    sole->rims.push_back({shape.X_LG * Vector3d(0, 0, end * shape.size.y()), shape.X_LG.R.col(2), shape.size.x()});
+  }
+}
+
+void add_mesh(const CollisionShape& shape, Sole* sole) {
+  std::vector<Vector3d> vertices = load_mesh(shape.mesh, shape.scale).vertices;
+  for (Vector3d& v : vertices) v = shape.X_LG * v;
+  for (const Vector3d& p : reduce_mesh(vertices)) sole->points.push_back({p, 0.0});
+}
+
+void update_reference(Sole* sole) {
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Vector3d high = -low;
+  for (const SolePoint& point : sole->points) {
+    low = low.cwiseMin((point.p_LQ.array() - point.radius).matrix());
+    high = high.cwiseMax((point.p_LQ.array() + point.radius).matrix());
+  }
+  for (const SoleRim& rim : sole->rims) {
+    // Extent of a disc along an axis e: radius sqrt(1 - (axis . e)^2).
+    const Vector3d extent = rim.radius * (1.0 - rim.axis_L.array().square()).max(0.0).sqrt().matrix();
+    low = low.cwiseMin(rim.p_LQ - extent);
+    high = high.cwiseMax(rim.p_LQ + extent);
+  }
+  sole->p_LR = {0.5 * (low.x() + high.x()), 0.5 * (low.y() + high.y()), low.z()};
+}
+
+// Smallest distance of the soles above the plane [m]; nothing to stand on: zero.
+double calc_clearance(const std::vector<Sole>& soles, const Data& data, const GroundPlane& ground) {
+  double clearance = std::numeric_limits<double>::infinity();
+  for (const Sole& sole : soles) {
+    const Transform X_WL = get_pose(data, sole.link);
+    for (const SolePoint& point : sole.points) {
+      clearance = std::min(clearance, ground.n_W.dot(X_WL * point.p_LQ) - point.radius - ground.offset);
+    }
+    for (const SoleRim& rim : sole.rims) {
+      Vector3d p_WQ[4];
+      calc_rim_points(rim, X_WL, ground.n_W, p_WQ);
+      clearance = std::min(clearance, ground.n_W.dot(p_WQ[0]) - ground.offset);
+    }
+  }
+  return std::isfinite(clearance) ? clearance : 0.0;
+}
+
+}  // namespace
+
+std::vector<Sole> make_soles(const RobotDescription& robot) {
+  std::vector<Sole> soles;
+  for (size_t link = 0; link < robot.tree.links.size(); ++link) {
+    Sole sole;
+    sole.link = static_cast<int>(link);
+    for (const CollisionShape& shape : robot.shapes) {
+      if (!shape.sole || shape.link != sole.link) continue;
+      if (shape.kind == ShapeKind::kBox) add_box(shape, &sole);
+      if (shape.kind == ShapeKind::kSphere) sole.points.push_back({shape.X_LG.p, shape.size.x()});
+      if (shape.kind == ShapeKind::kCylinder) add_cylinder(shape, &sole);
+      if (shape.kind == ShapeKind::kMesh) add_mesh(shape, &sole);
+    }
+    if (sole.points.empty() && sole.rims.empty()) continue;
+    update_reference(&sole);
+    soles.push_back(sole);
+  }
+  return soles;
+}
+
+GroundPlane make_ground_plane(const GroundSpec& ground) {
+  GroundPlane plane;
+  // A level ground has exactly the normal z: no rounding of sines in the common case.
+  if (ground.roll != 0.0 || ground.pitch != 0.0) {
+    plane.n_W = make_rotation_from_rpy({ground.roll, ground.pitch, 0.0}).col(2);
+  }
+  plane.offset = plane.n_W.z() * ground.height;
+  return plane;
+}
+
+void calc_rim_points(const SoleRim& rim, const Transform& X_WL, const Vector3d& n_W, Vector3d p_WQ[4]) {
+  const Vector3d axis_W = X_WL.R * rim.axis_L;
+  Vector3d down = axis_W * axis_W.dot(n_W) - n_W;  // steepest descent in the plane of the rim
+  const double length = down.norm();
+  // Flat on the ground no direction is lowest: any will do, fixed to the link so that it does not wander.
+  down = length > 1e-9 ? Vector3d(down / length) : Vector3d(X_WL.R * rim.axis_L.unitOrthogonal());
+  const Vector3d side = axis_W.cross(down);
+  const Vector3d center = X_WL * rim.p_LQ;
+  p_WQ[0] = center + rim.radius * down;
+  p_WQ[1] = center + rim.radius * side;
+  p_WQ[2] = center - rim.radius * down;
+  p_WQ[3] = center - rim.radius * side;
+}
+
+State make_start_state(const RobotDescription& robot, const Scenario& scenario) {
+  const Model model(robot.tree, scenario.gravity_W);
+  State state = make_state(model);
+  state.R_WB = Eigen::Quaterniond(make_rotation_from_rpy(scenario.initial_rpy)).normalized();
+  state.p_WB = scenario.initial_position;
+  for (const auto& [name, value] : scenario.initial_joints) {
+    const int joint = robot.tree.find_joint(name);
+    if (joint >= 0) state.q[joint] = value;
+  }
+  for (int i = 0; i < robot.tree.num_joints(); ++i) {
+    const MimicSpec& mimic = robot.tree.joint(i).mimic;
+    if (mimic.joint >= 0) state.q[i] = mimic.multiplier * state.q[mimic.joint] + mimic.offset;
+  }
+  if (!robot.tree.floating_base || scenario.initial_height_given || !scenario.ground.present) return state;
+  Data data(model);
+  update_kinematics(model, state, &data);
+  const GroundPlane ground = make_ground_plane(scenario.ground);
+  // Moving by dz along z moves every point by n_z dz along the normal.
+  state.p_WB.z() -= calc_clearance(make_soles(robot), data, ground) / ground.n_W.z();
+  return state;
+}
+
+}  // namespace hrp

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What of a robot touches the ground, obstacles and itself: the core of the collision checker.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/multibody/kinematics.h"
+#include "common/robot/robot_description.h"
+#include "common/robot/scenario.h"
+#include "common/robot/signals.h"
+#include "common/robot/sole.h"
+#include "servers/collision_checker/narrow_phase.h"
+
+namespace hrp {
+
+// Only soles touch the ground; every shape touches obstacles; with `self_collision` links touch each other, except pairs
+// of neighbours in the tree and pairs that overlap in the initial pose already.
+class CollisionWorld {
+ public:
+  // Throws InputError: meshes that cannot be read, trees that cannot be computed with.
+  CollisionWorld(const RobotDescription& robot, const Scenario& scenario);
+
+  // Contacts of this state, ordered by body_a, then body_b (obstacles before the ground before links, as their numbers
+  // are). The result lives until the next call; its memory is reused. A state that is not finite touches nothing.
+  const ContactSet& calc_contacts(const State& state);
+
+  // Links that never collide although they are no neighbours, because they overlap in the initial pose; by name.
+  const std::vector<std::pair<std::string, std::string>>& excluded_pairs() const { return excluded_; }
+  // The state at step 0 (sole.h).
+  const State& start_state() const { return start_; }
+
+ private:
+  struct Body {
+    int link = 0;  // link index, or make_obstacle_index(k)
+    int shape = 0;
+    Transform X_LG;
+    Transform X_WG;
+    Vector3d center_W = Vector3d::Zero();
+    double radius = 0.0;
+    double friction = 0.0;
+  };
+  void add_bodies();
+  void add_self_pairs();
+  void update_poses(const State& state);
+  bool are_near(const Body& a, const Body& b) const;
+  ContactPair* open_pair(int body_a, int body_b);
+  void close_pair();
+  void calc_ground_contacts();
+  void calc_body_contacts(const std::vector<std::pair<int, int>>& pairs);
+
+  RobotDescription robot_;
+  Scenario scenario_;
+  Model model_;
+  Data data_;
+  State start_;
+  GroundPlane ground_;
+  std::vector<Sole> soles_;
+  NarrowPhase narrow_;
+  std::vector<Body> bodies_;  // shapes of the robot, by link, then obstacles
+  size_t num_robot_bodies_ = 0;
+  std::vector<std::pair<int, int>> obstacle_pairs_, self_pairs_;  // ordered by links
+  std::vector<std::pair<std::string, std::string>> excluded_;
+  ContactSet contacts_;
+  ContactSet spare_;  // pairs whose memory waits to be used again
+};
+
+}  // namespace hrp

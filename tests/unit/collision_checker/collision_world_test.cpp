@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/collision_checker/collision_world.h"
+
+#include <chrono>
+#include <cmath>
+#include <iostream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "servers/collision_checker/sole_contact.h"
+#include "servers/model_parser/robot_loader.h"
+
+namespace hrp {
+namespace {
+
+const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+
+struct Case {
+  Scenario scenario;
+  RobotDescription robot;
+};
+
+Case make_setup(const std::string& urdf, const std::string& more) {
+  Case c;
+  c.scenario = parse_scenario("robot: " + kModels + urdf + "\n" + more, kModels + "test.yaml");
+  c.robot = load_robot(c.scenario);
+  return c;
+}
+
+Case load_setup(const std::string& scenario, const std::string& more = "") {
+  Case c;
+  c.scenario = load_scenario(kModels + "scenarios/" + scenario);
+  c.scenario = parse_scenario(c.scenario.text + more, c.scenario.path);
+  c.robot = load_robot(c.scenario);
+  return c;
+}
+
+// A box of 0.4 x 0.3 x 0.2 m as its own sole.
+Case make_box(const std::string& more = "") { return make_setup("test_robots/box.urdf", "feet: [box]\n" + more); }
+
+TEST(CollisionWorld, BoxAtStartTouchesTheGroundWithNothing) {
+  const Case s = make_box();
+  CollisionWorld world(s.robot, s.scenario);
+  EXPECT_NEAR(world.start_state().p_WB.z(), 0.1, 1e-15);
+}
+
+TEST(CollisionWorld, BoxTouchesWithItsFourCornersAtTheirDepths) {
+  const Case s = make_box();
+  CollisionWorld world(s.robot, s.scenario);
+  State state = world.start_state();
+  state.p_WB.z() -= 0.002;
+  const ContactSet& contacts = world.calc_contacts(state);
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_EQ(contacts[0].body_b, kGround);
+  ASSERT_EQ(contacts[0].points.size(), 4u);
+  for (const ContactPoint& point : contacts[0].points) {
+    EXPECT_NEAR(point.depth, 0.002, 1e-15);
+    EXPECT_NEAR(point.p_WC.z(), -0.001, 1e-15) << "half way into the penetration";
+    EXPECT_NEAR(std::abs(point.p_WC.x()), 0.2, 1e-15);
+    EXPECT_NEAR(std::abs(point.p_WC.y()), 0.15, 1e-15);
+  }
+  EXPECT_NEAR(contacts[0].separation.z(), 0.002, 1e-15);
+  EXPECT_NEAR(contacts[0].separation_turn.norm(), 0.0, 1e-12);
+}
+
+TEST(CollisionWorld, SeparatingTurnLevelsATiltedBox) {
+  const Case s = make_box();
+  CollisionWorld world(s.robot, s.scenario);
+  State state = world.start_state();
+  state.p_WB.z() -= 0.01;
+  state.R_WB = Eigen::Quaterniond(make_rotation_from_rpy({0.02, -0.01, 0.3}));
+  const ContactSet& contacts = world.calc_contacts(state);
+  ASSERT_EQ(contacts.size(), 1u);
+  const Matrix3d turn = Eigen::AngleAxisd(contacts[0].separation_turn.norm(), contacts[0].separation_turn.normalized()).toRotationMatrix();
+  // The turn is exact to first order: what is left is of the order of the angle cubed (0.022^3 = 1e-5).
+  EXPECT_NEAR((turn * state.R_WB.toRotationMatrix() * Vector3d::UnitZ()).z(), 1.0, 1e-9);
+}
+
+TEST(CollisionWorld, SlopedGroundTurnsTheNormal) {
+  const Case s = make_box("ground: {height: 0.5, roll: 0.05, pitch: -0.1}\ninitial: {rpy: [0.05, -0.1, 0]}\n");
+  CollisionWorld world(s.robot, s.scenario);
+  State state = world.start_state();
+  const Vector3d n = make_rotation_from_rpy({0.05, -0.1, 0.0}).col(2);
+  state.p_WB -= 0.003 * n;
+  const ContactSet& contacts = world.calc_contacts(state);
+  ASSERT_EQ(contacts.size(), 1u);
+  ASSERT_EQ(contacts[0].points.size(), 4u);
+  for (const ContactPoint& point : contacts[0].points) {
+    EXPECT_TRUE(point.n_BA_W.isApprox(n, 1e-12));
+    EXPECT_NEAR(point.depth, 0.003, 1e-12);
+  }
+}
+
+TEST(CollisionWorld, NormalsPointFromTheObstacleTowardsTheRobot) {
+  for (const char* shape : {"shape: box, size: [1, 1, 1]", "shape: sphere, radius: 0.5", "shape: cylinder, radius: 0.5, length: 1"}) {
+    const Case s = make_box(std::string("ground: {type: none}\nobstacles: {thing: {") + shape + ", position: [0, 0, -0.5], friction: 0.3}}\n");
+    CollisionWorld world(s.robot, s.scenario);
+    State state = world.start_state();
+    state.p_WB = {0.0, 0.0, 0.1 - 0.002};
+    const ContactSet& contacts = world.calc_contacts(state);
+    ASSERT_EQ(contacts.size(), 1u) << shape;
+    EXPECT_EQ(contacts[0].body_b, make_obstacle_index(0));
+    EXPECT_EQ(contacts[0].friction, 0.3);
+    for (const ContactPoint& point : contacts[0].points) {
+      EXPECT_GT(point.n_BA_W.z(), 0.99) << shape;
+      EXPECT_NEAR(point.depth, 0.002, 1e-5) << shape << ": FCL's iterative pairs stop at 1e-6";
+    }
+  }
+}
+
+TEST(CollisionWorld, HalfSittingRobotsStandOnTwoSolesWithoutTouchingThemselves) {
+  for (const char* name : {"hrp2p_stand.yaml", "hrp1s_stand.yaml"}) {
+    const Case s = load_setup(name, "self_collision: true\n");
+    CollisionWorld world(s.robot, s.scenario);
+    State state = world.start_state();
+    EXPECT_TRUE(world.calc_contacts(state).empty()) << "the lowest point only touches";
+    state.p_WB.z() -= 1e-3;
+    const ContactSet& contacts = world.calc_contacts(state);
+    ASSERT_EQ(contacts.size(), 2u);
+    for (const ContactPair& pair : contacts) EXPECT_EQ(pair.points.size(), 4u);
+    for (const auto& pair : world.excluded_pairs()) std::cout << name << ": never collide: " << pair.first << " - " << pair.second << "\n";
+  }
+}
+
+TEST(CollisionWorld, ArmsThatCrossTheTrunkCollide) {
+  const Case s = load_setup("hrp2p_stand.yaml", "self_collision: true\n");
+  CollisionWorld world(s.robot, s.scenario);
+  State state = world.start_state();
+  state.q[s.robot.tree.find_joint("L_SHOULDER_R")] = -0.9;
+  bool found = false;
+  for (const ContactPair& pair : world.calc_contacts(state)) {
+    if (pair.body_b >= 0) found = true;
+    EXPECT_TRUE(pair.body_b < 0 || pair.body_a < pair.body_b);
+  }
+  EXPECT_TRUE(found);
+}
+
+TEST(CollisionWorld, EqualStatesGiveEqualBitsAndOrder) {
+  const Case s = load_setup("hrp2p_stand.yaml", "self_collision: true\n");
+  CollisionWorld a(s.robot, s.scenario), b(s.robot, s.scenario);
+  State state = a.start_state();
+  state.p_WB.z() -= 1e-3;
+  State other = state;
+  other.R_WB = Eigen::Quaterniond(make_rotation_from_rpy({0.3, 0.2, 0.1}));
+  b.calc_contacts(other);  // a past must not matter
+  const ContactSet& ca = a.calc_contacts(state);
+  const ContactSet& cb = b.calc_contacts(state);
+  ASSERT_EQ(ca.size(), cb.size());
+  for (size_t i = 0; i < ca.size(); ++i) {
+    ASSERT_EQ(ca[i].points.size(), cb[i].points.size());
+    EXPECT_EQ(ca[i].separation, cb[i].separation);
+    for (size_t k = 0; k < ca[i].points.size(); ++k) EXPECT_EQ(ca[i].points[k].p_WC, cb[i].points[k].p_WC);
+  }
+}
+
+TEST(CollisionWorld, StatesThatAreNotFiniteTouchNothing) {
+  const Case s = make_box();
+  CollisionWorld world(s.robot, s.scenario);
+  State state = world.start_state();
+  state.p_WB.z() = std::nan("");
+  EXPECT_TRUE(world.calc_contacts(state).empty());
+  state = world.start_state();
+  state.q.resize(3);
+  EXPECT_TRUE(world.calc_contacts(state).empty());
+}
+
+TEST(SoleContact, ReductionKeepsTheCornersOfTheSupportPolygon) {
+  std::vector<ContactPoint> points;
+  for (int i = 0; i <= 4; ++i) {
+    for (int j = 0; j <= 4; ++j) points.push_back({Vector3d(0.05 * i, 0.03 * j, 0), Vector3d::UnitZ(), 1e-3});
+  }
+  reduce_points(Matrix3d::Identity(), Vector3d::UnitZ(), 4, &points);
+  ASSERT_EQ(points.size(), 4u);
+  for (const ContactPoint& point : points) {
+    EXPECT_TRUE(point.p_WC.x() == 0.0 || std::abs(point.p_WC.x() - 0.2) < 1e-12);
+    EXPECT_TRUE(point.p_WC.y() == 0.0 || std::abs(point.p_WC.y() - 0.12) < 1e-12);
+  }
+}
+
+TEST(SoleContact, CylinderRollsOnItsLowestLine) {
+  Sole sole;
+  for (double y : {-0.1, 0.1}) sole.rims.push_back({Vector3d(0, y, 0), Vector3d::UnitY(), 0.05});
+  for (double angle : {0.0, 0.3, 1.0, 2.0}) {
+    ContactPair pair;
+    const Transform X_WL{make_rotation_from_rpy({0, angle, 0}), {0, 0, 0.049}};
+    ASSERT_TRUE(calc_sole_contact(sole, X_WL, GroundPlane(), 4, &pair));
+    ASSERT_EQ(pair.points.size(), 2u);
+    for (const ContactPoint& point : pair.points) EXPECT_NEAR(point.depth, 1e-3, 1e-12) << angle;
+  }
+}
+
+}  // namespace
+}  // namespace hrp
