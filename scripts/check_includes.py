@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks who includes whom (CONTRIBUTING.md), SPDX lines, and that no file names a folder of somebody's machine.
+
+scripts/check_includes.py [ROOT]     prints every violation as file:line and ends with status 1 when there is one
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+# Header prefix -> the only folders that may include it.
+VENDORS = {
+    "dds/": ["common/bus/cyclone"],
+    "ddsc": ["common/bus/cyclone"],
+    "fastdds/": ["common/bus/fast"],
+    "fastrtps/": ["common/bus/fast"],
+    "fastcdr/": ["common/messages", "common/bus/fast"],
+    "urdf_": ["servers/model_parser"],
+    "tinyxml2": ["servers/model_parser"],
+    "console_bridge": ["servers/model_parser"],
+    "fcl/": ["servers/collision_checker"],
+    "yaml-cpp/": ["common/robot", "diagnosis", "controller/motion"],
+    "zstd": ["common/mcap"],
+    "lz4": ["common/mcap"],
+    "mujoco/": ["servers/mujoco_dynamics", "tests", "diagnosis/generator"],
+    "dart/": ["tests"],
+    "ceres/": ["diagnosis"],
+    "CLI/": ["common/node", "servers", "controller", "diagnosis", "tests", "models"],
+}
+
+# Folder -> folders of common/ that it may include, beside itself.
+COMMON = {
+    "base": [],
+    "spatial": [],
+    "multibody": ["base", "spatial"],
+    "robot": ["base", "spatial", "multibody"],
+    "mcap": ["base"],
+    "bus": ["base"],
+    "messages": ["base", "spatial", "multibody", "robot", "bus"],
+    "node": ["base", "spatial", "multibody", "robot", "bus", "messages"],
+    "plot": ["base", "robot", "mcap", "messages"],
+}
+
+# Parts of a server that may know the bus: everything else in servers/ is core.
+BUS_SIDE = re.compile(r"^servers/(console/.*|[^/]+/(node|main|translate|engine)[^/]*\.(h|cpp))$")
+BUS_HEADERS = ("common/bus/", "common/messages/", "common/node/", "hrp_idl/")
+# The program that runs the whole set in one process puts the nodes together; the log tool shows all messages.
+PUTS_SERVERS_TOGETHER = ("servers/console/launcher/",)
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
+MACHINE_PATH = re.compile(r"(?<![\w.$}/])/(home|root|work|Users|mnt|workspace)/\w")
+TEXT_FILES = {".h", ".cpp", ".idl", ".py", ".sh", ".md", ".txt", ".cmake", ".yaml", ".yml", ".json", ".mjs", ".csv", ".urdf"}
+
+
+def folder_of(path, depth):
+    return "/".join(path.split("/")[:depth])
+
+
+def is_under(path, folder):
+    return path.startswith(folder.rstrip("/") + "/")
+
+
+def check_vendor(path, header):
+    for prefix, folders in VENDORS.items():
+        if header.startswith(prefix) and not any(is_under(path, folder) for folder in folders):
+            return f"<{header}> belongs into {', '.join(folders)} only"
+    return None
+
+
+def check_direction(path, header):
+    top = header.split("/")[0]
+    if top not in ("common", "servers", "controller", "diagnosis", "tests", "hrp_idl"):
+        return None
+    if top == "tests" and not is_under(path, "tests"):
+        return "nothing but tests includes tests"
+    if is_under(path, "common"):
+        return check_common(path, header)
+    if is_under(path, "controller") and top in ("servers", "diagnosis"):
+        return "the controller knows nothing of the simulator"
+    if is_under(path, "servers"):
+        return check_server(path, header)
+    if is_under(path, "diagnosis") and re.match(r"servers/[^/]+/(node|main)", header):
+        return "the diagnosis tool uses cores, never nodes"
+    return None
+
+
+def check_common(path, header):
+    own = path.split("/")[1]
+    if header.startswith("hrp_idl/"):
+        return None if own in ("messages", "node", "plot", "bus") else f"common/{own} knows no messages"
+    if not header.startswith("common/"):
+        return "common includes nothing above itself"
+    other = header.split("/")[1]
+    if own != other and other not in COMMON.get(own, []):
+        return f"common/{own} may not include common/{other}"
+    return None
+
+
+def check_server(path, header):
+    if header.startswith(("diagnosis/", "controller/")) and not path.startswith(PUTS_SERVERS_TOGETHER):
+        return "servers include neither the controller nor the diagnosis tool"
+    if header.startswith("servers/") and folder_of(header, 2) != folder_of(path, 2):
+        return None if path.startswith(PUTS_SERVERS_TOGETHER) else "servers never include each other"
+    if header.startswith(BUS_HEADERS) and not BUS_SIDE.match(path):
+        return "a core knows no bus and no messages"
+    return None
+
+
+def check_source(path, lines):
+    if "SPDX-License-Identifier: BSD-3-Clause" not in lines[0]:
+        yield 1, "the first line is no SPDX line"
+    if path.endswith(".h") and "#pragma once" not in lines:
+        yield 1, "a header without #pragma once"
+    for number, line in enumerate(lines, 1):
+        match = INCLUDE.match(line)
+        if not match:
+            continue
+        for problem in (check_vendor(path, match.group(1)), check_direction(path, match.group(1))):
+            if problem:
+                yield number, problem
+
+
+def find_files(root):
+    listed = subprocess.run(["git", "-C", root, "ls-files", "--cached", "--others", "--exclude-standard"],
+                            capture_output=True, text=True, check=False)
+    if listed.returncode == 0:
+        return listed.stdout.splitlines()
+    found = (p.relative_to(root).as_posix() for p in pathlib.Path(root).rglob("*") if p.is_file())
+    return [p for p in found if not p.startswith(("build", ".git/")) and "node_modules" not in p]
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
+    problems, count = [], 0
+    for path in sorted(find_files(str(root))):
+        file = root / path
+        if file.suffix not in TEXT_FILES or not file.is_file():
+            continue
+        count += 1
+        lines = file.read_text(encoding="utf-8", errors="replace").splitlines() or [""]
+        if file.suffix in (".h", ".cpp"):
+            problems += [f"{path}:{number}: {text}" for number, text in check_source(path, lines)]
+        for number, line in enumerate(lines, 1):
+            if MACHINE_PATH.search(line):
+                problems.append(f"{path}:{number}: a path of somebody's machine")
+    print("\n".join(problems) if problems else f"{count} files, nothing to complain about")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
