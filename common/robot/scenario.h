@@ -42,6 +42,8 @@ struct SensorErrors {
   Vector3d bias = Vector3d::Zero();
   double delay = 0.0;         // [s]
   double quantum = 0.0;       // step of the reading
+  Vector3d scale = Vector3d::Ones();         // true value 1 reads as scale
+  Vector3d misalignment = Vector3d::Zero();  // [rad] rpy of the sensor against its link: it reads R(rpy)^T v
 };
 
 struct ImuSpec {

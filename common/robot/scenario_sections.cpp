@@ -147,6 +147,8 @@ void read_errors(YamlMap& map, const std::string& unit, SensorErrors* errors) {
   map.axes3("bias", &errors->bias, Bound::kAny, unit);
   map.number("delay", &errors->delay, Bound::kNotNegative, "s");
   map.number("quantum", &errors->quantum, Bound::kNotNegative, unit);
+  map.axes3("scale", &errors->scale, Bound::kAny, "");
+  map.axes3("misalignment", &errors->misalignment, Bound::kAny, "rad");
 }
 
 void read_imu(YamlMap& map, ImuSpec* imu) {

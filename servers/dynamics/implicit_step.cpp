@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The linearly implicit step. Every law is affine in the velocities at the end of the step; positions there are
+// q + dt v'. With effort = a - b v' and contact force F0 - Z (v' - v) / dt:
+//
+//   (M + dt diag(b) + sum J^T Z J) vdot = a - b v - h + J^T F0,   v' = v + dt vdot
+//
+// one articulated-body pass. Regimes (limits, friction, gaps, open and sliding contacts) are settled by repeating it.
+#include "common/multibody/kinematics.h"
+#include "servers/dynamics/simulator_impl.h"
+
+namespace hrp {
+namespace {
+
+// Most steps take one or two. The last answer is taken as it is.
+constexpr int kMaxSolves = 10;
+constexpr int kMaxImpulseRounds = 6;
+
+}  // namespace
+
+void Simulator::Impl::start_wrenches() {
+  std::copy(push_wrenches.begin(), push_wrenches.end(), wrenches.begin());
+  impedances.clear();
+}
+
+StepStatus Simulator::Impl::solve_once(const State& at, bool with_contact) {
+  joints.linearise(at, &effort, &inertia_extra);
+  start_wrenches();
+  if (with_contact) spring.add(data, &wrenches, &impedances);
+  const ImplicitTerms implicit{&inertia_extra, &impedances};
+  return convert(calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot));
+}
+
+StepStatus Simulator::Impl::solve_regimes() {
+  const double* qdd = vdot.data() + model.num_base();
+  for (solves = 1;; ++solves) {
+    const StepStatus status = solve_once(state, true);
+    if (status != StepStatus::kOk || solves == kMaxSolves) return status;
+    const bool joints_changed = joints.resolve(state, qdd);
+    if (!spring.resolve(data) && !joints_changed) return status;
+  }
+}
+
+void Simulator::Impl::finish_joints() {
+  get_generalised_velocity(model, state, &v);
+  v_end = v + dt * vdot;
+  next.qd = v_end.tail(model.num_joints());
+  joints.finish(state, vdot.data() + model.num_base(), &next.qd, &joint_efforts, &servo_efforts);
+  v_end.tail(model.num_joints()) = next.qd;
+}
+
+void Simulator::Impl::integrate(const Eigen::VectorXd* correction) {
+  next = state;
+  if (correction) v_free = v_end + *correction;
+  integrate_positions(model, correction ? v_free : v_end, dt, &next);
+  set_generalised_velocity(model, v_end, &next);
+  joints.put_perfect_positions(&next.q);
+}
+
+StepStatus Simulator::Impl::advance_implicit(const ContactSet& contacts) {
+  joints.start(state, reference, dt, 1.0, dt);
+  spring.start(contacts, model, data, dt, dt);
+  const StepStatus status = solve_regimes();
+  if (status != StepStatus::kOk) return status;
+  report.start(contacts);
+  spring.finish(data, &report);
+  finish_joints();
+  integrate(nullptr);
+  return StepStatus::kOk;
+}
+
+// Free motion, impulses, then once more with the impulses as forces, so that joint regimes see them.
+StepStatus Simulator::Impl::solve_impulses(const ContactSet& contacts) {
+  const double* qdd = vdot.data() + model.num_base();
+  for (solves = 1;; ++solves) {
+    StepStatus status = solve_once(state, false);
+    if (status != StepStatus::kOk) return status;
+    get_generalised_velocity(model, state, &v);
+    v_free = v + dt * vdot;
+    status = convert(rigid.solve(contacts, model, inertia_extra, v, v_free, &data));
+    if (status != StepStatus::kOk) return status;
+    rigid.add(data, dt, &wrenches);
+    const ImplicitTerms implicit{&inertia_extra, nullptr};
+    status = convert(calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot));
+    if (status != StepStatus::kOk || solves == kMaxImpulseRounds || !joints.resolve(state, qdd)) return status;
+  }
+}
+
+StepStatus Simulator::Impl::advance_impulse(const ContactSet& contacts) {
+  joints.start(state, reference, dt, 1.0, dt);
+  const StepStatus status = solve_impulses(contacts);
+  if (status != StepStatus::kOk) return status;
+  finish_joints();
+  report.start(contacts);
+  rigid.report(dt, v_end, &report);
+  integrate(&rigid.correction_velocity(dt));
+  return StepStatus::kOk;
+}
+
+}  // namespace hrp

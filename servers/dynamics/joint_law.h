@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Laws of one joint: pure functions and their parameters. A joint's effort is affine in its velocity at the end of the
+// step, effort = a - b v', which makes stiff laws implicit; what switches (limits, friction, gaps) is a regime.
+// Efforts in N m (N for a slide), positions in rad (m). Sources and equations: docs/physics.md.
+#pragma once
+
+#include <limits>
+
+namespace hrp {
+
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+
+// effort = a - b v'
+struct AffineEffort {
+  double a = 0.0;  // [N m]
+  double b = 0.0;  // [N m s/rad]
+  double at(double v) const { return a - b * v; }
+};
+
+// Everything that a joint can have; what is left at its default is absent. Source: effect list of the diagnosis tool.
+struct JointLaws {
+  // Drive
+  double kp = 0.0, kd = 0.0;             // [N m/rad], [N m s/rad] joint servo; fact sheet 4.5
+  double effort_limit = kUnlimited;      // [N m] of the servo's output (logged)
+  double command_delay = 0.0;            // [s]
+  double joint_offset = 0.0;             // [rad] encoder reads true + offset
+  double lag = 0.0;                      // [s] first-order lag of the drive's effort
+  double saturation = kUnlimited;        // [N m] of the true torque (not logged)
+  double torque_scale = 1.0;             // true torque = scale x logged effort
+  // Friction, on the motor side of an elastic transmission
+  double viscous = 0.0;                  // [N m s/rad]
+  double coulomb = 0.0;                  // [N m] level while moving
+  double asymmetry = 0.0;                // level x (1 + asymmetry) forward, x (1 - asymmetry) backward
+  double static_level = 0.0;             // [N m] largest level, at rest; at least coulomb
+  double stribeck_velocity = 0.0;        // [rad/s] 0: no Stribeck curve
+  double load_ratio = 0.0;               // level grows by ratio x |drive effort|
+  double cogging_amplitude = 0.0, cogging_periods = 0.0, cogging_phase = 0.0;  // [N m], per rad, [rad]
+  // Transmission
+  bool elastic = false;
+  double stiffness = 0.0, damping = 0.0; // [N m/rad], [N m s/rad]
+  double motor_inertia = 0.0;            // [kg m^2] reflected
+  double gap = 0.0;                      // [rad] whole backlash
+  // Link side
+  double spring_stiffness = 0.0, spring_damping = 0.0, spring_rest = 0.0;  // parallel spring
+  double hysteresis_stiffness = 0.0, hysteresis_yield = 0.0;               // Bouc-Wen, [N m/rad], [rad]
+  double lower = -kUnlimited, upper = kUnlimited;  // [rad] stops
+  double stop_stiffness = 0.0, stop_damping = 0.0;
+
+  bool has_friction() const { return coulomb > 0.0 || static_level > 0.0 || load_ratio > 0.0; }
+};
+
+// Servo: kp (r - measured) + kd (r' - measured rate) + feed-forward, before its limit.
+double calc_servo_effort(const JointLaws& laws, double error, double error_rate, double feed_forward);
+
+// Level of dry friction at speed v (Coulomb, Stribeck: level = coulomb + (static - coulomb) exp(-(v / v_s)^2)),
+// raised by ratio x |load|; `direction` +-1 is that of motion.
+double calc_friction_level(const JointLaws& laws, double speed, double load, double direction);
+// Largest friction at rest against motion in `direction`.
+double calc_static_level(const JointLaws& laws, double load, double direction);
+
+// Cogging effort: amplitude sin(periods q + phase); slope over q.
+double calc_cogging(const JointLaws& laws, double q);
+double calc_cogging_slope(const JointLaws& laws, double q);
+
+// Twist beyond the gap: zero inside, signed outside.
+double calc_backlash_twist(double gap, double twist);
+
+// Bouc-Wen with n = 1, beta = gamma = 1/2: zd = (v / yield) (1 - |z| (1 + sgn(v z)) / 2), effort = -stiffness yield z.
+double calc_hysteresis_rate_factor(double z, double v);  // zd = factor v / yield
+
+// One-sided stop beyond a limit: spring and damper, never pulling. Effort now.
+double calc_stop_effort(const JointLaws& laws, double q, double v);
+
+// Parameter checks: empty when the laws can be simulated, else what is wrong with which parameter.
+const char* find_law_fault(const JointLaws& laws);
+
+}  // namespace hrp

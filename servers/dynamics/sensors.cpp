@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/dynamics/sensors.h"
+
+#include <cmath>
+
+#include "common/base/diagnostics.h"
+#include "common/multibody/kinematics.h"
+
+namespace hrp {
+namespace {
+
+// SplitMix64's finaliser (Steele, Lea, Flood 2014): a hash whose bits pass for random.
+unsigned long long mix_bits(unsigned long long x) {
+  x += 0x9E3779B97F4A7C15ull;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+  return x ^ (x >> 31);
+}
+
+// Uniform in (0, 1).
+double make_uniform(unsigned long long bits) { return (static_cast<double>(bits >> 11) + 0.5) * 0x1.0p-53; }
+
+// Channels: encoders first (three groups of joints), then groups of three axes.
+constexpr unsigned long long kGroupChannels = 1ull << 20;
+
+}  // namespace
+
+double calc_noise(unsigned long long seed, unsigned long long channel, unsigned long long step) {
+  const unsigned long long key = mix_bits(mix_bits(mix_bits(seed) ^ channel) ^ step);
+  const double u = make_uniform(key), w = make_uniform(mix_bits(key));
+  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * 3.14159265358979323846 * w);  // Box-Muller
+}
+
+double quantise(double value, double quantum) { return quantum > 0.0 ? quantum * std::round(value / quantum) : value; }
+
+Vector3d apply_errors(const SensorErrors& errors, const Vector3d& value, unsigned long long seed,
+                      unsigned long long channel, unsigned long long step) {
+  Vector3d turned = value;
+  if (!errors.misalignment.isZero(0.0)) turned = make_rotation_from_rpy(errors.misalignment).transpose() * value;
+  Vector3d reading = errors.scale.cwiseProduct(turned) + errors.bias;
+  for (int i = 0; i < 3; ++i) {
+    if (errors.noise[i] > 0.0) reading[i] += errors.noise[i] * calc_noise(seed, channel + static_cast<unsigned>(i), step);
+    reading[i] = quantise(reading[i], errors.quantum);
+  }
+  return reading;
+}
+
+Sensors::Sensors(const Model& model, const Scenario& scenario)
+    : spec_(scenario.sensors), seed_(scenario.seed), gravity_W_(model.gravity_W()) {
+  for (const ImuSpec& imu : spec_.imus) {
+    imus_.push_back(find_mount(model, imu.link, imu.p_LS));
+    add_delay(imu.gyro, scenario.time_step);
+    add_delay(imu.accelerometer, scenario.time_step);
+  }
+  for (const WrenchSpec& wrench : spec_.wrenches) {
+    wrenches_.push_back(find_mount(model, wrench.link, Vector3d::Zero()));
+    add_delay(wrench.force, scenario.time_step);
+    add_delay(wrench.torque, scenario.time_step);
+  }
+  acceleration_W_.resize(imus_.size(), Vector3d::Zero());
+  joint_wrench_W_.resize(wrenches_.size(), Vector6d::Zero());
+  tau_.setZero(model.nv());
+  sample_.imus.resize(imus_.size());
+  sample_.wrenches.resize(wrenches_.size());
+  sample_.q = sample_.qd = sample_.effort = Eigen::VectorXd::Zero(model.num_joints());
+  sample_.has_base_pose = spec_.base_pose;
+}
+
+Sensors::Mounted Sensors::find_mount(const Model& model, const std::string& link, const Vector3d& p) const {
+  const int frame = model.spec().find_frame(link), moving = model.spec().find_link(link);
+  Mounted mounted;
+  if (frame >= 0) {
+    mounted.link = model.spec().frames[static_cast<size_t>(frame)].link;
+    mounted.X_LS = model.spec().frames[static_cast<size_t>(frame)].X_LF * Transform{Matrix3d::Identity(), p};
+  } else if (moving >= 0) {
+    mounted.link = moving;
+    mounted.X_LS.p = p;
+  } else {
+    Diagnostic diagnostic;
+    diagnostic.field = "sensors";
+    diagnostic.message = "the robot has no link '" + link + "'";
+    throw InputError(diagnostic);
+  }
+  return mounted;
+}
+
+void Sensors::add_delay(const SensorErrors& errors, double dt) {
+  Delay delay;
+  delay.steps = errors.delay / dt;
+  if (delay.steps > 0.0) {
+    delay.ring.resize(static_cast<size_t>(std::ceil(delay.steps)) + 2, Vector3d::Zero());
+    needs_every_step_ = true;
+  }
+  delays_.push_back(delay);
+}
+
+void Sensors::reset(const State& state, const Data& data, const EncoderTruth& encoders) {
+  for (Vector3d& a : acceleration_W_) a.setZero();
+  for (Vector6d& F : joint_wrench_W_) F.setZero();
+  for (Delay& delay : delays_) std::fill(delay.ring.begin(), delay.ring.end(), Vector3d(NAN, 0, 0));
+  update_readings(state, data, encoders, 0);
+}
+
+void Sensors::update_forces(const Model& model, const Eigen::VectorXd& vdot, const LinkWrenches& wrenches,
+                            Data* data) {
+  if (imus_.empty() && wrenches_.empty()) return;
+  calc_inverse_dynamics(model, vdot, &wrenches, data, &tau_);
+  for (size_t i = 0; i < wrenches_.size(); ++i) joint_wrench_W_[i] = get_joint_wrench(*data, wrenches_[i].link);
+  if (imus_.empty()) return;
+  update_accelerations(model, vdot, data);
+  for (size_t i = 0; i < imus_.size(); ++i) {
+    const Vector3d p_WS = get_pose(*data, imus_[i].link) * imus_[i].X_LS.p;
+    acceleration_W_[i] = calc_point_acceleration(*data, imus_[i].link, p_WS).tail<3>();
+  }
+}
+
+// Late readings are interpolated between the steps; before the first there is the first.
+Vector3d Sensors::pass(const SensorErrors& errors, Delay* delay, const Vector3d& value, unsigned long long channel,
+                       unsigned long long step) {
+  Vector3d late = value;
+  if (!delay->ring.empty()) {
+    const size_t slots = delay->ring.size();
+    if (std::isnan(delay->ring[0].x())) std::fill(delay->ring.begin(), delay->ring.end(), value);
+    delay->ring[step % slots] = value;
+    const auto whole = static_cast<unsigned long long>(delay->steps);
+    const double part = delay->steps - static_cast<double>(whole);
+    const Vector3d& newer = delay->ring[(step + slots - whole % slots) % slots];
+    const Vector3d& older = delay->ring[(step + 2 * slots - whole % slots - 1) % slots];
+    late = newer + part * (older - newer);
+  }
+  return apply_errors(errors, late, seed_, channel, step);
+}
+
+void Sensors::update_readings(const State& state, const Data& data, const EncoderTruth& encoders,
+                              unsigned long long step) {
+  update_encoders(encoders, step);
+  update_imus(data, step);
+  update_wrenches(data, step);
+  sample_.X_WB = state.X_WB();
+  sample_.V_WB = state.V_WB;
+}
+
+void Sensors::update_encoders(const EncoderTruth& encoders, unsigned long long step) {
+  const EncoderSpec& e = spec_.encoders;
+  const auto n = static_cast<unsigned long long>(encoders.q.size());
+  for (unsigned long long i = 0; i < n; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    double q = encoders.q[k], qd = encoders.qd[k], effort = encoders.effort[k];
+    if (e.position_noise > 0.0) q += e.position_noise * calc_noise(seed_, i, step);
+    if (e.velocity_noise > 0.0) qd += e.velocity_noise * calc_noise(seed_, n + i, step);
+    if (e.effort_noise > 0.0) effort += e.effort_noise * calc_noise(seed_, 2 * n + i, step);
+    sample_.q[k] = quantise(q, e.position_quantum);
+    sample_.qd[k] = qd;
+    sample_.effort[k] = effort;
+  }
+}
+
+void Sensors::update_imus(const Data& data, unsigned long long step) {
+  for (size_t i = 0; i < imus_.size(); ++i) {
+    const Matrix3d R_WS = get_pose(data, imus_[i].link).R * imus_[i].X_LS.R;
+    const Vector3d rate = R_WS.transpose() * get_velocity(data, imus_[i].link).head<3>();
+    const Vector3d force = R_WS.transpose() * (acceleration_W_[i] - gravity_W_);
+    const unsigned long long channel = kGroupChannels + 6 * i;
+    sample_.imus[i].R_WS = Eigen::Quaterniond(R_WS);
+    sample_.imus[i].angular_velocity = pass(spec_.imus[i].gyro, &delays_[2 * i], rate, channel, step);
+    sample_.imus[i].linear_acceleration =
+        pass(spec_.imus[i].accelerometer, &delays_[2 * i + 1], force, channel + 3, step);
+  }
+}
+
+// The sensor reads what its link exerts on the parent: the opposite of what the joint passes to the link.
+void Sensors::update_wrenches(const Data& data, unsigned long long step) {
+  for (size_t i = 0; i < wrenches_.size(); ++i) {
+    const Transform X_WL = get_pose(data, wrenches_[i].link);
+    const Matrix3d R_WS = X_WL.R * wrenches_[i].X_LS.R;
+    const Vector3d force = -joint_wrench_W_[i].tail<3>();
+    const Vector3d arm = X_WL.R * wrenches_[i].X_LS.p;
+    const Vector3d moment = -joint_wrench_W_[i].head<3>() - arm.cross(force);
+    const size_t first = 2 * (imus_.size() + i);
+    const unsigned long long channel = 2 * kGroupChannels + 6 * i;
+    sample_.wrenches[i].force =
+        pass(spec_.wrenches[i].force, &delays_[first], R_WS.transpose() * force, channel, step);
+    sample_.wrenches[i].torque =
+        pass(spec_.wrenches[i].torque, &delays_[first + 1], R_WS.transpose() * moment, channel + 3, step);
+  }
+}
+
+}  // namespace hrp

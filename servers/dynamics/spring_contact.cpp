@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/dynamics/spring_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp {
+namespace {
+
+constexpr int kMaxChanges = 6;              // of one point's regimes within a step
+constexpr double kLimitTolerance = 1e-7;    // relative: sliding friction has settled
+constexpr double kCoupledShare = 0.25;      // explicit stability of link against link: k dt^2 and c dt over the mass
+
+Vector3d remove_normal(const Vector3d& n, const Vector3d& v) { return v - n * n.dot(v); }
+
+Vector3d get_acceleration(const Data& data, int body, const Vector3d& p) {
+  if (body < 0) return Vector3d::Zero();
+  const LinkArticulated& A = data.articulated[static_cast<size_t>(body)];
+  const Vector3d r = p - small::to_eigen(data.kinematics[static_cast<size_t>(body)].p);
+  return small::to_eigen(A.acc) + small::to_eigen(A.alpha).cross(r);
+}
+
+void add_force(const Data& data, int body, const Vector3d& p, const Vector3d& f, LinkWrenches* wrenches) {
+  if (body < 0) return;
+  Vector6d& F = (*wrenches)[static_cast<size_t>(body)];
+  F.head<3>() += (p - small::to_eigen(data.kinematics[static_cast<size_t>(body)].p)).cross(f);
+  F.tail<3>() += f;
+}
+
+LinkImpedance& find_impedance(int link, LinkImpedances* impedances) {
+  for (LinkImpedance& impedance : *impedances) {
+    if (impedance.link == link) return impedance;
+  }
+  LinkImpedance impedance;
+  impedance.link = link;
+  impedances->push_back(impedance);  // reserved by the caller
+  return impedances->back();
+}
+
+// P^T z P with P = [-skew(r), 1], the map from the link's acceleration to the point's.
+void add_point_impedance(const Matrix3d& z, const Vector3d& r, Matrix6d* Z) {
+  const Matrix3d S = skew(r);
+  const Matrix3d Sz = S * z;
+  Z->topLeftCorner<3, 3>() -= Sz * S;
+  Z->topRightCorner<3, 3>() += Sz;
+  Z->bottomLeftCorner<3, 3>() += Sz.transpose();
+  Z->bottomRightCorner<3, 3>() += z;
+}
+
+}  // namespace
+
+SpringContact::SpringContact(const ContactSpec& spec, const Model&) : spec_(spec), law_(make_point_parameters(spec)) {
+  order_.reserve(kMaxContactPoints);
+  pairs_.reserve(kMaxContactPairs);
+  points_.reserve(kMaxContactPoints);
+  anchors_.reserve(kMaxContactPoints);
+  next_anchors_.reserve(kMaxContactPoints);
+}
+
+void SpringContact::reset() {
+  pairs_.clear();
+  points_.clear();
+  anchors_.clear();
+}
+
+void SpringContact::start(const ContactSet& contacts, const Model& model, const Data& data, double horizon,
+                          double dt) {
+  horizon_ = horizon;
+  dt_ = dt;
+  sort_contact_points(contacts, &order_);
+  start_pairs(contacts);
+  for (const PairWork& pair : pairs_) {
+    for (int i = pair.first; i < pair.first + pair.count; ++i) {
+      PointWork& point = points_[static_cast<size_t>(i)];
+      start_point(pair, contacts, data, &point);
+      if (pair.coupled) limit_coupled_stiffness(model, pair, &point);
+    }
+    project_velocities(pair, contacts, data);
+    start_regimes(pair);
+  }
+}
+
+// Pairs with the same bodies are one pair here.
+void SpringContact::start_pairs(const ContactSet& contacts) {
+  pairs_.clear();
+  points_.clear();
+  next_anchors_.clear();
+  for (const PointIndex& index : order_) {
+    const ContactPair& contact = contacts[static_cast<size_t>(index.pair)];
+    if (pairs_.empty() || pairs_.back().body_a != contact.body_a || pairs_.back().body_b != contact.body_b) {
+      PairWork pair;
+      pair.body_a = contact.body_a;
+      pair.body_b = contact.body_b;
+      pair.friction = contact.friction;
+      pair.coupled = contact.body_b >= 0;
+      pair.first = static_cast<int>(points_.size());
+      pairs_.push_back(pair);
+    }
+    points_.emplace_back();
+    points_.back().index = index;
+    points_.back().pair = static_cast<int>(pairs_.size()) - 1;
+    ++pairs_.back().count;
+  }
+}
+
+// The displacement that this point had at the end of the last step; none for a new one.
+void SpringContact::recall_anchor(const PairWork& pair, const Matrix3d& R_WB, PointWork* point) {
+  point->slip = Vector3d::Zero();
+  double nearest = kSamePoint * kSamePoint;
+  for (const ContactAnchor& anchor : anchors_) {
+    if (anchor.body_a != pair.body_a || anchor.body_b != pair.body_b) continue;
+    const double distance = (anchor.p_A - point->p_A).squaredNorm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    point->slip = remove_normal(point->n, R_WB * anchor.slip_B);
+    point->was_sliding = anchor.sliding;
+  }
+  point->slip0 = point->slip;
+}
+
+void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts, const Data& data,
+                                PointWork* point) {
+  const ContactPoint& contact =
+      contacts[static_cast<size_t>(point->index.pair)].points[static_cast<size_t>(point->index.point)];
+  point->p = contact.p_WC;
+  point->n = contact.n_BA_W;
+  point->depth = point->depth0 = contact.depth;
+  const Transform X_WB = get_body_pose(data, pair.body_b);
+  point->p_A = get_body_pose(data, pair.body_a).inverse() * contact.p_WC;
+  point->p_B = X_WB.inverse() * contact.p_WC;
+  point->law = law_;
+  point->spring = calc_normal_spring(law_, point->depth);
+  point->damping = calc_damper_coefficient(law_, point->depth);
+  point->v = calc_body_point_velocity(data, pair.body_a, point->p) -
+             calc_body_point_velocity(data, pair.body_b, point->p);
+  recall_anchor(pair, X_WB.R, point);
+  point->direction = Vector3d::Zero();
+}
+
+// Link against link acts explicitly, so that both links get exactly opposite forces; what would be unstable is softened.
+void SpringContact::limit_coupled_stiffness(const Model& model, const PairWork& pair, PointWork* point) const {
+  const double a = model.links()[static_cast<size_t>(pair.body_a)].mass;
+  const double b = model.links()[static_cast<size_t>(pair.body_b)].mass;
+  const double mass = kCoupledShare * a * b / std::max(a + b, 1e-9) / pair.count;
+  const double k_max = mass / (dt_ * dt_), c_max = mass / dt_;
+  if (point->spring.slope > k_max) {
+    point->spring.force *= k_max / point->spring.slope;
+    point->spring.slope = k_max;
+  }
+  point->damping = std::min(point->damping, c_max);
+  point->law.tangential_stiffness = std::min(point->law.tangential_stiffness, k_max);
+  point->law.tangential_damping = std::min(point->law.tangential_damping, c_max);
+}
+
+// [H03 eq. 2]: only the projected velocity presses. A point or a patch that presses everywhere is its own projection.
+void SpringContact::project_velocities(const PairWork& pair, const ContactSet& contacts, const Data& data) {
+  if (law_.two_sided || pair.count == 0) return;
+  const auto begin = points_.begin() + pair.first, end = begin + pair.count;
+  if (std::all_of(begin, end, [](const PointWork& point) { return point.n.dot(point.v) <= 0.0; })) return;
+  const Vector3d p_WR = contacts[static_cast<size_t>(begin->index.pair)].p_WR;
+  projector_.reset(spec_.length_scale);
+  for (auto point = begin; point != end; ++point) projector_.add_point(point->p - p_WR, point->n);
+  Vector6d twist;
+  const auto get_rate = [&](int body) {
+    return body < 0 ? Vector3d(Vector3d::Zero())
+                    : Vector3d(small::to_eigen(data.kinematics[static_cast<size_t>(body)].w));
+  };
+  twist << get_rate(pair.body_a) - get_rate(pair.body_b),
+      calc_body_point_velocity(data, pair.body_a, p_WR) - calc_body_point_velocity(data, pair.body_b, p_WR);
+  const Vector6d projected = projector_.project(twist).x;
+  for (int i = 0; i < std::min(pair.count, projector_.num_points()); ++i) {
+    PointWork& point = points_[static_cast<size_t>(pair.first + i)];
+    const double pressing = projector_.calc_pressing_speed(i, projected);
+    if (pressing > 1e-9) point.pressing_offset = pressing + point.n.dot(point.v);
+  }
+}
+
+void SpringContact::start_regimes(const PairWork& pair) {
+  for (int i = pair.first; i < pair.first + pair.count; ++i) {
+    PointWork& point = points_[static_cast<size_t>(i)];
+    if (!(point.depth > 0.0)) continue;
+    point.normal = NormalRegime::kSpringDamper;
+    point.tangent = TangentRegime::kStick;
+    while (resolve_normal(point.v, &point)) {
+    }
+    point.changes = 0;
+    const double limit = pair.friction * calc_pressing_force(point, point.v);
+    const Vector3d trial = calc_trial(point, point.v);
+    const bool guess_slide = horizon_ == 0.0 || pair.coupled || point.was_sliding;
+    if (guess_slide && trial.norm() > limit) start_sliding(limit, trial, &point);
+  }
+}
+
+Vector3d SpringContact::calc_end_velocity(const Data& data, const PointWork& point) const {
+  const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
+  if (horizon_ == 0.0 || pair.coupled) return point.v;
+  return point.v + dt_ * get_acceleration(data, pair.body_a, point.p);
+}
+
+// Spring and damper along the normal, without regime, at velocity v.
+double SpringContact::calc_pressing_force(const PointWork& point, const Vector3d& v) const {
+  const PointForceParts parts = calc_parts(point, v);
+  return std::max(0.0, parts.spring + parts.damper);
+}
+
+// Tangential force before clipping [H03 eq. 5] at the end of the step.
+Vector3d SpringContact::calc_trial(const PointWork& point, const Vector3d& v) const {
+  const Vector3d tangential = remove_normal(point.n, v);
+  return calc_tangential_force(point.law, point.slip + horizon_ * tangential, tangential);
+}
+
+PointForceParts SpringContact::calc_parts(const PointWork& point, const Vector3d& v) const {
+  PointForceParts parts;
+  parts.clipped = point.tangent == TangentRegime::kSlide || point.normal == NormalRegime::kOpen;
+  if (point.normal == NormalRegime::kOpen) return parts;
+  const double pressing = -point.n.dot(v);
+  parts.spring = point.spring.force + point.spring.slope * horizon_ * pressing;
+  if (point.normal == NormalRegime::kSpringDamper) parts.damper = point.damping * (pressing + point.pressing_offset);
+  const Vector3d trial = calc_trial(point, v);
+  if (point.tangent == TangentRegime::kStick) {
+    parts.friction = trial;
+  } else {
+    parts.friction = point.direction * point.limit +
+                     point.sideways * (trial - point.direction * point.direction.dot(trial));
+  }
+  return parts;
+}
+
+Matrix3d SpringContact::calc_point_impedance(const PointWork& point) const {
+  const double along = dt_ * (point.spring.slope * horizon_ +
+                              (point.normal == NormalRegime::kSpringDamper ? point.damping : 0.0));
+  const double across = dt_ * (point.law.tangential_stiffness * horizon_ + point.law.tangential_damping);
+  const Matrix3d nn = point.n * point.n.transpose();
+  Matrix3d tangential = Matrix3d::Identity() - nn;
+  if (point.tangent == TangentRegime::kSlide) {
+    tangential = point.sideways * (tangential - point.direction * point.direction.transpose());
+  }
+  return along * nn + across * tangential;
+}
+
+void SpringContact::add(const Data& data, LinkWrenches* wrenches, LinkImpedances* impedances) const {
+  for (const PointWork& point : points_) {
+    if (point.normal == NormalRegime::kOpen) continue;
+    const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
+    const PointForceParts parts = calc_parts(point, point.v);
+    const Vector3d f = point.n * (parts.spring + parts.damper) + parts.friction;
+    add_force(data, pair.body_a, point.p, f, wrenches);
+    add_force(data, pair.body_b, point.p, -f, wrenches);
+    if (horizon_ == 0.0 || pair.coupled) continue;
+    const Vector3d r = point.p - small::to_eigen(data.kinematics[static_cast<size_t>(pair.body_a)].p);
+    add_point_impedance(calc_point_impedance(point), r, &find_impedance(pair.body_a, impedances).Z);
+  }
+}
+
+// A point never pulls along its normal: the damper ends where it would pull (one-sided), the contact where it would.
+bool SpringContact::resolve_normal(const Vector3d& v, PointWork* point) const {
+  if (point->normal == NormalRegime::kOpen) return false;
+  const PointForceParts parts = calc_parts(*point, v);
+  if (parts.spring < 0.0 || parts.spring + parts.damper < 0.0) {
+    point->normal = NormalRegime::kOpen;
+    return true;
+  }
+  if (law_.two_sided) return false;
+  if (point->normal == NormalRegime::kSpringDamper && parts.damper < 0.0) {
+    point->normal = NormalRegime::kSpring;
+    point->pressing_offset = 0.0;
+    return true;
+  }
+  if (point->normal == NormalRegime::kSpring && point->n.dot(v) < 0.0 && point->damping > 0.0) {
+    point->normal = NormalRegime::kSpringDamper;
+    return true;
+  }
+  return false;
+}
+
+void SpringContact::start_sliding(double limit, const Vector3d& trial, PointWork* point) const {
+  const double length = trial.norm();
+  point->tangent = TangentRegime::kSlide;
+  point->limit = limit;
+  point->direction = trial / length;
+  // Explicit forces are clipped as they are; the implicit step needs how the direction turns with the velocity.
+  point->sideways = limit / length;
+}
+
+// [H03 eq. 6] at the end of the step. Linearised about the last answer: length fixed at the limit, direction turning
+// with the velocity, so that the linear system stays symmetric.
+bool SpringContact::resolve_tangent(const Vector3d& v, PointWork* point) const {
+  if (point->normal == NormalRegime::kOpen) return false;
+  const double limit = pairs_[static_cast<size_t>(point->pair)].friction * calc_pressing_force(*point, v);
+  const Vector3d trial = calc_trial(*point, v);
+  const double length = trial.norm();
+  if (point->tangent == TangentRegime::kStick) {
+    if (length <= limit * (1.0 + kLimitTolerance)) return false;
+    start_sliding(limit, trial, point);
+    return true;
+  }
+  if (length <= limit) {
+    point->tangent = TangentRegime::kStick;
+    return true;
+  }
+  const bool settled = std::abs(limit - point->limit) <= kLimitTolerance * limit &&
+                       point->direction.dot(trial) >= length * (1.0 - kLimitTolerance);
+  if (!settled) start_sliding(limit, trial, point);
+  return !settled;
+}
+
+bool SpringContact::resolve(const Data& data) {
+  if (horizon_ == 0.0) return false;
+  bool changed = false;
+  for (PointWork& point : points_) {
+    if (pairs_[static_cast<size_t>(point.pair)].coupled || point.changes >= kMaxChanges) continue;
+    const Vector3d v = calc_end_velocity(data, point);
+    const bool moved = resolve_normal(v, &point) || resolve_tangent(v, &point);
+    point.changes += moved;
+    changed |= moved;
+  }
+  return changed;
+}
+
+void SpringContact::move(const Data& data) {
+  for (const PairWork& pair : pairs_) {
+    const Transform X_WA = get_body_pose(data, pair.body_a), X_WB = get_body_pose(data, pair.body_b);
+    for (int i = pair.first; i < pair.first + pair.count; ++i) {
+      PointWork& point = points_[static_cast<size_t>(i)];
+      const Vector3d a = X_WA * point.p_A, b = X_WB * point.p_B;
+      point.depth = point.depth0 - point.n.dot(a - b);
+      point.p = 0.5 * (a + b);
+      point.spring = calc_normal_spring(point.law, point.depth);
+      point.damping = calc_damper_coefficient(point.law, point.depth);
+      point.v = calc_body_point_velocity(data, pair.body_a, point.p) -
+                calc_body_point_velocity(data, pair.body_b, point.p);
+      point.slip = remove_normal(point.n, point.slip0 + a - b);
+      point.pressing_offset = 0.0;
+      point.normal = NormalRegime::kOpen;
+      point.tangent = TangentRegime::kStick;
+    }
+    start_regimes(pair);
+  }
+}
+
+void SpringContact::finish(const Data& data, ContactReport* report) {
+  for (const PointWork& point : points_) {
+    PointForce& force = report->point(point.index);
+    const Vector3d v = calc_end_velocity(data, point);
+    const PointForceParts parts = calc_parts(point, v);
+    force.spring = point.n * parts.spring;
+    force.damper = point.n * parts.damper;
+    force.friction = parts.friction;
+    force.slip = remove_normal(point.n, v);
+    force.clipped = parts.clipped;
+    keep_anchor(data, point, v);
+  }
+  report->finish();
+}
+
+// Where the point's anchor is at the end of the step: left behind while sticking; while sliding so near that spring and
+// damper together just hold what friction can.
+void SpringContact::keep_anchor(const Data& data, const PointWork& point, const Vector3d& v) {
+  const double stiffness = point.law.tangential_stiffness;
+  if (stiffness <= 0.0 || point.normal == NormalRegime::kOpen) return;
+  const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
+  const Vector3d tangential = remove_normal(point.n, v);
+  ContactAnchor anchor;
+  anchor.body_a = pair.body_a;
+  anchor.body_b = pair.body_b;
+  anchor.p_A = point.p_A;
+  anchor.sliding = point.tangent == TangentRegime::kSlide;
+  Vector3d slip = point.slip + dt_ * tangential;
+  if (anchor.sliding) {
+    const Vector3d friction = calc_parts(point, v).friction;
+    const double length = friction.norm();
+    const Vector3d along = length > 0.0 ? Vector3d(friction / length) : Vector3d(Vector3d::Zero());
+    const double elastic = length + point.law.tangential_damping * tangential.dot(along);
+    slip = -along * (std::max(0.0, elastic) / stiffness);
+  }
+  anchor.slip_B = get_body_pose(data, pair.body_b).R.transpose() * slip;
+  next_anchors_.push_back(anchor);
+}
+
+}  // namespace hrp

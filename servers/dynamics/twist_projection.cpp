@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/dynamics/twist_projection.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp {
+namespace {
+
+Vector6d scale_rotation(const Vector6d& x, double length) {
+  Vector6d scaled = x;
+  scaled.head<3>() *= length;
+  return scaled;
+}
+
+}  // namespace
+
+void TwistProjector::reset(double length_scale) {
+  length_ = length_scale;
+  num_ = 0;
+}
+
+void TwistProjector::add_point(const Vector3d& r, const Vector3d& n) {
+  if (num_ == kMaxProjectionPoints) return;
+  a_[num_] << r.cross(-n) / length_, -n;
+  square_[num_] = a_[num_].squaredNorm();
+  ++num_;
+}
+
+double TwistProjector::calc_pressing_speed(int i, const Vector6d& x) const {
+  return a_[i].dot(scale_rotation(x, length_));
+}
+
+// [H03 eq. 2]
+TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, double tolerance) {
+  x0_ = x_ = scale_rotation(twist, length_);
+  std::fill(lambda_, lambda_ + num_, 0.0);
+  TwistProjection result;
+  for (; result.sweeps < max_sweeps; ++result.sweeps) {
+    result.residual = 0.0;
+    for (int i = 0; i < num_; ++i) {
+      const double step = std::max(-a_[i].dot(x_) / square_[i], -lambda_[i]);
+      if (step == 0.0) continue;
+      lambda_[i] += step;
+      x_ += step * a_[i];
+      result.residual = std::max(result.residual, std::abs(step) * std::sqrt(square_[i]));
+    }
+    if (result.residual <= tolerance) break;
+  }
+  result.x = scale_rotation(x_, 1.0 / length_);
+  return result;
+}
+
+ProjectionCheck TwistProjector::check() const {
+  ProjectionCheck check;
+  Vector6d gap = x_ - x0_;
+  for (int i = 0; i < num_; ++i) {
+    const double speed = a_[i].dot(x_);
+    check.infeasible = std::max(check.infeasible, -speed);
+    check.not_complementary = std::max(check.not_complementary, std::abs(lambda_[i] * speed));
+    gap -= lambda_[i] * a_[i];
+  }
+  check.not_stationary = gap.norm();
+  return check;
+}
+
+}  // namespace hrp
