@@ -13,6 +13,8 @@ namespace {
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 // After the end of the run the scheduler stays until everybody has said goodbye, but no longer than this.
 constexpr auto kGoodbyePatience = std::chrono::milliseconds(1500);
+// The logger writes what is still on its way, to a disk that may be slow.
+constexpr auto kLoggerPatience = std::chrono::seconds(20);
 
 ServerState find_state(msg::ServerPhase phase) {
   switch (phase) {
@@ -173,7 +175,9 @@ void SchedulerNode::handle_idle(Clock::time_point now) {
     ended_ = true;
     end_time_ = now;
   }
-  if (is_everybody_gone() || now - end_time_ > kGoodbyePatience) gone_ = true;
+  const auto logger = alive_.find("logger");
+  const bool logging = logger != alive_.end() && logger->second;
+  if (is_everybody_gone() || now - end_time_ > (logging ? Clock::duration(kLoggerPatience) : kGoodbyePatience)) gone_ = true;
 }
 
 NodeOutcome SchedulerNode::outcome() const {

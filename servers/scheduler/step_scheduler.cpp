@@ -13,8 +13,6 @@ constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
 constexpr uint64_t kLogWindows = 8;
 // Dynamics says something every quarter of a second in any case: this long without a word is silence.
 constexpr auto kSilence = std::chrono::milliseconds(600);
-// How long the logger may take for its last steps before the run is said to have an incomplete log.
-constexpr auto kLogPatience = std::chrono::seconds(20);
 
 }  // namespace
 
@@ -33,7 +31,10 @@ bool StepScheduler::is_waited_for(const std::string& role) const {
 void StepScheduler::take_report(const ServerReport& report, Clock::time_point now) {
   if (report.role == "dynamics") take_dynamics_report(report, now);
   reports_[report.role] = report;
-  if (report.state == ServerState::kFault) request_stop(report.role + ": " + report.message);
+  if (report.state != ServerState::kFault) return;
+  // A logger may find out while it closes its file, after a run that went well.
+  if (state_ == RunState::kFinished) state_ = RunState::kRunning;
+  request_stop(report.role + ": " + report.message);
 }
 
 void StepScheduler::take_dynamics_report(const ServerReport& report, Clock::time_point now) {
@@ -56,7 +57,6 @@ void StepScheduler::start_epoch(uint64_t epoch) {
   grant_.through_step = 0;
   grant_.last = false;
   started_ = false;
-  done_ = false;
   pace_started_ = false;
   step_ = 0;
   paused_at_ = 0;
@@ -105,12 +105,6 @@ bool StepScheduler::is_ready() {
   return true;
 }
 
-bool StepScheduler::is_logged(uint64_t step) const {
-  const auto found = reports_.find("logger");
-  if (!is_waited_for("logger")) return true;
-  return found != reports_.end() && found->second.epoch == grant_.epoch && found->second.step >= step;
-}
-
 uint64_t StepScheduler::find_log_limit() const {
   if (!is_waited_for("logger")) return kNoLimit;
   const auto found = reports_.find("logger");
@@ -146,16 +140,6 @@ std::string StepScheduler::find_late(Clock::time_point now) const {
   return "";
 }
 
-void StepScheduler::finish_when_done(Clock::time_point now) {
-  if (end_step_ == 0 || step_ < end_step_ || !started_) return;
-  if (!done_) {
-    done_ = true;
-    done_time_ = now;
-  }
-  if (is_logged(end_step_)) return request_stop("");
-  if (now - done_time_ > kLogPatience) request_stop("logger: the log does not reach the last step");
-}
-
 void StepScheduler::update(Clock::time_point now) {
   if (state_ == RunState::kFinished || state_ == RunState::kFailed) return;
   if (grant_.process_id == 0 || !is_ready()) {
@@ -167,7 +151,7 @@ void StepScheduler::update(Clock::time_point now) {
     state_ = paused_ && step_ >= grant_.through_step ? RunState::kPaused : RunState::kRunning;
   }
   late_ = find_late(now);
-  finish_when_done(now);
+  if (end_step_ > 0 && started_ && step_ >= end_step_) request_stop("");
 }
 
 }  // namespace hrp

@@ -73,11 +73,9 @@ class StepScheduler {
   void start_epoch(uint64_t epoch);
   void restart_pace(Clock::time_point now);
   bool is_ready();
-  bool is_logged(uint64_t step) const;
   uint64_t find_limit(Clock::time_point now) const;
   uint64_t find_log_limit() const;
   std::string find_late(Clock::time_point now) const;
-  void finish_when_done(Clock::time_point now);
 
   SchedulerOptions options_;
   double time_step_ = 0.0;  // [s] 0: not known yet
@@ -94,8 +92,6 @@ class StepScheduler {
   uint64_t pace_step_ = 0;
   uint64_t step_ = 0;        // last one that dynamics reported
   Clock::time_point heard_dynamics_;
-  bool done_ = false;        // dynamics has reached the end
-  Clock::time_point done_time_;
   std::string late_;
   std::string failure_;
 };

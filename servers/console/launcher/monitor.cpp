@@ -46,15 +46,10 @@ bool RunMonitor::has_ended() const {
   return run_status_.phase() == msg::RUN_FINISHED || run_status_.phase() == msg::RUN_FAILED;
 }
 
-uint64_t RunMonitor::dynamics_step() const {
+uint64_t RunMonitor::find_step_of_end(const std::string& role) const {
   std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
-  const auto found = servers_.find("dynamics");
+  const auto found = servers_.find(role == "logger" ? role : "dynamics");
   return found == servers_.end() ? 0 : found->second.step();
-}
-
-bool RunMonitor::has_heard(const std::string& role) const {
-  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
-  return servers_.count(role) > 0;
 }
 
 std::vector<std::string> RunMonitor::take_messages() {

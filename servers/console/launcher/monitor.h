@@ -20,9 +20,8 @@ class RunMonitor {
   // Copies, safe from any thread.
   msg::RunStatus run_status() const;
   bool has_ended() const;
-  // The last step that dynamics reported.
-  uint64_t dynamics_step() const;
-  bool has_heard(const std::string& role) const;
+  // The last step that dynamics reported; for the logger: the last one it had on disk.
+  uint64_t find_step_of_end(const std::string& role) const;
   // What servers have said (warnings, not faults) since the last call: "dynamics: ...".
   std::vector<std::string> take_messages();
   // Empty reason: a normal end.

@@ -171,7 +171,7 @@ void ProcessRun::handle_end(const ChildEnd& end) {
     progress_.clear();
     std::fprintf(stderr, "hrp-simulate: %s (%s, process %d) %s at step %llu; starting it again\n", end.role.c_str(),
                  end.program.c_str(), static_cast<int>(end.process_id), describe_end(end.status).c_str(),
-                 static_cast<unsigned long long>(monitor_->dynamics_step()));
+                 static_cast<unsigned long long>(monitor_->find_step_of_end(end.role)));
     children_.start(*children_.find_spec(end.role));
     return;
   }
@@ -181,7 +181,7 @@ void ProcessRun::handle_end(const ChildEnd& end) {
     return;
   }
   fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
-       " at step " + std::to_string(monitor_->dynamics_step()));
+       " at step " + std::to_string(monitor_->find_step_of_end(end.role)));
 }
 
 // A server that ends by itself while the run goes on, and nobody has said why.
@@ -190,7 +190,7 @@ void ProcessRun::settle_pending() {
   const auto& [end, since] = pending_.front();
   if (Clock::now() - since < kReasonPatience) return;
   fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
-       " at step " + std::to_string(monitor_->dynamics_step()));
+       " at step " + std::to_string(monitor_->find_step_of_end(end.role)));
 }
 
 void ProcessRun::fail(const std::string& failure) {
