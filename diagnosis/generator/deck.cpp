@@ -28,14 +28,29 @@ CaseRequest make_request(std::vector<std::string> effects, bool biped) {
 
 // Pairs and triples: effects that may meet in one robot; two transmissions or two sensor faults do not.
 std::vector<std::string> draw_mixture(std::size_t count, Prng& random) {
-  static const std::vector<std::string> pool{
-      "viscous_friction", "coulomb_friction", "stribeck_friction", "load_dependent_friction", "rotor_inertia",
-      "joint_elasticity", "torque_constant_error", "actuator_lag", "command_delay", "parallel_spring", "cogging",
-      "hysteresis", "joint_offset", "payload", "mass_error", "sensor_bias", "backlash", "torque_saturation"};
+  static const std::vector<std::string> pool{"viscous_friction",
+                                             "coulomb_friction",
+                                             "stribeck_friction",
+                                             "load_dependent_friction",
+                                             "rotor_inertia",
+                                             "joint_elasticity",
+                                             "torque_constant_error",
+                                             "actuator_lag",
+                                             "command_delay",
+                                             "parallel_spring",
+                                             "cogging",
+                                             "hysteresis",
+                                             "joint_offset",
+                                             "payload",
+                                             "mass_error",
+                                             "sensor_bias",
+                                             "backlash",
+                                             "torque_saturation"};
   std::vector<std::string> out;
   while (out.size() < count) {
     const std::string& effect = random.pick(pool);
-    const bool body_twice = (effect == "payload" || effect == "mass_error") && (is_in(out, "payload") || is_in(out, "mass_error"));
+    const bool body_twice =
+        (effect == "payload" || effect == "mass_error") && (is_in(out, "payload") || is_in(out, "mass_error"));
     if (!is_in(out, effect) && !body_twice) out.push_back(effect);
   }
   return out;
@@ -50,7 +65,8 @@ std::vector<CaseRequest> make_round(Prng& random) {
   for (const auto& effect : foot_effects()) round.push_back(make_request({effect}, true));
   round.push_back(make_request({"foot_compliance"}, true));
   for (const auto& effect : biped_sensor_effects()) round.push_back(make_request({effect}, true));
-  for (const char* effect : {"payload", "com_error", "joint_offset", "external_force", "rotor_inertia", "coulomb_friction"}) {
+  for (const char* effect :
+       {"payload", "com_error", "joint_offset", "external_force", "rotor_inertia", "coulomb_friction"}) {
     round.push_back(make_request({effect}, true));
   }
   for (const auto& effect : unknown_effects()) round.push_back(make_request({effect}, false));
@@ -88,8 +104,9 @@ CaseRequest parse_request(const std::string& text) {
   }
   bool biped = stand;
   for (const std::string& effect : effects) {
-    const bool known = is_in(joint_effects(), effect) || is_in(link_effects(), effect) || is_in(foot_effects(), effect) ||
-                       is_in(biped_sensor_effects(), effect) || is_in(unknown_effects(), effect);
+    const bool known = is_in(joint_effects(), effect) || is_in(link_effects(), effect) ||
+                       is_in(foot_effects(), effect) || is_in(biped_sensor_effects(), effect) ||
+                       is_in(unknown_effects(), effect);
     if (!known) throw std::invalid_argument("no effect is called '" + effect + "'");
     biped = biped || is_in(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew";
   }

@@ -65,11 +65,14 @@ Json drive_parameters(const std::string& effect, const JointPlan& j, double boos
   if (effect == "command_delay") return {{"delay", std::round(1e4 * boost * r.uniform(0.005, 0.03)) / 1e4}};
   if (effect == "rotor_inertia") return {{"inertia", tidy(boost * kp * r.log_uniform(1.0 / 5000, 1.0 / 1200))}};
   if (effect == "joint_elasticity") {
-    return {{"stiffness", tidy(kp * r.uniform(0.8, 2.5) / boost)}, {"damping", tidy(kp * r.uniform(0.001, 0.004))},
+    return {{"stiffness", tidy(kp * r.uniform(0.8, 2.5) / boost)},
+            {"damping", tidy(kp * r.uniform(0.001, 0.004))},
             {"rotor_inertia", tidy(kp / r.uniform(2500, 3500))}};
   }
   if (effect == "backlash") {
-    return {{"gap", tidy(boost * r.uniform(0.005, 0.02))}, {"stiffness", tidy(kp * 30)}, {"damping", tidy(kp * 0.012)},
+    return {{"gap", tidy(boost * r.uniform(0.005, 0.02))},
+            {"stiffness", tidy(kp * 30)},
+            {"damping", tidy(kp * 0.012)},
             {"rotor_inertia", tidy(kp / 3000)}};
   }
   if (effect == "parallel_spring") {
@@ -77,7 +80,8 @@ Json drive_parameters(const std::string& effect, const JointPlan& j, double boos
   }
   if (effect == "cogging") {
     return {{"amplitude", tidy(boost * kp * r.uniform(0.0015, 0.004))},
-            {"periods", static_cast<double>(6 + r.below(40))}, {"phase", tidy(r.uniform(0, 6.28))}};
+            {"periods", static_cast<double>(6 + r.below(40))},
+            {"phase", tidy(r.uniform(0, 6.28))}};
   }
   if (effect == "joint_offset") return {{"offset", tidy(r.sign() * boost * r.uniform(0.01, 0.04))}};
   return {};
@@ -87,20 +91,29 @@ Json unknown_parameters(const std::string& effect, const RobotPlan& robot, const
   const double kp = j.kp, level = boost * kp * r.uniform(0.004, 0.012);
   if (effect == "mechanical_stop") {
     const double side = r.sign();
-    return {{"angle", tidy(j.start + side * r.uniform(0.2, 0.32))}, {"side", side}, {"stiffness", tidy(boost * kp * 0.4)}};
+    return {
+        {"angle", tidy(j.start + side * r.uniform(0.2, 0.32))}, {"side", side}, {"stiffness", tidy(boost * kp * 0.4)}};
   }
   if (effect == "position_dependent_friction") {
-    return {{"level", tidy(1.5 * level)}, {"center", tidy(j.start + r.uniform(-0.2, 0.2))}, {"width", tidy(r.uniform(0.06, 0.15))}};
+    return {{"level", tidy(1.5 * level)},
+            {"center", tidy(j.start + r.uniform(-0.2, 0.2))},
+            {"width", tidy(r.uniform(0.06, 0.15))}};
   }
   if (effect == "friction_drift") return {{"level", tidy(1.5 * level)}, {"time_constant", tidy(r.uniform(2, 5))}};
-  if (effect == "periodic_disturbance") return {{"amplitude", tidy(level)}, {"frequency", tidy(r.uniform(1.5, 9))}, {"phase", tidy(r.uniform(0, 6.28))}};
+  if (effect == "periodic_disturbance")
+    return {{"amplitude", tidy(level)}, {"frequency", tidy(r.uniform(1.5, 9))}, {"phase", tidy(r.uniform(0, 6.28))}};
   if (effect == "quadratic_drag") return {{"coefficient", tidy(boost * kp * r.uniform(0.006, 0.02))}};
   if (effect == "cubic_spring") return {{"coefficient", tidy(boost * kp * r.uniform(0.08, 0.2))}};
-  if (effect == "intermittent_slip") return {{"fraction", tidy(r.uniform(0.4, 0.7))}, {"period", tidy(r.uniform(0.9, 1.7))}, {"length", tidy(r.uniform(0.1, 0.25))}};
+  if (effect == "intermittent_slip")
+    return {{"fraction", tidy(r.uniform(0.4, 0.7))},
+            {"period", tidy(r.uniform(0.9, 1.7))},
+            {"length", tidy(r.uniform(0.1, 0.25))}};
   if (effect == "joint_coupling") {
     std::string other = j.name;
     while (other == j.name) other = joint(robot, r.below(joint_count(robot))).name;
-    return {{"other", other}, {"stiffness", tidy(boost * std::min(kp, joint(robot, find_joint(robot, other)).kp) * r.uniform(0.01, 0.03))}};
+    return {
+        {"other", other},
+        {"stiffness", tidy(boost * std::min(kp, joint(robot, find_joint(robot, other)).kp) * r.uniform(0.01, 0.03))}};
   }
   return {};
 }
@@ -111,10 +124,12 @@ Json link_parameters(const std::string& effect, const LinkPlan& link, double boo
             {"com", Vec3{tidy(link.com[0] + r.uniform(-0.04, 0.04)), tidy(link.com[1] + r.uniform(-0.04, 0.04)),
                          tidy(link.com[2] + r.uniform(-0.03, 0.08))}}};
   }
-  if (effect == "mass_error") return {{"scale", tidy(1 + (r.chance(0.3) ? -1 : 1) * std::min(0.6, boost * r.uniform(0.1, 0.35)))}};
+  if (effect == "mass_error")
+    return {{"scale", tidy(1 + (r.chance(0.3) ? -1 : 1) * std::min(0.6, boost * r.uniform(0.1, 0.35)))}};
   if (effect == "com_error") {
     const double size = std::min(0.08, boost * 0.03);
-    return {{"offset", Vec3{tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))}}};
+    return {
+        {"offset", Vec3{tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))}}};
   }
   const double size = boost * link.mass * 3;
   return {{"force", Vec3{tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))}}};
@@ -122,16 +137,21 @@ Json link_parameters(const std::string& effect, const LinkPlan& link, double boo
 
 std::vector<Hidden> draw_foot(const std::string& effect, const RobotPlan& robot, double boost, Prng& r) {
   if (effect == "ground_slope") {
-    return {{effect, "ground", "ground", {{"roll", tidy(r.sign() * boost * r.uniform(0.008, 0.03))}, {"pitch", tidy(r.sign() * boost * r.uniform(0.008, 0.03))}}}};
+    return {{effect,
+             "ground",
+             "ground",
+             {{"roll", tidy(r.sign() * boost * r.uniform(0.008, 0.03))},
+              {"pitch", tidy(r.sign() * boost * r.uniform(0.008, 0.03))}}}};
   }
-  if (effect == "ground_friction") return {{effect, "ground", "ground", {{"coefficient", tidy(r.uniform(0.03, 0.1) / boost)}}}};
+  if (effect == "ground_friction")
+    return {{effect, "ground", "ground", {{"coefficient", tidy(r.uniform(0.03, 0.1) / boost)}}}};
   double weight = 0;
   for (const LinkPlan& link : robot.links) weight += link.mass * 9.81;
   const double tilt = weight * (robot.thigh + robot.shank) * r.uniform(1.6, 3.2) / boost;
   std::vector<Hidden> out;
   for (const FootPlan& foot : robot.feet) {
-    Json p{{"kz", tidy(weight * r.uniform(350, 700))}, {"cz", tidy(weight * r.uniform(0.6, 1.1))},
-           {"k_roll", tidy(tilt * r.uniform(0.6, 0.95))}, {"c_roll", tidy(tilt * r.uniform(0.007, 0.018))},
+    Json p{{"kz", tidy(weight * r.uniform(350, 700))},     {"cz", tidy(weight * r.uniform(0.6, 1.1))},
+           {"k_roll", tidy(tilt * r.uniform(0.6, 0.95))},  {"c_roll", tidy(tilt * r.uniform(0.007, 0.018))},
            {"k_pitch", tidy(tilt * r.uniform(0.95, 1.4))}, {"c_pitch", tidy(tilt * r.uniform(0.007, 0.018))},
            {"center", Vec3{0, 0, foot.center[2]}}};
     if (effect == "foot_hardening") p["hardening_angle"] = tidy(r.uniform(0.008, 0.02));
@@ -140,35 +160,57 @@ std::vector<Hidden> draw_foot(const std::string& effect, const RobotPlan& robot,
   return out;
 }
 
-Hidden draw_arm_sensor(const std::string& effect, const RobotPlan& robot, const std::vector<std::string>& taken, double boost, Prng& r) {
+Hidden draw_arm_sensor(const std::string& effect, const RobotPlan& robot, const std::vector<std::string>& taken,
+                       double boost, Prng& r) {
   const JointPlan& j = draw_joint(robot, taken, r);
   const std::string base = "/joint_states/" + j.name;
-  if (effect == "sensor_bias") return {effect, "sensor", base + "/effort", {{"value", tidy(r.sign() * boost * j.kp * r.uniform(0.003, 0.01))}}};
-  if (effect == "sensor_scale") return {effect, "sensor", base + "/effort", {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.uniform(0.06, 0.2)))}}};
-  if (effect == "sensor_delay") return {effect, "sensor", base + (r.chance(0.5) ? "/effort" : "/position"), {{"delay", std::round(1e4 * boost * r.uniform(0.004, 0.02)) / 1e4}}};
+  if (effect == "sensor_bias")
+    return {effect, "sensor", base + "/effort", {{"value", tidy(r.sign() * boost * j.kp * r.uniform(0.003, 0.01))}}};
+  if (effect == "sensor_scale")
+    return {effect,
+            "sensor",
+            base + "/effort",
+            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.uniform(0.06, 0.2)))}}};
+  if (effect == "sensor_delay")
+    return {effect,
+            "sensor",
+            base + (r.chance(0.5) ? "/effort" : "/position"),
+            {{"delay", std::round(1e4 * boost * r.uniform(0.004, 0.02)) / 1e4}}};
   throw std::invalid_argument("no such sensor effect for an arm: " + effect);
 }
 
-Vec3 draw_vec(double size, Prng& r) { return {tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))}; }
+Vec3 draw_vec(double size, Prng& r) {
+  return {tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))};
+}
 
 Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, double boost, Prng& r) {
   const bool imu = r.chance(0.45);
   const std::string foot = "/wrench/" + r.pick(robot.feet).wrench, name = "/imu/" + robot.imu;
   const bool angular = r.chance(0.5);
-  const std::string where = imu ? name + (angular ? "/angular_velocity" : "/linear_acceleration") : foot + (angular ? "/torque" : "/force");
+  const std::string where =
+      imu ? name + (angular ? "/angular_velocity" : "/linear_acceleration") : foot + (angular ? "/torque" : "/force");
   if (effect == "sensor_bias") {
     const double size = boost * (imu ? (angular ? 0.03 : 0.4) : (angular ? 3.0 : 15.0));
     return {effect, "sensor", where, {{"value", draw_vec(size, r)}}};
   }
-  if (effect == "sensor_scale") return {effect, "sensor", foot + (angular ? "/torque" : "/force"), {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.uniform(0.05, 0.2)))}}};
-  if (effect == "sensor_delay") return {effect, "sensor", imu ? name : foot, {{"delay", std::round(1e3 * boost * r.uniform(0.012, 0.05)) / 1e3}}};
-  if (effect == "sensor_misalignment") return {effect, "sensor", imu ? name : foot, {{"rpy", draw_vec(boost * 0.06, r)}}};
-  if (effect == "clock_skew") return {effect, "sensor", imu ? name : foot, {{"skew", tidy(r.sign() * boost * r.uniform(0.004, 0.012))}}};
+  if (effect == "sensor_scale")
+    return {effect,
+            "sensor",
+            foot + (angular ? "/torque" : "/force"),
+            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.uniform(0.05, 0.2)))}}};
+  if (effect == "sensor_delay")
+    return {effect, "sensor", imu ? name : foot, {{"delay", std::round(1e3 * boost * r.uniform(0.012, 0.05)) / 1e3}}};
+  if (effect == "sensor_misalignment")
+    return {effect, "sensor", imu ? name : foot, {{"rpy", draw_vec(boost * 0.06, r)}}};
+  if (effect == "clock_skew")
+    return {effect, "sensor", imu ? name : foot, {{"skew", tidy(r.sign() * boost * r.uniform(0.004, 0.012))}}};
   throw std::invalid_argument("no such sensor effect for a biped: " + effect);
 }
 
 const LinkPlan& draw_link(const std::string& effect, const RobotPlan& robot, Prng& r) {
-  if (robot.floating) return robot.links[static_cast<std::size_t>(effect == "payload" || r.chance(0.7) ? robot.imu_link : find_link(robot, "left_thigh"))];
+  if (robot.floating)
+    return robot.links[static_cast<std::size_t>(effect == "payload" || r.chance(0.7) ? robot.imu_link
+                                                                                     : find_link(robot, "left_thigh"))];
   // A load sits at the end; the first link may turn about its own axis only, where its mass does not show.
   const int last = joint_count(robot);
   return robot.links[static_cast<std::size_t>(effect == "payload" ? last : 2 + r.below(last - 1))];
@@ -184,9 +226,10 @@ Json to_json(const Hidden& hidden) {
 
 const std::vector<std::string>& joint_effects() {
   static const std::vector<std::string> names{
-      "viscous_friction", "coulomb_friction", "stribeck_friction", "load_dependent_friction", "rotor_inertia",
-      "joint_elasticity", "backlash", "torque_constant_error", "torque_saturation", "actuator_lag", "command_delay",
-      "parallel_spring", "cogging", "hysteresis", "joint_offset"};
+      "viscous_friction",  "coulomb_friction", "stribeck_friction", "load_dependent_friction",
+      "rotor_inertia",     "joint_elasticity", "backlash",          "torque_constant_error",
+      "torque_saturation", "actuator_lag",     "command_delay",     "parallel_spring",
+      "cogging",           "hysteresis",       "joint_offset"};
   return names;
 }
 const std::vector<std::string>& link_effects() {
@@ -202,13 +245,14 @@ const std::vector<std::string>& foot_effects() {
   return names;
 }
 const std::vector<std::string>& biped_sensor_effects() {
-  static const std::vector<std::string> names{"sensor_bias", "sensor_scale", "sensor_delay", "sensor_misalignment", "clock_skew"};
+  static const std::vector<std::string> names{"sensor_bias", "sensor_scale", "sensor_delay", "sensor_misalignment",
+                                              "clock_skew"};
   return names;
 }
 const std::vector<std::string>& unknown_effects() {
   static const std::vector<std::string> names{
       "mechanical_stop", "position_dependent_friction", "friction_drift", "periodic_disturbance", "quadratic_drag",
-      "joint_coupling", "intermittent_slip", "cubic_spring"};
+      "joint_coupling",  "intermittent_slip",           "cubic_spring"};
   return names;
 }
 
@@ -220,10 +264,12 @@ std::vector<Hidden> draw_hidden(const std::string& effect, const RobotPlan& robo
     return {{effect, "link", link.name, link_parameters(effect, link, boost, random)}};
   }
   if (effect.rfind("sensor_", 0) == 0 || effect == "clock_skew") {
-    return {robot.floating ? draw_biped_sensor(effect, robot, boost, random) : draw_arm_sensor(effect, robot, taken, boost, random)};
+    return {robot.floating ? draw_biped_sensor(effect, robot, boost, random)
+                           : draw_arm_sensor(effect, robot, taken, boost, random)};
   }
   const JointPlan& j = draw_joint(robot, taken, random);
-  if (contains(unknown_effects(), effect)) return {{effect, "joint", j.name, unknown_parameters(effect, robot, j, boost, random)}};
+  if (contains(unknown_effects(), effect))
+    return {{effect, "joint", j.name, unknown_parameters(effect, robot, j, boost, random)}};
   Json parameters = friction_parameters(effect, j.kp, boost, random);
   if (parameters.is_null() || parameters.empty()) parameters = drive_parameters(effect, j, boost, random);
   if (parameters.is_null() || parameters.empty()) throw std::invalid_argument("unknown effect: " + effect);

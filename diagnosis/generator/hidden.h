@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "diagnosis/generator/prng.h"
 #include "diagnosis/generator/robot_plan.h"
@@ -21,9 +20,7 @@ struct Hidden {
   double get(const char* key, double absent = 0) const {
     return parameters.contains(key) ? parameters.at(key).get<double>() : absent;
   }
-  Vec3 get3(const char* key) const {
-    return parameters.contains(key) ? parameters.at(key).get<Vec3>() : Vec3{};
-  }
+  Vec3 get3(const char* key) const { return parameters.contains(key) ? parameters.at(key).get<Vec3>() : Vec3{}; }
 };
 
 nlohmann::ordered_json to_json(const Hidden& hidden);

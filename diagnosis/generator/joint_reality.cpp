@@ -23,17 +23,24 @@ void apply_elastic(JointReality& j, const Hidden& h) {
 const std::map<std::string, Apply>& friction_table() {
   static const std::map<std::string, Apply> table{
       {"viscous_friction", [](JointReality& j, const Hidden& h) { j.viscous += h.get("coefficient"); }},
-      {"coulomb_friction", [](JointReality& j, const Hidden& h) { j.coulomb = h.get("level"), j.asymmetry = h.get("asymmetry"); }},
-      {"stribeck_friction", [](JointReality& j, const Hidden& h) {
+      {"coulomb_friction",
+       [](JointReality& j, const Hidden& h) { j.coulomb = h.get("level"), j.asymmetry = h.get("asymmetry"); }},
+      {"stribeck_friction",
+       [](JointReality& j, const Hidden& h) {
          j.stribeck_coulomb = h.get("coulomb"), j.stribeck_static = h.get("static");
          j.stribeck_velocity = h.get("stribeck_velocity"), j.viscous += h.get("viscous");
        }},
       {"load_dependent_friction", [](JointReality& j, const Hidden& h) { j.load_ratio = h.get("ratio"); }},
-      {"hysteresis", [](JointReality& j, const Hidden& h) { j.bouc_wen_stiffness = h.get("stiffness"), j.bouc_wen_yield = h.get("yield_angle"); }},
-      {"position_dependent_friction", [](JointReality& j, const Hidden& h) {
+      {"hysteresis",
+       [](JointReality& j, const Hidden& h) {
+         j.bouc_wen_stiffness = h.get("stiffness"), j.bouc_wen_yield = h.get("yield_angle");
+       }},
+      {"position_dependent_friction",
+       [](JointReality& j, const Hidden& h) {
          j.bump_level = h.get("level"), j.bump_center = h.get("center"), j.bump_width = h.get("width");
        }},
-      {"friction_drift", [](JointReality& j, const Hidden& h) { j.drift_level = h.get("level"), j.drift_time = h.get("time_constant"); }},
+      {"friction_drift",
+       [](JointReality& j, const Hidden& h) { j.drift_level = h.get("level"), j.drift_time = h.get("time_constant"); }},
       {"quadratic_drag", [](JointReality& j, const Hidden& h) { j.drag = h.get("coefficient"); }}};
   return table;
 }
@@ -45,11 +52,13 @@ const std::map<std::string, Apply>& drive_table() {
       {"actuator_lag", [](JointReality& j, const Hidden& h) { j.lag = h.get("time_constant"); }},
       {"command_delay", [](JointReality& j, const Hidden& h) { j.delay = h.get("delay"); }},
       {"joint_offset", [](JointReality& j, const Hidden& h) { j.offset = h.get("offset"); }},
-      {"intermittent_slip", [](JointReality& j, const Hidden& h) {
+      {"intermittent_slip",
+       [](JointReality& j, const Hidden& h) {
          j.slip_fraction = h.get("fraction"), j.slip_period = h.get("period"), j.slip_length = h.get("length");
        }},
       {"periodic_disturbance", [](JointReality& j, const Hidden& h) {
-         j.periodic_amplitude = h.get("amplitude"), j.periodic_frequency = h.get("frequency"), j.periodic_phase = h.get("phase");
+         j.periodic_amplitude = h.get("amplitude"), j.periodic_frequency = h.get("frequency"),
+         j.periodic_phase = h.get("phase");
        }}};
   return table;
 }
@@ -59,9 +68,11 @@ const std::map<std::string, Apply>& mechanics_table() {
       {"rotor_inertia", [](JointReality& j, const Hidden& h) { j.rotor = h.get("inertia"); }},
       {"joint_elasticity", apply_elastic},
       {"backlash", apply_elastic},
-      {"parallel_spring", [](JointReality& j, const Hidden& h) { j.spring = h.get("stiffness"), j.spring_rest = h.get("rest"); }},
+      {"parallel_spring",
+       [](JointReality& j, const Hidden& h) { j.spring = h.get("stiffness"), j.spring_rest = h.get("rest"); }},
       {"cubic_spring", [](JointReality& j, const Hidden& h) { j.cubic = h.get("coefficient"); }},
-      {"cogging", [](JointReality& j, const Hidden& h) {
+      {"cogging",
+       [](JointReality& j, const Hidden& h) {
          j.cogging = h.get("amplitude"), j.cogging_periods = h.get("periods"), j.cogging_phase = h.get("phase");
        }},
       {"mechanical_stop", [](JointReality& j, const Hidden& h) {
@@ -98,7 +109,8 @@ double calc_drive_torque(const JointReality& joint, double asked, double time) {
   return torque;
 }
 
-double calc_transmission_torque(const JointReality& joint, double q_motor, double q_link, double v_motor, double v_link) {
+double calc_transmission_torque(const JointReality& joint, double q_motor, double q_link, double v_motor,
+                                double v_link) {
   const double turn = q_motor - q_link, half = joint.gap / 2;
   if (joint.gap == 0) return joint.stiffness * turn + joint.damping * (v_motor - v_link);
   if (std::abs(turn) <= half) return 0;
@@ -120,6 +132,10 @@ double calc_link_side_torque(const JointReality& j, double q, double v) {
   const double depth = j.stop_side * (q - j.stop_angle);
   if (j.stop_stiffness > 0 && depth > 0) torque -= j.stop_side * j.stop_stiffness * depth;
   return torque;
+}
+
+double calc_bouc_wen_rate(const JointReality& j, double v, double z) {
+  return v - (std::abs(v) * z + v * std::abs(z)) / (2 * j.bouc_wen_yield);
 }
 
 double calc_dry_friction(const JointReality& j, double q, double v, double torque, double time) {

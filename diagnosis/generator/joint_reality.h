@@ -38,11 +38,15 @@ std::vector<JointReality> make_joint_realities(const RobotPlan& robot, const std
 double calc_drive_torque(const JointReality& joint, double asked, double time);
 
 // Torque through the transmission, positive on the link [N m]: spring and damper behind a dead zone of `gap`.
-double calc_transmission_torque(const JointReality& joint, double q_motor, double q_link, double v_motor, double v_link);
+double calc_transmission_torque(const JointReality& joint, double q_motor, double q_link, double v_motor,
+                                double v_link);
 
 // Smooth torques on the motor shaft and on the link [N m]; `z` is the Bouc-Wen state [rad].
 double calc_motor_side_torque(const JointReality& joint, double q, double v, double z, double time);
 double calc_link_side_torque(const JointReality& joint, double q, double v);
+
+// Bouc-Wen (Wen 1976) with n = 1, beta = gamma = 1/2, z in rad: zd = v - (|v| z + v |z|) / (2 yield).
+double calc_bouc_wen_rate(const JointReality& joint, double v, double z);
 
 // Level of dry friction, two-sided about a bias of -coulomb x asymmetry [N m].
 double calc_dry_friction(const JointReality& joint, double q, double v, double torque, double time);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <mujoco/mujoco.h>
+
+#include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <thread>
-
-#include <CLI/CLI.hpp>
-#include <mujoco/mujoco.h>
 
 #include "diagnosis/generator/make_case.h"
 
@@ -23,7 +23,9 @@ struct Job {
 };
 
 std::vector<Job> make_jobs(int count, std::uint64_t seed, const std::string& effect) {
-  std::vector<CaseRequest> deck = effect.empty() ? make_deck(count, seed) : std::vector<CaseRequest>(static_cast<std::size_t>(count), parse_request(effect));
+  std::vector<CaseRequest> deck =
+      effect.empty() ? make_deck(count, seed)
+                     : std::vector<CaseRequest>(static_cast<std::size_t>(count), parse_request(effect));
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < deck.size(); ++i) {
     char name[32];
@@ -74,8 +76,9 @@ int run_jobs(const std::vector<Job>& jobs, const fs::path& out, const CaseOption
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
-               "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
+  CLI::App app{
+      "hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
+      "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
   std::string out = "cases-out", effect;
   int count = 10, jobs = 2;
   std::uint64_t seed = 1;
@@ -85,7 +88,9 @@ int main(int argc, char** argv) {
   app.add_option("--cases", count, "how many")->check(CLI::Range(1, 100000))->capture_default_str();
   app.add_option("--seed", seed, "the same seed gives the same cases")->capture_default_str();
   app.add_option("--jobs", jobs, "threads")->check(CLI::Range(1, 256))->capture_default_str();
-  app.add_option("--duration", options.duration, "seconds of each recording")->check(CLI::Range(1.0, 60.0))->capture_default_str();
+  app.add_option("--duration", options.duration, "seconds of each recording")
+      ->check(CLI::Range(1.0, 60.0))
+      ->capture_default_str();
   app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', or 'stand:EFFECT' for a biped");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);

@@ -8,7 +8,8 @@
 namespace hrp::cases {
 namespace {
 
-constexpr double kShows = 4.0;  // an effect counts as present when some signal moves by this many noise deviations (rms)
+constexpr double kShows =
+    4.0;  // an effect counts as present when some signal moves by this many noise deviations (rms)
 
 struct Draft {
   RobotPlan robot;
@@ -75,7 +76,8 @@ std::vector<Column> record_clean(const Draft& draft, const std::vector<Hidden>& 
     if (t <= draft.recordings[i].start + until) times.push_back(t);
   }
   Prng none(0);
-  return record(draft.robot, hidden, without_noise(draft.recorder), draft.recordings[i], draft.commands[i], times, none);
+  return record(draft.robot, hidden, without_noise(draft.recorder), draft.recordings[i], draft.commands[i], times,
+                none);
 }
 
 // Deviation used to judge a column: what the recorder adds to it.
@@ -114,9 +116,14 @@ std::vector<double> calc_strengths(const Draft& draft) {
   std::vector<double> strengths(draft.hidden.size(), 0.0);
   for (std::size_t i : {std::size_t{0}, std::size_t{2}}) {
     if (draft.hidden.empty()) break;
-    const double until = std::min(5.0, draft.recordings[i].duration);
+    const double until = std::min(4.0, draft.recordings[i].duration);
     const std::vector<Column> with = record_clean(draft, draft.hidden, i, until);
     for (std::size_t h = 0; h < draft.hidden.size(); ++h) {
+      if (h > 0 &&
+          draft.hidden[h].effect == draft.hidden[h - 1].effect) {  // the other foot: the same story, half the time
+        strengths[h] = strengths[h - 1];
+        continue;
+      }
       std::vector<Hidden> others = draft.hidden;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(h));
       strengths[h] = std::max(strengths[h], calc_strength(draft.recorder, with, record_clean(draft, others, i, until)));
@@ -130,8 +137,8 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<do
   Case out;
   const RecorderPlan recorder = options.noise_scale == 0 ? without_noise(draft.recorder) : draft.recorder;
   for (std::size_t i = 0; i < draft.recordings.size(); ++i) {
-    out.files[draft.recordings[i].file] = make_csv(record(draft.robot, draft.hidden, recorder, draft.recordings[i],
-                                                          draft.commands[i], draft.times[i], random));
+    out.files[draft.recordings[i].file] = make_csv(
+        record(draft.robot, draft.hidden, recorder, draft.recordings[i], draft.commands[i], draft.times[i], random));
   }
   out.files["robot.urdf"] = make_urdf(draft.robot);
   out.files["experiment.yaml"] = make_experiment_yaml(draft.robot, draft.recorder, draft.recordings);
@@ -139,10 +146,17 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<do
   for (const Hidden& h : draft.hidden) hidden.push_back(to_json(h));
   nlohmann::ordered_json motions = nlohmann::ordered_json::array();
   for (const RecordingPlan& plan : draft.recordings) motions.push_back(plan.motion);
-  out.truth = {{"hidden", hidden}, {"family", request.family}, {"robot", draft.robot.name}, {"motions", motions},
+  out.truth = {{"hidden", hidden},
+               {"family", request.family},
+               {"robot", draft.robot.name},
+               {"motions", motions},
                {"strength", strengths},
-               {"recorder", {{"rate", recorder.rate}, {"jitter", recorder.jitter}, {"velocity", recorder.with_velocity},
-                             {"noise_stated", recorder.noise_stated}, {"start", draft.recordings[0].start}}}};
+               {"recorder",
+                {{"rate", recorder.rate},
+                 {"jitter", recorder.jitter},
+                 {"velocity", recorder.with_velocity},
+                 {"noise_stated", recorder.noise_stated},
+                 {"start", draft.recordings[0].start}}}};
   return out;
 }
 

@@ -62,19 +62,22 @@ std::string make_sole_geom(const FootPlan& foot, const Vec3& at) {
   return "<geom name=\"" + foot.wrench + "_sole\" type=\"box\" size=\"" + text(half) + "\" pos=\"" + text(at) + "\"/>";
 }
 
-// A bush: the sole is a body of its own below the sensor, on a slide and two hinges at the bush's centre. A sixth of the
-// foot's mass goes with it; a small armature keeps the integration calm while an edge is in the air.
+// A bush: the sole is a body of its own below the sensor, on a slide and two hinges at the bush's centre. A sixth of
+// the foot's mass goes with it; a small armature keeps the integration calm while an edge is in the air.
 std::string make_soft_sole(const FootPlan& foot, const Hidden& bush, double mass) {
   const Vec3 center = bush.get3("center"), s = foot.size;
   const Vec3 box{foot.center[0] - center[0], foot.center[1] - center[1], foot.center[2] - center[2]};
-  const std::array<double, 6> inertia{mass * (s[1] * s[1] + s[2] * s[2]) / 12, mass * (s[0] * s[0] + s[2] * s[2]) / 12,
-                                      mass * (s[0] * s[0] + s[1] * s[1]) / 12, 0, 0, 0};
+  const std::array<double, 6> inertia{mass * (s[1] * s[1] + s[2] * s[2]) / 12,
+                                      mass * (s[0] * s[0] + s[2] * s[2]) / 12,
+                                      mass * (s[0] * s[0] + s[1] * s[1]) / 12,
+                                      0,
+                                      0,
+                                      0};
   const std::string n = foot.wrench;
   return "<body name=\"" + n + "_sole_body\" pos=\"" + text(center) + "\">" + make_inertial(mass, box, inertia) +
-         "<joint name=\"" + n + "_z\" type=\"slide\" axis=\"0 0 1\"/>" +
-         "<joint name=\"" + n + "_roll\" type=\"hinge\" axis=\"1 0 0\" armature=\"0.0005\"/>" +
-         "<joint name=\"" + n + "_pitch\" type=\"hinge\" axis=\"0 1 0\" armature=\"0.0005\"/>" +
-         make_sole_geom(foot, box) + "</body>";
+         "<joint name=\"" + n + "_z\" type=\"slide\" axis=\"0 0 1\"/>" + "<joint name=\"" + n +
+         "_roll\" type=\"hinge\" axis=\"1 0 0\" armature=\"0.0005\"/>" + "<joint name=\"" + n +
+         "_pitch\" type=\"hinge\" axis=\"0 1 0\" armature=\"0.0005\"/>" + make_sole_geom(foot, box) + "</body>";
 }
 
 const Hidden* find_bush(const std::vector<Hidden>& hidden, const std::string& link) {
@@ -121,7 +124,8 @@ std::string make_body(const RobotPlan& robot, std::size_t index, const std::vect
   }
   const std::string foot = make_foot(robot, index, hidden, link);
   if (link.mass > 0) out += make_inertial(link.mass, link.com, link.inertia);
-  if (!robot.imu.empty() && robot.imu_link == static_cast<int>(index)) out += "<site name=\"imu\" pos=\"" + text(robot.imu_xyz) + "\"/>";
+  if (!robot.imu.empty() && robot.imu_link == static_cast<int>(index))
+    out += "<site name=\"imu\" pos=\"" + text(robot.imu_xyz) + "\"/>";
   out += foot;
   for (std::size_t i = 1; i < robot.links.size(); ++i) {
     if (robot.links[i].parent == static_cast<int>(index)) out += make_body(robot, i, hidden, joints);
@@ -145,13 +149,15 @@ std::string make_ground(const RobotPlan& robot, const std::vector<Hidden>& hidde
 std::string make_mjcf(const RobotPlan& robot, const std::vector<Hidden>& hidden) {
   const std::vector<JointReality> joints = make_joint_realities(robot, hidden);
   std::string out = "<mujoco><compiler angle=\"radian\" eulerseq=\"XYZ\" boundmass=\"0\"/>";
-  out += "<option gravity=\"0 0 -9.81\" timestep=\"0.0002\" cone=\"elliptic\" impratio=\"50\" solver=\"Newton\" "
-         "iterations=\"50\" tolerance=\"1e-12\"/>";
+  out +=
+      "<option gravity=\"0 0 -9.81\" timestep=\"0.0002\" cone=\"elliptic\" impratio=\"50\" solver=\"Newton\" "
+      "iterations=\"50\" tolerance=\"1e-12\"/>";
   // Contact as stiff as the step allows (tilt stiffness of a sole far above 5e4 N m/rad); dry friction that sticks:
   // creep below 1e-7 rad/s per N m.
-  out += "<default><geom condim=\"3\" solref=\"0.001 1\" solimp=\"0.99 0.99 0.001\" contype=\"0\" conaffinity=\"1\"/>"
-         "<joint limited=\"false\" solreffriction=\"0.0006 1\" solimpfriction=\"0.9999 0.9999 0.001\" frictionloss=\"0\"/>"
-         "</default><worldbody>";
+  out +=
+      "<default><geom condim=\"3\" solref=\"0.001 1\" solimp=\"0.99 0.99 0.001\" contype=\"0\" conaffinity=\"1\"/>"
+      "<joint limited=\"false\" solreffriction=\"0.0006 1\" solimpfriction=\"0.9999 0.9999 0.001\" frictionloss=\"0\"/>"
+      "</default><worldbody>";
   if (!robot.feet.empty()) {
     std::string ground = make_ground(robot, hidden);
     ground.insert(ground.size() - 2, " contype=\"1\" conaffinity=\"0\"");

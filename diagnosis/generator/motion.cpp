@@ -31,7 +31,9 @@ Curve faded(Curve inner) {
 }
 
 Curve sum_of_sines(double amplitude, double low, double high, int count, Prng& r) {
-  struct Term { double a, w, p; };
+  struct Term {
+    double a, w, p;
+  };
   std::vector<Term> terms;
   double total = 0;
   for (int i = 0; i < count; ++i) {
@@ -52,7 +54,9 @@ Curve sum_of_sines(double amplitude, double low, double high, int count, Prng& r
 
 // Goes to random targets; between two the quintic rest-to-rest curve of the given duration, then a pause.
 Curve targets(double amplitude, double move_low, double move_high, double pause, Prng& r) {
-  struct Leg { double start, duration, from, to; };
+  struct Leg {
+    double start, duration, from, to;
+  };
   auto legs = std::make_shared<std::vector<Leg>>();
   double t = 0.3 * r.uniform(0, 1), at = 0;
   while (t < 20) {
@@ -90,10 +94,14 @@ std::vector<Curve> arm_curves(const RobotPlan& robot, const std::string& kind, P
   std::vector<Curve> curves;
   for (int j = 0; j < joint_count(robot); ++j) {
     const double amplitude = r.uniform(0.4, 0.75);
-    if (kind == "trapezoid") curves.push_back(targets(amplitude, 0.5, 1.1, 0.5, r));
-    else if (kind == "step") curves.push_back(targets(0.6 * amplitude, 0.25, 0.45, 0.9, r));
-    else if (kind == "slow") curves.push_back(slow_triangle(amplitude, r));
-    else curves.push_back(sum_of_sines(amplitude, 0.12, 2.2, 5, r));
+    if (kind == "trapezoid")
+      curves.push_back(targets(amplitude, 0.5, 1.1, 0.5, r));
+    else if (kind == "step")
+      curves.push_back(targets(0.6 * amplitude, 0.25, 0.45, 0.9, r));
+    else if (kind == "slow")
+      curves.push_back(slow_triangle(amplitude, r));
+    else
+      curves.push_back(sum_of_sines(amplitude, 0.12, 2.2, 5, r));
   }
   return curves;
 }
@@ -106,7 +114,8 @@ Curve scaled(const Curve& inner, double factor) {
 }
 
 // Adds a curve to the joints whose name ends so, on both sides; `mirror` turns the right side's sign.
-void add_both(std::vector<Curve>& curves, const RobotPlan& robot, const std::string& suffix, const Curve& curve, bool mirror) {
+void add_both(std::vector<Curve>& curves, const RobotPlan& robot, const std::string& suffix, const Curve& curve,
+              bool mirror) {
   for (const char* side : {"left_", "right_"}) {
     const int j = find_joint(robot, side + suffix);
     if (j < 0) continue;
@@ -124,12 +133,15 @@ void add_squat(std::vector<Curve>& curves, const RobotPlan& robot, const Curve& 
   const double start = joint(robot, find_joint(robot, "left_knee")).start;
   const char* names[] = {"hip_pitch", "knee", "ankle_pitch"};
   for (std::size_t i = 0; i < 3; ++i) {
-    add_both(curves, robot, names[i], [&robot, knee, start, i](double t) {
-      const Point k = knee(t);
-      const double h = 1e-5, at = start + k.q;
-      const double slope = (level_leg(robot, at + h)[i] - level_leg(robot, at - h)[i]) / (2 * h);
-      return Point{level_leg(robot, at)[i] - level_leg(robot, start)[i], slope * k.v};
-    }, false);
+    add_both(
+        curves, robot, names[i],
+        [&robot, knee, start, i](double t) {
+          const Point k = knee(t);
+          const double h = 1e-5, at = start + k.q;
+          const double slope = (level_leg(robot, at + h)[i] - level_leg(robot, at - h)[i]) / (2 * h);
+          return Point{level_leg(robot, at)[i] - level_leg(robot, start)[i], slope * k.v};
+        },
+        false);
   }
 }
 
@@ -175,7 +187,8 @@ void Commands::find(int joint, double t, double& position_out, double& velocity_
 }
 
 Commands make_commands(const RobotPlan& robot, const std::string& kind, const std::vector<double>& time, Prng& random) {
-  const std::vector<Curve> curves = robot.floating ? biped_curves(robot, kind, random) : arm_curves(robot, kind, random);
+  const std::vector<Curve> curves =
+      robot.floating ? biped_curves(robot, kind, random) : arm_curves(robot, kind, random);
   Commands out;
   out.time = time;
   for (int j = 0; j < joint_count(robot); ++j) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/generator/reality.h"
 
+#include <mujoco/mujoco.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
-
-#include <mujoco/mujoco.h>
 
 #include "diagnosis/generator/joint_reality.h"
 
@@ -82,12 +82,16 @@ void Reality::Impl::find_addresses(const std::vector<Hidden>& hidden) {
     for (const FootPlan& foot : robot.feet) {
       if (robot.links[static_cast<std::size_t>(foot.link)].name != h.where) continue;
       const int slide = mj_name2id(m, mjOBJ_JOINT, (foot.wrench + "_z").c_str());
-      Bush bush{m->jnt_qposadr[slide], m->jnt_dofadr[slide], {h.get("kz"), h.get("k_roll"), h.get("k_pitch")},
-                {h.get("cz"), h.get("c_roll"), h.get("c_pitch")}, h.get("hardening_angle")};
+      Bush bush{m->jnt_qposadr[slide],
+                m->jnt_dofadr[slide],
+                {h.get("kz"), h.get("k_roll"), h.get("k_pitch")},
+                {h.get("cz"), h.get("c_roll"), h.get("c_pitch")},
+                h.get("hardening_angle")};
       bushes.push_back(bush);
     }
   }
-  if (robot.floating) push_body = mj_name2id(m, mjOBJ_BODY, robot.links[static_cast<std::size_t>(robot.imu_link)].name.c_str());
+  if (robot.floating)
+    push_body = mj_name2id(m, mjOBJ_BODY, robot.links[static_cast<std::size_t>(robot.imu_link)].name.c_str());
 }
 
 // Largest rate of M^-1 D (damping) or frequency of M^-1 K, by power iteration from a fixed start.
@@ -122,7 +126,7 @@ void Reality::Impl::choose_step() {
   reset();
   mj_forward(m, d);
   const double limit = robot.floating ? 1.2 : 1.6;
-  dt = std::min({robot.floating ? 2e-4 : 2.5e-4, limit / find_rate(false), 1.0 / find_rate(true)});
+  dt = std::min({robot.floating ? 3e-4 : 2.5e-4, limit / find_rate(false), 1.0 / find_rate(true)});
   if (dt < 2e-5) throw InsaneCase{"servo too stiff for the masses"};
 }
 
@@ -151,8 +155,9 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
   const double asked = calc_servo_effort(j, t, d->qpos, d->qvel);
   const double driven = real.lag > 0 ? states[i] : asked;
   rates[i] = real.lag > 0 ? (asked - states[i]) / real.lag : 0;
-  rates[n + i] = real.bouc_wen_stiffness > 0 ? vm - std::abs(vm) * states[n + i] / real.bouc_wen_yield : 0;
-  d->qfrc_applied[v_motor[i]] += calc_drive_torque(real, driven, t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
+  rates[n + i] = real.bouc_wen_stiffness > 0 ? calc_bouc_wen_rate(real, vm, states[n + i]) : 0;
+  d->qfrc_applied[v_motor[i]] +=
+      calc_drive_torque(real, driven, t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
   d->qfrc_applied[v_link[i]] += calc_link_side_torque(real, ql, vl);
   if (real.elastic) {
     const double through = calc_transmission_torque(real, qm, ql, vm, vl);
@@ -256,7 +261,9 @@ Reading Reality::Impl::read(double t) {
     std::copy_n(d->qpos, 3, out.base_position.begin());
     std::copy_n(d->qpos + 3, 4, out.base_orientation.begin());
   }
-  auto sensor = [&](const std::string& name) { return d->sensordata + m->sensor_adr[mj_name2id(m, mjOBJ_SENSOR, name.c_str())]; };
+  auto sensor = [&](const std::string& name) {
+    return d->sensordata + m->sensor_adr[mj_name2id(m, mjOBJ_SENSOR, name.c_str())];
+  };
   if (!robot.imu.empty()) {
     std::copy_n(sensor("gyro"), 3, out.imu_rate.begin());
     std::copy_n(sensor("acceleration"), 3, out.imu_acceleration.begin());
@@ -264,8 +271,11 @@ Reading Reality::Impl::read(double t) {
   }
   for (const FootPlan& foot : robot.feet) {
     Vec3 force, torque;
-    std::copy_n(sensor(foot.wrench + "_force"), 3, force.begin());
-    std::copy_n(sensor(foot.wrench + "_torque"), 3, torque.begin());
+    // MuJoCo reports what the parent exerts on the foot; the format wants what the foot exerts on its parent.
+    for (std::size_t a = 0; a < 3; ++a) {
+      force[a] = -sensor(foot.wrench + "_force")[a];
+      torque[a] = -sensor(foot.wrench + "_torque")[a];
+    }
     out.foot_force.push_back(force);
     out.foot_torque.push_back(torque);
   }

@@ -34,8 +34,8 @@ struct Channel {
   std::vector<std::string> parts;  // "" for a scalar column
   double noise = 0;
   std::function<std::vector<double>(const Reading&)> take;
-  bool is_quaternion = false;      // x y z w, noise is a small turn [rad]
-  bool is_vector = false;          // turned by a misalignment
+  bool is_quaternion = false;  // x y z w, noise is a small turn [rad]
+  bool is_vector = false;      // turned by a misalignment
 };
 
 std::vector<double> list(const Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -46,11 +46,21 @@ std::vector<Channel> make_joint_channels(const RobotPlan& robot, const RecorderP
   for (std::size_t j = 0; j < static_cast<std::size_t>(joint_count(robot)); ++j) {
     const std::string& name = joint(robot, static_cast<int>(j)).name;
     const std::string base = "/joint_states/" + name;
-    out.push_back({base + "/position", {""}, plan.position_noise, [j](const Reading& r) { return std::vector<double>{r.position[j]}; }});
-    if (plan.with_velocity) out.push_back({base + "/velocity", {""}, plan.velocity_noise, [j](const Reading& r) { return std::vector<double>{r.velocity[j]}; }});
-    if (plan.with_effort) out.push_back({base + "/effort", {""}, plan.effort_noise, [j](const Reading& r) { return std::vector<double>{r.effort[j]}; }});
+    out.push_back({base + "/position", {""}, plan.position_noise, [j](const Reading& r) {
+                     return std::vector<double>{r.position[j]};
+                   }});
+    if (plan.with_velocity)
+      out.push_back({base + "/velocity", {""}, plan.velocity_noise, [j](const Reading& r) {
+                       return std::vector<double>{r.velocity[j]};
+                     }});
+    if (plan.with_effort)
+      out.push_back({base + "/effort", {""}, plan.effort_noise, [j](const Reading& r) {
+                       return std::vector<double>{r.effort[j]};
+                     }});
     if (plan.link_encoder == name) {
-      out.push_back({"/joint_states_link/" + name + "/position", {""}, plan.position_noise, [j](const Reading& r) { return std::vector<double>{r.link_position[j]}; }});
+      out.push_back({"/joint_states_link/" + name + "/position", {""}, plan.position_noise, [j](const Reading& r) {
+                       return std::vector<double>{r.link_position[j]};
+                     }});
     }
   }
   return out;
@@ -61,18 +71,25 @@ std::vector<Channel> make_body_channels(const RobotPlan& robot, const RecorderPl
   std::vector<Channel> out;
   if (!robot.imu.empty()) {
     const std::string base = "/imu/" + robot.imu;
-    out.push_back({base + "/orientation", xyzw, plan.attitude_noise, [](const Reading& r) { return list_xyzw(r.imu_orientation); }, true, true});
-    out.push_back({base + "/angular_velocity", xyz, plan.rate_noise, [](const Reading& r) { return list(r.imu_rate); }, false, true});
-    out.push_back({base + "/linear_acceleration", xyz, plan.acceleration_noise, [](const Reading& r) { return list(r.imu_acceleration); }, false, true});
+    out.push_back({base + "/orientation", xyzw, plan.attitude_noise,
+                   [](const Reading& r) { return list_xyzw(r.imu_orientation); }, true, true});
+    out.push_back({base + "/angular_velocity", xyz, plan.rate_noise, [](const Reading& r) { return list(r.imu_rate); },
+                   false, true});
+    out.push_back({base + "/linear_acceleration", xyz, plan.acceleration_noise,
+                   [](const Reading& r) { return list(r.imu_acceleration); }, false, true});
   }
   for (std::size_t f = 0; f < robot.feet.size(); ++f) {
     const std::string base = "/wrench/" + robot.feet[f].wrench;
-    out.push_back({base + "/force", xyz, plan.force_noise, [f](const Reading& r) { return list(r.foot_force[f]); }, false, true});
-    out.push_back({base + "/torque", xyz, plan.torque_noise, [f](const Reading& r) { return list(r.foot_torque[f]); }, false, true});
+    out.push_back(
+        {base + "/force", xyz, plan.force_noise, [f](const Reading& r) { return list(r.foot_force[f]); }, false, true});
+    out.push_back({base + "/torque", xyz, plan.torque_noise, [f](const Reading& r) { return list(r.foot_torque[f]); },
+                   false, true});
   }
   if (plan.with_base_pose) {
-    out.push_back({"/base/pose/position", xyz, plan.pose_noise, [](const Reading& r) { return list(r.base_position); }, false, false});
-    out.push_back({"/base/pose/orientation", xyzw, plan.pose_noise, [](const Reading& r) { return list_xyzw(r.base_orientation); }, true, false});
+    out.push_back({"/base/pose/position", xyz, plan.pose_noise, [](const Reading& r) { return list(r.base_position); },
+                   false, false});
+    out.push_back({"/base/pose/orientation", xyzw, plan.pose_noise,
+                   [](const Reading& r) { return list_xyzw(r.base_orientation); }, true, false});
   }
   return out;
 }
@@ -94,7 +111,8 @@ double find_true_time(const std::vector<Hidden>& hidden, const std::string& sens
 std::vector<double> add_faults(const std::vector<Hidden>& hidden, const Channel& channel, std::vector<double> v) {
   for (const Hidden& h : hidden) {
     if (!concerns(h, channel.sensor)) continue;
-    if (h.effect == "sensor_scale") for (double& x : v) x *= h.get("scale");
+    if (h.effect == "sensor_scale")
+      for (double& x : v) x *= h.get("scale");
     if (h.effect == "sensor_bias" && v.size() == 3) {
       for (std::size_t i = 0; i < 3; ++i) v[i] += h.get3("value")[i];
     } else if (h.effect == "sensor_bias") {
@@ -102,7 +120,8 @@ std::vector<double> add_faults(const std::vector<Hidden>& hidden, const Channel&
     }
     if (h.effect == "sensor_misalignment" && channel.is_vector) {
       const Quat turn = from_rpy(h.get3("rpy"));
-      v = channel.is_quaternion ? list_xyzw(multiply({v[3], v[0], v[1], v[2]}, turn)) : list(rotate_back(turn, {v[0], v[1], v[2]}));
+      v = channel.is_quaternion ? list_xyzw(multiply({v[3], v[0], v[1], v[2]}, turn))
+                                : list(rotate_back(turn, {v[0], v[1], v[2]}));
     }
   }
   return v;
@@ -121,14 +140,15 @@ std::vector<double> add_noise(const Channel& channel, std::vector<double> v, Prn
 
 RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hidden, Prng& r) {
   RecorderPlan plan;
-  plan.rate = robot.floating ? r.pick(std::vector<double>{200, 250, 333}) : r.pick(std::vector<double>{250, 400, 500, 500});
+  plan.rate =
+      robot.floating ? r.pick(std::vector<double>{200, 250, 333}) : r.pick(std::vector<double>{250, 400, 500, 500});
   if (r.chance(0.15)) plan.jitter = r.uniform(0.05, 0.3);
   const double level = r.log_uniform(0.5, 2.5);
-  double kp = 0;
-  for (int j = 0; j < joint_count(robot); ++j) kp += joint(robot, j).kp / joint_count(robot);
+  double log_kp = 0;  // of the joint in the middle
+  for (int j = 0; j < joint_count(robot); ++j) log_kp += std::log(joint(robot, j).kp) / joint_count(robot);
   plan.position_noise = 2e-5 * level;
   plan.velocity_noise = 2e-3 * level;
-  plan.effort_noise = std::round(1e6 * kp * 6e-5 * level) / 1e6;
+  plan.effort_noise = std::round(1e6 * std::exp(log_kp) * 6e-5 * level) / 1e6;
   plan.force_noise = 0.5 * level, plan.torque_noise = 0.025 * level;
   plan.rate_noise = 2e-3 * level, plan.acceleration_noise = 0.03 * level, plan.attitude_noise = 1.5e-4 * level;
   plan.pose_noise = 2e-4 * level;
@@ -176,7 +196,8 @@ std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hi
     const std::string base = "/joint_commands/" + joint(robot, static_cast<int>(j)).name;
     Column q{base + "/position", {}, 0}, v{base + "/velocity", {}, 0};
     for (double t : times) {
-      const auto k = static_cast<std::size_t>(std::lower_bound(commands.time.begin(), commands.time.end(), t) - commands.time.begin());
+      const auto k = static_cast<std::size_t>(std::lower_bound(commands.time.begin(), commands.time.end(), t) -
+                                              commands.time.begin());
       q.values.push_back(commands.position[j][k]);
       v.values.push_back(commands.velocity[j][k]);
     }

@@ -10,10 +10,10 @@ namespace hrp::cases {
 
 // How a case is recorded.
 struct RecorderPlan {
-  double rate = 500;                         // [Hz]
-  double jitter = 0;                         // of the time stamps, share of a period
-  double position_noise = 0, velocity_noise = 0, effort_noise = 0;  // standard deviations [rad, rad/s, N m]
-  double force_noise = 0, torque_noise = 0;                         // [N, N m]
+  double rate = 500;                                                  // [Hz]
+  double jitter = 0;                                                  // of the time stamps, share of a period
+  double position_noise = 0, velocity_noise = 0, effort_noise = 0;    // standard deviations [rad, rad/s, N m]
+  double force_noise = 0, torque_noise = 0;                           // [N, N m]
   double rate_noise = 0, acceleration_noise = 0, attitude_noise = 0;  // IMU [rad/s, m/s^2, rad]
   double pose_noise = 0;                                              // motion capture [m, rad]
   bool noise_stated = true;

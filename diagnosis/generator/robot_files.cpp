@@ -35,8 +35,9 @@ std::string make_urdf_link(const RobotPlan& robot, std::size_t index) {
 
 std::string make_sensors(const RobotPlan& robot, const RecorderPlan& plan) {
   if (robot.imu.empty()) return "";
-  std::string out = "sensors:\n  imu:\n    " + robot.imu + ":\n      link: " +
-                    robot.links[static_cast<std::size_t>(robot.imu_link)].name + "\n      xyz: " + yaml(robot.imu_xyz) + "\n  wrench:\n";
+  std::string out = "sensors:\n  imu:\n    " + robot.imu +
+                    ":\n      link: " + robot.links[static_cast<std::size_t>(robot.imu_link)].name +
+                    "\n      xyz: " + yaml(robot.imu_xyz) + "\n  wrench:\n";
   for (const FootPlan& foot : robot.feet) {
     out += "    " + foot.wrench + ":\n      link: " + robot.links[static_cast<std::size_t>(foot.link)].name + "\n";
   }
@@ -52,9 +53,10 @@ std::string make_urdf(const RobotPlan& robot) {
     if (i == 0) continue;
     const JointPlan& j = robot.links[i].joint;
     out += "  <joint name=\"" + j.name + "\" type=\"revolute\"><parent link=\"" +
-           robot.links[static_cast<std::size_t>(robot.links[i].parent)].name + "\"/><child link=\"" + robot.links[i].name +
-           "\"/><origin xyz=\"" + text(j.xyz) + "\" rpy=\"" + text(j.rpy) + "\"/><axis xyz=\"" + text(j.axis) +
-           "\"/><limit lower=\"-3\" upper=\"3\" effort=\"" + text(j.limit) + "\" velocity=\"20\"/></joint>\n";
+           robot.links[static_cast<std::size_t>(robot.links[i].parent)].name + "\"/><child link=\"" +
+           robot.links[i].name + "\"/><origin xyz=\"" + text(j.xyz) + "\" rpy=\"" + text(j.rpy) + "\"/><axis xyz=\"" +
+           text(j.axis) + "\"/><limit lower=\"-3\" upper=\"3\" effort=\"" + text(j.limit) +
+           "\" velocity=\"20\"/></joint>\n";
   }
   return out + "</robot>\n";
 }
@@ -67,12 +69,14 @@ std::string make_experiment_yaml(const RobotPlan& robot, const RecorderPlan& pla
   out += "gravity: [0, 0, -9.81]\n";
   if (robot.floating) {
     out += "ground: {type: plane, height: 0, friction: " + text(robot.ground_friction) + "}\nfeet:\n";
-    for (const FootPlan& foot : robot.feet) out += "  - " + robot.links[static_cast<std::size_t>(foot.link)].name + "\n";
+    for (const FootPlan& foot : robot.feet)
+      out += "  - " + robot.links[static_cast<std::size_t>(foot.link)].name + "\n";
   }
   out += "servo:\n  joints:\n";
   for (int j = 0; j < joint_count(robot); ++j) {
     const JointPlan& p = joint(robot, j);
-    out += "    " + p.name + ": {kp: " + text(p.kp) + ", kd: " + text(p.kd) + ", effort_limit: " + text(p.limit) + "}\n";
+    out +=
+        "    " + p.name + ": {kp: " + text(p.kp) + ", kd: " + text(p.kd) + ", effort_limit: " + text(p.limit) + "}\n";
   }
   out += make_sensors(robot, plan);
   if (plan.noise_stated) {
@@ -84,7 +88,8 @@ std::string make_experiment_yaml(const RobotPlan& robot, const RecorderPlan& pla
   out += "sample_rate: " + text(plan.rate) + "\ninitial:\n";
   if (robot.floating) out += "  position: " + yaml(robot.base_position) + "\n";
   out += "  joints:\n";
-  for (int j = 0; j < joint_count(robot); ++j) out += "    " + joint(robot, j).name + ": " + text(joint(robot, j).start) + "\n";
+  for (int j = 0; j < joint_count(robot); ++j)
+    out += "    " + joint(robot, j).name + ": " + text(joint(robot, j).start) + "\n";
   out += "recordings:\n";
   for (const RecordingPlan& r : recordings) out += "  - {file: " + r.file + ", role: " + r.role + "}\n";
   return out;

@@ -59,7 +59,7 @@ double round_to(double value, int digits) {
 
 void draw_arm_servo(RobotPlan& robot, std::size_t i, Prng& random) {
   JointPlan& joint = robot.links[i].joint;
-  const double bandwidth = random.uniform(18, 32);  // [rad/s]
+  const double bandwidth = random.uniform(24, 42);  // [rad/s]
   const double inertia = outboard_inertia(robot, i), moment = outboard_moment(robot, i);
   joint.kp = round_to(std::max(inertia * bandwidth * bandwidth, moment * random.uniform(15, 30)), 3);
   joint.kd = round_to(joint.kp * random.uniform(0.025, 0.045), 3);
@@ -98,8 +98,8 @@ void add_leg(RobotPlan& robot, const std::string& side, double sign, Prng& rando
 }
 
 void add_arm(RobotPlan& robot, const std::string& side, double sign, int torso, double size) {
-  robot.links.push_back(make_link(side + "_upper_arm", torso, side + "_shoulder", {0, sign * 0.2 * size, 0.33 * size},
-                                  {0, 1, 0}));
+  robot.links.push_back(
+      make_link(side + "_upper_arm", torso, side + "_shoulder", {0, sign * 0.2 * size, 0.33 * size}, {0, 1, 0}));
   const int upper = static_cast<int>(robot.links.size()) - 1;
   set_box(robot.links.back(), 2.2 * size, {0, sign * 0.02, -0.13 * size}, {0.08, 0.08, 0.27 * size});
   robot.links.push_back(make_link(side + "_lower_arm", upper, side + "_elbow", {0, 0, -0.27 * size}, {0, 1, 0}));

@@ -15,10 +15,10 @@ using Vec3 = std::array<double, 3>;
 struct JointPlan {
   std::string name;
   Vec3 xyz{}, rpy{}, axis{0, 0, 1};
-  double kp = 0;      // [N m/rad] nominal servo
-  double kd = 0;      // [N m s/rad]
-  double limit = 0;   // [N m] nominal effort limit
-  double start = 0;   // [rad] nominal start position
+  double kp = 0;     // [N m/rad] nominal servo
+  double kd = 0;     // [N m s/rad]
+  double limit = 0;  // [N m] nominal effort limit
+  double start = 0;  // [rad] nominal start position
 };
 
 // `inertia` are ixx iyy izz ixy ixz iyz about the centre of mass in link axes [kg m^2].

@@ -1,0 +1,341 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Scores the answers of hrp-diagnose against the truths of hrp-make-cases, in text and as a web page.
+
+Knows nothing of either program: reads ANSWERS/NAME/report.json (and run.json: exit status, seconds) and
+TRUTHS/NAME.json. Only the Python standard library."""
+import argparse
+import collections
+import html
+import json
+import math
+import pathlib
+import sys
+
+PLACE_KEYS = ("joint", "link", "foot", "sensor", "ground")
+# True of the simulated transmission, but not what defines the effect (design: backlash {gap}).
+NOT_SCORED = {"backlash": {"stiffness", "damping", "rotor_inertia"}, "foot_compliance": {"center"}}
+UNKNOWN = {"mechanical_stop", "position_dependent_friction", "friction_drift", "periodic_disturbance",
+           "quadratic_drag", "joint_coupling", "intermittent_slip", "cubic_spring"}
+
+
+def read_json(path):
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def place_of(entry):
+    where = entry.get("where", entry)
+    for key in PLACE_KEYS:
+        if isinstance(where, dict) and key in where:
+            return key, where[key]
+    return "", ""
+
+
+def same_place(truth, found):
+    """A sensor may be named as a whole or by its quantity; the ground needs no name."""
+    kind, name = truth
+    other_kind, other = found
+    if kind == "ground":
+        return other_kind in ("ground", "foot", "")
+    if kind != other_kind:
+        return False
+    return name == other or (kind == "sensor" and (name.startswith(other + "/") or other.startswith(name + "/")))
+
+
+def names(finding):
+    """The finding and, where the tool says it cannot tell twins apart, its alternatives."""
+    options = [finding] + list(finding.get("alternatives") or [])
+    return [(o.get("effect", ""), place_of(o) if place_of(o)[0] else place_of(finding)) for o in options]
+
+
+def judge(truth, report):
+    """Outcome of one case: word, matched pairs (hidden, finding), hidden left over, findings left over."""
+    hidden = truth["hidden"]
+    if report is None:
+        return "no answer", [], hidden, []
+    listed = [h for h in hidden if h["effect"] not in UNKNOWN]
+    left, pairs, twins = list(report.get("findings") or []), [], False
+    missing = []
+    for h in listed:
+        match = None
+        for f in left:
+            options = names(f)
+            hits = [i for i, (e, p) in enumerate(options) if e == h["effect"] and same_place(place_of(h), p)]
+            if hits:
+                match, twins = f, twins or hits[0] > 0
+                break
+        if match is None:
+            missing.append(h)
+        else:
+            left.remove(match)
+            pairs.append((h, match))
+    if any(h["effect"] in UNKNOWN for h in hidden):
+        return judge_unknown(hidden, report, left), pairs, missing, left
+    if not hidden:
+        return ("right" if not left and report.get("verdict") == "no_mismatch" else
+                "false finding" if left else "false alarm"), pairs, missing, left
+    if missing:
+        wrong_place = any(f.get("effect") == h["effect"] for f in left for h in missing)
+        word = "wrong place" if wrong_place else "wrong cause" if left else "partly" if pairs else "missed"
+    else:
+        word = "extra finding" if left else "right among twins" if twins else "right"
+    return word, pairs, missing, left
+
+
+def judge_unknown(hidden, report, left):
+    if left:
+        return "wrong cause"
+    if report.get("verdict") == "no_mismatch":
+        return "missed"
+    joints = {h.get("joint") for h in hidden} | {h.get("other") for h in hidden}
+    places = [place_of(u)[1] for u in report.get("unexplained") or []]
+    return "right" if any(p in joints for p in places) else "wrong place"
+
+
+def flatten(value):
+    return [float(v) for v in value] if isinstance(value, list) else [float(value)]
+
+
+def compare_parameters(hidden, finding):
+    """Rows (effect, parameter, truth, value, relative error, inside the interval or None)."""
+    rows = []
+    if finding.get("effect") != hidden["effect"]:
+        return rows
+    for key, true_value in hidden.items():
+        said = (finding.get("parameters") or {}).get(key)
+        if said is None or key in NOT_SCORED.get(hidden["effect"], ()) or isinstance(true_value, str):
+            continue
+        truth, value = flatten(true_value), flatten(said["value"])
+        if len(truth) != len(value):
+            continue
+        if key == "phase":
+            value = [t + math.remainder(v - t, 2 * math.pi) for v, t in zip(value, truth)]
+        size = math.sqrt(sum(t * t for t in truth)) or 1.0
+        error = math.sqrt(sum((v - t) ** 2 for v, t in zip(value, truth))) / (math.pi if key == "phase" else size)
+        rows.append((hidden["effect"], key, truth, value, error, inside(said, truth, value)))
+    return rows
+
+
+def inside(said, truth, value):
+    interval = said.get("ci95")
+    if not interval:
+        return None
+    pairs = interval if isinstance(interval[0], list) else [interval]
+    if len(pairs) != len(truth):
+        return None
+    raw = flatten(said["value"])
+    # An angle was unwound towards the truth; its interval moves along.
+    return all(lo + v - r <= t <= hi + v - r for (lo, hi), t, v, r in zip(pairs, truth, value, raw))
+
+
+class Case:
+    def __init__(self, name, truth, report, run):
+        self.name, self.truth, self.report, self.run = name, truth, report, run or {}
+        self.word, self.pairs, self.missing, self.extra = judge(truth, report)
+        self.parameters = [row for h, f in self.pairs for row in compare_parameters(h, f)]
+        self.right = self.word in ("right", "right among twins")
+
+    def family(self):
+        return self.truth.get("family", "?")
+
+    def labels(self):
+        """(true label, found label) for the confusion matrix, one entry for each thing hidden or found."""
+        found = [(h["effect"], f.get("effect", "?")) for h, f in self.pairs]
+        verdict = "no answer" if self.report is None else self.report.get("verdict", "?")
+        rest = [f.get("effect", "?") for f in self.extra]
+        hidden = [h for h in self.truth["hidden"] if h["effect"] in UNKNOWN] + self.missing
+        for h in hidden:
+            label = "(unlisted) " + h["effect"] if h["effect"] in UNKNOWN else h["effect"]
+            found.append((label, rest.pop(0) if rest else "(" + verdict + ")"))
+        if not self.truth["hidden"] and not rest:
+            found.append(("(nothing)", "(" + verdict + ")"))
+        return found + [("(nothing)", r) for r in rest]
+
+
+def load(args):
+    cases = []
+    for path in sorted(pathlib.Path(args.truths).glob("*.json")):
+        folder = pathlib.Path(args.answers) / path.stem
+        cases.append(Case(path.stem, read_json(path), read_json(folder / "report.json"), read_json(folder / "run.json")))
+    return cases
+
+
+def share(part, whole):
+    return f"{part} of {whole}" + (f" ({100 * part / whole:.0f} %)" if whole else "")
+
+
+def median(values):
+    values = sorted(values)
+    return values[len(values) // 2] if values else float("nan")
+
+
+def table_families(cases):
+    by = collections.OrderedDict()
+    for c in cases:
+        by.setdefault(c.family(), []).append(c)
+    rows = []
+    for family, members in sorted(by.items()):
+        words = collections.Counter(c.word for c in members)
+        rows.append([family, len(members), share(sum(c.right for c in members), len(members)),
+                     ", ".join(f"{n} {w}" for w, n in words.most_common())])
+    return ["family", "cases", "right", "outcomes"], rows
+
+
+def table_effects(cases):
+    by = {}
+    for c in cases:
+        for h in c.truth["hidden"]:
+            by.setdefault(h["effect"], []).append(any(h is p for p, _ in c.pairs) or (h["effect"] in UNKNOWN and c.right))
+    return (["effect", "times hidden", "named in its place"],
+            [[e, len(v), share(sum(v), len(v))] for e, v in sorted(by.items())])
+
+
+def table_confusion(cases):
+    counts = collections.Counter(label for c in cases for label in c.labels())
+    rows = []
+    for truth in sorted({t for t, _ in counts}):
+        found = [(f, n) for (t, f), n in counts.items() if t == truth]
+        rows.append([truth, ", ".join(f"{f} {n}" for f, n in sorted(found, key=lambda x: (-x[1], x[0])))])
+    return ["hidden", "named"], rows
+
+
+def table_parameters(cases):
+    by = {}
+    for c in cases:
+        for effect, key, _, _, error, within in c.parameters:
+            by.setdefault((effect, key), []).append((error, within))
+    rows = []
+    for (effect, key), values in sorted(by.items()):
+        known = [w for _, w in values if w is not None]
+        good = sum(e <= 0.05 or bool(w) for e, w in values)
+        rows.append([effect, key, len(values), f"{100 * median([e for e, _ in values]):.2f} %",
+                     f"{100 * max(e for e, _ in values):.1f} %", share(sum(known), len(known)), share(good, len(values))])
+    return ["effect", "parameter", "n", "median error", "largest", "inside 95 % interval", "within 5 % or interval"], rows
+
+
+def table_fit(cases):
+    rows = []
+    for c in cases:
+        fit = ((c.report or {}).get("fit") or {}).get("validate") or {}
+        hidden = " + ".join(h["effect"] + " " + str(place_of(h)[1]) for h in c.truth["hidden"]) or "nothing"
+        said = " + ".join(f.get("effect", "?") + " " + str(place_of(f)[1]) for f in (c.report or {}).get("findings") or [])
+        rows.append([c.name, c.family(), hidden, (c.report or {}).get("verdict", "none"), said or "-", c.word,
+                     number(fit.get("before")), number(fit.get("after")), number(c.run.get("seconds"))])
+    return ["case", "family", "hidden", "verdict", "named", "outcome", "before", "after", "s"], rows
+
+
+def number(value):
+    return f"{value:.3g}" if isinstance(value, (int, float)) else "-"
+
+
+def summary(cases):
+    single = [c for c in cases if len({h["effect"] for h in c.truth["hidden"]}) == 1 and c.family() != "unknown"]
+    pair = [c for c in cases if c.family() == "pair"]
+    triple = [c for c in cases if c.family() == "triple"]
+    none = [c for c in cases if not c.truth["hidden"]]
+    unknown = [c for c in cases if c.family() == "unknown"]
+    rows = [row for c in cases for row in c.parameters]
+    known = [w for *_, w in rows if w is not None]
+    fits = [((c.report or {}).get("fit") or {}).get("validate", {}).get("after") for c in cases
+            if c.truth["hidden"] and c.family() != "unknown"]
+    fits = [f for f in fits if isinstance(f, (int, float))]
+    seconds = [c.run["seconds"] for c in cases if isinstance(c.run.get("seconds"), (int, float))]
+    yes = lambda some: share(sum(c.right for c in some), len(some))
+    return [
+        ["single effects named in the right place, nothing else named (bar: 95 %)", yes(single)],
+        ["pairs (bar: 85 %)", yes(pair)],
+        ["triples", yes(triple)],
+        ["nothing hidden, nothing found (bar: all)", yes(none)],
+        ["physics outside the list: place given, no cause named (bar: all)", yes(unknown)],
+        ["... of these with a wrong cause named (bar: none)", share(sum(c.word == "wrong cause" for c in unknown), len(unknown))],
+        ["parameters within 5 % or inside their interval", share(sum(r[4] <= 0.05 or bool(r[5]) for r in rows), len(rows))],
+        ["parameters inside their 95 % interval (bar: 95 in 100)", share(sum(known), len(known))],
+        ["held-out fit at most 1.2 noise floors (listed effects)", share(sum(f <= 1.2 for f in fits), len(fits))],
+        ["median seconds a case; longest", f"{number(median(seconds))}; {number(max(seconds, default=None))}"],
+        ["runs without an answer", share(sum(c.report is None for c in cases), len(cases))]]
+
+
+def sections(cases):
+    return [("Summary", (["question", "answer"], summary(cases))), ("By family", table_families(cases)),
+            ("By effect", table_effects(cases)), ("What was hidden and what was named", table_confusion(cases)),
+            ("Parameters", table_parameters(cases)), ("Every case", table_fit(cases))]
+
+
+def print_table(head, rows):
+    cells = [[str(c) for c in row] for row in [head] + rows]
+    widths = [min(60, max(len(r[i]) for r in cells)) for i in range(len(head))]
+    for i, row in enumerate(cells):
+        print("  " + "  ".join(c.ljust(w) for c, w in zip(row, widths)).rstrip())
+        if i == 0:
+            print("  " + "  ".join("-" * w for w in widths))
+
+
+def describe_miss(case):
+    lines = [f"{case.name}: {case.word}"]
+    lines += ["  hidden: " + json.dumps(h) for h in case.truth["hidden"]] or ["  hidden: nothing"]
+    if case.report is None:
+        return lines + [f"  no report; exit status {case.run.get('status')}: {case.run.get('tail', '')}"]
+    lines.append(f"  verdict: {case.report.get('verdict')}")
+    for f in case.report.get("findings") or []:
+        values = {k: v.get("value") for k, v in (f.get("parameters") or {}).items()}
+        lines.append(f"  named: {f.get('effect')} at {place_of(f)[1]} p={f.get('probability')} {json.dumps(values)}")
+    for u in case.report.get("unexplained") or []:
+        lines.append(f"  unexplained: {json.dumps(u.get('where'))} depends on {u.get('depends_on')}: {u.get('statement', '')}")
+    for n in case.report.get("not_identifiable") or []:
+        lines.append(f"  cannot tell: {n.get('effect')}: {n.get('why', '')}")
+    return lines
+
+
+STYLE = """:root{color-scheme:light dark}body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:78rem;padding:0 1rem}
+table{border-collapse:collapse;margin:.5rem 0 1.5rem;font-size:14px}th,td{text-align:left;padding:.25rem .7rem;
+border-bottom:1px solid #8884;vertical-align:top}th{position:sticky;top:0;background:Canvas}pre{white-space:pre-wrap;
+border-left:3px solid #c60;padding-left:.8rem}.wide{overflow-x:auto}code{overflow-wrap:anywhere}"""
+
+
+def html_table(head, rows):
+    cell = lambda tag, row: "".join(f"<{tag}>{html.escape(str(c))}</{tag}>" for c in row)
+    return ("<div class=wide><table><thead><tr>" + cell("th", head) + "</tr></thead><tbody>" +
+            "".join("<tr>" + cell("td", row) + "</tr>" for row in rows) + "</tbody></table></div>")
+
+
+def make_page(cases, title, notes):
+    parts = ["<!DOCTYPE html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>",
+             f"<title>{html.escape(title)}</title><style>{STYLE}</style></head><body><h1>{html.escape(title)}</h1>"]
+    parts += [f"<p><code>{html.escape(note)}</code></p>" for note in notes]
+    for name, (head, rows) in sections(cases):
+        parts.append(f"<h2>{html.escape(name)}</h2>{html_table(head, rows)}")
+    parts.append("<h2>Every miss</h2>")
+    misses = [c for c in cases if not c.right]
+    parts += [f"<pre>{html.escape(chr(10).join(describe_miss(c)))}</pre>" for c in misses] or ["<p>None.</p>"]
+    return "".join(parts) + "</body></html>\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--truths", required=True)
+    parser.add_argument("--answers", required=True)
+    parser.add_argument("--html")
+    parser.add_argument("--json", help="the summary for programs")
+    parser.add_argument("--note", action="append", default=[])
+    args = parser.parse_args()
+    cases = load(args)
+    if not cases:
+        sys.exit("no truths found in " + args.truths)
+    for name, (head, rows) in sections(cases):
+        print(f"\n{name}")
+        print_table(head, rows)
+    print("\nEvery miss")
+    for case in cases:
+        if not case.right:
+            print("\n".join("  " + line for line in describe_miss(case)))
+    if args.html:
+        pathlib.Path(args.html).write_text(make_page(cases, "Proof on concealed cases", args.note))
+    if args.json:
+        pathlib.Path(args.json).write_text(json.dumps({"summary": summary(cases), "outcomes": {c.name: c.word for c in cases}}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

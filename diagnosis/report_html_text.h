@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Small tools of the HTML report: escaping, numbers, safe reading of JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace hrp::diagnosis::html {
+
+using nlohmann::json;
+
+std::string escape(const std::string& text);
+std::string format_number(double value, int digits = 4);      // "3.021", "1.2e-05", "-" when not finite
+std::string format_value(const json& value, int digits = 4);  // number, list or text, escaped
+
+// Reading that never throws: the fallback when the key is absent, null or of another type.
+const json& get(const json& object, const char* key);
+const json& get_list(const json& object, const char* key);    // an empty list
+const json& get_object(const json& object, const char* key);  // an empty object
+std::string get_text(const json& object, const char* key, const std::string& fallback = "");
+double get_number(const json& object, const char* key, double fallback);
+std::vector<double> get_numbers(const json& object, const char* key);  // null becomes NaN
+
+// "coulomb_friction" -> "Coulomb friction"; unknown names lose their underscores.
+std::string describe_effect(const std::string& effect);
+// {"joint": "elbow"} -> "joint elbow"; empty object -> "".
+std::string describe_place(const json& where);
+
+}  // namespace hrp::diagnosis::html

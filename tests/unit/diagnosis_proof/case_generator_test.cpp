@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The generator is the judge of the diagnosis tool, so it is checked by what it did not use to make the data: MuJoCo's
+// own URDF loader and inverse dynamics, and closed forms.
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "diagnosis/generator/joint_reality.h"
+#include "diagnosis/generator/make_case.h"
+
+namespace hrp::cases {
+namespace {
+
+struct Csv {
+  std::map<std::string, std::vector<double>> columns;
+  const std::vector<double>& at(const std::string& name) const { return columns.at(name); }
+};
+
+Csv parse_csv(const std::string& text) {
+  Csv out;
+  std::istringstream lines(text);
+  std::string line, cell;
+  std::getline(lines, line);
+  std::vector<std::string> names;
+  for (std::istringstream cells(line); std::getline(cells, cell, ',');) names.push_back(cell);
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    for (const std::string& name : names) {
+      std::getline(cells, cell, ',');
+      out.columns[name].push_back(std::stod(cell));
+    }
+  }
+  return out;
+}
+
+mjModel* load_urdf(const std::string& urdf) {
+  auto vfs = std::make_unique<mjVFS>();
+  mj_defaultVFS(vfs.get());
+  mj_makeEmptyFileVFS(vfs.get(), "robot.urdf", static_cast<int>(urdf.size()));
+  std::memcpy(vfs->filedata[0], urdf.data(), urdf.size());
+  char error[300] = "";
+  mjModel* model = mj_loadXML("robot.urdf", vfs.get(), error, sizeof error);
+  EXPECT_NE(model, nullptr) << error;
+  mj_deleteVFS(vfs.get());
+  return model;
+}
+
+Case make_clean(const std::string& effect, std::uint64_t seed) {
+  CaseOptions options;
+  options.duration = 3;
+  options.noise_scale = 0;
+  return make_case(parse_request(effect), seed, options);
+}
+
+TEST(CaseGenerator, TheSameSeedGivesTheSameBytes) {
+  CaseOptions options;
+  options.duration = 2;
+  const Case a = make_case(parse_request("coulomb_friction"), 7, options),
+             b = make_case(parse_request("coulomb_friction"), 7, options),
+             c = make_case(parse_request("coulomb_friction"), 8, options);
+  EXPECT_EQ(a.files, b.files);
+  EXPECT_EQ(a.truth, b.truth);
+  EXPECT_NE(a.files.at("train_1.csv"), c.files.at("train_1.csv"));
+}
+
+// Inverse dynamics of the recorded motion, computed by MuJoCo from the URDF, gives the recorded effort back.
+TEST(CaseGenerator, WithoutAnEffectInverseDynamicsOfTheUrdfGivesTheRecordedEffort) {
+  const Case made = make_clean("none", 5);
+  mjModel* m = load_urdf(made.files.at("robot.urdf"));
+  mjData* d = mj_makeData(m);
+  const Csv csv = parse_csv(made.files.at("train_1.csv"));
+  const std::vector<double>& time = csv.at("time");
+  double worst = 0, largest = 0;
+  for (std::size_t k = 2; k + 2 < time.size(); ++k) {
+    for (int j = 0; j < m->njnt; ++j) {
+      const std::string base = std::string("/joint_states/") + mj_id2name(m, mjOBJ_JOINT, j);
+      const std::vector<double>& v = csv.at(base + "/velocity");
+      d->qpos[j] = csv.at(base + "/position")[k];
+      d->qvel[j] = v[k];
+      d->qacc[j] = (v[k - 2] - 8 * v[k - 1] + 8 * v[k + 1] - v[k + 2]) / (3 * (time[k + 2] - time[k - 2]));
+    }
+    mj_inverse(m, d);
+    for (int j = 0; j < m->njnt; ++j) {
+      const double effort = csv.at(std::string("/joint_states/") + mj_id2name(m, mjOBJ_JOINT, j) + "/effort")[k];
+      worst = std::max(worst, std::abs(effort - d->qfrc_inverse[j]));
+      largest = std::max(largest, std::abs(effort));
+    }
+  }
+  // What is left is the five-point difference over 2 to 4 ms and the seven digits of the file.
+  EXPECT_LT(worst, 2e-3 * largest);
+  mj_deleteData(d);
+  mj_deleteModel(m);
+}
+
+double find_gain(const std::string& yaml, const std::string& joint, const char* key) {
+  const std::size_t at = yaml.find(std::string(key) + ": ", yaml.find("    " + joint + ": {kp"));
+  return std::stod(yaml.substr(at + std::strlen(key) + 2));
+}
+
+TEST(CaseGenerator, TheRecordedEffortIsTheServoLawOfTheExperimentFile) {
+  const Case made = make_clean("viscous_friction", 6);
+  const std::string& yaml = made.files.at("experiment.yaml");
+  const Csv csv = parse_csv(made.files.at("train_2.csv"));
+  for (const auto& [name, effort] : csv.columns) {
+    if (name.rfind("/joint_states/", 0) != 0 || name.find("/effort") == std::string::npos) continue;
+    const std::string joint = name.substr(14, name.size() - 14 - 7), command = "/joint_commands/" + joint,
+                      state = "/joint_states/" + joint;
+    const double kp = find_gain(yaml, joint, "kp"), kd = find_gain(yaml, joint, "kd");
+    for (std::size_t k = 0; k + 1 < effort.size(); ++k) {
+      const double law = kp * (csv.at(command + "/position")[k] - csv.at(state + "/position")[k]) +
+                         kd * (csv.at(command + "/velocity")[k] - csv.at(state + "/velocity")[k]);
+      // Seven digits of position in the file times the stiffness; at the first sample the command is still at rest.
+      if (k > 0) EXPECT_NEAR(effort[k], law, 1e-6 * (kp + kd)) << joint << " " << k;
+    }
+  }
+}
+
+TEST(CaseGenerator, AStandingRobotsFootSensorsCarryWhatIsAboveThem) {
+  Prng random(3);
+  const RobotPlan robot = make_biped(random);
+  Commands still = make_commands(robot, "release", {0.0, 1.0}, random);
+  const Reading r = Reality(robot, {}).run(still, {1.0}, Vec3{}).at(0);
+  double above = 0;
+  for (const LinkPlan& link : robot.links) above += link.mass * 9.81;
+  for (const FootPlan& foot : robot.feet) above -= robot.links[static_cast<std::size_t>(foot.link)].mass * 9.81;
+  // At rest after 3.5 s; the feet may tilt by 1e-3 rad, the rest of the motion has died out to 1e-4 of the weight.
+  EXPECT_NEAR(r.foot_force[0][2] + r.foot_force[1][2], above, 1e-3 * above);
+}
+
+TEST(CaseGenerator, DryFrictionHoldsAJointStillBelowItsLevel) {
+  RobotPlan robot;
+  robot.links.resize(2);
+  robot.links[0].name = "mount";
+  LinkPlan& link = robot.links[1];
+  link.name = "pendulum", link.parent = 0, link.mass = 1, link.com = {0, 0, -0.5},
+  link.inertia = {0.02, 0.02, 0.01, 0, 0, 0};
+  link.joint.name = "hinge", link.joint.axis = {0, 1, 0}, link.joint.kp = 1e-6, link.joint.kd = 1e-6,
+  link.joint.limit = 1;
+  link.joint.start = 0.3;  // gravity pulls with 9.81 x 0.5 x sin 0.3 = 1.45 N m
+  Commands still;
+  still.time = {0.0, 5.0}, still.position = {{0.3, 0.3}}, still.velocity = {{0.0, 0.0}};
+  const Hidden held{"coulomb_friction", "joint", "hinge", {{"level", 1.6}}},
+      slipping{"coulomb_friction", "joint", "hinge", {{"level", 1.3}}};
+  // Creep of the soft friction constraint: 1e-6 rad/s at most, over 6.5 s.
+  EXPECT_NEAR(Reality(robot, {held}).run(still, {5.0}, Vec3{}).at(0).position[0], 0.3, 1e-5);
+  EXPECT_LT(Reality(robot, {slipping}).run(still, {5.0}, Vec3{}).at(0).position[0], 0.29);
+}
+
+TEST(CaseGenerator, LawsMeetTheirClosedForms) {
+  JointReality j;
+  j.bouc_wen_yield = 0.02;
+  double z = 0;
+  for (int i = 0; i < 40000; ++i) z += 1e-5 * calc_bouc_wen_rate(j, 1.0, z);
+  EXPECT_NEAR(z, 0.02, 1e-6);  // 20 yield angles of travel: saturated
+  j.gap = 0.01, j.stiffness = 100, j.damping = 1;
+  EXPECT_EQ(calc_transmission_torque(j, 0.004, 0, 1, 0), 0);           // inside the gap
+  EXPECT_NEAR(calc_transmission_torque(j, 0.015, 0, 0, 0), 1, 1e-12);  // 0.01 rad beyond half the gap
+  EXPECT_EQ(calc_transmission_torque(j, 0.0051, 0, -5, 0), 0);         // teeth do not pull
+  j.saturation = 2, j.torque_scale = 0.5;
+  EXPECT_EQ(calc_drive_torque(j, 7, 0), 1);
+}
+
+TEST(CaseGenerator, EveryJointEffectIsHiddenWhereTheTruthSaysAndShowsAboveTheNoise) {
+  CaseOptions options;
+  options.duration = 2;
+  for (const auto* list : {&joint_effects(), &link_effects(), &arm_sensor_effects(), &unknown_effects()}) {
+    for (const std::string& effect : *list) {
+      const Case made = make_case(parse_request(effect), 21, options);
+      ASSERT_EQ(made.truth["hidden"].size(), 1u) << effect;
+      EXPECT_EQ(made.truth["hidden"][0]["effect"], effect);
+      EXPECT_GE(made.truth["strength"][0].get<double>(), 4.0) << effect;
+    }
+  }
+}
+
+TEST(CaseGenerator, ADeckHoldsEverySingleEffectAndCasesWithNothing) {
+  std::map<std::string, int> seen;
+  for (const CaseRequest& request : make_deck(120, 1))
+    seen[request.effects.size() == 1 ? request.effects[0] : request.family]++;
+  for (const auto* list :
+       {&joint_effects(), &link_effects(), &foot_effects(), &biped_sensor_effects(), &unknown_effects()}) {
+    for (const std::string& effect : *list) EXPECT_GE(seen[effect], 1) << effect;
+  }
+  for (const char* family : {"none", "stand_none", "pair", "triple"}) EXPECT_GE(seen[family], 1) << family;
+}
+
+}  // namespace
+}  // namespace hrp::cases
