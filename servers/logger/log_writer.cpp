@@ -110,7 +110,7 @@ void LogWriter::take_state(uint64_t step) {
 }
 
 void LogWriter::start_epoch(uint64_t epoch) {
-  finish_file();
+  finish_epoch();
   any_epoch_ = true;
   epoch_ = epoch;
   next_step_ = newest_state_ = step_on_disk_ = 0;
@@ -186,7 +186,7 @@ std::vector<std::string> LogWriter::give_up_waiting() {
   return names;
 }
 
-void LogWriter::finish_file() {
+void LogWriter::finish_epoch() {
   if (any_state_ && has_description() && !closed_) {
     for (; next_step_ < newest_state_;) write_step(true);
     if (next_step_ == newest_state_) write_step(false);
@@ -206,7 +206,7 @@ void LogWriter::finish_file() {
 
 void LogWriter::close() {
   if (closed_) return;
-  finish_file();
+  finish_epoch();
   closed_ = true;
 }
 

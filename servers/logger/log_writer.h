@@ -44,7 +44,9 @@ class LogWriter {
   // An encoded sample of topics[topic] whose first field is a msg::Header. Repeats and samples of old epochs are
   // dropped. Throws mcap::McapError when writing fails, std::invalid_argument when the bytes hold no header.
   void take(size_t topic, const uint8_t* data, size_t size);
-  // Writes the rest and closes the file.
+  // No step after the newest state will come in this epoch: writes the rest and ends this epoch's file.
+  void finish_epoch();
+  // The same, for good: nothing is taken any more.
   void close();
 
   bool has_description() const { return !description_.empty(); }
@@ -89,7 +91,6 @@ class LogWriter {
   void write_complete_steps();
   void write_step(bool with_answers);
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
-  void finish_file();
   Slot& slot(uint64_t step) { return slots_[step % kSlots]; }
   const Slot& slot(uint64_t step) const { return slots_[step % kSlots]; }
 

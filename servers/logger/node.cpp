@@ -78,6 +78,14 @@ LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
   check_writable(options.path);
   if (!options.compression.empty()) mcap::parse_compression(options.compression);
   last_arrival_ = last_progress_ = Clock::now();
+  listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& grant) {
+    if (!grant.last()) return;
+    last_known_ = true;
+    last_epoch_ = grant.epoch();
+    last_step_ = grant.through_step();
+    finish_when_complete();
+    report_progress();
+  });
   for (size_t topic = 0; topic < kTopicCount; ++topic) listen_raw(topic);
 }
 
@@ -109,7 +117,15 @@ void LoggerNode::take_description(Bytes sample) {
 
 void LoggerNode::take_sample(size_t topic, Bytes sample) {
   log_.take(topic, sample.data, sample.size);
+  finish_when_complete();
   report_progress();
+}
+
+// The scheduler ends the run when the last step is on disk.
+void LoggerNode::finish_when_complete() {
+  if (!last_known_ || last_epoch_ != log_.epoch() || !log_.is_complete_through(last_step_)) return;
+  last_known_ = false;
+  log_.finish_epoch();
 }
 
 void LoggerNode::report_progress() {

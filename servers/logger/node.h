@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/node/node_base.h"
+#include "hrp_idl/scheduling.h"
 #include "servers/logger/log_writer.h"
 
 namespace hrp {
@@ -33,6 +34,7 @@ class LoggerNode : public NodeBase {
   void listen_raw(size_t topic);
   void take_description(Bytes sample);
   void take_sample(size_t topic, Bytes sample);
+  void finish_when_complete();
   void report_progress();
 
   LoggerOptions options_;
@@ -41,6 +43,8 @@ class LoggerNode : public NodeBase {
   uint64_t last_backlog_step_ = 0;
   Clock::time_point last_arrival_, last_progress_, drain_start_;
   bool draining_ = false;
+  bool last_known_ = false;   // the scheduler has said which step is the last one
+  uint64_t last_epoch_ = 0, last_step_ = 0;
   std::vector<std::unique_ptr<Reader>> raw_readers_;
 };
 
