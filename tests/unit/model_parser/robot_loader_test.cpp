@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/model_parser/robot_loader.h"
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "servers/model_parser/inertia_check.h"
+#include "servers/model_parser/mesh_path.h"
+
+namespace hrp {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+
+Scenario make_scenario(const std::string& more = "") { return parse_scenario("robot: r.urdf\n" + more, "/dir/s.yaml"); }
+
+RobotDescription load_arm(const std::string& more = "base: fixed\n") {
+  return load_robot(parse_scenario("robot: " + kModels + "test_robots/arm.urdf\n" + more, kModels + "s.yaml"));
+}
+
+const char kInertia[] = "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
+
+std::string make_link(const std::string& name, const std::string& inside = kInertia) {
+  return "<link name='" + name + "'>" + inside + "</link>\n";
+}
+
+std::string make_joint(const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
+                       const std::string& inside = "<limit lower='-1' upper='1' effort='1' velocity='1'/>") {
+  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/>" +
+         inside + "</joint>\n";
+}
+
+std::string find_complaint(const std::string& body, const std::string& more = "") {
+  try {
+    parse_robot("<robot name='r'>\n" + body + "</robot>\n", "r.urdf", make_scenario(more));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(RobotLoader, ReadsJointsInTheOrderOfTheFile) {
+  const TreeSpec tree = load_arm().tree;
+  ASSERT_EQ(tree.num_joints(), 5);
+  const char* names[] = {"turn", "shoulder", "elbow", "grip", "grip_follower"};
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(tree.joint(i).name, names[i]);
+  EXPECT_EQ(tree.joint(0).upper, std::numeric_limits<double>::infinity()) << "continuous";
+  EXPECT_EQ(tree.joint(3).kind, JointKind::kPrismatic);
+  EXPECT_DOUBLE_EQ(tree.joint(1).rotor_inertia, 0.04);
+  EXPECT_DOUBLE_EQ(tree.joint(0).viscous_friction, 0.4);
+  EXPECT_DOUBLE_EQ(tree.joint(0).coulomb_friction, 0.2);
+  EXPECT_EQ(tree.joint(4).mimic.joint, 3);
+  EXPECT_DOUBLE_EQ(tree.joint(4).mimic.multiplier, -1.0);
+}
+
+TEST(RobotLoader, FixedLinksAreLumpedAndKeepTheirFrames) {
+  const TreeSpec tree = load_arm().tree;
+  const int counterweight = tree.find_frame("counterweight");
+  ASSERT_GE(counterweight, 0);
+  const FrameSpec& frame = tree.frames[static_cast<size_t>(counterweight)];
+  EXPECT_EQ(tree.links[static_cast<size_t>(frame.link)].name, "upper_arm");
+  EXPECT_TRUE(frame.X_LF.p.isApprox(Vector3d(-0.12, 0, 0)));
+  const LinkInertia& inertia = tree.links[static_cast<size_t>(frame.link)].inertia;
+  EXPECT_DOUBLE_EQ(inertia.mass, 4.0);
+  EXPECT_NEAR(inertia.p_LLcm_L.x(), (2.5 * 0.15 - 1.5 * 0.12) / 4.0, 1e-15);
+  // Steiner: two point masses 0.27 m apart have m1 m2 / (m1 + m2) d^2 about their common centre.
+  EXPECT_NEAR(inertia.I_LLcm_L(1, 1), 0.02 + 0.001 + 2.5 * 1.5 / 4.0 * 0.27 * 0.27, 1e-12);
+}
+
+TEST(RobotLoader, ScenarioOverridesRotorInertiaAndDrives) {
+  const TreeSpec tree = load_arm("base: fixed\nrotor_inertia: {elbow: 0.5}\nunactuated: [grip]\n").tree;
+  EXPECT_DOUBLE_EQ(tree.joint(2).rotor_inertia, 0.5);
+  EXPECT_FALSE(tree.joint(3).actuated);
+  EXPECT_TRUE(tree.joint(2).actuated);
+}
+
+TEST(RobotLoader, FaultsAreNamedWithLineAndElement) {
+  const std::string two = make_link("a") + make_link("b");
+  const struct { std::string body; const char* expected; } cases[] = {
+      {"<link name='a'", "r.urdf:2: error: not valid XML"},
+      {make_link("a") + make_link("a"), "r.urdf:3: error: link 'a': stands here again; first in line 2"},
+      {two, "r.urdf:3: error: link 'b': has no parent joint, and neither has 'a' (line 2)"},
+      {two + make_joint("j", "revolute", "a", "b", ""), "r.urdf:4: error: joint 'j': is revolute and has no <limit"},
+      {two + make_joint("j", "planar", "a", "b"), "r.urdf:4: error: joint 'j': is of type 'planar', which is not supported"},
+      {two + make_joint("j", "floating", "a", "b"), "is of type 'floating'"},
+      {two + make_joint("j", "revolut", "a", "b"), "is of type 'revolut', expected revolute"},
+      {two + make_joint("j", "fixed", "a", "c"), "names link 'c', which is not in the file"},
+      {two + make_joint("j", "fixed", "a", "b") + make_joint("k", "fixed", "b", "a"), "cycle"},
+      {two + make_joint("j", "fixed", "a", "b") + make_joint("k", "fixed", "a", "b"), "moves link 'b', which joint 'j' (line 4) moves already"},
+      {two + make_joint("j", "continuous", "a", "b", "<axis xyz='0 0 0'/>"), "joint 'j' <axis>: has length zero"},
+      {two + make_joint("j", "continuous", "a", "b", "<axis xyz='0 0 nan'/>"), "xyz is '0 0 nan', expected 3 finite numbers"},
+      {two + make_joint("j", "continuous", "a", "b", "<origin xyz='1 2'/>"), "joint 'j' <origin>: xyz is '1 2'"},
+      {two + make_joint("j", "continuous", "a", "b", "<mimic joint='x'/>"), "follows joint 'x', which is not a moving joint"},
+      {two + make_joint("j", "continuous", "a", "b", "<mimic joint='j'/>"), "follows itself"},
+      {two + make_joint("j", "revolute", "a", "b", "<limit lower='1' upper='0' effort='1' velocity='1'/>"), "lower is above upper"},
+      {two + make_joint("j", "continuous", "a", "b", "<rotor inertia='-1'/>"), "joint 'j' <rotor>: inertia is negative"},
+      {make_link("a", "<inertial><mass value='-1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"), "value is negative"},
+      {make_link("a", "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='3'/></inertial>"), "r.urdf:2: error: link 'a' <inertial>: inertia breaks the triangle inequality"},
+      {make_link("a", "<inertial><mass value='1'/><inertia ixx='1' ixy='2' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"), "not positive definite"},
+      {make_link("a", "<inertial><mass value='1'/></inertial>"), "has no <inertia"},
+      {make_link("a", ""), "moves but has no mass"},
+      {make_link("a") + make_link("b", "") + make_joint("j", "continuous", "a", "b"), "link 'b': moves but has no mass, and carries none"},
+      {make_link("a", std::string(kInertia) + "<collision><geometry><cone/></geometry></collision>"), "link 'a' <cone>: is no known shape"},
+      {make_link("a", std::string(kInertia) + "<collision><geometry><box size='1 -1 1'/></geometry></collision>"), "negative size"},
+      {"", "has no <link>"}};
+  for (const auto& c : cases) EXPECT_THAT(find_complaint(c.body), HasSubstr(c.expected)) << c.body;
+}
+
+TEST(RobotLoader, ScenarioNamesAreCheckedAgainstTheRobot) {
+  const std::string body = make_link("left_foot");
+  EXPECT_THAT(find_complaint(body, "feet: [lft_foot]"), HasSubstr("s.yaml:2:8: error: feet[0]: the robot has no link 'lft_foot'; did you mean 'left_foot'?"));
+  EXPECT_THAT(find_complaint(body, "servo: {joints: {knee: {kp: 1}}}"), HasSubstr("servo.joints.knee: the robot has no joint that moves 'knee'"));
+  EXPECT_THAT(find_complaint(body, "feet: [left_foot]"), HasSubstr("has no collision geometry to stand on"));
+}
+
+TEST(RobotLoader, MissingMeshesAreLeftOutWithAWarningButNotThoseOfFeet) {
+  const std::string body = make_link("a", std::string(kInertia) + "<collision><geometry><mesh filename='package://p/m.stl'/></geometry></collision>");
+  const RobotDescription robot = parse_robot("<robot name='r'>" + body + "</robot>", "r.urdf", make_scenario());
+  EXPECT_TRUE(robot.shapes.empty());
+  ASSERT_EQ(robot.warnings.size(), 1u);
+  EXPECT_THAT(robot.warnings[0], HasSubstr("there is no file 'package://p/m.stl'; simulated without it"));
+  EXPECT_THAT(find_complaint(body, "feet: [a]"), HasSubstr("a foot needs its geometry"));
+  EXPECT_EQ(find_complaint(body, "feet: [a]\nsoles: {a: {box: [0.2, 0.1, 0.02]}}"), "");
+}
+
+TEST(RobotLoader, AVisualWithoutMaterialNameCostsNoCollision) {
+  const std::string body = make_link("a", std::string(kInertia) +
+      "<visual><geometry><sphere radius='1'/></geometry><material><color rgba='1 1 1 1'/></material></visual>"
+      "<collision><geometry><sphere radius='0'/></geometry></collision>");
+  const RobotDescription robot = parse_robot("<robot name='r'>" + body + "</robot>", "r.urdf", make_scenario("feet: [a]"));
+  ASSERT_EQ(robot.shapes.size(), 1u) << "spheres of radius zero are points";
+  EXPECT_TRUE(robot.shapes[0].sole);
+}
+
+TEST(RobotLoader, DamagedTextIsRefusedOrReadButNeverCrashes) {
+  const std::string good = load_arm().urdf;
+  std::mt19937 random(7);
+  for (int i = 0; i < 1500; ++i) {
+    std::string text = good;
+    if (i % 5 == 0) text.resize(random() % text.size());
+    for (size_t k = 0; k < 1 + random() % 5 && !text.empty(); ++k) {
+      text[random() % text.size()] = "<>/=\"'&;0.-xe \n\x01\xff"[random() % 17];
+    }
+    try {
+      parse_robot(text, "r.urdf", make_scenario("base: fixed"));
+    } catch (const InputError&) {
+    }
+  }
+}
+
+TEST(MeshPath, PackagesAreSearchedUpward) {
+  const std::filesystem::path root = std::filesystem::path(::testing::TempDir()) / "mesh_path_test";
+  std::filesystem::create_directories(root / "my_robot/meshes");
+  std::filesystem::create_directories(root / "my_robot/urdf");
+  std::ofstream(root / "my_robot/meshes/a.stl") << "x";
+  const std::string urdf = (root / "my_robot/urdf/r.urdf").string();
+  const std::string mesh = (root / "my_robot/meshes/a.stl").string();
+  EXPECT_EQ(find_mesh("package://my_robot/meshes/a.stl", urdf), mesh);
+  EXPECT_EQ(find_mesh("package://renamed/meshes/a.stl", urdf), mesh);
+  EXPECT_EQ(find_mesh("../meshes/a.stl", urdf), mesh);
+  EXPECT_EQ(find_mesh("file://" + mesh, urdf), mesh);
+  EXPECT_EQ(find_mesh("package://my_robot/meshes/b.stl", urdf), "");
+}
+
+TEST(InertiaCheck, RepairGivesTheNearestPhysicalMoments) {
+  LinkInertia inertia;
+  inertia.mass = 2.0;
+  inertia.I_LLcm_L = Vector3d(-1e-3, 0.1, 0.3).asDiagonal();
+  EXPECT_FALSE(find_inertia_fault(inertia).empty());
+  const LinkInertia repaired = repair_inertia(inertia);
+  EXPECT_TRUE(find_inertia_fault(repaired).empty()) << find_inertia_fault(repaired);
+  EXPECT_DOUBLE_EQ(repaired.mass, 2.0);
+  EXPECT_NEAR(repaired.I_LLcm_L(2, 2), 0.3, 1e-12) << "the largest moment stays";
+}
+
+}  // namespace
+}  // namespace hrp
