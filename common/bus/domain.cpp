@@ -109,4 +109,17 @@ std::vector<RunningDomain> find_running_domains() {
   return running;
 }
 
+int choose_running_domain(int wanted) {
+  if (wanted >= 0) return wanted;
+  const std::vector<RunningDomain> running = find_running_domains();
+  if (running.size() == 1) return running[0].domain;
+  if (running.empty()) throw BusError("no simulation runs on this machine (say --domain N to look at a domain anyway)");
+  std::string text = "several simulations run, choose one with --domain:";
+  for (const RunningDomain& each : running) {
+    text += "\n  --domain " + std::to_string(each.domain) + "   " + each.what + " (process " +
+            std::to_string(each.process_id) + ")";
+  }
+  throw BusError(text);
+}
+
 }  // namespace hrp

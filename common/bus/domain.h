@@ -44,6 +44,10 @@ DomainClaim claim_domain(int domain, const std::string& what);
 // All claimed domains, in order.
 std::vector<RunningDomain> find_running_domains();
 
+// The domain that a tool joins: `wanted`, or the only one that runs when `wanted` is negative. Throws BusError, with
+// what there is, when none or several run.
+int choose_running_domain(int wanted);
+
 // The folder of the claims: $XDG_RUNTIME_DIR/openhrp-dds, else /tmp/openhrp-dds-<user>.
 std::string find_domain_folder();
 

@@ -2,6 +2,8 @@
 // Names, types and retention of every topic. idl/README.md has the same table with writers, readers and rates.
 #pragma once
 
+#include <string>
+
 #include "common/bus/bus.h"
 
 namespace hrp::topics {
@@ -21,5 +23,19 @@ inline const TopicSpec kRosJointStates{"rt/joint_states", "sensor_msgs::msg::dds
 // rt/imu/<name> and rt/wrench/<name> are made from these.
 inline const TopicSpec kRosImu{"rt/imu", "sensor_msgs::msg::dds_::Imu_"};
 inline const TopicSpec kRosWrench{"rt/wrench", "geometry_msgs::msg::dds_::WrenchStamped_"};
+
+// The topic of a name as we publish it: nullptr for names that are not ours. For the ROS views with a name of their own
+// (rt/imu/<name>, rt/wrench/<name>) it is the one that they are made from.
+inline const TopicSpec* find_known_topic(const std::string& name) {
+  static const TopicSpec* const kAll[] = {&kRobotDescription, &kModelRefused, &kRobotState,   &kSensorData,
+                                          &kContactSet,       &kContactForces, &kJointCommands, &kServerStatus,
+                                          &kStepGrant,        &kRunControl,    &kRunStatus,     &kRosJointStates};
+  for (const TopicSpec* topic : kAll) {
+    if (topic->name == name) return topic;
+  }
+  if (name.rfind(kRosImu.name + "/", 0) == 0) return &kRosImu;
+  if (name.rfind(kRosWrench.name + "/", 0) == 0) return &kRosWrench;
+  return nullptr;
+}
 
 }  // namespace hrp::topics

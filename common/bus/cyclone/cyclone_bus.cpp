@@ -243,7 +243,9 @@ std::vector<TopicSeen> CycloneBus::find_topics() {
   count_ends(impl_->publications, &TopicSeen::writers, &topics);
   count_ends(impl_->subscriptions, &TopicSeen::readers, &topics);
   std::vector<TopicSeen> seen;
-  for (auto& [name, topic] : topics) seen.push_back(std::move(topic));
+  for (auto& [name, topic] : topics) {
+    if (name.rfind("DCPS", 0) != 0) seen.push_back(std::move(topic));  // Cyclone's built-in topics: our own two readers
+  }
   return seen;
 }
 

@@ -67,17 +67,6 @@ bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, con
 
 }  // namespace
 
-int choose_running_domain(int asked) {
-  if (asked >= 0) return asked;
-  const auto running = find_running_domains();
-  if (running.size() == 1) return running[0].domain;
-  std::string text = running.empty() ? "no simulation is running" : "several simulations are running, choose one with --domain:";
-  for (const RunningDomain& run : running) {
-    text += "\n  --domain " + std::to_string(run.domain) + "  " + run.what + " (process " + std::to_string(run.process_id) + ")";
-  }
-  throw std::runtime_error(text);
-}
-
 int send_request(Bus& bus, const msg::RunControl& control) {
   Publisher<msg::RunControl> publisher(bus, topics::kRunControl);
   msg::RunStatus status;

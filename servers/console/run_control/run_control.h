@@ -7,10 +7,6 @@
 
 namespace hrp {
 
-// `asked` when it is not negative, else the domain of the only run on this machine. Throws std::runtime_error with the
-// list when there is none or more than one.
-int choose_running_domain(int asked);
-
 // Waits for a scheduler, sends the request, waits until the run shows that it was taken. Returns an exit code.
 int send_request(Bus& bus, const msg::RunControl& control);
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+
+#include "common/bus/domain.h"
+#include "common/bus/make_bus.h"
+#include "servers/console/topic_tool/run_watch.h"
+#include "servers/console/topic_tool/topic_tool.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Looks into a running simulation. Reads best-effort: it never slows or changes the run.", "hrp-topic");
+  app.footer("Examples:\n"
+             "  hrp-topic list\n"
+             "  hrp-topic echo hrp/contact_forces --rate 2\n"
+             "  hrp-topic echo hrp/contact_forces --field 'pairs[0].total.force.z' --field header.time\n"
+             "  hrp-topic echo hrp/robot_state --json --count 100 > states.jsonl\n"
+             "  hrp-topic hz hrp/robot_state\n"
+             "  hrp-topic type ContactForces");
+  app.require_subcommand(1);
+  hrp::BusOptions bus;
+  bus.domain = -1;
+  app.add_option("--domain", bus.domain, "DDS domain of the run; default: the only one that runs");
+  app.add_option("--dds", bus.vendor, "DDS of this tool; it talks to both")->check(CLI::IsMember({"cyclone", "fast"}));
+  double seconds = 1.0;
+  long lines = 0;
+  std::string name;
+  hrp::EchoOptions echo;
+  CLI::App* list = app.add_subcommand("list", "topics with types, writers, readers and measured rates");
+  list->add_option("--seconds", seconds, "how long rates are measured")->capture_default_str();
+  list->add_flag("--json", echo.json, "one JSON object a line");
+  CLI::App* show = app.add_subcommand("echo", "print what is sent on a topic, until Ctrl-C or the end of the run");
+  show->add_option("TOPIC", echo.topic, "as in the list")->required();
+  show->add_flag("--json", echo.json, "one JSON object a line, exact numbers");
+  show->add_option("--count", echo.count, "stop after so many samples");
+  show->add_option("--field", echo.fields, "print only this part, as pairs[0].total.force.z; may be given again");
+  show->add_option("--rate", echo.rate, "at most so many samples a second");
+  CLI::App* hz = app.add_subcommand("hz", "print rate, size and longest gap of a topic every second");
+  hz->add_option("TOPIC", name, "as in the list")->required();
+  hz->add_option("--count", lines, "stop after so many lines");
+  CLI::App* type = app.add_subcommand("type", "print the IDL of a type, or of a topic's type, with units");
+  type->add_option("NAME", name, "hrp/robot_state, RobotState or hrp::msg::RobotState")->required();
+  for (CLI::App* command : {list, show, hz, type}) command->fallthrough();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (type->parsed()) return hrp::print_type(name);
+    bus.domain = hrp::choose_running_domain(bus.domain);
+    const auto opened = hrp::make_bus(bus);
+    const hrp::ToolContext context{opened.get(), hrp::make_run_watch(bus.domain)};
+    if (list->parsed()) return hrp::list_topics(context, seconds, echo.json);
+    if (hz->parsed()) return hrp::measure_topic(context, name, lines);
+    return hrp::echo_topic(context, echo);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-topic: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What hrp-topic does. All functions return an exit code and end early when a stop signal comes.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/bus/bus.h"
+
+namespace hrp {
+
+struct EchoOptions {
+  std::string topic;
+  bool json = false;
+  long count = 0;                   // samples to print, 0 = no end
+  double rate = 0.0;                // [1/s of wall clock] at most, 0 = all
+  std::vector<std::string> fields;  // paths; empty = whole messages
+};
+
+// What the tool needs to know of its surroundings.
+struct ToolContext {
+  Bus* bus = nullptr;
+  std::function<bool()> must_stop;  // signal, or the run has ended
+};
+
+// A table of topics with types, ends and the rate measured over `seconds`.
+int list_topics(const ToolContext& context, double seconds, bool json);
+// Prints samples as they come.
+int echo_topic(const ToolContext& context, const EchoOptions& options);
+// Prints rate, gaps and size once a second.
+int measure_topic(const ToolContext& context, const std::string& topic, long count);
+// Prints the IDL of a type or of a topic's type, everything it needs included.
+int print_type(const std::string& name);
+
+// Waits until somebody offers the topic. Empty type when told to stop before.
+TopicSeen wait_for_topic(const ToolContext& context, const std::string& name);
+// Best effort, so that looking never slows a run; retained topics are read reliably, for the sample that is kept.
+std::unique_ptr<Reader> make_inspector(Bus& bus, const TopicSeen& topic, SampleCallback callback);
+
+}  // namespace hrp
