@@ -4,6 +4,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
+#include "common/robot/sole.h"
 #include "servers/dynamics/simulator.h"
 
 namespace hrp {
@@ -47,6 +48,10 @@ State make_state_on_origin(const RobotDescription& robot, const Scenario& scenar
 }  // namespace
 
 double calc_initial_height(const RobotDescription& robot, const Scenario& scenario) {
+  const bool any_mesh = std::any_of(robot.shapes.begin(), robot.shapes.end(), [](const CollisionShape& shape) {
+    return shape.sole && shape.kind == ShapeKind::kMesh;
+  });
+  if (any_mesh) return make_start_state(robot, scenario).p_WB.z();
   const State state = make_state_on_origin(robot, scenario);
   const Model model(robot.tree, scenario.gravity_W);
   Data data(model);

@@ -80,7 +80,7 @@ class Simulator {
 };
 
 // Height of the base at which the lowest point of the robot's soles (of all shapes where it has none) touches the
-// ground under it, with the scenario's initial attitude and joint positions. Mesh shapes are left out. [m]
+// ground under it, with the scenario's initial attitude and joint positions. Meshes count as soles only. [m]
 double calc_initial_height(const RobotDescription& robot, const Scenario& scenario);
 
 // The state at step 0 as the scenario asks for it.
