@@ -35,8 +35,8 @@ struct Ours {
   Status status = Status::kOk;
 };
 
-// Runs all three calculations in `engine` and compares. Efforts are those of random accelerations of 10 rad/s^2, so that
-// light fingers do not drown everything else in the norm.
+// Runs all three calculations in `engine` and compares. Efforts are those of random accelerations of 10 rad/s^2, so
+// that light fingers do not drown everything else in the norm.
 template <class Engine>
 void compare(const TreeSpec& spec, Engine* engine) {
   Ours ours(spec);
