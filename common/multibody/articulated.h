@@ -2,8 +2,8 @@
 // The three inner steps of the articulated-body algorithm for one joint, and the base's 6 x 6 solve. Internal.
 //
 // A link and all that hangs on it obey [n; f] = A [alpha; acc] + p about the link's origin, A = [J H; H^T M]. alpha and
-// acc are deviations from the motion with qdd = 0, whose forces are already in p: no velocity terms appear here, and the
-// same steps serve any right-hand side. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 7, with the
+// acc are deviations from the motion with qdd = 0, whose forces are already in p: no velocity terms appear here, and
+// the same steps serve any right-hand side. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 7, with the
 // velocity-product terms moved to the outward pass.
 #pragma once
 

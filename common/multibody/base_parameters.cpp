@@ -59,7 +59,8 @@ Eigen::MatrixXd calc_triangle(const Model& model, RegressorRows rows, int num_mo
     const Eigen::Index height = blocks[0].rows();
     Eigen::MatrixXd stack(columns + height * static_cast<Eigen::Index>(blocks.size()), columns);
     stack.topRows(columns) = R;
-    for (size_t i = 0; i < blocks.size(); ++i) stack.middleRows(columns + height * static_cast<Eigen::Index>(i), height) = blocks[i];
+    for (size_t i = 0; i < blocks.size(); ++i)
+      stack.middleRows(columns + height * static_cast<Eigen::Index>(i), height) = blocks[i];
     R = Eigen::HouseholderQR<Eigen::MatrixXd>(stack).matrixQR().topRows(columns).triangularView<Eigen::Upper>();
   }
   return R;
@@ -89,7 +90,8 @@ BaseParameters calc_base_parameters(const Model& model, RegressorRows rows, int 
 
 Eigen::MatrixXd get_independent_columns(const BaseParameters& base, const Eigen::MatrixXd& Y) {
   Eigen::MatrixXd kept(Y.rows(), static_cast<Eigen::Index>(base.independent.size()));
-  for (size_t i = 0; i < base.independent.size(); ++i) kept.col(static_cast<Eigen::Index>(i)) = Y.col(base.independent[i]);
+  for (size_t i = 0; i < base.independent.size(); ++i)
+    kept.col(static_cast<Eigen::Index>(i)) = Y.col(base.independent[i]);
   return kept;
 }
 

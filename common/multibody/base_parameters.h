@@ -19,9 +19,9 @@ struct BaseParameters {
 };
 
 // Numerically, from random motions (fixed seed): QR without pivoting, where a column that depends on those before it
-// leaves nothing on the diagonal (Gautier, Numerical calculation of the base inertial parameters, 1991). With a floating
-// base, kBase alone finds what kAll finds (Ayusawa, Venture, Nakamura 2014): that is [M14 eq. 2]. A fixed base stands
-// upright (R_WB = 1), and its own parameters are then told apart only as far as gravity shows them.
+// leaves nothing on the diagonal (Gautier, Numerical calculation of the base inertial parameters, 1991). With a
+// floating base, kBase alone finds what kAll finds (Ayusawa, Venture, Nakamura 2014): that is [M14 eq. 2]. A fixed base
+// stands upright (R_WB = 1), and its own parameters are then told apart only as far as gravity shows them.
 BaseParameters calc_base_parameters(const Model& model, RegressorRows rows, int num_motions = 0);
 
 // Columns `independent` of Y.

@@ -14,15 +14,19 @@ namespace articulated {
 bool factor_base(const LinkArticulated& base, Matrix6d* factor) {
   const S3 &J = base.J, &M = base.M;
   const M3& H = base.H;
-  double A[6][6] = {{J.xx}, {J.xy, J.yy}, {J.xz, J.yz, J.zz}, {H.x.x, H.x.y, H.x.z, M.xx},
-                    {H.y.x, H.y.y, H.y.z, M.xy, M.yy}, {H.z.x, H.z.y, H.z.z, M.xz, M.yz, M.zz}};
+  double A[6][6] = {{J.xx},
+                    {J.xy, J.yy},
+                    {J.xz, J.yz, J.zz},
+                    {H.x.x, H.x.y, H.x.z, M.xx},
+                    {H.y.x, H.y.y, H.y.z, M.xy, M.yy},
+                    {H.z.x, H.z.y, H.z.z, M.xz, M.yz, M.zz}};
   bool positive = true;
   for (int j = 0; j < 6; ++j) {
     const double before = A[j][j];
     double scaled[6];
     for (int k = 0; k < j; ++k) {
-      scaled[k] = A[j][k];        // L_jk D_k
-      A[j][k] *= A[k][k];         // A[k][k] holds 1 / D_k
+      scaled[k] = A[j][k];  // L_jk D_k
+      A[j][k] *= A[k][k];   // A[k][k] holds 1 / D_k
       A[j][j] -= scaled[k] * A[j][k];
     }
     positive = positive && A[j][j] > 1e-14 * before;

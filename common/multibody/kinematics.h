@@ -13,8 +13,8 @@ State make_state(const Model& model);
 void update_kinematics(const Model& model, const State& state, Data* data);
 
 // The following read what update_kinematics has filled.
-Transform get_pose(const Data& data, int link);      // X_WL
-Vector6d get_velocity(const Data& data, int link);   // V_WL
+Transform get_pose(const Data& data, int link);     // X_WL
+Vector6d get_velocity(const Data& data, int link);  // V_WL
 // Velocity of the frame F of the same link whose origin is at p_WF: [w; v of F's origin].
 Vector6d calc_point_velocity(const Data& data, int link, const Vector3d& p_WF);
 

@@ -11,10 +11,14 @@ namespace {
 
 int count_rows(LoopKind kind) {
   switch (kind) {
-    case LoopKind::kBall: return 3;
-    case LoopKind::kPin: return 5;
-    case LoopKind::kWeld: return 6;
-    case LoopKind::kCoupling: return 1;
+    case LoopKind::kBall:
+      return 3;
+    case LoopKind::kPin:
+      return 5;
+    case LoopKind::kWeld:
+      return 6;
+    case LoopKind::kCoupling:
+      return 1;
   }
   return 0;
 }
@@ -80,8 +84,8 @@ void Loops::update_frames(const Model& model, const LoopConstraint& constraint, 
 // Rows along axes fixed in B: c = axis . (turn of A against B), cdot = axis . w_AB for small turns.
 void Loops::update_turns(const LoopConstraint& constraint, const Transform& X_WA, const Transform& X_WB, int row) {
   const bool pin = constraint.kind == LoopKind::kPin;
-  const Vector3d turn = pin ? Vector3d(X_WB.R.col(2).cross(X_WA.R.col(2)))
-                            : calc_rotation_vector(X_WA.R * X_WB.R.transpose());
+  const Vector3d turn =
+      pin ? Vector3d(X_WB.R.col(2).cross(X_WA.R.col(2))) : calc_rotation_vector(X_WA.R * X_WB.R.transpose());
   for (int k = 0; k < (pin ? 2 : 3); ++k) {
     const Vector3d axis = X_WB.R.col(k);
     J_.row(row + k).noalias() = axis.transpose() * J_a_.topRows(3);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Closed chains: constraints between links of the tree, solved at the level of accelerations.
 //
-// A loop is cut at one joint, which becomes equations c(q) = 0 with J = dc/dv. With the accelerations a of the open tree
-// and M the matrix that articulated bodies solve with (implicit terms included):
+// A loop is cut at one joint, which becomes equations c(q) = 0 with J = dc/dv. With the accelerations a of the open
+// tree and M the matrix that articulated bodies solve with (implicit terms included):
 //   G = J M^-1 J^T,  (G + e 1) lambda = -(J a + Jdot v + 2 z w cdot + w^2 c),  vdot = a + M^-1 J^T lambda.
 // z and w (Baumgarte, 1972) draw drift back; e = 1e-12 of G's largest diagonal entry lets equations be redundant (a
 // planar four-bar has three too many). Cost: linear in joints times rows, plus the rows' cube.
@@ -26,9 +26,9 @@ constexpr int kWorldLink = -1;
 struct LoopConstraint {
   LoopKind kind = LoopKind::kBall;
   int link_a = 0;
-  int link_b = kWorldLink;  // or kWorldLink: frame B stands in the world
-  Transform X_AF;           // frame A in link_a
-  Transform X_BF;           // frame B in link_b
+  int link_b = kWorldLink;         // or kWorldLink: frame B stands in the world
+  Transform X_AF;                  // frame A in link_a
+  Transform X_BF;                  // frame B in link_b
   int joint_a = 0, joint_b = 0;    // kCoupling
   double ratio = 1.0, offset = 0;  // kCoupling
 };

@@ -32,7 +32,8 @@ void check_inertia(const LinkSpec& link, Diagnostics* diagnostics) {
   // 1e-9: inertias are written with few digits; anything above is a wrong matrix, not rounding.
   if ((I - I.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) {
     add_error(field, "inertia is not symmetric", diagnostics);
-  } else if (scale > 0 && Eigen::SelfAdjointEigenSolver<Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues()(0) < -1e-9 * scale) {
+  } else if (scale > 0 &&
+             Eigen::SelfAdjointEigenSolver<Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues()(0) < -1e-9 * scale) {
     add_error(field, "inertia has a negative eigenvalue", diagnostics);
   }
 }
@@ -48,7 +49,8 @@ void check_joint(const LinkSpec& link, Diagnostics* diagnostics) {
   }
   if (!(std::abs(joint.axis_F.norm() - 1) < 1e-9)) add_error(field, "axis is not a unit vector", diagnostics);
   if (!std::isfinite(joint.rotor_inertia) || joint.rotor_inertia < 0) {
-    add_error(field, "rotor inertia " + std::to_string(joint.rotor_inertia) + ": expected a finite number >= 0", diagnostics);
+    add_error(field, "rotor inertia " + std::to_string(joint.rotor_inertia) + ": expected a finite number >= 0",
+              diagnostics);
   }
 }
 
@@ -137,9 +139,12 @@ std::vector<int> make_order(const TreeSpec& spec) {
 
 const char* get_status_text(Status status) {
   switch (status) {
-    case Status::kOk: return "ok";
-    case Status::kSingular: return "singular articulated inertia";
-    case Status::kNotFinite: return "not finite";
+    case Status::kOk:
+      return "ok";
+    case Status::kSingular:
+      return "singular articulated inertia";
+    case Status::kNotFinite:
+      return "not finite";
   }
   return "?";
 }
@@ -164,6 +169,7 @@ Data::Data(const Model& model) {
   motion.assign(n, LinkMotion{});
   articulated.assign(n, LinkArticulated{});
   composite.assign(n, LinkComposite{});
+  batch.assign(n, LinkBatch{});
   for (LinkKinematics& k : kinematics) k.R = small::from_eigen(Matrix3d(Matrix3d::Identity()));
   M = Eigen::MatrixXd::Zero(model.nv(), model.nv());
   qd = Eigen::VectorXd::Zero(model.num_joints());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Constant model of a tree of rigid bodies and the working data of its algorithms.
 //
-// All algorithms work in world axes about each link's own origin: the articulated inertia of a link needs no rotation on
-// its way to the parent (only the shift of its origin), wrenches and contact impedances enter as they are, and no
+// All algorithms work in world axes about each link's own origin: the articulated inertia of a link needs no rotation
+// on its way to the parent (only the shift of its origin), wrenches and contact impedances enter as they are, and no
 // precision is lost far away from the base. Accelerations are classical: [alpha; acceleration of the link's origin].
 // Generalised velocity v = [w_WB_W; v_WB_W; qd], generalised force = [moment about B's origin; force; efforts]; a fixed
 // base has neither of the first two.
@@ -18,10 +18,10 @@
 namespace hrp {
 
 // Outcome of a calculation that can fail for numeric reasons.
-enum class [[nodiscard]] Status {
-  kOk,
-  kSingular,   // an articulated inertia is not positive: massless subtree, negative extra inertia
-  kNotFinite,  // NaN or infinity in the input or the result
+enum class [[nodiscard]] Status{
+    kOk,
+    kSingular,   // an articulated inertia is not positive: massless subtree, negative extra inertia
+    kNotFinite,  // NaN or infinity in the input or the result
 };
 
 const char* get_status_text(Status status);
@@ -33,15 +33,15 @@ enum class JointCode : signed char { kTurnX, kTurnY, kTurnZ, kTurnAny, kSlide };
 struct LinkConstants {
   int parent = -1;
   JointCode code = JointCode::kTurnZ;
-  bool turned = false;     // R_PF is not the identity
-  double sign = 1.0;       // direction of a coordinate axis
+  bool turned = false;  // R_PF is not the identity
+  double sign = 1.0;    // direction of a coordinate axis
   double rotor_inertia = 0.0;
   small::M3 R_PF;
   small::V3 p_PF;
   small::V3 axis_F;
   double mass = 0.0;
-  small::V3 h;             // [kg m] mass times centre of mass, link axes
-  small::S3 I;             // [kg m^2] about the link's origin, link axes
+  small::V3 h;  // [kg m] mass times centre of mass, link axes
+  small::S3 I;  // [kg m^2] about the link's origin, link axes
   // I = I_least 1 + I_u I_u^T + I_v I_v^T: turning two vectors is cheaper than turning a matrix.
   double I_least = 0.0;
   small::V3 I_u, I_v;
@@ -69,11 +69,11 @@ class Model {
   int num_base() const { return spec_.floating_base ? 6 : 0; }  // rows of the base in v
   int nv() const { return num_base() + num_joints(); }
   const Vector3d& gravity_W() const { return gravity_W_; }
-  double mass() const { return mass_; }                     // [kg] of all links
+  double mass() const { return mass_; }  // [kg] of all links
   int parent(int link) const { return links_[static_cast<size_t>(link)].parent; }
   // Position in v of the joint that moves `link` (> 0).
   int velocity_index(int link) const { return num_base() + link - 1; }
-  bool is_ancestor(int ancestor, int link) const;           // a link is its own ancestor
+  bool is_ancestor(int ancestor, int link) const;  // a link is its own ancestor
   const std::vector<LinkConstants>& links() const { return links_; }
   // All links but the base, parents before children, limb beside limb: neighbours in this order do not wait for each
   // other's results, which is worth a quarter of the time of forward dynamics.
@@ -108,7 +108,7 @@ struct LinkArticulated {
   small::S3 J;
   small::M3 H;
   small::S3 M;
-  small::V3 Un, Uf;      // A times joint axis
+  small::V3 Un, Uf;  // A times joint axis
   double D_inverse;
   double u;              // effort that is left for the joint
   small::V3 n, f;        // bias force of the articulated body
@@ -122,6 +122,13 @@ struct LinkComposite {
   small::S3 I;
 };
 
+// Responses of a link to six unit wrenches at once.
+struct LinkBatch {
+  static constexpr int kWide = 6;
+  double u[kWide];
+  double alpha[3][kWide], acc[3][kWide];
+};
+
 // Working memory of one model; every vector has its size from construction on. Which function fills what is said there.
 struct Data {
   explicit Data(const Model& model);
@@ -130,6 +137,7 @@ struct Data {
   std::vector<LinkMotion> motion;            // calc_inverse_dynamics, calc_bias, calc_forward_dynamics
   std::vector<LinkArticulated> articulated;  // calc_forward_dynamics, update_articulated_inertia
   std::vector<LinkComposite> composite;      // update_mass_matrix
+  std::vector<LinkBatch> batch;              // calc_link_mobility
   Eigen::MatrixXd M;                         // nv x nv, update_mass_matrix
   Matrix6d base_factor = Matrix6d::Zero();   // L D L^T of the base's articulated inertia, lower triangle
   Eigen::VectorXd qd;                        // copy of the state's joint velocities, update_kinematics

@@ -76,7 +76,8 @@ double calc_kinetic_energy(const Model& model, const Data& data) {
     const LinkKinematics& k = data.kinematics[i];
     const V3 w = transpose_times(k.R, k.w);
     twice += L.mass * dot(k.v, k.v) + 2 * dot(k.v, cross(k.w, k.R * L.h)) + dot(w, L.I * w);
-    if (i > 0) twice += L.rotor_inertia * data.qd[static_cast<Eigen::Index>(i) - 1] * data.qd[static_cast<Eigen::Index>(i) - 1];
+    if (i > 0)
+      twice += L.rotor_inertia * data.qd[static_cast<Eigen::Index>(i) - 1] * data.qd[static_cast<Eigen::Index>(i) - 1];
   }
   return 0.5 * twice;
 }

@@ -4,8 +4,8 @@
 //   [tau_base ]   [Y_BI  0   ] [phi_I]
 //   [tau_joint] = [Y_JI  Y_JJ] [phi_J]                                                        [M14 eq. 1]
 //
-// tau_base: moment about the base's origin and force that the base needs from outside (ground, or what it is bolted to),
-// world axes. tau_joint: what the drives deliver, friction and rotor included.
+// tau_base: moment about the base's origin and force that the base needs from outside (ground, or what it is bolted
+// to), world axes. tau_joint: what the drives deliver, friction and rotor included.
 #pragma once
 
 #include "common/multibody/model.h"

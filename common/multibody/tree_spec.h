@@ -12,9 +12,9 @@ namespace hrp {
 
 // Mass properties of link L.
 struct LinkInertia {
-  double mass = 0.0;                           // [kg]
-  Vector3d p_LLcm_L = Vector3d::Zero();        // [m] centre of mass
-  Matrix3d I_LLcm_L = Matrix3d::Zero();        // [kg m^2] about the centre of mass, link axes
+  double mass = 0.0;                     // [kg]
+  Vector3d p_LLcm_L = Vector3d::Zero();  // [m] centre of mass
+  Matrix3d I_LLcm_L = Matrix3d::Zero();  // [kg m^2] about the centre of mass, link axes
 };
 
 enum class JointKind { kRevolute, kPrismatic };  // a continuous joint is a revolute one without position limits
@@ -36,15 +36,15 @@ struct JointSpring {
 struct JointSpec {
   std::string name;
   JointKind kind = JointKind::kRevolute;
-  Transform X_PF;                        // joint frame F in the parent link; child frame = F at q = 0
-  Vector3d axis_F = Vector3d::UnitZ();   // unit vector
+  Transform X_PF;                       // joint frame F in the parent link; child frame = F at q = 0
+  Vector3d axis_F = Vector3d::UnitZ();  // unit vector
   double lower = -std::numeric_limits<double>::infinity();  // [rad or m]
   double upper = std::numeric_limits<double>::infinity();
   double effort_limit = std::numeric_limits<double>::infinity();    // [N m or N]
   double velocity_limit = std::numeric_limits<double>::infinity();  // [rad/s or m/s]
-  double rotor_inertia = 0.0;            // [kg m^2 or kg] reflected
-  double viscous_friction = 0.0;         // [N m s/rad or N s/m]
-  double coulomb_friction = 0.0;         // [N m or N]
+  double rotor_inertia = 0.0;                                       // [kg m^2 or kg] reflected
+  double viscous_friction = 0.0;                                    // [N m s/rad or N s/m]
+  double coulomb_friction = 0.0;                                    // [N m or N]
   bool actuated = true;
   MimicSpec mimic;
   JointSpring spring;

@@ -101,7 +101,8 @@ int run(const std::string& prefix) {
   plot.title = "Cost against number of joints";
   plot.x_label = "joints";
   plot.y_label = "time [us]";
-  plot.series = {{"forward dynamics, one chain", {}, {}}, {"forward dynamics, five limbs", {}, {}},
+  plot.series = {{"forward dynamics, one chain", {}, {}},
+                 {"forward dynamics, five limbs", {}, {}},
                  {"inverse dynamics, one chain", {}, {}}};
   std::vector<std::unique_ptr<Case>> chains, limbs;
   for (int joints = 10; joints <= 200; joints += 10) {

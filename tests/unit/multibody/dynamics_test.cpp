@@ -126,7 +126,8 @@ TEST_P(Trees, LinkMobilityIsTheProjectedInverseMassMatrix) {
   Eigen::MatrixXd G(size, size), J(size, model.nv());
   ASSERT_EQ(update_articulated_inertia(model, {}, &data), Status::kOk);
   calc_link_mobility(model, links, &data, &G);
-  for (size_t a = 0; a < links.size(); ++a) J.middleRows<6>(static_cast<Eigen::Index>(6 * a)) = calc_link_jacobian(links[a]);
+  for (size_t a = 0; a < links.size(); ++a)
+    J.middleRows<6>(static_cast<Eigen::Index>(6 * a)) = calc_link_jacobian(links[a]);
   const Eigen::MatrixXd dense = J * update_mass_matrix(model, &data).ldlt().solve(J.transpose());
   EXPECT_LT(relative_error(G, dense), kTolerance);
   EXPECT_LT(relative_error(G, G.transpose()), kTolerance);

@@ -88,7 +88,8 @@ TEST_P(Motion, CentreOfMassMovesWithItsJacobian) {
   calc_centre_of_mass_jacobian(model, &data, J);
   const Vector3d velocity = calc_centre_of_mass_velocity(model, data);
   EXPECT_LT(relative_error(J * v, velocity), 1e-12);
-  EXPECT_LT(relative_error(differentiate([this](const Data& d) { return calc_centre_of_mass(model, d); }), velocity), kDifference);
+  EXPECT_LT(relative_error(differentiate([this](const Data& d) { return calc_centre_of_mass(model, d); }), velocity),
+            kDifference);
 }
 
 TEST_P(Motion, KineticEnergyIsHalfOfVTimesMTimesV) {

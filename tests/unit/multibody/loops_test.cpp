@@ -60,7 +60,8 @@ TEST(Loops, AParallelogramMovesAsOneDegreeOfFreedom) {
   state.qd << rate, -rate, rate;
   update_kinematics(model, state, &data);
   Eigen::VectorXd vdot(3);
-  ASSERT_EQ(loops.calc_forward_dynamics(model, state, Eigen::VectorXd::Zero(3), nullptr, {}, &data, &vdot), Status::kOk);
+  ASSERT_EQ(loops.calc_forward_dynamics(model, state, Eigen::VectorXd::Zero(3), nullptr, {}, &data, &vdot),
+            Status::kOk);
   EXPECT_LT(loops.position_error().norm(), 1e-15);
   EXPECT_LT(loops.velocity_error().norm(), 1e-15);
   // Crank and rocker turn (1/3 m l^2 each), the coupler (mass 2) moves on a circle of radius 1. Rotation about +y takes
@@ -82,7 +83,8 @@ TEST(Loops, HoldOverASwing) {
   double worst = 0;
   for (int i = 0; i < 2000; ++i) {
     update_kinematics(model, state, &data);
-    ASSERT_EQ(loops.calc_forward_dynamics(model, state, Eigen::VectorXd::Zero(3), nullptr, {}, &data, &vdot), Status::kOk);
+    ASSERT_EQ(loops.calc_forward_dynamics(model, state, Eigen::VectorXd::Zero(3), nullptr, {}, &data, &vdot),
+              Status::kOk);
     worst = std::max(worst, loops.position_error().norm());
     state.qd += 1e-3 * vdot;
     get_generalised_velocity(model, state, &v);
@@ -112,7 +114,9 @@ TEST_P(Welds, EqualTheDenseSaddlePointSolution) {
   ASSERT_EQ(loops.calc_forward_dynamics(model, state, effort, nullptr, {}, &data, &vdot), Status::kOk);
   // M (vdot - free) = J^T lambda for the same lambda, and the weld has no acceleration along its rows.
   ASSERT_EQ(calc_forward_dynamics(model, effort, nullptr, {}, &data, &free), Status::kOk);
-  EXPECT_LT(relative_error(update_mass_matrix(model, &data) * (vdot - free), loops.jacobian().transpose() * loops.multipliers()), 1e-10);
+  EXPECT_LT(relative_error(update_mass_matrix(model, &data) * (vdot - free),
+                           loops.jacobian().transpose() * loops.multipliers()),
+            1e-10);
   update_accelerations(model, vdot, &data);
   const Vector6d A = calc_point_acceleration(data, 14, get_pose(data, 14) * weld.X_AF.p);
   EXPECT_LT(A.norm(), 1e-7 * free.norm());  // the regularisation of 1e-12 times condition numbers up to 1e4

@@ -39,7 +39,8 @@ inline LinkInertia make_random_inertia(Random* random) {
   return inertia;
 }
 
-// Joints of every kind: coordinate axes of both signs, skew axes, sliding, with and without rotor, frames turned or not.
+// Joints of every kind: coordinate axes of both signs, skew axes, sliding, with and without rotor, frames turned or
+// not.
 inline JointSpec make_random_joint(int i, Random* random) {
   JointSpec joint;
   joint.name = "joint" + std::to_string(i);

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "common/base/diagnostics.h"
-#include "common/multibody/loops.h"
 #include "common/multibody/kinematics.h"
+#include "common/multibody/loops.h"
 #include "common/multibody/mass_matrix.h"
 #include "common/multibody/momentum.h"
 #include "common/multibody/regressor.h"
@@ -32,12 +32,24 @@ using testing::relative_error;
 // Everything that a step calls, with memory of its own.
 struct Everything {
   Everything(const TreeSpec& spec, unsigned seed)
-      : random(seed), model(spec), data(model), regressor(model), loops(model, make_loops()),
-        effort(random.values(model.num_joints(), 10)), extra(random.values(model.num_joints(), 1).cwiseAbs()),
-        vdot(random.values(model.nv(), 10)), out(model.nv()), J(6, model.nv()), J_com(3, model.nv()),
-        B(Eigen::MatrixXd::Random(model.nv(), 4)), X(model.nv(), 4), G(12, 12),
-        wrenches(static_cast<size_t>(model.num_links()), Vector6d::Ones()), impedances(1),
-        links{1, model.num_links() - 1}, state(testing::make_random_state(model, &random)) {
+      : random(seed),
+        model(spec),
+        data(model),
+        regressor(model),
+        loops(model, make_loops()),
+        effort(random.values(model.num_joints(), 10)),
+        extra(random.values(model.num_joints(), 1).cwiseAbs()),
+        vdot(random.values(model.nv(), 10)),
+        out(model.nv()),
+        J(6, model.nv()),
+        J_com(3, model.nv()),
+        B(Eigen::MatrixXd::Random(model.nv(), 4)),
+        X(model.nv(), 4),
+        G(12, 12),
+        wrenches(static_cast<size_t>(model.num_links()), Vector6d::Ones()),
+        impedances(1),
+        links{1, model.num_links() - 1},
+        state(testing::make_random_state(model, &random)) {
     impedances[0].link = 1;
     impedances[0].Z.setIdentity();
   }
@@ -90,7 +102,8 @@ TEST(Allocation, NothingIsAllocatedAfterConstruction) {
 }
 
 TEST(BadNumbers, GiveAStatusAndNeverACrash) {
-  const double values[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300, -1e200};
+  const double values[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300,
+                           -1e200};
   Random random(17);
   int not_ok = 0;
   Everything everything(testing::make_random_tree(5, 8, true), 5);
