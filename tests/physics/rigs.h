@@ -70,6 +70,20 @@ inline Scenario make_scenario() {
   return scenario;
 }
 
+// A biped of 58 kg: trunk, two legs of hip pitch, knee, ankle pitch, ankle roll, feet of 1 kg with box soles. Origin in
+// the trunk, 0.8 m above the soles with straight legs.
+struct Biped {
+  RobotDescription robot;
+  int feet[2] = {0, 0};  // links that carry the soles
+  Vector3d sole_half = Vector3d(0.12, 0.065, 0.02);
+  Vector3d sole_centre = Vector3d(0.015, 0.0, -0.085);  // in the foot link; lower face 0.105 m below the ankle
+};
+Biped make_biped();
+// Bushes in both feet; the soles are then links of their own.
+void add_bushes(const FootBushSpec& spec, Biped* biped);
+CornerFinder make_finder(const Biped& biped);
+Scenario make_biped_scenario();
+
 inline JointCommand make_command(const State& state) {
   JointCommand command;
   command.q = state.q;
