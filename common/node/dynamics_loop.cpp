@@ -169,17 +169,24 @@ void DynamicsLoop::say_warning() {
   say(warning_said_);
 }
 
-void DynamicsLoop::make_ros_views() {
+void DynamicsLoop::make_endpoints() {
+  NodeBase::make_endpoints();
   if (ros_views_made_) return;
+  {
+    std::lock_guard<std::recursive_mutex> lock(bus().mutex());
+    if (!engine_) return;
+  }
+  // Robot and scenario do not change once there is an engine.
+  RosViews views(bus(), robot_.tree, scenario_.sensors);
+  std::lock_guard<std::recursive_mutex> lock(bus().mutex());
+  ros_views_ = std::move(views);
   ros_views_made_ = true;
-  ros_views_ = RosViews(bus(), robot_.tree, scenario_.sensors);
 }
 
 // Silence: the same step as at the last look, and something is missing (or nobody has started yet, and may have missed
 // the first messages).
 void DynamicsLoop::handle_idle(Clock::time_point now) {
   if (!engine_ || !in_epoch_) return report(epoch_, step_, find_missing());
-  make_ros_views();
   ros_views_.update_readers();
   if (!gate_.check_silence(now)) return fail(gate_.fault());
   advance();

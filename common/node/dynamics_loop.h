@@ -38,6 +38,7 @@ using EngineFactory =
 class DynamicsLoop : public NodeBase {
  public:
   DynamicsLoop(const NodeContext& context, EngineFactory make_engine);
+  void make_endpoints() override;
 
  protected:
   void handle_idle(Clock::time_point now) override;
@@ -56,7 +57,6 @@ class DynamicsLoop : public NodeBase {
   void publish_step();
   void publish_sensors();
   void repeat_last();
-  void make_ros_views();
   void say_warning();
   std::string find_missing() const;
   msg::Header make_header() const;

@@ -21,6 +21,10 @@ enum class NodeOutcome { kRunning, kFinished, kFailed };
 class Node {
  public:
   virtual ~Node() = default;
+  // Called by the runner without the bus's mutex, at the start and then at idle times: the place to make readers and
+  // writers. A bus may hold locks of its own while it waits for its mutex to call back, so making them under the mutex
+  // can end in a deadlock.
+  virtual void make_endpoints() {}
   // Called every idle_period() or so, under the bus's mutex: repeats, time-outs, pacing.
   virtual void on_idle(std::chrono::steady_clock::time_point now) = 0;
   virtual std::chrono::milliseconds idle_period() const { return std::chrono::milliseconds(10); }

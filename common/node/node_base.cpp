@@ -27,10 +27,17 @@ NodeBase::NodeBase(const NodeContext& context, bool follows_run)
   status_.epoch(0);
   status_.step(0);
   if (follows_run) {
-    readers_.push_back(subscribe<msg::RunStatus>(bus(), topics::kRunStatus, Delivery::kReliable,
-                                                 [this](const msg::RunStatus& status) { take_run_status(status); }));
+    subscriptions_.push_back([this] {
+      return subscribe<msg::RunStatus>(bus(), topics::kRunStatus, Delivery::kReliable,
+                                       [this](const msg::RunStatus& status) { take_run_status(status); });
+    });
   }
   send_status();
+}
+
+void NodeBase::make_endpoints() {
+  for (const auto& subscribe_now : subscriptions_) readers_.push_back(subscribe_now());
+  subscriptions_.clear();
 }
 
 void NodeBase::on_idle(Clock::time_point now) {

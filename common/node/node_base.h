@@ -21,6 +21,7 @@ class NodeBase : public Node {
 
   // follows_run: ends when the scheduler says that the run has ended (everybody but the scheduler).
   explicit NodeBase(const NodeContext& context, bool follows_run = true);
+  void make_endpoints() override;
   void on_idle(Clock::time_point now) final;
   NodeOutcome outcome() const override { return outcome_; }
   void request_stop() override { finish(); }
@@ -34,17 +35,20 @@ class NodeBase : public Node {
   // The run has ended (RUN_FINISHED or RUN_FAILED) and is_drained(): close what is open. May call fail().
   virtual void handle_run_end() {}
 
-  // Subscribes reliably; what `on_message` throws becomes a fault, and so does a sample that is no Message.
+  // Subscribes reliably when the node is run, so not before it is constructed; what `on_message` throws becomes a fault,
+  // and so does a sample that is no Message.
   template <typename Message, typename OnMessage>
   void listen(const TopicSpec& topic, OnMessage on_message) {
-    readers_.push_back(subscribe<Message>(
-        bus(), topic, Delivery::kReliable,
-        [this, on_message = std::move(on_message)](const Message& message) {
-          if (is_active()) guard([&] { on_message(message); });
-        },
-        [this, name = topic.name](const DecodeError& error) {
-          if (is_active()) handle_decode_error(name, error.what());
-        }));
+    subscriptions_.push_back([this, topic, on_message = std::move(on_message)] {
+      return subscribe<Message>(
+          bus(), topic, Delivery::kReliable,
+          [this, on_message](const Message& message) {
+            if (is_active()) guard([&] { on_message(message); });
+          },
+          [this, name = topic.name](const DecodeError& error) {
+            if (is_active()) handle_decode_error(name, error.what());
+          });
+    });
   }
   virtual void handle_decode_error(const std::string& topic, const std::string& reason) { fail(topic + ": " + reason); }
 
@@ -76,6 +80,7 @@ class NodeBase : public Node {
   Publisher<msg::ServerStatus> status_publisher_;
   msg::ServerStatus status_;
   msg::RunStatus run_status_;
+  std::vector<std::function<std::unique_ptr<Reader>()>> subscriptions_;  // not made yet
   std::vector<std::unique_ptr<Reader>> readers_;
   NodeOutcome outcome_ = NodeOutcome::kRunning;
   std::string failure_;

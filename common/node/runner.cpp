@@ -53,6 +53,7 @@ int run_process(Node& node, Bus& bus, const std::string& program) {
   Clock::time_point next_idle = Clock::now(), give_up{};
   bool stopping = false;
   while (true) {
+    node.make_endpoints();
     {
       std::lock_guard<std::recursive_mutex> lock(bus.mutex());
       const auto now = Clock::now();
@@ -81,6 +82,7 @@ void run_in_process(const std::vector<Node*>& nodes, MemoryBus& bus, Node* stop_
     return std::any_of(nodes.begin(), nodes.end(), [](const Node* node) { return is_running(*node); });
   };
   bool stopping = false;
+  for (Node* node : nodes) node->make_endpoints();
   while (any_running()) {
     if (g_stop_signal && !stopping) {
       stopping = true;
@@ -91,7 +93,9 @@ void run_in_process(const std::vector<Node*>& nodes, MemoryBus& bus, Node* stop_
     if (now >= next_idle) {
       next_idle = now + std::chrono::milliseconds(2);
       for (Node* node : nodes) {
-        if (is_running(*node)) node->on_idle(now);
+        if (!is_running(*node)) continue;
+        node->make_endpoints();
+        node->on_idle(now);
       }
     } else if (!busy) {
       bus.spin(std::chrono::milliseconds(1));

@@ -33,10 +33,7 @@ int run(const ServerProgram& program, const CommonOptions& options, const NodeMa
   handle_stop_signals();
   if (!end_with_parent(options.parent)) return kExitFailed;
   const std::unique_ptr<Bus> bus = make_bus(options.bus);
-  const std::unique_ptr<Node> node = [&] {
-    std::lock_guard<std::recursive_mutex> lock(bus->mutex());
-    return make_node({bus.get(), options.role, program.program});
-  }();
+  const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program});
   return run_process(*node, *bus, program.program);
 }
 
