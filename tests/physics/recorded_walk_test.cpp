@@ -24,9 +24,9 @@ std::string find_shared(const std::string& file) {
 }
 
 // A robot, its world and the motion it plays.
-class Run {
+class Rollout {
  public:
-  explicit Run(const std::string& yaml)
+  explicit Rollout(const std::string& yaml)
       : scenario_(parse_scenario(yaml, "/test.yaml")), robot_(load_robot(scenario_)), world_(robot_, scenario_),
         simulator_(robot_, scenario_) {
     command_.q = simulator_.state().q;
@@ -76,7 +76,7 @@ TEST_P(RealRobotStands, ForFiveSecondsOnItsOwnWeight) {
   const Standing& c = GetParam();
   const std::string path = find_shared(c.file);
   if (path.empty()) GTEST_SKIP() << "NOT TESTED: ../shared/robots/" << c.file << " is not there";
-  Run run("robot: " + path + "\nfeet: [" + c.feet + "]\nservo: {default: {kp: " + std::to_string(c.kp) +
+  Rollout run("robot: " + path + "\nfeet: [" + c.feet + "]\nservo: {default: {kp: " + std::to_string(c.kp) +
           ", kd: " + std::to_string(c.kd) + "}}\n");
   const double start_height = run.simulator().state().p_WB.z();
   for (int k = 0; k < 5000; ++k) ASSERT_TRUE(run.step()) << run.simulator().fault_text();
@@ -105,12 +105,12 @@ const char kSr1Order[] =
 
 class Sr1Walks : public ::testing::TestWithParam<const char*> {};
 
-// Half the sole's width is 0.07 m: the whole weight on one foot needs a contact that is stiffer in roll than the 1.1
-// kN m/rad at which 130.8 kg tip over, which the default of 2e5 N/m (0.98 kN m/rad) is not.
+// On one foot the contact must be stiffer in roll than m g h, about 1 kN m/rad for 130.8 kg. The default of 2e5 N/m gives
+// 2e5 x (0.07 m)^2 = 0.98 kN m/rad with this sole, and the robot falls (so it does with 5e5); 2e6 and 5e6 walk.
 TEST_P(Sr1Walks, ItsPublishedPatternToTheEndUprightAndForward) {
   const std::string urdf = find_shared("sr1/SR1.urdf"), motion = find_shared(std::string("sr1/") + GetParam());
   if (urdf.empty() || motion.empty()) GTEST_SKIP() << "NOT TESTED: ../shared/robots/sr1 is not there";
-  Run run("robot: " + urdf + "\nfeet: [LLEG_ANKLE_R, RLEG_ANKLE_R]\nground: {friction: 1.0}\n"
+  Rollout run("robot: " + urdf + "\nfeet: [LLEG_ANKLE_R, RLEG_ANKLE_R]\nground: {friction: 1.0}\n"
           "contact: {stiffness: 2e6, tangential_stiffness: 2e6}\n"
           "servo: {default: {kp: 8000, kd: 100}}\nsteps: {time_step: 0.001, control_period: 0.002}\n"
           "initial: {joints: {RLEG_HIP_P: -0.036, RLEG_KNEE: 0.0785, RLEG_ANKLE_P: -0.0425, RARM_SHOULDER_P: 0.175, "
