@@ -70,7 +70,8 @@ struct TopicSeen {
 };
 
 // All callbacks of one bus run one at a time, under mutex(). Code outside callbacks that shares their data locks it too.
-// Readers and writers are destroyed before their bus.
+// Readers and writers are destroyed before their bus. Make and destroy them without holding mutex(): Fast DDS keeps locks
+// of its own while a callback waits for it.
 class Bus {
  public:
   virtual ~Bus() = default;

@@ -170,6 +170,7 @@ struct FastBus::Impl {
   dds::DomainParticipant* participant = nullptr;
   dds::Publisher* publisher = nullptr;
   dds::Subscriber* subscriber = nullptr;
+  std::mutex topics_mutex;
   std::map<std::string, dds::Topic*> topics;
   TopicTypes types;
 
@@ -180,7 +181,9 @@ struct FastBus::Impl {
     dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
   }
 
+  // Not the mutex of callbacks: Fast DDS holds locks of its own while a callback waits for that one.
   dds::Topic* find_or_make_topic(const TopicSpec& spec) {
+    std::lock_guard<std::mutex> lock(topics_mutex);
     types.check(spec);
     dds::Topic*& topic = topics[spec.name];
     if (topic) return topic;
@@ -204,12 +207,10 @@ FastBus::FastBus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
 FastBus::~FastBus() = default;
 
 std::unique_ptr<Writer> FastBus::make_writer(const TopicSpec& topic) {
-  std::lock_guard<std::recursive_mutex> lock(mutex());
   return std::make_unique<FastWriter>(impl_->publisher, impl_->find_or_make_topic(topic), topic, &impl_->ends);
 }
 
 std::unique_ptr<Reader> FastBus::make_reader(const TopicSpec& topic, Delivery delivery, SampleCallback callback) {
-  std::lock_guard<std::recursive_mutex> lock(mutex());
   return std::make_unique<FastReader>(impl_->subscriber, impl_->find_or_make_topic(topic), topic, delivery,
                                       std::move(callback), &mutex(), &impl_->ends);
 }
