@@ -60,7 +60,7 @@ TEST(StandingBiped, FeelsItsWeightLessTheFootsAboveTheBush) {
   }
   // What the foot exerts on the leg: half of everything above the feet.
   EXPECT_NEAR(simulator.sensors().wrenches[0].force.z(), 0.5 * (kWeight - 2.0 * 9.81), 1e-3);
-  EXPECT_NEAR(simulator.sensors().imus[0].linear_acceleration.norm(), 9.81, 1e-6);
+  EXPECT_NEAR(simulator.sensors().imus[0].linear_acceleration.norm(), 9.81, 1e-4);  // still rocks a little
 }
 
 // Bushes stand for a joint at the soles: with rigid joints the robot is an inverted pendulum on springs.
