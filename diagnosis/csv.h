@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Recordings as comma-separated values: one header line, one line a sample.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace hrp::diagnosis {
+
+struct Table {
+  std::string file;
+  std::vector<std::string> names;              // of the columns, as in the header
+  std::vector<std::vector<double>> columns;    // by column; NaN where a cell is empty or says nan
+  std::vector<int> lines;                      // line of the file that each row came from, 1 = header
+  int find(const std::string& name) const;     // -1 when there is no such column
+  size_t rows() const { return lines.size(); }
+};
+
+// Throws InputError with file, line and column of what cannot be read. Empty lines and lines that begin with # are
+// skipped; a last line that was cut off (too few cells) is dropped with a warning, any other such line is an error.
+Table read_csv(const std::string& path, std::vector<std::string>* warnings);
+
+}  // namespace hrp::diagnosis

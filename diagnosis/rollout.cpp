@@ -1,0 +1,432 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/rollout.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/multibody/inverse_dynamics.h"
+#include "common/multibody/kinematics.h"
+#include "common/multibody/mass_matrix.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const double kGamma = 1.0 - 1.0 / std::sqrt(2.0);
+
+// Cubic Hermite interpolation of commands; linear where no rate was recorded.
+struct CommandReader {
+  const Recording& recording;
+
+  void read(const JointColumns& joint, double t, size_t near, double* position, double* rate) const {
+    *position = 0.0, *rate = 0.0;
+    if (joint.command.empty()) return;
+    const std::vector<double>& time = recording.time;
+    if (t <= time.front()) {
+      *position = joint.command.front();
+      return;
+    }
+    if (t >= time.back()) {
+      *position = joint.command.back();
+      *rate = joint.command_rate.empty() ? 0.0 : joint.command_rate.back();
+      return;
+    }
+    size_t k = std::min(near, time.size() - 2);
+    while (k > 0 && time[k] > t) --k;
+    while (k + 2 < time.size() && time[k + 1] <= t) ++k;
+    const double h = time[k + 1] - time[k], s = (t - time[k]) / h;
+    const double a = joint.command[k], b = joint.command[k + 1];
+    if (joint.command_rate.empty()) {
+      *position = a + s * (b - a);
+      return;
+    }
+    const double da = h * joint.command_rate[k], db = h * joint.command_rate[k + 1];
+    const double c2 = 3.0 * (b - a) - 2.0 * da - db, c3 = 2.0 * (a - b) + da + db;
+    *position = a + s * (da + s * (c2 + s * c3));
+    *rate = (da + s * (2.0 * c2 + 3.0 * s * c3)) / h;
+  }
+};
+
+double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t, size_t near) {
+  size_t k = std::min(near, time.size() - 2);
+  while (k > 0 && time[k] > t) --k;
+  while (k + 2 < time.size() && time[k + 1] <= t) ++k;
+  const double s = std::min(1.0, std::max(0.0, (t - time[k]) / (time[k + 1] - time[k])));
+  return values[k] + s * (values[k + 1] - values[k]);
+}
+
+class Rollout {
+ public:
+  Rollout(const Plant& plant, const Recording& recording, const SmoothRecording& smooth)
+      : plant_(plant), recording_(recording), smooth_(smooth), commands_{recording}, data_(*plant.model),
+        state_(make_state(*plant.model)), n_(plant.model->num_joints()) {
+    N_ = n_;
+    for (const JointLaws& laws : plant.laws) motor_.push_back(laws.elastic ? N_++ : static_cast<int>(motor_.size()));
+    const size_t size = static_cast<size_t>(N_);
+    for (std::vector<double>* v : {&Q_, &V_, &Qs_, &Vs_, &f_, &K_, &D_, &k1q_, &k1v_, &k2q_, &k2v_, &rhs_, &servo_}) {
+      v->assign(size, 0.0);
+    }
+    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_}) {
+      v->assign(static_cast<size_t>(n_), 0.0);
+    }
+    couple_k_.assign(size, 0.0), couple_d_.assign(size, 0.0);
+    A_.assign(size * size, 0.0), M_.assign(size * size, 0.0);
+    bias_.setZero(n_);
+    choose_follow_gains();
+    if (!plant.force_W.empty()) wrenches_.resize(static_cast<size_t>(plant.model->num_links()));
+  }
+
+  bool run(const RolloutOptions& options, std::vector<double>* readings) {
+    const size_t rows = recording_.size();
+    readings->assign(rows * static_cast<size_t>(n_) * kQuantities, 0.0);
+    restart(smooth_.start);
+    write(smooth_.start, readings);
+    double started = recording_.time[smooth_.start];
+    for (size_t k = smooth_.start; k + 1 < rows; ++k) {
+      const double t = recording_.time[k], dt = recording_.time[k + 1] - t;
+      if (options.horizon > 0.0 && t - started >= options.horizon) {
+        restart(k);
+        started = t;
+      }
+      const int steps = std::max(1, static_cast<int>(std::ceil(dt / options.max_step - 1e-9)));
+      near_ = k;
+      for (int i = 0; i < steps; ++i) {
+        if (!step(t + dt * i / steps, dt / steps)) return false;
+      }
+      near_ = k + 1;
+      write(k + 1, readings);
+    }
+    return true;
+  }
+
+ private:
+  const JointLaws& laws(int j) const { return plant_.laws[static_cast<size_t>(j)]; }
+
+  void restart(size_t k) {
+    for (int j = 0; j < n_; ++j) {
+      const SmoothJoint& joint = smooth_.joints[static_cast<size_t>(j)];
+      Q_[j] = joint.q[k] - laws(j).joint_offset;
+      V_[j] = joint.qd[k];
+      Z_[j] = 0.0;
+    }
+    near_ = k;
+    start_transmissions(k);
+    update_bodies(Q_.data(), V_.data());
+    for (int j = 0; j < n_; ++j) U_[j] = calc_drive(j, recording_.time[k], Q_.data(), V_.data());
+  }
+
+  // Elastic joints: the encoder is on the motor; the link lags by the twist that carries the present load.
+  void start_transmissions(size_t k) {
+    if (N_ == n_) return;
+    update_bodies(Q_.data(), V_.data());
+    Eigen::VectorXd qdd(n_), tau(n_);
+    for (int j = 0; j < n_; ++j) qdd[j] = smooth_.joints[static_cast<size_t>(j)].qdd[k];
+    calc_inverse_dynamics(*plant_.model, qdd, wrenches_.empty() ? nullptr : &wrenches_, &data_, &tau);
+    for (int j = 0; j < n_; ++j) {
+      if (!laws(j).elastic) continue;
+      Q_[motor_[j]] = Q_[j], V_[motor_[j]] = V_[j];
+      Q_[j] -= tau[j] / laws(j).stiffness + (tau[j] > 0.0 ? 0.5 : -0.5) * laws(j).gap;
+    }
+  }
+
+  void update_bodies(const double* Q, const double* V) {
+    for (int j = 0; j < n_; ++j) state_.q[j] = Q[j], state_.qd[j] = V[j];
+    update_kinematics(*plant_.model, state_, &data_);
+    if (!wrenches_.empty()) {
+      for (int link = 0; link < plant_.model->num_links(); ++link) {
+        const Vector3d& force = plant_.force_W[static_cast<size_t>(link)];
+        Vector6d F = Vector6d::Zero();
+        if (!force.isZero()) {
+          const Transform X_WL = get_pose(data_, link);
+          F << Vector3d((X_WL.R * plant_.tree.links[static_cast<size_t>(link)].inertia.p_LLcm_L).cross(force)), force;
+        }
+        wrenches_[static_cast<size_t>(link)] = F;
+      }
+    }
+  }
+
+  void choose_follow_gains() {
+    follow_k_.assign(static_cast<size_t>(n_), 0.0), follow_d_ = follow_k_, free_.assign(static_cast<size_t>(n_), 0);
+    for (int j = 0; j < n_; ++j) state_.q[j] = smooth_.joints[static_cast<size_t>(j)].q[smooth_.start];
+    update_kinematics(*plant_.model, state_, &data_);
+    const Eigen::MatrixXd& M = update_mass_matrix(*plant_.model, &data_);
+    for (int j = 0; j < n_; ++j) {
+      const bool servo = laws(j).kp > 0.0 && !plant_.effort_driven;
+      follow_k_[j] = servo ? laws(j).kp : M(j, j) * kFollow * kFollow;
+      follow_d_[j] = servo ? laws(j).kd : 2.0 * M(j, j) * kFollow;
+    }
+  }
+
+  // Draws the joint to its recorded motion.
+  void follow(int j, double t, double q, double v) {
+    const SmoothJoint& joint = smooth_.joints[static_cast<size_t>(j)];
+    const double q_recorded = interpolate(recording_.time, joint.q, t, near_), v_recorded = interpolate(recording_.time, joint.qd, t, near_);
+    const int m = motor_[j];
+    f_[m] += follow_k_[j] * (q_recorded - q) + follow_d_[j] * (v_recorded - v);
+    K_[m] += follow_k_[j], D_[m] += follow_d_[j];
+  }
+
+  // Servo (or recorded) effort of joint j before lag; K_ and D_ of its motor coordinate are set to its slopes.
+  double calc_drive(int j, double t, const double* Q, const double* V) {
+    const JointLaws& law = laws(j);
+    const JointColumns& columns = recording_.joints[static_cast<size_t>(j)];
+    const int m = motor_[j];
+    if (plant_.effort_driven) {
+      free_[j] = 1;
+      const auto& effort = smooth_.effort[static_cast<size_t>(j)];
+      return effort.empty() ? 0.0 : interpolate(recording_.time, effort, t, near_);
+    }
+    free_[j] = 0;
+    if (columns.command.empty()) return 0.0;
+    double position, rate;
+    const double origin = recording_.time.front();
+    commands_.read(columns, origin + (t - origin) * (1.0 + plant_.clock_skew) - law.command_delay - plant_.command_shift, near_, &position, &rate);
+    const double u = calc_servo_effort(law, position - Q[m] - law.joint_offset, rate - V[m], 0.0);
+    if (std::abs(u) > law.effort_limit) free_[j] = 1;
+    if (free_[j]) return u > 0.0 ? law.effort_limit : -law.effort_limit;
+    K_[m] = law.kp, D_[m] = law.kd;
+    return u;
+  }
+
+  // Dry and viscous friction, cogging, on the motor side. Adds the slope to D_.
+  double calc_friction(int j, double q, double v, double load, double* slope) const {
+    const JointLaws& law = laws(j);
+    double effort = -law.viscous * v;
+    *slope += law.viscous;
+    if (law.has_friction()) {
+      const double s = std::tanh(v / plant_.stick_speed[static_cast<size_t>(j)]);
+      const double level = calc_friction_level(law, std::abs(v), load, s);
+      effort -= level * s;
+      *slope += level * (1.0 - s * s) / plant_.stick_speed[static_cast<size_t>(j)];
+    }
+    if (law.cogging_amplitude != 0.0) effort += calc_cogging(law, q);
+    return effort;
+  }
+
+  void calc_joint_forces(int j, double t, double h, const double* Q, const double* V, const double* U, const double* Z) {
+    const JointLaws& law = laws(j);
+    const int m = motor_[j];
+    double u = calc_drive(j, t, Q, V);
+    servo_[j] = u;
+    lag_factor_[j] = 0.0;
+    if (law.lag > 0.0) {
+      const double w = kGamma * h / law.lag;
+      fu_[j] = (u - U[j]) / law.lag;
+      lag_factor_[j] = 1.0 / (1.0 + w);
+      lag_k_[j] = K_[m] * w, lag_d_[j] = D_[m] * w;
+      K_[m] *= w / (1.0 + w), D_[m] *= w / (1.0 + w);
+      u = U[j];
+    }
+    if (std::abs(u) > law.saturation) {
+      u = u > 0.0 ? law.saturation : -law.saturation;
+      free_[j] = 1;
+      K_[m] = 0.0, D_[m] = 0.0;
+    }
+    u *= law.torque_scale;
+    K_[m] *= law.torque_scale, D_[m] *= law.torque_scale;
+    f_[m] += u + calc_friction(j, Q[m], V[m], u, &D_[m]);
+    if (free_[j]) follow(j, t, Q[m] + law.joint_offset, V[m]);
+    if (law.cogging_amplitude != 0.0) K_[m] -= calc_cogging_slope(law, Q[m]);
+    if (law.spring_stiffness != 0.0) {
+      f_[j] -= law.spring_stiffness * (Q[j] - law.spring_rest);
+      K_[j] += law.spring_stiffness;
+    }
+    if (law.hysteresis_stiffness > 0.0) {
+      const double factor = calc_hysteresis_rate_factor(Z[j], V[j]);
+      f_[j] -= law.hysteresis_stiffness * law.hysteresis_yield * Z[j];
+      fz_[j] = factor * V[j] / law.hysteresis_yield;
+      D_[j] += kGamma * h * law.hysteresis_stiffness * factor;
+    }
+    if (law.elastic) calc_transmission(j, Q, V);
+  }
+
+  void calc_transmission(int j, const double* Q, const double* V) {
+    const JointLaws& law = laws(j);
+    const int m = motor_[j];
+    const double twist = calc_backlash_twist(law.gap, Q[m] - Q[j]);
+    const bool open = law.gap > 0.0 && twist == 0.0;
+    const double k = open ? 0.0 : law.stiffness, d = open ? 0.0 : law.damping;
+    const double effort = k * twist + d * (V[m] - V[j]);
+    f_[j] += effort, f_[m] -= effort;
+    K_[j] += k, K_[m] += k, D_[j] += d, D_[m] += d;
+    couple_k_[m] = -k, couple_d_[m] = -d;
+  }
+
+  // Forces f_, slopes K_, D_, mass matrix M_ at a state.
+  void evaluate(double t, double h, const double* Q, const double* V, const double* U, const double* Z) {
+    std::fill(f_.begin(), f_.end(), 0.0), std::fill(K_.begin(), K_.end(), 0.0), std::fill(D_.begin(), D_.end(), 0.0);
+    update_bodies(Q, V);
+    for (int j = 0; j < n_; ++j) calc_joint_forces(j, t, h, Q, V, U, Z);
+    if (wrenches_.empty()) {
+      calc_bias(*plant_.model, &data_, &bias_);
+    } else {
+      const Eigen::VectorXd zero = Eigen::VectorXd::Zero(n_);
+      calc_inverse_dynamics(*plant_.model, zero, &wrenches_, &data_, &bias_);
+    }
+    for (int j = 0; j < n_; ++j) f_[j] -= bias_[j];
+    const Eigen::MatrixXd& M = update_mass_matrix(*plant_.model, &data_);
+    std::fill(M_.begin(), M_.end(), 0.0);
+    for (int i = 0; i < n_; ++i) {
+      for (int j = 0; j < n_; ++j) M_[i * N_ + j] = M(i, j);
+      M_[motor_[i] * N_ + motor_[i]] += plant_.rotor[static_cast<size_t>(i)];
+      if (K_[motor_[i]] > 0.0) M_[motor_[i] * N_ + motor_[i]] -= laws(i).kd * plant_.rate_lag;
+      if (laws(i).elastic) M_[motor_[i] * N_ + motor_[i]] += laws(i).motor_inertia;
+    }
+  }
+
+  // Solves (M + c D + c^2 K) x = rhs_, c = gamma h, into x. False when not positive.
+  bool solve(double c, double* x) {
+    for (int i = 0; i < N_; ++i) {
+      for (int j = 0; j <= i; ++j) A_[i * N_ + j] = M_[i * N_ + j];
+      A_[i * N_ + i] += c * D_[i] + c * c * K_[i];
+    }
+    for (int j = 0; j < n_; ++j) {
+      if (motor_[j] != j) A_[motor_[j] * N_ + j] += c * couple_d_[motor_[j]] + c * c * couple_k_[motor_[j]];
+    }
+    for (int i = 0; i < N_; ++i) {
+      double* row = &A_[i * N_];
+      for (int j = 0; j < i; ++j) {
+        double s = row[j];
+        const double* other = &A_[j * N_];
+        for (int k = 0; k < j; ++k) s -= row[k] * other[k];
+        row[j] = s * other[j];  // the diagonal holds inverses
+      }
+      double s = row[i];
+      for (int k = 0; k < i; ++k) s -= row[k] * row[k];
+      if (!(s > 0.0)) return false;
+      row[i] = 1.0 / std::sqrt(s);
+    }
+    for (int i = 0; i < N_; ++i) {
+      double s = rhs_[i];
+      for (int k = 0; k < i; ++k) s -= A_[i * N_ + k] * x[k];
+      x[i] = s * A_[i * N_ + i];
+    }
+    for (int i = N_ - 1; i >= 0; --i) {
+      double s = x[i];
+      for (int k = i + 1; k < N_; ++k) s -= A_[k * N_ + i] * x[k];
+      x[i] = s * A_[i * N_ + i];
+    }
+    return std::isfinite(x[0]);
+  }
+
+  // x += (K dq) of the stiff terms, as rhs correction.
+  void subtract_stiffness(double c, const double* dq) {
+    for (int i = 0; i < N_; ++i) rhs_[i] -= c * K_[i] * dq[i];
+    for (int j = 0; j < n_; ++j) {
+      const int m = motor_[j];
+      if (m == j) continue;
+      rhs_[m] -= c * couple_k_[m] * dq[j];
+      rhs_[j] -= c * couple_k_[m] * dq[m];
+    }
+  }
+
+  bool step(double t, double h) {
+    const double c = kGamma * h;
+    evaluate(t, h, Q_.data(), V_.data(), U_.data(), Z_.data());
+    // Stage 1: kq = V + c kv.
+    for (int i = 0; i < N_; ++i) rhs_[i] = f_[i];
+    add_lag(c, fu_.data(), V_.data());
+    subtract_stiffness(c, V_.data());
+    if (!solve(c, k1v_.data())) return false;
+    for (int i = 0; i < N_; ++i) k1q_[i] = V_[i] + c * k1v_[i];
+    for (int j = 0; j < n_; ++j) finish_memory(j, c, fu_[j], fz_[j], k1q_.data(), k1v_.data(), &k1u_[j], &k1z_[j]);
+    for (int i = 0; i < N_; ++i) Qs_[i] = Q_[i] + h * k1q_[i], Vs_[i] = V_[i] + h * k1v_[i];
+    for (int j = 0; j < n_; ++j) Us_[j] = U_[j] + h * k1u_[j], Zs_[j] = Z_[j] + h * k1z_[j];
+    // Stage 2: F(w1) - 2 k1.
+    evaluate(t + h, h, Qs_.data(), Vs_.data(), Us_.data(), Zs_.data());
+    for (int i = 0; i < N_; ++i) {
+      double s = f_[i];
+      for (int k = 0; k < N_; ++k) s -= 2.0 * M_[i * N_ + k] * k1v_[k];
+      rhs_[i] = s;
+      Vs_[i] -= 2.0 * k1q_[i];  // right-hand side of the position rows
+    }
+    for (int j = 0; j < n_; ++j) fu_[j] -= 2.0 * k1u_[j], fz_[j] -= 2.0 * k1z_[j];
+    add_lag(c, fu_.data(), Vs_.data());
+    subtract_stiffness(c, Vs_.data());
+    if (!solve(c, k2v_.data())) return false;
+    for (int i = 0; i < N_; ++i) k2q_[i] = Vs_[i] + c * k2v_[i];
+    for (int j = 0; j < n_; ++j) {
+      double k2u, k2z;
+      finish_memory(j, c, fu_[j], fz_[j], k2q_.data(), k2v_.data(), &k2u, &k2z);
+      U_[j] += h * (1.5 * k1u_[j] + 0.5 * k2u);
+      Z_[j] += h * (1.5 * k1z_[j] + 0.5 * k2z);
+    }
+    for (int i = 0; i < N_; ++i) {
+      Q_[i] += h * (1.5 * k1q_[i] + 0.5 * k2q_[i]);
+      V_[i] += h * (1.5 * k1v_[i] + 0.5 * k2v_[i]);
+    }
+    return std::abs(Q_[0]) < 1e6;
+  }
+
+  // The lagged effort's own change within the stage acts on its motor.
+  void add_lag(double c, const double* fu, const double*) {
+    for (int j = 0; j < n_; ++j) {
+      if (lag_factor_[j] > 0.0) rhs_[motor_[j]] += laws(j).torque_scale * c * lag_factor_[j] * fu[j];
+    }
+  }
+
+  void finish_memory(int j, double c, double fu, double fz, const double* kq, const double* kv, double* ku, double* kz) const {
+    *ku = 0.0, *kz = 0.0;
+    if (lag_factor_[j] > 0.0) {
+      const int m = motor_[j];
+      *ku = lag_factor_[j] * (fu - (lag_k_[j] * kq[m] + lag_d_[j] * kv[m]) / 1.0 * (1.0));
+    }
+    (void)c;
+    if (laws(j).hysteresis_stiffness > 0.0) *kz = fz;
+  }
+
+  void write(size_t k, std::vector<double>* readings) {
+    double* out = readings->data() + k * static_cast<size_t>(n_) * kQuantities;
+    for (int j = 0; j < n_; ++j) {
+      const int m = motor_[j];
+      out[j * kQuantities + 0] = Q_[m] + laws(j).joint_offset;
+      out[j * kQuantities + 1] = V_[m];
+      out[j * kQuantities + 2] = calc_drive(j, recording_.time[k], Q_.data(), V_.data());
+    }
+  }
+
+  const Plant& plant_;
+  const Recording& recording_;
+  const SmoothRecording& smooth_;
+  CommandReader commands_;
+  Data data_;
+  State state_;
+  int n_, N_ = 0;
+  size_t near_ = 0;
+  std::vector<double> follow_k_, follow_d_;
+  std::vector<char> free_;   // the drive does not hold the joint now
+  std::vector<int> motor_;   // coordinate of each joint's motor
+  std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_, servo_;
+  std::vector<double> U_, Z_, Us_, Zs_, fu_, fz_, k1u_, k1z_, lag_factor_, lag_k_, lag_d_;
+  std::vector<double> couple_k_, couple_d_, A_, M_;
+  Eigen::VectorXd bias_;
+  LinkWrenches wrenches_;
+};
+
+// Faults of the joints' own sensors act on what would have been read.
+void apply_faults(const Plant& plant, const Recording& recording, std::vector<double>* readings) {
+  const size_t width = plant.faults.size(), rows = recording.size();
+  for (size_t c = 0; c < width; ++c) {
+    const SignalFault& fault = plant.faults[c];
+    if (fault.delay > 0.0) {
+      std::vector<double> series(rows);
+      for (size_t k = 0; k < rows; ++k) series[k] = (*readings)[k * width + c];
+      for (size_t k = 0; k < rows; ++k) {
+        (*readings)[k * width + c] = interpolate(recording.time, series, recording.time[k] - fault.delay, k);
+      }
+    }
+    if (fault.bias == 0.0 && fault.scale == 1.0) continue;
+    for (size_t k = 0; k < rows; ++k) (*readings)[k * width + c] = fault.scale * (*readings)[k * width + c] + fault.bias;
+  }
+}
+
+}  // namespace
+
+bool simulate_recording(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
+                        const RolloutOptions& options, std::vector<double>* readings) {
+  Rollout rollout(plant, recording, smooth);
+  if (!rollout.run(options, readings)) return false;
+  apply_faults(plant, recording, readings);
+  return true;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Simulation of a robot whose base stands still, from a recording's own commands (or efforts), at its time stamps.
+//
+// Integrator: ROS2 (Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20, 1999), a Rosenbrock method of order 2
+// that stays of order 2 with any approximate Jacobian and is L-stable with gamma = 1 - 1/sqrt(2): servo, transmission
+// and friction terms are implicit, so that the light wrist of an arm with stiff gains needs no smaller steps than its
+// shoulder. Dry friction is a damper below the plant's stick speed.
+//
+// A drive at its limit, or one that is given efforts, does not hold the joint near a reference: the smallest error of a
+// model then grows without bound. There the recorded motion takes the servo's place: the simulated joint is drawn to it
+// with the servo's own gains (at kFollow where there is no servo). Errors of the model thus show with the same size
+// whether or not the drive is at its limit.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/plant.h"
+#include "diagnosis/smooth.h"
+
+namespace hrp::diagnosis {
+
+constexpr double kFollow = 8.0;  // [rad/s] natural frequency, critically damped
+
+struct RolloutOptions {
+  double max_step = 0.001;   // [s]
+  double horizon = 0.0;      // [s] restart from the measured state after this long; 0: never
+};
+
+// Readings [sample][joint][quantity], flat. False when the motion left the finite numbers.
+bool simulate_recording(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
+                        const RolloutOptions& options, std::vector<double>* readings);
+
+}  // namespace hrp::diagnosis

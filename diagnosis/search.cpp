@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
+
+namespace hrp::diagnosis {
+namespace {
+
+std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0) {
+  char text[120];
+  std::snprintf(text, sizeof text, pattern, a, b, c);
+  return text;
+}
+
+using Key = std::vector<std::pair<int, int>>;
+
+Key make_key(const Hypothesis& hypothesis) {
+  Key key;
+  for (const Effect& effect : hypothesis) key.push_back({static_cast<int>(effect.id), effect.place});
+  std::sort(key.begin(), key.end());
+  return key;
+}
+
+class Search {
+ public:
+  Search(const Problem& problem, const Progress& progress)
+      : problem_(problem), e_(*problem.experiment), progress_(progress),
+        held_out_(problem.validate.empty() ? problem.train : problem.validate) {
+    coarse_ = problem;
+    coarse_.options.max_step = 2.0 * problem.options.max_step;
+  }
+
+  Outcome run() {
+    Outcome outcome;
+    outcome.nominal = judge({}, refine({}));
+    say("nominal", outcome.nominal);
+    nominal_ = outcome.nominal;
+    if (is_noise(outcome.nominal)) {
+      outcome.chosen = outcome.nominal;
+      outcome.rivals = {outcome.nominal};
+      return outcome;
+    }
+    outcome.mismatch = true;
+    trials_[{}] = outcome.nominal;
+    best_chi2_ = outcome.nominal.train.chi2;
+    try_singles();
+    if (!is_explained(best_refined())) try_pairs();
+    decide(&outcome);
+    return outcome;
+  }
+
+ private:
+  void say(const std::string& what, const Trial& t) const {
+    progress_(what + ": train " + format("%.4g, held out %.4g, worst signal %.4g", t.train.rms(), t.rms, t.worst));
+  }
+
+  bool is_noise(const Trial& t) const { return t.rms < 1.2 && t.worst < 1.7 && t.train.rms() < 1.4; }
+
+  // What is left is noise, or so small a share of what there was that the law itself can only be a matter of detail.
+  bool is_explained(const Trial& t) const {
+    if (t.hypothesis.empty()) return false;
+    if (is_noise(t)) return true;
+    const double before = nominal_.rms * nominal_.rms - 1.0, after = t.rms * t.rms - 1.0;
+    return t.rms < 2.0 && after < 1e-3 * before;
+  }
+
+  FitResult refine(const Hypothesis& hypothesis) {
+    Hypothesis start = hypothesis;
+    start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
+    FitOptions options;
+    options.max_iterations = 15;
+    return fit(problem_, start, problem_.train, options);
+  }
+
+  Trial judge(const Hypothesis& hypothesis, const FitResult& result) const {
+    Trial trial;
+    trial.hypothesis = hypothesis;
+    if (!result.ok) return trial;
+    trial.hypothesis = result.hypothesis;
+    if (!trial.hypothesis.empty() && trial.hypothesis.back().id == EffectId::kTiming) {
+      trial.timing = trial.hypothesis.back();
+      trial.hypothesis.pop_back();
+      trial.refined = true;
+    }
+    trial.train = result.train;
+    const Problem& problem = trial.refined ? problem_ : coarse_;
+    trial.validate = calc_score(problem, trial.full(), held_out_);
+    if (!trial.validate.ok) return trial;
+    trial.rms = trial.validate.rms();
+    trial.worst = 0.0;
+    for (size_t c = 0; c < trial.validate.signal_chi2.size(); ++c) {
+      if (trial.validate.signal_count[c] > 0.0) {
+        trial.worst = std::max(trial.worst, std::sqrt(trial.validate.signal_chi2[c] / trial.validate.signal_count[c]));
+      }
+    }
+    return trial;
+  }
+
+  void try_fit(const Hypothesis& start) {
+    const Key key = make_key(start);
+    if (trials_.count(key)) return;
+    FitOptions options;
+    options.max_iterations = 8;
+    options.tolerance = 1e-3;
+    options.abandon_above = 25.0 * best_chi2_;
+    const FitResult result = fit(coarse_, start, problem_.train, options);
+    Trial trial = judge(start, result);
+    if (result.ok) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
+    say("  " + get_label(e_, start), trial);
+    trials_[key] = trial;
+  }
+
+  std::vector<Trial> sorted() const {
+    std::vector<Trial> list;
+    for (const auto& item : trials_) list.push_back(item.second);
+    std::stable_sort(list.begin(), list.end(), [](const Trial& a, const Trial& b) { return a.train.ok && b.train.ok ? cost(a) < cost(b) : a.train.ok; });
+    return list;
+  }
+
+  static double cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
+
+  void refine_best(size_t count) {
+    size_t done = 0;
+    for (const Trial& t : sorted()) {
+      if (done >= count || cost(t) > 60.0 * cost(sorted().front()) + 1e5) break;
+      ++done;
+      if (t.refined || t.hypothesis.empty()) continue;
+      Trial trial = judge(t.hypothesis, refine(t.hypothesis));
+      say("  * " + get_label(e_, trial.hypothesis), trial);
+      if (cost(trial) < cost(t)) {
+        best_chi2_ = std::min(best_chi2_, trial.train.chi2);
+        trials_[make_key(t.hypothesis)] = trial;
+      }
+    }
+  }
+
+  Trial best_refined() const {
+    for (const Trial& t : sorted()) {
+      if (t.refined) return t;
+    }
+    return nominal_;
+  }
+
+  void try_singles() {
+    const Screening screening = screen(problem_, {});
+    progress_("one effect: " + format("%.0f candidates", static_cast<double>(screening.candidates.size())));
+    std::map<int, int> per_place;
+    int tried = 0;
+    for (const Candidate& c : screening.candidates) {
+      if (tried >= 14 || c.gain < 0.02 * screening.candidates.front().gain) break;
+      try_fit({c.start});
+      ++tried;
+    }
+    refine_best(4);
+  }
+
+  void try_pairs() {
+    progress_("two effects");
+    for (const CandidateSet& set : find_best_pairs(problem_, 7)) try_fit(set.start);
+    const Hypothesis base = best_refined().hypothesis;
+    if (base.size() == 1) extend(base, 6);
+    refine_best(3);
+  }
+
+  void extend(const Hypothesis& base, int count) {
+    const Screening screening = screen(problem_, base);
+    int tried = 0;
+    for (const Candidate& c : screening.candidates) {
+      if (tried >= count) break;
+      const auto same = [&](const Effect& b) { return b.place == c.start.place && get_effect(b.id).place == get_effect(c.start.id).place && b.id == c.start.id; };
+      if (std::any_of(base.begin(), base.end(), same)) continue;
+      Hypothesis start = base;
+      start.push_back(c.start);
+      try_fit(start);
+      ++tried;
+    }
+  }
+
+  // The simplest of those that cannot be told from the best by the recordings they were not fitted to.
+  void decide(Outcome* outcome) {
+    std::vector<Trial> list;
+    for (const Trial& t : sorted()) {
+      if (t.refined) list.push_back(t);
+    }
+    if (list.empty()) list.push_back(nominal_);
+    const Trial& best = list.front();
+    // One more parameter must earn more than chance and the detail of laws can give.
+    const double unit = std::max(1.0, cost(best) / std::max(1.0, best.train.count + best.validate.count));
+    const auto price = [&](const Trial& t) {
+      double parameters = 0.0;
+      for (const Effect& effect : t.hypothesis) parameters += static_cast<double>(effect.p.size());
+      return cost(t) / unit + 60.0 * static_cast<double>(t.hypothesis.size()) + 15.0 * parameters +
+             0.004 * (best.train.count + best.validate.count) * static_cast<double>(t.hypothesis.size());
+    };
+    std::stable_sort(list.begin(), list.end(), [&](const Trial& a, const Trial& b) { return price(a) < price(b); });
+    prefer_simple(&list);
+    outcome->chosen = list.front();
+    double sum = 0.0;
+    for (Trial& t : list) sum += t.probability = std::exp(-0.5 * std::min(1400.0, (price(t) - price(list.front())) / 20.0));
+    for (Trial& t : list) t.probability /= sum;
+    outcome->chosen.probability = list.front().probability;
+    outcome->rivals = list;
+    for (const Trial& t : sorted()) {
+      if (!t.refined && outcome->rivals.size() < 14) outcome->rivals.push_back(t);
+    }
+    outcome->explained = is_explained(outcome->chosen);
+    for (size_t i = 1; i < list.size(); ++i) {
+      if (list[i].probability > 0.1) outcome->twins.push_back(list[i].hypothesis);
+    }
+  }
+
+  static size_t count_parameters(const Trial& t) {
+    size_t count = 0;
+    for (const Effect& effect : t.hypothesis) count += effect.p.size();
+    return count;
+  }
+
+  // Among models that leave noise only, the one with the fewest effects, then parameters, unless a richer one removes
+  // most of what it leaves above the noise.
+  void prefer_simple(std::vector<Trial>* list) const {
+    const double best = list->front().rms * list->front().rms - 1.0;
+    for (size_t i = 1; i < list->size(); ++i) {
+      const Trial& t = (*list)[i];
+      const Trial& first = list->front();
+      const bool simpler = t.hypothesis.size() < first.hypothesis.size() ||
+                           (t.hypothesis.size() == first.hypothesis.size() && count_parameters(t) < count_parameters(first));
+      if (!simpler || !is_noise(t) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1) continue;
+      std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
+    }
+  }
+
+  const Problem& problem_;
+  Problem coarse_;
+  const Experiment& e_;
+  Progress progress_;
+  std::vector<int> held_out_;
+  Trial nominal_;
+  std::map<Key, Trial> trials_;
+  double best_chi2_ = 1e300;
+};
+
+}  // namespace
+
+Hypothesis Trial::full() const {
+  Hypothesis all = hypothesis;
+  if (refined) all.push_back(timing);
+  return all;
+}
+
+Outcome search(const Problem& problem, const Progress& progress) { return Search(problem, progress).run(); }
+
+}  // namespace hrp::diagnosis

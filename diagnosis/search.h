@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From recordings to a verdict: which effects, if any, explain the mismatch.
+#pragma once
+
+#include <functional>
+
+#include "diagnosis/screen.h"
+
+namespace hrp::diagnosis {
+
+// A hypothesis that was fitted on the training recordings and judged on the others.
+struct Trial {
+  Hypothesis hypothesis;                  // without the timing of the drive's loop
+  Effect timing{EffectId::kTiming, 0, {0.0, 0.0}};
+  std::vector<std::vector<double>> std;   // by effect, by parameter
+  Score train, validate;
+  double rms = 1e300;                     // on the recordings it was not fitted to
+  double worst = 1e300;                   // largest root mean square of one signal there
+  double probability = 0.0;
+  bool refined = false;                   // fitted to the end, with timing
+  Hypothesis full() const;                // with the timing
+};
+
+struct Outcome {
+  Trial nominal;                          // nothing added
+  Trial chosen;                           // best model found, named or not
+  bool mismatch = false, explained = false, partly = false;
+  std::vector<Trial> rivals;              // best first, the chosen one too
+  std::vector<Hypothesis> twins;          // as good as the chosen one: the data cannot tell
+};
+
+using Progress = std::function<void(const std::string&)>;
+
+Outcome search(const Problem& problem, const Progress& progress);
+
+}  // namespace hrp::diagnosis
