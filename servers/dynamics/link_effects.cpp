@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/dynamics/link_effects.h"
+
+namespace hrp {
+
+void add_payload(double mass, const Vector3d& p_LP, LinkInertia* inertia) {
+  const double total = inertia->mass + mass;
+  if (!(total > 0.0)) return;
+  // Two bodies about their common centre of mass: the reduced mass on the distance between their centres.
+  const Vector3d d = p_LP - inertia->p_LLcm_L;
+  const double reduced = inertia->mass * mass / total;
+  inertia->I_LLcm_L += reduced * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
+  inertia->p_LLcm_L += mass / total * d;
+  inertia->mass = total;
+}
+
+void scale_mass(double scale, LinkInertia* inertia) {
+  inertia->mass *= scale;
+  inertia->I_LLcm_L *= scale;
+}
+
+void move_centre_of_mass(const Vector3d& offset, LinkInertia* inertia) { inertia->p_LLcm_L += offset; }
+
+}  // namespace hrp

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One whole step of Unitree G1 standing on eight contact points (contact, servo, integration; no collision search)
+// against MuJoCo's mj_step on the same robot, and our step against the number of contact points. No pass or fail.
+#include <benchmark/benchmark.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common/multibody/kinematics.h"
+#include "servers/dynamics/simulator.h"
+#include "servers/model_parser/robot_loader.h"
+#include "servers/mujoco_dynamics/mjcf.h"
+
+namespace hrp {
+namespace {
+
+std::string find_g1() { return std::string(HRP_SOURCE_DIR) + "/../shared/robots/unitree_g1/g1_29dof_rev_1_0.urdf"; }
+
+bool load(benchmark::State& loop, Scenario* scenario, RobotDescription* robot) {
+  if (!std::filesystem::exists(find_g1())) {
+    loop.SkipWithError("../shared/robots/unitree_g1 is absent");
+    return false;
+  }
+  scenario->robot = find_g1();
+  scenario->feet = {"left_ankle_roll_link", "right_ankle_roll_link"};
+  scenario->initial_height_given = true;
+  scenario->initial_position = Vector3d(0, 0, 0.7569 + 0.035 - 2e-4);  // soles 0.2 mm in the floor
+  scenario->servo_default.kp = 500.0;
+  scenario->servo_default.kd = 5.0;
+  scenario->control_period = 5;
+  *robot = load_robot(*scenario);
+  return true;
+}
+
+// `points` points on the soles' lower faces, touching as deep as they are in this state.
+ContactSet find_contacts(const Simulator& simulator, const Model& model, int points) {
+  Data data(model);
+  update_kinematics(model, simulator.state(), &data);
+  ContactSet contacts;
+  for (const char* foot : {"left_ankle_roll_link", "right_ankle_roll_link"}) {
+    ContactPair pair;
+    pair.body_a = simulator.tree().find_link(foot);
+    pair.friction = 0.8;
+    const Transform X_WL = get_pose(data, pair.body_a);
+    pair.p_WR = X_WL.p;
+    for (int i = 0; i < points / 2; ++i) {
+      const double x = i % 2 == 0 ? -0.05 : 0.12, y = (i / 2) % 2 == 0 ? -0.025 : 0.025;
+      ContactPoint point;
+      point.p_WC = X_WL * Vector3d(x - 1e-3 * (i / 4), y, -0.035);
+      point.depth = -point.p_WC.z();
+      if (point.depth > 0.0) pair.points.push_back(point);
+    }
+    if (!pair.points.empty()) contacts.push_back(pair);
+  }
+  return contacts;
+}
+
+// Settles with a search in every step, then times steps with the contacts of the settled state.
+void our_step(benchmark::State& loop) {
+  Scenario scenario;
+  RobotDescription robot;
+  if (!load(loop, &scenario, &robot)) return;
+  const int points = static_cast<int>(loop.range(0));
+  Simulator simulator(robot, scenario);
+  const Model model(simulator.tree());
+  JointCommand command;
+  command.q = simulator.state().q;
+  StepStatus status = StepStatus::kOk;
+  for (int i = 0; points > 0 && i < 500 && status == StepStatus::kOk; ++i) {
+    status = simulator.step(find_contacts(simulator, model, points), command);
+  }
+  const ContactSet contacts = find_contacts(simulator, model, points);
+  long found = 0;
+  for (const ContactPair& pair : contacts) found += static_cast<long>(pair.points.size());
+  const State settled = simulator.state();
+  long done = 0;
+  for (auto _ : loop) {
+    status = simulator.step(contacts, command);
+    if (status != StepStatus::kOk) return loop.SkipWithError(simulator.fault_text().c_str());
+    if (++done % 200 != 0) continue;
+    loop.PauseTiming();  // the contacts are fixed: the state must not drift away from them
+    if (!simulator.reset(settled)) return loop.SkipWithError("reset");
+    loop.ResumeTiming();
+  }
+  loop.counters["contacts"] = static_cast<double>(found);
+}
+BENCHMARK(our_step)->Arg(0)->Arg(4)->Arg(8)->Arg(16)->Arg(32)->Arg(64);
+
+mjModel* load_mujoco(const std::string& xml, char* error, int size) {
+  mjVFS vfs;
+  mj_defaultVFS(&vfs);
+  mj_makeEmptyFileVFS(&vfs, "model.xml", static_cast<int>(xml.size()));
+  std::copy(xml.begin(), xml.end(), static_cast<char*>(vfs.filedata[vfs.nfile - 1]));
+  mjModel* model = mj_loadXML("model.xml", &vfs, error, size);
+  mj_deleteVFS(&vfs);
+  return model;
+}
+
+// The same robot and scenario, its soles' spheres on a plane, as servers/mujoco_dynamics writes it.
+void mujoco_step(benchmark::State& loop) {
+  Scenario scenario;
+  RobotDescription robot;
+  if (!load(loop, &scenario, &robot)) return;
+  char error[1000] = "";
+  mjModel* model = load_mujoco(make_mjcf(robot, scenario), error, sizeof error);
+  if (!model) return loop.SkipWithError(error);
+  mjData* data = mj_makeData(model);
+  data->qpos[2] = scenario.initial_position.z();
+  for (int i = 0; i < 500; ++i) mj_step(model, data);  // its actuators are the same servo, reference 0
+  for (auto _ : loop) mj_step(model, data);
+  loop.counters["contacts"] = data->ncon;
+  loop.counters["height"] = data->qpos[2];
+  mj_deleteData(data);
+  mj_deleteModel(model);
+}
+BENCHMARK(mujoco_step);
+
+}  // namespace
+}  // namespace hrp
+
+BENCHMARK_MAIN();
