@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 
 #include "common/base/diagnostics.h"
@@ -86,6 +85,11 @@ LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
     finish_when_complete();
     report_progress();
   });
+}
+
+void LoggerNode::make_endpoints() {
+  NodeBase::make_endpoints();
+  if (!raw_readers_.empty()) return;  // called again and again
   for (size_t topic = 0; topic < kTopicCount; ++topic) listen_raw(topic);
 }
 
@@ -142,8 +146,8 @@ void LoggerNode::handle_idle(Clock::time_point now) {
   last_backlog_step_ = log_.next_step();
   if (now - last_progress_ < kGiveUp || log_.backlog() < kGiveUpBacklog) return;
   for (const std::string& topic : log_.give_up_waiting()) {
-    std::fprintf(stderr, "%s: no %s from %s since step %llu; the log goes on without it\n", context().program.c_str(),
-                 topic.c_str(), find_role(topic), static_cast<unsigned long long>(last_backlog_step_));
+    say("no " + topic + " from " + find_role(topic) + " since step " + std::to_string(last_backlog_step_) +
+        "; the log goes on without it");
   }
   report_progress();
 }

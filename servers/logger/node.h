@@ -22,6 +22,7 @@ class LoggerNode : public NodeBase {
   // Throws InputError when the file cannot be written.
   LoggerNode(const NodeContext& context, const LoggerOptions& options);
   ~LoggerNode() override;
+  void make_endpoints() override;
   // Files written so far.
   const std::vector<std::string>& files() const { return log_.files(); }
 

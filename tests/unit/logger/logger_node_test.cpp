@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The logger on a bus: readiness, the last step, a full disk.
+#include "servers/logger/node.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <random>
+
+#include "common/base/diagnostics.h"
+#include "common/bus/memory/memory_bus.h"
+#include "common/messages/topics.h"
+#include "hrp_idl/collision.h"
+#include "hrp_idl/control.h"
+#include "hrp_idl/dynamics.h"
+#include "hrp_idl/model.h"
+#include "tests/unit/mcap/small_log.h"
+
+namespace hrp {
+namespace {
+
+using mcap::TemporaryFile;
+
+class LoggerNodeTest : public testing::Test {
+ protected:
+  LoggerNodeTest() : file_("node.mcap") {
+    status_reader_ = subscribe<msg::ServerStatus>(bus_, topics::kServerStatus, Delivery::kReliable,
+                                                  [this](const msg::ServerStatus& status) { status_ = status; });
+    logger_ = std::make_unique<LoggerNode>(NodeContext{&bus_, "logger", "hrp-logger"}, LoggerOptions{file_.path(), ""});
+    logger_->make_endpoints();
+  }
+
+  template <typename Message>
+  void send(const TopicSpec& topic, const Message& message) {
+    Publisher<Message>(bus_, topic).publish(message);
+    bus_.dispatch_all();
+  }
+
+  template <typename Message>
+  void send_step(const TopicSpec& topic, uint64_t step, Message message = Message()) {
+    message.header().epoch(1);
+    message.header().step(step);
+    message.header().time(static_cast<double>(step) * 0.001);
+    send(topic, message);
+  }
+
+  void send_description() {
+    msg::RobotDescription robot;
+    robot.scenario_path("test.yaml");
+    robot.scenario("robot: none.urdf\nsteps: {time_step: 0.001, control_period: 0.002}\n");
+    send(topics::kRobotDescription, robot);
+  }
+
+  // Random numbers do not compress: the file grows by what is sent.
+  void send_all(uint64_t step) {
+    msg::RobotState state;
+    for (int i = 0; i < 50; ++i) state.positions().push_back(std::generate_canonical<double, 53>(random_));
+    send_step(topics::kRobotState, step, state);
+    send_step<msg::ContactForces>(topics::kContactForces, step);
+    send_step<msg::ContactSet>(topics::kContactSet, step);
+    if (step % 2 != 0) return;
+    send_step<msg::SensorData>(topics::kSensorData, step);
+    send_step<msg::JointCommands>(topics::kJointCommands, step);
+  }
+
+  uint64_t find_last_step() {
+    mcap::Reader reader(file_.path());
+    uint64_t last = 0;
+    reader.read_messages([&](const mcap::Message& message) {
+      last = message.sequence;
+      return true;
+    });
+    return last;
+  }
+
+  TemporaryFile file_;
+  MemoryBus bus_;
+  std::mt19937 random_{5};
+  msg::ServerStatus status_;
+  std::unique_ptr<Reader> status_reader_;
+  std::unique_ptr<LoggerNode> logger_;
+};
+
+TEST_F(LoggerNodeTest, IsReadyWhenEveryTopicHasSpoken) {
+  send_description();
+  send_step<msg::RobotState>(topics::kRobotState, 0);
+  EXPECT_EQ(status_.phase(), msg::SERVER_STARTING);
+  send_all(0);
+  EXPECT_EQ(status_.phase(), msg::SERVER_READY);
+}
+
+TEST_F(LoggerNodeTest, TheLastGrantedStepReachesTheDiskByItself) {
+  send_description();
+  for (uint64_t step = 0; step <= 40; ++step) send_all(step);
+  EXPECT_EQ(status_.step(), 31u);
+  msg::StepGrant grant;
+  grant.epoch(1);
+  grant.through_step(40);
+  grant.last(true);
+  send(topics::kStepGrant, grant);
+  EXPECT_EQ(status_.step(), 40u) << status_.message();
+  EXPECT_EQ(find_last_step(), 40u);
+}
+
+TEST_F(LoggerNodeTest, AFullDiskIsAFaultAndTheLogStaysReadable) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit old{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
+  const rlimit small{100000, old.rlim_max};  // stands in for a full disk
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  send_description();
+  for (uint64_t step = 0; step < 2000; ++step) send_all(step);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
+  EXPECT_EQ(status_.phase(), msg::SERVER_FAULT);
+  EXPECT_NE(status_.message().find("File too large"), std::string::npos) << status_.message();
+  // What it said is on disk is there.
+  EXPECT_GT(status_.step(), 31u);
+  EXPECT_EQ(find_last_step(), status_.step());
+}
+
+TEST(LoggerNode, AnUnwritableFileIsSaidAtTheStart) {
+  MemoryBus bus;
+  EXPECT_THROW(LoggerNode({&bus, "logger", "hrp-logger"}, {"no/such/folder/run.mcap", ""}), InputError);
+}
+
+}  // namespace
+}  // namespace hrp
