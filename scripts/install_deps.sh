@@ -12,9 +12,10 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 build_packages=(
   cmake ninja-build g++ pkg-config python3
-  libeigen3-dev liburdfdom-dev libfcl-dev libyaml-cpp-dev libassimp-dev
+  libeigen3-dev liburdfdom-dev liburdfdom-headers-dev libconsole-bridge-dev libtinyxml2-dev
+  libfcl-dev libyaml-cpp-dev libassimp-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev
-  libcli11-dev nlohmann-json3-dev libspdlog-dev libfmt-dev libzstd-dev liblz4-dev
+  libcli11-dev nlohmann-json3-dev libzstd-dev liblz4-dev
   libmujoco-dev
 )
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev)
