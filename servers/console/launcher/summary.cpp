@@ -11,6 +11,7 @@
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/topics.h"
+#include "common/plot/svg_plot.h"
 #include "hrp_idl/dynamics.h"
 
 namespace hrp {
@@ -42,6 +43,16 @@ LogEnd find_log_end(const std::string& log) {
       {topics::kRobotState.name});
   end.damage = reader.damage();
   return end;
+}
+
+void print_plot(const std::string& log) {
+  const std::string plot = fs::path(log).replace_extension(".contact_forces.svg").string();
+  try {
+    write_contact_force_plot(log, plot);
+    std::printf("plot       %s\n", plot.c_str());
+  } catch (const std::exception& error) {
+    std::printf("plot       none: %s\n", error.what());
+  }
 }
 
 std::string make_time_stamp() {
@@ -85,6 +96,7 @@ void print_summary(const LaunchOptions& options, const RunOutcome& outcome, cons
     } else {
       std::printf("           holds no step\n");
     }
+    if (end.any && options.plot) print_plot(log);
     if (!end.damage.empty()) std::printf("           the file was cut short and is readable up to there: %s\n", end.damage.c_str());
   } catch (const std::exception& error) {
     std::printf("           the log cannot be read: %s\n", error.what());

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Six real processes: the same bits however they run, and failures that are said.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+#include <random>
+
+#include "common/bus/make_bus.h"
+#include "common/messages/topics.h"
+#include "tests/process/server_set.h"
+
+namespace hrp::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kEndless = "{time_step: 0.001, control_period: 0.005, duration: 0}";
+
+std::string make_odd_controller(const std::string& mode) {
+  return "controller=" + std::string(HRP_BIN_DIR) + "/hrp-odd-controller-" + mode;
+}
+
+// ---- the same bits ------------------------------------------------------------------------------------------------
+
+std::map<std::string, TopicDigest> run_and_digest(const std::string& name, std::vector<std::string> options,
+                                                  const std::function<void(ServerSet&)>& during = nullptr) {
+  options.insert(options.begin(), write_scenario("same"));
+  ServerSet set(name, options);
+  if (during) during(set);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  return digest_log(set.log());
+}
+
+class SameBits : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { reference_ = run_and_digest("reference", {"--in-process"}); }
+  static std::map<std::string, TopicDigest> reference_;
+};
+std::map<std::string, TopicDigest> SameBits::reference_;
+
+TEST_F(SameBits, TheReferenceHoldsEveryStep) {
+  EXPECT_EQ(reference_["hrp/robot_state"].count, 501u);
+  EXPECT_EQ(reference_["hrp/contact_set"].count, 500u);
+  EXPECT_EQ(reference_["hrp/joint_commands"].count, 100u);
+}
+TEST_F(SameBits, InOneProcessAgain) { EXPECT_EQ(run_and_digest("again", {"--in-process"}), reference_); }
+TEST_F(SameBits, InSixProcessesOnCyclone) { EXPECT_EQ(run_and_digest("cyclone", {"--dds", "cyclone"}), reference_); }
+TEST_F(SameBits, InSixProcessesOnFast) { EXPECT_EQ(run_and_digest("fast", {"--dds", "fast"}), reference_); }
+TEST_F(SameBits, OnAMixOfBoth) {
+  EXPECT_EQ(run_and_digest("mix", {"--dds-for", "dynamics=fast", "--dds-for", "logger=fast"}), reference_);
+}
+TEST_F(SameBits, WithAControllerThatSleepsAtRandom) {
+  EXPECT_EQ(run_and_digest("sleepy", {"--program", make_odd_controller("sleepy")}), reference_);
+}
+TEST_F(SameBits, WithTwoObserversAttached) {
+  std::vector<std::unique_ptr<Bus>> buses;
+  std::vector<std::unique_ptr<Reader>> readers;
+  const auto attach = [&](ServerSet& set) {
+    for (const char* vendor : {"cyclone", "fast"}) {
+      BusOptions options;
+      options.vendor = vendor;
+      options.domain = set.find_domain();
+      buses.push_back(make_bus(options));
+      for (const TopicSpec& topic : {topics::kRobotState, topics::kContactForces, topics::kSensorData}) {
+        readers.push_back(buses.back()->make_reader(topic, Delivery::kBestEffort, [](Bytes) {}));
+      }
+    }
+  };
+  EXPECT_EQ(run_and_digest("observed", {}, attach), reference_);
+  readers.clear();
+}
+
+// ---- ends ---------------------------------------------------------------------------------------------------------
+
+void expect_nothing_left(int domain) {
+  EXPECT_TRUE(wait_until([domain] { return find_servers(domain).empty(); }));
+}
+
+void expect_next_run_works() {
+  ServerSet next("next", {write_scenario("next")});
+  EXPECT_EQ(next.wait(), 0) << next.output();
+}
+
+struct Victim {
+  const char* role;
+  const char* program;
+};
+void PrintTo(const Victim& victim, std::ostream* out) { *out << victim.role; }
+
+class Killed : public ::testing::TestWithParam<Victim> {};
+
+// The step that the launcher named: "... at step N".
+long find_named_step(const std::string& output) {
+  const size_t place = output.find(" at step ");
+  return place == std::string::npos ? -1 : std::stol(output.substr(place + 9));
+}
+
+TEST_P(Killed, TheSetStopsWithNameAndStepAndLeavesAGoodLog) {
+  const Victim victim = GetParam();
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet set(std::string("killed-") + victim.role, {write_scenario("endless", change)});
+  const int domain = set.find_domain();
+  std::mt19937 random(static_cast<unsigned>(victim.role[0]) * 7919u);  // fixed: the moment differs from role to role
+  ASSERT_TRUE(set.wait_for_step(200 + random() % 3000)) << set.output();
+  ASSERT_EQ(kill(set.find_server(victim.program), SIGKILL), 0);
+  EXPECT_EQ(set.wait(), 1);
+  EXPECT_THAT(set.output(), HasSubstr(victim.role));
+  EXPECT_THAT(set.output(), HasSubstr("SIGKILL"));
+  const long step = find_named_step(set.output());
+  EXPECT_GE(step, 0) << set.output();
+  EXPECT_GE(find_last_step(set.log()), step) << "the log is complete up to the step that was named\n" << set.output();
+  expect_nothing_left(domain);
+  expect_next_run_works();
+}
+
+INSTANTIATE_TEST_SUITE_P(EachServer, Killed,
+                         ::testing::Values(Victim{"model_parser", "hrp-model-parser"}, Victim{"scheduler", "hrp-scheduler"},
+                                           Victim{"logger", "hrp-logger"}, Victim{"dynamics", "hrp-dynamics"},
+                                           Victim{"collision_checker", "hrp-collision-checker"},
+                                           Victim{"controller", "hrp-controller"}),
+                         [](const auto& info) { return std::string(info.param.role); });
+
+TEST(End, ServersDoNotOutliveAKilledLauncher) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet set("orphans", {write_scenario("orphans", change)});
+  const int domain = set.find_domain();
+  ASSERT_TRUE(set.wait_for_step(100)) << set.output();
+  set.send_signal(SIGKILL);
+  EXPECT_EQ(set.wait(), -SIGKILL);
+  expect_nothing_left(domain);
+}
+
+TEST(End, CtrlCEndsCleanly) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet set("interrupted", {write_scenario("interrupted", change)});
+  ASSERT_TRUE(set.wait_for_step(300)) << set.output();
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("complete up to step"));
+  EXPECT_GE(find_last_step(set.log()), 300);
+}
+
+TEST(SideBySide, TwoSimulationsDoNotSeeEachOther) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet one("one", {write_scenario("one", change)}), two("two", {write_scenario("two", change)});
+  ASSERT_TRUE(one.wait_for_step(200)) << one.output();
+  ASSERT_TRUE(two.wait_for_step(200)) << two.output();
+  EXPECT_NE(one.find_domain(), two.find_domain());
+  one.send_signal(SIGINT);
+  EXPECT_EQ(one.wait(), 0) << one.output();
+  const uint64_t step = two.run_status().step();
+  EXPECT_TRUE(two.wait_for_step(step + 200)) << "the other one goes on\n" << two.output();
+  two.send_signal(SIGINT);
+  EXPECT_EQ(two.wait(), 0) << two.output();
+}
+
+// ---- controllers that fail ----------------------------------------------------------------------------------------
+
+struct Oddity {
+  const char* mode;
+  const char* said;
+};
+void PrintTo(const Oddity& oddity, std::ostream* out) { *out << oddity.mode; }
+class OddController : public ::testing::TestWithParam<Oddity> {};
+
+TEST_P(OddController, IsNamedAndStopsTheRun) {
+  ScenarioChange change;
+  change.controller = "{type: hold, on_fault: stop, timeout: 0.3}";
+  ServerSet set(std::string("odd-stop-") + GetParam().mode,
+                {write_scenario("odd", change), "--program", make_odd_controller(GetParam().mode)});
+  EXPECT_EQ(set.wait(), 1) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("controller"));
+  EXPECT_THAT(set.output(), HasSubstr(GetParam().said));
+  EXPECT_THAT(set.output(), HasSubstr("step 100"));
+}
+
+TEST_P(OddController, IsNamedAndHeldWhenTheScenarioSaysSo) {
+  ScenarioChange change;
+  change.controller = "{type: hold, on_fault: hold, timeout: 0.3}";
+  ServerSet set(std::string("odd-hold-") + GetParam().mode,
+                {write_scenario("odd", change), "--program", make_odd_controller(GetParam().mode)});
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr(GetParam().said));
+  EXPECT_EQ(find_last_step(set.log()), 500);
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, OddController,
+                         ::testing::Values(Oddity{"nan", "NaN"}, Oddity{"short", "joints"}, Oddity{"stale", "stale"},
+                                           Oddity{"silent", "has not answered"}),
+                         [](const auto& info) { return std::string(info.param.mode); });
+
+// ---- steering and rejoining ---------------------------------------------------------------------------------------
+
+TEST(Steering, PauseStepRunAndReset) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet set("steered", {write_scenario("steered", change)});
+  const std::string domain = std::to_string(set.find_domain());
+  const auto steer = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"hrp-run", "--domain", domain});
+    Program tool(words);
+    EXPECT_EQ(tool.wait(), 0) << tool.output();
+  };
+  ASSERT_TRUE(set.wait_for_step(100)) << set.output();
+  steer({"pause"});
+  ASSERT_TRUE(wait_until([&] { return set.run_status().phase() == msg::RUN_PAUSED; }));
+  const uint64_t paused_at = set.run_status().step();
+  steer({"step", "7"});
+  EXPECT_TRUE(wait_until([&] { return set.run_status().step() == paused_at + 7; })) << set.run_status().step();
+  steer({"reset"});
+  EXPECT_TRUE(wait_until([&] { return set.run_status().epoch() == 1 && set.run_status().step() == 0; }));
+  steer({"run"});
+  EXPECT_TRUE(set.wait_for_step(100));
+  EXPECT_EQ(set.run_status().epoch(), 1u);
+  steer({"stop"});
+  EXPECT_EQ(set.wait(), 0) << set.output();
+}
+
+TEST(Rejoining, AControllerOfOnesOwnMayComeLateAndComeBack) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet set("own", {write_scenario("own", change), "--without", "controller"});
+  const std::string domain = std::to_string(set.find_domain());
+  ASSERT_TRUE(wait_until([&] { return set.run_status().late() == "controller"; })) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("hrp/sensor_data"));
+  EXPECT_THAT(set.output(), HasSubstr("my-controller --domain " + domain));
+  uint64_t step = 0;
+  {
+    Program controller({"my-controller", "--domain", domain});
+    ASSERT_TRUE(set.wait_for_step(100)) << set.output() << controller.output();
+    controller.send_signal(SIGKILL);
+    controller.wait();
+    ASSERT_TRUE(wait_until([&] { return set.run_status().late() == "controller"; }));
+    step = set.run_status().step();
+  }
+  Program again({"my-controller", "--domain", domain, "--dds", "fast"});
+  EXPECT_TRUE(set.wait_for_step(step + 100)) << again.output();
+  EXPECT_EQ(set.run_status().epoch(), 0u) << "resumed, not reset";
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+}
+
+TEST(Rejoining, ARestartedDynamicsServerBeginsANewEpoch) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet set("restarted", {write_scenario("restarted", change), "--keep-going"});
+  ASSERT_TRUE(set.wait_for_step(200)) << set.output();
+  ASSERT_EQ(kill(set.find_server("hrp-dynamics"), SIGKILL), 0);
+  EXPECT_TRUE(wait_until([&] { return set.run_status().epoch() == 1 && set.run_status().step() > 100; })) << set.output();
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+}
+
+// ---- input that cannot be used ------------------------------------------------------------------------------------
+
+TEST(BadInput, AScenarioIsRefusedWithFileLineKeyAndValue) {
+  ScenarioChange change;
+  change.steps = "{time_step: -0.001, control_period: 0.005}";
+  ServerSet set("bad", {write_scenario("bad", change)});
+  EXPECT_EQ(set.wait(), 2);
+  EXPECT_THAT(set.output(), HasSubstr("bad.yaml:"));
+  EXPECT_THAT(set.output(), HasSubstr("time_step"));
+  EXPECT_THAT(set.output(), HasSubstr("-0.001"));
+}
+
+TEST(BadInput, ARobotIsRefusedWithFileAndElement) {
+  const std::string urdf = get_test_folder() + "/bad.urdf";
+  std::ofstream(urdf) << "<robot name=\"bad\">\n  <link name=\"base\">\n    <inertial><mass value=\"-1\"/>"
+                         "<inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>\n  </link>\n</robot>\n";
+  const std::string scenario = get_test_folder() + "/bad_robot.yaml";
+  std::ofstream(scenario) << "robot: " << urdf << "\nservo: {default: {kp: 1, kd: 0}}\n";
+  ServerSet set("bad-robot", {scenario});
+  EXPECT_EQ(set.wait(), 2);
+  EXPECT_THAT(set.output(), HasSubstr("bad.urdf:"));
+  EXPECT_THAT(set.output(), HasSubstr("base"));
+}
+
+TEST(BadInput, AnUnknownServerIsRefused) {
+  ServerSet set("unknown", {write_scenario("unknown"), "--dds-for", "dynamo=fast"});
+  EXPECT_EQ(set.wait(), 2);
+  EXPECT_THAT(set.output(), HasSubstr("dynamo"));
+}
+
+}  // namespace
+}  // namespace hrp::test
