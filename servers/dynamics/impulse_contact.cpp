@@ -194,7 +194,8 @@ const Eigen::VectorXd& ImpulseContact::correction_velocity(double dt) {
   if (!deep) return correction_;
   for (int sweep = 0; sweep < 50; ++sweep) {
     for (int i = 0; i < static_cast<int>(points_.size()); ++i) {
-      const double wanted = options_.correction / dt * std::max(0.0, points_[static_cast<size_t>(i)].depth - options_.slop);
+      const double surplus = std::max(0.0, points_[static_cast<size_t>(i)].depth - options_.slop);
+      const double wanted = options_.correction / dt * surplus;
       const double missing = wanted - Y_.col(3 * i).dot(correction_);
       if (missing > 0.0) correction_ += missing / diagonal_[3 * i] * Y_.col(3 * i);
     }

@@ -39,7 +39,8 @@ Vector3d apply_errors(const SensorErrors& errors, const Vector3d& value, unsigne
   if (!errors.misalignment.isZero(0.0)) turned = make_rotation_from_rpy(errors.misalignment).transpose() * value;
   Vector3d reading = errors.scale.cwiseProduct(turned) + errors.bias;
   for (int i = 0; i < 3; ++i) {
-    if (errors.noise[i] > 0.0) reading[i] += errors.noise[i] * calc_noise(seed, channel + static_cast<unsigned>(i), step);
+    const unsigned long long axis = channel + static_cast<unsigned>(i);
+    if (errors.noise[i] > 0.0) reading[i] += errors.noise[i] * calc_noise(seed, axis, step);
     reading[i] = quantise(reading[i], errors.quantum);
   }
   return reading;
