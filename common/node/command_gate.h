@@ -63,6 +63,7 @@ class CommandGate {
   Clock::time_point asked_at_;
   bool answered_ = false;
   bool met_ = false;
+  std::string stale_;    // an answer to another step has come since the last question
   bool silent_ = false;  // held because of silence: not waited for until it speaks
   JointCommand command_;
   msg::JointCommands last_, last_before_;  // answers accepted to now_ and before_

@@ -55,7 +55,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
     std::fprintf(stderr, "hrp-simulate: %s (at step %llu)\n", outcome.failure.c_str(),
                  static_cast<unsigned long long>(status.step()));
   }
-  const bool refused = outcome.failure.rfind("model_parser", 0) == 0;
+  const bool refused = outcome.failure.rfind("model_parser: model refused", 0) == 0;
   outcome.exit_code = outcome.failure.empty() ? kExitOk : refused ? kExitBadInput : kExitFailed;
   outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step).count();
   outcome.simulated_time = status.time();

@@ -246,7 +246,7 @@ RunOutcome ProcessRun::make_outcome() {
     std::fprintf(stderr, "hrp-simulate: %s (at step %llu)\n", status.message().c_str(),
                  static_cast<unsigned long long>(status.step()));
   }
-  if (outcome.failure.rfind("model_parser", 0) == 0) bad_input_ = true;
+  if (outcome.failure.rfind("model_parser: model refused", 0) == 0) bad_input_ = true;
   outcome.exit_code = outcome.failure.empty() ? kExitOk : bad_input_ ? kExitBadInput : kExitFailed;
   outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step_).count();
   outcome.simulated_time = status.time();
