@@ -50,6 +50,7 @@ class Search {
     try_singles();
     if (!is_explained(best_refined())) try_pairs();
     decide(&outcome);
+    add_intervals(&outcome.chosen);
     return outcome;
   }
 
@@ -178,6 +179,15 @@ class Search {
       try_fit(start);
       ++tried;
     }
+  }
+
+  void add_intervals(Trial* trial) const {
+    if (trial->hypothesis.empty() || !trial->refined) return;
+    FitOptions options;
+    options.max_iterations = 3;
+    options.intervals = true;
+    const FitResult result = fit(problem_, trial->full(), problem_.train, options);
+    if (result.ok) trial->std = result.std;
   }
 
   // The simplest of those that cannot be told from the best by the recordings they were not fitted to.

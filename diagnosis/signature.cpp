@@ -60,6 +60,21 @@ class Builder {
     return std::move(out_);
   }
 
+  MissingEffort calc_missing(int r) {
+    grids_.push_back(make_grid(r));
+    rows_ = grids_[0].q.rows();
+    whiten();
+    MissingEffort m;
+    const Grid& g = grids_[0];
+    for (size_t k : g.samples) m.time.push_back(e_.recordings[static_cast<size_t>(r)].time[k]);
+    m.q = g.q, m.qd = g.qd, m.u = g.u, m.missing = g.u - g.tau;
+    for (int j = 0; j < n_; ++j) {
+      if (!e_.robot.tree.joint(j).actuated) m.missing.col(j).setZero();
+    }
+    m.sigma.assign(sigma_.begin(), sigma_.begin() + n_);
+    return m;
+  }
+
  private:
   Grid make_grid(int r) {
     const Recording& recording = e_.recordings[static_cast<size_t>(r)];
@@ -437,6 +452,10 @@ class Builder {
 };
 
 }  // namespace
+
+MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording) {
+  return Builder(problem, base).calc_missing(recording);
+}
 
 Signatures calc_signatures(const Problem& problem, const Hypothesis& base) { return Builder(problem, base).build(); }
 

@@ -29,4 +29,12 @@ struct Signatures {
 // The residual is taken against the nominal model with `base` added where base's laws act on efforts.
 Signatures calc_signatures(const Problem& problem, const Hypothesis& base);
 
+// Logged effort minus what the motion takes under `base`, thinned samples of one recording.
+struct MissingEffort {
+  std::vector<double> time;
+  Eigen::MatrixXd q, qd, u, missing;   // by sample, joint
+  std::vector<double> sigma;           // by joint: what noise alone gives
+};
+MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording);
+
 }  // namespace hrp::diagnosis

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// hrp-diagnose EXPERIMENT.yaml --out DIR: finds what a simulation left out.
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "common/base/diagnostics.h"
+#include "diagnosis/report.h"
+
+int main(int argc, char** argv) {
+  using namespace hrp::diagnosis;
+  CLI::App app{"Compares recordings of a robot with simulation, says which physics or sensor fault was left out, fits it,\n"
+               "and writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
+               "Exit status: 0 a verdict was reached, 2 bad input (file, line and column are named), 1 a fault of the tool."};
+  std::string experiment_path, out;
+  int jobs = static_cast<int>(std::thread::hardware_concurrency());
+  bool quiet = false;
+  app.add_option("experiment", experiment_path, "the experiment.yaml")->required();
+  app.add_option("--out", out, "folder for the report (made when missing)")->required();
+  app.add_option("--jobs", jobs, "threads to use; the report does not depend on it")->check(CLI::Range(1, 256));
+  app.add_flag("--quiet", quiet, "no progress on the terminal");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const auto say = [&](const std::string& text) {
+    if (quiet) return;
+    std::fprintf(stderr, "%7.1f s  %s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), text.c_str());
+  };
+  try {
+    const Experiment experiment = load_experiment(experiment_path);
+    for (const std::string& warning : experiment.warnings) say("note: " + warning);
+    const Problem problem = make_problem(experiment, jobs);
+    const Outcome outcome = diagnose(problem, say);
+    const Reports reports = make_reports(problem, outcome);
+    write_reports(problem, outcome, out, reports);
+    std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());
+    for (const auto& finding : reports.report["findings"]) std::printf("%s\n", finding["statement"].get<std::string>().c_str());
+    for (const auto& item : reports.report["unexplained"]) std::printf("%s\n", item["statement"].get<std::string>().c_str());
+    return 0;
+  } catch (const hrp::InputError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-diagnose: %s\n", error.what());
+    return 1;
+  }
+}
