@@ -106,6 +106,7 @@ void SchedulerNode::take_control(const msg::RunControl& message) {
 }
 
 void SchedulerNode::request_stop() {
+  if (has_ended()) gone_ = true;  // asked to go while it waits for the others
   scheduler_.request_stop("");
   update();
 }

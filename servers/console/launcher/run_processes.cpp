@@ -22,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 
 // The reason of a stop is with the scheduler; it ends everybody within this time, else signals do.
 constexpr auto kOrderlyEnd = std::chrono::milliseconds(700);
+// What the others said last reaches the scheduler, and its answer this process, within this time.
+constexpr auto kLastWords = std::chrono::milliseconds(100);
 // A logger that closes a large file may need longer than the others.
 constexpr auto kTermPatience = std::chrono::seconds(8);
 // A server that ends with an exit status has said why on the bus, and that may still be on its way.
@@ -217,6 +219,7 @@ void ProcessRun::end_all() {
   const auto begin = Clock::now();
   if (!monitor_->has_ended()) monitor_->stop(failure_);
   bool asked = false;
+  auto alone_since = Clock::time_point::max();
   while (children_.any_running()) {
     bus_->spin(std::chrono::milliseconds(5));
     while (children_.take_ended()) {
@@ -225,7 +228,10 @@ void ProcessRun::end_all() {
     // Without a scheduler nobody passes the word on.
     const auto roles = children_.get_running_roles();
     const bool leaderless = !monitor_->has_ended() && std::find(roles.begin(), roles.end(), "scheduler") == roles.end();
-    if (!asked && (waited > kOrderlyEnd || leaderless)) {
+    // The scheduler waits for goodbyes, which a dead server does not say.
+    if (roles == std::vector<std::string>{"scheduler"}) alone_since = std::min(alone_since, Clock::now());
+    const bool alone = Clock::now() - std::min(alone_since, Clock::now()) > kLastWords;
+    if (!asked && (waited > kOrderlyEnd || leaderless || alone)) {
       asked = true;
       children_.send_signal(SIGTERM);
     }
