@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/viewer/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <nlohmann/json.hpp>
+
+#include "common/robot/scenario.h"
+
+namespace hrp {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+// Larger meshes are none.
+constexpr uintmax_t kLargestMesh = 64 << 20;
+
+Json make_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+// The moving link that a URDF link belongs to: forces carry its name.
+std::string find_moving_link(const msg::RobotDescription& description, const std::string& name) {
+  for (const auto& frame : description.frames()) {
+    const size_t link = static_cast<size_t>(frame.link());
+    if (frame.name() == name && link < description.links().size()) return description.links()[link].name();
+  }
+  return name;
+}
+
+Json make_joints(const msg::RobotDescription& description) {
+  Json joints = Json::array();
+  for (const auto& joint : description.joints()) {
+    joints.push_back({{"name", joint.name()},
+                      {"unit", joint.kind() == msg::JOINT_PRISMATIC ? "m" : "rad"},
+                      {"effortUnit", joint.kind() == msg::JOINT_PRISMATIC ? "N" : "N m"},
+                      {"lower", make_number(joint.lower())},
+                      {"upper", make_number(joint.upper())}});
+  }
+  return joints;
+}
+
+Json make_obstacles(const Scenario& scenario) {
+  Json obstacles = Json::array();
+  for (const ObstacleSpec& obstacle : scenario.obstacles) {
+    const auto& p = obstacle.X_WG.translation();
+    const Eigen::Quaterniond q(obstacle.X_WG.rotation());
+    obstacles.push_back({{"name", obstacle.name},
+                         {"shape", obstacle.shape},
+                         {"size", {obstacle.size.x(), obstacle.size.y(), obstacle.size.z()}},
+                         {"position", {p.x(), p.y(), p.z()}},
+                         {"quaternion", {q.w(), q.x(), q.y(), q.z()}}});
+  }
+  return obstacles;
+}
+
+void add_scenario(const msg::RobotDescription& description, Json* json, Scene* scene) {
+  Scenario scenario;
+  try {
+    scenario = parse_scenario(description.scenario(), description.scenario_path());
+  } catch (const std::exception&) {
+    // A robot without a scenario that we understand still moves.
+  }
+  Json feet = Json::array(), wrenches = Json::array();
+  for (const std::string& foot : scenario.feet) feet.push_back({{"name", foot}, {"link", find_moving_link(description, foot)}});
+  for (const WrenchSpec& wrench : scenario.sensors.wrenches) wrenches.push_back({{"name", wrench.name}, {"link", wrench.link}});
+  (*json)["feet"] = feet;
+  (*json)["wrenches"] = wrenches;
+  (*json)["obstacles"] = make_obstacles(scenario);
+  (*json)["ground"] = {{"present", scenario.ground.present}, {"height", scenario.ground.height},
+                       {"roll", scenario.ground.roll}, {"pitch", scenario.ground.pitch},
+                       {"friction", scenario.ground.friction}};
+  (*json)["timeStep"] = scenario.time_step;
+  scene->ground_height = scenario.ground.height;
+}
+
+bool is_mesh_name(const std::string& name) {
+  std::string ending = fs::path(name).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".stl" || ending == ".dae" || ending == ".obj";
+}
+
+// `file` when it is a file inside of `root`, symbolic links followed.
+std::optional<fs::path> find_inside(const fs::path& root, const fs::path& file) {
+  std::error_code error;
+  const fs::path real_root = fs::canonical(root, error);
+  if (error) return std::nullopt;
+  const fs::path real_file = fs::canonical(root / file, error);
+  if (error || !fs::is_regular_file(real_file, error)) return std::nullopt;
+  const auto [end, rest] = std::mismatch(real_root.begin(), real_root.end(), real_file.begin(), real_file.end());
+  return end == real_root.end() ? std::optional<fs::path>(real_file) : std::nullopt;
+}
+
+std::optional<fs::path> find_mesh_file(const fs::path& folder, std::string name) {
+  const std::string package = "package://";
+  if (name.rfind("file://", 0) == 0) name = fs::path(name.substr(7)).lexically_relative(folder).string();
+  if (name.rfind(package, 0) != 0) return find_inside(folder, name);
+  const std::string path = name.substr(package.size());
+  const size_t slash = path.find('/');
+  if (slash == std::string::npos) return std::nullopt;
+  const std::string rest = path.substr(slash + 1);
+  // The package is a folder above the URDF, or beside one of those; renamed packages have the rest at the URDF.
+  fs::path above = folder;
+  for (int i = 0; i < 4; ++i, above = above.parent_path()) {
+    if (const auto found = find_inside(above / path.substr(0, slash), rest)) return found;
+  }
+  if (const auto found = find_inside(folder, rest)) return found;
+  return find_inside(folder.parent_path(), rest);
+}
+
+}  // namespace
+
+Scene make_scene(const msg::RobotDescription& description) {
+  Scene scene;
+  for (const auto& joint : description.joints()) scene.joints.push_back(joint.name());
+  scene.urdf_path = description.urdf_path();
+  scene.urdf = description.urdf();
+  Json json{{"name", description.name()},
+            {"urdf", description.urdf()},
+            {"floating", static_cast<bool>(description.floating_base())},
+            {"joints", make_joints(description)},
+            {"warnings", description.warnings()},
+            {"scenario", fs::path(description.scenario_path()).filename().string()}};
+  add_scenario(description, &json, &scene);
+  scene.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return scene;
+}
+
+std::optional<WebFile> read_mesh(const Scene& scene, const std::string& name) {
+  if (name.empty() || !is_mesh_name(name) || scene.urdf.find("\"" + name + "\"") == std::string::npos) return std::nullopt;
+  const auto path = find_mesh_file(fs::path(scene.urdf_path).parent_path(), name);
+  std::error_code error;
+  if (!path || !is_mesh_name(path->string()) || fs::file_size(*path, error) > kLargestMesh) return std::nullopt;
+  std::ifstream file(*path, std::ios::binary);
+  std::ostringstream content;
+  content << file.rdbuf();
+  return WebFile{content.str(), "application/octet-stream"};
+}
+
+}  // namespace hrp

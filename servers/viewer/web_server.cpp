@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/viewer/web_server.h"
+
+#include <chrono>
+#include <deque>
+#include <vector>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+namespace hrp {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = asio::ip::tcp;
+using Request = http::request<http::string_body>;
+using ErrorCode = boost::system::error_code;
+
+// What clients send is short; the largest question is a list of signals.
+constexpr size_t kLargestMessage = 64 * 1024;
+constexpr size_t kLargestHeader = 16 * 1024;
+constexpr size_t kLargestBody = 1024;
+// Pictures wait behind few others: a page that is slow shows the newest soon, not a film of the past.
+constexpr size_t kDroppableDepth = 8;
+constexpr size_t kDroppableBytes = 4 << 20;
+// Answers are as large as series of charts; 64 of them unread is nobody reading.
+constexpr size_t kNeededDepth = 64;
+constexpr size_t kNeededBytes = 256 << 20;
+constexpr size_t kMostConnections = 64;
+
+struct Shared {
+  WebOptions options;
+  WebApplication& application;
+  size_t connections = 0;
+};
+
+std::string to_text(beast::string_view view) { return std::string(view.data(), view.size()); }
+
+// The protocol of Foxglove that a client offers and we speak; empty when there is none.
+std::string find_foxglove_protocol(const Request& request) {
+  const std::string offered = to_text(request[http::field::sec_websocket_protocol]);
+  for (const char* protocol : {"foxglove.sdk.v1", "foxglove.websocket.v1"}) {
+    if (offered.find(protocol) != std::string::npos) return protocol;
+  }
+  return "";
+}
+
+class SocketSession final : public Connection, public std::enable_shared_from_this<SocketSession> {
+ public:
+  SocketSession(beast::tcp_stream&& stream, std::shared_ptr<Shared> shared)
+      : socket_(std::move(stream)), shared_(std::move(shared)) {
+    ++shared_->connections;
+  }
+  ~SocketSession() override { --shared_->connections; }
+
+  void start(const Request& request, const std::string& protocol) {
+    foxglove_ = !protocol.empty();
+    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    socket_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& response) {
+      if (!protocol.empty()) response.set(http::field::sec_websocket_protocol, protocol);
+    }));
+    socket_.read_message_max(kLargestMessage);
+    socket_.async_accept(request, [self = shared_from_this()](ErrorCode error) {
+      if (!error) self->open();
+    });
+  }
+
+  void send(Payload payload, bool binary, Urgency urgency) override {
+    if (closing_) return;
+    const bool full = urgency == Urgency::kDroppable ? queue_.size() >= kDroppableDepth || queued_bytes_ >= kDroppableBytes
+                                                     : queue_.size() >= kNeededDepth || queued_bytes_ >= kNeededBytes;
+    if (full && urgency == Urgency::kDroppable) return;
+    if (full) return abort();
+    queued_bytes_ += payload->size();
+    queue_.push_back({std::move(payload), binary});
+    if (queue_.size() == 1) write();
+  }
+
+ private:
+  struct Outgoing {
+    Payload payload;
+    bool binary;
+  };
+
+  void open() {
+    auto& application = shared_->application;
+    client_ = foxglove_ ? application.make_foxglove_client(*this) : application.make_page_client(*this);
+    read();
+  }
+
+  void read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](ErrorCode error, size_t) {
+      // Closed, cut off, too large, malformed: in any case the end of this connection alone.
+      if (error) return self->end();
+      self->take();
+    });
+  }
+
+  void take() {
+    const std::string message = beast::buffers_to_string(buffer_.data());
+    buffer_.consume(buffer_.size());
+    try {
+      client_->on_message(message, socket_.got_binary());
+    } catch (const ProtocolError& error) {
+      return close(error.what());
+    }
+    if (!closing_) read();
+  }
+
+  void write() {
+    socket_.binary(queue_.front().binary);
+    socket_.async_write(asio::buffer(*queue_.front().payload), [self = shared_from_this()](ErrorCode error, size_t) {
+      if (error) return self->end();
+      self->queued_bytes_ -= self->queue_.front().payload->size();
+      self->queue_.pop_front();
+      if (!self->queue_.empty() && !self->closing_) self->write();
+    });
+  }
+
+  void close(const std::string& reason) {
+    if (closing_) return;
+    closing_ = true;
+    client_.reset();
+    // A close frame holds at most 123 bytes of reason.
+    const websocket::close_reason why(websocket::close_code::policy_error, reason.substr(0, 120));
+    socket_.async_close(why, [self = shared_from_this()](ErrorCode) {});
+  }
+
+  void abort() {
+    closing_ = true;
+    beast::get_lowest_layer(socket_).cancel();
+    asio::post(socket_.get_executor(), [self = shared_from_this()] { self->end(); });
+  }
+
+  void end() {
+    closing_ = true;
+    client_.reset();
+    beast::get_lowest_layer(socket_).close();
+  }
+
+  websocket::stream<beast::tcp_stream> socket_;
+  std::shared_ptr<Shared> shared_;
+  std::unique_ptr<Client> client_;
+  beast::flat_buffer buffer_;
+  std::deque<Outgoing> queue_;  // the first one is being written
+  size_t queued_bytes_ = 0;
+  bool foxglove_ = false;
+  bool closing_ = false;
+};
+
+class HttpSession final : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(tcp::socket&& socket, std::shared_ptr<Shared> shared) : stream_(std::move(socket)), shared_(std::move(shared)) {
+    ++shared_->connections;
+  }
+  ~HttpSession() { --shared_->connections; }
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(kLargestHeader);
+    parser_->body_limit(kLargestBody);
+    stream_.expires_after(std::chrono::seconds(30));
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](ErrorCode error, size_t) {
+      if (!error) self->answer(self->parser_->release());
+    });
+  }
+
+ private:
+  void answer(const Request& request) {
+    const std::string protocol = find_foxglove_protocol(request);
+    AccessRequest access;
+    access.target = to_text(request.target());
+    access.host = to_text(request[http::field::host]);
+    access.origin = to_text(request[http::field::origin]);
+    access.cookie = to_text(request[http::field::cookie]);
+    access.foxglove = !protocol.empty();
+    const std::string refusal = find_refusal(shared_->options.access, access);
+    if (!refusal.empty()) return reply(request, http::status::forbidden, {refusal + "\n", "text/plain"});
+    if (websocket::is_upgrade(request)) {
+      stream_.expires_never();
+      return std::make_shared<SocketSession>(std::move(stream_), shared_)->start(request, protocol);
+    }
+    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      return reply(request, http::status::method_not_allowed, {"only GET\n", "text/plain"});
+    }
+    std::optional<WebFile> file = shared_->application.find_file(access.target);
+    if (!file) return reply(request, http::status::not_found, {"there is no such file\n", "text/plain"});
+    reply(request, http::status::ok, std::move(*file));
+  }
+
+  void reply(const Request& request, http::status status, WebFile file) {
+    auto response = std::make_shared<http::response<http::string_body>>(status, request.version());
+    response->set(http::field::content_type, file.type);
+    response->set(http::field::cache_control, "no-cache");
+    response->set("X-Content-Type-Options", "nosniff");
+    // Nothing is fetched from elsewhere, and the browser makes sure of it.
+    response->set("Content-Security-Policy",
+                  "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+                  "connect-src 'self' ws: wss:; frame-ancestors 'none'");
+    const std::string& token = shared_->options.access.token;
+    if (!token.empty() && status == http::status::ok) {
+      response->set(http::field::set_cookie, "hrp_viewer_token=" + token + "; HttpOnly; SameSite=Strict; Path=/");
+    }
+    response->keep_alive(request.keep_alive());
+    response->body() = std::move(file.content);
+    response->prepare_payload();
+    if (request.method() == http::verb::head) response->body().clear();
+    http::async_write(stream_, *response, [self = shared_from_this(), response](ErrorCode error, size_t) {
+      if (!error && response->keep_alive()) return self->read();
+      ErrorCode ignored;
+      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    });
+  }
+
+  beast::tcp_stream stream_;
+  std::shared_ptr<Shared> shared_;
+  beast::flat_buffer buffer_;
+  boost::optional<http::request_parser<http::string_body>> parser_;
+};
+
+}  // namespace
+
+struct WebServer::State {
+  State(const WebOptions& options, WebApplication& application)
+      : shared(std::make_shared<Shared>(Shared{options, application})), acceptor(context), timer(context) {}
+
+  void accept() {
+    acceptor.async_accept(context, [this](ErrorCode error, tcp::socket socket) {
+      if (!error && shared->connections < kMostConnections) {
+        ErrorCode ignored;
+        socket.set_option(tcp::no_delay(true), ignored);
+        std::make_shared<HttpSession>(std::move(socket), shared)->read();
+      }
+      accept();
+    });
+  }
+
+  void wait(int period_ms, const std::function<bool()>& tick) {
+    timer.expires_after(std::chrono::milliseconds(period_ms));
+    timer.async_wait([this, period_ms, &tick](ErrorCode) {
+      if (tick()) return wait(period_ms, tick);
+      context.stop();
+    });
+  }
+
+  asio::io_context context{1};
+  std::shared_ptr<Shared> shared;
+  tcp::acceptor acceptor;
+  asio::steady_timer timer;
+};
+
+WebServer::WebServer(const WebOptions& options, WebApplication& application)
+    : state_(std::make_unique<State>(options, application)) {
+  try {
+    const tcp::endpoint endpoint(asio::ip::make_address(options.address), options.port);
+    state_->acceptor.open(endpoint.protocol());
+    state_->acceptor.set_option(asio::socket_base::reuse_address(true));
+    state_->acceptor.bind(endpoint);
+    state_->acceptor.listen();
+  } catch (const boost::system::system_error& error) {
+    throw std::runtime_error("cannot serve at " + options.address + ":" + std::to_string(options.port) + ": " +
+                             error.code().message());
+  }
+}
+
+WebServer::~WebServer() = default;
+
+uint16_t WebServer::port() const { return state_->acceptor.local_endpoint().port(); }
+
+void WebServer::run(int period_ms, const std::function<bool()>& tick) {
+  state_->accept();
+  state_->wait(period_ms, tick);
+  state_->context.run();
+}
+
+}  // namespace hrp
