@@ -10,6 +10,7 @@
 
 #include <Eigen/Dense>
 
+#include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
 #include "common/robot/signals.h"
 
@@ -26,6 +27,8 @@ struct Robot {
   std::vector<std::string> wrenches;  // names, in the order of SensorData::wrenches
   double period = 0.0;             // [s] between two samples = between two commands
   ControllerSpec settings;         // the section `controller` of the scenario
+  SensorsSpec sensors;             // where the sensors sit
+  std::shared_ptr<const RobotDescription> description;  // tree of links, shapes of the soles
   // Index of a joint, -1 when there is none of this name.
   int find_joint(const std::string& joint) const;
 };

@@ -39,6 +39,8 @@ Robot make_robot(const RobotDescription& description, const Scenario& scenario) 
   for (const WrenchSpec& wrench : scenario.sensors.wrenches) robot.wrenches.push_back(wrench.name);
   robot.period = scenario.time_step * scenario.control_period;
   robot.settings = scenario.controller;
+  robot.sensors = scenario.sensors;
+  robot.description = std::make_shared<const RobotDescription>(description);
   return robot;
 }
 

@@ -2,6 +2,7 @@
 #include "controller/play.h"
 
 #include "controller/motion/motion.h"
+#include "controller/walking/walk_controller.h"
 
 namespace hrp {
 namespace {
@@ -36,6 +37,7 @@ class MotionController : public Controller {
 
 std::unique_ptr<Controller> make_scenario_controller(const Robot& robot) {
   if (robot.settings.type == "motion") return std::make_unique<MotionController>(robot);
+  if (robot.settings.type == "walk") return make_walk_controller(robot);
   return std::make_unique<HoldController>();
 }
 

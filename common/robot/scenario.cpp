@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/robot/effect_section.h"
 #include "common/robot/scenario_sections.h"
 #include "common/robot/yaml_map.h"
 
@@ -47,6 +48,7 @@ void read_steps(YamlMap& map, Scenario* scenario) {
   map.number("time_step", &scenario->time_step, Bound::kPositive, "s");
   map.number("control_period", &control_period, Bound::kPositive, "s");
   map.number("duration", &scenario->duration, Bound::kNotNegative, "s");
+  if (scenario->time_step > 0.1) map.error("time_step", "is " + format_number(scenario->time_step) + " s, expected at most 0.1 s");
   const int steps = calc_steps(map, "control_period", control_period, scenario->time_step);
   if (steps > 0) scenario->control_period = steps;
 }
@@ -65,6 +67,7 @@ void read_all(YamlMap& map, Scenario* scenario) {
   if (map.has("steps")) {
     map.child("steps", [&](YamlMap& child) { read_steps(child, scenario); });
   }
+  read_effect_sections(map, scenario);
   map.choice("integrator", &scenario->integrator, {"implicit", "semi_implicit_euler", "rk4"});
   map.choice("interpolation", &scenario->interpolation, {"hold", "linear", "hermite"});
   map.flag("repair_inertias", &scenario->repair_inertias);
@@ -163,6 +166,31 @@ Scenario load_scenario(const std::string& path) {
   check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
   if (diagnostics.has_errors()) throw InputError(diagnostics);
   return scenario;
+}
+
+std::string set_initial_joints(const std::string& text, const std::map<std::string, double>& joints) {
+  YAML::Node root = YAML::Load(text);
+  YAML::Node values(YAML::NodeType::Map);
+  for (const auto& [name, position] : joints) {
+    char number[40];
+    std::snprintf(number, sizeof number, "%.17g", position);  // the same bits when read
+    values[name] = std::string(number);
+  }
+  values.SetStyle(YAML::EmitterStyle::Flow);
+  YAML::Emitter flow;
+  flow << values;
+  // Usual text gets one line more, so that its comments and line numbers stay; other YAML is written anew.
+  if (!root["initial"] && root.Style() == YAML::EmitterStyle::Block && text.find("\n...") == std::string::npos) {
+    const std::string longer = text + (text.empty() || text.back() == '\n' ? "" : "\n") + "initial: {joints: " + flow.c_str() + "}\n";
+    try {
+      if (YAML::Load(longer)["initial"]["joints"].size() == joints.size()) return longer;
+    } catch (const YAML::Exception&) {  // say, a text that ends within a block: written anew below
+    }
+  }
+  root["initial"]["joints"] = values;
+  YAML::Emitter all;
+  all << root;
+  return std::string(all.c_str()) + "\n";
 }
 
 Scenario parse_scenario(const std::string& text, const std::string& path) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/diagnostics.h"
+#include "common/robot/walk_spec.h"
 #include "common/spatial/transform.h"
 
 namespace hrp {
@@ -41,6 +42,7 @@ struct SensorErrors {
   Vector3d noise = Vector3d::Zero();  // standard deviation, per channel group (see docs/scenario.md)
   Vector3d bias = Vector3d::Zero();
   double delay = 0.0;         // [s]
+  double clock_skew = 0.0;    // the reading stamped t is that of t (1 + skew), less the delay; docs/scenario.md
   double quantum = 0.0;       // step of the reading
   Vector3d scale = Vector3d::Ones();         // true value 1 reads as scale
   Vector3d misalignment = Vector3d::Zero();  // [rad] rpy of the sensor against its link: it reads R(rpy)^T v
@@ -72,7 +74,9 @@ struct SensorsSpec {
 // Law and parameters of every contact of the scenario; see docs/physics.md.
 struct ContactSpec {
   std::string model = "spring_damper";  // or "impulse"
-  double stiffness = 2e5;        // [N/m] per pair, normal; shared among its points
+  // As good as rigid: a humanoid of 175 kg sinks in by less than 0.2 mm, and a sole 0.14 m wide has a tilt stiffness of
+  // 5e4 N m/rad, where robots of human size need more than m g h, about 1e3.
+  double stiffness = 1e7;        // [N/m] per pair, normal; shared among its points
   double exponent = 1.0;         // n of equations (1), (3)
   double alpha = 2.4;            // [s/m] lambda = 3/2 alpha K, equation (3)
   double tangential_damping = 2e3;  // [N s/m] C of equation (5), per pair
@@ -80,7 +84,7 @@ struct ContactSpec {
   int shared_points = 4;         // each point of a pair has 1 / shared_points of the pair's stiffness and damping
   std::string damping = "projected";  // normal damper on the projected velocity of equation (2), or "two_sided"
   double length_scale = 0.1;     // [m] weighs rotation against translation in the projection of equation (2)
-  double tangential_stiffness = 2e5;  // [N/m] per pair, holds what sticks (beyond the paper); 0 = equation (5) alone
+  double tangential_stiffness = 1e7;  // [N/m] per pair, holds what sticks (beyond the paper); 0 = equation (5) alone
 };
 
 // Sole bush between a foot's force sensor and its sole: slide z, roll, pitch.
@@ -88,6 +92,7 @@ struct FootBushSpec {
   double kz = 0, cz = 0;         // [N/m], [N s/m]
   double k_roll = 0, c_roll = 0, k_pitch = 0, c_pitch = 0;  // [N m/rad], [N m s/rad]
   double offset_roll = 0, offset_pitch = 0;  // [N m]
+  double hardening_angle = 0;    // [rad] roll and pitch stiffness times 1 + (angle / this)^2; 0: linear
   std::optional<Vector3d> center;  // [m] in the foot link; not given: centre of the sole's lower face
   double upper_mass_ratio = 0.1;   // share of the foot's mass above the bush
 };
@@ -98,6 +103,21 @@ struct JointLawSpec {
   std::map<std::string, double> parameters;
 };
 
+// One effect of one link: payload {mass, com}, mass_error {scale}, com_error {offset}, external_force {force}.
+struct LinkLawSpec {
+  std::string effect;
+  double number = 0.0;                // mass [kg] or scale
+  Vector3d vector = Vector3d::Zero(); // com, offset [m] in the link's frame; force [N] in world axes
+};
+
+// A joint that closes a chain. Frame A in link_a and frame B in link_b are kept together.
+struct LoopSpec {
+  std::string name;
+  std::string kind = "pin";      // ball: origins; pin: and z axes; weld: and all axes
+  std::string link_a, link_b;    // link_b empty: the world
+  Transform X_AF, X_BF;
+};
+
 // A flat sole that stands in for the collision geometry of a foot link, say because its mesh is missing.
 struct SoleSpec {
   Vector3d box = Vector3d::Zero();   // [m] edges
@@ -106,11 +126,27 @@ struct SoleSpec {
 };
 
 struct ControllerSpec {
-  std::string type = "hold";     // hold (initial pose), motion (a motion file), none
+  std::string type = "hold";     // hold (initial pose), motion (a motion file), walk, none
   std::string motion;            // path of a motion file, absolute after loading
   std::vector<std::string> joint_order;  // joints of a motion file without names (.seq), in its order
   std::string on_fault = "stop"; // stop or hold
   double timeout = 0.0;          // [s] of wall-clock silence after which on_fault acts; 0 = wait for ever
+  WalkSpec walk;                 // of type walk
+};
+
+// The simulated robot differs from its description, which the controller knows: to see how robust a run is.
+struct VariationSpec {
+  double mass = 0.0;             // each link's mass and inertia times 1 + uniform(-mass, mass)
+  double pose = 0.0;             // [rad] each driven joint's initial position plus uniform(-pose, pose)
+  unsigned long long seed = 1;
+};
+
+// A force on a link for some time.
+struct PushSpec {
+  std::string name, link;
+  Vector3d p_LQ = Vector3d::Zero();    // [m] where it acts, link axes
+  Vector3d force_W = Vector3d::Zero(); // [N] world axes
+  double start = 0.0, duration = 0.0;  // [s]
 };
 
 struct LoggingSpec {
@@ -146,11 +182,15 @@ struct Scenario {
   ContactSpec contact;
   std::map<std::string, FootBushSpec> foot_bush; // by foot link
   std::map<std::string, std::vector<JointLawSpec>> joint_laws;  // by joint
+  std::map<std::string, std::vector<LinkLawSpec>> link_laws;    // by link
+  std::vector<LoopSpec> loops;
   bool self_collision = false;
   std::vector<ObstacleSpec> obstacles;
   std::map<std::string, SoleSpec> soles;  // by foot link
   int max_sole_points = 4;       // contact points kept per sole and plane, 3 to 16
   bool repair_inertias = false;
+  VariationSpec variation;
+  std::vector<PushSpec> pushes;
   ControllerSpec controller;
   LoggingSpec logging;
   unsigned long long seed = 1;
@@ -175,5 +215,8 @@ struct EffectSpec {
   std::vector<std::string> optional;
 };
 const std::vector<EffectSpec>& get_joint_effects();
+
+// `text` with initial.joints set to these positions [rad or m]: YAML that reads as before otherwise.
+std::string set_initial_joints(const std::string& text, const std::map<std::string, double>& joints);
 
 }  // namespace hrp

@@ -71,9 +71,19 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   checker.check_joint_keys("rotor_inertia", scenario.rotor_inertia);
   checker.check_joint_keys("joint_laws", scenario.joint_laws);
   checker.check_link_keys("soles", scenario.soles);
+  checker.check_link_keys("link_laws", scenario.link_laws);
+  for (const LoopSpec& loop : scenario.loops) {
+    checker.check_link("loops." + loop.name + ".link_a", loop.link_a);
+    if (!loop.link_b.empty()) checker.check_link("loops." + loop.name + ".link_b", loop.link_b);
+  }
   checker.check_link_keys("foot_bush", scenario.foot_bush);
   for (const ImuSpec& imu : scenario.sensors.imus) checker.check_link("sensors.imu." + imu.name + ".link", imu.link);
   for (const WrenchSpec& w : scenario.sensors.wrenches) checker.check_link("sensors.wrench." + w.name + ".link", w.link);
+  for (const PushSpec& push : scenario.pushes) checker.check_link("pushes." + push.name + ".link", push.link);
+  if (scenario.controller.type == "walk") {
+    checker.check_link("controller.walk.left_foot", scenario.controller.walk.left_foot);
+    checker.check_link("controller.walk.right_foot", scenario.controller.walk.right_foot);
+  }
   for (size_t i = 0; i < scenario.controller.joint_order.size(); ++i) {
     checker.check_joint("controller.joint_order[" + std::to_string(i) + "]", scenario.controller.joint_order[i]);
   }

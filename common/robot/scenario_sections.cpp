@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/robot/walk_section.h"
+
 namespace hrp {
 namespace {
 
@@ -24,7 +26,7 @@ void read_ground(YamlMap& map, GroundSpec* ground) {
 void read_contact(YamlMap& map, ContactSpec* contact) {
   map.choice("model", &contact->model, {"spring_damper", "impulse"});
   map.number("stiffness", &contact->stiffness, Bound::kPositive, "N/m");
-  map.number("exponent", &contact->exponent, Bound::kPositive, "");
+  map.number("exponent", &contact->exponent, Bound::kOneToTen, "");
   map.number("alpha", &contact->alpha, Bound::kNotNegative, "s/m");
   map.number("tangential_damping", &contact->tangential_damping, Bound::kNotNegative, "N s/m");
   map.number("restitution", &contact->restitution, Bound::kUnitInterval, "");
@@ -50,6 +52,8 @@ void read_bush(YamlMap& map, FootBushSpec* bush) {
     map.vector3("center", &*bush->center, Bound::kAny, "m");
   }
   map.number("upper_mass_ratio", &bush->upper_mass_ratio, Bound::kUnitInterval, "");
+  if (bush->upper_mass_ratio == 1.0) map.error("upper_mass_ratio", "is 1: nothing is left for the sole; expected less");
+  map.number("hardening_angle", &bush->hardening_angle, Bound::kNotNegative, "rad");
   map.number("offset_pitch", &bush->offset_pitch, Bound::kAny, "N m");
 }
 
@@ -69,6 +73,20 @@ void read_obstacle(YamlMap& map, ObstacleSpec* obstacle) {
   map.vector3("rpy", &rpy, Bound::kAny, "rad");
   obstacle->X_WG.R = make_rotation_from_rpy(rpy);
   map.number("friction", &obstacle->friction, Bound::kNotNegative, "");
+}
+
+void read_loop(YamlMap& map, LoopSpec* loop) {
+  map.choice("kind", &loop->kind, {"ball", "pin", "weld"});
+  map.require("link_a", "the name of a link");
+  map.text("link_a", &loop->link_a);
+  map.text("link_b", &loop->link_b);
+  Vector3d rpy_a = Vector3d::Zero(), rpy_b = Vector3d::Zero();
+  map.vector3("xyz_a", &loop->X_AF.p, Bound::kAny, "m");
+  map.vector3("rpy_a", &rpy_a, Bound::kAny, "rad");
+  map.vector3("xyz_b", &loop->X_BF.p, Bound::kAny, "m");
+  map.vector3("rpy_b", &rpy_b, Bound::kAny, "rad");
+  loop->X_AF.R = make_rotation_from_rpy(rpy_a);
+  loop->X_BF.R = make_rotation_from_rpy(rpy_b);
 }
 
 void read_gains(YamlMap& map, ServoGains* gains) {
@@ -93,59 +111,42 @@ void read_initial(YamlMap& map, Scenario* scenario) {
   map.numbers_by_name("joints", &scenario->initial_joints, Bound::kAny, "rad or m");
 }
 
-std::vector<std::string> list_effect_names() {
-  std::vector<std::string> names;
-  for (const EffectSpec& effect : get_joint_effects()) names.push_back(effect.name);
-  return names;
-}
-
-const EffectSpec* find_effect(const std::string& name) {
-  for (const EffectSpec& effect : get_joint_effects()) {
-    if (effect.name == name) return &effect;
-  }
-  return nullptr;
-}
-
-void read_law(const EffectSpec& effect, YamlMap& map, JointLawSpec* law) {
-  for (const std::string& key : effect.required) map.require(key, "a number (docs/scenario.md)");
-  for (const auto* keys : {&effect.required, &effect.optional}) {
-    for (const std::string& key : *keys) {
-      double value = 0.0;
-      if (!map.has(key)) continue;
-      map.number(key, &value, Bound::kAny, "");
-      law->parameters[key] = value;
-    }
-  }
-}
-
-void read_joint_laws(YamlMap& map, Scenario* scenario) {
-  const std::vector<std::string> names = list_effect_names();
-  map.each([&](const std::string& joint, YamlMap& child) {
-    for (const std::string& name : names) {
-      child.child(name, [&](YamlMap& law_map) {
-        JointLawSpec law;
-        law.effect = name;
-        read_law(*find_effect(name), law_map, &law);
-        scenario->joint_laws[joint].push_back(law);
-      });
-    }
-  });
-}
-
 void read_controller(YamlMap& map, ControllerSpec* controller) {
   if (map.has("motion")) controller->type = "motion";
-  map.choice("type", &controller->type, {"hold", "motion", "none"});
+  map.choice("type", &controller->type, {"hold", "motion", "walk", "none"});
   if (controller->type == "motion") map.require("motion", "the path of a motion file");
   map.text("motion", &controller->motion);
   map.names("joint_order", &controller->joint_order);
   map.choice("on_fault", &controller->on_fault, {"stop", "hold"});
   map.number("timeout", &controller->timeout, Bound::kNotNegative, "s of wall-clock time");
+  if (controller->type == "walk") map.require("walk", "the settings of the walk");
+  map.child("walk", [&](YamlMap& child) { read_walk(child, &controller->walk); });
+}
+
+void read_push(YamlMap& map, PushSpec* push) {
+  map.require("link", "the name of a link");
+  map.require("force", "a list of 3 numbers [N]");
+  map.require("duration", "a time [s]");
+  map.text("link", &push->link);
+  map.vector3("xyz", &push->p_LQ, Bound::kAny, "m");
+  map.vector3("force", &push->force_W, Bound::kAny, "N");
+  map.number("start", &push->start, Bound::kNotNegative, "s");
+  map.number("duration", &push->duration, Bound::kPositive, "s");
+}
+
+void read_variation(YamlMap& map, VariationSpec* variation) {
+  map.number("mass", &variation->mass, Bound::kUnitInterval, "");
+  map.number("pose", &variation->pose, Bound::kNotNegative, "rad");
+  map.integer("seed", &variation->seed);
 }
 
 void read_errors(YamlMap& map, const std::string& unit, SensorErrors* errors) {
   map.axes3("noise", &errors->noise, Bound::kNotNegative, unit);
   map.axes3("bias", &errors->bias, Bound::kAny, unit);
   map.number("delay", &errors->delay, Bound::kNotNegative, "s");
+  if (errors->delay > 10.0) map.error("delay", "is " + std::to_string(errors->delay) + " s, expected at most 10 s");
+  map.number("clock_skew", &errors->clock_skew, Bound::kAny, "");
+  if (std::abs(errors->clock_skew) > 0.1) map.error("clock_skew", "expected at most 0.1 either way");
   map.number("quantum", &errors->quantum, Bound::kNotNegative, unit);
   map.axes3("scale", &errors->scale, Bound::kAny, "");
   map.axes3("misalignment", &errors->misalignment, Bound::kAny, "rad");
@@ -208,26 +209,6 @@ void read_foot_bush(YamlMap& map, Scenario* scenario) {
 
 }  // namespace
 
-const std::vector<EffectSpec>& get_joint_effects() {
-  static const std::vector<EffectSpec> effects = {
-      {"viscous_friction", {"coefficient"}, {}},
-      {"coulomb_friction", {"level"}, {"asymmetry"}},
-      {"stribeck_friction", {"coulomb", "static", "stribeck_velocity"}, {"viscous"}},
-      {"load_dependent_friction", {"ratio"}, {}},
-      {"rotor_inertia", {"inertia"}, {}},
-      {"joint_elasticity", {"stiffness", "damping", "rotor_inertia"}, {}},
-      {"backlash", {"gap"}, {"stiffness", "damping", "rotor_inertia"}},
-      {"torque_constant_error", {"scale"}, {}},
-      {"torque_saturation", {"limit"}, {}},
-      {"actuator_lag", {"time_constant"}, {}},
-      {"command_delay", {"delay"}, {}},
-      {"parallel_spring", {"stiffness"}, {"rest"}},
-      {"cogging", {"amplitude", "periods"}, {"phase"}},
-      {"hysteresis", {"stiffness", "yield_angle"}, {}},
-      {"joint_offset", {"offset"}, {}}};
-  return effects;
-}
-
 void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.child("ground", [&](YamlMap& child) { read_ground(child, &scenario->ground); });
   map.names("feet", &scenario->feet);
@@ -246,6 +227,12 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.child("contact", [&](YamlMap& child) { read_contact(child, &scenario->contact); });
   map.child("foot_bush", [&](YamlMap& child) { read_foot_bush(child, scenario); });
   map.flag("self_collision", &scenario->self_collision);
+  map.child("variation", [&](YamlMap& child) { read_variation(child, &scenario->variation); });
+  map.children("pushes", [&](const std::string& name, YamlMap& child) {
+    scenario->pushes.push_back({});
+    scenario->pushes.back().name = name;
+    read_push(child, &scenario->pushes.back());
+  });
   map.children("obstacles", [&](const std::string& name, YamlMap& child) {
     scenario->obstacles.push_back({});
     scenario->obstacles.back().name = name;
@@ -260,7 +247,11 @@ void read_joint_sections(YamlMap& map, Scenario* scenario) {
   map.names("unactuated", &scenario->unactuated);
   map.numbers_by_name("rotor_inertia", &scenario->rotor_inertia, Bound::kNotNegative, "kg m^2 or kg");
   map.child("initial", [&](YamlMap& child) { read_initial(child, scenario); });
-  map.child("joint_laws", [&](YamlMap& child) { read_joint_laws(child, scenario); });
+  map.children("loops", [&](const std::string& name, YamlMap& child) {
+    scenario->loops.push_back({});
+    scenario->loops.back().name = name;
+    read_loop(child, &scenario->loops.back());
+  });
   map.child("controller", [&](YamlMap& child) { read_controller(child, &scenario->controller); });
 }
 

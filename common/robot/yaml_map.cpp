@@ -24,6 +24,7 @@ std::string describe_bound(Bound bound) {
     case Bound::kPositive: return "a finite number > 0";
     case Bound::kNotNegativeOrInfinite: return "a number >= 0 (.inf for no limit)";
     case Bound::kUnitInterval: return "a number from 0 to 1";
+    case Bound::kOneToTen: return "a number from 1 to 10";
   }
   return "a number";
 }
@@ -31,11 +32,12 @@ std::string describe_bound(Bound bound) {
 bool is_within(double value, Bound bound) {
   if (std::isnan(value)) return false;
   if (bound == Bound::kNotNegativeOrInfinite) return value >= 0.0;
-  if (std::isinf(value)) return false;
+  if (!(std::abs(value) <= kLargestNumber)) return false;
   switch (bound) {
     case Bound::kNotNegative: return value >= 0.0;
     case Bound::kPositive: return value > 0.0;
     case Bound::kUnitInterval: return value >= 0.0 && value <= 1.0;
+    case Bound::kOneToTen: return value >= 1.0 && value <= 10.0;
     default: return true;
   }
 }
@@ -75,6 +77,8 @@ YamlMap::YamlMap(const YAML::Node& node, std::string path, YamlContext* context)
 
 bool YamlMap::has(const std::string& key) const { return nodes_.count(key) > 0; }
 
+bool YamlMap::is_mapping(const std::string& key) const { return has(key) && nodes_.at(key).IsMap(); }
+
 YAML::Node YamlMap::find(const std::string& key) {
   asked_.insert(key);
   const auto it = nodes_.find(key);
@@ -102,14 +106,16 @@ void YamlMap::complain(const YAML::Node& node, const std::string& path, const st
 
 void YamlMap::error(const std::string& key, const std::string& message) {
   const auto it = nodes_.find(key);
-  complain(it == nodes_.end() ? node_ : it->second, path_of(key), message);
+  complain(it == nodes_.end() ? node_ : it->second, key.empty() ? path_ : path_of(key), message);
 }
 
 bool YamlMap::decode_number(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit,
                             double* value) {
   double decoded = 0.0;
   if (!node.IsScalar() || !YAML::convert<double>::decode(node, decoded) || !is_within(decoded, bound)) {
-    complain(node, path, "is " + describe(node) + ", expected " + describe_bound(bound) + unit_text(unit));
+    const bool large = std::isfinite(decoded) && std::abs(decoded) > kLargestNumber;
+    complain(node, path, "is " + describe(node) + ", expected " + describe_bound(bound) + unit_text(unit) +
+                             (large ? " of at most 1e12 either way" : ""));
     return false;
   }
   *value = decoded;
@@ -246,6 +252,17 @@ void YamlMap::children(const std::string& key, const std::function<void(const st
 void YamlMap::each(const std::function<void(const std::string&, YamlMap&)>& read) {
   for (const std::string& name : keys_) {
     if (asked_.count(name) == 0) child(name, [&](YamlMap& map) { read(name, map); });
+  }
+}
+
+void YamlMap::list(const std::string& key, const std::function<void(size_t, YamlMap&)>& read) {
+  const YAML::Node node = find(key);
+  if (!node.IsDefined()) return;
+  if (!node.IsSequence()) return complain(node, path_of(key), "is " + describe(node) + ", expected a list");
+  for (size_t i = 0; i < node.size(); ++i) {
+    YamlMap map(node[i], path_of(key) + "[" + std::to_string(i) + "]", context_);
+    read(i, map);
+    map.finish();
   }
 }
 

@@ -24,7 +24,10 @@ struct YamlContext {
   std::map<std::string, std::pair<int, int>>* marks = nullptr;  // key path -> line, column of its value
 };
 
-enum class Bound { kAny, kNotNegative, kPositive, kNotNegativeOrInfinite, kUnitInterval };
+// Numbers beyond this are no quantity of a robot in SI units; their squares and products still have to be finite.
+constexpr double kLargestNumber = 1e12;
+
+enum class Bound { kAny, kNotNegative, kPositive, kNotNegativeOrInfinite, kUnitInterval, kOneToTen };
 
 // One mapping. Each read leaves its target alone when the key is absent. finish() names the keys nobody asked for.
 class YamlMap {
@@ -32,6 +35,7 @@ class YamlMap {
   YamlMap(const YAML::Node& node, std::string path, YamlContext* context);
 
   bool has(const std::string& key) const;
+  bool is_mapping(const std::string& key) const;
   void number(const std::string& key, double* value, Bound bound, const std::string& unit);
   void integer(const std::string& key, unsigned long long* value);
   void flag(const std::string& key, bool* value);
@@ -46,6 +50,8 @@ class YamlMap {
   void child(const std::string& key, const std::function<void(YamlMap&)>& read);
   // Calls `read` for each named mapping under `key`, in the order of the file, and finishes each.
   void children(const std::string& key, const std::function<void(const std::string&, YamlMap&)>& read);
+  // Calls `read` for each mapping of the list under `key` with its index, and finishes each.
+  void list(const std::string& key, const std::function<void(size_t, YamlMap&)>& read);
   // As children(), for this mapping's own keys that nobody has asked for yet.
   void each(const std::function<void(const std::string&, YamlMap&)>& read);
   // Accepts the key without reading it.

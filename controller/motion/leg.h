@@ -7,6 +7,8 @@
 
 #include <Eigen/Dense>
 
+#include "common/spatial/transform.h"
+
 namespace hrp {
 
 struct LegGeometry {
@@ -15,9 +17,9 @@ struct LegGeometry {
   double ankle_offset = 0.0;  // [m] along y from the leg's plane to the ankle; left positive
 };
 
-// Hip roll, hip pitch, knee, ankle pitch, ankle roll [rad] that put the ankle at p_HA, from the hip in base axes, with
-// yaw zero and the sole parallel to the base's x-y plane. Nothing when out of reach.
-using LegAngles = Eigen::Matrix<double, 5, 1>;
-std::optional<LegAngles> solve_leg(const LegGeometry& leg, const Eigen::Vector3d& p_HA);
+// Hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll [rad] that put the foot (axes of the ankle roll link, origin
+// in the ankle) at X_HF, from the hip in base axes. Nothing when out of reach.
+using LegAngles = Eigen::Matrix<double, 6, 1>;
+std::optional<LegAngles> solve_leg(const LegGeometry& leg, const Transform& X_HF);
 
 }  // namespace hrp

@@ -47,13 +47,14 @@ int main(int argc, char** argv) {
   std::fprintf(out, "time,R_HIP_R,R_HIP_P,R_KNEE,R_ANKLE_P,R_ANKLE_R,L_HIP_R,L_HIP_P,L_KNEE,L_ANKLE_P,L_ANKLE_R\n");
   for (int k = 0; k <= 500; ++k) {
     const double t = 0.02 * k;
-    const auto right = hrp::solve_leg(kRight, calc_rest(kRight.ankle_offset) - calc_pelvis(t));
-    const auto left = hrp::solve_leg(kLeft, calc_rest(kLeft.ankle_offset) - calc_pelvis(t));
+    const Eigen::Matrix3d level = Eigen::Matrix3d::Identity();
+    const auto right = hrp::solve_leg(kRight, {level, calc_rest(kRight.ankle_offset) - calc_pelvis(t)});
+    const auto left = hrp::solve_leg(kLeft, {level, calc_rest(kLeft.ankle_offset) - calc_pelvis(t)});
     if (!right || !left) return 1;
     std::fprintf(out, "%.2f", t);
-    for (const auto& leg : {*right, *left}) {
+    for (const hrp::LegAngles& leg : {*right, *left}) {
       // + 0.0 turns a negative zero into a plain one.
-      for (double angle : leg) std::fprintf(out, ",%.8f", std::round(angle * 1e8) / 1e8 + 0.0);
+      for (double angle : leg.tail<5>()) std::fprintf(out, ",%.8f", std::round(angle * 1e8) / 1e8 + 0.0);
     }
     std::fprintf(out, "\n");
   }

@@ -3,13 +3,14 @@
 #pragma once
 
 #include "common/node/dynamics_loop.h"
+#include "servers/dynamics/disturbance.h"
 #include "servers/dynamics/simulator.h"
 
 namespace hrp {
 
 class SimulatorEngine : public DynamicsEngine {
  public:
-  SimulatorEngine(const RobotDescription& robot, const Scenario& scenario) : simulator_(robot, scenario) {}
+  SimulatorEngine(const RobotDescription& robot, const Scenario& scenario);
   void reset() override { simulator_.reset(); }
   std::string step(const ContactSet& contacts, const JointCommand& command) override;
   const State& state() const override { return simulator_.state(); }
@@ -21,6 +22,7 @@ class SimulatorEngine : public DynamicsEngine {
 
  private:
   Simulator simulator_;
+  Pushes pushes_;
 };
 
 // For DynamicsLoop.

@@ -148,12 +148,32 @@ TEST(Leg, InverseKinematicsOfHalfSittingAndOutOfReach) {
   const double degree = M_PI / 180.0;
   const Eigen::Vector3d ankle(0.3 * std::sin(26 * degree) - 0.3 * std::sin(24 * degree), 0.035,
                               -0.3 * std::cos(26 * degree) - 0.3 * std::cos(24 * degree));
-  const auto angles = solve_leg(leg, ankle);
+  const auto angles = solve_leg(leg, {Eigen::Matrix3d::Identity(), ankle});
   ASSERT_TRUE(angles.has_value());
   LegAngles expected;
-  expected << 0, -26 * degree, 50 * degree, -24 * degree, 0;
+  expected << 0, 0, -26 * degree, 50 * degree, -24 * degree, 0;
   EXPECT_LT((*angles - expected).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_FALSE(solve_leg(leg, {0, 0.035, -0.61}).has_value());
+  EXPECT_FALSE(solve_leg(leg, {Eigen::Matrix3d::Identity(), {0, 0.035, -0.61}}).has_value());
+}
+
+// Forward kinematics of the joint order that the solution is made for, with any attitude of the foot.
+TEST(Leg, InverseKinematicsUndoesForwardKinematics) {
+  const LegGeometry leg{0.3, 0.28, -0.035};
+  const auto turn = [](double angle, const Eigen::Vector3d& axis) { return Eigen::AngleAxisd(angle, axis).toRotationMatrix(); };
+  for (int k = 0; k < 200; ++k) {
+    LegAngles q;
+    for (int i = 0; i < 6; ++i) q[i] = 0.5 * std::sin(1.0 + 3.7 * k + 2.1 * i);
+    q[3] = 0.7 + q[3];  // knees bend one way
+    const Eigen::Matrix3d thigh = turn(q[0], Eigen::Vector3d::UnitZ()) * turn(q[1], Eigen::Vector3d::UnitX()) *
+                                  turn(q[2], Eigen::Vector3d::UnitY());
+    const Eigen::Matrix3d shank = thigh * turn(q[3], Eigen::Vector3d::UnitY());
+    Transform X_HF;
+    X_HF.p = thigh * Eigen::Vector3d(0, 0, -leg.thigh) + shank * Eigen::Vector3d(0, leg.ankle_offset, -leg.shank);
+    X_HF.R = shank * turn(q[4], Eigen::Vector3d::UnitY()) * turn(q[5], Eigen::Vector3d::UnitX());
+    const auto angles = solve_leg(leg, X_HF);
+    ASSERT_TRUE(angles.has_value());
+    EXPECT_LT((*angles - q).cwiseAbs().maxCoeff(), 1e-9) << "closed form; near-straight knees cost digits";
+  }
 }
 
 TEST(Motion, TheShippedSquatAndSwayStartsAndEndsInHalfSitting) {

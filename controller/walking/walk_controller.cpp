@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "controller/walking/walk_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/diagnostics.h"
+#include "controller/walking/pattern.h"
+#include "controller/walking/stabilizer.h"
+#include "controller/walking/whole_body.h"
+
+namespace hrp {
+namespace {
+
+using namespace walking;
+
+[[noreturn]] void refuse(const std::string& field, const std::string& message) {
+  Diagnostic diagnostic;
+  diagnostic.field = field;
+  diagnostic.message = message;
+  throw InputError(diagnostic);
+}
+
+Matrix3d turn_z(double yaw) { return Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix(); }
+
+// Small turns about world x and y.
+Matrix3d make_turn(const Vector2d& roll_pitch) { return make_rotation_from_rpy({roll_pitch.x(), roll_pitch.y(), 0.0}); }
+
+class WalkController : public Controller {
+ public:
+  explicit WalkController(const Robot& robot)
+      : spec_(robot.settings.walk), laws_(spec_.stabilizer), body_(*robot.description, spec_, robot.initial_q) {
+    sensor_[kLeft] = find_sensor(robot, spec_.left_sensor);
+    sensor_[kRight] = find_sensor(robot, spec_.right_sensor);
+    for (size_t i = 0; i < robot.imus.size() && imu_ < 0; ++i) {
+      if (spec_.imu.empty() || spec_.imu == robot.imus[i]) imu_ = static_cast<int>(i);
+    }
+    if (imu_ < 0) refuse("sensors.imu", "walking needs an IMU" + (spec_.imu.empty() ? "" : " '" + spec_.imu + "'"));
+    imu_frame_ = body_.find_frame(robot.sensors.imus[static_cast<size_t>(imu_)].link);
+    for (int side : {kLeft, kRight}) {
+      sensor_frame_[side] = body_.find_frame(robot.sensors.wrenches[static_cast<size_t>(sensor_[side])].link);
+    }
+    weight_ = body_.mass() * 9.81;
+  }
+
+  void start(const Robot&) override {
+    pattern_.reset();
+    last_q_.resize(0);
+    for (int side : {kLeft, kRight}) load_[side] = FootLoad(), foot_turn_[side].setZero();
+    inclination_.setZero(), body_offset_.setZero(), com_error_.setZero(), com_speed_error_.setZero();
+    tracking_integral_.setZero();
+    lift_ = 0.0;
+    have_com_error_ = false;
+  }
+
+  JointCommand control(const SensorData& sensors, const Robot& robot) override {
+    dt_ = robot.period;
+    measure(sensors);
+    if (!pattern_) make_pattern(sensors, robot);
+    // Commands are reached at the end of the period that begins now.
+    const PatternSample goal = pattern_->sample(sensors.time + dt_);
+    const PatternSample now = pattern_->sample(sensors.time);
+    Eigen::VectorXd q = robot.initial_q;
+    Vector3d com = goal.com;
+    Matrix3d R_WB = goal.R_WB;
+    Transform soles[2] = {goal.soles[0], goal.soles[1]};
+    if (sensors.step > 0) stabilize(now, goal, &com, &R_WB, soles);
+    Eigen::VectorXd solved;
+    body_.solve(com, R_WB, soles, &solved);
+    for (int i = 0; i < q.size(); ++i) {
+      if (robot.description->tree.joint(i).actuated) q[i] = std::min(std::max(solved[i], robot.lower[i]), robot.upper[i]);
+    }
+    JointCommand command;
+    command.q = q;
+    command.qd = last_q_.size() ? Eigen::VectorXd((q - last_q_) / dt_) : Eigen::VectorXd::Zero(q.size());
+    last_q_ = q;
+    return command;
+  }
+
+ private:
+  int find_sensor(const Robot& robot, const std::string& name) const {
+    for (size_t i = 0; i < robot.wrenches.size(); ++i) {
+      if (robot.wrenches[i] == name) return static_cast<int>(i);
+    }
+    refuse("sensors.wrench", "walking needs a force sensor '" + name + "'");
+  }
+
+  // Encoders, attitude, loads of the feet.
+  void measure(const SensorData& sensors) {
+    body_.update(sensors.q);
+    const ImuSample& imu = sensors.imus[static_cast<size_t>(imu_)];
+    const Matrix3d R_BI = body_.get_frame(imu_frame_).R;
+    R_WB_ = imu.R_WS.toRotationMatrix() * R_BI.transpose();
+    rate_W_ = imu.R_WS * imu.angular_velocity;
+    com_B_ = body_.get_com();
+    const double blend = laws_.force_filter > 0.0 ? std::min(1.0, dt_ / laws_.force_filter) : 1.0;
+    for (int side : {kLeft, kRight}) {
+      sole_B_[side] = body_.get_sole(static_cast<Side>(side));
+      const Transform X_FS = body_.get_frame(sensor_frame_[side]).inverse() * sole_B_[side];
+      const FootLoad raw = calc_foot_load(sensors.wrenches[static_cast<size_t>(sensor_[side])], X_FS);
+      load_[side].force += blend * (raw.force - load_[side].force);
+      load_[side].torque += blend * (raw.torque - load_[side].torque);
+    }
+  }
+
+  // World of the pattern: level as the IMU says, heading of the feet, origin between the soles.
+  void make_pattern(const SensorData&, const Robot&) {
+    const Vector3d forward = R_WB_ * (sole_B_[kLeft].R.col(0) + sole_B_[kRight].R.col(0));
+    R_PW_ = turn_z(-std::atan2(forward.y(), forward.x()));
+    const Matrix3d R = R_PW_ * R_WB_;
+    const Vector3d middle = 0.5 * (R * sole_B_[kLeft].p + R * sole_B_[kRight].p);
+    PatternStart start;
+    start.com = R * com_B_ - middle;
+    start.R_WB = R;
+    for (int side : {kLeft, kRight}) start.soles[side] = {R * sole_B_[side].R, R * sole_B_[side].p - middle};
+    const double zc = spec_.com_height > 0.0 ? spec_.com_height : start.com.z();
+    pattern_ = std::make_unique<WalkPattern>(spec_, start, zc);
+  }
+
+  // Roll and pitch of the body beyond the reference, pattern axes; their rates.
+  void find_lean(const PatternSample& now, const PatternSample& goal, Vector2d* lean, Vector2d* rate) const {
+    // Heading is not controlled: the reference is compared with the measured body turned to the same heading.
+    const Matrix3d R = R_PW_ * R_WB_;
+    const Vector3d up_body = R * now.R_WB.transpose() * Vector3d::UnitZ();
+    *lean = Vector2d(-up_body.y(), up_body.x());
+    const Vector3d w = R_PW_ * rate_W_;
+    const Eigen::AngleAxisd turn(goal.R_WB * now.R_WB.transpose());
+    *rate = w.head<2>() - (turn.angle() / dt_ * turn.axis()).head<2>();
+  }
+
+  // Centre of mass from the soles that carry, turned as the IMU says.
+  void update_com_error(const PatternSample& now, double share) {
+    const Matrix3d R = R_PW_ * R_WB_;
+    const Vector3d from_left = now.soles[kLeft].p + R * (com_B_ - sole_B_[kLeft].p);
+    const Vector3d from_right = now.soles[kRight].p + R * (com_B_ - sole_B_[kRight].p);
+    const Vector2d error = (share * from_left + (1.0 - share) * from_right - now.com).head<2>();
+    if (have_com_error_) {
+      constexpr double kCutoff = 2.0 * M_PI * 6.0;  // [rad/s] noise and the seams of steps above 6 Hz are no motion
+      const double blend = dt_ * kCutoff / (1.0 + dt_ * kCutoff);
+      com_speed_error_ += blend * ((error - com_error_) / dt_ - com_speed_error_);
+    }
+    com_error_ = error;
+    have_com_error_ = true;
+  }
+
+  void stabilize(const PatternSample& now, const PatternSample& goal, Vector3d* com, Matrix3d* R_WB, Transform soles[2]) {
+    const bool left = now.support != Support::kRight, right = now.support != Support::kLeft;
+    Vector2d lean, rate;
+    find_lean(now, goal, &lean, &rate);
+    const LoadReference plain = distribute(now.zmp, now.soles, left, right, weight_);
+    update_com_error(now, plain.force[kLeft] / weight_);
+    Vector3d zmp_command = now.zmp;
+    if (laws_.tracking) {
+      tracking_integral_ = clamp(tracking_integral_ + dt_ * laws_.tracking_integral * com_error_, 0.05);
+      zmp_command.head<2>() += laws_.tracking_position * com_error_ + laws_.tracking_velocity * com_speed_error_ +
+                               tracking_integral_;
+    }
+    const double least = 0.2 * weight_;
+    Vector3d zmp = zmp_command;
+    const bool grounded = calc_zmp(load_, now.soles, least, &zmp);
+    if (laws_.foot_adjusting && grounded) adjust_feet(now, zmp_command, left, right, goal, soles);
+    if (laws_.zmp_damping) {
+      const Vector2d error = grounded ? Vector2d((zmp - zmp_command).head<2>()) : Vector2d(Vector2d::Zero());
+      body_offset_ = update_zmp_damping(laws_, error, dt_, body_offset_);
+      com->head<2>() += body_offset_;
+    }
+    if (laws_.inclination) {
+      const Matrix3d turn = make_turn(calc_inclination_turn(laws_, lean, rate, dt_, &inclination_));
+      *com = goal.zmp + turn * (*com - goal.zmp);
+      *R_WB = turn * *R_WB;
+    }
+  }
+
+  void adjust_feet(const PatternSample& now, const Vector3d& zmp_command, bool left, bool right, const PatternSample&,
+                   Transform soles[2]) {
+    const LoadReference reference = distribute(zmp_command, now.soles, left, right, weight_);
+    for (int side : {kLeft, kRight}) {
+      const Vector2d error = load_[side].torque.head<2>() - reference.torque[side];
+      foot_turn_[side] = update_foot_turn(laws_, error, dt_, foot_turn_[side]);
+      soles[side].R = soles[side].R * make_turn(foot_turn_[side]);
+    }
+    const double error = (load_[kLeft].force.z() - load_[kRight].force.z()) -
+                         (reference.force[kLeft] - reference.force[kRight]);
+    lift_ = update_foot_lift(laws_, error, left && right, dt_, lift_);
+    soles[kLeft].p.z() += 0.5 * lift_;
+    soles[kRight].p.z() -= 0.5 * lift_;
+  }
+
+  WalkSpec spec_;
+  StabilizerSpec laws_;
+  WholeBody body_;
+  int sensor_[2] = {-1, -1}, sensor_frame_[2] = {-1, -1}, imu_ = -1, imu_frame_ = -1;
+  double weight_ = 0.0, dt_ = 0.005;
+  std::unique_ptr<WalkPattern> pattern_;
+  Matrix3d R_PW_ = Matrix3d::Identity();  // pattern from the IMU's world: heading only
+  Eigen::VectorXd last_q_;
+  // Measured.
+  Matrix3d R_WB_ = Matrix3d::Identity();
+  Vector3d rate_W_ = Vector3d::Zero(), com_B_ = Vector3d::Zero();
+  Transform sole_B_[2];
+  FootLoad load_[2];
+  // Memories of the laws.
+  Vector2d inclination_ = Vector2d::Zero(), body_offset_ = Vector2d::Zero();
+  Vector2d foot_turn_[2] = {Vector2d::Zero(), Vector2d::Zero()};
+  double lift_ = 0.0;
+  Vector2d com_error_ = Vector2d::Zero(), com_speed_error_ = Vector2d::Zero(), tracking_integral_ = Vector2d::Zero();
+  bool have_com_error_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Controller> make_walk_controller(const Robot& robot) { return std::make_unique<WalkController>(robot); }
+
+}  // namespace hrp

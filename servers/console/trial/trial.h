@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One run of a scenario in this process, without bus and log, many times faster than real time: the same model, contact
+// finder, physics and controller as in the server set, called in the same order.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "controller/client.h"
+#include "servers/collision_checker/collision_world.h"
+#include "servers/dynamics/engine.h"
+
+namespace hrp {
+
+// What happened. The robot counts as fallen when its base leans by more than 1 rad or has lost half its height.
+struct TrialResult {
+  bool fallen = false;
+  double fall_time = 0.0;       // [s]
+  double duration = 0.0;        // [s] that were simulated
+  double largest_lean = 0.0;    // [rad] of the base against the vertical
+  Vector3d travelled = Vector3d::Zero();  // [m] of the base
+  double turned = 0.0;          // [rad] heading of the base
+  std::vector<int> landings;    // by foot: how often it came down after it had been in the air for 0.1 s
+  std::string fault;            // of the simulator; empty when all went well
+};
+
+class Trial {
+ public:
+  // Throws InputError.
+  explicit Trial(const Scenario& scenario);
+  // Stands between dynamics and the controller: what it changes is what the controller sees.
+  std::function<void(SensorData*)> tamper;
+  // One physics step; false when it failed.
+  bool step();
+  // Steps until the scenario's duration, a fall or a fault. on_step may be empty.
+  TrialResult run(const std::function<void(const Trial&)>& on_step = nullptr);
+
+  double time() const { return static_cast<double>(step_) * scenario_.time_step; }
+  const DynamicsEngine& engine() const { return *engine_; }
+  const JointCommand& command() const { return command_; }
+  const RobotDescription& robot() const { return robot_; }
+  const Scenario& scenario() const { return scenario_; }
+
+ private:
+  void ask_controller();
+
+  Scenario scenario_;
+  RobotDescription robot_;
+  CollisionWorld world_;
+  std::unique_ptr<DynamicsEngine> engine_;
+  Robot controlled_;
+  std::unique_ptr<Controller> controller_;
+  JointCommand command_;
+  long step_ = 0;
+  std::string fault_;
+};
+
+}  // namespace hrp
