@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# scripts/install_deps.sh [--tests] [--list]
+# scripts/install_deps.sh [--tests] [--viewer] [--list]
 #
 # Installs the Debian 12 packages that the project needs; does nothing when all of them are there (well under a second).
 # As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
 #
-#   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm
+#   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium
+#   --viewer  also what the page of the viewer is built with: Node with npm
 #   --list    print the packages and do nothing
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -15,10 +16,16 @@ build_packages=(
   libeigen3-dev liburdfdom-dev liburdfdom-headers-dev libconsole-bridge-dev libtinyxml2-dev
   libfcl-dev libyaml-cpp-dev libassimp-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev
-  libcli11-dev nlohmann-json3-dev libzstd-dev liblz4-dev
-  libmujoco-dev
+  libcli11-dev nlohmann-json3-dev libzstd-dev liblz4-dev libdeflate-dev
+  libmujoco-dev libboost-dev
 )
-test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev)
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium)
+
+# Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.
+add_node() {
+  command -v node > /dev/null || packages+=(nodejs)
+  command -v npm > /dev/null || packages+=(npm)
+}
 
 packages=("${build_packages[@]}")
 list_only=false
@@ -26,10 +33,9 @@ for argument in "$@"; do
   case "$argument" in
     --tests)
       packages+=("${test_packages[@]}")
-      # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.
-      command -v node > /dev/null || packages+=(nodejs)
-      command -v npm > /dev/null || packages+=(npm)
+      add_node
       ;;
+    --viewer) add_node ;;
     --list) list_only=true ;;
     -h | --help) print_help; exit 0 ;;
     *) fail "unknown argument '$argument'; --help lists the known ones" ;;

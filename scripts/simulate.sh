@@ -15,6 +15,10 @@ for argument in "$@"; do
   case "$argument" in
     -h | --help) print_help; echo; exec "$BUILD/bin/hrp-simulate" --help ;;
     *.yaml | *.yml) scenario_given=true ;;
+    --view)
+      "$ROOT/scripts/install_deps.sh" --viewer
+      "$ROOT/scripts/build_page.sh"
+      ;;
   esac
 done
 $scenario_given || set -- "$ROOT/models/scenarios/default.yaml" "$@"

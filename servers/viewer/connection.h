@@ -24,6 +24,7 @@ inline Payload make_payload(std::string text) { return std::make_shared<const st
 
 enum class Urgency {
   kDroppable,  // pictures and samples: a page that is slow misses some
+  kStream,     // single samples for Foxglove: many small ones may wait, then some are missed
   kNeeded      // answers: a client that asks and does not read is cut off
 };
 

@@ -46,8 +46,8 @@ Json make_joints(const msg::RobotDescription& description) {
 Json make_obstacles(const Scenario& scenario) {
   Json obstacles = Json::array();
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
-    const auto& p = obstacle.X_WG.translation();
-    const Eigen::Quaterniond q(obstacle.X_WG.rotation());
+    const Vector3d& p = obstacle.X_WG.p;
+    const Eigen::Quaterniond q(obstacle.X_WG.R);
     obstacles.push_back({{"name", obstacle.name},
                          {"shape", obstacle.shape},
                          {"size", {obstacle.size.x(), obstacle.size.y(), obstacle.size.z()}},

@@ -183,7 +183,9 @@ double Signal::find(Bytes sample) const {
   if (zmp_axis_ >= 0) return find_zmp(sample, zmp_axis_, height_);
   Finder finder(steps_);
   visit_sample(type_, sample, &finder);
-  return finder.value();
+  // A foot in the air is in no pair, and the force on it is zero.
+  const bool in_the_air = std::isnan(finder.value()) && steps_[0].field == "pairs" && !steps_[0].name.empty();
+  return in_the_air ? 0.0 : finder.value();
 }
 
 SampleTime::SampleTime(const StructType& type) : type_(&type) {

@@ -29,6 +29,8 @@ constexpr size_t kLargestBody = 1024;
 // Pictures wait behind few others: a page that is slow shows the newest soon, not a film of the past.
 constexpr size_t kDroppableDepth = 8;
 constexpr size_t kDroppableBytes = 4 << 20;
+constexpr size_t kStreamDepth = 8192;
+constexpr size_t kStreamBytes = 32 << 20;
 // Answers are as large as series of charts; 64 of them unread is nobody reading.
 constexpr size_t kNeededDepth = 64;
 constexpr size_t kNeededBytes = 256 << 20;
@@ -73,12 +75,12 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
 
   void send(Payload payload, bool binary, Urgency urgency) override {
     if (closing_) return;
-    const bool full = urgency == Urgency::kDroppable ? queue_.size() >= kDroppableDepth || queued_bytes_ >= kDroppableBytes
-                                                     : queue_.size() >= kNeededDepth || queued_bytes_ >= kNeededBytes;
-    if (full && urgency == Urgency::kDroppable) return;
+    const bool full = is_full(urgency);
+    if (full && urgency != Urgency::kNeeded) return;
     if (full) return abort();
+    queued_needed_ += urgency == Urgency::kNeeded ? 1 : 0;
     queued_bytes_ += payload->size();
-    queue_.push_back({std::move(payload), binary});
+    queue_.push_back({std::move(payload), binary, urgency == Urgency::kNeeded});
     if (queue_.size() == 1) write();
   }
 
@@ -86,7 +88,14 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
   struct Outgoing {
     Payload payload;
     bool binary;
+    bool needed;
   };
+
+  bool is_full(Urgency urgency) const {
+    if (urgency == Urgency::kNeeded) return queued_needed_ >= kNeededDepth || queued_bytes_ >= kNeededBytes;
+    const bool stream = urgency == Urgency::kStream;
+    return queue_.size() >= (stream ? kStreamDepth : kDroppableDepth) || queued_bytes_ >= (stream ? kStreamBytes : kDroppableBytes);
+  }
 
   void open() {
     auto& application = shared_->application;
@@ -118,6 +127,7 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
     socket_.async_write(asio::buffer(*queue_.front().payload), [self = shared_from_this()](ErrorCode error, size_t) {
       if (error) return self->end();
       self->queued_bytes_ -= self->queue_.front().payload->size();
+      self->queued_needed_ -= self->queue_.front().needed ? 1 : 0;
       self->queue_.pop_front();
       if (!self->queue_.empty() && !self->closing_) self->write();
     });
@@ -150,6 +160,7 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
   beast::flat_buffer buffer_;
   std::deque<Outgoing> queue_;  // the first one is being written
   size_t queued_bytes_ = 0;
+  size_t queued_needed_ = 0;
   bool foxglove_ = false;
   bool closing_ = false;
 };

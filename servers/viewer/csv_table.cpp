@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/viewer/csv_table.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+
+#include "common/base/diagnostics.h"
+
+namespace hrp {
+namespace {
+
+struct Place {
+  std::string file;
+  int line = 0;
+};
+
+[[noreturn]] void refuse(const Place& place, int column, const std::string& message) {
+  Diagnostic problem;
+  problem.file = place.file;
+  problem.line = place.line;
+  problem.column = column;
+  problem.message = message;
+  throw InputError(problem);
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',') {
+      cells.emplace_back();
+    } else if (c != '\r' && c != '"') {
+      cells.back() += c;
+    }
+  }
+  for (std::string& cell : cells) {
+    const size_t begin = cell.find_first_not_of(" \t");
+    cell = begin == std::string::npos ? "" : cell.substr(begin, cell.find_last_not_of(" \t") - begin + 1);
+  }
+  return cells;
+}
+
+double read_number(const std::string& cell, const Place& place, size_t column) {
+  if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
+  char* end = nullptr;
+  const double value = std::strtod(cell.c_str(), &end);
+  if (*end != '\0') refuse(place, static_cast<int>(column) + 1, "'" + cell + "' is no number (columns count cells)");
+  return value;
+}
+
+}  // namespace
+
+const std::vector<double>* CsvTable::find(const std::string& name) const {
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == name) return &columns[i];
+  }
+  return nullptr;
+}
+
+CsvTable read_csv_table(const std::string& path) {
+  std::ifstream file(path);
+  Place place{path, 0};
+  if (!file) refuse(place, 0, "cannot be read");
+  CsvTable table;
+  std::string line;
+  while (std::getline(file, line)) {
+    ++place.line;
+    if (line.empty() || line[0] == '#' || line == "\r") continue;
+    const std::vector<std::string> cells = split(line);
+    if (table.names.empty()) {
+      table.names = cells;
+      table.columns.resize(cells.size());
+      if (!table.find("time")) refuse(place, 0, "expected a header line with a column 'time'");
+      continue;
+    }
+    if (cells.size() != table.names.size()) {
+      table.notes.push_back("line " + std::to_string(place.line) + " has " + std::to_string(cells.size()) + " cells, not " +
+                            std::to_string(table.names.size()) + ": left out");
+      continue;
+    }
+    for (size_t i = 0; i < cells.size(); ++i) table.columns[i].push_back(read_number(cells[i], place, i));
+  }
+  if (table.names.empty()) refuse(place, 0, "is empty");
+  if (table.columns[0].empty()) refuse(place, 0, "has a header and no row");
+  return table;
+}
+
+}  // namespace hrp

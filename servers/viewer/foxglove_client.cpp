@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/viewer/foxglove_client.h"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+namespace hrp {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr size_t kMostSubscriptions = 256;
+constexpr char kMessageData = 1;
+enum StatusLevel { kInfo, kWarning, kError };
+
+std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+template <typename Number>
+void append(std::string* out, Number value) {
+  // Little endian, as this machine is (common/mcap/format.cpp checks).
+  out->append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+const Json& get_list(const Json& request, const char* key) {
+  const auto found = request.find(key);
+  if (found == request.end() || !found->is_array()) throw ProtocolError(std::string("expected a list '") + key + "'");
+  return *found;
+}
+
+uint32_t get_id(const Json& value) {
+  if (!value.is_number_unsigned() || value.get<uint64_t>() > UINT32_MAX) throw ProtocolError("expected an id");
+  return value.get<uint32_t>();
+}
+
+}  // namespace
+
+FoxgloveClient::FoxgloveClient(Connection& connection, Viewer& viewer) : connection_(connection), viewer_(viewer) {
+  viewer_.join(this);
+  const Json info{{"op", "serverInfo"},
+                  {"name", "openhrp-dds viewer"},
+                  {"capabilities", Json::array()},
+                  {"supportedEncodings", Json::array()},
+                  {"metadata", Json::object()}};
+  connection_.send(make_payload(dump(info)), false, Urgency::kNeeded);
+  advertise();
+}
+
+FoxgloveClient::~FoxgloveClient() { viewer_.leave(this); }
+
+void FoxgloveClient::advertise() {
+  Json added = Json::array();
+  for (const auto& [topic, type] : viewer_.find_topics()) {
+    if (channels_.count(topic)) continue;
+    Channel& channel = channels_[topic];
+    channel.id = next_id_++;
+    added.push_back({{"id", channel.id},
+                     {"topic", topic},
+                     {"encoding", "cdr"},
+                     {"schemaName", type},
+                     {"schema", viewer_.find_schema(topic)},
+                     {"schemaEncoding", "omgidl"}});
+  }
+  if (added.empty()) return;
+  connection_.send(make_payload(dump({{"op", "advertise"}, {"channels", added}})), false, Urgency::kNeeded);
+}
+
+void FoxgloveClient::on_message(const std::string& message, bool binary) {
+  // The binary messages of clients (publishing, services) are for capabilities that we do not offer.
+  if (binary) return send_status(kError, "this server only reads: binary messages of clients are not taken");
+  const Json request = Json::parse(message, nullptr, false);
+  if (!request.is_object() || !request.contains("op") || !request["op"].is_string()) {
+    throw ProtocolError("expected a JSON object with an op");
+  }
+  const std::string op = request["op"];
+  if (op == "subscribe") return subscribe(request);
+  if (op == "unsubscribe") return unsubscribe(request);
+  send_status(kWarning, "'" + op + "' is not offered by this server");
+}
+
+void FoxgloveClient::subscribe(const Json& request) {
+  for (const Json& subscription : get_list(request, "subscriptions")) {
+    if (!subscription.is_object()) throw ProtocolError("expected subscriptions of id and channelId");
+    const uint32_t id = get_id(subscription.value("id", Json())), channel_id = get_id(subscription.value("channelId", Json()));
+    bool found = false;
+    for (auto& [topic, channel] : channels_) {
+      if (channel.id != channel_id || channel.subscriptions.size() >= kMostSubscriptions) continue;
+      channel.subscriptions.emplace(id, false);
+      found = true;
+    }
+    if (!found) send_status(kError, "there is no channel " + std::to_string(channel_id));
+  }
+  viewer_.show_time(viewer_.shown_time());
+}
+
+void FoxgloveClient::unsubscribe(const Json& request) {
+  for (const Json& id : get_list(request, "subscriptionIds")) {
+    size_t removed = 0;
+    for (auto& [topic, channel] : channels_) removed += channel.subscriptions.erase(get_id(id));
+    if (removed == 0) send_status(kWarning, "there is no subscription " + std::to_string(get_id(id)));
+  }
+}
+
+void FoxgloveClient::send_status(int level, const std::string& text) {
+  connection_.send(make_payload(dump({{"op", "status"}, {"level", level}, {"message", text}})), false, Urgency::kNeeded);
+}
+
+bool FoxgloveClient::reads(const std::string& topic) const {
+  const auto found = channels_.find(topic);
+  return found != channels_.end() && !found->second.subscriptions.empty();
+}
+
+void FoxgloveClient::send(const std::string& topic, Bytes sample, double time, bool again) {
+  const auto found = channels_.find(topic);
+  if (found == channels_.end()) return;
+  for (auto& [id, sent] : found->second.subscriptions) {
+    if (sent && !again) continue;
+    std::string message(1, kMessageData);
+    append(&message, id);
+    append(&message, static_cast<uint64_t>(std::isfinite(time) && time > 0 ? std::llround(time * 1e9) : 0));
+    message.append(reinterpret_cast<const char*>(sample.data), sample.size);
+    connection_.send(make_payload(std::move(message)), true, Urgency::kStream);
+    sent = true;
+  }
+}
+
+}  // namespace hrp

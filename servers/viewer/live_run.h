@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A run that goes on, seen from outside: best-effort readers that keep what fits and forget the rest, so that nothing
+// here can hold the run up.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/messages/pubsub.h"
+#include "common/messages/reflection/schema.h"
+#include "hrp_idl/scheduling.h"
+
+namespace hrp {
+
+using SampleBytes = std::vector<uint8_t>;
+
+// What came on a topic since it was asked last.
+struct Arrivals {
+  const StructType* type = nullptr;
+  bool fresh = false;
+  SampleBytes latest;               // the newest sample ever, empty when none came yet
+  std::vector<SampleBytes> thinned; // at most some hundred a second of wall clock, for charts
+  std::vector<SampleBytes> all;     // every sample, as far as memory for them goes; only of topics so asked for
+};
+
+class LiveRun {
+ public:
+  LiveRun(Bus& bus, bool read_only);
+  ~LiveRun();
+
+  // Which topics to read from now on; those in `whole` with every sample. Not under the bus's mutex.
+  void read_topics(const std::set<std::string>& topics, const std::set<std::string>& whole);
+  // Topics that somebody offers and whose type is ours: name -> type.
+  std::map<std::string, std::string> find_topics();
+  std::map<std::string, Arrivals> take();
+  // False when run control is switched off or the run has nobody who listens.
+  bool request(const msg::RunControl& control);
+  bool has_control() const { return !read_only_; }
+
+ private:
+  struct Topic;
+  void keep(Topic* topic, Bytes sample);
+  Bus& bus_;
+  bool read_only_;
+  Publisher<msg::RunControl> control_;
+  std::map<std::string, std::unique_ptr<Topic>> topics_;
+};
+
+}  // namespace hrp

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+
+#include "common/bus/domain.h"
+#include "common/bus/make_bus.h"
+#include "common/node/runner.h"
+#include "servers/viewer/viewer.h"
+#include "servers/viewer/web_server.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kTickMs = 33;  // 30 pictures a second
+
+struct Options {
+  std::vector<std::string> files;
+  hrp::BusOptions bus;
+  hrp::WebOptions web;
+  hrp::ViewerOptions viewer;
+  bool read_only = false;
+};
+
+// build/bin/hrp-viewer -> build/share/viewer
+std::string find_page_folder() {
+  std::error_code error;
+  return (fs::read_symlink("/proc/self/exe", error).parent_path().parent_path() / "share" / "viewer").string();
+}
+
+void add_options(CLI::App& app, Options* options) {
+  app.footer("Without files it joins the run that goes on. Examples:\n"
+             "  hrp-viewer                            a live run\n"
+             "  hrp-viewer run.mcap                   a recorded one\n"
+             "  hrp-viewer run.mcap other.mcap        two, side by side\n"
+             "  hrp-viewer experiment/                CSV recordings of an experiment folder\n"
+             "Foxglove connects to the same address: ws://127.0.0.1:PORT");
+  app.add_option("FILES", options->files, "logs (MCAP), or experiment folders");
+  app.add_option("--domain", options->bus.domain, "DDS domain of the run; default: the only one that runs");
+  app.add_option("--dds", options->bus.vendor, "DDS of this program; it talks to both")->check(CLI::IsMember({"cyclone", "fast"}));
+  app.add_option("--port", options->web.port, "0 = a free one")->capture_default_str();
+  app.add_option("--address", options->web.address, "address to listen at; others than this machine's own need a token")
+      ->capture_default_str();
+  app.add_option("--token", options->web.access.token, "what those who connect must know; default: random where it is needed");
+  app.add_flag("--read-only", options->read_only, "no run control: pages only look");
+  app.add_option("--page", options->viewer.page_folder, "folder of the page; default: ../share/viewer beside this program");
+  app.add_option("--then", options->viewer.log_after, "log of the live run, shown when the run is over");
+}
+
+void show_files(const std::vector<std::string>& files, hrp::Viewer* viewer) {
+  std::vector<std::unique_ptr<hrp::Recording>> recordings;
+  for (const std::string& file : files) {
+    if (fs::path(file).extension() == ".mcap") {
+      recordings.push_back(hrp::read_log(file));
+    } else {
+      for (auto& each : hrp::read_experiment(file)) recordings.push_back(std::move(each));
+    }
+  }
+  viewer->show(std::move(recordings));
+}
+
+int serve(Options options) {
+  std::unique_ptr<hrp::Bus> bus;  // outlives its readers
+  if (options.viewer.page_folder.empty()) options.viewer.page_folder = find_page_folder();
+  hrp::Viewer viewer(options.viewer);
+  if (options.files.empty()) {
+    options.bus.domain = hrp::choose_running_domain(options.bus.domain);
+    bus = hrp::make_bus(options.bus);
+    viewer.show(std::make_unique<hrp::LiveRun>(*bus, options.read_only));
+  } else {
+    show_files(options.files, &viewer);
+  }
+  hrp::AccessRules& access = options.web.access;
+  access.loopback = hrp::is_loopback_address(options.web.address);
+  if (!access.loopback && access.token.empty()) access.token = hrp::make_token();
+  hrp::WebServer server(options.web, viewer);
+  const std::string host = options.web.address.find(':') == std::string::npos ? options.web.address : "[" + options.web.address + "]";
+  std::printf("viewer     http://%s:%u/%s%s\n", host.c_str(), server.port(), access.token.empty() ? "" : "?token=", access.token.c_str());
+  std::fflush(stdout);
+  server.run(kTickMs, [&] {
+    viewer.tick();
+    return !hrp::g_stop_signal;
+  });
+  return hrp::kExitOk;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("The online viewer: a run, its contact forces and charts in the browser. It never slows or changes the run.",
+               "hrp-viewer");
+  Options options;
+  options.bus.domain = -1;
+  add_options(app, &options);
+  CLI11_PARSE(app, argc, argv);
+  hrp::handle_stop_signals();
+  std::signal(SIGPIPE, SIG_IGN);
+  // The run comes first where cores are few.
+  setpriority(PRIO_PROCESS, 0, 10);
+  try {
+    return serve(std::move(options));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-viewer: %s\n", error.what());
+    return hrp::kExitBadInput;
+  }
+}

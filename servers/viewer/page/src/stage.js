@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The picture on the left: ground, robots, force arrows, support polygon, ZMP. World axes, z up, metres.
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { calcSupportPolygon, calcZmp, makeGround, norm, parts, sumFeet, toVector } from "./forces.js";
+import { Robot } from "./robot.js";
+
+import { ArrowPool } from "./arrow.js";
+
+// 1, 2 or 5 times a power of ten, not below `value`.
+function roundUp(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= value * 0.999);
+}
+
+export class Stage {
+  constructor(canvas, note) {
+    this.canvas = canvas;
+    this.note = note;
+    this.layers = { total: true, spring: false, damper: false, friction: false, points: false, polygon: true, zmp: true, ghost: true };
+    this.robots = [null, null];
+    this.scenes = [null, null];
+    this.frames = [null, null];
+    this.largestForce = 0;  // [N] seen so far: scales the arrows
+    this.forceScale = 0;    // [N] that one metre of arrow stands for
+    this.feet = [];
+    this.zmp = null;
+    this.dirty = true;
+    this.frameCount = 0;
+    this.world = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 200);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(2.4, -2.2, 1.5);
+    this.addLights();
+    this.arrows = new ArrowPool(this.world);
+    this.addMarks();
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    } catch (error) {
+      note.textContent = "This browser gives no WebGL, so the robot cannot be drawn; charts and numbers work.";
+      return;
+    }
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 1.5));
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.target.set(0, 0, 0.7);
+    this.controls.addEventListener("change", () => { this.dirty = true; });
+    this.controls.update();
+    new ResizeObserver(() => { this.dirty = true; }).observe(canvas.parentElement);
+  }
+
+  addLights() {
+    this.world.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 2.2));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    sun.position.set(3, -4, 6);
+    this.world.add(sun);
+    this.groundGroup = new THREE.Group();
+    this.world.add(this.groundGroup);
+  }
+
+  addMarks() {
+    this.polygonFill = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.3, side: THREE.DoubleSide, depthWrite: false }));
+    this.polygonEdge = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({}));
+    this.zmpMark = new THREE.Mesh(new THREE.SphereGeometry(1, 20, 12), new THREE.MeshBasicMaterial({}));
+    // Marks on the ground are seen through feet: they are what one looks for.
+    for (const mark of [this.polygonEdge, this.zmpMark]) {
+      mark.material.depthTest = false;
+      mark.renderOrder = 2;
+    }
+    this.world.add(this.polygonFill, this.polygonEdge, this.zmpMark);
+  }
+
+  color(name) {
+    return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  }
+
+  // `slot` 0: the robot, 1: the ghost; scene null takes it away.
+  setScene(slot, scene, source) {
+    this.robots[slot]?.dispose();
+    this.robots[slot] = null;
+    this.scenes[slot] = scene;
+    this.frames[slot] = null;
+    this.dirty = true;
+    if (slot === 0) this.largestForce = 0;
+    if (!scene) return;
+    try {
+      const robot = new Robot(scene, source, slot === 1 ? this.color("ghost") : null, () => { this.dirty = true; });
+      this.robots[slot] = robot;
+      this.world.add(robot.model);
+      robot.model.visible = false;  // until its pose is known
+    } catch (error) {
+      this.note.textContent = `The robot's URDF cannot be drawn: ${error.message}`;
+      return;
+    }
+    if (slot === 0) this.setGround(scene);
+  }
+
+  setGround(scene) {
+    this.groundGroup.clear();
+    this.plane = makeGround(scene.ground);
+    if (scene.ground.present) {
+      const grid = new THREE.GridHelper(10, 50, this.color("grid"), this.color("grid"));
+      grid.material.transparent = true;
+      grid.material.opacity = 0.55;
+      grid.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...this.plane.normal));
+      grid.position.set(...this.plane.point);
+      this.groundGroup.add(grid);
+    }
+    for (const obstacle of scene.obstacles) this.groundGroup.add(this.makeObstacle(obstacle));
+    this.groundScene = scene;
+  }
+
+  makeObstacle({ shape, size, position, quaternion: [w, x, y, z] }) {
+    const shapes = {
+      box: () => new THREE.BoxGeometry(...size),
+      sphere: () => new THREE.SphereGeometry(size[0], 24, 16),
+      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 24).rotateX(Math.PI / 2),
+    };
+    const mesh = new THREE.Mesh(shapes[shape](), new THREE.MeshLambertMaterial({ color: 0xb09a78 }));
+    mesh.position.set(...position);
+    mesh.quaternion.set(x, y, z, w);
+    return mesh;
+  }
+
+  // Messages by topic.
+  setFrame(slot, topics) {
+    const robot = this.robots[slot];
+    const state = topics["hrp/robot_state"];
+    if (!robot || !state) return;
+    const first = !this.frames[slot];
+    this.frames[slot] = topics;
+    robot.show(state);
+    robot.model.visible = slot === 0 || this.layers.ghost;
+    this.dirty = true;
+    if (slot === 1) return;
+    this.note.textContent = "";
+    this.calcForces(topics);
+    if (first) this.lookAtRobot();
+  }
+
+  calcForces(topics) {
+    const scene = this.scenes[0];
+    const contacts = topics["hrp/contact_forces"];
+    this.zmp = null;
+    if (contacts) {
+      this.feet = sumFeet(contacts, scene.feet);
+      this.zmp = calcZmp(contacts, this.plane);
+    } else {
+      this.feet = this.readWrenches(topics["hrp/sensor_data"]);
+    }
+    for (const foot of this.feet) this.largestForce = Math.max(this.largestForce, norm(foot.total) || 0);
+  }
+
+  // Recordings without contact forces: what the force sensors felt, turned into world axes, at the sensor.
+  readWrenches(sensors) {
+    const feet = [];
+    for (const wrench of sensors?.wrenches ?? []) {
+      const spec = this.scenes[0].wrenches.find((each) => each.name === wrench.name);
+      const link = spec && this.robots[0].find(spec.link);
+      if (!link) continue;
+      const rotation = link.getWorldQuaternion(new THREE.Quaternion());
+      const force = new THREE.Vector3(...toVector(wrench.force)).applyQuaternion(rotation);
+      feet.push({ name: wrench.name, link: spec.link, touching: true, sensor: true, total: force.toArray(),
+                  point: link.getWorldPosition(new THREE.Vector3()).toArray() });
+    }
+    return feet;
+  }
+
+  lookAtRobot() {
+    if (!this.robots[0] || !this.controls) return;
+    const box = this.robots[0].findBox();
+    if (box.isEmpty()) return;
+    const middle = box.getCenter(new THREE.Vector3());
+    const reach = Math.max(box.getSize(new THREE.Vector3()).length() / 2, 0.05);
+    const away = new THREE.Vector3(1, -0.75, 0.32).normalize().multiplyScalar(reach * 3.3);
+    this.controls.target.copy(middle);
+    this.camera.position.copy(middle).add(away);
+    this.camera.near = reach / 50;
+    this.camera.far = reach * 100 + 30;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.reach = reach;
+    this.followed = middle.clone();
+    this.dirty = true;
+  }
+
+  // A robot that walks stays in the picture; the view that people chose stays theirs.
+  follow() {
+    const base = this.robots[0]?.model.position;
+    if (!base || !this.controls) return;
+    this.lastBase ??= base.clone();
+    const moved = base.clone().sub(this.lastBase);
+    moved.z = 0;
+    if (moved.length() < (this.reach ?? 1) * 0.25) return;
+    this.lastBase.copy(base);
+    this.controls.target.add(moved);
+    this.camera.position.add(moved);
+    this.controls.update();
+  }
+
+  drawForces() {
+    const reach = this.reach ?? 1;
+    const radius = reach * 0.012;
+    this.forceScale = this.largestForce > 0 ? roundUp(this.largestForce / (reach * 0.8)) : 0;
+    this.arrows.begin();
+    this.drawn = [];
+    for (const foot of this.forceScale > 0 ? this.feet : []) {
+      for (const part of parts) {
+        if (!this.layers[part] || !foot.point || !foot[part]) continue;
+        this.drawArrow(foot.name, part, foot.point, foot[part], radius, part);
+      }
+    }
+    if (this.layers.points && this.forceScale > 0) this.drawPoints(radius * 0.5);
+    this.arrows.end();
+  }
+
+  drawPoints(radius) {
+    const some = parts.some((part) => part !== "total" && this.layers[part]);
+    for (const pair of this.frames[0]?.["hrp/contact_forces"]?.pairs ?? []) {
+      for (const point of pair.points) {
+        const from = toVector(point.p_WC);
+        for (const part of some ? parts.filter((each) => this.layers[each]) : ["total"]) {
+          this.drawArrow(pair.name_a, `point ${part}`, from, toVector(point[part]), radius, part === "total" ? "point" : part);
+        }
+      }
+    }
+  }
+
+  drawArrow(foot, part, from, force, radius, color) {
+    const arrow = this.arrows.next();
+    const vector = new THREE.Vector3(...force).divideScalar(this.forceScale);
+    arrow.set(new THREE.Vector3(...from), vector, radius, this.color(color));
+    this.drawn.push({ foot, part, force, length: vector.length(), visible: arrow.group.visible });
+  }
+
+  drawGroundMarks() {
+    const contacts = this.frames[0]?.["hrp/contact_forces"];
+    const hull = this.layers.polygon && contacts ? calcSupportPolygon(contacts) : [];
+    this.hull = hull;
+    this.polygonFill.visible = this.polygonEdge.visible = hull.length >= 3;
+    if (hull.length >= 3) {
+      // A little above the floor, so that the two do not flicker.
+      const points = hull.map(([x, y, z]) => new THREE.Vector3(x, y, z + 0.002));
+      const corners = [];
+      for (let i = 1; i + 1 < points.length; ++i) corners.push(points[0], points[i], points[i + 1]);
+      this.polygonFill.geometry.dispose();
+      this.polygonFill.geometry = new THREE.BufferGeometry().setFromPoints(corners);
+      this.polygonEdge.geometry.dispose();
+      this.polygonEdge.geometry = new THREE.BufferGeometry().setFromPoints(points);
+      this.polygonFill.material.color.set(this.color("polygon"));
+      this.polygonEdge.material.color.set(this.color("polygon"));
+    }
+    this.zmpMark.visible = this.layers.zmp && this.zmp !== null;
+    if (this.zmp) this.zmpMark.position.set(...this.zmp);
+    this.zmpMark.scale.setScalar((this.reach ?? 1) * 0.016);
+    this.zmpMark.material.color.set(this.color("zmp"));
+  }
+
+  // Draws when something has changed.
+  render() {
+    if (!this.dirty || !this.renderer) return false;
+    this.dirty = false;
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    const size = this.renderer.getSize(new THREE.Vector2());
+    if (size.x !== width || size.y !== height) {
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / Math.max(height, 1);
+      // The table of numbers covers the lower edge: the middle of the picture is a little above.
+      this.camera.setViewOffset(width, height, 0, 55, width, height);
+      this.camera.updateProjectionMatrix();
+    }
+    this.follow();
+    if (this.robots[1]) this.robots[1].model.visible = this.frames[1] !== null && this.layers.ghost;
+    this.drawForces();
+    this.drawGroundMarks();
+    this.renderer.render(this.world, this.camera);
+    ++this.frameCount;
+    return true;
+  }
+
+  setTheme() {
+    if (this.groundScene) this.setGround(this.groundScene);
+    this.dirty = true;
+  }
+
+  // For tests and for people with a console: what is in the picture.
+  describe() {
+    return {
+      robots: this.robots.map((robot) => robot && { visible: robot.model.visible, links: Object.keys(robot.model.links).length,
+                                                     joints: Object.keys(robot.model.joints).length, position: robot.model.position.toArray(),
+                                                     missing: [...robot.missing] }),
+      arrows: this.drawn ?? [],
+      forceScale: this.forceScale,
+      polygon: this.hull ?? [],
+      zmp: this.zmp,
+      frames: this.frameCount,
+    };
+  }
+}

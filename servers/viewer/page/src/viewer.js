@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The page: puts stage, charts and controls together.
+import { Chart } from "./charts.js";
+import { ServerConnection } from "./connection.js";
+import { norm } from "./forces.js";
+import { Player } from "./player.js";
+import { chooseCharts, chooseUnit, listSignals } from "./signals.js";
+import { SignalDialog } from "./signal_dialog.js";
+import { Stage } from "./stage.js";
+
+const $ = (id) => document.getElementById(id);
+const phases = { RUN_WAITING: "waiting for servers", RUN_RUNNING: "running", RUN_PAUSED: "paused", RUN_FINISHED: "finished", RUN_FAILED: "failed" };
+const drawPeriod = 66;  // [ms] between drawings of the charts
+
+class Page {
+  constructor() {
+    this.live = false;
+    this.control = false;
+    this.types = {};
+    this.topics = {};
+    this.recordings = [];
+    this.chosen = [0, -1];
+    this.scenes = [null, null];
+    this.latest = {};
+    this.units = new Map();
+    this.charts = [];
+    this.epoch = null;
+    this.run = null;
+    this.stage = new Stage($("scene"), $("scene-note"));
+    this.player = new Player((time, steps) => this.connection.send({ op: "at", time, steps, sources: this.sources() }));
+    this.dialog = new SignalDialog(() => this.findSignals(), (topic) => this.connection.send({ op: "peek", topic }), () => Object.keys(this.topics));
+    this.listen();
+    this.connection = new ServerConnection((message) => this.take(message), () => this.lose());
+    this.lastDraw = 0;
+    this.lastTick = performance.now();
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  // What charts ask of the page.
+  isLive() { return this.live; }
+  theme() { return document.documentElement.dataset.theme; }
+  compares() { return !this.live && this.chosen[1] >= 0; }
+  window() { return Number($("window").value); }
+  now() { return this.live ? this.time ?? 0 : this.player.time; }
+  span() { return [0, this.player.end]; }
+  unit(id) { return this.units.get(id) ?? ""; }
+  seek(time) { this.player.playing = false; this.player.seek(time); this.showTransport(); }
+  edit(chart) { this.dialog.open(chart, () => this.subscribe()); }
+
+  // The difference of two runs is a chart of its own, below the one it belongs to.
+  addDifference(chart) {
+    const [added] = this.makeCharts([{ title: chart.title, signals: chart.signals, unit: chart.unit, difference: true }]);
+    chart.element.after(added.element);
+  }
+
+  remove(chart) {
+    chart.element.remove();
+    this.charts = this.charts.filter((each) => each !== chart);
+    this.subscribe();
+  }
+
+  async askSeries(line, range) {
+    const source = this.chosen[line.slot];
+    const request = { op: "series", source, signal: line.id, points: 2000 };
+    if (line.minus) request.minus = this.chosen[1];
+    // A little more than is shown, so that lines go on to the edges.
+    if (range) Object.assign(request, { begin: range[0] - 0.1 * (range[1] - range[0]), end: range[1] + 0.1 * (range[1] - range[0]) });
+    const answer = await this.connection.ask(request);
+    if (answer.unit && !this.units.has(line.id)) this.units.set(line.id, this.chooseUnitOf(line.id, answer.unit));
+    return answer;
+  }
+
+  chooseUnitOf(id, unit) {
+    const name = id.match(/\[([^\]]+)\]$/)?.[1];
+    return chooseUnit(unit, this.scenes[0]?.joints.find((joint) => joint.name === name));
+  }
+
+  sources() { return this.chosen.filter((source) => source >= 0); }
+
+  take(message) {
+    const handler = { hello: "takeHello", scene: "takeScene", frame: "takeFrame", frames: "takeFrames", status: "takeStatus",
+                      samples: "takeSamples", topics: "takeTopics", error: "takeError" }[message.op];
+    if (handler) this[handler](message);
+  }
+
+  lose() {
+    $("mode").textContent = "connection lost";
+    $("mode").dataset.mode = "lost";
+  }
+
+  takeHello(message) {
+    Object.assign(this, { live: message.live, control: message.control, types: message.types, topics: message.topics, recordings: message.recordings });
+    $("mode").textContent = this.live ? "LIVE" : "RECORDED";
+    $("mode").dataset.mode = this.live ? "live" : "log";
+    $("message").textContent = "";
+    $("live-bar").hidden = !this.live;
+    $("log-bar").hidden = this.live;
+    $("factor-box").hidden = !this.live;
+    $("window-box").hidden = !this.live;
+    $("servers-box").hidden = !this.live;
+    for (const id of ["pause", "resume", "step", "steps", "reset", "speed"]) $(id).disabled = !this.control;
+    $("read-only").hidden = this.control || !this.live;
+    $("late").hidden = true;
+    this.latest = {};
+    for (const chart of this.charts.splice(0)) chart.element.remove();
+    this.scenes = [null, null];
+    this.stage.setScene(1, null);
+    if (!this.live) this.openRecordings();
+  }
+
+  openRecordings() {
+    const options = this.recordings.map((recording, i) => new Option(recording.name, i));
+    $("run-a").replaceChildren(...options);
+    $("run-b").replaceChildren(new Option("nothing", -1), ...options.map((option) => option.cloneNode(true)));
+    // Two logs were named to be compared; the recordings of an experiment are many runs of one robot.
+    this.choose(0, this.recordings.length === 2 ? 1 : -1);
+  }
+
+  choose(first, second) {
+    this.chosen = [first, second === first ? -1 : second];
+    $("run-a").value = this.chosen[0];
+    $("run-b").value = this.chosen[1];
+    $("ghost-layer").hidden = this.chosen[1] < 0;
+    const shown = this.sources().map((source) => this.recordings[source]);
+    this.player.reset(Math.max(...shown.map((recording) => recording.end - recording.begin), 0));
+    $("scrub").max = this.player.end;
+    $("scrub-end").textContent = this.player.end.toFixed(3);
+    $("run-name").textContent = shown.map((recording) => recording.name).join("  and, as a ghost, ");
+    $("notes").replaceChildren(...shown.flatMap((recording) => recording.notes.map((note) => {
+      const item = document.createElement("li");
+      item.textContent = `${recording.name}: ${note}`;
+      return item;
+    })));
+    this.scenes = [null, null];
+    this.stage.setScene(1, null);
+    for (const source of this.sources()) this.connection.send({ op: "open", source });
+  }
+
+  takeScene({ source, scene }) {
+    const slot = this.live ? 0 : this.chosen.indexOf(source);
+    if (slot < 0) return;
+    this.scenes[slot] = scene;
+    this.stage.setScene(slot, scene, source);
+    if (slot === 0) {
+      if (this.live) $("run-name").textContent = `${scene.name}, ${scene.scenario}`;
+      $("feet").hidden = scene.feet.length === 0 && scene.wrenches.length === 0;
+      if (this.charts.length === 0) this.makeCharts(chooseCharts(scene, this.topics));
+      else for (const chart of this.charts) chart.reset();
+    }
+    if (!this.live && this.sources().every((_, i) => this.scenes[i])) {
+      for (const chart of this.charts.filter((each) => each.difference && !this.compares())) this.remove(chart);
+      if (this.compares() && this.charts.length > 0 && !this.charts.some((chart) => chart.difference)) this.addDifference(this.charts[0]);
+      for (const chart of this.charts) chart.reset();
+      this.player.seek(0);
+    }
+  }
+
+  makeCharts(specs) {
+    const before = this.charts.length;
+    for (const spec of specs) {
+      const chart = new Chart(this, $("charts"), spec);
+      this.charts.push(chart);
+      for (const id of spec.signals) if (!this.units.has(id)) this.units.set(id, spec.unit);
+      chart.reset();
+    }
+    this.subscribe();
+    return this.charts.slice(before);
+  }
+
+  subscribe() {
+    if (this.live) this.connection.send({ op: "subscribe", signals: [...new Set(this.charts.flatMap((chart) => chart.signals))].slice(0, 64) });
+  }
+
+  takeTopics({ topics }) {
+    this.topics = topics;
+    // Foot forces may be offered a moment after the robot.
+    if (this.live && this.scenes[0] && !this.charts.some((chart) => chart.title === "Vertical foot forces") && topics["hrp/contact_forces"] && !this.sawForces) {
+      this.sawForces = true;
+      for (const chart of this.charts.splice(0)) chart.element.remove();
+      this.makeCharts(chooseCharts(this.scenes[0], topics));
+    }
+  }
+
+  takeFrame({ topics }) {
+    this.latest = topics;
+    const header = topics["hrp/robot_state"]?.header;
+    if (header) {
+      if (this.epoch !== null && header.epoch !== this.epoch) for (const chart of this.charts) chart.clear();
+      this.epoch = header.epoch;
+      this.time = header.time;
+    }
+    this.stage.setFrame(0, topics);
+    this.showNumbers(topics);
+    this.dialog.refresh();
+  }
+
+  takeFrames({ time, frames }) {
+    this.player.took(time);
+    frames.forEach((frame, slot) => this.stage.setFrame(slot, frame.topics));
+    if (frames[0]) {
+      this.latest = frames[0].topics;
+      this.showNumbers(this.latest);
+    }
+    for (const chart of this.charts) chart.redrawNow();
+    this.showTransport();
+  }
+
+  takeSamples({ signals }) {
+    for (const [id, points] of Object.entries(signals)) {
+      if (points.unit && !this.units.has(id)) this.units.set(id, this.chooseUnitOf(id, points.unit));
+      for (const chart of this.charts) chart.append(id, points);
+    }
+    this.samplesCame = true;
+  }
+
+  takeStatus({ run, servers }) {
+    if (run) {
+      this.run = run;
+      $("factor").textContent = `${run.real_time_factor.toFixed(2)} ×`;
+      $("late").hidden = run.late === "";
+      $("late").textContent = run.late ? `waits for ${run.late}` : "";
+      $("phase").textContent = phases[run.phase] + (run.message ? `: ${run.message}` : "");
+      const over = run.phase === "RUN_FINISHED" || run.phase === "RUN_FAILED";
+      for (const id of ["pause", "resume", "step", "reset"]) $(id).disabled = !this.control || over;
+      $("pause").classList.toggle("primary", run.phase === "RUN_RUNNING");
+      $("resume").classList.toggle("primary", run.phase === "RUN_PAUSED");
+    }
+    $("servers").tBodies[0].replaceChildren(...Object.values(servers).map((server) => {
+      const row = document.createElement("tr");
+      for (const text of [server.server, server.program, server.phase.replace("SERVER_", "").toLowerCase(), server.step, server.waiting_for]) {
+        row.insertCell().textContent = text;
+      }
+      return row;
+    }));
+  }
+
+  takeError({ message }) {
+    this.say(message);
+  }
+
+  say(text) {
+    $("message").textContent = text;
+    clearTimeout(this.sayTimer);
+    this.sayTimer = setTimeout(() => { $("message").textContent = ""; }, 6000);
+  }
+
+  showNumbers(topics) {
+    const header = topics["hrp/robot_state"]?.header ?? topics["hrp/sensor_data"]?.header;
+    if (header) $("time").textContent = header.time.toFixed(3);
+    const body = $("feet").tBodies[0];
+    const feet = this.stage.feet;
+    while (body.rows.length > feet.length) body.deleteRow(-1);
+    feet.forEach((foot, i) => {
+      const row = body.rows[i] ?? body.insertRow();
+      while (row.cells.length < 5) row.insertCell();
+      const number = (value) => (foot.touching && Number.isFinite(value) ? value.toFixed(1) : foot.sensor ? "–" : "0.0");
+      const texts = [foot.name, number(foot.total[2]), ...["spring", "damper"].map((part) => number(foot[part]?.[2] ?? NaN)),
+                     number(foot.friction ? norm(foot.friction) : NaN)];
+      texts.forEach((text, column) => { row.cells[column].textContent = text; });
+      row.className = foot.touching ? "" : "air";
+      row.dataset.foot = foot.name;
+    });
+    const zmp = this.stage.zmp;
+    $("zmp").textContent = zmp ? `${zmp[0].toFixed(4)}, ${zmp[1].toFixed(4)}` : "–";
+    const step = topics["hrp/contact_forces"]?.header.step;
+    $("forces-step").textContent = step === undefined ? "" : `forces of step ${step}`;
+    $("forces-step").dataset.step = step ?? "";
+  }
+
+  showTransport() {
+    $("scrub").value = this.player.time;
+    $("scrub-time").textContent = this.player.time.toFixed(3);
+    $("play").textContent = this.player.playing ? "Pause" : "Play";
+    $("play").classList.add("primary");
+  }
+
+  // All signals that there are, of all topics of which a sample is known.
+  findSignals() {
+    const joints = this.scenes[0]?.joints ?? [];
+    const found = [];
+    for (const [topic, sample] of Object.entries(this.latest)) found.push(...listSignals(topic, this.topics[topic] ?? "", sample, this.types, joints));
+    for (const signal of found) this.units.set(signal.id, signal.unit);
+    return found;
+  }
+
+  request(request, more = {}) {
+    this.connection.send({ op: "control", request, speed: Number($("speed").value), ...more });
+  }
+
+  listen() {
+    $("pause").onclick = () => this.request("pause");
+    $("resume").onclick = () => this.request("run");
+    $("step").onclick = () => this.request("step", { steps: Number($("steps").value) });
+    $("reset").onclick = () => this.request("reset");
+    $("speed").onchange = () => { if (this.run?.phase === "RUN_RUNNING") this.request("run"); };
+    $("speed").value = "1";
+    $("play").onclick = () => { this.player.toggle(); this.showTransport(); };
+    $("back").onclick = () => this.player.step(-1);
+    $("forward").onclick = () => this.player.step(1);
+    $("scrub").oninput = () => this.seek(Number($("scrub").value));
+    $("play-speed").onchange = () => { this.player.speed = Number($("play-speed").value); };
+    $("run-a").onchange = () => this.choose(Number($("run-a").value), this.chosen[1]);
+    $("run-b").onchange = () => this.choose(this.chosen[0], Number($("run-b").value));
+    $("add-chart").onclick = () => this.addChart();
+    $("help").onclick = () => $("help-dialog").showModal();
+    $("theme").onclick = () => this.setTheme(this.theme() === "dark" ? "light" : "dark");
+    for (const box of document.querySelectorAll("[data-layer]")) {
+      box.onchange = () => { this.stage.layers[box.dataset.layer] = box.checked; this.stage.dirty = true; };
+    }
+    addEventListener("keydown", (event) => this.takeKey(event));
+    let theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+    try { theme = localStorage.getItem("theme") ?? theme; } catch { /* a browser that keeps nothing */ }
+    document.documentElement.dataset.theme = theme;
+  }
+
+  addChart() {
+    this.makeCharts([{ title: "Chart", signals: [], unit: "" }]);
+    const chart = this.charts[this.charts.length - 1];
+    chart.element.scrollIntoView({ block: "nearest" });
+    this.edit(chart);
+  }
+
+  setTheme(theme) {
+    document.documentElement.dataset.theme = theme;
+    try { localStorage.setItem("theme", theme); } catch { /* kept for this page alone */ }
+    this.stage.setTheme();
+    for (const chart of this.charts) chart.reset();
+  }
+
+  takeKey(event) {
+    const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "checkbox" && event.target.type !== "range";
+    if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+    // On a button or a box the space bar is that button's.
+    if (event.key === " " && /^(BUTTON|INPUT|SUMMARY)$/.test(event.target.tagName)) return;
+    const keys = {
+      " ": () => (this.live ? $(this.run?.phase === "RUN_PAUSED" ? "resume" : "pause") : $("play")).click(),
+      ArrowRight: () => $(this.live ? "step" : "forward").click(),
+      ArrowLeft: () => { if (!this.live) $("back").click(); },
+      r: () => { if (this.live) $("reset").click(); else this.seek(0); },
+      f: () => this.stage.lookAtRobot(),
+      c: () => $("add-chart").click(),
+      t: () => $("theme").click(),
+      "?": () => $("help").click(),
+    };
+    const action = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action || (event.target.type === "range" && event.key.startsWith("Arrow"))) return;
+    event.preventDefault();
+    action();
+  }
+
+  tick(now) {
+    if (!this.live) {
+      const playing = this.player.playing;
+      this.player.advance(Math.min((now - this.lastTick) / 1000, 0.25));
+      if (playing !== this.player.playing) this.showTransport();
+    }
+    this.lastTick = now;
+    if (this.stage.render()) $("arrow-scale").textContent = this.stage.forceScale > 0 ? `1 m of arrow = ${this.stage.forceScale} N` : "";
+    if (this.live && this.samplesCame && now - this.lastDraw > drawPeriod) {
+      this.lastDraw = now;
+      this.samplesCame = false;
+      for (const chart of this.charts) chart.draw();
+    }
+    requestAnimationFrame((next) => this.tick(next));
+  }
+}
+
+window.hrpViewer = new Page();

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One open page. The messages, both ways, are in docs/viewer.md.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "servers/viewer/connection.h"
+#include "servers/viewer/viewer.h"
+
+namespace hrp {
+
+class PageClient final : public Client {
+ public:
+  PageClient(Connection& connection, Viewer& viewer);
+  ~PageClient() override;
+  void on_message(const std::string& message, bool binary) override;
+  Connection& connection() { return connection_; }
+  // Charted signals of a live run: "topic:path".
+  const std::set<std::string>& signals() const { return signals_; }
+
+ private:
+  void answer(const std::string& text);
+  void answer_error(const std::string& text, int64_t id);
+  void open(const nlohmann::json& request);
+  void subscribe(const nlohmann::json& request);
+  void control(const nlohmann::json& request);
+  void go_to(const nlohmann::json& request);
+  void send_series(const nlohmann::json& request);
+
+  Connection& connection_;
+  Viewer& viewer_;
+  std::set<std::string> signals_;
+};
+
+}  // namespace hrp

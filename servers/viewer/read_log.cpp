@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+
+#include "common/mcap/reader.h"
+#include "common/messages/cdr.h"
+#include "common/messages/topics.h"
+#include "servers/viewer/recording.h"
+
+namespace hrp {
+namespace {
+
+void add_topics(const mcap::Reader& reader, Recording* recording) {
+  for (const auto& [id, channel] : reader.channels()) {
+    const auto schema = reader.schemas().find(channel.schema_id);
+    if (schema == reader.schemas().end() || schema->second.encoding != "omgidl" || channel.message_encoding != "cdr") {
+      recording->add_note(channel.topic + " is no CDR with an omgidl schema: left out");
+      continue;
+    }
+    try {
+      // The log's own schema: it may be older than this program.
+      const StructType* type = recording->add_schema(schema->second.text, schema->second.name);
+      recording->add_topic(channel.topic, type, schema->second.text);
+    } catch (const std::exception& error) {
+      recording->add_note(channel.topic + ": its schema cannot be read: " + error.what());
+    }
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> read_log(const std::string& path) {
+  mcap::Reader reader(path);
+  auto recording = std::make_unique<Recording>(std::filesystem::path(path).filename().string());
+  add_topics(reader, recording.get());
+  std::map<uint16_t, std::pair<std::string, SampleTime>> known;
+  for (const auto& [id, channel] : reader.channels()) {
+    const auto topic = recording->topics().find(channel.topic);
+    if (topic != recording->topics().end()) known.emplace(id, std::make_pair(channel.topic, SampleTime(*topic->second.type)));
+  }
+  reader.read_messages([&](const mcap::Message& message) {
+    const auto found = known.find(message.channel_id);
+    if (found == known.end()) return true;
+    const auto& [topic, time] = found->second;
+    const Bytes sample{message.data, message.size};
+    if (topic == topics::kRobotDescription.name) {
+      msg::RobotDescription description;
+      decode(sample, &description);
+      recording->set_scene(make_scene(description));
+    }
+    recording->add(topic, time.has_header() ? time.find(sample) : 1e-9 * static_cast<double>(message.log_time), sample);
+    return true;
+  });
+  if (!reader.damage().empty()) recording->add_note("the file was cut short: " + reader.damage());
+  recording->finish();
+  return recording;
+}
+
+}  // namespace hrp

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/viewer/viewer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/diagnostics.h"
+#include "common/mcap/reader.h"
+#include "common/messages/reflection/sample.h"
+#include "common/messages/topics.h"
+#include "servers/viewer/access.h"
+#include "servers/viewer/foxglove_client.h"
+#include "servers/viewer/page_client.h"
+
+namespace hrp {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+// Which topics there are changes rarely; asking costs a walk through the discovery.
+constexpr auto kRefreshPeriod = std::chrono::milliseconds(500);
+constexpr auto kPeekTime = std::chrono::seconds(5);
+// A logger that closes a large file takes some time after the end of the run.
+constexpr auto kLogPatience = std::chrono::seconds(8);
+
+Bytes get_bytes(const SampleBytes& sample) { return {sample.data(), sample.size()}; }
+
+std::string get_kind(const Field& field) {
+  if (field.type.structure) return field.type.structure->name;
+  if (field.type.kind == ValueKind::kString) return "string";
+  if (field.type.enumeration) return "enum";
+  return field.type.kind == ValueKind::kBool ? "bool" : "number";
+}
+
+// Fields and units of all our types, for the list of signals.
+Json make_types() {
+  Json types = Json::object();
+  for (const std::string& name : get_schema().find_struct_names()) {
+    Json fields = Json::array();
+    for (const Field& field : get_schema().find_struct(name)->fields) {
+      fields.push_back({{"name", field.name}, {"type", get_kind(field)}, {"list", field.type.is_list()}, {"unit", field.unit}});
+    }
+    types[name] = fields;
+  }
+  return types;
+}
+
+const char* find_content_type(const std::string& path) {
+  const std::string ending = fs::path(path).extension().string();
+  if (ending == ".html") return "text/html; charset=utf-8";
+  if (ending == ".js") return "text/javascript; charset=utf-8";
+  if (ending == ".css") return "text/css; charset=utf-8";
+  if (ending == ".svg") return "image/svg+xml";
+  return "text/plain; charset=utf-8";
+}
+
+// "run.mcap" of epoch 2 is "run.2.mcap".
+std::string find_log_of_epoch(const std::string& log, uint64_t epoch) {
+  const fs::path path(log);
+  const fs::path later = path.parent_path() / (path.stem().string() + "." + std::to_string(epoch) + path.extension().string());
+  return epoch > 0 && fs::exists(later) ? later.string() : log;
+}
+
+bool is_closed_log(const std::string& path) {
+  try {
+    return mcap::Reader(path).indexed();
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+Viewer::~Viewer() = default;
+
+std::unique_ptr<Client> Viewer::make_page_client(Connection& connection) {
+  return std::make_unique<PageClient>(connection, *this);
+}
+
+std::unique_ptr<Client> Viewer::make_foxglove_client(Connection& connection) {
+  return std::make_unique<FoxgloveClient>(connection, *this);
+}
+
+std::optional<WebFile> Viewer::find_file(const std::string& target) {
+  const std::string path = target.substr(0, target.find('?'));
+  if (path == "/mesh") {
+    const std::string source = find_query_value(target, "source");
+    const bool number = !source.empty() && source.size() < 6 && source.find_first_not_of("0123456789") == std::string::npos;
+    const Scene* scene = number ? find_scene(std::stoul(source)) : nullptr;
+    return scene ? read_mesh(*scene, find_query_value(target, "file")) : std::nullopt;
+  }
+  // The page is a flat folder: a name with a slash or a dot in front is none of its files.
+  const std::string name = path == "/" ? "index.html" : path.substr(1);
+  if (name.empty() || name[0] == '.' || name.find_first_of("/\\%") != std::string::npos) return std::nullopt;
+  std::ifstream file(fs::path(options_.page_folder) / name, std::ios::binary);
+  if (!file) {
+    if (name != "index.html") return std::nullopt;
+    return WebFile{"<!doctype html><title>openhrp-dds</title><p>The page has not been built. Run <code>scripts/build_page.sh</code>.",
+                   find_content_type(name)};
+  }
+  std::ostringstream content;
+  content << file.rdbuf();
+  return WebFile{content.str(), find_content_type(name)};
+}
+
+const Scene* Viewer::find_scene(size_t source) const {
+  if (live_) return source == 0 ? &scene_ : nullptr;
+  return source < recordings_.size() ? &recordings_[source]->scene() : nullptr;
+}
+
+std::string Viewer::make_hello() const {
+  static const std::string types = make_types().dump();
+  std::string text = std::string("{\"op\":\"hello\",\"live\":") + (live_ ? "true" : "false") +
+                     ",\"control\":" + (live_ && live_->has_control() ? "true" : "false") + ",\"types\":" + types +
+                     ",\"topics\":" + Json(find_topics()).dump() + ",\"recordings\":[";
+  for (size_t i = 0; i < recordings_.size() && !live_; ++i) {
+    const Recording& recording = *recordings_[i];
+    text += (i ? ",{" : "{") + std::string("\"name\":") + Json(recording.name()).dump(-1, ' ', false, Json::error_handler_t::replace) +
+            ",\"begin\":" + Json(recording.begin()).dump() + ",\"end\":" + Json(recording.end()).dump() +
+            ",\"notes\":" + Json(recording.notes()).dump(-1, ' ', false, Json::error_handler_t::replace) + "}";
+  }
+  return text + "]}";
+}
+
+void Viewer::send_present(Connection& connection) const {
+  if (!live_) return;
+  const auto send = [&](const std::string& text) {
+    if (!text.empty()) connection.send(make_payload(text), false, Urgency::kNeeded);
+  };
+  if (!scene_.json.empty()) send("{\"op\":\"scene\",\"source\":0,\"scene\":" + scene_.json + "}");
+  send(status_);
+  send(frame_);
+}
+
+std::map<std::string, std::string> Viewer::find_topics() const {
+  if (live_) return live_topics_;
+  std::map<std::string, std::string> found;
+  if (recordings_.empty()) return found;
+  for (const auto& [name, topic] : recordings_[0]->topics()) found[name] = topic.type->name;
+  return found;
+}
+
+std::string Viewer::find_schema(const std::string& topic) const {
+  const auto topics = find_topics();
+  const auto found = topics.find(topic);
+  if (found == topics.end()) return "";
+  return live_ ? find_schema_text(found->second) : recordings_[0]->topics().at(topic).schema_text;
+}
+
+void Viewer::show_time(double time) {
+  if (live_ || recordings_.empty()) return;
+  shown_time_ = time;
+  for (const auto& [name, topic] : recordings_[0]->topics()) {
+    const Recording::Sample* sample = recordings_[0]->find_sample(topic, time);
+    if (!sample) continue;
+    for (FoxgloveClient* client : foxgloves_) client->send(name, sample->get(), sample->time);
+  }
+}
+
+void Viewer::peek(const std::string& topic) {
+  if (live_ && live_topics_.count(topic)) peeks_[topic] = Clock::now() + kPeekTime;
+}
+
+void Viewer::tick() {
+  if (!live_) return;
+  if (Clock::now() >= next_refresh_) refresh_topics();
+  update_readers();
+  const std::map<std::string, Arrivals> arrivals = live_->take();
+  const auto description = arrivals.find(topics::kRobotDescription.name);
+  if (description != arrivals.end() && description->second.fresh) take_description(description->second);
+  take_status(arrivals);
+  send_samples(arrivals);
+  send_frame(arrivals);
+  send_foxglove(arrivals);
+  watch_end();
+}
+
+void Viewer::refresh_topics() {
+  next_refresh_ = Clock::now() + kRefreshPeriod;
+  auto found = live_->find_topics();
+  if (found == live_topics_) return;
+  live_topics_ = std::move(found);
+  send_pages("{\"op\":\"topics\",\"topics\":" + Json(live_topics_).dump() + "}", Urgency::kNeeded);
+  for (FoxgloveClient* client : foxgloves_) client->advertise();
+}
+
+void Viewer::update_readers() {
+  // What a picture of the robot needs is read from the start on: a run that is paused sends nothing to late readers.
+  std::set<std::string> wanted{topics::kRobotDescription.name, topics::kRunStatus.name, topics::kServerStatus.name,
+                               topics::kRobotState.name, topics::kContactForces.name};
+  std::set<std::string> whole{topics::kServerStatus.name};
+  const auto now = Clock::now();
+  for (auto peek = peeks_.begin(); peek != peeks_.end();) {
+    if (peek->second < now) {
+      peek = peeks_.erase(peek);
+    } else {
+      wanted.insert((peek++)->first);
+    }
+  }
+  for (PageClient* page : pages_) {
+    for (const std::string& signal : page->signals()) wanted.insert(signal.substr(0, signal.find(':')));
+  }
+  for (const auto& [topic, type] : live_topics_) {
+    const bool read = std::any_of(foxgloves_.begin(), foxgloves_.end(), [&](auto* client) { return client->reads(topic); });
+    if (read) whole.insert(topic);
+  }
+  wanted.insert(whole.begin(), whole.end());
+  live_->read_topics(wanted, whole);
+}
+
+void Viewer::take_description(const Arrivals& arrivals) {
+  if (arrivals.latest == description_) return;
+  description_ = arrivals.latest;
+  msg::RobotDescription description;
+  try {
+    decode(get_bytes(arrivals.latest), &description);
+  } catch (const DecodeError&) {
+    return;
+  }
+  scene_ = make_scene(description);
+  signals_.clear();
+  send_pages("{\"op\":\"scene\",\"source\":0,\"scene\":" + scene_.json + "}", Urgency::kNeeded);
+}
+
+void Viewer::take_status(const std::map<std::string, Arrivals>& arrivals) {
+  const Arrivals& run = arrivals.at(topics::kRunStatus.name);
+  const Arrivals& server = arrivals.at(topics::kServerStatus.name);
+  if (!run.fresh && !server.fresh) return;
+  try {
+    for (const SampleBytes& sample : server.all) {
+      msg::ServerStatus status;
+      decode(get_bytes(sample), &status);
+      servers_[status.server()] = print_json(*server.type, get_bytes(sample));
+    }
+    if (run.fresh) decode(get_bytes(run.latest), &run_status_);
+    std::string text = "{\"op\":\"status\",\"run\":";
+    text += run.latest.empty() ? "null" : print_json(*run.type, get_bytes(run.latest));
+    text += ",\"servers\":{";
+    for (const auto& [role, json] : servers_) text += (text.back() == '{' ? "" : ",") + Json(role).dump() + ":" + json;
+    status_ = text + "}}";
+  } catch (const DecodeError&) {
+    return;
+  }
+  send_pages(status_, Urgency::kDroppable);
+}
+
+// {"op":"samples","epoch":0,"signals":{"topic:path":{"times":[...],"values":[...],"unit":"N"}}} or {"error":...}
+void Viewer::send_samples(const std::map<std::string, Arrivals>& arrivals) {
+  std::set<std::string> wanted;
+  for (PageClient* page : pages_) wanted.insert(page->signals().begin(), page->signals().end());
+  for (auto each = signals_.begin(); each != signals_.end();) each = wanted.count(each->first) ? std::next(each) : signals_.erase(each);
+  Json json = Json::object();
+  for (const std::string& text : wanted) {
+    try {
+      const SignalName name = split_signal(text);
+      const auto found = arrivals.find(name.topic);
+      if (found == arrivals.end()) continue;
+      const Arrivals& topic = found->second;
+      std::unique_ptr<Signal>& signal = signals_[text];
+      if (!signal) signal = std::make_unique<Signal>(*topic.type, name.path, scene_.joints, scene_.ground_height);
+      if (topic.thinned.empty()) continue;
+      const SampleTime time(*topic.type);
+      Json times = Json::array(), values = Json::array();
+      for (const SampleBytes& sample : topic.thinned) {
+        const double value = time.known() ? signal->find(get_bytes(sample)) : kNoValue;
+        times.push_back(time.find(get_bytes(sample)));
+        values.push_back(std::isfinite(value) ? Json(value) : Json(nullptr));
+      }
+      json[text] = {{"times", times}, {"values", values}, {"unit", signal->unit()}};
+    } catch (const std::exception& error) {
+      // A name that makes no sense, or a sample that cannot be read: said at the chart, nothing else suffers.
+      json[text] = {{"error", error.what()}};
+    }
+  }
+  if (json.empty()) return;
+  const Arrivals& state = arrivals.at(topics::kRobotState.name);
+  const uint64_t epoch = state.latest.empty() ? 0 : read_header(get_bytes(state.latest)).epoch;
+  send_pages(Json({{"op", "samples"}, {"epoch", epoch}, {"signals", json}}).dump(-1, ' ', false, Json::error_handler_t::replace),
+             Urgency::kDroppable);
+}
+
+void Viewer::send_frame(const std::map<std::string, Arrivals>& arrivals) {
+  std::string text = "{\"op\":\"frame\",\"topics\":{";
+  bool fresh = false, first = true;
+  for (const auto& [name, topic] : arrivals) {
+    const bool own = name == topics::kRobotDescription.name || name == topics::kServerStatus.name || name == topics::kRunStatus.name;
+    if (own || topic.latest.empty()) continue;
+    fresh = fresh || topic.fresh;
+    try {
+      text += (first ? "\"" : ",\"") + name + "\":" + print_json(*topic.type, get_bytes(topic.latest));
+      first = false;
+    } catch (const DecodeError&) {
+    }
+  }
+  if (!fresh) return;
+  frame_ = text + "}}";
+  send_pages(frame_, Urgency::kDroppable);
+}
+
+void Viewer::send_foxglove(const std::map<std::string, Arrivals>& arrivals) {
+  if (foxgloves_.empty()) return;
+  for (const auto& [name, topic] : arrivals) {
+    const SampleTime time(*topic.type);
+    for (FoxgloveClient* client : foxgloves_) {
+      for (const SampleBytes& sample : topic.all) {
+        client->send(name, get_bytes(sample), time.known() ? time.find(get_bytes(sample)) : run_status_.time());
+      }
+      // What is kept for late comers comes once, to each who subscribes.
+      if (topic.latest.empty()) continue;
+      client->send(name, get_bytes(topic.latest), time.known() ? time.find(get_bytes(topic.latest)) : run_status_.time(), false);
+    }
+  }
+}
+
+void Viewer::send_pages(const std::string& text, Urgency urgency) {
+  if (pages_.empty()) return;
+  const Payload payload = make_payload(text);
+  // A page that is cut off leaves the set.
+  const std::set<PageClient*> pages = pages_;
+  for (PageClient* page : pages) page->connection().send(payload, false, urgency);
+}
+
+// When the run is over and its log is known, the page goes on with the log.
+void Viewer::watch_end() {
+  const bool over = run_status_.phase() == msg::RUN_FINISHED || run_status_.phase() == msg::RUN_FAILED;
+  if (!over || options_.log_after.empty()) return;
+  if (over_since_ == Clock::time_point{}) over_since_ = Clock::now();
+  const std::string log = find_log_of_epoch(options_.log_after, run_status_.epoch());
+  if (!is_closed_log(log) && Clock::now() - over_since_ < kLogPatience) return;
+  try {
+    recordings_.push_back(read_log(log));
+  } catch (const std::exception&) {
+    options_.log_after.clear();  // there is none: the last picture stays
+    return;
+  }
+  live_.reset();
+  send_pages(make_hello(), Urgency::kNeeded);
+}
+
+}  // namespace hrp
