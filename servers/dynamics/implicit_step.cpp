@@ -27,17 +27,37 @@ StepStatus Simulator::Impl::solve_once(const State& at, bool with_contact) {
   start_wrenches();
   if (with_contact) spring.add(data, &wrenches, &impedances);
   const ImplicitTerms implicit{&inertia_extra, &impedances};
+  if (loops.rows() > 0) return convert(solve_loops(at, implicit));
   return convert(calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot));
+}
+
+// The forces that keep chains closed, then once more with them as efforts and a wrench on the base, so that contacts
+// and sensors find the accelerations of the closed chain in `data`.
+Status Simulator::Impl::solve_loops(const State& at, const ImplicitTerms& implicit) {
+  const Status status = loops.calc_forward_dynamics(model, at, effort, &wrenches, implicit, &data, &vdot);
+  if (status != Status::kOk) return status;
+  loop_forces.noalias() = loops.jacobian().transpose() * loops.multipliers();
+  if (model.floating()) wrenches[0] += loop_forces.head<6>();
+  effort += loop_forces.tail(model.num_joints());
+  return calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot);
 }
 
 StepStatus Simulator::Impl::solve_regimes() {
   const double* qdd = vdot.data() + model.num_base();
   for (solves = 1;; ++solves) {
     const StepStatus status = solve_once(state, true);
-    if (status != StepStatus::kOk || solves == kMaxSolves) return status;
+    if (status != StepStatus::kOk) return status;
+    if (solves == kMaxSolves) break;
     const bool joints_changed = joints.resolve(state, qdd);
-    if (!spring.resolve(data) && !joints_changed) return status;
+    if (!spring.resolve(data) && !joints_changed) break;
   }
+  // Rarely regimes go round in circles, mostly while a foot lands on an edge. The third time everything is held.
+  for (int round = 0; round < 3 && spring.freeze_violators(data, round == 2); ++round) {
+    ++solves;
+    const StepStatus status = solve_once(state, true);
+    if (status != StepStatus::kOk) return status;
+  }
+  return StepStatus::kOk;
 }
 
 void Simulator::Impl::finish_joints() {

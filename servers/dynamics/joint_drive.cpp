@@ -90,6 +90,11 @@ void add_link_terms(const JointLaws& laws, const DriveMemory& memory, DriveStep*
   AffineEffort& link = step->link;
   link.a += laws.spring_stiffness * (laws.spring_rest - in.q);
   link.b += laws.spring_stiffness * in.horizon + laws.spring_damping;
+  if (laws.spring_hardening > 0.0) {
+    const double k = laws.spring_stiffness * laws.spring_hardening * in.q * in.q;
+    link.a -= k * in.q;
+    link.b += 3.0 * k * in.horizon;
+  }
   if (laws.hysteresis_stiffness > 0.0) {
     link.a -= laws.hysteresis_stiffness * laws.hysteresis_yield * memory.hysteresis;
     link.b += laws.hysteresis_stiffness * in.horizon * calc_hysteresis_rate_factor(memory.hysteresis, in.v);

@@ -126,6 +126,15 @@ bool is_unactuated(const Scenario& scenario, const JointSpec& joint) {
   return !joint.actuated || std::find(names.begin(), names.end(), joint.name) != names.end();
 }
 
+// Of the roll and pitch joints of a foot's bush (common/robot/foot_bush.h names them) [1/rad^2].
+double find_bush_hardening(const Scenario& scenario, const std::string& joint) {
+  for (const auto& [foot, bush] : scenario.foot_bush) {
+    if (bush.hardening_angle <= 0.0 || (joint != foot + "_bush_roll" && joint != foot + "_bush_pitch")) continue;
+    return 1.0 / (bush.hardening_angle * bush.hardening_angle);
+  }
+  return 0.0;
+}
+
 JointLaws make_nominal_laws(const Scenario& scenario, const JointSpec& joint) {
   JointLaws laws;
   if (!is_unactuated(scenario, joint) && scenario.drive != "effort") {
@@ -139,6 +148,7 @@ JointLaws make_nominal_laws(const Scenario& scenario, const JointSpec& joint) {
   laws.spring_stiffness = joint.spring.stiffness;
   laws.spring_damping = joint.spring.damping;
   laws.spring_rest = joint.spring.rest;
+  laws.spring_hardening = find_bush_hardening(scenario, joint.name);
   laws.motor_inertia = joint.rotor_inertia;
   const auto rotor = scenario.rotor_inertia.find(joint.name);
   if (rotor != scenario.rotor_inertia.end()) laws.motor_inertia = rotor->second;

@@ -42,6 +42,7 @@ struct JointLaws {
   double gap = 0.0;                      // [rad] whole backlash
   // Link side
   double spring_stiffness = 0.0, spring_damping = 0.0, spring_rest = 0.0;  // parallel spring
+  double spring_hardening = 0.0;         // [1/rad^2] parallel spring: - stiffness hardening q^3 beside the linear part
   double hysteresis_stiffness = 0.0, hysteresis_yield = 0.0;               // Bouc-Wen, [N m/rad], [rad]
   double lower = -kUnlimited, upper = kUnlimited;  // [rad] stops
   double stop_stiffness = 0.0, stop_damping = 0.0;

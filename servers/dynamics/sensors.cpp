@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/dynamics/sensors.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/diagnostics.h"
@@ -50,13 +51,13 @@ Sensors::Sensors(const Model& model, const Scenario& scenario)
     : spec_(scenario.sensors), seed_(scenario.seed), gravity_W_(model.gravity_W()) {
   for (const ImuSpec& imu : spec_.imus) {
     imus_.push_back(find_mount(model, imu.link, imu.p_LS));
-    add_delay(imu.gyro, scenario.time_step);
-    add_delay(imu.accelerometer, scenario.time_step);
+    add_delay(imu.gyro, scenario);
+    add_delay(imu.accelerometer, scenario);
   }
   for (const WrenchSpec& wrench : spec_.wrenches) {
     wrenches_.push_back(find_mount(model, wrench.link, Vector3d::Zero()));
-    add_delay(wrench.force, scenario.time_step);
-    add_delay(wrench.torque, scenario.time_step);
+    add_delay(wrench.force, scenario);
+    add_delay(wrench.torque, scenario);
   }
   acceleration_W_.resize(imus_.size(), Vector3d::Zero());
   joint_wrench_W_.resize(wrenches_.size(), Vector6d::Zero());
@@ -85,11 +86,16 @@ Sensors::Mounted Sensors::find_mount(const Model& model, const std::string& link
   return mounted;
 }
 
-void Sensors::add_delay(const SensorErrors& errors, double dt) {
+// A clock that runs behind makes readings later and later. One that runs ahead would need the future: it is set so that
+// it is right at the end of the run, which differs by a constant delay only.
+void Sensors::add_delay(const SensorErrors& errors, const Scenario& scenario) {
+  const double all = scenario.duration / scenario.time_step;  // steps of the run
   Delay delay;
-  delay.steps = errors.delay / dt;
-  if (delay.steps > 0.0) {
-    delay.ring.resize(static_cast<size_t>(std::ceil(delay.steps)) + 2, Vector3d::Zero());
+  delay.gain = -errors.clock_skew;
+  delay.steps = errors.delay / scenario.time_step + std::max(0.0, errors.clock_skew) * all;
+  const double latest = delay.steps + std::max(0.0, delay.gain) * all;
+  if (latest > 0.0) {
+    delay.ring.resize(static_cast<size_t>(std::ceil(latest)) + 2, Vector3d::Zero());
     needs_every_step_ = true;
   }
   delays_.push_back(delay);
@@ -123,8 +129,10 @@ Vector3d Sensors::pass(const SensorErrors& errors, Delay* delay, const Vector3d&
     const size_t slots = delay->ring.size();
     if (std::isnan(delay->ring[0].x())) std::fill(delay->ring.begin(), delay->ring.end(), value);
     delay->ring[step % slots] = value;
-    const auto whole = static_cast<unsigned long long>(delay->steps);
-    const double part = delay->steps - static_cast<double>(whole);
+    const double longest = static_cast<double>(slots - 2);
+    const double behind = std::clamp(delay->steps + delay->gain * static_cast<double>(step), 0.0, longest);
+    const auto whole = static_cast<unsigned long long>(behind);
+    const double part = behind - static_cast<double>(whole);
     const Vector3d& newer = delay->ring[(step + slots - whole % slots) % slots];
     const Vector3d& older = delay->ring[(step + 2 * slots - whole % slots - 1) % slots];
     late = newer + part * (older - newer);

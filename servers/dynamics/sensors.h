@@ -47,13 +47,14 @@ class Sensors {
   };
   // The last values of one group of three channels, for delays.
   struct Delay {
-    double steps = 0.0;
+    double steps = 0.0;  // late by so many steps ...
+    double gain = 0.0;   // ... more with every step (negative: less, never below none)
     std::vector<Vector3d> ring;
   };
   Vector3d pass(const SensorErrors& errors, Delay* delay, const Vector3d& value, unsigned long long channel,
                 unsigned long long step);
   Mounted find_mount(const Model& model, const std::string& link, const Vector3d& p) const;
-  void add_delay(const SensorErrors& errors, double dt);
+  void add_delay(const SensorErrors& errors, const Scenario& scenario);
   void update_imus(const Data& data, unsigned long long step);
   void update_wrenches(const Data& data, unsigned long long step);
   void update_encoders(const EncoderTruth& encoders, unsigned long long step);

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
+#include "common/base/bit_hash.h"
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
 #include "servers/dynamics/joint_effects.h"
@@ -46,6 +46,9 @@ void check_scenario(const Scenario& scenario) {
   if (!(scenario.contact.stiffness > 0.0)) fail_input("contact.stiffness", "must be positive");
   if (!(scenario.contact.exponent >= 1.0)) fail_input("contact.exponent", "must be at least 1");
   if (!(scenario.contact.alpha >= 0.0)) fail_input("contact.alpha", "must not be negative");
+  if (scenario.contact.model == "impulse" && !scenario.loops.empty()) {
+    fail_input("loops", "closed chains go with spring_damper contacts only");
+  }
   if (scenario.contact.model == "impulse" && scenario.integrator != "implicit") {
     fail_input("integrator", "impulse contacts go with the implicit step only");
   }
@@ -67,21 +70,29 @@ std::vector<int> find_feet(const TreeSpec& tree, const std::vector<std::string>&
   return foot_of_link;
 }
 
-class Hasher {
- public:
-  void add(double value) {
-    unsigned long long bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    add_bits(bits);
-  }
-  void add_bits(unsigned long long bits) {
-    for (int i = 0; i < 8; ++i) hash_ = (hash_ ^ ((bits >> (8 * i)) & 0xFF)) * 1099511628211ull;
-  }
-  unsigned long long get() const { return hash_; }
+int find_loop_link(const TreeSpec& tree, const std::string& field, const std::string& name, Transform* X_LF) {
+  const int frame = tree.find_frame(name), link = tree.find_link(name);
+  if (frame < 0 && link < 0) fail_input(field, "the robot has no link '" + name + "'");
+  if (frame < 0) return link;
+  *X_LF = tree.frames[static_cast<size_t>(frame)].X_LF * *X_LF;
+  return tree.frames[static_cast<size_t>(frame)].link;
+}
 
- private:
-  unsigned long long hash_ = 14695981039346656037ull;
-};
+std::vector<LoopConstraint> find_loops(const TreeSpec& tree, const Scenario& scenario) {
+  std::vector<LoopConstraint> loops;
+  for (const LoopSpec& spec : scenario.loops) {
+    LoopConstraint loop;
+    const std::string field = "loops." + spec.name;
+    loop.kind = spec.kind == "ball" ? LoopKind::kBall : (spec.kind == "weld" ? LoopKind::kWeld : LoopKind::kPin);
+    loop.X_AF = spec.X_AF;
+    loop.X_BF = spec.X_BF;
+    loop.link_a = find_loop_link(tree, field + ".link_a", spec.link_a, &loop.X_AF);
+    if (!spec.link_b.empty()) loop.link_b = find_loop_link(tree, field + ".link_b", spec.link_b, &loop.X_BF);
+    if (loop.link_a == loop.link_b) fail_input(field, "both ends are on the same moving link");
+    loops.push_back(loop);
+  }
+  return loops;
+}
 
 }  // namespace
 
@@ -98,13 +109,15 @@ const char* get_step_status_text(StepStatus status) {
 }
 
 Simulator::Impl::Impl(const RobotDescription& robot, const Scenario& given, TreeSpec tree,
-                      const std::vector<JointLaws>& laws)
+                      const std::vector<JointLaws>& laws, std::vector<SteadyForce> forces)
     : scenario(given), model(tree, given.gravity_W), data(model), start(make_initial_state(robot, given)),
       state(start), next(start), stage(start), integrator(parse_integrator(given.integrator)),
       impulse(given.contact.model == "impulse"), dt(given.time_step),
       reference(parse_interpolation(given.interpolation), given.control_period, given.time_step, get_delays(laws)),
       joints(model, given, laws), spring(given.contact, model), rigid(make_impulse_options(given.contact), model),
-      sensors(model, given), foot_of_link(find_feet(tree, given.feet)), foot_forces(given.feet.size(), 0.0) {
+      sensors(model, given), steady_forces(std::move(forces)),
+      loops(model, find_loops(tree, given)), foot_of_link(find_feet(tree, given.feet)),
+      foot_forces(given.feet.size(), 0.0) {
   const Eigen::Index n = model.num_joints(), nv = model.nv();
   wrenches.resize(tree.links.size(), Vector6d::Zero());
   push_wrenches = wrenches;
@@ -113,6 +126,7 @@ Simulator::Impl::Impl(const RobotDescription& robot, const Scenario& given, Tree
   for (auto* vector : {&vdot, &v, &v_end, &v_free}) vector->setZero(nv);
   stage_v.assign(6, Eigen::VectorXd::Zero(nv));
   stage_a.assign(4, Eigen::VectorXd::Zero(nv));
+  loop_forces.setZero(nv);
   encoders.q = encoders.qd = encoders.effort = Eigen::VectorXd::Zero(n);
   fault.reserve(256);
 }
@@ -159,7 +173,7 @@ StepStatus Simulator::Impl::check_inputs(const ContactSet& contacts, const Joint
   if (const char* text = find_contact_fault(contacts, model.num_links(), &where)) {
     return fail(StepStatus::kBadContact, "contact pair " + std::to_string(where) + ": " + text);
   }
-  for (Vector6d& F : push_wrenches) F.setZero();
+  start_pushes();
   for (const ExternalWrench& push : pushes) {
     if (push.link < 0 || push.link >= model.num_links() || !push.F_W.allFinite()) {
       return fail(StepStatus::kBadForce, "external wrench on link " + std::to_string(push.link));
@@ -167,6 +181,16 @@ StepStatus Simulator::Impl::check_inputs(const ContactSet& contacts, const Joint
     push_wrenches[static_cast<size_t>(push.link)] += push.F_W;
   }
   return StepStatus::kOk;
+}
+
+void Simulator::Impl::start_pushes() {
+  for (Vector6d& F : push_wrenches) F.setZero();
+  for (const SteadyForce& force : steady_forces) {
+    const Vector3d arm = get_pose(data, force.link).R * force.p_LQ;
+    Vector6d& F = push_wrenches[static_cast<size_t>(force.link)];
+    F.head<3>() += arm.cross(force.force_W);
+    F.tail<3>() += force.force_W;
+  }
 }
 
 StepStatus Simulator::Impl::advance(const ContactSet& contacts) {
@@ -251,9 +275,16 @@ Simulator::Simulator(const RobotDescription& robot, const Scenario& scenario) {
   check_scenario(scenario);
   TreeSpec tree = robot.tree;
   tree.floating_base = scenario.floating_base && tree.floating_base;
+  std::vector<SteadyForce> forces = apply_link_laws(scenario, &tree);
   const std::vector<JointLaws> laws = make_joint_laws(scenario, &tree);
-  impl_ = std::make_unique<Impl>(robot, scenario, tree, laws);
+  impl_ = std::make_unique<Impl>(robot, scenario, tree, laws, std::move(forces));
   reset();
+  // Half a centimetre or half a hundredth of a radian: then the poses were meant to fit and were rounded.
+  constexpr double kOpen = 5e-3;
+  impl_->loops.update(impl_->model, impl_->state, &impl_->data);
+  if (impl_->loops.rows() > 0 && impl_->loops.position_error().cwiseAbs().maxCoeff() > kOpen) {
+    fail_input("loops", "a chain is open in the initial pose by more than 5 mm or 5 mrad");
+  }
 }
 
 Simulator::~Simulator() = default;
@@ -299,15 +330,15 @@ const SensorSample& Simulator::sensors() const { return impl_->sensors.sample();
 const TreeSpec& Simulator::tree() const { return impl_->model.spec(); }
 
 unsigned long long Simulator::state_hash() const {
-  Hasher hash;
-  hash.add_bits(calc_state_hash(impl_->state));
-  hash.add_bits(static_cast<unsigned long long>(impl_->step));
+  BitHash hash;
+  hash.add(uint64_t{calc_state_hash(impl_->state)});
+  hash.add(static_cast<uint64_t>(impl_->step));
   for (const DriveMemory& memory : impl_->joints.memories()) {
     for (double x : {memory.motor_q, memory.motor_v, memory.lag_effort, memory.hysteresis}) hash.add(x);
   }
   impl_->reference.visit_memory([&](double x) { hash.add(x); });
   for (const ContactAnchor& anchor : impl_->spring.anchors()) {
-    hash.add_bits(static_cast<unsigned long long>(anchor.body_a) << 32 | static_cast<unsigned>(anchor.body_b));
+    hash.add(static_cast<uint64_t>(anchor.body_a) << 32 | static_cast<uint32_t>(anchor.body_b));
     for (int i = 0; i < 3; ++i) hash.add(anchor.p_A[i]);
     for (int i = 0; i < 3; ++i) hash.add(anchor.slip_B[i]);
   }

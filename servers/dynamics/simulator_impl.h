@@ -3,8 +3,10 @@
 #pragma once
 
 #include "common/multibody/forward_dynamics.h"
+#include "common/multibody/loops.h"
 #include "servers/dynamics/impulse_contact.h"
 #include "servers/dynamics/joint_system.h"
+#include "servers/dynamics/link_effects.h"
 #include "servers/dynamics/sensors.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/dynamics/spring_contact.h"
@@ -14,7 +16,8 @@ namespace hrp {
 enum class Integrator { kImplicit, kSemiImplicitEuler, kRungeKutta4 };
 
 struct Simulator::Impl {
-  Impl(const RobotDescription& robot, const Scenario& scenario, TreeSpec tree, const std::vector<JointLaws>& laws);
+  Impl(const RobotDescription& robot, const Scenario& scenario, TreeSpec tree, const std::vector<JointLaws>& laws,
+       std::vector<SteadyForce> forces);
 
   void reset(const State& start);
 
@@ -42,6 +45,8 @@ struct Simulator::Impl {
 
   StepStatus fail(StepStatus status, const std::string& text);
   StepStatus convert(Status status);
+  void start_pushes();  // steady forces
+  Status solve_loops(const State& at, const ImplicitTerms& implicit);
   void update_foot_forces();
   void update_sensors();
   void update_encoders();
@@ -63,6 +68,9 @@ struct Simulator::Impl {
   ContactReport report;
   Sensors sensors;
 
+  std::vector<SteadyForce> steady_forces;
+  Loops loops;                      // closed chains; no rows without
+  Eigen::VectorXd loop_forces;      // J^T lambda
   LinkWrenches wrenches, push_wrenches;
   LinkImpedances impedances;
   Eigen::VectorXd effort, inertia_extra, vdot, v, v_end, v_free;

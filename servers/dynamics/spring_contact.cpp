@@ -210,6 +210,7 @@ Vector3d SpringContact::calc_trial(const PointWork& point, const Vector3d& v) co
 }
 
 PointForceParts SpringContact::calc_parts(const PointWork& point, const Vector3d& v) const {
+  if (point.frozen) return point.fixed;
   PointForceParts parts;
   parts.clipped = point.tangent == TangentRegime::kSlide || point.normal == NormalRegime::kOpen;
   if (point.normal == NormalRegime::kOpen) return parts;
@@ -227,6 +228,7 @@ PointForceParts SpringContact::calc_parts(const PointWork& point, const Vector3d
 }
 
 Matrix3d SpringContact::calc_point_impedance(const PointWork& point) const {
+  if (point.frozen) return Matrix3d::Zero();
   const double along = dt_ * (point.spring.slope * horizon_ +
                               (point.normal == NormalRegime::kSpringDamper ? point.damping : 0.0));
   const double across = dt_ * (point.law.tangential_stiffness * horizon_ + point.law.tangential_damping);
@@ -315,6 +317,28 @@ bool SpringContact::resolve(const Data& data) {
     changed |= moved;
   }
   return changed;
+}
+
+bool SpringContact::freeze_violators(const Data& data, bool all) {
+  bool any = false;
+  for (PointWork& point : points_) {
+    const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
+    if (pair.coupled || point.frozen || point.normal == NormalRegime::kOpen) continue;
+    PointForceParts parts = calc_parts(point, calc_end_velocity(data, point));
+    const double normal = parts.spring + parts.damper;
+    const double excess = parts.friction.norm() - pair.friction * std::max(0.0, normal);
+    const bool violates = normal < 0.0 || excess > 10.0 * kLimitTolerance * normal;
+    any |= violates;
+    if (!violates && !all) continue;
+    if (normal < 0.0) parts.spring = parts.damper = 0.0;
+    if (clip_to_cone(std::max(0.0, normal), pair.friction, &parts.friction)) {
+      parts.clipped = true;
+      point.tangent = TangentRegime::kSlide;
+    }
+    point.fixed = parts;
+    point.frozen = true;
+  }
+  return any;
 }
 
 void SpringContact::move(const Data& data) {

@@ -21,6 +21,12 @@ namespace hrp {
 enum class NormalRegime : signed char { kOpen, kSpring, kSpringDamper };
 enum class TangentRegime : signed char { kStick, kSlide };
 
+struct PointForceParts {
+  double spring = 0.0, damper = 0.0;  // [N] along the normal
+  Vector3d friction = Vector3d::Zero();
+  bool clipped = false;
+};
+
 // One point during one step. Velocities: of A against B, world axes.
 struct PointWork {
   PointIndex index;
@@ -41,6 +47,8 @@ struct PointWork {
   Vector3d direction;              // of the friction force while sliding
   double sideways = 0.0;           // stiffness of the direction: limit / |force before clipping|
   int changes = 0;
+  bool frozen = false;             // regimes did not settle: the force is `fixed`, whatever the velocity
+  PointForceParts fixed;
 };
 
 struct PairWork {
@@ -48,12 +56,6 @@ struct PairWork {
   double friction = 0.0;
   bool coupled = false;            // both bodies move: treated explicitly, see docs/physics.md
   int first = 0, count = 0;        // points
-};
-
-struct PointForceParts {
-  double spring = 0.0, damper = 0.0;  // [N] along the normal
-  Vector3d friction = Vector3d::Zero();
-  bool clipped = false;
 };
 
 class SpringContact {
@@ -68,6 +70,10 @@ class SpringContact {
   void add(const Data& data, LinkWrenches* wrenches, LinkImpedances* impedances) const;
   // `data` holds the accelerations of a solve.
   bool resolve(const Data& data);
+  // For when regimes have not settled within the solves a step may take. Points whose force would pull or leave the
+  // cone [H03 eq. 6] get it clipped and held for this step (all of them when `all`); true: solve again. What is
+  // reported is then exactly what acted.
+  bool freeze_violators(const Data& data, bool all);
   // Parts that acted, with the accelerations in `data` (horizon 0: those at the start).
   void finish(const Data& data, ContactReport* report);
   // Keeps the anchors that finish() has made; call when the step is accepted.

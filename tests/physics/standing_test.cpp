@@ -181,12 +181,13 @@ TEST(Contacts, NeverPullAlongTheirNormalAndStayInTheCone) {
       for (const PointForce& point : pair.points) {
         const double normal = point.n_BA_W.dot(point.total);
         ASSERT_GE(normal, -1e-9);
-        largest = std::max(largest, (point.total - normal * point.n_BA_W).norm() - 0.8 * normal);
+        const double excess = (point.total - normal * point.n_BA_W).norm() - 0.8 * normal;
+        largest = std::max(largest, excess / std::max(normal, 1.0));
       }
     }
   }
-  // Settled friction is within 1e-7 of the cone; steps that ran out of solves may be off by a little more.
-  EXPECT_LT(largest, 1.0);
+  // Settled friction is within 1e-7 of the cone; what has not settled within 1e-6 is clipped.
+  EXPECT_LT(largest, 1.1e-6);
 }
 
 TEST(Contacts, PartsAddUpToTheTotalToTheLastBit) {
