@@ -3,9 +3,12 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 
+#include "common/robot/foot_bush.h"
 #include "common/robot/scenario_check.h"
+#include "controller/motion/motion.h"
 #include "servers/model_parser/urdf_scan.h"
 #include "servers/model_parser/urdf_tree.h"
 
@@ -43,6 +46,18 @@ void throw_errors(const Diagnostics& diagnostics) {
   throw InputError(errors);
 }
 
+// A run that plays a motion starts in the motion's first frame, unless the scenario says where: from another pose the
+// servos would throw the robot up at once. The pose goes into the scenario as every server reads it.
+void start_in_motion(const Scenario& scenario, RobotDescription* robot) {
+  if (scenario.controller.type != "motion" || !scenario.initial_joints.empty()) return;
+  const Motion motion = load_motion(scenario.controller.motion, scenario.controller.joint_order);
+  std::map<std::string, double> start;
+  for (size_t i = 0; i < motion.joints.size(); ++i) {
+    if (robot->tree.find_joint(motion.joints[i]) >= 0) start[motion.joints[i]] = motion.positions(static_cast<Eigen::Index>(i), 0);
+  }
+  if (!start.empty()) robot->scenario = set_initial_joints(robot->scenario, start);
+}
+
 }  // namespace
 
 RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_path, const Scenario& scenario) {
@@ -58,6 +73,8 @@ RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_pa
   throw_errors(diagnostics);
   check_scenario(scenario, robot, &diagnostics);
   throw_errors(diagnostics);
+  insert_foot_bushes(scenario, &robot);
+  start_in_motion(scenario, &robot);
   robot.warnings = diagnostics.warning_texts();
   return robot;
 }
