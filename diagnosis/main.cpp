@@ -35,9 +35,9 @@ int main(int argc, char** argv) {
     const Experiment experiment = load_experiment(experiment_path);
     for (const std::string& warning : experiment.warnings) say("note: " + warning);
     const Problem problem = make_problem(experiment, jobs);
-    const Outcome outcome = diagnose(problem, say);
-    const Reports reports = make_reports(problem, outcome);
-    write_reports(problem, outcome, out, reports);
+    const Diagnosis diagnosis = diagnose(problem, say);
+    const Reports& reports = diagnosis.reports;
+    write_reports(problem, diagnosis.found, diagnosis.lines, out, reports);
     std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());
     for (const auto& finding : reports.report["findings"]) std::printf("%s\n", finding["statement"].get<std::string>().c_str());
     for (const auto& item : reports.report["unexplained"]) std::printf("%s\n", item["statement"].get<std::string>().c_str());

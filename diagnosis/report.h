@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "diagnosis/search.h"
+#include "diagnosis/stand_search.h"
 
 namespace hrp::diagnosis {
 
@@ -14,10 +15,24 @@ struct Reports {
   Json report, series;
 };
 
+// What diagnose() ends with.
+struct Diagnosis {
+  Reports reports;
+  Hypothesis found;                  // what goes into the updated scenario
+  std::vector<std::string> lines;    // YAML of the updated scenario that no hypothesis holds
+};
+
+// The whole diagnosis, for every kind of base and drive.
+Diagnosis diagnose(const Problem& problem, const Progress& progress);
+
 Reports make_reports(const Problem& problem, const Outcome& outcome);
 
+Reports make_standing_reports(const Problem& problem, const StandOutcome& outcome);
+// For recordings that the tool cannot yet compute with: says so, names nothing.
+Reports make_empty_reports(const Problem& problem, const std::string& reason);
+
 // DIR/report.json, DIR/series.json, DIR/report.html, DIR/updated/. Throws std::runtime_error naming what failed.
-void write_reports(const Problem& problem, const Outcome& outcome, const std::string& folder, Reports reports);
+void write_reports(const Problem& problem, const Hypothesis& found, const std::vector<std::string>& lines, const std::string& folder, Reports reports);
 
 // Parameters of one effect as the schema has them: vectors gathered under one name, nuisances left out.
 Json make_parameters(const Effect& effect, const std::vector<double>& std, bool with_intervals);

@@ -31,9 +31,6 @@ struct Outcome {
 
 using Progress = std::function<void(const std::string&)>;
 
-// The whole diagnosis: search(), then intervals, for every kind of base and drive.
-Outcome diagnose(const Problem& problem, const Progress& progress);
-
 Outcome search(const Problem& problem, const Progress& progress);
 
 }  // namespace hrp::diagnosis

@@ -1,55 +1,48 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From the recordings of a standing robot to a verdict: hypotheses are fitted to the channels (stand_channels.h) of the
-// training recordings, compared on the others, and added one by one while they earn their place.
+// The diagnosis of a standing robot by the equations of stand_rows.h: which effects, alone or together, make efforts,
+// wrenches, attitude and angles agree.
 #pragma once
 
-#include <functional>
+#include <map>
 
-#include <nlohmann/json.hpp>
-
-#include "diagnosis/stand_channels.h"
+#include "diagnosis/search.h"
+#include "diagnosis/stand_rows.h"
 
 namespace hrp::diagnosis {
 
-// How an effect is written, started and varied.
-struct StandInfo {
-  StandId id;
-  const char* effect;                    // name in the report
-  std::vector<const char*> parameters;   // names; "" is a nuisance
-  std::vector<const char*> units;
-  std::vector<double> neutral;           // value that changes nothing
-  std::vector<double> step;              // for finite differences
-  bool positive = false;                 // first parameter must not fall below its neutral value
-};
-const StandInfo& get_stand_info(StandId id);
-
-struct StandFit {
-  StandHypothesis hypothesis;
-  std::vector<Eigen::VectorXd> std;     // by effect, by parameter
-  Eigen::MatrixXd covariance;           // of all parameters in a row
-  std::vector<double> channel_rms;      // whitened, on the recordings that were not fitted
-  double score = 0;                     // sum over channels of n log(rms^2), not below the noise; lower is better
-};
-
-struct StandTrial {
-  StandFit fit;          // with the candidate added to what was there
-  StandEffect added;
-  double probability = 0;
+// One effect that can be tried, with the columns of its parameters.
+struct StandCandidate {
+  std::string effect;                        // name
+  std::string where_kind, where;             // "joint", "link", "foot", "sensor", "ground"
+  std::vector<int> columns;
+  // Parameters (vectors keep their axes together) and their standard deviations from the coefficients.
+  struct Value {
+    std::string name, unit;
+    std::vector<double> value, std;
+  };
+  std::function<std::vector<Value>(const Eigen::VectorXd& x, const Eigen::MatrixXd& covariance)> explain;
+  std::string phrase;
 };
 
 struct StandOutcome {
-  std::vector<Channel> channels;
-  std::vector<double> sigma;                     // of each channel
-  StandFit nominal, chosen;
-  std::vector<std::vector<StandTrial>> rounds;   // best first; what was tried beside each accepted effect
+  std::vector<StandCandidate> chosen;
+  std::vector<std::vector<StandCandidate::Value>> values;
+  std::vector<std::string> row_names, row_signals;      // by row of a sample
+  std::vector<double> sigma;
+  // Root mean square of each row over its sigma, before and after, by recording.
+  std::vector<std::vector<double>> before, after;
+  double train_before = 0, train_after = 0, validate_before = 0, validate_after = 0, worst_after = 0;
   bool mismatch = false, explained = false;
+  struct Rival {
+    std::string effect, where_kind, where;
+    double validate = 0.0;
+  };
+  std::vector<Rival> rivals;
+  std::vector<Rival> twins;
+  std::vector<std::vector<double>> times;               // by recording
+  std::vector<Eigen::MatrixXd> residual_before, residual_after;   // by recording: sample x row, whitened
 };
 
-using Progress = std::function<void(const std::string&)>;
-StandOutcome search_standing(const StandProblem& problem, int jobs, const Progress& progress);
-
-// report.json of the outcome (schema 1), and what the page's plots need.
-nlohmann::ordered_json make_stand_report(const StandProblem& problem, const StandOutcome& outcome);
-nlohmann::ordered_json make_stand_series(const StandProblem& problem, const StandOutcome& outcome);
+StandOutcome search_standing(const Problem& problem, const Progress& progress);
 
 }  // namespace hrp::diagnosis

@@ -84,9 +84,8 @@ std::string make_laws(const Experiment& e, const Hypothesis& found, std::vector<
   return text;
 }
 
-std::string write_updated(const Problem& problem, const Outcome& outcome, const fs::path& folder) {
+std::string write_updated(const Problem& problem, const Hypothesis& found, const std::vector<std::string>& lines, const fs::path& folder) {
   const Experiment& e = *problem.experiment;
-  const Hypothesis found = outcome.explained || outcome.partly ? outcome.chosen.hypothesis : Hypothesis{};
   fs::create_directories(folder);
   std::string urdf = e.robot.urdf;
   const Plant plant = make_plant(e, found);
@@ -100,6 +99,7 @@ std::string write_updated(const Problem& problem, const Outcome& outcome, const 
   }
   write_text(folder / "robot.urdf", urdf);
   std::string text = "# The experiment's scenario with what was found.\nrobot: robot.urdf\n" + strip_keys(e.scenario.text) + make_laws(e, found, &notes);
+  for (const std::string& line : lines) text += line + "\n";
   for (const std::string& note : notes) text += note + "\n";
   write_text(folder / "scenario.yaml", text);
   return text;
@@ -107,11 +107,11 @@ std::string write_updated(const Problem& problem, const Outcome& outcome, const 
 
 }  // namespace
 
-void write_reports(const Problem& problem, const Outcome& outcome, const std::string& folder, Reports reports) {
+void write_reports(const Problem& problem, const Hypothesis& found, const std::vector<std::string>& lines, const std::string& folder, Reports reports) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
-  const std::string text = write_updated(problem, outcome, fs::path(folder) / "updated");
+  const std::string text = write_updated(problem, found, lines, fs::path(folder) / "updated");
   reports.series["updated"] = {{"folder", "updated"}, {"scenario", "updated/scenario.yaml"}, {"text", text},
                                {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
   write_text(fs::path(folder) / "report.json", reports.report.dump(1) + "\n");
