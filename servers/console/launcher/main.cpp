@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
     const hrp::RunOutcome outcome = options.in_process ? hrp::run_in_this_process(options, scenario, log)
                                                        : hrp::run_as_processes(options, scenario, log);
     hrp::print_summary(options, outcome, log);
+    hrp::wait_for_viewer(outcome);
     return outcome.exit_code;
   } catch (const hrp::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -15,6 +15,7 @@ const char kFooter[] = R"(Examples:
   hrp-simulate models/scenarios/default.yaml
   hrp-simulate S.yaml --dds fast --duration 5 --log run.mcap
   hrp-simulate S.yaml --dds-for controller=fast          one server on the other vendor
+  hrp-simulate S.yaml --view                             and watch it in the browser
   hrp-simulate S.yaml --without controller               leaves the place to a controller of your own
   hrp-simulate S.yaml --program dynamics=hrp-dynamics-mujoco
 
@@ -73,6 +74,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
   app.add_flag("--no-pin", no_pin, "leave it to the kernel which server runs on which core");
   app.add_flag("--no-plot", no_plot, "no plot of the contact forces at the end");
+  app.add_flag("--view", options->view, "watch the run in a browser: prints the address; real time unless --speed is given");
+  app.add_option("--view-port", options->view_port, "port of the page; default: a free one")->check(CLI::Range(0, 65535));
   app.add_flag("--quiet", options->quiet, "no progress line");
   try {
     app.parse(argc, argv);
@@ -81,6 +84,9 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     for (const auto& [role, vendor] : options->dds_for) {
       if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
     }
+    if (options->in_process && options->view) {
+      throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");
+    }
     if (options->in_process && !(options->without.empty() && programs.empty() && dds_for.empty())) {
       throw CLI::ValidationError("--in-process", "excludes --without, --program and --dds-for: there is nobody to join");
     }
@@ -88,7 +94,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     *exit_code = app.exit(error) == 0 ? kExitOk : kExitBadInput;
     return false;
   }
-  if (realtime && options->speed == 0.0) options->speed = 1.0;
+  const bool watched = options->view && app.count("--speed") == 0;
+  if ((realtime || watched) && options->speed == 0.0) options->speed = 1.0;
   options->pin = !no_pin;
   options->plot = !no_plot;
   return true;

@@ -24,6 +24,8 @@ struct LaunchOptions {
   bool pin = true;
   bool quiet = false;
   bool plot = true;
+  bool view = false;        // with the viewer, not faster than real time unless a speed is given
+  int view_port = 0;        // 0: a free one
 };
 
 // Returns true when the run may start; else `exit_code` is what the program ends with (help, wrong option).

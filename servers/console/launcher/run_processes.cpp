@@ -64,6 +64,7 @@ class ProcessRun {
   ChildSpec make_child(const std::string& role) const;
   std::vector<int> find_cores_of(const std::string& role) const;
   void start_all();
+  void start_viewer();
   void say_what_is_missing();
   void watch();
   void handle_end(const ChildEnd& end);
@@ -78,6 +79,7 @@ class ProcessRun {
   std::string log_;
   DomainClaim claim_;
   Children children_;
+  std::shared_ptr<Children> viewer_;  // no part of the set: its end is not the run's
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<RunMonitor> monitor_;
   ProgressLine progress_;
@@ -129,11 +131,21 @@ void ProcessRun::start_all() {
   for (const std::string& role : get_roles()) {
     if (!is_left_out(role)) children_.start(make_child(role));
   }
+  if (options_.view) start_viewer();
   BusOptions bus;
   bus.vendor = options_.dds;
   bus.domain = claim_.domain();
   bus_ = make_bus(bus);
   monitor_ = std::make_unique<RunMonitor>(*bus_);
+}
+
+void ProcessRun::start_viewer() {
+  ChildSpec child;
+  child.role = "viewer";
+  child.arguments = {find_program("hrp-viewer"), "--domain", std::to_string(claim_.domain()), "--dds", options_.dds,
+                     "--port", std::to_string(options_.view_port), "--then", log_};
+  viewer_ = std::make_shared<Children>();
+  viewer_->start(child);
 }
 
 void ProcessRun::say_what_is_missing() {
@@ -256,10 +268,20 @@ RunOutcome ProcessRun::make_outcome() {
   outcome.exit_code = outcome.failure.empty() ? kExitOk : bad_input_ ? kExitBadInput : kExitFailed;
   outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step_).count();
   outcome.simulated_time = status.time();
+  outcome.viewer = viewer_;
   return outcome;
 }
 
 }  // namespace
+
+void wait_for_viewer(const RunOutcome& outcome) {
+  if (!outcome.viewer || g_stop_signal || !outcome.viewer->any_running()) return;
+  if (isatty(STDOUT_FILENO) == 1) {
+    std::printf("The page shows the recorded run now. Ctrl-C ends the viewer.\n");
+    while (!g_stop_signal && !outcome.viewer->take_ended()) usleep(50000);
+  }
+  outcome.viewer->send_signal(SIGTERM);
+}
 
 RunOutcome run_as_processes(const LaunchOptions& options, const Scenario& scenario, const std::string& log) {
   ProcessRun run(options, scenario, log);
