@@ -19,7 +19,7 @@ struct State {
   Transform X_WB() const { return {R_WB.toRotationMatrix(), p_WB}; }
 };
 
-// Hash of the bits of the whole state (FNV-1a over the doubles in the order above): equal states, equal hashes.
+// Hash of the bits of the whole state (BitHash over the doubles in the order above): equal states, equal hashes.
 unsigned long long calc_state_hash(const State& state);
 
 }  // namespace hrp

@@ -121,10 +121,13 @@ void LogWriter::start_epoch(uint64_t epoch) {
 
 void LogWriter::open_file() {
   files_.push_back(make_file_name(options_.path, files_.size()));
-  writer_ = std::make_unique<mcap::Writer>(files_.back(), compression_);
+  auto file = std::make_unique<mcap::Writer>(files_.back(), compression_);
   for (const LogTopic& topic : options_.topics) {
-    writer_->add_channel(topic.name, writer_->add_schema(topic.type_name, "omgidl", topic.schema_text), "cdr");
+    file->add_channel(topic.name, file->add_schema(topic.type_name, "omgidl", topic.schema_text), "cdr");
   }
+  writer_ = std::make_unique<mcap::BackgroundWriter>(std::move(file));
+  chunk_ends_.clear();
+  chunks_seen_ = 0;
   write_sample(0, 0, 0.0, description_);
 }
 
@@ -141,20 +144,43 @@ void LogWriter::write_step(bool with_answers) {
   const uint32_t wanted = place.present & find_expected(step, with_answers);
   try {
     if (!writer_) open_file();
-    for (size_t i = 1; i < options_.topics.size(); ++i) {
-      if (wanted & (1u << i)) write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
-    }
-    place.present = 0;
-    ++next_step_;
-    if (next_step_ % static_cast<uint64_t>(options_.chunk_steps) != 0) return;
-    writer_->write_chunk();
   } catch (const mcap::McapError&) {
     closed_ = true;
-    writer_.reset();  // closes as well as it can
     throw;
   }
-  step_on_disk_ = step;
-  any_on_disk_ = true;
+  for (size_t i = 1; i < options_.topics.size(); ++i) {
+    if (wanted & (1u << i)) write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
+  }
+  place.present = 0;
+  ++next_step_;
+  if (next_step_ % static_cast<uint64_t>(options_.chunk_steps) != 0) return;
+  writer_->write_chunk();
+  chunk_ends_.push_back(step);
+  poll();
+}
+
+void LogWriter::note_chunks_on_disk() {
+  for (const uint64_t written = writer_->chunks_written(); chunks_seen_ < written; ++chunks_seen_) {
+    if (chunk_ends_.empty()) return;  // the last chunk of a file that is being closed
+    step_on_disk_ = chunk_ends_.front();
+    any_on_disk_ = true;
+    chunk_ends_.pop_front();
+  }
+}
+
+void LogWriter::poll() {
+  if (!writer_) return;
+  const std::string error = writer_->error();  // first: what is on disk does not grow after an error
+  note_chunks_on_disk();
+  if (error.empty()) return;
+  closed_ = true;
+  writer_.reset();
+  throw mcap::McapError(error);
+}
+
+void LogWriter::wait_for_disk() {
+  if (writer_) writer_->wait();
+  poll();
 }
 
 void LogWriter::write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample) {
@@ -194,13 +220,14 @@ void LogWriter::finish_epoch() {
   if (!writer_) return;
   try {
     writer_->close();
-    step_on_disk_ = newest_state_;
-    any_on_disk_ = any_state_;
   } catch (const mcap::McapError&) {
+    note_chunks_on_disk();
     closed_ = true;
     writer_.reset();
     throw;
   }
+  step_on_disk_ = newest_state_;
+  any_on_disk_ = any_state_;
   writer_.reset();
 }
 

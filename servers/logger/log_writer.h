@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "common/mcap/writer.h"
+#include "common/mcap/background_writer.h"
 
 namespace hrp {
 
@@ -33,8 +34,8 @@ struct LogOptions {
 
 // Steps are written when they are complete, in order; a chunk is closed after every chunk_steps steps, so that equal
 // runs give equal files. The very last step holds what dynamics published, without answers to it: nobody used them,
-// and whether they still arrive is a matter of luck. Write errors throw mcap::McapError after the file has been closed
-// as far as the disk allows.
+// and whether they still arrive is a matter of luck. Chunks are compressed and written by a thread of their own. Write
+// errors throw mcap::McapError from the next call after the file has been closed as far as the disk allows.
 class LogWriter {
  public:
   explicit LogWriter(const LogOptions& options);
@@ -44,6 +45,10 @@ class LogWriter {
   // An encoded sample of topics[topic] whose first field is a msg::Header. Repeats and samples of old epochs are
   // dropped. Throws mcap::McapError when writing fails, std::invalid_argument when the bytes hold no header.
   void take(size_t topic, const uint8_t* data, size_t size);
+  // Looks how far the disk is. Call it now and then.
+  void poll();
+  // Waits until every chunk that has ended is on disk.
+  void wait_for_disk();
   // No step after the newest state will come in this epoch: writes the rest and ends this epoch's file.
   void finish_epoch();
   // The same, for good: nothing is taken any more.
@@ -53,7 +58,7 @@ class LogWriter {
   // The first step of this epoch has come on every topic.
   bool has_first_step() const { return first_step_seen_; }
   uint64_t epoch() const { return epoch_; }
-  // Last step that is on disk; meaningful when any_on_disk().
+  // Last step that was on disk at the last look; meaningful when any_on_disk().
   uint64_t step_on_disk() const { return step_on_disk_; }
   bool any_on_disk() const { return any_on_disk_; }
   // Samples taken and not dropped, all epochs.
@@ -90,6 +95,7 @@ class LogWriter {
   void open_file();
   void write_complete_steps();
   void write_step(bool with_answers);
+  void note_chunks_on_disk();
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
   Slot& slot(uint64_t step) { return slots_[step % kSlots]; }
   const Slot& slot(uint64_t step) const { return slots_[step % kSlots]; }
@@ -98,7 +104,9 @@ class LogWriter {
   std::vector<uint8_t> description_;
   int control_period_ = 1;
   mcap::Compression compression_ = mcap::Compression::kZstd;
-  std::unique_ptr<mcap::Writer> writer_;
+  std::unique_ptr<mcap::BackgroundWriter> writer_;
+  std::deque<uint64_t> chunk_ends_;  // last steps of the chunks that were not on disk at the last look
+  uint64_t chunks_seen_ = 0;         // of this file, on disk at the last look
   std::vector<std::string> files_;
   std::vector<Slot> slots_;
   bool any_epoch_ = false;

@@ -82,7 +82,7 @@ LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
     last_known_ = true;
     last_epoch_ = grant.epoch();
     last_step_ = grant.through_step();
-    finish_when_complete();
+    attempt([this] { finish_when_complete(); });
     report_progress();
   });
 }
@@ -98,16 +98,21 @@ LoggerNode::~LoggerNode() = default;
 void LoggerNode::listen_raw(size_t topic) {
   raw_readers_.push_back(bus().make_reader(get_topic_spec(topic), Delivery::kReliable, [this, topic](Bytes sample) {
     if (!is_active()) return;
-    try {
-      topic == 0 ? take_description(sample) : take_sample(topic, sample);
-    } catch (const std::exception& error) {
-      std::string reason = error.what();
-      if (log_.any_on_disk()) {
-        reason += "; the log is readable and ends with step " + std::to_string(log_.step_on_disk());
-      }
-      fail(reason);
-    }
+    attempt([&] { topic == 0 ? take_description(sample) : take_sample(topic, sample); });
   }));
+}
+
+void LoggerNode::attempt(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    std::string reason = error.what();
+    if (log_.any_on_disk()) {
+      reason += "; the log is readable and ends with step " + std::to_string(log_.step_on_disk());
+    }
+    report(log_.epoch(), log_.step_on_disk());
+    fail(reason);
+  }
 }
 
 void LoggerNode::take_description(Bytes sample) {
@@ -144,6 +149,9 @@ void LoggerNode::handle_idle(Clock::time_point now) {
   last_sample_count_ = log_.sample_count();
   if (log_.next_step() != last_backlog_step_ || log_.backlog() == 0) last_progress_ = now;
   last_backlog_step_ = log_.next_step();
+  attempt([this] { log_.poll(); });
+  if (!is_active()) return;
+  report_progress();
   if (now - last_progress_ < kGiveUp || log_.backlog() < kGiveUpBacklog) return;
   for (const std::string& topic : log_.give_up_waiting()) {
     say("no " + topic + " from " + find_role(topic) + " since step " + std::to_string(last_backlog_step_) +
@@ -163,7 +171,7 @@ bool LoggerNode::is_drained() {
 }
 
 void LoggerNode::handle_run_end() {
-  log_.close();
+  attempt([this] { log_.close(); });
   report(log_.epoch(), log_.step_on_disk());
 }
 

@@ -2,6 +2,7 @@
 // The logger on a bus: takes encoded samples as they are, tells the scheduler how far the disk is.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@ class LoggerNode : public NodeBase {
   void listen_raw(size_t topic);
   void take_description(Bytes sample);
   void take_sample(size_t topic, Bytes sample);
+  // Does the work; what it throws becomes the fault of this server, with the last step of the log.
+  void attempt(const std::function<void()>& work);
   void finish_when_complete();
   void report_progress();
 

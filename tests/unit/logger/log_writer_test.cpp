@@ -141,6 +141,7 @@ TEST(LogWriter, SaysTheLastStepThatIsOnDisk) {
   EXPECT_TRUE(log.has_first_step());
   EXPECT_FALSE(log.any_on_disk());
   take_all(&log, make_run(1, 70));
+  log.wait_for_disk();
   EXPECT_EQ(log.step_on_disk(), 63u);
   // As after a kill now: the file is not closed, and everything through step 63 is there.
   mcap::Reader reader(file.path());

@@ -7,6 +7,7 @@
 
 #include <csignal>
 #include <random>
+#include <thread>
 
 #include "common/base/diagnostics.h"
 #include "common/bus/memory/memory_bus.h"
@@ -64,6 +65,15 @@ class LoggerNodeTest : public testing::Test {
     send_step<msg::JointCommands>(topics::kJointCommands, step);
   }
 
+  // The disk has a thread of its own, and is looked at when there is nothing else to do.
+  void wait_for_step(uint64_t step) {
+    while (status_.step() < step && status_.phase() != msg::SERVER_FAULT) {
+      logger_->on_idle(std::chrono::steady_clock::now());
+      bus_.dispatch_all();
+      std::this_thread::yield();
+    }
+  }
+
   uint64_t find_last_step() {
     mcap::Reader reader(file_.path());
     uint64_t last = 0;
@@ -93,6 +103,7 @@ TEST_F(LoggerNodeTest, IsReadyWhenEveryTopicHasSpoken) {
 TEST_F(LoggerNodeTest, TheLastGrantedStepReachesTheDiskByItself) {
   send_description();
   for (uint64_t step = 0; step <= 40; ++step) send_all(step);
+  wait_for_step(31);
   EXPECT_EQ(status_.step(), 31u);
   msg::StepGrant grant;
   grant.epoch(1);
@@ -111,6 +122,7 @@ TEST_F(LoggerNodeTest, AFullDiskIsAFaultAndTheLogStaysReadable) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
   send_description();
   for (uint64_t step = 0; step < 2000; ++step) send_all(step);
+  wait_for_step(2000);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
   EXPECT_EQ(status_.phase(), msg::SERVER_FAULT);
   EXPECT_NE(status_.message().find("File too large"), std::string::npos) << status_.message();

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/mcap/background_writer.h"
+
+#include <pthread.h>
+
+#include <csignal>
+
+namespace hrp::mcap {
+
+BackgroundWriter::BackgroundWriter(std::unique_ptr<Writer> writer) : writer_(std::move(writer)) {
+  // Signals belong to the other threads of the program. SIGXFSZ, which comes to the thread that writes beyond a limit of
+  // the file's size, would kill the process; blocked, the write fails with EFBIG instead, like any other.
+  sigset_t all, old;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &old);
+  thread_ = std::thread([this] { run(); });
+  pthread_sigmask(SIG_SETMASK, &old, nullptr);
+}
+
+BackgroundWriter::~BackgroundWriter() {
+  try {
+    close();
+  } catch (const McapError&) {
+    // Said to whoever called close(); a destructor has nobody to tell.
+  }
+}
+
+void BackgroundWriter::add_message(const Message& message) {
+  open_.messages.push_back(message);
+  open_.bytes.insert(open_.bytes.end(), message.data, message.data + message.size);
+}
+
+void BackgroundWriter::write_chunk() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait(lock, [this] { return waiting_.size() < kMaxWaiting || !error_.empty(); });
+  if (!error_.empty()) {
+    open_ = Batch();
+    return;
+  }
+  waiting_.push_back(std::move(open_));
+  open_ = Batch();
+  if (!free_.empty()) {
+    open_ = std::move(free_.back());
+    free_.pop_back();
+  }
+  changed_.notify_all();
+}
+
+void BackgroundWriter::wait() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait(lock, [this] { return (waiting_.empty() && !writing_) || !error_.empty(); });
+}
+
+void BackgroundWriter::close() {
+  if (!thread_.joinable()) return;
+  if (!open_.messages.empty()) write_chunk();
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    ending_ = true;
+    changed_.notify_all();
+  }
+  thread_.join();
+  if (!error_.empty()) throw McapError(error_);
+}
+
+uint64_t BackgroundWriter::chunks_written() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return chunks_written_;
+}
+
+std::string BackgroundWriter::error() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return error_;
+}
+
+void BackgroundWriter::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  std::string failure;
+  while (failure.empty()) {
+    changed_.wait(lock, [this] { return !waiting_.empty() || ending_; });
+    if (waiting_.empty()) break;
+    Batch batch = std::move(waiting_.front());
+    waiting_.pop_front();
+    writing_ = true;
+    lock.unlock();
+    try {
+      write(batch);
+    } catch (const std::exception& error) {
+      failure = error.what();
+    }
+    batch.messages.clear();
+    batch.bytes.clear();
+    lock.lock();
+    writing_ = false;
+    if (failure.empty()) ++chunks_written_;
+    free_.push_back(std::move(batch));
+    changed_.notify_all();
+  }
+  lock.unlock();
+  try {
+    writer_->close();
+  } catch (const std::exception& error) {
+    if (failure.empty()) failure = error.what();
+  }
+  lock.lock();
+  // Said when the file is closed: whoever hears of the failure may read it.
+  error_ = failure;
+  changed_.notify_all();
+}
+
+void BackgroundWriter::write(const Batch& batch) {
+  const uint8_t* data = batch.bytes.data();
+  for (Message message : batch.messages) {
+    message.data = data;
+    data += message.size;
+    writer_->add_message(message);
+  }
+  writer_->write_chunk();
+}
+
+}  // namespace hrp::mcap
