@@ -149,7 +149,7 @@ export class Chart {
       scales: { x: { time: false, range: (plot, low, high) => this.findRange(low, high) } },
       axes: [{ ...axis, label: "time [s]", size: 30, values: (_, ticks) => ticks.map(formatTick) },
              { ...axis, label: this.unit ? `[${this.unit}]` : "value", size: 58, values: (_, ticks) => ticks.map(formatTick) }],
-      series: [{ label: "t", value: (_, value) => (value === null ? "–" : `${value.toFixed(3)} s`) }, ...series],
+      series: [{ label: "t", value: (_, value) => (value === null || value === undefined ? "–" : `${value.toFixed(3)} s`) }, ...series],
       legend: { live: true },
       cursor: { drag: { x: !this.host.isLive(), y: false, setScale: false } },
       hooks: {

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Conformance with the protocol of Foxglove: its own client connects by both names of the protocol, reads live topics and
+// recorded ones, and finds the numbers of the log.
+import foxglove from "@foxglove/ws-protocol";
+import { parseIDL } from "@foxglove/omgidl-parser";
+import { MessageReader } from "@foxglove/omgidl-serialization";
+import WebSocket from "ws";
+import { check, readLog, run, startRun, startViewer, waitFor } from "./lib.mjs";
+
+const { FoxgloveClient } = foxglove;
+const topics = ["hrp/robot_state", "hrp/contact_forces", "hrp/sensor_data", "hrp/joint_commands"];
+const text = (message) => JSON.stringify(message, (_, value) => (typeof value === "bigint" ? Number(value) : value));
+
+// A client that decodes what it gets by what the server said of it.
+class Reader {
+  constructor(url, protocol) {
+    const socket = new WebSocket(url, [protocol]);
+    Object.assign(this, { channels: new Map(), messages: [], statuses: [], decoders: new Map(), subscriptions: new Map() });
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    this.client = new FoxgloveClient({ ws: socket });
+    this.client.on("serverInfo", (info) => { this.info = info; });
+    this.client.on("status", (status) => this.statuses.push(status));
+    this.client.on("error", (error) => { this.error = error; });
+    this.client.on("close", () => { this.closed = true; });
+    this.client.on("advertise", (channels) => channels.forEach((channel) => this.channels.set(channel.topic, channel)));
+    this.client.on("message", (message) => this.take(message));
+  }
+
+  subscribe(topic) {
+    const channel = this.channels.get(topic);
+    const id = this.client.subscribe(channel.id);
+    this.decoders.set(id, { topic, reader: new MessageReader(channel.schemaName, parseIDL(channel.schema)) });
+    this.subscriptions.set(topic, id);
+  }
+
+  take({ subscriptionId, timestamp, data }) {
+    const { topic, reader } = this.decoders.get(subscriptionId);
+    this.messages.push({ topic, timestamp, message: reader.readMessage(data) });
+  }
+
+  of(topic) {
+    return this.messages.filter((each) => each.topic === topic);
+  }
+}
+
+async function checkLive(protocol) {
+  const simulation = await startRun(`live_${protocol.replaceAll(".", "_")}`, ["--speed", "1", "--duration", "1.5"]);
+  const viewer = await startViewer(["--domain", String(simulation.domain), "--read-only"]);
+  const reader = new Reader(viewer.socket, protocol);
+  await waitFor("channels", () => topics.every((topic) => reader.channels.has(topic)));
+  check(reader.info.name.length > 0 && reader.socket.protocol === protocol, `${protocol}: the server says who it is`);
+  const channel = reader.channels.get("hrp/robot_state");
+  check(channel.encoding === "cdr" && channel.schemaEncoding === "omgidl" && channel.schemaName === "hrp::msg::RobotState", "channels are CDR with omgidl schemas");
+  for (const topic of topics) reader.subscribe(topic);
+  await waitFor("messages of every topic", () => topics.every((topic) => reader.of(topic).length > 20));
+  reader.client.unsubscribe(reader.subscriptions.get("hrp/joint_commands"));
+  check((await simulation.ended) === 0, "the run ends as planned");
+  for (const topic of topics) {
+    const logged = new Map((await readLog(simulation.log, topic)).map((message) => [text(message.header), text(message)]));
+    const got = reader.of(topic);
+    const wrong = got.filter(({ message }) => logged.get(text(message.header)) !== text(message));
+    check(wrong.length === 0, `${got.length} messages of ${topic}, all as in the log`);
+    const late = got.filter(({ timestamp, message }) => Math.abs(Number(timestamp) - message.header.time * 1e9) > 1);
+    check(late.length === 0, "stamped with simulated time");
+  }
+  check(!reader.error && !reader.closed, "no error, connection kept");
+  reader.client.close();
+  await viewer.end();
+  return simulation.log;
+}
+
+async function checkRecorded(log) {
+  const viewer = await startViewer([log]);
+  const reader = new Reader(viewer.socket, "foxglove.sdk.v1");
+  await waitFor("channels", () => topics.every((topic) => reader.channels.has(topic)));
+  reader.subscribe("hrp/robot_description");
+  reader.subscribe("hrp/robot_state");
+  await waitFor("what the log holds", () => reader.of("hrp/robot_description").length > 0 && reader.of("hrp/robot_state").length > 0);
+  check(reader.of("hrp/robot_description")[0].message.name.length > 0, "a recorded run has the same topics");
+  // A page that moves along the time line takes Foxglove with it.
+  const page = new WebSocket(`${viewer.socket}ws`);
+  await waitFor("the page", () => page.readyState === WebSocket.OPEN);
+  page.send(JSON.stringify({ op: "at", time: 0.25, sources: [0] }));
+  await waitFor("the state of that time", () => reader.of("hrp/robot_state").some(({ message }) => Math.abs(message.header.time - 0.25) < 1e-9));
+  check(true, "and follows the page's time");
+  reader.client.subscribe(424242);
+  await waitFor("a status", () => reader.statuses.some((status) => status.message.includes("424242")));
+  check(!reader.closed, "a channel that does not exist is an error message, not an end");
+  reader.socket.send("{ this is no JSON");
+  await waitFor("the end", () => reader.closed);
+  check(page.readyState === WebSocket.OPEN, "a malformed message ends that connection only");
+  page.close();
+  await viewer.end();
+}
+
+run(async () => {
+  await checkLive("foxglove.websocket.v1");
+  await checkRecorded(await checkLive("foxglove.sdk.v1"));
+});

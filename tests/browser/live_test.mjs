@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A live run in the browser: the robot and both feet's arrows are there, their numbers are those of the log, and every
+// button does what it says.
+import { check, openPage, readLog, readTable, run, startBrowser, startRun, startViewer, sumVertical, waitFor } from "./lib.mjs";
+
+const feet = ["L_ANKLE_R_LINK", "R_ANKLE_R_LINK"];
+
+run(async () => {
+  const simulation = await startRun("live", ["--speed", "1", "--duration", "4"]);
+  const viewer = await startViewer(["--domain", String(simulation.domain), "--then", simulation.log]);
+  const browser = await startBrowser();
+  const page = await openPage(browser, viewer.url);
+  const status = () => page.evaluate(() => window.hrpViewer.run);
+  const phase = (name) => waitFor(`phase ${name}`, async () => (await status())?.phase === name);
+
+  await waitFor("the robot", async () => (await page.describe()).robots[0]?.visible);
+  check((await page.describe()).robots[0].links > 20, "the page shows the robot");
+  await page.click("#pause");
+  await phase("RUN_PAUSED");
+  check(true, "Pause holds the run");
+
+  const before = (await status()).step;
+  await page.click("#step");
+  await waitFor("one step", async () => (await status()).step === before + 1);
+  check(true, "Step makes one step");
+  await page.selectOption("#steps", "10");
+  await page.click("#step");
+  await waitFor("ten more steps", async () => (await status()).step === before + 11);
+  check((await status()).phase === "RUN_PAUSED", "Step by 10 makes ten, and holds again");
+  await waitFor("the picture of that step", async () => (await readTable(page)).step === before + 11);
+  const table = await readTable(page);
+  await waitFor("arrows of both feet", async () => (await page.describe()).arrows.filter((arrow) => arrow.visible && arrow.part === "total").length === 2);
+  const arrows = (await page.describe()).arrows;
+  check(feet.every((foot) => arrows.some((arrow) => arrow.foot === foot)), "both feet have a force arrow");
+
+  for (const part of ["spring", "damper", "friction"]) await page.check(`[data-layer=${part}]`);
+  await waitFor("arrows of the parts", async () => {
+    const shown = (await page.describe()).arrows;
+    return ["spring", "friction"].every((part) => feet.every((foot) => shown.some((arrow) => arrow.part === part && arrow.foot === foot)));
+  });
+  check(true, "spring, damper and friction arrows come on demand");
+
+  await page.selectOption("#speed", "0.5");
+  await page.keyboard.press("Escape");
+  await page.click("#resume");
+  await phase("RUN_RUNNING");
+  check(true, "Resume goes on");
+  const epoch = (await status()).epoch;
+  await page.click("#reset");
+  await waitFor("a new epoch", async () => (await status()).epoch === epoch + 1);
+  check((await status()).step < before + 11, "Reset begins again at step 0");
+  // As fast as it goes: without this the run would take some more seconds.
+  await page.selectOption("#speed", "0");
+  check((await simulation.ended) === 0, "the run ends as planned");
+  await waitFor("the recorded run", async () => (await page.text("#mode")) === "RECORDED");
+  check(true, "the page goes on with the log when the run is over");
+  // The first epoch is in the file that was named, the second one in a file of its own.
+  const forces = (await readLog(simulation.log, "hrp/contact_forces")).find((message) => Number(message.header.step) === table.step);
+  for (const foot of feet) {
+    check(table.feet[foot][0] === sumVertical(forces, foot), `vertical force on ${foot} agrees with the log: ${table.feet[foot][0]} N`);
+    check(table.feet[foot][1] === sumVertical(forces, foot, "spring"), `and its spring part: ${table.feet[foot][1]} N`);
+    const drawn = arrows.find((arrow) => arrow.foot === foot && arrow.part === "total");
+    check(drawn.force[2].toFixed(1) === table.feet[foot][0], "and the arrow is drawn of the same number");
+  }
+  check(page.faults.length === 0, `the page made no mistake and fetched nothing from elsewhere ${page.faults.join("; ")}`);
+  await browser.close();
+  check((await viewer.end()) === 0, "the viewer ends cleanly");
+});
