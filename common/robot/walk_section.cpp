@@ -41,6 +41,7 @@ void read_laws(YamlMap& map, StabilizerSpec* s) {
     law.number("integral", &s->tracking_integral, kNotNeg, "1/s");
   });
   map.number("force_filter", &s->force_filter, kNotNeg, "s");
+  map.number("rate_filter", &s->rate_filter, kNotNeg, "s");
 }
 
 void read_limits(YamlMap& map, WalkSpec* walk) {

@@ -38,6 +38,7 @@ struct StabilizerSpec {
   double tracking_velocity = 0.0;     // [s]
   double tracking_integral = 0.0;     // [1/s]
   double force_filter = 0.01;     // [s] time constant on measured forces
+  double rate_filter = 0.03;      // [s] on the gyro: turning the body over its feet shakes it a little
 };
 
 struct WalkSpec {

@@ -58,26 +58,28 @@ Vector2d calc_placement(const Pendulum& pendulum, const PendulumState& end, cons
   return placement;
 }
 
+Vector2d calc_divergent(const Pendulum& pendulum, const PendulumState& state) {
+  return state.x + pendulum.calc_time_constant() * state.v;
+}
+
 std::vector<ZmpSegment> calc_transfer(const Pendulum& pendulum, const PendulumState& start, const Vector2d& p_start,
-                                      const PendulumState& end, const Vector2d& p_end, double T) {
+                                      const Vector2d& divergent, const Vector2d& p_end, double T) {
   const auto make = [&](const Vector2d& w1, const Vector2d& w2) {
     return std::vector<ZmpSegment>{{T / 3.0, p_start, w1}, {T / 3.0, w1, w2}, {T / 3.0, w2, p_end}};
   };
   const auto find_final = [&](const Vector2d& w1, const Vector2d& w2) {
     PendulumState state = start;
     for (const ZmpSegment& segment : make(w1, w2)) state = calc_state(pendulum, state, segment, segment.T);
-    return state;
+    return calc_divergent(pendulum, state);
   };
-  const PendulumState base = find_final(p_start, p_end);
-  const PendulumState with1 = find_final(p_start + Vector2d::Ones(), p_end);
-  const PendulumState with2 = find_final(p_start, p_end + Vector2d::Ones());
-  Vector2d w1 = p_start, w2 = p_end;
+  // Linear in the excursions; the smallest that does it lies along the gains.
+  const Vector2d base = find_final(p_start, p_start), one = Vector2d::Ones();
+  const Vector2d gain1 = find_final(p_start + one, p_start) - base, gain2 = find_final(p_start, p_start + one) - base;
+  Vector2d w1 = p_start, w2 = p_start;
   for (int i = 0; i < 2; ++i) {
-    Eigen::Matrix2d A;
-    A << with1.x[i] - base.x[i], with2.x[i] - base.x[i], with1.v[i] - base.v[i], with2.v[i] - base.v[i];
-    const Vector2d w = A.inverse() * Vector2d(end.x[i] - base.x[i], end.v[i] - base.v[i]);
-    w1[i] += w[0];
-    w2[i] += w[1];
+    const double share = (divergent[i] - base[i]) / (gain1[i] * gain1[i] + gain2[i] * gain2[i]);
+    w1[i] += gain1[i] * share;
+    w2[i] += gain2[i] * share;
   }
   return make(w1, w2);
 }

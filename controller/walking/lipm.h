@@ -62,8 +62,13 @@ struct PlacementWeights {
 Vector2d calc_placement(const Pendulum& pendulum, const PendulumState& end, const Vector2d& foot,
                         const PendulumState& target, double Ts, double Td, const PlacementWeights& weights = {});
 
-// Path of the zero moment point p_start -> w1 -> w2 -> p_end, thirds of T, that takes `start` to `end` exactly.
+// What grows of a state: x + Tc v, the divergent component of motion. A state whose divergent component is right comes to
+// the right orbit by itself: the rest of the difference decays with exp(-t / Tc).
+Vector2d calc_divergent(const Pendulum& pendulum, const PendulumState& state);
+
+// Path of the zero moment point p_start -> w1 -> w2 -> p_end, thirds of T, that takes the divergent component of `start` to
+// `divergent` with the least excursion of w1 and w2 from p_start. The whole state would take excursions beyond the feet.
 std::vector<ZmpSegment> calc_transfer(const Pendulum& pendulum, const PendulumState& start, const Vector2d& p_start,
-                                      const PendulumState& end, const Vector2d& p_end, double T);
+                                      const Vector2d& divergent, const Vector2d& p_end, double T);
 
 }  // namespace hrp::walking

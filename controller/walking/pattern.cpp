@@ -115,8 +115,8 @@ void WalkPattern::make_phases() {
   floor_ = middle - plane_.calc_height(0.5 * (first_.feet[kLeft].xy() + first_.feet[kRight].xy()));
   if (!planned_.empty()) make_walk();
   const Stance stance = phases_.empty() ? first_ : phases_.back().stance;
-  const Vector2d rest = last_.x;
-  last_.v.setZero();
+  // What is left of the motion dies away over a still zero moment point.
+  const Vector2d rest = find_middle(stance);
   add({0.0, rest, rest}, Support::kBoth, stance, floor_);
 }
 
@@ -136,7 +136,8 @@ void WalkPattern::start_walk(Side carrying, const Stance& stance) {
   PendulumState begin;
   begin.x = foot + R * Vector2d(x0, end.x.y());
   begin.v = R * Vector2d((end.x.x() - x0 * C) / (Tc * S), -end.v.y());
-  for (const ZmpSegment& s : calc_transfer(pendulum_, last_, find_middle(stance), begin, foot, spec_.transfer)) {
+  const Vector2d goal = calc_divergent(pendulum_, begin);
+  for (const ZmpSegment& s : calc_transfer(pendulum_, last_, find_middle(stance), goal, foot, spec_.transfer)) {
     add(s, Support::kBoth, stance, floor_);
   }
 }
@@ -167,23 +168,30 @@ void WalkPattern::make_walk() {
       steps_[n].hold = stance.feet[landing];
       add({Td, foot, find_zmp(stance, landing)}, Support::kBoth, stance, floor_);
     } else {
-      const PendulumState rest{find_middle(stance), Vector2d::Zero()};
+      const Vector2d rest = find_middle(stance);
       const double end_floor = 0.5 * (floor_of(stance.feet[kLeft]) + floor_of(stance.feet[kRight]));
-      for (const ZmpSegment& s : calc_transfer(pendulum_, last_, foot, rest, rest.x, spec_.transfer)) {
+      for (const ZmpSegment& s : calc_transfer(pendulum_, last_, foot, rest, rest, spec_.transfer)) {
         add(s, Support::kBoth, stance, end_floor);
       }
-      last_ = rest;
     }
     carrying = landing;
   }
 }
 
-double WalkPattern::duration() const { return phases_.back().begin; }
+// Five time constants: 0.7 % of the last sway is left.
+double WalkPattern::duration() const { return phases_.back().begin + 5.0 * pendulum_.calc_time_constant(); }
 
 const WalkPattern::Phase& WalkPattern::find_phase(double t) const {
   const auto after = std::upper_bound(phases_.begin(), phases_.end(), t,
                                       [](double time, const Phase& phase) { return time < phase.begin; });
   return after == phases_.begin() ? phases_.front() : *(after - 1);
+}
+
+// After the last transfer: only what decays, exp(-t / Tc).
+PendulumState WalkPattern::calc_rest(const Phase& phase, double t) const {
+  const double Tc = pendulum_.calc_time_constant();
+  const Vector2d away = (phase.state.x - phase.zmp.p1) * std::exp(-t / Tc);
+  return {phase.zmp.p1 + away, -away / Tc};
 }
 
 // From the initial pose to upright, the centre of mass over the middle of the feet.
@@ -240,7 +248,8 @@ PatternSample WalkPattern::sample(double t) const {
   if (t < spec_.settle) return sample_settling(t);
   const Phase& phase = find_phase(t);
   const double inside = std::min(t - phase.begin, phase.zmp.T);
-  const PendulumState state = calc_state(pendulum_, phase.state, phase.zmp, inside);
+  const PendulumState state = phase.zmp.T > 0.0 ? calc_state(pendulum_, phase.state, phase.zmp, inside)
+                                                : calc_rest(phase, t - phase.begin);
   const Vector2d zmp = phase.zmp.at(inside);
   PatternSample sample;
   sample.support = phase.support;

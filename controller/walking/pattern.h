@@ -68,6 +68,7 @@ class WalkPattern {
   void start_walk(Side carrying, const Stance& stance);
   void make_walk();
   PendulumState find_target(size_t n) const;
+  PendulumState calc_rest(const Phase& phase, double t) const;
   const Phase& find_phase(double t) const;
   PatternSample sample_settling(double t) const;
   void put_feet(const Phase& phase, double t, PatternSample* sample) const;

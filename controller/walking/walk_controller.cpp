@@ -47,7 +47,7 @@ class WalkController : public Controller {
     pattern_.reset();
     last_q_.resize(0);
     for (int side : {kLeft, kRight}) load_[side] = FootLoad(), foot_turn_[side].setZero();
-    inclination_.setZero(), body_offset_.setZero(), com_error_.setZero(), com_speed_error_.setZero();
+    rate_.setZero(), inclination_.setZero(), body_offset_.setZero(), com_error_.setZero(), com_speed_error_.setZero();
     tracking_integral_.setZero();
     lift_ = 0.0;
     have_com_error_ = false;
@@ -118,14 +118,16 @@ class WalkController : public Controller {
   }
 
   // Roll and pitch of the body beyond the reference, pattern axes; their rates.
-  void find_lean(const PatternSample& now, const PatternSample& goal, Vector2d* lean, Vector2d* rate) const {
+  void find_lean(const PatternSample& now, const PatternSample& goal, Vector2d* lean, Vector2d* rate) {
     // Heading is not controlled: the reference is compared with the measured body turned to the same heading.
     const Matrix3d R = R_PW_ * R_WB_;
     const Vector3d up_body = R * now.R_WB.transpose() * Vector3d::UnitZ();
     *lean = Vector2d(-up_body.y(), up_body.x());
     const Vector3d w = R_PW_ * rate_W_;
     const Eigen::AngleAxisd turn(goal.R_WB * now.R_WB.transpose());
-    *rate = w.head<2>() - (turn.angle() / dt_ * turn.axis()).head<2>();
+    const Vector2d raw = w.head<2>() - (turn.angle() / dt_ * turn.axis()).head<2>();
+    rate_ += std::min(1.0, dt_ / std::max(laws_.rate_filter, dt_)) * (raw - rate_);
+    *rate = rate_;
   }
 
   // Centre of mass from the soles that carry, turned as the IMU says.
@@ -166,7 +168,10 @@ class WalkController : public Controller {
     }
     if (laws_.inclination) {
       const Matrix3d turn = make_turn(calc_inclination_turn(laws_, lean, rate, dt_, &inclination_));
-      *com = goal.zmp + turn * (*com - goal.zmp);
+      // About the ankles over the zero moment point: turning about the ground itself would push the hips sideways.
+      const double height = -0.5 * (body_.sole_in_foot(kLeft).p.z() + body_.sole_in_foot(kRight).p.z());
+      const Vector3d pivot = goal.zmp + Vector3d(0.0, 0.0, height);
+      *com = pivot + turn * (*com - pivot);
       *R_WB = turn * *R_WB;
     }
   }
@@ -200,7 +205,7 @@ class WalkController : public Controller {
   Transform sole_B_[2];
   FootLoad load_[2];
   // Memories of the laws.
-  Vector2d inclination_ = Vector2d::Zero(), body_offset_ = Vector2d::Zero();
+  Vector2d rate_ = Vector2d::Zero(), inclination_ = Vector2d::Zero(), body_offset_ = Vector2d::Zero();
   Vector2d foot_turn_[2] = {Vector2d::Zero(), Vector2d::Zero()};
   double lift_ = 0.0;
   Vector2d com_error_ = Vector2d::Zero(), com_speed_error_ = Vector2d::Zero(), tracking_integral_ = Vector2d::Zero();
