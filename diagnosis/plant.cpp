@@ -41,7 +41,8 @@ std::vector<EffectInfo> make_effects() {
        {{"stiffness", "N m/rad", 0, kBig, 1, false}, {"yield_angle", "rad", 1e-4, 10, 0.005, false}}},
       {E::kJointOffset, "joint_offset", J, "the encoder's zero is off", {{"offset", "rad", -4, 4, 0.002, false}}},
       {E::kPayload, "payload", L, "an unmodelled mass is carried",
-       {{"mass", "kg", 0, kBig, 0.05, false}, {"com_x", "m", -2, 2, 0.01, false}, {"com_y", "m", -2, 2, 0.01, false}, {"com_z", "m", -2, 2, 0.01, false}}},
+       {{"mass", "kg", 0, kBig, 0.05, false}, {"com_x", "m", -2, 2, 0.01, false}, {"com_y", "m", -2, 2, 0.01, false}, {"com_z", "m", -2, 2, 0.01, false},
+        {"inertia", "kg m^2", 0, 10, 2e-4, true}}},
       {E::kMassError, "mass_error", L, "the link's mass is wrong by a factor", {{"scale", "1", 0.01, 100, 0.02, false}}},
       {E::kComError, "com_error", L, "the link's centre of mass is elsewhere",
        {{"offset_x", "m", -2, 2, 0.005, false}, {"offset_y", "m", -2, 2, 0.005, false}, {"offset_z", "m", -2, 2, 0.005, false}}},
@@ -64,7 +65,7 @@ void apply_link_effect(const Effect& effect, Plant* plant) {
     inertia.I_LLcm_L *= p[0];
   } else if (effect.id == EffectId::kComError) {
     inertia.p_LLcm_L += Vector3d(p[0], p[1], p[2]);
-  } else if (effect.id == EffectId::kPayload) {  // a point mass
+  } else if (effect.id == EffectId::kPayload) {  // a mass with the same inertia about every axis
     const Vector3d at(p[1], p[2], p[3]);
     const double mass = inertia.mass + p[0];
     if (!(mass > 0.0)) return;
@@ -73,6 +74,7 @@ void apply_link_effect(const Effect& effect, Plant* plant) {
       return m * (r.squaredNorm() * Matrix3d::Identity() - r * r.transpose());
     };
     inertia.I_LLcm_L += steiner(inertia.mass, inertia.p_LLcm_L - com) + steiner(p[0], at - com);
+    inertia.I_LLcm_L += p[4] * Matrix3d::Identity();
     inertia.mass = mass;
     inertia.p_LLcm_L = com;
   } else {

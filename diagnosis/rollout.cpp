@@ -87,7 +87,9 @@ class Rollout {
         restart(k);
         started = t;
       }
-      const int steps = std::max(1, static_cast<int>(std::ceil(dt / options.max_step - 1e-9)));
+      // A transmission is much stiffer than a servo.
+      const double longest = N_ > n_ ? 0.5 * options.max_step : options.max_step;
+      const int steps = std::max(1, static_cast<int>(std::ceil(dt / longest - 1e-9)));
       near_ = k;
       for (int i = 0; i < steps; ++i) {
         if (!step(t + dt * i / steps, dt / steps)) return false;

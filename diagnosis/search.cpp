@@ -51,6 +51,8 @@ class Search {
     if (!is_explained(best_refined())) try_pairs();
     decide(&outcome);
     add_intervals(&outcome.chosen);
+    drop_insignificant(&outcome);
+    normalise(&outcome.chosen.hypothesis);
     return outcome;
   }
 
@@ -73,7 +75,7 @@ class Search {
     Hypothesis start = hypothesis;
     start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
     FitOptions options;
-    options.max_iterations = 15;
+    options.max_iterations = 30;
     return fit(problem_, start, problem_.train, options);
   }
 
@@ -188,6 +190,53 @@ class Search {
     options.intervals = true;
     const FitResult result = fit(problem_, trial->full(), problem_.train, options);
     if (result.ok) trial->std = result.std;
+  }
+
+  // Value of a parameter at which its effect is absent; NaN where it only describes the effect's shape.
+  static double find_neutral(const Effect& effect, size_t i) {
+    const EffectInfo& info = get_effect(effect.id);
+    if (std::string(info.parameters[i].name) == "scale") return 1.0;
+    const bool vector = effect.id == EffectId::kComError || effect.id == EffectId::kExternalForce;
+    return i == 0 || vector ? 0.0 : std::nan("");
+  }
+
+  static bool is_significant(const Effect& effect, const std::vector<double>& std) {
+    if (effect.id == EffectId::kElasticity || effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
+    for (size_t i = 0; i < effect.p.size(); ++i) {
+      const double neutral = find_neutral(effect, i);
+      // 1e-3 of a scale: below what any law is known to.
+      const double least = std::string(get_effect(effect.id).parameters[i].name) == "scale" ? 2e-3 : 0.0;
+      if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(4.0 * std[i], least)) return true;
+    }
+    return false;
+  }
+
+  // A second effect that cannot be told from nothing only stands in for the first one's details.
+  void drop_insignificant(Outcome* outcome) {
+    Trial& chosen = outcome->chosen;
+    if (chosen.hypothesis.size() < 2 || chosen.std.size() < chosen.hypothesis.size()) return;
+    Hypothesis kept;
+    for (size_t i = 0; i < chosen.hypothesis.size(); ++i) {
+      if (is_significant(chosen.hypothesis[i], chosen.std[i])) kept.push_back(chosen.hypothesis[i]);
+    }
+    if (kept.empty() || kept.size() == chosen.hypothesis.size()) return;
+    Trial trial = judge(kept, refine(kept));
+    say("  without what is no more than nothing: " + get_label(e_, kept), trial);
+    if (!is_explained(trial) && outcome->explained) return;
+    trial.probability = chosen.probability;
+    add_intervals(&trial);
+    outcome->rivals.insert(outcome->rivals.begin(), trial);
+    chosen = trial;
+    outcome->explained = is_explained(chosen);
+  }
+
+  // Phases between 0 and 2 pi, amplitudes positive.
+  static void normalise(Hypothesis* hypothesis) {
+    for (Effect& effect : *hypothesis) {
+      if (effect.id != EffectId::kCogging) continue;
+      if (effect.p[0] < 0.0) effect.p[0] = -effect.p[0], effect.p[2] += M_PI;
+      effect.p[2] -= 2.0 * M_PI * std::floor(effect.p[2] / (2.0 * M_PI));
+    }
   }
 
   // The simplest of those that cannot be told from the best by the recordings they were not fitted to.

@@ -405,9 +405,9 @@ class Builder {
         shift.push_back(add_model_change({EffectId::kComError, link, p}, 1e-3));
       }
       add_shape(EffectId::kComError, link, shift, [](const std::vector<double>& x, std::vector<double>* p) { *p = x; return true; });
-      const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0}}, 1e-3);
+      const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
       add_shape(EffectId::kPayload, link, {at_origin, shift[0], shift[1], shift[2]}, [mass](const std::vector<double>& x, std::vector<double>* p) {
-        *p = {x[0], 0, 0, 0};
+        *p = {x[0], 0, 0, 0, 0};
         if (!(x[0] > 1e-3)) return false;
         for (size_t i = 0; i < 3; ++i) (*p)[i + 1] = std::max(-1.0, std::min(1.0, mass * x[i + 1] / x[0]));
         return true;

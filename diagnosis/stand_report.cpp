@@ -25,7 +25,10 @@ Json make_value(const StandCandidate::Value& v) {
   Json value = Json::array(), spread = Json::array(), interval = Json::array();
   for (size_t i = 0; i < v.value.size(); ++i) {
     // 0.2 %: linear equations leave out terms of second order in the effect.
-    const double s = std::hypot(v.std[i], 0.002 * std::abs(v.value[i] - (v.name == "scale" ? 1.0 : 0.0)));
+    // Stiffness of a sole is that of sole and ground together: the ground is known to be stiffer than 5e4 N m/rad, and in
+    // height, where a sole is nearly as stiff as the ground, to a tenth.
+    const double share = v.name == "kz" || v.name == "cz" ? 0.12 : v.name.rfind("k_", 0) == 0 || v.name.rfind("c_", 0) == 0 ? 0.018 : 0.002;
+    const double s = std::hypot(v.std[i], share * std::abs(v.value[i] - (v.name == "scale" ? 1.0 : 0.0)));
     value.push_back(round_to(v.value[i], 8)), spread.push_back(round_to(s, 4));
     interval.push_back({round_to(v.value[i] - 1.96 * s, 8), round_to(v.value[i] + 1.96 * s, 8)});
   }

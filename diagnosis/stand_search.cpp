@@ -276,7 +276,7 @@ class StandSearch {
     }
     add("com_error", "link", name, shift, three("offset", "m"), "the link's centre of mass is elsewhere");
     add("external_force", "link", name, force, three("force", "N"), "a constant force pulls at the link");
-    change.effects = {{EffectId::kPayload, link, {0.01, 0, 0, 0}}};
+    change.effects = {{EffectId::kPayload, link, {0.01, 0, 0, 0, 0}}};
     const int at_origin = add_change(change, 0.01);
     add("payload", "link", name, {at_origin, shift[0], shift[1], shift[2]}, [mass](const Eigen::VectorXd& x, const Eigen::MatrixXd& C) -> std::vector<Value> {
       Value com{"com", "m", {}, {}};
@@ -319,7 +319,7 @@ class StandSearch {
       values.push_back({"c_pitch", "N m s/rad", {-x[5] * k_pitch}, {std::sqrt(C(5, 5)) * std::abs(k_pitch)}});
       if (x.size() > 7) {
         const double kz = invert("kz", "N/m", 6, 1.0);
-        values.push_back({"cz", "N s/m", {x[7] * kz * kz}, {std::sqrt(C(7, 7)) * kz * kz}});
+        values.push_back({"cz", "N s/m", {std::max(0.0, x[7] * kz * kz)}, {std::sqrt(C(7, 7)) * kz * kz}});
       }
       return values;
     }, "the sole gives");

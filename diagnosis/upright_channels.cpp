@@ -423,7 +423,7 @@ bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread)
   const size_t n = slipping.size();
   *ratio = slipping[n / 2];
   *spread = (slipping[n * 84 / 100] - slipping[n * 16 / 100]) / 2;
-  return *spread < 0.25 * *ratio && held[held.size() * 98 / 100] < 1.3 * *ratio;
+  return *spread < 0.25 * *ratio && held[held.size() * 8 / 10] < 1.3 * *ratio;
 }
 
 }  // namespace hrp::diagnosis::upright

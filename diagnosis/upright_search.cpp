@@ -65,8 +65,10 @@ class Search {
       for (const std::vector<double>& flat : residuals) {
         std::vector<double> one;
         for (size_t k = c; k < flat.size(); k += channels()) one.push_back(flat[k] == 0 ? std::nan("") : flat[k]);  // 0: says nothing
-        found.push_back(estimate_noise(one));
+        const double noise = estimate_noise(one);
+        if (noise > 0 || out_.sigma[c] == 1e300) found.push_back(noise);
       }
+      if (found.empty()) continue;
       std::sort(found.begin(), found.end());
       out_.sigma[c] = std::min(out_.sigma[c], std::max(find_floor(out_.channels[c]), found[found.size() / 2]));
     }
