@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 
 namespace hrp::cases {
@@ -12,9 +14,9 @@ using Json = nlohmann::ordered_json;
 
 // Four significant digits, so that the truth prints as it was used.
 double tidy(double value) {
-  if (value == 0) return 0;
-  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 3);
-  return std::round(value / unit) * unit;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return std::strtod(text, nullptr);
 }
 
 bool contains(const std::vector<std::string>& list, const std::string& item) {

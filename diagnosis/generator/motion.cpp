@@ -174,9 +174,9 @@ std::vector<Curve> biped_curves(const RobotPlan& robot, const std::string& kind,
 void Commands::find(int joint, double t, double& position_out, double& velocity_out) const {
   const auto& q = position[static_cast<std::size_t>(joint)];
   const auto& v = velocity[static_cast<std::size_t>(joint)];
-  if (t <= time.front() || t >= time.back()) {
-    position_out = t <= time.front() ? q.front() : q.back();
-    velocity_out = 0;
+  if (t < time.front() || t >= time.back()) {
+    position_out = t < time.front() ? q.front() : q.back();
+    velocity_out = t == time.back() ? v.back() : 0;
     return;
   }
   const std::size_t k = static_cast<std::size_t>(std::upper_bound(time.begin(), time.end(), t) - time.begin()) - 1;

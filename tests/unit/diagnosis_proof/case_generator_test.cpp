@@ -111,11 +111,11 @@ TEST(CaseGenerator, TheRecordedEffortIsTheServoLawOfTheExperimentFile) {
     const std::string joint = name.substr(14, name.size() - 14 - 7), command = "/joint_commands/" + joint,
                       state = "/joint_states/" + joint;
     const double kp = find_gain(yaml, joint, "kp"), kd = find_gain(yaml, joint, "kd");
-    for (std::size_t k = 0; k + 1 < effort.size(); ++k) {
+    for (std::size_t k = 0; k < effort.size(); ++k) {
       const double law = kp * (csv.at(command + "/position")[k] - csv.at(state + "/position")[k]) +
                          kd * (csv.at(command + "/velocity")[k] - csv.at(state + "/velocity")[k]);
-      // Seven digits of position in the file times the stiffness; at the first sample the command is still at rest.
-      if (k > 0) EXPECT_NEAR(effort[k], law, 1e-6 * (kp + kd)) << joint << " " << k;
+      // Seven digits of position in the file times the stiffness.
+      EXPECT_NEAR(effort[k], law, 1e-6 * (kp + kd)) << joint << " " << k;
     }
   }
 }
