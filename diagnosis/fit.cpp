@@ -23,8 +23,10 @@ std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis) {
   return list;
 }
 
-double find_difference(const ParameterInfo& info, double value) {
-  return 0.005 * std::max(info.step, std::abs(value));
+// Sticking and slipping make readings a jagged function of friction: differences over 2 % see its trend.
+double find_difference(EffectId id, const ParameterInfo& info, double value) {
+  const bool sticks = id == EffectId::kCoulomb || id == EffectId::kStribeck || id == EffectId::kLoadFriction;
+  return (sticks ? 0.02 : 0.005) * std::max(info.step, std::abs(value));
 }
 
 struct Normal {
@@ -123,7 +125,7 @@ class Fitter {
     std::vector<Hypothesis> variants{hypothesis_};
     for (const FreeParameter& parameter : parameters_) {
       const double value = hypothesis_[parameter.effect].p[parameter.index];
-      double delta = find_difference(*parameter.info, value);
+      double delta = find_difference(hypothesis_[parameter.effect].id, *parameter.info, value);
       if (value + delta > parameter.info->high) delta = -delta;
       variants.push_back(hypothesis_);
       variants.back()[parameter.effect].p[parameter.index] += delta;

@@ -74,9 +74,29 @@ class Search {
   FitResult refine(const Hypothesis& hypothesis) {
     Hypothesis start = hypothesis;
     start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
+    choose_stick_speed(&start);
     FitOptions options;
     options.max_iterations = 30;
     return fit(problem_, start, problem_.train, options);
+  }
+
+  // Where sticking friction begins is no smooth function of anything: the best of a few start values.
+  void choose_stick_speed(Hypothesis* start) const {
+    for (Effect& effect : *start) {
+      const EffectInfo& info = get_effect(effect.id);
+      size_t at = effect.p.size();
+      for (size_t i = 0; i < info.parameters.size(); ++i) {
+        if (std::string(info.parameters[i].name) == "stick_speed") at = i;
+      }
+      if (at == effect.p.size()) continue;
+      double lowest = 1e300, best = effect.p[at];
+      for (double speed : {effect.p[at], 0.001, 0.002, 0.0045, 0.01, 0.02}) {
+        effect.p[at] = speed;
+        const Score score = calc_score(problem_, *start, problem_.train);
+        if (score.ok && score.chi2 < lowest) lowest = score.chi2, best = speed;
+      }
+      effect.p[at] = best;
+    }
   }
 
   Trial judge(const Hypothesis& hypothesis, const FitResult& result) const {
