@@ -3,7 +3,7 @@
 # scripts/test.sh [ctest options]
 #
 # Installs what is missing, builds everything and runs all tests. Examples of options:
-#   -L unit          one kind only: unit, physics, conformance, process, npm
+#   -L unit          one kind only: unit, physics, conformance, process, npm, browser
 #   -R mcap          tests whose name contains mcap
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -12,5 +12,7 @@ case "${1:-}" in -h | --help) print_help; exit 0 ;; esac
 "$ROOT/scripts/install_deps.sh" --tests
 "$ROOT/scripts/build.sh" --tests
 "$ROOT/tests/npm/install.sh"
+"$ROOT/tests/browser/install.sh"
+"$ROOT/scripts/build_page.sh"
 cd "$BUILD"
 exec ctest --output-on-failure -j 2 "$@"

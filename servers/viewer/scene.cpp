@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/robot/experiment_keys.h"
 #include "common/robot/scenario.h"
 
 namespace hrp {
@@ -59,14 +60,19 @@ Json make_obstacles(const Scenario& scenario) {
 
 void add_scenario(const msg::RobotDescription& description, Json* json, Scene* scene) {
   Scenario scenario;
+  ExperimentKeys keys;
   try {
     scenario = parse_scenario(description.scenario(), description.scenario_path());
+    keys = parse_experiment_keys(description.scenario(), description.scenario_path());
   } catch (const std::exception&) {
     // A robot without a scenario that we understand still moves.
   }
   Json feet = Json::array(), wrenches = Json::array();
   for (const std::string& foot : scenario.feet) feet.push_back({{"name", foot}, {"link", find_moving_link(description, foot)}});
-  for (const WrenchSpec& wrench : scenario.sensors.wrenches) wrenches.push_back({{"name", wrench.name}, {"link", wrench.link}});
+  for (const WrenchSpec& wrench : scenario.sensors.wrenches) {
+    const auto frame = keys.wrench_frame.find(wrench.name);
+    wrenches.push_back({{"name", wrench.name}, {"link", wrench.link}, {"frame", frame == keys.wrench_frame.end() ? "link" : frame->second}});
+  }
   (*json)["feet"] = feet;
   (*json)["wrenches"] = wrenches;
   (*json)["obstacles"] = make_obstacles(scenario);
@@ -111,6 +117,18 @@ std::optional<fs::path> find_mesh_file(const fs::path& folder, std::string name)
   return find_inside(folder.parent_path(), rest);
 }
 
+// Names of meshes in the URDF whose files are there, so that pages ask for no others.
+Json find_meshes(const Scene& scene) {
+  Json found = Json::array();
+  const std::string mark = "filename=\"";
+  for (size_t at = scene.urdf.find(mark); at != std::string::npos; at = scene.urdf.find(mark, at)) {
+    at += mark.size();
+    const std::string name = scene.urdf.substr(at, scene.urdf.find('"', at) - at);
+    if (is_mesh_name(name) && find_mesh_file(fs::path(scene.urdf_path).parent_path(), name)) found.push_back(name);
+  }
+  return found;
+}
+
 }  // namespace
 
 Scene make_scene(const msg::RobotDescription& description) {
@@ -123,6 +141,7 @@ Scene make_scene(const msg::RobotDescription& description) {
             {"floating", static_cast<bool>(description.floating_base())},
             {"joints", make_joints(description)},
             {"warnings", description.warnings()},
+            {"meshes", find_meshes(scene)},
             {"scenario", fs::path(description.scenario_path()).filename().string()}};
   add_scenario(description, &json, &scene);
   scene.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);

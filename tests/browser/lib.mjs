@@ -46,9 +46,10 @@ function start(program, args) {
   child.text = "";
   child.stdout.on("data", (data) => { child.text += data; });
   child.stderr.on("data", (data) => { child.text += data; });
-  child.ended = new Promise((done) => child.on("exit", (code) => {
+  child.ended = new Promise((done) => child.on("exit", (code, signal) => {
     children.delete(child);
     child.code = code ?? -1;
+    if (signal) child.text += `ended by ${signal}`;
     done(child.code);
   }));
   return child;

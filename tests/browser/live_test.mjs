@@ -29,7 +29,9 @@ run(async () => {
   check((await status()).phase === "RUN_PAUSED", "Step by 10 makes ten, and holds again");
   await waitFor("the picture of that step", async () => (await readTable(page)).step === before + 11);
   const table = await readTable(page);
-  await waitFor("arrows of both feet", async () => (await page.describe()).arrows.filter((arrow) => arrow.visible && arrow.part === "total").length === 2);
+  // The picture is drawn a moment after the numbers.
+  await waitFor("arrows of both feet", async () => (await page.describe()).arrows.filter((arrow) =>
+    arrow.visible && arrow.part === "total" && arrow.force[2].toFixed(1) === table.feet[arrow.foot][0]).length === 2);
   const arrows = (await page.describe()).arrows;
   check(feet.every((foot) => arrows.some((arrow) => arrow.foot === foot)), "both feet have a force arrow");
 
@@ -64,5 +66,5 @@ run(async () => {
   }
   check(page.faults.length === 0, `the page made no mistake and fetched nothing from elsewhere ${page.faults.join("; ")}`);
   await browser.close();
-  check((await viewer.end()) === 0, "the viewer ends cleanly");
+  check((await viewer.end()) === 0, `the viewer ends cleanly ${viewer.text.split("\n").slice(1).join(" ")}`);
 });

@@ -15,6 +15,12 @@ const widestLive = 60;         // [s] that live charts remember
 const formatTick = (value) => String(+value.toPrecision(6));
 export const formatValue = (value) => (value === null || value === undefined || Number.isNaN(value) ? "–" : value.toPrecision(5));
 
+// Lines of two runs have points at different times: the one before counts until the next.
+function findBefore(values, index) {
+  for (let i = index ?? -1; i >= 0 && i > index - 100; --i) if (Number.isFinite(values[i])) return values[i];
+  return null;
+}
+
 // Points of one signal of a live run.
 class LiveTrace {
   constructor() {
@@ -141,7 +147,7 @@ export class Chart {
     const axis = { stroke: text, grid, ticks: grid, font: "11px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif", labelSize: 16, labelGap: 0 };
     const series = this.lines().map((line) => ({
       label: line.label, stroke: line.color, width: 1.5, dash: line.dash, spanGaps: this.host.isLive() === false,
-      points: { show: false }, value: (_, value) => formatValue(value),
+      points: { show: false }, value: (plot, value, line, index) => formatValue(value ?? findBefore(plot.data[line], index)),
     }));
     const options = {
       width: this.plotElement.clientWidth || 400,

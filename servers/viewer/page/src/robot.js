@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A robot from its URDF: meshes where they can be had, else the primitives of its collision geometry, else lines from
+// A robot from its URDF: meshes where they can be had, else the primitives of its collision geometry, else rods from
 // joint to joint.
 import * as THREE from "three";
 import URDFLoader from "urdf-loader";
@@ -15,6 +15,9 @@ function readMesh(name, data) {
   return new ColladaLoader().parse(text, "").scene;
 }
 
+// Exporters that put all colour into textures, which are not fetched, leave black behind.
+const visibleColor = (color) => (color.r + color.g + color.b < 0.1 ? new THREE.Color(0x9fb0c4) : color);
+
 function hasGeometry(object) {
   let found = false;
   object.traverse((child) => { found = found || child.isMesh === true; });
@@ -26,6 +29,7 @@ export class Robot {
   constructor(scene, source, ghostColor, onChange) {
     this.joints = scene.joints.map((joint) => joint.name);
     this.ghostColor = ghostColor;
+    this.meshes = new Set(scene.meshes);  // that the server has
     this.onChange = onChange;
     this.missing = new Set();  // names of meshes that cannot be had
     const loader = new URDFLoader();
@@ -39,6 +43,10 @@ export class Robot {
   }
 
   async loadMesh(source, path, done) {
+    if (!this.meshes.has(path)) {
+      this.missing.add(path);
+      return done(null);
+    }
     try {
       const answer = await fetch(`mesh?source=${source}&file=${encodeURIComponent(path)}`);
       if (!answer.ok) throw new Error(`no mesh ${path}`);
@@ -62,15 +70,14 @@ export class Robot {
     this.model.traverse((child) => {
       if (!child.isMesh || child.userData.wired) return;
       child.userData.wired = true;
-      child.castShadow = this.ghostColor === null;
-      child.receiveShadow = false;
+      if (!child.geometry.attributes.normal) child.geometry.computeVertexNormals();
       if (this.ghostColor !== null) {
         child.material = new THREE.MeshLambertMaterial({ color: this.ghostColor, transparent: true, opacity: 0.35, depthWrite: false });
       } else if (!child.material || !child.material.color || this.isInCollider(child)) {
         child.material = new THREE.MeshLambertMaterial({ color: 0x9fb0c4 });
       } else if (Array.isArray(child.material) === false && child.material.type !== "MeshLambertMaterial") {
         // One kind of material for all: URDFs of other people mix what their exporters wrote.
-        child.material = new THREE.MeshLambertMaterial({ color: child.material.color, map: child.material.map ?? null });
+        child.material = new THREE.MeshLambertMaterial({ color: visibleColor(child.material.color) });
       }
     });
     this.addBones();
@@ -82,19 +89,32 @@ export class Robot {
     return false;
   }
 
-  // Lines for robots that have neither meshes nor primitives.
+  // Rods from joint to joint for robots that have neither meshes nor primitives.
   addBones() {
-    if (this.bones) this.bones.forEach((line) => line.removeFromParent());
+    for (const rod of this.bones ?? []) rod.removeFromParent();
     this.bones = [];
+    const size = this.findFrameBox().getSize(new THREE.Vector3()).length();
     for (const joint of Object.values(this.model.joints)) {
       const parent = joint.parent;
       const bare = parent?.isURDFLink && !parent.children.some((child) => (child.isURDFVisual || child.isURDFCollider) && hasGeometry(child));
-      if (!bare || joint.position.length() < 1e-6) continue;
-      const shape = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), joint.position.clone()]);
-      const line = new THREE.Line(shape, new THREE.LineBasicMaterial({ color: this.ghostColor ?? 0x8090a8 }));
-      parent.add(line);
-      this.bones.push(line);
+      const length = joint.position.length();
+      if (!bare || length < 1e-3 * size) continue;
+      const radius = Math.min(0.018 * size, 0.3 * length);
+      const rod = new THREE.Mesh(new THREE.CapsuleGeometry(radius, length, 4, 12).translate(0, length / 2, 0),
+        new THREE.MeshLambertMaterial({ color: this.ghostColor ?? 0x9fb0c4, transparent: this.ghostColor !== null, opacity: this.ghostColor === null ? 1 : 0.35 }));
+      rod.userData.wired = true;
+      rod.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), joint.position.clone().divideScalar(length));
+      parent.add(rod);
+      this.bones.push(rod);
     }
+  }
+
+  // Around the frames of all links.
+  findFrameBox() {
+    this.model.updateMatrixWorld(true);
+    const box = new THREE.Box3();
+    for (const link of Object.values(this.model.links)) box.expandByPoint(link.getWorldPosition(new THREE.Vector3()));
+    return box;
   }
 
   // From a hrp::msg::RobotState.
@@ -118,14 +138,12 @@ export class Robot {
 
   // Smallest box around what is shown.
   findBox() {
-    this.model.updateMatrixWorld(true);
-    const box = new THREE.Box3();
+    const box = this.findFrameBox();
     this.model.traverse((child) => {
       let shown = child.isMesh === true;
       for (let at = child; shown && at; at = at.parent) shown = at.visible;
       if (shown) box.expandByObject(child);
     });
-    if (box.isEmpty()) box.setFromObject(this.model);
     return box;
   }
 

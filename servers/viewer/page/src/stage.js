@@ -157,8 +157,8 @@ export class Stage {
       const spec = this.scenes[0].wrenches.find((each) => each.name === wrench.name);
       const link = spec && this.robots[0].find(spec.link);
       if (!link) continue;
-      const rotation = link.getWorldQuaternion(new THREE.Quaternion());
-      const force = new THREE.Vector3(...toVector(wrench.force)).applyQuaternion(rotation);
+      const force = new THREE.Vector3(...toVector(wrench.force));
+      if (spec.frame !== "world") force.applyQuaternion(link.getWorldQuaternion(new THREE.Quaternion()));
       feet.push({ name: wrench.name, link: spec.link, touching: true, sensor: true, total: force.toArray(),
                   point: link.getWorldPosition(new THREE.Vector3()).toArray() });
     }

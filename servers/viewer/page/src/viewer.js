@@ -113,7 +113,8 @@ class Page {
     $("run-a").replaceChildren(...options);
     $("run-b").replaceChildren(new Option("nothing", -1), ...options.map((option) => option.cloneNode(true)));
     // Two logs were named to be compared; the recordings of an experiment are many runs of one robot.
-    this.choose(0, this.recordings.length === 2 ? 1 : -1);
+    const two = this.recordings.length === 2 && this.recordings.every((recording) => recording.name.endsWith(".mcap"));
+    this.choose(0, two ? 1 : -1);
   }
 
   choose(first, second) {
