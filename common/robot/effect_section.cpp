@@ -197,6 +197,9 @@ bool read_effect(const std::string& effect, const Place& place, YamlMap& map, Sc
     return !name.empty();
   };
   const auto& links = list_link_effects();
+  if (!place.joint.empty()) map.mark_as("joint_laws." + place.joint);
+  if (!place.link.empty()) map.mark_as("link_laws." + place.link);
+  if (!place.foot.empty()) map.mark_as("foot_bush." + place.foot);
   if (const EffectSpec* spec = find_effect(effect)) {
     if (need(place.joint, "joint")) scenario->joint_laws[place.joint].push_back(read_joint_law(*spec, map));
   } else if (std::find(links.begin(), links.end(), effect) != links.end()) {

@@ -266,6 +266,11 @@ void YamlMap::list(const std::string& key, const std::function<void(size_t, Yaml
   }
 }
 
+void YamlMap::mark_as(const std::string& path) {
+  const YAML::Mark mark = node_.IsDefined() ? node_.Mark() : YAML::Mark::null_mark();
+  if (context_->marks != nullptr && !mark.is_null()) (*context_->marks)[path] = {mark.line + 1, mark.column + 1};
+}
+
 void YamlMap::ignore(const std::string& key) { asked_.insert(key); }
 
 void YamlMap::require(const std::string& key, const std::string& expected) {

@@ -54,6 +54,8 @@ class YamlMap {
   void list(const std::string& key, const std::function<void(size_t, YamlMap&)>& read);
   // As children(), for this mapping's own keys that nobody has asked for yet.
   void each(const std::function<void(const std::string&, YamlMap&)>& read);
+  // Later complaints about `path` point at this mapping.
+  void mark_as(const std::string& path);
   // Accepts the key without reading it.
   void ignore(const std::string& key);
   void require(const std::string& key, const std::string& expected);

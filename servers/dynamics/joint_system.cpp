@@ -27,7 +27,8 @@ JointSystem::JointSystem(const Model& model, const Scenario& scenario, const std
     const bool driven = joint.actuated && std::find(idle.begin(), idle.end(), joint.name) == idle.end();
     const bool mimic = joint.mimic.joint >= 0;
     mimics_.push_back(joint.mimic);
-    kinds_.push_back(scenario.perfect_joints && (driven || mimic) ? Kind::kPerfect
+    const bool perfect = scenario.perfect_joints || scenario.drive == "motion";
+    kinds_.push_back(perfect && (driven || mimic) ? Kind::kPerfect
                                                                    : (mimic ? Kind::kMimic : Kind::kDrive));
     if (scenario.joint_stops) {
       laws_[static_cast<size_t>(i)].lower = joint.lower;

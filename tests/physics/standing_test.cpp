@@ -124,6 +124,30 @@ TEST(TiltedBiped, OscillatesAtTheFrequencyAndDecayComputedByHand) {
   EXPECT_NEAR(decrement / (decay * period), 1.0, 0.05);
 }
 
+// Pitch [rad] after 0.4 s of rocking on the bushes: every law of a standing robot takes part.
+double rock(double dt) {
+  Stand stand;
+  rigs::add_bushes(make_bush(), &stand.biped);
+  stand.scenario.time_step = dt;
+  Simulator simulator = stand.make();
+  const Model model(simulator.tree());
+  State state = simulator.state();
+  state.V_WB[3] = 0.05;  // [m/s]
+  EXPECT_TRUE(simulator.reset(state));
+  const long steps = std::lround(0.4 / dt);
+  for (long k = 0; k < steps; ++k) {
+    EXPECT_EQ(simulator.step(stand.finder.find(model, simulator.state()), stand.command), StepStatus::kOk);
+  }
+  return 2.0 * simulator.state().R_WB.y();
+}
+
+TEST(StandingBiped, ConvergesWithTheFirstOrderOfTheStep) {
+  const double a = rock(4e-4), b = rock(2e-4), c = rock(1e-4);
+  // The error is halved with the step. Landing and leaving points of the soles add a little that is not smooth.
+  EXPECT_NEAR((a - b) / (b - c), 2.0, 0.3);
+  EXPECT_LT(std::abs(b - c), 0.02 * std::abs(c)) << "and is small at 0.1 ms";
+}
+
 // Share of power above 200 Hz in the vertical force of the left foot, of its mean square.
 double calc_chatter(Stand* stand, StepStatus* status) {
   Simulator simulator = stand->make();

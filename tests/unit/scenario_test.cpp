@@ -33,7 +33,7 @@ sensors:
   base_pose: true
 steps: {time_step: 0.0005, control_period: 0.004, duration: 2}
 foot_bush:
-  default: {k_roll: 320, c_roll: 20}
+  default: {kz: 3e5, k_pitch: 450, k_roll: 320, c_roll: 20}
   l_foot: {k_pitch: 480}
 joint_laws:
   knee:
