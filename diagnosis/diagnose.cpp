@@ -68,6 +68,7 @@ Hypothesis find_updates(const Problem& problem, const StandOutcome& outcome) {
 Diagnosis diagnose(const Problem& problem, const Progress& progress) {
   Diagnosis diagnosis;
   const Experiment& e = *problem.experiment;
+  if (upright::diagnose_upright(problem, progress, &diagnosis)) return diagnosis;
   if (can_stand_on_paper(e)) {
     const StandOutcome outcome = search_standing(problem, progress);
     diagnosis.reports = make_standing_reports(problem, outcome);

@@ -22,6 +22,12 @@ struct Diagnosis {
   std::vector<std::string> lines;    // YAML of the updated scenario that no hypothesis holds
 };
 
+namespace upright {
+// A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion (upright_channels.h).
+// False when the recordings lack what that needs.
+bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Diagnosis* out);
+}  // namespace upright
+
 // The whole diagnosis, for every kind of base and drive.
 Diagnosis diagnose(const Problem& problem, const Progress& progress);
 
