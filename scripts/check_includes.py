@@ -11,7 +11,7 @@ import sys
 
 # Header prefix -> the only folders that may include it.
 VENDORS = {
-    "dds/": ["common/bus/cyclone"],
+    "dds/": ["common/bus/cyclone", "tests/process"],
     "ddsc": ["common/bus/cyclone"],
     "fastdds/": ["common/bus/fast"],
     "fastrtps/": ["common/bus/fast"],
@@ -23,6 +23,7 @@ VENDORS = {
     "yaml-cpp/": ["common/robot", "diagnosis", "controller/motion"],
     "zstd": ["common/mcap"],
     "lz4": ["common/mcap"],
+    "libdeflate": ["common/mcap"],
     "mujoco/": ["servers/mujoco_dynamics", "tests", "diagnosis/generator"],
     "dart/": ["tests"],
     "ceres/": ["diagnosis"],

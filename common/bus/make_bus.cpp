@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/bus/make_bus.h"
 
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
+
 #include <fstream>
 
 #include "common/base/diagnostics.h"
@@ -19,6 +23,31 @@ namespace {
   throw InputError(diagnostic);
 }
 
+// IPv4 addresses of this machine's interfaces.
+std::vector<std::string> find_addresses() {
+  std::vector<std::string> addresses;
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return addresses;
+  for (const ifaddrs* entry = list; entry; entry = entry->ifa_next) {
+    if (!entry->ifa_addr || entry->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN] = "";
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(entry->ifa_addr)->sin_addr, text, sizeof text);
+    addresses.emplace_back(text);
+  }
+  freeifaddrs(list);
+  return addresses;
+}
+
+void check_interface(const std::string& address) {
+  const std::vector<std::string> addresses = find_addresses();
+  std::string known;
+  for (const std::string& here : addresses) {
+    if (here == address) return;
+    known += " " + here;
+  }
+  refuse("", "network-interface", "'" + address + "' is no IPv4 address of this machine; it has" + known);
+}
+
 void check_options(const BusOptions& options) {
   // Ports are 7400 + 250 domain + ..., and end at 65535.
   if (options.domain < 0 || options.domain > 230) {
@@ -27,6 +56,7 @@ void check_options(const BusOptions& options) {
   if (!options.config_file.empty() && !std::ifstream(options.config_file)) {
     refuse(options.config_file, "", "cannot read this DDS configuration file");
   }
+  if (!options.network_interface.empty()) check_interface(options.network_interface);
 }
 
 }  // namespace

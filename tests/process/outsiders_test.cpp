@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Processes that are not ours beside a run, many of them, and a disk that is full.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "tests/process/server_set.h"
+
+namespace hrp::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+// "name number" pairs of the line of counts.
+std::map<std::string, double> read_counts(const std::string& output) {
+  std::istringstream words(output.substr(std::min(output.find("commands "), output.size())));
+  std::map<std::string, double> counts;
+  std::string name;
+  for (double value = 0; words >> name >> value;) counts[name] = value;
+  return counts;
+}
+
+// What a user of Cyclone DDS writes into CYCLONEDDS_URI to meet us on loopback.
+std::string write_cyclone_config() {
+  const std::string path = get_test_folder() + "/cyclone.xml";
+  std::ofstream(path) << R"(<CycloneDDS><Domain>
+  <General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces><AllowMulticast>false</AllowMulticast></General>
+  <Discovery><Peers><Peer Address="localhost"/></Peers><ParticipantIndex>auto</ParticipantIndex>
+  <MaxAutoParticipantIndex>39</MaxAutoParticipantIndex></Discovery>
+</Domain></CycloneDDS>)";
+  return "file://" + path;
+}
+
+class Foreign : public ::testing::TestWithParam<const char*> {};
+
+// The controller of this test knows the IDL files only: the wire is what they say, with nothing of ours beside it.
+TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
+  ScenarioChange change;
+  change.steps = "{time_step: 0.001, control_period: 0.005, duration: 1}";
+  const std::string scenario = write_scenario("foreign", change);
+  ServerSet reference("foreign-reference", {scenario, "--in-process"});
+  EXPECT_EQ(reference.wait(), 0) << reference.output();
+
+  ServerSet set("foreign", {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
+  setenv("CYCLONEDDS_URI", write_cyclone_config().c_str(), 1);
+  Program controller({HRP_BIN_DIR "/../tests/foreign_controller", std::to_string(set.find_domain())});
+  unsetenv("CYCLONEDDS_URI");
+  EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
+  controller.send_signal(SIGTERM);
+  EXPECT_EQ(controller.wait(), 0);
+
+  std::map<std::string, double> counts = read_counts(controller.output());
+  EXPECT_GE(counts["commands"], 200) << controller.output();
+  EXPECT_GE(counts["forces"], 500) << controller.output();
+  EXPECT_NEAR(counts["foot_force"], 58.0 * 9.81, 30.0) << "[N] the weight of the robot";
+  // Views are published from when their readers are known on: not all of the 201, but most.
+  EXPECT_GE(counts["joint_views"], 100) << controller.output();
+  EXPECT_GE(counts["imu_views"], 100) << controller.output();
+  EXPECT_GE(counts["wrench_views"], 100) << controller.output();
+  EXPECT_EQ(counts["different"], 0) << controller.output();
+  EXPECT_EQ(digest_log(set.log())["hrp/robot_state"], digest_log(reference.log())["hrp/robot_state"])
+      << "the pose of the first sample is the pose that our own controller holds";
+}
+INSTANTIATE_TEST_SUITE_P(Vendors, Foreign, ::testing::Values("cyclone", "fast"),
+                         [](const auto& info) { return std::string(info.param); });
+
+TEST(Crowd, TwentyObserversOfBothVendorsChangeNothing) {
+  ScenarioChange change;
+  change.steps = "{time_step: 0.001, control_period: 0.005, duration: 2}";
+  const std::string scenario = write_scenario("crowd", change);
+  ServerSet alone("crowd-alone", {scenario, "--in-process"});
+  EXPECT_EQ(alone.wait(), 0) << alone.output();
+
+  ServerSet set("crowd", {scenario, "--paused"});  // six servers and the launcher
+  const std::string domain = std::to_string(set.find_domain());
+  std::vector<std::unique_ptr<Program>> observers;
+  for (int i = 0; i < 20; ++i) {
+    observers.push_back(std::make_unique<Program>(std::vector<std::string>{
+        "hrp-topic", "--domain", domain, "--dds", i % 2 == 0 ? "cyclone" : "fast", "echo", "hrp/sensor_data"}));
+  }
+  // All of them are there before the run goes on.
+  const auto count_readers = [&set] {
+    int readers = 0;
+    for (const TopicSeen& topic : set.bus().find_topics()) {
+      if (topic.name == "hrp/sensor_data") readers = topic.readers;
+    }
+    return readers;
+  };
+  ASSERT_TRUE(wait_until([&] { return count_readers() >= 22; })) << count_readers() << " readers, with controller and logger";
+  ASSERT_TRUE(wait_until([&] { return set.run_status().phase() == msg::RUN_PAUSED; })) << set.output();
+  Program go({"hrp-run", "--domain", domain, "run"});
+  EXPECT_EQ(go.wait(), 0) << go.output();
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_EQ(digest_log(set.log()), digest_log(alone.log()));
+  for (const auto& observer : observers) {
+    observer->send_signal(SIGINT);
+    (void)observer->wait();
+    EXPECT_THAT(observer->output(), HasSubstr("positions"));
+  }
+}
+
+// The limit of a file's size stands in for a full disk: the same failure of write(), and no right to mount is needed.
+TEST(FullDisk, IsSaidAndTheLogHoldsWhatIsClaimed) {
+  ScenarioChange change;
+  change.steps = "{time_step: 0.001, control_period: 0.005, duration: 0}";
+  const std::string scenario = write_scenario("full", change);
+  rlimit old{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old), 0);
+  const rlimit small{1 << 20, old.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);  // the children inherit it
+  ServerSet set("full", {scenario, "--quiet"});
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &old), 0);
+  EXPECT_EQ(set.wait(), 1) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("logger"));
+  EXPECT_THAT(set.output(), HasSubstr("File too large"));
+  const std::string claim = "ends with step ";
+  const size_t place = set.output().find(claim);
+  ASSERT_NE(place, std::string::npos) << set.output();
+  EXPECT_EQ(find_last_step(set.log()), std::stol(set.output().substr(place + claim.size()))) << set.output();
+}
+
+// Options of the network: refused at once, with the file or address, when they cannot be used.
+struct BadNetwork {
+  const char* name;
+  std::vector<std::string> options;
+  const char* said;
+};
+void PrintTo(const BadNetwork& bad, std::ostream* out) { *out << bad.name; }
+class Network : public ::testing::TestWithParam<BadNetwork> {};
+
+TEST_P(Network, OptionsThatCannotBeUsedAreRefused) {
+  std::vector<std::string> words{"hrp-scheduler", "--domain", "99"};
+  words.insert(words.end(), GetParam().options.begin(), GetParam().options.end());
+  Program server(words);
+  EXPECT_NE(server.wait(), 0);
+  EXPECT_THAT(server.output(), HasSubstr(GetParam().said));
+}
+INSTANTIATE_TEST_SUITE_P(
+    Each, Network,
+    ::testing::Values(BadNetwork{"cyclone_file", {"--dds", "cyclone", "--dds-config", "/no/such/secure.xml"}, "/no/such/secure.xml"},
+                      BadNetwork{"fast_file", {"--dds", "fast", "--dds-config", "/no/such/secure.xml"}, "/no/such/secure.xml"},
+                      BadNetwork{"cyclone_interface", {"--dds", "cyclone", "--network-interface", "203.0.113.7"}, "203.0.113.7"},
+                      BadNetwork{"fast_interface", {"--dds", "fast", "--network-interface", "203.0.113.7"}, "203.0.113.7"}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace hrp::test
