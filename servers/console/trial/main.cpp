@@ -44,13 +44,13 @@ class Table {
   std::FILE* file_;
 };
 
-void print(const std::string& name, const hrp::TrialResult& r) {
+void print(const std::string& name, const hrp::Trial& trial, const hrp::TrialResult& r) {
   std::printf("{\"scenario\": \"%s\", \"fallen\": %s, \"fall_time\": %.3f, \"duration\": %.3f, \"largest_lean\": %.4f, "
               "\"travelled\": [%.4f, %.4f, %.4f], \"turned\": %.4f, \"landings\": [",
               name.c_str(), r.fallen ? "true" : "false", r.fall_time, r.duration, r.largest_lean, r.travelled.x(),
               r.travelled.y(), r.travelled.z(), r.turned);
   for (size_t i = 0; i < r.landings.size(); ++i) std::printf("%s%d", i ? ", " : "", r.landings[i]);
-  std::printf("], \"fault\": \"%s\"}\n", r.fault.c_str());
+  std::printf("], \"state_hash\": \"%016llx\", \"fault\": \"%s\"}\n", trial.engine().state_hash(), r.fault.c_str());
   std::fflush(stdout);
 }
 
@@ -67,13 +67,13 @@ int main(int argc, char** argv) {
     for (const std::string& path : paths) {
       hrp::Trial trial(hrp::load_scenario(path));
       if (csv.empty()) {
-        print(path, trial.run());
+        print(path, trial, trial.run());
         continue;
       }
       Table table(csv);
       if (!table.good()) throw std::runtime_error(csv + ": cannot be written");
       table.write_head(trial.scenario());
-      print(path, trial.run([&](const hrp::Trial& t) { table.write(t); }));
+      print(path, trial, trial.run([&](const hrp::Trial& t) { table.write(t); }));
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-trial: %s\n", error.what());

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// hrp-plot DATA.csv --out PICTURE.svg: columns against the first one.
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "common/plot/svg_plot.h"
+
+namespace {
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::stringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+// An empty cell leaves a gap.
+void read(const std::string& path, hrp::Plot* plot) {
+  std::ifstream file(path);
+  std::string line;
+  if (!file || !std::getline(file, line)) throw std::runtime_error(path + ": cannot be read");
+  const std::vector<std::string> names = split(line);
+  for (size_t i = 1; i < names.size(); ++i) plot->series.push_back({names[i], {}, {}});
+  for (int number = 2; std::getline(file, line); ++number) {
+    const std::vector<std::string> cells = split(line);
+    if (cells.empty()) continue;
+    try {
+      for (size_t i = 1; i < cells.size() && i < names.size(); ++i) {
+        plot->series[i - 1].x.push_back(std::stod(cells[0]));
+        plot->series[i - 1].y.push_back(cells[i].empty() ? std::nan("") : std::stod(cells[i]));
+      }
+    } catch (const std::exception&) {
+      throw std::runtime_error(path + ":" + std::to_string(number) + ": not a number");
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Draws the columns of a CSV file against its first column.", "hrp-plot");
+  hrp::Plot plot;
+  std::string data, out;
+  app.add_option("data", data, "CSV file with a header")->required();
+  app.add_option("--out", out, "SVG file")->required();
+  app.add_option("--title", plot.title);
+  app.add_option("--x", plot.x_label, "label with unit");
+  app.add_option("--y", plot.y_label, "label with unit");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    read(data, &plot);
+    hrp::write_svg(plot, out);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-plot: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
