@@ -72,7 +72,8 @@ export class Robot {
       child.userData.wired = true;
       if (!child.geometry.attributes.normal) child.geometry.computeVertexNormals();
       if (this.ghostColor !== null) {
-        child.material = new THREE.MeshLambertMaterial({ color: this.ghostColor, transparent: true, opacity: 0.35, depthWrite: false });
+        child.material = new THREE.MeshLambertMaterial({ color: this.ghostColor, transparent: true, opacity: 0.4, depthWrite: false,
+          polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
       } else if (!child.material || !child.material.color || this.isInCollider(child)) {
         child.material = new THREE.MeshLambertMaterial({ color: 0x9fb0c4 });
       } else if (Array.isArray(child.material) === false && child.material.type !== "MeshLambertMaterial") {
