@@ -27,8 +27,12 @@ void note_stop_signal(int) { g_stop_signal = true; }
 
 bool is_running(const Node& node) { return node.outcome() == NodeOutcome::kRunning; }
 
+bool g_has_parent = false;
+
 int find_exit_code(const Node& node, const std::string& program) {
   if (node.outcome() != NodeOutcome::kFailed) return kExitOk;
+  // A refused model goes through the bus to the scheduler and the launcher; the terminal they share is told once.
+  if (g_has_parent && node.failure().substr(0, node.failure().find('\n')).find("model refused") != std::string::npos) return kExitFailed;
   std::fprintf(stderr, "%s: %s\n", program.c_str(), node.failure().c_str());
   return kExitFailed;
 }
@@ -45,6 +49,7 @@ void handle_stop_signals() {
 
 bool end_with_parent(long parent_process_id) {
   if (parent_process_id <= 0) return true;
+  g_has_parent = true;
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   return getppid() == parent_process_id;
 }

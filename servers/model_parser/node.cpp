@@ -22,23 +22,36 @@ msg::ModelRefused make_refusal(const InputError& error) {
   return refused;
 }
 
+// One line each, except for missing meshes of links that are no feet (kWithoutMesh): robots come with dozens of them.
+std::string join_warnings(const std::vector<std::string>& warnings, bool verbose) {
+  std::string text;
+  int meshes = 0;
+  for (const std::string& warning : warnings) {
+    const bool mesh = warning.find(kWithoutMesh) != std::string::npos;
+    meshes += mesh;
+    if (!mesh || verbose) text += (text.empty() ? "" : "\n") + warning;
+  }
+  if (meshes == 0 || verbose) return text;
+  return text + (text.empty() ? "" : "\n") + std::to_string(meshes) + (meshes == 1 ? " collision mesh" : " collision meshes") +
+         " not found, simulated without; hrp-simulate --verbose lists them";
+}
+
 }  // namespace
 
-ModelParserNode::ModelParserNode(const NodeContext& context, const std::string& scenario_path)
+ModelParserNode::ModelParserNode(const NodeContext& context, const std::string& scenario_path, bool verbose)
     : NodeBase(context),
       description_publisher_(bus(), topics::kRobotDescription),
       refused_publisher_(bus(), topics::kModelRefused) {
-  load(scenario_path);
+  load(scenario_path, verbose);
 }
 
-void ModelParserNode::load(const std::string& scenario_path) {
+void ModelParserNode::load(const std::string& scenario_path, bool verbose) {
   try {
     const RobotDescription robot = load_robot(load_scenario(scenario_path));
     msg::RobotDescription message;
     to_message(robot, &message);
     description_publisher_.publish(message);
-    std::string warnings;
-    for (const std::string& warning : robot.warnings) warnings += (warnings.empty() ? "" : "\n") + warning;
+    const std::string warnings = join_warnings(robot.warnings, verbose);
     if (!warnings.empty()) say(warnings);
     set_phase(msg::SERVER_READY);
   } catch (const InputError& error) {

@@ -10,6 +10,9 @@
 
 namespace hrp {
 
+// How the warning about a missing mesh ends when the robot is simulated without it.
+constexpr char kWithoutMesh[] = "; simulated without it";
+
 // Loads the URDF that `scenario` names and checks the scenario against it. Throws InputError with everything that is
 // wrong: file, line, element, reason. What was repaired, ignored or missing stands in RobotDescription::warnings.
 RobotDescription load_robot(const Scenario& scenario);

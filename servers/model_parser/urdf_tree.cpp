@@ -14,6 +14,7 @@
 
 #include "servers/model_parser/inertia_check.h"
 #include "servers/model_parser/mesh_path.h"
+#include "servers/model_parser/robot_loader.h"
 
 namespace hrp {
 namespace {
@@ -235,7 +236,7 @@ void TreeBuilder::add_shape(const LinkScan& link, const Place& place, size_t ind
       add(link.collision_lines[index], field,
           text + (place.sole ? "; a foot needs its geometry: add the mesh, or give the scenario a box: 'soles: {" + link.name +
                                    ": {box: [x, y, z], xyz: [x, y, z]}}'"
-                             : "; simulated without it"), place.sole);
+                             : kWithoutMesh), place.sole);
       return;
     }
   }

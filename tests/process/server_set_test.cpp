@@ -281,6 +281,22 @@ TEST(BadInput, ARobotIsRefusedWithFileAndElement) {
   EXPECT_THAT(set.output(), HasSubstr("base"));
 }
 
+int count(const std::string& text, const std::string& word) {
+  int found = 0;
+  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++found;
+  return found;
+}
+
+TEST(BadInput, ARefusalIsSaidOnceHoweverManyServersHearOfIt) {
+  const std::string urdf = get_test_folder() + "/twice.urdf";
+  std::ofstream(urdf) << "<robot name=\"bad\"><link name=\"base\"><inertial><mass value=\"-1\"/></inertial></link></robot>\n";
+  const std::string scenario = get_test_folder() + "/twice.yaml";
+  std::ofstream(scenario) << "robot: " << urdf << "\nservo: {default: {kp: 1, kd: 0}}\n";
+  ServerSet set("twice", {scenario});
+  EXPECT_EQ(set.wait(), 2);
+  EXPECT_EQ(count(set.output(), "value is negative"), 1) << set.output();
+}
+
 TEST(BadInput, AnUnknownServerIsRefused) {
   ServerSet set("unknown", {write_scenario("unknown"), "--dds-for", "dynamo=fast"});
   EXPECT_EQ(set.wait(), 2);

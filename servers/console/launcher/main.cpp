@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     if (scenario.controller.type == "none") options.without.push_back("controller");
     const hrp::RunOutcome outcome = options.in_process ? hrp::run_in_this_process(options, scenario, log)
                                                        : hrp::run_as_processes(options, scenario, log);
-    hrp::print_summary(options, outcome, log);
+    if (outcome.exit_code != hrp::kExitBadInput) hrp::print_summary(options, outcome, log);  // nothing has run
     hrp::wait_for_viewer(outcome);
     return outcome.exit_code;
   } catch (const hrp::InputError& error) {

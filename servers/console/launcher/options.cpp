@@ -76,6 +76,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_flag("--no-plot", no_plot, "no plot of the contact forces at the end");
   app.add_flag("--view", options->view, "watch the run in a browser: prints the address; real time unless --speed is given");
   app.add_option("--view-port", options->view_port, "port of the page; default: a free one")->check(CLI::Range(0, 65535));
+  app.add_flag("--verbose", options->verbose, "every warning about the robot in full");
   app.add_flag("--quiet", options->quiet, "no progress line");
   try {
     app.parse(argc, argv);

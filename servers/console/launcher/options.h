@@ -23,6 +23,7 @@ struct LaunchOptions {
   bool keep_going = false;
   bool pin = true;
   bool quiet = false;
+  bool verbose = false;
   bool plot = true;
   bool view = false;        // with the viewer, not faster than real time unless a speed is given
   int view_port = 0;        // 0: a free one

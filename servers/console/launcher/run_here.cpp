@@ -32,7 +32,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
   CollisionCheckerNode collision_checker(context("collision_checker"));
   ControllerNode controller(context("controller"), make_scenario_controller);
-  ModelParserNode model_parser(context("model_parser"), options.scenario);
+  ModelParserNode model_parser(context("model_parser"), options.scenario, options.verbose);
 
   ProgressLine progress(options.quiet);
   auto first_step = Clock::now();

@@ -113,7 +113,11 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
                      "--domain", std::to_string(claim_.domain()),
                      "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second};
   auto& arguments = child.arguments;
+  // These two then leave it to us to say why a model was refused.
+  const bool ours = program == options_.programs.end();
+  if (ours && (role == "model_parser" || role == "scheduler")) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
   if (role == "model_parser") arguments.push_back(options_.scenario);
+  if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
   if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
   if (role == "scheduler") {
     arguments.insert(arguments.end(), {"--wait-for", is_left_out("logger") ? "dynamics" : "dynamics,logger"});
