@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Angles and torques of the sole's bush from joint encoders, chest IMU and ankle force sensors, with the grounded sole as
+// base [M14]: the sole lies flat, so the vertical seen from the foot's upper part gives roll and pitch of the bush.
+//
+// Frames: I IMU, U upper part of a foot (the foot link above the bush, origin in the ankle), S sole: R_US = Rx(roll)
+// Ry(pitch). The vertical n in I comes from the gyroscope; its slow drift is taken out by the accelerometer, whose own
+// acceleration is computed along the chain from the sole.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "diagnosis/identification/robot_log.h"
+
+namespace hrp::identification {
+
+constexpr int kAxes = 2;  // roll, pitch
+extern const char* const kAxisNames[kAxes];
+
+// One foot's bush during one motion; smoothed and thinned.
+struct BushTrack {
+  Eigen::VectorXd angle[kAxes];    // [rad]
+  Eigen::VectorXd rate[kAxes];     // [rad/s]
+  Eigen::VectorXd cube[kAxes];     // [rad^3] smoothed cube, for hardening
+  Eigen::VectorXd torque[kAxes];   // [N m] that acts on U about the bush's axes: K q + C qd + O [M14 eq. 4]
+  // d angle / d accelerometer bias (x, y, z of the sensor) [rad / (m/s^2)]
+  Eigen::MatrixXd bias_gain[kAxes];
+  Eigen::VectorXd load;            // [N] vertical force on the bush
+  Eigen::Matrix2Xd zmp;            // [m] centre of pressure under the bush's centre, sole axes
+};
+
+struct MotionTrack {
+  std::string name;
+  Eigen::VectorXd time;            // [s]
+  double period = 0.0;             // [s]
+  std::vector<BushTrack> feet;
+  Eigen::VectorXd slide;           // [m] first foot's bush slide less the second's, less its mean (closed chain)
+  double slip = 0.0;               // [m] largest change of the distance between the soles from its median
+  double turn = 0.0;               // [rad] same for the yaw between them
+  std::vector<bool> loaded;        // by foot: carries load all the time
+};
+
+// Mean error of a force sensor, from a record of the robot hanging free; covariance of that mean.
+struct SensorZero {
+  Vector6d bias = Vector6d::Zero();  // [N; N m]
+  Vector3d gyro_bias = Vector3d::Zero();  // [rad/s] of the IMU in the same record
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+class BushObserver {
+ public:
+  // The robot as its URDF describes it; of the scenario's bush only the place (centre, share of mass) is used.
+  explicit BushObserver(const Scenario& scenario);
+  ~BushObserver();
+  BushObserver(BushObserver&&) noexcept;
+  // Zero of the force sensors while the feet hang in the air (standing still; feet weigh what the URDF says).
+  std::vector<SensorZero> calc_zeros(const RobotLog& hanging) const;
+  MotionTrack observe(const RobotLog& log, const std::vector<SensorZero>& zeros) const;
+  std::vector<Vector3d> bush_centres() const;  // [m] in the foot links
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hrp::identification

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// hrp-identify-foot: makes the motions, runs them, identifies the rubber in the feet, writes the report.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include <CLI/CLI.hpp>
+
+#include "common/base/diagnostics.h"
+#include "common/robot/experiment_keys.h"
+#include "diagnosis/identification/motions.h"
+#include "diagnosis/identification/report.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace hrp;
+using namespace hrp::identification;
+
+constexpr const char* kZeroMotion = "hanging";
+
+// Motions of [M14] that identify (the others only validate).
+bool is_training(const std::string& name) { return name.rfind("tilt", 0) == 0 || name.rfind("sway", 0) == 0; }
+
+// Scenarios of all motions into a folder, each looked at before it is used. One name a line into motions.txt.
+int make_scenarios(const std::string& base_path, const std::string& folder, int tries, double scale) {
+  const Scenario base = load_scenario(base_path);
+  fs::create_directories(folder);
+  std::ofstream list(fs::path(folder) / "motions.txt");
+  write_hanging(base, folder);
+  list << kZeroMotion << "\n";
+  int refused = 0;
+  for (MotionPlan plan : make_plans(scale)) {
+    MotionCheck check;
+    try {
+      if (tries > 0) plan = improve_plan(plan, base, folder, tries, &check);
+      else check = check_motion(write_motion(plan, base, folder));
+      if (tries > 0) write_motion(plan, base, folder);
+    } catch (const std::runtime_error& error) {
+      std::printf("%-8s refused: %s\n", plan.name.c_str(), error.what());
+      ++refused;
+      continue;
+    }
+    std::printf("%-8s %s: %s; centre of pressure stays %.0f mm inside the soles, each foot carries at least %.0f N, condition number %.1f\n",
+                plan.name.c_str(), check.ok() ? "used" : "refused", plan.meaning.c_str(), 1e3 * check.margin, check.smallest_load, check.condition);
+    std::fflush(stdout);
+    if (check.ok()) list << plan.name << "\n";
+    else ++refused;
+  }
+  return refused == 0 ? 0 : 1;
+}
+
+struct Source {
+  std::string name;
+  RobotLog log;
+  bool train;
+};
+
+std::vector<Source> read_folder(const std::string& folder, bool in_process) {
+  std::ifstream list(fs::path(folder) / "motions.txt");
+  std::vector<Source> sources;
+  for (std::string name; std::getline(list, name);) {
+    const fs::path stem = fs::path(folder) / name;
+    sources.push_back({name, in_process ? run_in_process(load_scenario(stem.string() + ".yaml")) : read_mcap(stem.string() + ".mcap"), is_training(name)});
+    std::printf("%s: %ld samples\n", name.c_str(), static_cast<long>(sources.back().log.size()));
+    std::fflush(stdout);
+  }
+  if (sources.empty()) throw std::runtime_error(folder + "/motions.txt: names no motion");
+  return sources;
+}
+
+std::vector<Source> read_experiment(const Scenario& scenario) {
+  std::vector<Source> sources;
+  for (const RecordingSpec& recording : parse_experiment_keys(scenario.text, scenario.path).recordings) {
+    const fs::path path(recording.file);
+    sources.push_back({path.stem().string(), path.extension() == ".mcap" ? read_mcap(recording.file) : read_table(recording.file, scenario), recording.train});
+  }
+  if (sources.empty()) throw std::runtime_error(scenario.path + ": recordings: names none");
+  return sources;
+}
+
+void report(const Scenario& scenario, std::vector<Source> sources, bool simulated, const std::string& out) {
+  const BushObserver observer(scenario);
+  std::vector<SensorZero> zeros(scenario.feet.size());
+  std::vector<MotionTrack> tracks, resting;
+  std::vector<bool> train;
+  for (Source& source : sources) {
+    if (source.name != kZeroMotion) continue;
+    zeros = observer.calc_zeros(source.log);
+    resting.push_back(observer.observe(source.log, zeros));
+  }
+  for (Source& source : sources) {
+    if (source.name == kZeroMotion) continue;
+    source.log.name = source.name;
+    tracks.push_back(observer.observe(source.log, zeros));
+    train.push_back(source.train);
+  }
+  Identification result = identify(scenario, tracks, train, zeros, resting);
+  result.simulated = simulated;
+  if (resting.empty()) result.notes.push_back("no recording 'hanging': the force sensors' zero is taken as it is, and offsets hold it");
+  fs::create_directories(out);
+  const std::string page = (fs::path(out) / "report.html").string();
+  write_report(result, page);
+  const std::string found = write_identified_scenario(result, out);
+  std::printf("%s\nreport: %s\nscenario with the bush found: %s\n", make_text(result).c_str(), page.c_str(), found.c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Identifies the rubber in a robot's feet from encoders, force sensors and the chest IMU.", "hrp-identify-foot");
+  app.require_subcommand(1);
+  std::string scenario, folder, out;
+  int tries = 0;
+  double scale = 1.0;
+  bool in_process = false;
+  CLI::App* make = app.add_subcommand("make", "writes scenarios of all motions, checked for stability and excitation");
+  make->add_option("scenario", scenario, "robot with its bush")->required();
+  make->add_option("folder", folder, "where scenarios and motions go")->required();
+  make->add_option("--improve", tries, "look for better amplitudes and frequencies, this many tries a motion");
+  make->add_option("--scale", scale, "motions this much shorter or longer");
+  CLI::App* fit = app.add_subcommand("fit", "identifies from the runs of a folder that `make` wrote (NAME.mcap beside NAME.yaml)");
+  fit->add_option("scenario", scenario, "robot with its bush")->required();
+  fit->add_option("folder", folder, "what `make` wrote")->required();
+  fit->add_option("--out", out, "for report.html and identified.yaml")->required();
+  fit->add_flag("--in-process", in_process, "run the scenarios here instead of reading their logs");
+  CLI::App* experiment = app.add_subcommand("experiment", "identifies from an experiment's recordings (CSV or MCAP)");
+  experiment->add_option("experiment", scenario, "experiment.yaml; a recording named 'hanging' zeroes the force sensors")->required();
+  experiment->add_option("--out", out, "for report.html and identified.yaml")->required();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (*make) return make_scenarios(scenario, folder, tries, scale);
+    const Scenario base = load_scenario(scenario);
+    if (*fit) report(base, read_folder(folder, in_process), true, out);
+    else report(base, read_experiment(base), false, out);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hrp-identify-foot: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
