@@ -46,7 +46,7 @@ struct Channel {
 std::vector<Channel> list_channels(const StandProblem& problem);
 
 // Ratio of tangential to normal force at which the feet of the recordings were seen to slip: median over the samples in
-// which the gap between them changed, and its spread. False when nothing slipped, or held at much larger ratios.
+// which the gap between them changed, and its spread. False when nothing slipped, or at ratios that scatter.
 bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread);
 
 // Residuals [sample][channel], flat, of one recording. 0 where a channel says nothing: tilt and gap of a foot that

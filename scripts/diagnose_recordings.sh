@@ -38,7 +38,7 @@ for folder in "${folders[@]}"; do
   mkdir -p "$answer"
   say "$name"
   begin=$(date +%s.%N) status=0
-  timeout 900 "$BUILD/bin/hrp-diagnose" "$folder/experiment.yaml" --out "$answer" --jobs "$jobs" >"$answer/terminal.txt" 2>&1 || status=$?
+  timeout "${HRP_DIAGNOSE_LIMIT:-900}" "$BUILD/bin/hrp-diagnose" "$folder/experiment.yaml" --out "$answer" --jobs "$jobs" >"$answer/terminal.txt" 2>&1 || status=$?
   end=$(date +%s.%N)
   printf '{"status": %d, "seconds": %s}\n' "$status" "$(awk "BEGIN {printf \"%.1f\", $end - $begin}")" >"$answer/run.json"
   "$BUILD/bin/hrp-diagnose-baseline" "$folder/experiment.yaml" >"$answer/baseline.json" 2>"$answer/baseline.txt" || true

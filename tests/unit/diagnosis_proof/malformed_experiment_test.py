@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""hrp-diagnose on broken experiments: exit status 2 with file, line and column, or a verdict; never a crash, never a
+status of its own. Run as: malformed_experiment_test.py BIN_DIR. Makes its experiments itself (a pendulum by explicit
+steps), so that no other program is needed."""
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BIN = pathlib.Path(sys.argv.pop() if len(sys.argv) > 1 else "build/bin")
+URDF = """<?xml version="1.0"?>
+<robot name="two">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0 0 -0.2"/><mass value="2"/><inertia ixx="0.03" iyy="0.03" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="one" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
+</robot>
+"""
+YAML = """robot: robot.urdf
+base: fixed
+servo:
+  joints:
+    one: {kp: 200, kd: 8, effort_limit: 50}
+initial:
+  joints: {one: 0}
+recordings:
+  - {file: train_1.csv, role: train}
+  - {file: validate_1.csv, role: validate}
+"""
+HEAD = ["time", "/joint_commands/one/position", "/joint_commands/one/velocity", "/joint_states/one/position",
+        "/joint_states/one/velocity", "/joint_states/one/effort"]
+
+
+def make_rows(phase, seconds=2.0, step=0.004):
+    """A servoed pendulum, semi-implicit steps of 0.1 ms, with a ripple of 1e-5 in place of noise."""
+    inertia, moment = 0.03 + 2 * 0.2 * 0.2, 2 * 9.81 * 0.2
+    q = v = t = 0.0
+    rows = []
+    for k in range(int(seconds / step)):
+        w = 1e-5 * math.sin(1e4 * (k * 0.37 + phase) ** 2)
+        c, cd = 0.4 * math.sin(3 * t + phase) - 0.4 * math.sin(phase), 1.2 * math.cos(3 * t + phase)
+        effort = 200 * (c - q) + 8 * (cd - v)
+        rows.append([t, c, cd, q + w, v + 100 * w, effort + 500 * w])
+        for _ in range(int(step / 1e-4)):
+            c, cd = 0.4 * math.sin(3 * t + phase) - 0.4 * math.sin(phase), 1.2 * math.cos(3 * t + phase)
+            v += 1e-4 * (200 * (c - q) + 8 * (cd - v) - moment * math.sin(q)) / inertia
+            q += 1e-4 * v
+            t += 1e-4
+    return rows
+
+
+ROWS = {"train_1.csv": make_rows(0.3), "validate_1.csv": make_rows(1.7)}
+
+
+def make_csv(rows, head=HEAD):
+    return "\n".join([",".join(head)] + [",".join(f"{x:.9g}" if isinstance(x, float) else str(x) for x in r) for r in rows]) + "\n"
+
+
+class Malformed(unittest.TestCase):
+    def run_tool(self, change=None, yaml=YAML, urdf=URDF):
+        """change(files) edits a dictionary file name -> text. Returns status, terminal text, report text."""
+        files = {name: make_csv(rows) for name, rows in ROWS.items()}
+        files.update({"experiment.yaml": yaml, "robot.urdf": urdf})
+        if change:
+            change(files)
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in files.items():
+                (pathlib.Path(folder) / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+            run = subprocess.run([BIN / "hrp-diagnose", f"{folder}/experiment.yaml", "--out", f"{folder}/out"], capture_output=True, text=True, timeout=110)
+            report = pathlib.Path(folder, "out", "report.json")
+            return run.returncode, run.stdout + run.stderr, report.read_text() if report.exists() else ""
+
+    def refused(self, *words, **arguments):
+        status, text, _ = self.run_tool(**arguments)
+        self.assertEqual(status, 2, text)
+        for word in words:
+            self.assertRegex(text, word)
+
+    def answered(self, **arguments):
+        """A verdict, or a refusal that names file and line: which of the two is the tool's choice."""
+        status, text, report = self.run_tool(**arguments)
+        self.assertIn(status, (0, 2), text)
+        if status == 2:
+            self.assertRegex(text, r"\.(csv|yaml|urdf):\d+")
+        else:
+            self.assertIn('"verdict"', report)
+        return status, text, report
+
+    def test_a_sound_experiment_is_answered(self):
+        self.assertEqual(self.run_tool()[0], 0)
+
+    def test_a_missing_recording_is_named(self):
+        self.refused("train_1.csv", change=lambda f: f.pop("train_1.csv"))
+
+    def test_an_empty_recording_is_named(self):
+        self.refused("train_1.csv", change=lambda f: f.update({"train_1.csv": ""}))
+
+    def test_a_header_without_rows_is_named(self):
+        self.refused("train_1.csv", change=lambda f: f.update({"train_1.csv": ",".join(HEAD) + "\n"}))
+
+    def test_a_missing_time_column_is_named(self):
+        self.refused("train_1.csv:1", "time", change=lambda f: f.update({"train_1.csv": f["train_1.csv"].replace("time,", "clock,", 1)}))
+
+    def test_text_among_numbers_is_named_with_line_and_column(self):
+        def change(f):
+            lines = f["train_1.csv"].split("\n")
+            lines[7] = lines[7].replace(",", ",oops", 1)
+            f["train_1.csv"] = "\n".join(lines)
+        self.refused(r"train_1.csv:8:2", change=change)
+
+    def test_time_that_runs_backwards_is_named(self):
+        def change(f):
+            lines = f["train_1.csv"].split("\n")
+            lines[20], lines[21] = lines[21], lines[20]
+            f["train_1.csv"] = "\n".join(lines)
+        self.refused(r"train_1.csv:2[12]", "time", change=change)
+
+    def test_a_truncated_recording_is_answered(self):
+        self.answered(change=lambda f: f.update({"train_1.csv": f["train_1.csv"][: len(f["train_1.csv"]) // 2 + 7]}))
+
+    def test_cells_of_nan_are_answered(self):
+        rows = [[x if k % 17 else float("nan") if i == 3 else x for i, x in enumerate(r)] for k, r in enumerate(ROWS["train_1.csv"])]
+        self.answered(change=lambda f: f.update({"train_1.csv": make_csv(rows)}))
+
+    def test_a_column_of_nan_is_answered(self):
+        rows = [r[:5] + [float("nan")] for r in ROWS["train_1.csv"]]
+        self.answered(change=lambda f: f.update({"train_1.csv": make_csv(rows)}))
+
+    def test_a_constant_column_is_answered(self):
+        rows = [r[:3] + [0.0] + r[4:] for r in ROWS["train_1.csv"]]
+        self.answered(change=lambda f: f.update({"train_1.csv": make_csv(rows)}))
+
+    def test_no_effort_or_velocity_is_answered(self):
+        self.answered(change=lambda f: f.update({n: make_csv([r[:4] for r in ROWS[n]], HEAD[:4]) for n in ROWS}))
+
+    def test_degrees_are_not_taken_for_radians_silently(self):
+        rows = {n: [[r[0], r[1], r[2], r[3] * 57.29578, r[4] * 57.29578, r[5]] for r in ROWS[n]] for n in ROWS}
+        status, text, report = self.answered(change=lambda f: f.update({n: make_csv(r) for n, r in rows.items()}))
+        self.assertFalse(status == 0 and '"no_mismatch"' in report, text)
+
+    def test_milliseconds_are_not_taken_for_seconds_silently(self):
+        status, text, report = self.answered(change=lambda f: f.update({n: make_csv([[1000 * r[0]] + r[1:] for r in ROWS[n]]) for n in ROWS}))
+        self.assertFalse(status == 0 and '"no_mismatch"' in report, text)
+
+    def test_a_joint_of_another_robot_is_named(self):
+        self.refused("train_1.csv:1", "won", change=lambda f: f.update({"train_1.csv": f["train_1.csv"].replace("/one/", "/won/")}))
+
+    def test_bad_yaml_is_named_with_its_line(self):
+        self.refused(r"experiment.yaml:\d+", yaml=YAML.replace("base: fixed", "base: [fixed"))
+
+    def test_an_unknown_role_is_named(self):
+        self.refused(r"experiment.yaml:\d+", "role", yaml=YAML.replace("role: validate", "role: exam"))
+
+    def test_an_unknown_base_is_named(self):
+        self.refused(r"experiment.yaml:2", "base", yaml=YAML.replace("base: fixed", "base: hovering"))
+
+    def test_a_negative_gain_is_named(self):
+        self.refused(r"experiment.yaml:5", "kp", yaml=YAML.replace("kp: 200", "kp: -200"))
+
+    def test_a_missing_robot_is_named(self):
+        self.refused("nobody.urdf", yaml=YAML.replace("robot.urdf", "nobody.urdf"))
+
+    def test_a_broken_urdf_is_named(self):
+        self.refused("robot.urdf", urdf=URDF[:200])
+
+    def test_no_recordings_at_all_are_named(self):
+        self.refused("experiment.yaml", "recordings", yaml=YAML.split("recordings")[0])
+
+    def test_bytes_of_another_kind_are_refused(self):
+        self.refused("train_1.csv", change=lambda f: f.update({"train_1.csv": bytes(range(256)) * 40}))
+
+
+if __name__ == "__main__":
+    if not (BIN / "hrp-diagnose").exists():
+        sys.exit(f"{BIN}/hrp-diagnose is not built: nothing to test")
+    unittest.main()
