@@ -47,8 +47,8 @@ COMMON = {
 # Parts of a server that may know the bus: everything else in servers/ is core.
 BUS_SIDE = re.compile(r"^servers/(console/.*|viewer/.*|[^/]+/(node|main|translate|engine)[^/]*\.(h|cpp))$")
 BUS_HEADERS = ("common/bus/", "common/messages/", "common/node/", "hrp_idl/")
-# The program that runs the whole set in one process puts the nodes together; the log tool shows all messages.
-PUTS_SERVERS_TOGETHER = ("servers/console/launcher/",)
+# The programs that run the whole set, or its cores, in one process put them together; the log tool shows all messages.
+PUTS_SERVERS_TOGETHER = ("servers/console/launcher/", "servers/console/trial/")
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 MACHINE_PATH = re.compile(r"(?<![\w.$}/])/(home|root|work|Users|mnt|workspace)/\w")
