@@ -96,13 +96,15 @@ nlohmann::ordered_json identify(const std::string& path) {
     const Eigen::Vector3d x = solve(normals[static_cast<size_t>(j)]);
     hypothesis.push_back({EffectId::kViscous, j, {x(0)}});
     hypothesis.push_back({EffectId::kCoulomb, j, {x(1), 0.0}});
+    hypothesis.back().p.resize(get_effect(EffectId::kCoulomb).parameters.size(), 0.002);  // [rad/s] stick speed
     hypothesis.push_back({EffectId::kRotorInertia, j, {x(2)}});
     joints[e.robot.tree.joint(j).name] = {{"viscous", x(0)}, {"coulomb", x(1)}, {"rotor_inertia", x(2)}};
   }
   nlohmann::ordered_json out{{"joints", joints}};
   for (const auto& [name, which] : {std::pair{"train", &problem.train}, std::pair{"validate", &problem.validate}}) {
     if (which->empty()) continue;
-    out["fit"][name] = {{"before", calc_score(problem, {}, *which).rms()}, {"after", calc_score(problem, hypothesis, *which).rms()}};
+    const Score before = calc_score(problem, {}, *which), after = calc_score(problem, hypothesis, *which);
+    if (before.ok && after.ok) out["fit"][name] = {{"before", before.rms()}, {"after", after.rms()}};  // else it diverges
   }
   return out;
 }
