@@ -31,7 +31,7 @@ std::string describe_bound(Bound bound) {
 
 bool is_within(double value, Bound bound) {
   if (std::isnan(value)) return false;
-  if (bound == Bound::kNotNegativeOrInfinite) return value >= 0.0;
+  if (bound == Bound::kNotNegativeOrInfinite) return value >= 0.0 && (std::isinf(value) || value <= kLargestNumber);
   if (!(std::abs(value) <= kLargestNumber)) return false;
   switch (bound) {
     case Bound::kNotNegative: return value >= 0.0;
