@@ -46,7 +46,11 @@ bool is_foxglove_origin(const std::string& origin) {
 
 }  // namespace
 
-bool is_loopback_address(const std::string& address) { return address == "::1" || address.rfind("127.", 0) == 0; }
+bool is_loopback_address(const std::string& address) {
+  // Digits and dots alone: "127.0.0.1.example" is a name that somebody else owns.
+  const bool numeric = address.find_first_not_of("0123456789.") == std::string::npos;
+  return address == "::1" || (numeric && address.rfind("127.", 0) == 0);
+}
 
 std::string find_refusal(const AccessRules& rules, const AccessRequest& request) {
   const std::string host = strip_port(request.host);

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Signals, series and access rules of the viewer; the page itself is tested in tests/browser.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "common/base/diagnostics.h"
+#include "common/messages/cdr.h"
+#include "hrp_idl/dynamics.h"
+#include "servers/viewer/access.h"
+#include "servers/viewer/recording.h"
+#include "servers/viewer/signal.h"
+
+namespace hrp {
+namespace {
+
+const StructType& find_type(const std::string& name) { return *get_schema().find_struct("hrp::msg::" + name); }
+
+msg::PairForce make_pair(const std::string& name, double fz, double x) {
+  msg::PairForce pair;
+  pair.body_b(-1);
+  pair.name_a(name);
+  pair.total().force().z(fz);
+  pair.reference().x(x);
+  return pair;
+}
+
+class ContactSignals : public ::testing::Test {
+ protected:
+  ContactSignals() {
+    // "left" twice: on the ground and on a step. Its points come after the sums, as in the IDL.
+    for (const auto& pair : {make_pair("left", 100, 0.1), make_pair("right", 300, -0.1), make_pair("left", 50, 0.1)}) forces_.pairs().push_back(pair);
+    forces_.header().time(0.25);
+  }
+  double find(const std::string& path) {
+    return Signal(find_type("ContactForces"), path, {}, 0.0).find(encode(forces_, &buffer_));
+  }
+  msg::ContactForces forces_;
+  std::vector<char> buffer_;
+};
+
+TEST_F(ContactSignals, AddUpAllPairsOfAName) {
+  EXPECT_EQ(find("pairs[left].total.force.z"), 150.0);
+  EXPECT_EQ(find("pairs[right].total.force.z"), 300.0);
+  EXPECT_EQ(find("pairs[1].total.force.z"), 300.0);
+}
+
+TEST_F(ContactSignals, AreZeroForAFootInTheAirAndNothingForAPairThatIsNotThere) {
+  EXPECT_EQ(find("pairs[third].total.force.z"), 0.0);
+  EXPECT_TRUE(std::isnan(find("pairs[7].total.force.z")));
+}
+
+TEST_F(ContactSignals, PlaceTheZmpAtTheCentreOfVerticalForces) {
+  // (150 x 0.1 - 300 x 0.1) / 450; exact but for the rounding of a few sums.
+  EXPECT_NEAR(find("zmp.x"), -15.0 / 450.0, 1e-15);
+  EXPECT_NEAR(find("zmp.y"), 0.0, 1e-15);
+}
+
+TEST_F(ContactSignals, SayWhatIsWrongWithAPath) {
+  for (const char* path : {"", "pair", "pairs", "pairs[0]", "pairs[0", "pairs[0]x", "header.time.x", "pairs[0].name_a", "."}) {
+    EXPECT_THROW(find(path), InputError) << path;
+  }
+  EXPECT_THROW(split_signal("no colon"), InputError);
+}
+
+TEST(JointSignals, AreFoundByTheNameOfTheJoint) {
+  msg::RobotState state;
+  state.positions({1.0, 2.0, 3.0});
+  std::vector<char> buffer;
+  const Bytes sample = encode(state, &buffer);
+  EXPECT_EQ(Signal(find_type("RobotState"), "positions[knee]", {"hip", "knee"}, 0).find(sample), 2.0);
+  EXPECT_EQ(Signal(find_type("RobotState"), "positions[2]", {}, 0).find(sample), 3.0);
+  EXPECT_THROW(Signal(find_type("RobotState"), "positions[nee]", {"hip", "knee"}, 0), InputError);
+}
+
+TEST(Series, KeepTheirPeaksWhenThinnedOut) {
+  Series series;
+  for (int i = 0; i < 10000; ++i) {
+    series.times.push_back(i);
+    series.values.push_back(i == 6789 ? 1000.0 : i % 2);
+  }
+  const Series thin = thin_out(series, 100);
+  EXPECT_LE(thin.times.size(), 100u);
+  EXPECT_EQ(*std::max_element(thin.values.begin(), thin.values.end()), 1000.0);
+  EXPECT_TRUE(std::is_sorted(thin.times.begin(), thin.times.end()));
+}
+
+TEST(Series, SubtractAtTheTimesOfTheFirstAlignedAtTheirBegins) {
+  const Series first{{10, 11, 12, 13}, {1, 2, 3, 4}, "N"}, second{{0, 2}, {0, 2}, "N"};
+  const Series difference = subtract(first, 10, second, 0);
+  EXPECT_EQ(difference.times, (std::vector<double>{10, 11, 12}));  // the second one has no 13th second
+  EXPECT_EQ(difference.values, (std::vector<double>{1, 1, 1}));
+}
+
+AccessRequest make_request(const std::string& host, const std::string& origin = "", const std::string& target = "/") {
+  AccessRequest request;
+  request.host = host;
+  request.origin = origin;
+  request.target = target;
+  return request;
+}
+
+TEST(Access, IsForThisMachineAndItsOwnPageOnly) {
+  const AccessRules rules;
+  EXPECT_EQ(find_refusal(rules, make_request("127.0.0.1:80")), "");
+  EXPECT_EQ(find_refusal(rules, make_request("localhost:80", "http://localhost:80")), "");
+  EXPECT_EQ(find_refusal(rules, make_request("[::1]:80")), "");
+  EXPECT_NE(find_refusal(rules, make_request("evil.example")), "");
+  EXPECT_NE(find_refusal(rules, make_request("127.0.0.1.evil.example")), "");
+  EXPECT_NE(find_refusal(rules, make_request("127.0.0.1:80", "http://evil.example")), "");
+  EXPECT_NE(find_refusal(rules, make_request("127.0.0.1:80", "http://127.0.0.1:81")), "");
+  AccessRequest foxglove = make_request("127.0.0.1:80", "https://app.foxglove.dev");
+  EXPECT_NE(find_refusal(rules, foxglove), "");
+  foxglove.foxglove = true;
+  EXPECT_EQ(find_refusal(rules, foxglove), "");
+  foxglove.origin = "https://evilfoxglove.dev";
+  EXPECT_NE(find_refusal(rules, foxglove), "");
+}
+
+TEST(Access, NeedsTheTokenWhereThereIsOne) {
+  const AccessRules rules{"sesame", false};
+  EXPECT_NE(find_refusal(rules, make_request("robot.lan")), "");
+  EXPECT_NE(find_refusal(rules, make_request("robot.lan", "", "/?token=sesam")), "");
+  EXPECT_EQ(find_refusal(rules, make_request("robot.lan", "", "/ws?x=1&token=sesame")), "");
+  AccessRequest cookie = make_request("robot.lan");
+  cookie.cookie = "a=b; hrp_viewer_token=sesame; c=d";
+  EXPECT_EQ(find_refusal(rules, cookie), "");
+  EXPECT_NE(make_token(), make_token());
+}
+
+TEST(Meshes, AreServedOnlyFromTheFoldersOfTheUrdfThatNamesThem) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(testing::TempDir()) / ("hrp_viewer_meshes_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()));
+  fs::create_directories(folder / "robot" / "meshes");
+  for (const char* name : {"secret.stl", "robot/meshes/foot.stl", "robot/meshes/unnamed.stl"}) std::ofstream(folder / name) << "solid";
+  fs::create_symlink(folder / "secret.stl", folder / "robot" / "meshes" / "link.stl");
+  Scene scene;
+  scene.urdf_path = (folder / "robot" / "robot.urdf").string();
+  scene.urdf = "<mesh filename=\"meshes/foot.stl\"/><mesh filename=\"../secret.stl\"/><mesh filename=\"meshes/link.stl\"/>"
+               "<mesh filename=\"package://robot/meshes/foot.stl\"/><mesh filename=\"package://robot/../secret.stl\"/>"
+               "<mesh filename=\"/etc/passwd\"/>";
+  EXPECT_TRUE(read_mesh(scene, "meshes/foot.stl"));
+  EXPECT_TRUE(read_mesh(scene, "package://robot/meshes/foot.stl"));
+  EXPECT_FALSE(read_mesh(scene, "meshes/unnamed.stl")) << "the URDF does not name it";
+  EXPECT_FALSE(read_mesh(scene, "../secret.stl"));
+  EXPECT_FALSE(read_mesh(scene, "package://robot/../secret.stl"));
+  EXPECT_FALSE(read_mesh(scene, "meshes/link.stl")) << "a link that leads out";
+  EXPECT_FALSE(read_mesh(scene, "/etc/passwd")) << "no mesh";
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace hrp
