@@ -94,7 +94,7 @@ void read_walk(YamlMap& map, WalkSpec* walk) {
   map.number("placement_position", &walk->placement_position, kNotNeg, "");
   map.number("placement_velocity", &walk->placement_velocity, kNotNeg, "");
   map.number("base_pitch", &walk->base_pitch, kAny, "rad");
-  map.flag("adapt_steps", &walk->adapt_steps);
+  map.flag("measured_ground", &walk->measured_ground);
   map.child("plan", [&](YamlMap& plan) { read_plan(plan, walk); });
   map.child("limits", [&](YamlMap& limits) { read_limits(limits, walk); });
   map.child("stabilizer", [&](YamlMap& laws) { read_laws(laws, &walk->stabilizer); });

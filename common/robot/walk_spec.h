@@ -55,6 +55,7 @@ struct WalkSpec {
   double landing_speed = 0.0;             // [m/s] downward reference speed of the swing foot when it touches
   double zmp_x = 0.0, zmp_y = 0.0;        // [m] ZMP reference from the middle of the sole: forward, inward
   double placement_position = 10.0, placement_velocity = 1.0;  // a, b of the foot placement
+  bool measured_ground = false;           // the ground is tilted as the soles are at the start; else level
   double base_pitch = 0.0;                // [rad] lean of the body
   std::string first = "right";            // foot that steps first
   int count = 0;                          // steps that move by length, side, turn; one more brings the feet together
@@ -64,7 +65,6 @@ struct WalkSpec {
   double max_length = 0.40, min_width = 0.12, max_width = 0.40;  // [m] what the legs can do
   double max_turn = 0.6;                  // [rad]
   double max_rise = 0.12;                 // [m]
-  bool adapt_steps = false;               // feet are placed by the measured state of the centre of mass
   StabilizerSpec stabilizer;
 };
 

@@ -42,11 +42,13 @@ double calc_swing_height(double s, double T, double height, double landing_speed
 }
 
 WalkPattern::WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc)
-    : spec_(spec), start_(start), plane_(find_plane(start)) {
+    : spec_(spec), start_(start), plane_(spec.measured_ground ? find_plane(start) : ConstraintPlane()) {
   pendulum_.zc = zc;
   for (int side : {kLeft, kRight}) {
     first_.feet[side].p = start.soles[side].p;
     first_.feet[side].yaw = get_yaw(start.soles[side].R);
+    // Both stand on the ground, whatever bent joints say at the start: the origin is between them.
+    first_.feet[side].p.z() = plane_.calc_height(first_.feet[side].xy());
   }
   planned_ = steps_ = make_footsteps(spec, first_, plane_);
   make_phases();

@@ -56,11 +56,11 @@ class WalkController : public Controller {
   JointCommand control(const SensorData& sensors, const Robot& robot) override {
     dt_ = robot.period;
     measure(sensors);
-    if (!pattern_) make_pattern(sensors, robot);
+    if (!pattern_) make_pattern(sensors);
     // Commands are reached at the end of the period that begins now.
-    const PatternSample goal = pattern_->sample(sensors.time + dt_);
-    const PatternSample now = pattern_->sample(sensors.time);
-    Eigen::VectorXd q = robot.initial_q;
+    const PatternSample goal = pattern_->sample(sensors.time + dt_ - start_time_);
+    const PatternSample now = pattern_->sample(sensors.time - start_time_);
+    Eigen::VectorXd q = robot.initial_q;  // joints without a drive keep it
     Vector3d com = goal.com;
     Matrix3d R_WB = goal.R_WB;
     Transform soles[2] = {goal.soles[0], goal.soles[1]};
@@ -68,7 +68,11 @@ class WalkController : public Controller {
     Eigen::VectorXd solved;
     body_.solve(com, R_WB, soles, &solved);
     for (int i = 0; i < q.size(); ++i) {
-      if (robot.description->tree.joint(i).actuated) q[i] = std::min(std::max(solved[i], robot.lower[i]), robot.upper[i]);
+      if (!robot.description->tree.joint(i).actuated) continue;
+      // The first half of the settling leads from where the joints are: feet that do not stand level are not jerked.
+      const double blend = calc_blend(2.0 * (sensors.time + dt_ - start_time_) / spec_.settle);
+      const double wanted = start_q_[i] + blend * (solved[i] - start_q_[i]);
+      q[i] = std::min(std::max(wanted, robot.lower[i]), robot.upper[i]);
     }
     JointCommand command;
     command.q = q;
@@ -104,7 +108,9 @@ class WalkController : public Controller {
   }
 
   // World of the pattern: level as the IMU says, heading of the feet, origin between the soles.
-  void make_pattern(const SensorData&, const Robot&) {
+  void make_pattern(const SensorData& sensors) {
+    start_time_ = sensors.time;
+    start_q_ = sensors.q;
     const Vector3d forward = R_WB_ * (sole_B_[kLeft].R.col(0) + sole_B_[kRight].R.col(0));
     R_PW_ = turn_z(-std::atan2(forward.y(), forward.x()));
     const Matrix3d R = R_PW_ * R_WB_;
@@ -198,7 +204,8 @@ class WalkController : public Controller {
   double weight_ = 0.0, dt_ = 0.005;
   std::unique_ptr<WalkPattern> pattern_;
   Matrix3d R_PW_ = Matrix3d::Identity();  // pattern from the IMU's world: heading only
-  Eigen::VectorXd last_q_;
+  double start_time_ = 0.0;               // [s] of the first sample
+  Eigen::VectorXd start_q_, last_q_;
   // Measured.
   Matrix3d R_WB_ = Matrix3d::Identity();
   Vector3d rate_W_ = Vector3d::Zero(), com_B_ = Vector3d::Zero();

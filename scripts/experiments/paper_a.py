@@ -73,7 +73,7 @@ def fig3(run, runs):
 def identify(c, begin, end):
     """K, C, O of both feet's bushes together: moment about the sole's middle against the body's pitch and its rate."""
     t = c['time']
-    chosen = [i for i in range(1, len(t) - 1) if begin < t[i] < end and i % 5 == 0]
+    chosen = [i for i in range(1, len(t) - 1) if begin < t[i] < end and i % 5 == 4]  # when sensors are read
     pitch = c['base/pitch']
     angle = [pitch[i] for i in chosen]
     rate = [(pitch[i + 1] - pitch[i - 1]) * RATE / 2.0 for i in chosen]
@@ -127,20 +127,23 @@ def fig5(run, runs):
     tell(run, out, s)
     out.claim('falls', s['fallen'])
 
-    def stands(k):
-        changed = re.sub(r'k_roll: 1000, k_pitch: 1000', 'k_roll: %g, k_pitch: %g' % (k, k), text)
+    def survives(name, k):
+        changed = re.sub(r'k_roll: 1000, k_pitch: 1000', 'k_roll: %g, k_pitch: %g' % (k, k), run.text(name))
         return upright(run.trial('fig5_k', changed)[0])
 
-    low, high = 1000.0, 16000.0
-    if stands(high) and not stands(low):
-        while high / low > 1.02:
+    walks = ['%g: %s' % (k, 'walks' if survives('fig5', k) else 'falls') for k in (1000, 2000, 4000, 8000, 16000, 32000)]
+    out.number('walking without a stabilizer, by stiffness [N m/rad]', ', '.join(walks))
+    low, high = 200.0, 1000.0  # standing on both feet, joints locked, nudged
+    if survives('fig4', high) and not survives('fig4', low):
+        while high / low > 1.005:
             middle = math.sqrt(low * high)
-            low, high = (low, middle) if stands(middle) else (middle, high)
-        k = math.sqrt(low * high)
-        out.number('stiffness below which it falls', '%.0f N m/rad = %.2f m g h (m g h = 1015 N m/rad)' % (k, k / 1015.0))
-        out.claim('the threshold is above m g h: a foot softer than that cannot hold the body even at rest', k > 1015.0)
+            low, high = (low, middle) if survives('fig4', middle) else (middle, high)
+        ratio = 2.0 * math.sqrt(low * high) / 1015.0
+        out.number('stiffness of both feet at which even a standing robot begins to fall', '%.0f N m/rad = %.3f m g h'
+                   % (1015.0 * ratio, ratio))
+        out.claim('that is m g h = 1015 N m/rad within 5 %% (%.3f)' % ratio, abs(ratio - 1.0) < 0.05)
     else:
-        out.claim('a threshold between 1 and 16 kN m/rad', False)
+        out.claim('a threshold between 200 and 1000 N m/rad a foot', False)
     robust(run, out, 'fig5', text, runs, lambda r: r['fallen'], 'falls')
     out.plots.append(foot_force_plot(run, 'fig5', c))
     return out

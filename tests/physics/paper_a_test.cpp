@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Short claims of paper A [H03], without bus: shorter walks than the experiments (scripts/experiments.sh), same scenarios.
+#include <cmath>
+#include <fstream>
+#include <regex>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "common/base/diagnostics.h"
+#include "servers/console/trial/trial.h"
+
+namespace hrp {
+namespace {
+
+std::string read(const std::string& name) {
+  const std::string path = std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/" + name + ".yaml";
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// A scenario of the experiments with another plan.
+Scenario load(const std::string& name, const std::string& plan = "{count: 4, length: 0.2}", double duration = 8.0) {
+  std::string text = std::regex_replace(read(name), std::regex("plan: .*"), "plan: " + plan);
+  text = std::regex_replace(text, std::regex("duration: [0-9.]+\\}\ninter"), "duration: " + std::to_string(duration) + "}\ninter");
+  return parse_scenario(text, std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/test.yaml");
+}
+
+TEST(PaperA, RigidFeetWalkWithoutAStabilizer) {
+  const TrialResult r = Trial(load("fig3")).run();
+  EXPECT_FALSE(r.fallen);
+  EXPECT_LT(r.largest_lean, 0.02) << "joints and feet that do not give follow the pattern";
+  EXPECT_NEAR(r.travelled.x(), 0.85, 0.1) << "four steps of 0.2 m, and the settling over the soles' middle";
+}
+
+TEST(PaperA, SoftFeetFallWithoutTheStabilizer) {
+  EXPECT_TRUE(Trial(load("fig5")).run().fallen) << "HRP-1S";
+  EXPECT_TRUE(Trial(load("fig8")).run().fallen) << "HRP-2P";
+}
+
+TEST(PaperA, SoftFeetWalkWithTheStabilizer) {
+  for (const char* name : {"fig7", "fig9"}) {
+    const TrialResult r = Trial(load(name)).run();
+    EXPECT_FALSE(r.fallen) << name;
+    EXPECT_LT(r.largest_lean, 0.12) << name;
+    EXPECT_NEAR(r.travelled.x(), 0.85, 0.15) << name;
+  }
+}
+
+// The controller is shown a wrong true state: base pose and angles of the rubber, which no encoder sees.
+TEST(PaperA, TheControllerDoesNotPeekAtTheTrueState) {
+  const auto run = [](bool wrong) {
+    Trial trial(load("fig9", "{count: 2, length: 0.2}", 5.0));
+    const TreeSpec& tree = trial.robot().tree;
+    if (wrong) {
+      trial.tamper = [&tree](SensorData* sensors) {
+        sensors->has_base_pose = true;
+        sensors->X_WB.p = Vector3d(3.0, -2.0, 7.0);
+        sensors->V_WB.setConstant(5.0);
+        for (int i = 0; i < tree.num_joints(); ++i) {
+          if (!tree.joint(i).actuated) sensors->q[i] = sensors->qd[i] = 0.7;
+        }
+      };
+    }
+    std::vector<Eigen::VectorXd> commands;
+    trial.run([&](const Trial& t) { commands.push_back(t.command().q); });
+    return commands;
+  };
+  const auto honest = run(false), fooled = run(true);
+  ASSERT_EQ(honest.size(), fooled.size());
+  for (size_t k = 0; k < honest.size(); ++k) ASSERT_EQ(honest[k], fooled[k]) << "step " << k;
+}
+
+TEST(PaperA, EqualRunsEndInEqualBits) {
+  const auto hash = [] {
+    Trial trial(load("fig7", "{count: 1, length: 0.1}", 4.0));
+    trial.run();
+    return trial.engine().state_hash();
+  };
+  EXPECT_EQ(hash(), hash());
+}
+
+TEST(PaperA, BadPlansAreRefusedWithTheStepWhenTheRunBegins) {
+  Trial trial(load("fig9", "{count: 3, length: 0.9}"));
+  try {
+    trial.step();
+    FAIL() << "0.9 m was accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("step 1 (right): too long: 0.900 m"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace hrp
