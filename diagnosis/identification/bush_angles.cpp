@@ -52,8 +52,10 @@ std::vector<Matrix3d> integrate_gyro(const RobotLog& log, const Vector3d& bias) 
   return R;
 }
 
-// The vertical in gyroscope-integrated axes, slowly drifting: a line by least squares, then a wide smoother.
-Samples smooth_drift(const Samples& u, double period) {
+// The vertical in gyroscope-integrated axes, slowly drifting: a line by least squares, then a wide smoother. `margin`
+// samples at both ends are left out, where the robot's acceleration is not known; there the drift is held.
+Samples smooth_drift(const Samples& all, Eigen::Index margin, double period) {
+  const auto u = all.middleCols(margin, all.cols() - 2 * margin);
   const Eigen::Index n = u.cols(), m = (n + kDriftThinning - 1) / kDriftThinning;
   Samples coarse = Samples::Zero(3, m);
   Eigen::VectorXd centre(m);
@@ -67,13 +69,14 @@ Samples smooth_drift(const Samples& u, double period) {
   const Eigen::MatrixXd trend = line.householderQr().solve(coarse.transpose());
   const Samples rest = coarse - (line * trend).transpose();
   const GaussianFilter wide(kDriftWindow, period * kDriftThinning);
-  Samples smooth(3, m), result(3, n);
+  Samples smooth(3, m), result(3, all.cols());
   for (int i = 0; i < 3; ++i) smooth.row(i) = wide.apply(rest.row(i).transpose(), 0).transpose();
-  for (Eigen::Index k = 0; k < n; ++k) {
+  for (Eigen::Index i = 0; i < result.cols(); ++i) {
+    const Eigen::Index k = std::clamp<Eigen::Index>(i - margin, 0, n - 1);
     const double at = std::clamp((static_cast<double>(k) - centre[0]) / kDriftThinning, 0.0, static_cast<double>(m - 1));
     const Eigen::Index j = std::min<Eigen::Index>(static_cast<Eigen::Index>(at), std::max<Eigen::Index>(m - 2, 0));
     const double s = m > 1 ? at - static_cast<double>(j) : 0.0;
-    result.col(k) = (1.0 - s) * smooth.col(j) + s * smooth.col(std::min(j + 1, m - 1)) +
+    result.col(i) = (1.0 - s) * smooth.col(j) + s * smooth.col(std::min(j + 1, m - 1)) +
                     trend.row(0).transpose() + trend.row(1).transpose() * static_cast<double>(k);
   }
   return result;
@@ -204,6 +207,7 @@ Samples BushObserver::Impl::calc_acceleration(const RobotLog& log, const Chain& 
 BushObserver::Impl::Vertical BushObserver::Impl::calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
                                                                const std::vector<bool>& loaded) const {
   const std::vector<Matrix3d> R = integrate_gyro(log, gyro_bias);
+  const Eigen::Index margin = GaussianFilter(2.0 * kSmoothing, log.period).margin() + 1;
   Vertical result;
   Samples n_I(3, log.size()), acceleration = Samples::Zero(3, log.size()), u(3, log.size());
   // The acceleration needs the vertical and the vertical the acceleration; what enters is its slow part only, so each
@@ -212,7 +216,7 @@ BushObserver::Impl::Vertical BushObserver::Impl::calc_vertical(const RobotLog& l
     for (Eigen::Index k = 0; k < log.size(); ++k) {
       u.col(k) = R[static_cast<size_t>(k)] * (log.accelerometer.col(k) - acceleration.col(k)) / kGravity;
     }
-    const Samples drift = smooth_drift(u, log.period);
+    const Samples drift = smooth_drift(u, margin, log.period);
     for (Eigen::Index k = 0; k < log.size(); ++k) n_I.col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k)).normalized();
     acceleration.setZero();
     int count = 0;
@@ -226,7 +230,7 @@ BushObserver::Impl::Vertical BushObserver::Impl::calc_vertical(const RobotLog& l
   // A bias turns with the IMU, and the drift smoother sees it turn.
   for (int i = 0; i < 3; ++i) {
     for (Eigen::Index k = 0; k < log.size(); ++k) u.col(k) = R[static_cast<size_t>(k)].col(i) / kGravity;
-    const Samples drift = smooth_drift(u, log.period);
+    const Samples drift = smooth_drift(u, margin, log.period);
     result.gain[i].resize(3, log.size());
     for (Eigen::Index k = 0; k < log.size(); ++k) result.gain[i].col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k));
   }
@@ -278,7 +282,6 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
   for (int a = 0; a < kAxes; ++a) {
     out.angle[a] = thin(angle[a], 0);
     out.rate[a] = thin(angle[a], 1);
-    out.cube[a] = thin(filter.apply(angle[a], 0).array().cube().matrix(), 0);
     out.torque[a] = thin(torque[a], 0);
     out.bias_gain[a].resize(track->time.size(), 3);
     for (int i = 0; i < 3; ++i) out.bias_gain[a].col(i) = thin(gain[a][i], 0);

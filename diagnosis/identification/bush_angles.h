@@ -21,7 +21,6 @@ extern const char* const kAxisNames[kAxes];
 struct BushTrack {
   Eigen::VectorXd angle[kAxes];    // [rad]
   Eigen::VectorXd rate[kAxes];     // [rad/s]
-  Eigen::VectorXd cube[kAxes];     // [rad^3] smoothed cube, for hardening
   Eigen::VectorXd torque[kAxes];   // [N m] that acts on U about the bush's axes: K q + C qd + O [M14 eq. 4]
   // d angle / d accelerometer bias (x, y, z of the sensor) [rad / (m/s^2)]
   Eigen::MatrixXd bias_gain[kAxes];

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kBlock = 0.5;      // [s] scores are summed over blocks before their correlation is looked at
 constexpr int kBiases = 2;          // accelerometer x, y
-constexpr int kRounds = 4;          // K times bias: bilinear, K is known to 1 % after the first round
+constexpr int kRounds = 5;          // K times bias: bilinear, K is known to 1 % after the first round
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
@@ -26,20 +26,22 @@ struct Layout {
 
 bool is_usable(const MotionTrack& track, size_t foot) { return track.loaded[foot] && !has_slipped(track); }
 
-// Rows of one foot and axis [M14 eq. 5], linearised at bias `b` and stiffness K; the target has the nonlinear rest.
+// Rows of one foot and axis [M14 eq. 5], linearised at theta; the target has the nonlinear rest.
 void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta, Matrix* X, Vector* y) {
   const BushTrack& t = track.feet[foot];
   const Eigen::Index at = layout.first(foot, axis), n = track.time.size();
-  const double K = theta[at];
   const Eigen::Vector2d b = theta.tail<kBiases>();
   const Vector shift = t.bias_gain[axis].leftCols<kBiases>() * b;
   X->setZero(n, layout.size());
-  X->col(at) = t.angle[axis] - shift;
+  const Vector angle = t.angle[axis] - shift;
+  Vector slope = Vector::Constant(n, theta[at]);  // d torque / d angle
+  if (layout.each > 3) slope += 3.0 * theta[at + 3] * angle.cwiseAbs2();
+  X->col(at) = angle;
   X->col(at + 1) = t.rate[axis];
   X->col(at + 2).setOnes();
-  if (layout.each > 3) X->col(at + 3) = t.cube[axis];
-  X->middleCols<kBiases>(layout.biases()) = -K * t.bias_gain[axis].leftCols<kBiases>();
-  *y = t.torque[axis] - K * shift;
+  if (layout.each > 3) X->col(at + 3) = angle.array().cube();
+  X->middleCols<kBiases>(layout.biases()) = (-slope).asDiagonal() * t.bias_gain[axis].leftCols<kBiases>();
+  *y = t.torque[axis] - slope.cwiseProduct(shift);
 }
 
 struct Normal {
@@ -257,7 +259,7 @@ Eigen::VectorXd predict_torque(const BushFit& fit, const MotionTrack& track, siz
   const BushTrack& t = track.feet[foot];
   const BushParameters& p = fit.feet[foot][static_cast<size_t>(axis)];
   const Vector angle = t.angle[axis] - t.bias_gain[axis].leftCols<kBiases>() * fit.accelerometer_bias.head<kBiases>();
-  return (p.K.value * angle + p.cubic.value * t.cube[axis] + p.C.value * t.rate[axis]).array() + p.O.value;  // [M14 eq. 4]
+  return (p.K.value * angle + p.cubic.value * angle.array().cube().matrix() + p.C.value * t.rate[axis]).array() + p.O.value;  // [M14 eq. 4]
 }
 
 std::vector<std::array<Eigen::Matrix2d, kAxes>> calc_angle_noise(const MotionTrack& resting) {

@@ -82,8 +82,8 @@ void add_tilts(std::vector<MotionPlan>* plans) {
     plan.name = "tilt" + std::to_string(i + 1);
     plan.meaning = std::string("chest tilts at 0.1 Hz, ") + stances[i / 2] + " stance" + (i % 2 ? ", with vertical sway" : "");
     plan.width = i / 2 == 1 ? 0.05 : 0.0;
-    plan.stride = i / 2 == 2 ? 0.06 : 0.0;
-    plan.lean[0] = {{0.02, 0.1, 0.4 * i}};
+    plan.stride = i / 2 == 2 ? 0.04 : 0.0;
+    plan.lean[0] = {{i / 2 == 2 ? 0.01 : 0.02, 0.1, 0.4 * i}};
     plan.lean[1] = {{0.03, 0.1, 1.3 + 0.3 * i}};
     plan.pelvis[0] = {{0.006, 0.1, 0.5 * i}};
     plan.pelvis[1] = {{0.012, 0.1, 1.0 + 0.5 * i}};
@@ -102,7 +102,7 @@ void add_sways(std::vector<MotionPlan>* plans) {
     MotionPlan plan;
     plan.name = "sway" + std::to_string(i + 1);
     plan.meaning = meanings[i];
-    if (i != 1) plan.push[0] = {{i >= 3 ? 2.5 : 4.0, 0.17 + 0.03 * i, 0.3 * i}, {1.5, 0.61, 0.0}};
+    if (i != 1) plan.push[0] = {{i >= 3 ? 2.5 : 4.0, 0.17 + 0.01 * i, 0.3 * i}, {1.5, 0.81, 0.0}};
     if (i != 0) plan.push[1] = {{i >= 3 ? 8.0 : 12.0, 0.21 + 0.02 * i, 0.0}, {i >= 3 ? 3.0 : 5.0, 0.71, 0.4}};
     if (i >= 3) plan.pelvis[1] = {{i == 3 ? -0.025 : 0.025, 0.025, 0.0}};
     add_foot_waves(6 + i, 0.02, &plan);

@@ -1,0 +1,52 @@
+#!/bin/sh
+# SPDX-License-Identifier: BSD-3-Clause
+# Identifies the rubber in the feet (Mikami et al. 2014) and writes a report.
+#
+#   identify_foot.sh [SCENARIO.yaml] [--out DIR] [--in-process]
+#       makes the motions for the robot (default: models/scenarios/paper_b/foot.yaml), checks them, runs each through
+#       the server set, identifies. --in-process: without servers, a few times faster, the same numbers.
+#   identify_foot.sh EXPERIMENT.yaml --out DIR
+#       the same from recordings of one's own: an experiment with the key `recordings` (docs/identification.md).
+#
+# Afterwards: DIR/report.html, and DIR/identified.yaml, which scripts/simulate.sh runs.
+set -eu
+here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
+bin="${BUILD:-$here/../build}/bin"
+scenario="$here/../models/scenarios/paper_b/foot.yaml"
+out="" in_process=""
+while [ $# -gt 0 ]; do
+  case "$1" in
+    -h | --help) sed -n '3,12s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    --out) [ $# -ge 2 ] || { echo "identify_foot.sh: --out needs a folder" >&2; exit 2; }; out=$2; shift ;;
+    --in-process) in_process=yes ;;
+    -*) echo "identify_foot.sh: unknown option $1" >&2; exit 2 ;;
+    *) scenario=$1 ;;
+  esac
+  shift
+done
+: "${out:=identify_foot}"
+if [ ! -x "$bin/hrp-identify-foot" ]; then
+  echo "identify_foot.sh: $bin/hrp-identify-foot is not there: run scripts/build.sh first" >&2
+  exit 1
+fi
+if [ ! -f "$scenario" ]; then
+  echo "identify_foot.sh: no file $scenario" >&2
+  exit 2
+fi
+if grep -q '^recordings:' "$scenario"; then
+  exec "$bin/hrp-identify-foot" experiment "$scenario" --out "$out"
+fi
+mkdir -p "$out/runs"
+# Exit status 1: some motion was refused; the others are used.
+"$bin/hrp-identify-foot" make "$scenario" "$out/runs" || [ $? -eq 1 ]
+if [ -n "$in_process" ]; then
+  exec "$bin/hrp-identify-foot" fit "$scenario" "$out/runs" --out "$out" --in-process
+fi
+while read -r name; do
+  echo "server set: $name"
+  "$bin/hrp-simulate" "$out/runs/$name.yaml" --log "$out/runs/$name.mcap" --quiet --no-plot > "$out/runs/$name.log" 2>&1 || {
+    cat "$out/runs/$name.log" >&2
+    exit 1
+  }
+done < "$out/runs/motions.txt"
+exec "$bin/hrp-identify-foot" fit "$scenario" "$out/runs" --out "$out"
