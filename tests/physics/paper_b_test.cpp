@@ -105,7 +105,7 @@ TEST_F(PaperB, FindsStiffnessDampingAndOffset) {
   // Systematic errors remain that the standard deviations do not know of (docs/identification.md has the numbers), so
   // the intervals are not yet claimed to hold the truth; what is claimed is how near the values are.
   EXPECT_LT(worst[0], 0.02);
-  EXPECT_LT(worst[1], 0.06);  // the goal is 0.02: damping about pitch comes out 4 % too large
+  EXPECT_LT(worst[1], 0.03);  // the goal is 0.02; from five short motions damping about pitch is 1.6 % too large
   EXPECT_LT(worst[2], 0.02);
   EXPECT_LT(relative[0], 0.003);  // [M14] table 1: 0.2 to 0.3 %
   EXPECT_LT(relative[1], 0.042);  // [M14] table 1: 1.6 to 4.2 %
