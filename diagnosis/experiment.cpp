@@ -165,6 +165,31 @@ std::string Experiment::signal_name(int joint, Quantity quantity) const {
   return "/joint_states/" + robot.tree.joint(joint).name + "/" + get_quantity_name(quantity);
 }
 
+namespace {
+
+// Step of a quantised signal: the smallest change, when most changes are whole multiples of it; 0 else.
+double find_step(const std::vector<double>& signal) {
+  std::vector<double> changes;
+  double largest = 0.0;
+  for (size_t k = 1; k < signal.size(); ++k) {
+    const double d = std::abs(signal[k] - signal[k - 1]);
+    if (std::isfinite(d)) largest = std::max(largest, std::abs(signal[k]));
+    if (std::isfinite(d) && d > 0.0) changes.push_back(d);
+  }
+  if (changes.size() < 8) return 0.0;
+  std::sort(changes.begin(), changes.end());
+  const double step = changes[changes.size() / 50];
+  if (step < 1e-5 * largest) return 0.0;  // as fine as the digits of the file
+  size_t whole = 0;
+  for (double d : changes) {
+    const double ratio = d / step;
+    whole += std::abs(ratio - std::round(ratio)) < 0.05 * std::max(1.0, 0.02 * ratio) ? 1 : 0;
+  }
+  return whole * 10 > changes.size() * 8 ? step : 0.0;
+}
+
+}  // namespace
+
 double estimate_noise(const std::vector<double>& signal) {
   std::vector<double> third;
   size_t zeros = 0;
@@ -183,7 +208,9 @@ double estimate_noise(const std::vector<double>& signal) {
     for (double d : third) sum += d * d;
     value = 0.6745 * std::sqrt(sum / static_cast<double>(third.size()));
   }
-  return value / (0.6745 * std::sqrt(20.0));  // 1 + 9 + 9 + 1: variance of the third difference of white noise
+  // A reading in steps is never better than its step.
+  // 1 + 9 + 9 + 1: variance of the third difference of white noise
+  return std::max(find_step(signal) / std::sqrt(12.0), value / (0.6745 * std::sqrt(20.0)));
 }
 
 namespace {

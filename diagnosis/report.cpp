@@ -345,4 +345,20 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   return reports;
 }
 
+Reports make_empty_reports(const Problem& problem, const std::string& reason) {
+  Reports reports;
+  Json& r = reports.report;
+  r["schema"] = 1, r["verdict"] = "unexplained";
+  r["mismatch"] = Json::array(), r["findings"] = Json::array();
+  const std::string statement = "The recordings could not be judged: " + reason + ".";
+  r["unexplained"] = {{{"where", Json::object()}, {"depends_on", Json::array()}, {"statement", statement}}};
+  r["not_identifiable"] = Json::array();
+  const Json nothing = {{"before", 0.0}, {"after", 0.0}};
+  r["fit"] = {{"train", nothing}, {"validate", nothing}, {"per_signal", Json::object()}};
+  r["prediction"] = {{"method", "none"}, {"horizon", 0.0}};
+  r["warnings"] = problem.experiment->warnings;
+  reports.series = {{"schema", 1}, {"experiment", problem.experiment->robot.tree.name}, {"notes", problem.experiment->warnings}};
+  return reports;
+}
+
 }  // namespace hrp::diagnosis

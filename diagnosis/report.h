@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "diagnosis/search.h"
-#include "diagnosis/stand_search.h"
 
 namespace hrp::diagnosis {
 
@@ -33,7 +32,6 @@ Diagnosis diagnose(const Problem& problem, const Progress& progress);
 
 Reports make_reports(const Problem& problem, const Outcome& outcome);
 
-Reports make_standing_reports(const Problem& problem, const StandOutcome& outcome);
 // For recordings that the tool cannot yet compute with: says so, names nothing.
 Reports make_empty_reports(const Problem& problem, const std::string& reason);
 
