@@ -43,9 +43,10 @@ std::vector<size_t> read_time(const Table& table, Recording* recording, std::vec
     warnings->push_back(recording->spec.name + ": " + std::to_string(repeated) + " rows repeat the last time stamp and were dropped");
   }
   const double dt = recording->duration() / static_cast<double>(rows.size() - 1);
+  // Four samples a second show no motion of a joint: far more likely the column is not in seconds.
   if (dt > 0.25) {
-    warnings->push_back(recording->spec.name + ": samples stand " + std::to_string(dt) +
-                        " apart; the time column must be in seconds (milliseconds?)");
+    fail(table.file, table.lines[rows[1]], column + 1, "time",
+         "samples stand " + std::to_string(dt) + " s apart: expected seconds, at most 0.25 s apart; are these milliseconds?");
   }
   return rows;
 }
