@@ -81,11 +81,11 @@ bool read_row(const char* begin, const char* end, int line, std::vector<double>*
     const char* stop = static_cast<const char*>(std::memchr(cell, ',', static_cast<size_t>(end - cell)));
     const char* cell_end = stop ? stop : end;
     if (column >= table.names.size()) {
-      fail(table.file, line, static_cast<int>(cell - begin) + 1, "",
+      fail(table.file, line, static_cast<int>(column) + 1, "",
            "more cells than the header's " + std::to_string(table.names.size()) + " columns");
     }
     if (!parse_cell(cell, cell_end, &(*row)[column])) {
-      fail(table.file, line, static_cast<int>(cell - begin) + 1, table.names[column],
+      fail(table.file, line, static_cast<int>(column) + 1, table.names[column],
            "'" + trim(cell, cell_end).substr(0, 40) + "' is no number");
     }
     ++column;

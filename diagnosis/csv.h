@@ -16,8 +16,9 @@ struct Table {
   size_t rows() const { return lines.size(); }
 };
 
-// Throws InputError with file, line and column of what cannot be read. Empty lines and lines that begin with # are
-// skipped; a last line that was cut off (too few cells) is dropped with a warning, any other such line is an error.
+// Throws InputError with file, line and column (1 = first cell of the line) of what cannot be read. Empty lines and
+// lines that begin with # are skipped; a last line that was cut off (too few cells) is dropped with a warning, any
+// other such line is an error.
 Table read_csv(const std::string& path, std::vector<std::string>* warnings);
 
 }  // namespace hrp::diagnosis

@@ -108,7 +108,7 @@ class Malformed(unittest.TestCase):
             lines = f["train_1.csv"].split("\n")
             lines[7] = lines[7].replace(",", ",oops", 1)
             f["train_1.csv"] = "\n".join(lines)
-        self.refused(r"train_1.csv:8:2", change=change)
+        self.refused(r"train_1.csv:8:2:", change=change)
 
     def test_time_that_runs_backwards_is_named(self):
         def change(f):
