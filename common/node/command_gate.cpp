@@ -8,7 +8,8 @@
 namespace hrp {
 namespace {
 
-// Times that a question is asked (50 ms apart) before answers to other steps count as its answer.
+// Times that a question is asked again (50 ms apart) before answers to other steps, which come no nearer, count as its
+// answer.
 constexpr int kAskedBeforeStale = 4;
 
 bool has_same_content(const msg::JointCommands& a, const msg::JointCommands& b) {
@@ -86,13 +87,15 @@ bool CommandGate::take_old(const msg::JointCommands& message) {
       ++before_.answered <= before_.asked + 1) {
     return true;
   }
+  if (stale_.empty() || step > stale_step_) stale_asked_ = now_.asked;
+  stale_step_ = step;
   stale_ = "answered step " + std::to_string(step) + " when asked for step " + std::to_string(now_.step) +
            " (stale step number)";
   return true;
 }
 
 bool CommandGate::check_silence(Clock::time_point now) {
-  if (!answered_ && now_.any && !stale_.empty() && now_.asked >= kAskedBeforeStale) return judge(stale_);
+  if (!answered_ && now_.any && !stale_.empty() && now_.asked >= stale_asked_ + kAskedBeforeStale) return judge(stale_);
   if (answered_ || timeout_ <= 0.0 || !met_ || !now_.any) return true;
   if (std::chrono::duration<double>(now - asked_at_).count() < timeout_) return true;
   silent_ = hold_;
