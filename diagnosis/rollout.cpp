@@ -4,80 +4,36 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/multibody/inverse_dynamics.h"
-#include "common/multibody/kinematics.h"
-#include "common/multibody/mass_matrix.h"
+#include "diagnosis/command_reader.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 const double kGamma = 1.0 - 1.0 / std::sqrt(2.0);
 
-// Cubic Hermite interpolation of commands; linear where no rate was recorded.
-struct CommandReader {
-  const Recording& recording;
-
-  void read(const JointColumns& joint, double t, size_t near, double* position, double* rate) const {
-    *position = 0.0, *rate = 0.0;
-    if (joint.command.empty()) return;
-    const std::vector<double>& time = recording.time;
-    if (t <= time.front()) {
-      *position = joint.command.front();
-      return;
-    }
-    if (t >= time.back()) {
-      *position = joint.command.back();
-      *rate = joint.command_rate.empty() ? 0.0 : joint.command_rate.back();
-      return;
-    }
-    size_t k = std::min(near, time.size() - 2);
-    while (k > 0 && time[k] > t) --k;
-    while (k + 2 < time.size() && time[k + 1] <= t) ++k;
-    const double h = time[k + 1] - time[k], s = (t - time[k]) / h;
-    const double a = joint.command[k], b = joint.command[k + 1];
-    if (joint.command_rate.empty()) {
-      *position = a + s * (b - a);
-      return;
-    }
-    const double da = h * joint.command_rate[k], db = h * joint.command_rate[k + 1];
-    const double c2 = 3.0 * (b - a) - 2.0 * da - db, c3 = 2.0 * (a - b) + da + db;
-    *position = a + s * (da + s * (c2 + s * c3));
-    *rate = (da + s * (2.0 * c2 + 3.0 * s * c3)) / h;
-  }
-};
-
-double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t, size_t near) {
-  size_t k = std::min(near, time.size() - 2);
-  while (k > 0 && time[k] > t) --k;
-  while (k + 2 < time.size() && time[k + 1] <= t) ++k;
-  const double s = std::min(1.0, std::max(0.0, (t - time[k]) / (time[k + 1] - time[k])));
-  return values[k] + s * (values[k + 1] - values[k]);
-}
-
 class Rollout {
  public:
-  Rollout(const Plant& plant, const Recording& recording, const SmoothRecording& smooth)
-      : plant_(plant), recording_(recording), smooth_(smooth), commands_{recording}, data_(*plant.model),
-        state_(make_state(*plant.model)), n_(plant.model->num_joints()) {
+  // Simulates `joints` of the robot; `bodies` are theirs.
+  Rollout(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, std::vector<int> joints, Bodies* bodies)
+      : plant_(plant), recording_(recording), smooth_(smooth), joints_(std::move(joints)), bodies_(*bodies),
+        n_(static_cast<int>(joints_.size())) {
     N_ = n_;
-    for (const JointLaws& laws : plant.laws) motor_.push_back(laws.elastic ? N_++ : static_cast<int>(motor_.size()));
+    for (int j = 0; j < n_; ++j) motor_.push_back(laws(j).elastic ? N_++ : j);
     const size_t size = static_cast<size_t>(N_);
-    for (std::vector<double>* v : {&Q_, &V_, &Qs_, &Vs_, &f_, &K_, &D_, &k1q_, &k1v_, &k2q_, &k2v_, &rhs_, &servo_}) {
-      v->assign(size, 0.0);
-    }
-    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_}) {
+    for (std::vector<double>* v : {&Q_, &V_, &Qs_, &Vs_, &f_, &K_, &D_, &k1q_, &k1v_, &k2q_, &k2v_, &rhs_}) v->assign(size, 0.0);
+    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_, &bias_}) {
       v->assign(static_cast<size_t>(n_), 0.0);
     }
     couple_k_.assign(size, 0.0), couple_d_.assign(size, 0.0);
     A_.assign(size * size, 0.0), M_.assign(size * size, 0.0);
-    bias_.setZero(n_);
+    mass_.assign(static_cast<size_t>(n_) * static_cast<size_t>(n_), 0.0);
     choose_follow_gains();
-    if (!plant.force_W.empty()) wrenches_.resize(static_cast<size_t>(plant.model->num_links()));
   }
 
-  bool run(const RolloutOptions& options, std::vector<double>* readings) {
+  bool run(const RolloutOptions& options, std::vector<double>* readings, std::vector<LinkMotion>* links) {
     const size_t rows = recording_.size();
-    readings->assign(rows * static_cast<size_t>(n_) * kQuantities, 0.0);
+    links_ = links;
+    if (links) prepare_links(rows);
     restart(smooth_.start);
     write(smooth_.start, readings);
     double started = recording_.time[smooth_.start];
@@ -101,28 +57,26 @@ class Rollout {
   }
 
  private:
-  const JointLaws& laws(int j) const { return plant_.laws[static_cast<size_t>(j)]; }
+  size_t index(int j) const { return static_cast<size_t>(joints_[static_cast<size_t>(j)]); }   // in the robot
+  const JointLaws& laws(int j) const { return plant_.laws[index(j)]; }
 
   void restart(size_t k) {
     for (int j = 0; j < n_; ++j) {
-      const SmoothJoint& joint = smooth_.joints[static_cast<size_t>(j)];
+      const SmoothJoint& joint = smooth_.joints[index(j)];
       Q_[j] = joint.q[k] - laws(j).joint_offset;
       V_[j] = joint.qd[k];
       Z_[j] = 0.0;
     }
     near_ = k;
     start_transmissions(k);
-    update_bodies(Q_.data(), V_.data());
     for (int j = 0; j < n_; ++j) U_[j] = calc_drive(j, recording_.time[k], Q_.data(), V_.data());
   }
 
   // Elastic joints: the encoder is on the motor; the link lags by the twist that carries the present load.
   void start_transmissions(size_t k) {
     if (N_ == n_) return;
-    update_bodies(Q_.data(), V_.data());
-    Eigen::VectorXd qdd(n_), tau(n_);
-    for (int j = 0; j < n_; ++j) qdd[j] = smooth_.joints[static_cast<size_t>(j)].qdd[k];
-    calc_inverse_dynamics(*plant_.model, qdd, wrenches_.empty() ? nullptr : &wrenches_, &data_, &tau);
+    std::vector<double> tau(static_cast<size_t>(n_));
+    bodies_.calc_efforts(k, tau.data());
     for (int j = 0; j < n_; ++j) {
       if (!laws(j).elastic) continue;
       Q_[motor_[j]] = Q_[j], V_[motor_[j]] = V_[j];
@@ -130,37 +84,21 @@ class Rollout {
     }
   }
 
-  void update_bodies(const double* Q, const double* V) {
-    for (int j = 0; j < n_; ++j) state_.q[j] = Q[j], state_.qd[j] = V[j];
-    update_kinematics(*plant_.model, state_, &data_);
-    if (!wrenches_.empty()) {
-      for (int link = 0; link < plant_.model->num_links(); ++link) {
-        const Vector3d& force = plant_.force_W[static_cast<size_t>(link)];
-        Vector6d F = Vector6d::Zero();
-        if (!force.isZero()) {
-          const Transform X_WL = get_pose(data_, link);
-          F << Vector3d((X_WL.R * plant_.tree.links[static_cast<size_t>(link)].inertia.p_LLcm_L).cross(force)), force;
-        }
-        wrenches_[static_cast<size_t>(link)] = F;
-      }
-    }
-  }
-
   void choose_follow_gains() {
     follow_k_.assign(static_cast<size_t>(n_), 0.0), follow_d_ = follow_k_, free_.assign(static_cast<size_t>(n_), 0);
-    for (int j = 0; j < n_; ++j) state_.q[j] = smooth_.joints[static_cast<size_t>(j)].q[smooth_.start];
-    update_kinematics(*plant_.model, state_, &data_);
-    const Eigen::MatrixXd& M = update_mass_matrix(*plant_.model, &data_);
+    std::vector<double> q(static_cast<size_t>(n_)), zero(static_cast<size_t>(n_), 0.0);
+    for (int j = 0; j < n_; ++j) q[j] = smooth_.joints[index(j)].q[smooth_.start];
+    bodies_.evaluate(recording_.time[smooth_.start], smooth_.start, q.data(), zero.data(), mass_.data(), bias_.data());
     for (int j = 0; j < n_; ++j) {
       const bool servo = laws(j).kp > 0.0 && !plant_.effort_driven;
-      follow_k_[j] = servo ? laws(j).kp : M(j, j) * kFollow * kFollow;
-      follow_d_[j] = servo ? laws(j).kd : 2.0 * M(j, j) * kFollow;
+      follow_k_[j] = servo ? laws(j).kp : mass_[j * n_ + j] * kFollow * kFollow;
+      follow_d_[j] = servo ? laws(j).kd : 2.0 * mass_[j * n_ + j] * kFollow;
     }
   }
 
   // Draws the joint to its recorded motion.
   void follow(int j, double t, double q, double v) {
-    const SmoothJoint& joint = smooth_.joints[static_cast<size_t>(j)];
+    const SmoothJoint& joint = smooth_.joints[index(j)];
     const double q_recorded = interpolate(recording_.time, joint.q, t, near_), v_recorded = interpolate(recording_.time, joint.qd, t, near_);
     const int m = motor_[j];
     f_[m] += follow_k_[j] * (q_recorded - q) + follow_d_[j] * (v_recorded - v);
@@ -170,18 +108,18 @@ class Rollout {
   // Servo (or recorded) effort of joint j before lag; K_ and D_ of its motor coordinate are set to its slopes.
   double calc_drive(int j, double t, const double* Q, const double* V) {
     const JointLaws& law = laws(j);
-    const JointColumns& columns = recording_.joints[static_cast<size_t>(j)];
+    const JointColumns& columns = recording_.joints[index(j)];
     const int m = motor_[j];
     if (plant_.effort_driven) {
       free_[j] = 1;
-      const auto& effort = smooth_.effort[static_cast<size_t>(j)];
+      const auto& effort = smooth_.effort[index(j)];
       return effort.empty() ? 0.0 : interpolate(recording_.time, effort, t, near_);
     }
     free_[j] = 0;
     if (columns.command.empty()) return 0.0;
     double position, rate;
     const double origin = recording_.time.front();
-    commands_.read(columns, origin + (t - origin) * (1.0 + plant_.clock_skew) - law.command_delay - plant_.command_shift, near_, &position, &rate);
+    read_command(recording_.time, columns, origin + (t - origin) * (1.0 + plant_.clock_skew) - law.command_delay - plant_.command_shift, near_, &position, &rate);
     const double u = calc_servo_effort(law, position - Q[m] - law.joint_offset, rate - V[m], 0.0);
     if (std::abs(u) > law.effort_limit) free_[j] = 1;
     if (free_[j]) return u > 0.0 ? law.effort_limit : -law.effort_limit;
@@ -195,10 +133,10 @@ class Rollout {
     double effort = -law.viscous * v;
     *slope += law.viscous;
     if (law.has_friction()) {
-      const double s = std::tanh(v / plant_.stick_speed[static_cast<size_t>(j)]);
+      const double s = std::tanh(v / plant_.stick_speed[index(j)]);
       const double level = calc_friction_level(law, std::abs(v), load, s);
       effort -= level * s;
-      *slope += level * (1.0 - s * s) / plant_.stick_speed[static_cast<size_t>(j)];
+      *slope += level * (1.0 - s * s) / plant_.stick_speed[index(j)];
     }
     if (law.cogging_amplitude != 0.0) effort += calc_cogging(law, q);
     return effort;
@@ -208,7 +146,6 @@ class Rollout {
     const JointLaws& law = laws(j);
     const int m = motor_[j];
     double u = calc_drive(j, t, Q, V);
-    servo_[j] = u;
     lag_factor_[j] = 0.0;
     if (law.lag > 0.0) {
       const double w = kGamma * h / law.lag;
@@ -256,20 +193,13 @@ class Rollout {
   // Forces f_, slopes K_, D_, mass matrix M_ at a state.
   void evaluate(double t, double h, const double* Q, const double* V, const double* U, const double* Z) {
     std::fill(f_.begin(), f_.end(), 0.0), std::fill(K_.begin(), K_.end(), 0.0), std::fill(D_.begin(), D_.end(), 0.0);
-    update_bodies(Q, V);
     for (int j = 0; j < n_; ++j) calc_joint_forces(j, t, h, Q, V, U, Z);
-    if (wrenches_.empty()) {
-      calc_bias(*plant_.model, &data_, &bias_);
-    } else {
-      const Eigen::VectorXd zero = Eigen::VectorXd::Zero(n_);
-      calc_inverse_dynamics(*plant_.model, zero, &wrenches_, &data_, &bias_);
-    }
+    bodies_.evaluate(t, near_, Q, V, mass_.data(), bias_.data());
     for (int j = 0; j < n_; ++j) f_[j] -= bias_[j];
-    const Eigen::MatrixXd& M = update_mass_matrix(*plant_.model, &data_);
     std::fill(M_.begin(), M_.end(), 0.0);
     for (int i = 0; i < n_; ++i) {
-      for (int j = 0; j < n_; ++j) M_[i * N_ + j] = M(i, j);
-      M_[motor_[i] * N_ + motor_[i]] += plant_.rotor[static_cast<size_t>(i)];
+      for (int j = 0; j < n_; ++j) M_[i * N_ + j] = mass_[i * n_ + j];
+      M_[motor_[i] * N_ + motor_[i]] += plant_.rotor[index(i)];
       if (K_[motor_[i]] > 0.0) M_[motor_[i] * N_ + motor_[i]] -= laws(i).kd * plant_.rate_lag;
       if (laws(i).elastic) M_[motor_[i] * N_ + motor_[i]] += laws(i).motor_inertia;
     }
@@ -326,11 +256,11 @@ class Rollout {
     evaluate(t, h, Q_.data(), V_.data(), U_.data(), Z_.data());
     // Stage 1: kq = V + c kv.
     for (int i = 0; i < N_; ++i) rhs_[i] = f_[i];
-    add_lag(c, fu_.data(), V_.data());
+    add_lag(c, fu_.data());
     subtract_stiffness(c, V_.data());
     if (!solve(c, k1v_.data())) return false;
     for (int i = 0; i < N_; ++i) k1q_[i] = V_[i] + c * k1v_[i];
-    for (int j = 0; j < n_; ++j) finish_memory(j, c, fu_[j], fz_[j], k1q_.data(), k1v_.data(), &k1u_[j], &k1z_[j]);
+    for (int j = 0; j < n_; ++j) finish_memory(j, fu_[j], fz_[j], k1q_.data(), k1v_.data(), &k1u_[j], &k1z_[j]);
     for (int i = 0; i < N_; ++i) Qs_[i] = Q_[i] + h * k1q_[i], Vs_[i] = V_[i] + h * k1v_[i];
     for (int j = 0; j < n_; ++j) Us_[j] = U_[j] + h * k1u_[j], Zs_[j] = Z_[j] + h * k1z_[j];
     // Stage 2: F(w1) - 2 k1.
@@ -342,13 +272,13 @@ class Rollout {
       Vs_[i] -= 2.0 * k1q_[i];  // right-hand side of the position rows
     }
     for (int j = 0; j < n_; ++j) fu_[j] -= 2.0 * k1u_[j], fz_[j] -= 2.0 * k1z_[j];
-    add_lag(c, fu_.data(), Vs_.data());
+    add_lag(c, fu_.data());
     subtract_stiffness(c, Vs_.data());
     if (!solve(c, k2v_.data())) return false;
     for (int i = 0; i < N_; ++i) k2q_[i] = Vs_[i] + c * k2v_[i];
     for (int j = 0; j < n_; ++j) {
       double k2u, k2z;
-      finish_memory(j, c, fu_[j], fz_[j], k2q_.data(), k2v_.data(), &k2u, &k2z);
+      finish_memory(j, fu_[j], fz_[j], k2q_.data(), k2v_.data(), &k2u, &k2z);
       U_[j] += h * (1.5 * k1u_[j] + 0.5 * k2u);
       Z_[j] += h * (1.5 * k1z_[j] + 0.5 * k2z);
     }
@@ -360,51 +290,78 @@ class Rollout {
   }
 
   // The lagged effort's own change within the stage acts on its motor.
-  void add_lag(double c, const double* fu, const double*) {
+  void add_lag(double c, const double* fu) {
     for (int j = 0; j < n_; ++j) {
       if (lag_factor_[j] > 0.0) rhs_[motor_[j]] += laws(j).torque_scale * c * lag_factor_[j] * fu[j];
     }
   }
 
-  void finish_memory(int j, double c, double fu, double fz, const double* kq, const double* kv, double* ku, double* kz) const {
+  void finish_memory(int j, double fu, double fz, const double* kq, const double* kv, double* ku, double* kz) const {
     *ku = 0.0, *kz = 0.0;
     if (lag_factor_[j] > 0.0) {
       const int m = motor_[j];
-      *ku = lag_factor_[j] * (fu - (lag_k_[j] * kq[m] + lag_d_[j] * kv[m]) / 1.0 * (1.0));
+      *ku = lag_factor_[j] * (fu - (lag_k_[j] * kq[m] + lag_d_[j] * kv[m]));
     }
-    (void)c;
     if (laws(j).hysteresis_stiffness > 0.0) *kz = fz;
   }
 
+  // Columns of joints that are not simulated stay 0.
   void write(size_t k, std::vector<double>* readings) {
-    double* out = readings->data() + k * static_cast<size_t>(n_) * kQuantities;
+    double* row = readings->data() + k * plant_.laws.size() * kQuantities;
     for (int j = 0; j < n_; ++j) {
       const int m = motor_[j];
-      out[j * kQuantities + 0] = Q_[m] + laws(j).joint_offset;
-      out[j * kQuantities + 1] = V_[m];
-      out[j * kQuantities + 2] = calc_drive(j, recording_.time[k], Q_.data(), V_.data());
+      double* out = row + index(j) * kQuantities;
+      out[0] = Q_[m] + laws(j).joint_offset;
+      out[1] = V_[m];
+      out[2] = calc_drive(j, recording_.time[k], Q_.data(), V_.data());
+      if (!links_) continue;
+      LinkMotion& link = (*links_)[index(j)];
+      link.q[k] = Q_[j], link.qd[k] = V_[j];
+    }
+  }
+
+  void prepare_links(size_t rows) {
+    links_->resize(plant_.laws.size());
+    for (int j = 0; j < n_; ++j) {
+      (*links_)[index(j)].q.assign(rows, 0.0), (*links_)[index(j)].qd.assign(rows, 0.0);
     }
   }
 
   const Plant& plant_;
   const Recording& recording_;
   const SmoothRecording& smooth_;
-  CommandReader commands_;
-  Data data_;
-  State state_;
+  std::vector<int> joints_;
+  Bodies& bodies_;
   int n_, N_ = 0;
+  std::vector<LinkMotion>* links_ = nullptr;
   size_t near_ = 0;
   std::vector<double> follow_k_, follow_d_;
   std::vector<char> free_;   // the drive does not hold the joint now
   std::vector<int> motor_;   // coordinate of each joint's motor
-  std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_, servo_;
+  std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_;
   std::vector<double> U_, Z_, Us_, Zs_, fu_, fz_, k1u_, k1z_, lag_factor_, lag_k_, lag_d_;
-  std::vector<double> couple_k_, couple_d_, A_, M_;
-  Eigen::VectorXd bias_;
-  LinkWrenches wrenches_;
+  std::vector<double> couple_k_, couple_d_, A_, M_, mass_, bias_;
 };
 
-// Faults of the joints' own sensors act on what would have been read.
+}  // namespace
+
+bool simulate_recording(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
+                        const RolloutOptions& options, std::vector<double>* readings) {
+  readings->assign(recording.size() * plant.laws.size() * kQuantities, 0.0);
+  std::vector<int> joints(plant.laws.size());
+  for (size_t j = 0; j < joints.size(); ++j) joints[j] = static_cast<int>(j);
+  const std::unique_ptr<Bodies> bodies = make_robot_bodies(plant, smooth);
+  if (!Rollout(plant, recording, smooth, joints, bodies.get()).run(options, readings, nullptr)) return false;
+  apply_faults(plant, recording, readings);
+  return true;
+}
+
+bool simulate_joint(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const RobotPath& path, int joint,
+                    const RolloutOptions& options, std::vector<double>* readings, std::vector<LinkMotion>* links) {
+  const std::unique_ptr<Bodies> bodies = make_path_bodies(path[static_cast<size_t>(joint)], recording.time);
+  return Rollout(plant, recording, smooth, {joint}, bodies.get()).run(options, readings, links);
+}
+
 void apply_faults(const Plant& plant, const Recording& recording, std::vector<double>* readings) {
   const size_t width = plant.faults.size(), rows = recording.size();
   for (size_t c = 0; c < width; ++c) {
@@ -419,16 +376,6 @@ void apply_faults(const Plant& plant, const Recording& recording, std::vector<do
     if (fault.bias == 0.0 && fault.scale == 1.0) continue;
     for (size_t k = 0; k < rows; ++k) (*readings)[k * width + c] = fault.scale * (*readings)[k * width + c] + fault.bias;
   }
-}
-
-}  // namespace
-
-bool simulate_recording(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
-                        const RolloutOptions& options, std::vector<double>* readings) {
-  Rollout rollout(plant, recording, smooth);
-  if (!rollout.run(options, readings)) return false;
-  apply_faults(plant, recording, readings);
-  return true;
 }
 
 }  // namespace hrp::diagnosis

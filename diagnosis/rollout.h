@@ -14,6 +14,7 @@
 
 #include <vector>
 
+#include "diagnosis/bodies.h"
 #include "diagnosis/plant.h"
 #include "diagnosis/smooth.h"
 
@@ -29,5 +30,13 @@ struct RolloutOptions {
 // Readings [sample][joint][quantity], flat. False when the motion left the finite numbers.
 bool simulate_recording(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
                         const RolloutOptions& options, std::vector<double>* readings);
+
+// One joint alone, all others as they were recorded (`path`). Fills the joint's columns of readings, which must have
+// their size already; sensor faults are not applied. With `links`, the motion of the joint's link goes there.
+bool simulate_joint(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const RobotPath& path, int joint,
+                    const RolloutOptions& options, std::vector<double>* readings, std::vector<LinkMotion>* links = nullptr);
+
+// Faults of the joints' own sensors act on what would have been read.
+void apply_faults(const Plant& plant, const Recording& recording, std::vector<double>* readings);
 
 }  // namespace hrp::diagnosis
