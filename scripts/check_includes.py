@@ -41,7 +41,7 @@ COMMON = {
     "bus": ["base"],
     "messages": ["base", "spatial", "multibody", "robot", "bus"],
     "node": ["base", "spatial", "multibody", "robot", "bus", "messages"],
-    "plot": ["base", "robot", "mcap", "messages"],
+    "plot": ["base", "spatial", "multibody", "robot", "mcap", "messages"],
 }
 
 # Parts of a server that may know the bus: everything else in servers/ is core.

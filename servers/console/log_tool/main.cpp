@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/plot/robot_pictures.h"
 #include "servers/console/log_tool/commands.h"
 
 int main(int argc, char** argv) {
@@ -37,6 +38,17 @@ int main(int argc, char** argv) {
                        [&] { return hrp::write_plot(file, signals, out); });
   plot->add_option("--out", out, "SVG file")->required();
   plot->add_option("--signal", signals, "a CSV column, or topic:field (contact_forces:pairs[0].total.force.z)");
+  hrp::PictureOptions look;
+  CLI::App* pictures = add("pictures", "the robot at moments of the run, beside each other, as SVG", [&] {
+    hrp::write_robot_pictures(file, look, out);
+    return 0;
+  });
+  pictures->add_option("--out", out, "SVG file")->required();
+  pictures->add_option("--from", look.from, "simulated time of the first picture [s]");
+  pictures->add_option("--to", look.to, "simulated time of the last one [s]; default: the end");
+  pictures->add_option("--count", look.count, "how many")->check(CLI::Range(1, 40));
+  pictures->add_option("--azimuth", look.azimuth, "where the camera stands: 0 in front, pi/2 on the robot's left [rad]");
+  pictures->add_option("--elevation", look.elevation, "of the camera [rad]");
   add("hash", "hash of all payloads of each topic: equal runs, equal hashes", [&] { return hrp::show_hashes(file); });
   add("compare", "first difference of two logs; status 1 when there is one", [&] {
     return hrp::compare_logs(file, other);

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/plot/robot_pictures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+#include "common/mcap/reader.h"
+#include "common/messages/cdr.h"
+#include "common/messages/convert.h"
+#include "common/messages/convert_robot.h"
+#include "common/messages/topics.h"
+#include "common/multibody/kinematics.h"
+#include "common/plot/solids.h"
+#include "common/robot/scenario.h"
+#include "common/robot/sole.h"
+
+namespace hrp {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kPanelWidth = 240, kPanelHeight = 250;
+constexpr int kColumns = 4;
+constexpr double kSunk = 0.02;  // [m] deeper than that in the ground nothing but a fallen robot's body is
+
+// Left orange, right blue, the rest grey: who steps is seen at once.
+constexpr Colour kLeft{0.95, 0.62, 0.33}, kRight{0.36, 0.62, 0.90}, kMiddle{0.86, 0.87, 0.88}, kStone{0.72, 0.70, 0.66};
+
+std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
+std::string format(const char* pattern, ...) {
+  std::array<char, 512> text;
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text.data(), text.size(), pattern, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+struct Moment {
+  double time = 0.0;  // [s]
+  State state;
+};
+
+struct Run {
+  RobotDescription robot;
+  Scenario scenario;
+  std::vector<Moment> moments;  // 100 a second
+};
+
+Run read_run(const std::string& path, const PictureOptions& options) {
+  mcap::Reader log(path);
+  Run run;
+  msg::RobotState message;
+  double next = options.from;
+  log.read_messages(
+      [&](const mcap::Message& sample) {
+        const Bytes bytes{sample.data, sample.size};
+        if (log.channels().at(sample.channel_id).topic == topics::kRobotDescription.name) {
+          msg::RobotDescription description;
+          decode(bytes, &description);
+          from_message(description, &run.robot);
+          return true;
+        }
+        decode(bytes, &message);
+        const double time = message.header().time();
+        if (options.to >= 0.0 && time > options.to + 1e-9) return false;
+        if (time < next - 1e-9) return true;
+        next = time + 0.01;
+        run.moments.emplace_back();
+        run.moments.back().time = time;
+        from_message(message, &run.moments.back().state);
+        return true;
+      },
+      {topics::kRobotDescription.name, topics::kRobotState.name});
+  if (run.robot.tree.links.empty() || run.moments.empty()) throw std::runtime_error(path + ": no run at the wanted times");
+  run.scenario = parse_scenario(run.robot.scenario, run.robot.scenario_path);
+  return run;
+}
+
+Colour find_colour(double y) { return y > 0.03 ? kLeft : y < -0.03 ? kRight : kMiddle; }
+
+class Painter {
+ public:
+  explicit Painter(const Run& run)
+      : run_(run), model_(run.robot.tree), data_(model_), ground_(make_ground_plane(run.scenario.ground)) {
+    for (const CollisionShape& shape : run.robot.shapes) solids_.push_back(move_solid(shape.X_LG, make_solid(shape)));
+    const State start = make_start_state(run.robot, run.scenario);
+    const std::vector<Solid> placed = place(start);
+    for (size_t i = 0; i < placed.size(); ++i) {
+      solids_[i].colour = find_colour(calc_mean(placed[i]).y() - start.p_WB.y());
+      for (const Vector3d& v : placed[i].vertices) height_ = std::max(height_, calc_height(v));
+    }
+    for (const ObstacleSpec& obstacle : run.scenario.obstacles) add_obstacle(obstacle);
+  }
+
+  // False when something other than a sole is in the ground.
+  bool stands_clear(const State& state) {
+    const std::vector<Solid> placed = place(state);
+    for (size_t i = 0; i < placed.size(); ++i) {
+      if (run_.robot.shapes[i].sole || !run_.scenario.ground.present) continue;
+      for (const Vector3d& v : placed[i].vertices) {
+        if (calc_height(v) < -kSunk) return false;
+      }
+    }
+    return true;
+  }
+
+  std::string draw(const Moment& moment, const PictureOptions& options) {
+    std::vector<Solid> placed = place(moment.state);
+    Camera camera;
+    camera.azimuth = options.azimuth;
+    camera.elevation = options.elevation;
+    camera.scale = 0.74 * kPanelHeight / height_;
+    camera.middle_x = 0.5 * kPanelWidth;
+    camera.middle_y = 0.52 * kPanelHeight;
+    const Vector3d& base = moment.state.p_WB;
+    camera.target_W = put_on_ground({base.x(), base.y(), 0.0}) + Vector3d(0, 0, 0.5 * height_);
+    std::string svg;
+    if (run_.scenario.ground.present) svg += draw_floor(camera) + draw_shadow(placed, camera);
+    placed.insert(placed.end(), obstacles_.begin(), obstacles_.end());
+    return svg + draw_solids(placed, camera);
+  }
+
+ private:
+  static Vector3d calc_mean(const Solid& solid) {
+    Vector3d sum = Vector3d::Zero();
+    for (const Vector3d& v : solid.vertices) sum += v;
+    return sum / std::max<double>(1.0, static_cast<double>(solid.vertices.size()));
+  }
+
+  double calc_height(const Vector3d& p_W) const { return ground_.n_W.dot(p_W) - ground_.offset; }
+
+  Vector3d put_on_ground(const Vector3d& p_W) const { return p_W - Vector3d(0, 0, calc_height(p_W) / ground_.n_W.z()); }
+
+  void add_obstacle(const ObstacleSpec& obstacle) {
+    CollisionShape shape;
+    shape.size = obstacle.size;
+    shape.kind = obstacle.shape == "sphere" ? ShapeKind::kSphere
+                 : obstacle.shape == "cylinder" ? ShapeKind::kCylinder : ShapeKind::kBox;
+    obstacles_.push_back(move_solid(obstacle.X_WG, make_solid(shape)));
+    obstacles_.back().colour = kStone;
+  }
+
+  std::vector<Solid> place(const State& state) {
+    update_kinematics(model_, state, &data_);
+    std::vector<Solid> placed;
+    for (size_t i = 0; i < solids_.size(); ++i) {
+      placed.push_back(move_solid(get_pose(data_, run_.robot.shapes[i].link), solids_[i]));
+    }
+    return placed;
+  }
+
+  // Lines of the world every 0.2 m, heavier ones every metre, on a piece of floor below the robot.
+  std::string draw_floor(const Camera& camera) const {
+    constexpr double kReach = 0.9, kStep = 0.2;  // [m]
+    const double x = camera.target_W.x(), y = camera.target_W.y();
+    const auto at = [&](double px, double py) { return camera.project(put_on_ground({px, py, 0.0})); };
+    std::string svg = "<polygon class=\"floor\" points=\"" +
+                      make_points({at(x - kReach, y - kReach), at(x + kReach, y - kReach), at(x + kReach, y + kReach),
+                                   at(x - kReach, y + kReach)}) + "\"/>\n";
+    const auto add_line = [&](int k, const Vector2d& a, const Vector2d& b) {
+      svg += format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>", k % 5 == 0 ? "metre" : "line", a.x(), a.y(), b.x(), b.y());
+    };
+    for (int k = static_cast<int>(std::ceil((x - kReach) / kStep)); k * kStep <= x + kReach; ++k) {
+      add_line(k, at(k * kStep, y - kReach), at(k * kStep, y + kReach));
+    }
+    for (int k = static_cast<int>(std::ceil((y - kReach) / kStep)); k * kStep <= y + kReach; ++k) {
+      add_line(k, at(x - kReach, k * kStep), at(x + kReach, k * kStep));
+    }
+    return svg + "\n";
+  }
+
+  // Of a light high up on the viewer's side.
+  std::string draw_shadow(const std::vector<Solid>& solids, const Camera& camera) const {
+    const Vector3d light = (0.35 * camera.calc_direction() + Vector3d(0, 0, 1)).normalized();
+    std::string svg = "<g class=\"shadow\">";
+    for (const Solid& solid : solids) {
+      std::vector<Vector2d> points;
+      for (const Vector3d& v : solid.vertices) {
+        points.push_back(camera.project(v - light * (std::max(0.0, calc_height(v)) / ground_.n_W.dot(light))));
+      }
+      svg += "<polygon points=\"" + make_points(find_outline(points)) + "\"/>";
+    }
+    return svg + "</g>\n";
+  }
+
+  const Run& run_;
+  Model model_;
+  Data data_;
+  GroundPlane ground_;
+  std::vector<Solid> solids_;     // link axes
+  std::vector<Solid> obstacles_;  // world axes
+  double height_ = 0.1;           // [m] of the robot at the start
+};
+
+std::vector<size_t> choose_moments(const Run& run, int count, Painter* painter) {
+  size_t end = 1;
+  while (end < run.moments.size() && painter->stands_clear(run.moments[end].state)) ++end;
+  std::vector<size_t> chosen;
+  for (int i = 0; i < count; ++i) {
+    const double part = count > 1 ? static_cast<double>(i) / (count - 1) : 0.0;
+    chosen.push_back(static_cast<size_t>(std::lround(part * static_cast<double>(end - 1))));
+  }
+  return chosen;
+}
+
+}  // namespace
+
+void write_robot_pictures(const std::string& log_path, const PictureOptions& options, const std::string& svg_path) {
+  const Run run = read_run(log_path, options);
+  Painter painter(run);
+  const std::vector<size_t> chosen = choose_moments(run, std::max(1, options.count), &painter);
+  const int columns = std::min<int>(kColumns, static_cast<int>(chosen.size()));
+  const double width = kPanelWidth * columns;
+  const double height = kPanelHeight * std::ceil(static_cast<double>(chosen.size()) / columns);
+  std::string svg = format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" height=\"%.0f\" "
+                           "font-family=\"sans-serif\" font-size=\"13\" class=\"robot\">\n", width, height, width, height);
+  svg += "<style>text{fill:#333}.page{fill:#fff}.floor{fill:#eceae6}.line,.metre{stroke:#bbb6ad;stroke-width:.6;fill:none}"
+         ".metre{stroke:#8d877c;stroke-width:1.4}.shadow{fill:#000;opacity:.16}"
+         "@media(prefers-color-scheme:dark){text{fill:#ddd}.page{fill:#181818}.floor{fill:#3a3936}"
+         ".line,.metre{stroke:#5a5852}.metre{stroke:#85817a}.shadow{opacity:.4}}</style>\n"
+         "<rect class=\"page\" width=\"100%\" height=\"100%\"/>\n";
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    const Moment& moment = run.moments[chosen[i]];
+    svg += format("<svg x=\"%.0f\" y=\"%.0f\" width=\"%.0f\" height=\"%.0f\">\n", kPanelWidth * static_cast<double>(i % size_t(columns)),
+                  kPanelHeight * static_cast<double>(i / size_t(columns)), kPanelWidth, kPanelHeight);
+    svg += painter.draw(moment, options);
+    svg += format("<text x=\"10\" y=\"20\">%.2f s</text></svg>\n", moment.time);
+  }
+  svg += "</svg>\n";
+  std::ofstream file(svg_path, std::ios::binary);
+  file << svg;
+  file.close();
+  if (!file) throw std::runtime_error(svg_path + ": cannot be written");
+}
+
+}  // namespace hrp
