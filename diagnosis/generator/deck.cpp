@@ -12,18 +12,37 @@ bool is_in(const std::vector<std::string>& list, const std::string& item) {
 }
 
 std::string find_family(const std::vector<std::string>& effects, bool biped) {
-  if (effects.empty()) return biped ? "stand_none" : "none";
-  if (effects.size() > 1) return effects.size() == 2 ? "pair" : "triple";
-  if (is_in(unknown_effects(), effects[0])) return "unknown";
-  if (is_in(foot_effects(), effects[0])) return "foot";
-  if (is_in(biped_sensor_effects(), effects[0])) return "sensor";
-  if (biped) return "stand";
-  return is_in(link_effects(), effects[0]) ? "link" : "joint";
+  const std::string prefix = biped ? "stand_" : "";
+  if (effects.empty()) return prefix + "none";
+  if (effects.size() > 1) return prefix + (effects.size() == 2 ? "pair" : "triple");
+  if (is_in(unknown_effects(), effects[0]) || is_in(stand_unknown_effects(), effects[0])) return prefix + "unknown";
+  if (is_in(foot_effects(), effects[0])) return prefix + "foot";
+  if (is_in(biped_sensor_effects(), effects[0])) return prefix + "sensor";
+  return prefix + (is_in(link_effects(), effects[0]) ? "link" : "joint");
 }
 
 CaseRequest make_request(std::vector<std::string> effects, bool biped) {
   const std::string family = find_family(effects, biped);
   return {family, biped, std::move(effects)};
+}
+
+bool is_single(const std::string& family) {
+  for (const char* kind : {"joint", "link", "foot", "sensor"}) {
+    if (family == kind || family == std::string("stand_") + kind) return true;
+  }
+  return false;
+}
+
+// Is the request one of `families`, a comma list?
+bool is_wanted(const CaseRequest& request, const std::string& families) {
+  for (std::size_t at = 0; at <= families.size();) {
+    const std::size_t end = std::min(families.find(',', at), families.size());
+    const std::string one = families.substr(at, end - at);
+    if (one == request.family || one == (request.biped ? "stand" : "arm")) return true;
+    if (one == "single" && is_single(request.family)) return true;
+    at = end + 1;
+  }
+  return families.empty();
 }
 
 // Pairs and triples: effects that may meet in one robot; two transmissions or two sensor faults do not.
@@ -56,37 +75,66 @@ std::vector<std::string> draw_mixture(std::size_t count, Prng& random) {
   return out;
 }
 
+// Two effects in one joint: friction of one kind beside an effect that is not friction.
+CaseRequest draw_same_joint(Prng& random) {
+  static const std::vector<std::string> friction{"viscous_friction", "coulomb_friction", "stribeck_friction",
+                                                 "load_dependent_friction"},
+      other{"rotor_inertia", "torque_constant_error", "actuator_lag",     "command_delay", "parallel_spring",
+            "cogging",       "joint_offset",          "joint_elasticity", "backlash"};
+  return {"pair_same_joint", false, {random.pick(friction), random.pick(other)}};
+}
+
+CaseRequest draw_stand_pair(Prng& random) {
+  static const std::vector<std::string> below{"foot_compliance", "ground_slope", "foot_compliance"},
+      beside{"joint_offset", "sensor_bias", "payload", "com_error", "sensor_misalignment", "sensor_delay",
+             "coulomb_friction", "sensor_scale"};
+  return make_request({random.pick(below), random.pick(beside)}, true);
+}
+
+void add_arm_round(std::vector<CaseRequest>& round, Prng& random) {
+  for (const auto* list : {&joint_effects(), &link_effects(), &arm_sensor_effects(), &unknown_effects()}) {
+    for (const std::string& effect : *list) round.push_back(make_request({effect}, false));
+  }
+  for (int i = 0; i < 5; ++i) round.push_back(make_request({}, false));
+  for (int i = 0; i < 8; ++i) round.push_back(make_request(draw_mixture(2, random), false));
+  for (int i = 0; i < 3; ++i) round.push_back(draw_same_joint(random));
+  for (int i = 0; i < 2; ++i) round.push_back(make_request(draw_mixture(3, random), false));
+}
+
+// Joint effects that show in a robot that stands and sways.
+void add_stand_round(std::vector<CaseRequest>& round, Prng& random) {
+  for (const auto* list : {&foot_effects(), &biped_sensor_effects(), &stand_unknown_effects()}) {
+    for (const std::string& effect : *list) round.push_back(make_request({effect}, true));
+  }
+  for (const char* effect :
+       {"foot_compliance", "sensor_bias", "payload", "mass_error", "com_error", "external_force", "joint_offset",
+        "rotor_inertia", "coulomb_friction", "viscous_friction", "torque_constant_error", "joint_elasticity",
+        "backlash", "command_delay", "parallel_spring"}) {
+    round.push_back(make_request({effect}, true));
+  }
+  for (int i = 0; i < 3; ++i) round.push_back(make_request({}, true));
+  for (int i = 0; i < 4; ++i) round.push_back(draw_stand_pair(random));
+}
+
 // One round: every single effect once, and the other families in the proportions of a sensible trial.
 std::vector<CaseRequest> make_round(Prng& random) {
   std::vector<CaseRequest> round;
-  for (const auto& effect : joint_effects()) round.push_back(make_request({effect}, false));
-  for (const auto& effect : link_effects()) round.push_back(make_request({effect}, false));
-  for (const auto& effect : arm_sensor_effects()) round.push_back(make_request({effect}, false));
-  for (const auto& effect : foot_effects()) round.push_back(make_request({effect}, true));
-  round.push_back(make_request({"foot_compliance"}, true));
-  for (const auto& effect : biped_sensor_effects()) round.push_back(make_request({effect}, true));
-  for (const char* effect :
-       {"payload", "com_error", "joint_offset", "external_force", "rotor_inertia", "coulomb_friction"}) {
-    round.push_back(make_request({effect}, true));
-  }
-  for (const auto& effect : unknown_effects()) round.push_back(make_request({effect}, false));
-  for (int i = 0; i < 5; ++i) round.push_back(make_request({}, false));
-  for (int i = 0; i < 3; ++i) round.push_back(make_request({}, true));
-  for (int i = 0; i < 8; ++i) round.push_back(make_request(draw_mixture(2, random), false));
-  round.push_back(make_request({"foot_compliance", "joint_offset"}, true));
-  round.push_back(make_request({"foot_compliance", "sensor_bias"}, true));
-  for (int i = 0; i < 2; ++i) round.push_back(make_request(draw_mixture(3, random), false));
+  add_arm_round(round, random);
+  add_stand_round(round, random);
   random.shuffle(round);
   return round;
 }
 
 }  // namespace
 
-std::vector<CaseRequest> make_deck(int count, std::uint64_t seed) {
+std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::string& family) {
   Prng random(seed ^ 0x5eedULL);
   std::vector<CaseRequest> deck;
-  while (static_cast<int>(deck.size()) < count) {
-    for (CaseRequest& request : make_round(random)) deck.push_back(std::move(request));
+  for (int rounds = 0; static_cast<int>(deck.size()) < count; ++rounds) {
+    for (CaseRequest& request : make_round(random)) {
+      if (is_wanted(request, family)) deck.push_back(std::move(request));
+    }
+    if (deck.empty() && rounds > 3) throw std::invalid_argument("no family is called '" + family + "'");
   }
   deck.resize(static_cast<std::size_t>(count));
   return deck;
@@ -106,9 +154,9 @@ CaseRequest parse_request(const std::string& text) {
   for (const std::string& effect : effects) {
     const bool known = is_in(joint_effects(), effect) || is_in(link_effects(), effect) ||
                        is_in(foot_effects(), effect) || is_in(biped_sensor_effects(), effect) ||
-                       is_in(unknown_effects(), effect);
+                       is_in(unknown_effects(), effect) || is_in(stand_unknown_effects(), effect);
     if (!known) throw std::invalid_argument("no effect is called '" + effect + "'");
-    biped = biped || is_in(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew";
+    biped = biped || is_in(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew" || effect == "gust";
   }
   return make_request(std::move(effects), biped);
 }

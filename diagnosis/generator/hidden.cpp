@@ -7,21 +7,27 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "diagnosis/generator/unlisted.h"
+
 namespace hrp::cases {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Four significant digits, so that the truth prints as it was used.
+
+bool contains(const std::vector<std::string>& list, const std::string& item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+}  // namespace
+
 double tidy(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value);
   return std::strtod(text, nullptr);
 }
 
-bool contains(const std::vector<std::string>& list, const std::string& item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
+namespace {
 
 const JointPlan& draw_joint(const RobotPlan& robot, const std::vector<std::string>& taken, Prng& random) {
   for (int attempt = 0; attempt < 50; ++attempt) {
@@ -35,23 +41,23 @@ const JointPlan& draw_joint(const RobotPlan& robot, const std::vector<std::strin
 
 // Sizes follow the servo stiffness kp [N m/rad], the one number that says how strong a joint is.
 Json friction_parameters(const std::string& effect, double kp, double boost, Prng& r) {
-  if (effect == "viscous_friction") return {{"coefficient", tidy(boost * kp * r.log_uniform(0.003, 0.015))}};
+  if (effect == "viscous_friction") return {{"coefficient", tidy(boost * kp * r.log_uniform(0.002, 0.02))}};
   if (effect == "coulomb_friction") {
-    Json p{{"level", tidy(boost * kp * r.log_uniform(0.003, 0.012))}};
+    Json p{{"level", tidy(boost * kp * r.log_uniform(0.002, 0.02))}};
     if (r.chance(0.3)) p["asymmetry"] = tidy(r.sign() * r.uniform(0.15, 0.4));
     return p;
   }
   if (effect == "stribeck_friction") {
-    const double coulomb = boost * kp * r.log_uniform(0.003, 0.008);
+    const double coulomb = boost * kp * r.log_uniform(0.002, 0.012);
     return {{"coulomb", tidy(coulomb)},
-            {"static", tidy(coulomb * r.uniform(1.5, 2.3))},
-            {"stribeck_velocity", tidy(r.uniform(0.05, 0.2))},
+            {"static", tidy(coulomb * r.uniform(1.4, 2.5))},
+            {"stribeck_velocity", tidy(r.log_uniform(0.03, 0.25))},
             {"viscous", tidy(kp * r.uniform(0, 0.003))}};
   }
-  if (effect == "load_dependent_friction") return {{"ratio", tidy(std::min(0.45, boost * r.uniform(0.08, 0.22)))}};
+  if (effect == "load_dependent_friction") return {{"ratio", tidy(std::min(0.45, boost * r.log_uniform(0.04, 0.3)))}};
   if (effect == "hysteresis") {
-    const double yield = r.uniform(0.01, 0.06);
-    return {{"stiffness", tidy(boost * kp * r.uniform(0.004, 0.012) / yield)}, {"yield_angle", tidy(yield)}};
+    const double yield = r.log_uniform(0.008, 0.08);
+    return {{"stiffness", tidy(boost * kp * r.log_uniform(0.002, 0.015) / yield)}, {"yield_angle", tidy(yield)}};
   }
   return {};
 }
@@ -59,81 +65,50 @@ Json friction_parameters(const std::string& effect, double kp, double boost, Prn
 Json drive_parameters(const std::string& effect, const JointPlan& j, double boost, Prng& r) {
   const double kp = j.kp;
   if (effect == "torque_constant_error") {
-    const double error = std::min(0.4, boost * r.uniform(0.1, 0.28));
+    const double error = std::min(0.45, boost * r.log_uniform(0.04, 0.4));
     return {{"scale", tidy(1 + r.sign() * error)}};
   }
-  if (effect == "torque_saturation") return {{"limit", tidy(j.limit * r.uniform(0.12, 0.3) / boost)}};
-  if (effect == "actuator_lag") return {{"time_constant", tidy(std::min(0.02, boost * r.uniform(0.003, 0.012)))}};
-  if (effect == "command_delay") return {{"delay", std::round(1e4 * boost * r.uniform(0.005, 0.03)) / 1e4}};
-  if (effect == "rotor_inertia") return {{"inertia", tidy(boost * kp * r.log_uniform(1.0 / 5000, 1.0 / 1200))}};
+  if (effect == "torque_saturation") return {{"limit", tidy(j.limit * r.log_uniform(0.06, 0.4) / boost)}};
+  if (effect == "actuator_lag") return {{"time_constant", tidy(std::min(0.025, boost * r.log_uniform(0.002, 0.018)))}};
+  if (effect == "command_delay") return {{"delay", std::round(1e4 * std::min(0.06, boost * r.log_uniform(0.004, 0.04))) / 1e4}};
+  if (effect == "rotor_inertia") return {{"inertia", tidy(boost * kp * r.log_uniform(1.0 / 8000, 1.0 / 800))}};
   if (effect == "joint_elasticity") {
-    return {{"stiffness", tidy(kp * r.uniform(0.8, 2.5) / boost)},
+    return {{"stiffness", tidy(kp * r.log_uniform(0.7, 6) / boost)},
             {"damping", tidy(kp * r.uniform(0.001, 0.004))},
-            {"rotor_inertia", tidy(kp / r.uniform(2500, 3500))}};
+            {"rotor_inertia", tidy(kp / r.log_uniform(1500, 5000))}};
   }
   if (effect == "backlash") {
-    return {{"gap", tidy(boost * r.uniform(0.005, 0.02))},
+    return {{"gap", tidy(boost * r.log_uniform(0.003, 0.03))},
             {"stiffness", tidy(kp * 30)},
             {"damping", tidy(kp * 0.012)},
-            {"rotor_inertia", tidy(kp / 3000)}};
+            {"rotor_inertia", tidy(kp / r.log_uniform(2000, 4500))}};
   }
   if (effect == "parallel_spring") {
-    return {{"stiffness", tidy(boost * kp * r.uniform(0.006, 0.02))}, {"rest", tidy(r.uniform(-0.3, 0.3))}};
+    return {{"stiffness", tidy(boost * kp * r.log_uniform(0.003, 0.03))}, {"rest", tidy(r.uniform(-0.3, 0.3))}};
   }
   if (effect == "cogging") {
-    return {{"amplitude", tidy(boost * kp * r.uniform(0.0015, 0.004))},
-            {"periods", static_cast<double>(6 + r.below(40))},
+    return {{"amplitude", tidy(boost * kp * r.log_uniform(0.001, 0.008))},
+            {"periods", static_cast<double>(4 + r.below(60))},
             {"phase", tidy(r.uniform(0, 6.28))}};
   }
-  if (effect == "joint_offset") return {{"offset", tidy(r.sign() * boost * r.uniform(0.01, 0.04))}};
-  return {};
-}
-
-Json unknown_parameters(const std::string& effect, const RobotPlan& robot, const JointPlan& j, double boost, Prng& r) {
-  const double kp = j.kp, level = boost * kp * r.uniform(0.004, 0.012);
-  if (effect == "mechanical_stop") {
-    const double side = r.sign();
-    return {
-        {"angle", tidy(j.start + side * r.uniform(0.2, 0.32))}, {"side", side}, {"stiffness", tidy(boost * kp * 0.4)}};
-  }
-  if (effect == "position_dependent_friction") {
-    return {{"level", tidy(1.5 * level)},
-            {"center", tidy(j.start + r.uniform(-0.2, 0.2))},
-            {"width", tidy(r.uniform(0.06, 0.15))}};
-  }
-  if (effect == "friction_drift") return {{"level", tidy(1.5 * level)}, {"time_constant", tidy(r.uniform(2, 5))}};
-  if (effect == "periodic_disturbance")
-    return {{"amplitude", tidy(level)}, {"frequency", tidy(r.uniform(1.5, 9))}, {"phase", tidy(r.uniform(0, 6.28))}};
-  if (effect == "quadratic_drag") return {{"coefficient", tidy(boost * kp * r.uniform(0.006, 0.02))}};
-  if (effect == "cubic_spring") return {{"coefficient", tidy(boost * kp * r.uniform(0.08, 0.2))}};
-  if (effect == "intermittent_slip")
-    return {{"fraction", tidy(r.uniform(0.4, 0.7))},
-            {"period", tidy(r.uniform(0.9, 1.7))},
-            {"length", tidy(r.uniform(0.1, 0.25))}};
-  if (effect == "joint_coupling") {
-    std::string other = j.name;
-    while (other == j.name) other = joint(robot, r.below(joint_count(robot))).name;
-    return {
-        {"other", other},
-        {"stiffness", tidy(boost * std::min(kp, joint(robot, find_joint(robot, other)).kp) * r.uniform(0.01, 0.03))}};
-  }
+  if (effect == "joint_offset") return {{"offset", tidy(r.sign() * boost * r.log_uniform(0.005, 0.05))}};
   return {};
 }
 
 Json link_parameters(const std::string& effect, const LinkPlan& link, double boost, Prng& r) {
   if (effect == "payload") {
-    return {{"mass", tidy(boost * link.mass * r.uniform(0.12, 0.5))},
+    return {{"mass", tidy(boost * link.mass * r.log_uniform(0.08, 0.7))},
             {"com", Vec3{tidy(link.com[0] + r.uniform(-0.04, 0.04)), tidy(link.com[1] + r.uniform(-0.04, 0.04)),
                          tidy(link.com[2] + r.uniform(-0.03, 0.08))}}};
   }
   if (effect == "mass_error")
-    return {{"scale", tidy(1 + (r.chance(0.3) ? -1 : 1) * std::min(0.6, boost * r.uniform(0.1, 0.35)))}};
+    return {{"scale", tidy(1 + (r.chance(0.3) ? -1 : 1) * std::min(0.6, boost * r.log_uniform(0.05, 0.5)))}};
   if (effect == "com_error") {
-    const double size = std::min(0.08, boost * 0.03);
+    const double size = std::min(0.1, boost * r.log_uniform(0.01, 0.08));
     return {
         {"offset", Vec3{tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))}}};
   }
-  const double size = boost * link.mass * 3;
+  const double size = boost * link.mass * r.log_uniform(0.8, 8);
   return {{"force", Vec3{tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))}}};
 }
 
@@ -142,14 +117,14 @@ std::vector<Hidden> draw_foot(const std::string& effect, const RobotPlan& robot,
     return {{effect,
              "ground",
              "ground",
-             {{"roll", tidy(r.sign() * boost * r.uniform(0.008, 0.03))},
-              {"pitch", tidy(r.sign() * boost * r.uniform(0.008, 0.03))}}}};
+             {{"roll", tidy(r.sign() * boost * r.log_uniform(0.005, 0.05))},
+              {"pitch", tidy(r.sign() * boost * r.log_uniform(0.005, 0.05))}}}};
   }
   if (effect == "ground_friction")
     return {{effect, "ground", "ground", {{"coefficient", tidy(r.uniform(0.03, 0.1) / boost)}}}};
   double weight = 0;
   for (const LinkPlan& link : robot.links) weight += link.mass * 9.81;
-  const double tilt = weight * (robot.thigh + robot.shank) * r.uniform(1.6, 3.2) / boost;
+  const double tilt = weight * (robot.thigh + robot.shank) * r.log_uniform(1.5, 6) / boost;
   std::vector<Hidden> out;
   for (const FootPlan& foot : robot.feet) {
     Json p{{"kz", tidy(weight * r.uniform(350, 700))},     {"cz", tidy(weight * r.uniform(0.6, 1.1))},
@@ -166,18 +141,21 @@ Hidden draw_arm_sensor(const std::string& effect, const RobotPlan& robot, const 
                        double boost, Prng& r) {
   const JointPlan& j = draw_joint(robot, taken, r);
   const std::string base = "/joint_states/" + j.name;
-  if (effect == "sensor_bias")
-    return {effect, "sensor", base + "/effort", {{"value", tidy(r.sign() * boost * j.kp * r.uniform(0.003, 0.01))}}};
+  const bool velocity = r.chance(0.25);
+  if (effect == "sensor_bias") {
+    const double size = velocity ? r.log_uniform(0.01, 0.1) : j.kp * r.log_uniform(0.002, 0.02);
+    return {effect, "sensor", base + (velocity ? "/velocity" : "/effort"), {{"value", tidy(r.sign() * boost * size)}}};
+  }
   if (effect == "sensor_scale")
     return {effect,
             "sensor",
-            base + "/effort",
-            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.uniform(0.06, 0.2)))}}};
+            base + (velocity ? "/velocity" : "/effort"),
+            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
   if (effect == "sensor_delay")
     return {effect,
             "sensor",
             base + (r.chance(0.5) ? "/effort" : "/position"),
-            {{"delay", std::round(1e4 * boost * r.uniform(0.004, 0.02)) / 1e4}}};
+            {{"delay", std::round(1e4 * std::min(0.05, boost * r.log_uniform(0.003, 0.03))) / 1e4}}};
   throw std::invalid_argument("no such sensor effect for an arm: " + effect);
 }
 
@@ -192,20 +170,20 @@ Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, doub
   const std::string where =
       imu ? name + (angular ? "/angular_velocity" : "/linear_acceleration") : foot + (angular ? "/torque" : "/force");
   if (effect == "sensor_bias") {
-    const double size = boost * (imu ? (angular ? 0.03 : 0.4) : (angular ? 3.0 : 15.0));
+    const double size = boost * r.log_uniform(0.4, 4) * (imu ? (angular ? 0.02 : 0.3) : (angular ? 2.0 : 10.0));
     return {effect, "sensor", where, {{"value", draw_vec(size, r)}}};
   }
   if (effect == "sensor_scale")
     return {effect,
             "sensor",
             foot + (angular ? "/torque" : "/force"),
-            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.uniform(0.05, 0.2)))}}};
+            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
   if (effect == "sensor_delay")
-    return {effect, "sensor", imu ? name : foot, {{"delay", std::round(1e3 * boost * r.uniform(0.012, 0.05)) / 1e3}}};
+    return {effect, "sensor", imu ? name : foot, {{"delay", std::round(1e3 * std::min(0.08, boost * r.log_uniform(0.008, 0.06))) / 1e3}}};
   if (effect == "sensor_misalignment")
-    return {effect, "sensor", imu ? name : foot, {{"rpy", draw_vec(boost * 0.06, r)}}};
+    return {effect, "sensor", imu ? name : foot, {{"rpy", draw_vec(boost * r.log_uniform(0.02, 0.15), r)}}};
   if (effect == "clock_skew")
-    return {effect, "sensor", imu ? name : foot, {{"skew", tidy(r.sign() * boost * r.uniform(0.004, 0.012))}}};
+    return {effect, "sensor", imu ? name : foot, {{"skew", tidy(r.sign() * boost * r.log_uniform(0.002, 0.02))}}};
   throw std::invalid_argument("no such sensor effect for a biped: " + effect);
 }
 
@@ -251,13 +229,6 @@ const std::vector<std::string>& biped_sensor_effects() {
                                               "clock_skew"};
   return names;
 }
-const std::vector<std::string>& unknown_effects() {
-  static const std::vector<std::string> names{
-      "mechanical_stop", "position_dependent_friction", "friction_drift", "periodic_disturbance", "quadratic_drag",
-      "joint_coupling",  "intermittent_slip",           "cubic_spring"};
-  return names;
-}
-
 std::vector<Hidden> draw_hidden(const std::string& effect, const RobotPlan& robot,
                                 const std::vector<std::string>& taken, double boost, Prng& random) {
   if (contains(foot_effects(), effect)) return draw_foot(effect, robot, boost, random);
@@ -269,9 +240,9 @@ std::vector<Hidden> draw_hidden(const std::string& effect, const RobotPlan& robo
     return {robot.floating ? draw_biped_sensor(effect, robot, boost, random)
                            : draw_arm_sensor(effect, robot, taken, boost, random)};
   }
+  if (effect == "sprung_mass" || effect == "gust") return {draw_unlisted_of_body(effect, robot, boost, random)};
   const JointPlan& j = draw_joint(robot, taken, random);
-  if (contains(unknown_effects(), effect))
-    return {{effect, "joint", j.name, unknown_parameters(effect, robot, j, boost, random)}};
+  if (contains(unknown_effects(), effect)) return {draw_unlisted_of_joint(effect, robot, j, boost, random)};
   Json parameters = friction_parameters(effect, j.kp, boost, random);
   if (parameters.is_null() || parameters.empty()) parameters = drive_parameters(effect, j, boost, random);
   if (parameters.is_null() || parameters.empty()) throw std::invalid_argument("unknown effect: " + effect);

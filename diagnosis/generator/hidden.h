@@ -31,7 +31,11 @@ const std::vector<std::string>& link_effects();
 const std::vector<std::string>& arm_sensor_effects();
 const std::vector<std::string>& foot_effects();
 const std::vector<std::string>& biped_sensor_effects();
-const std::vector<std::string>& unknown_effects();  // physics outside the tool's list
+const std::vector<std::string>& unknown_effects();        // physics outside the tool's list, on arms
+const std::vector<std::string>& stand_unknown_effects();  // the same, on standing robots
+
+// Four significant digits, so that the truth prints as it was used.
+double tidy(double value);
 
 // Draws place and size for `effect` on `robot`, scaled by `boost`; `taken` joints are avoided. Feet come in pairs where
 // both are soft, hence the list.

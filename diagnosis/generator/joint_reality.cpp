@@ -52,6 +52,11 @@ const std::map<std::string, Apply>& drive_table() {
       {"actuator_lag", [](JointReality& j, const Hidden& h) { j.lag = h.get("time_constant"); }},
       {"command_delay", [](JointReality& j, const Hidden& h) { j.delay = h.get("delay"); }},
       {"joint_offset", [](JointReality& j, const Hidden& h) { j.offset = h.get("offset"); }},
+      {"thermal_torque_loss",
+       [](JointReality& j, const Hidden& h) {
+         j.heat_loss = h.get("loss"), j.heat_reference = h.get("reference");
+         j.heating_time = h.get("heating_time"), j.cooling_time = h.get("cooling_time");
+       }},
       {"intermittent_slip",
        [](JointReality& j, const Hidden& h) {
          j.slip_fraction = h.get("fraction"), j.slip_period = h.get("period"), j.slip_length = h.get("length");
@@ -74,6 +79,10 @@ const std::map<std::string, Apply>& mechanics_table() {
       {"cogging",
        [](JointReality& j, const Hidden& h) {
          j.cogging = h.get("amplitude"), j.cogging_periods = h.get("periods"), j.cogging_phase = h.get("phase");
+       }},
+      {"magnetic_detent",
+       [](JointReality& j, const Hidden& h) {
+         j.detent = h.get("amplitude"), j.detent_center = h.get("center"), j.detent_width = h.get("width");
        }},
       {"mechanical_stop", [](JointReality& j, const Hidden& h) {
          j.stop_angle = h.get("angle"), j.stop_side = h.get("side"), j.stop_stiffness = h.get("stiffness");
@@ -101,8 +110,14 @@ std::vector<JointReality> make_joint_realities(const RobotPlan& robot, const std
   return joints;
 }
 
-double calc_drive_torque(const JointReality& joint, double asked, double time) {
+double calc_heat_rate(const JointReality& joint, double asked, double heat) {
+  const double load = asked / joint.heat_reference;
+  return load * load / joint.heating_time - heat / joint.cooling_time;
+}
+
+double calc_drive_torque(const JointReality& joint, double asked, double heat, double time) {
   double torque = std::clamp(asked, -joint.saturation, joint.saturation) * joint.torque_scale;
+  torque /= 1 + joint.heat_loss * heat;
   if (joint.slip_fraction > 0 && std::fmod(time + 10 * joint.slip_period, joint.slip_period) < joint.slip_length) {
     torque *= 1 - joint.slip_fraction;
   }
@@ -129,6 +144,8 @@ double calc_link_side_torque(const JointReality& j, double q, double v) {
   double torque = -j.spring * (q - j.spring_rest) - j.drag * v * std::abs(v);
   const double turn = q - j.cubic_center;
   torque -= j.cubic * turn * turn * turn;
+  const double u = (q - j.detent_center) / j.detent_width;
+  torque -= j.detent * u * std::exp(0.5 * (1 - u * u));  // a Gaussian well; the pull is largest one width away
   const double depth = j.stop_side * (q - j.stop_angle);
   if (j.stop_stiffness > 0 && depth > 0) torque -= j.stop_side * j.stop_stiffness * depth;
   return torque;

@@ -18,6 +18,7 @@ struct JointReality {
   double bouc_wen_stiffness = 0, bouc_wen_yield = 1;
   // drive
   double torque_scale = 1, saturation = std::numeric_limits<double>::infinity(), lag = 0, delay = 0, offset = 0;
+  double heat_loss = 0, heat_reference = 1, heating_time = 1, cooling_time = 1;  // torque lost as the coil warms up
   double slip_fraction = 0, slip_period = 1, slip_length = 0;
   double periodic_amplitude = 0, periodic_frequency = 0, periodic_phase = 0;
   // mechanics
@@ -28,14 +29,18 @@ struct JointReality {
   double cogging = 0, cogging_periods = 0, cogging_phase = 0;
   double stop_angle = 0, stop_side = 0, stop_stiffness = 0;
   double drag = 0;
+  double detent = 0, detent_center = 0, detent_width = 1;  // a magnet at one angle
   int coupled_to = -1;
   double coupling = 0;
 };
 
 std::vector<JointReality> make_joint_realities(const RobotPlan& robot, const std::vector<Hidden>& hidden);
 
-// Torque of the drive on the motor shaft from what the servo asked for [N m].
-double calc_drive_torque(const JointReality& joint, double asked, double time);
+// Torque of the drive on the motor shaft from what the servo asked for [N m]; `heat` is the state of the law below.
+double calc_drive_torque(const JointReality& joint, double asked, double heat, double time);
+
+// Warmth of the coil, 1 after `heating_time` at the reference torque: d(heat)/dt from the torque asked for.
+double calc_heat_rate(const JointReality& joint, double asked, double heat);
 
 // Torque through the transmission, positive on the link [N m]: spring and damper behind a dead zone of `gap`.
 double calc_transmission_torque(const JointReality& joint, double q_motor, double q_link, double v_motor,

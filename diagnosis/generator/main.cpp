@@ -22,9 +22,9 @@ struct Job {
   std::uint64_t seed = 0;
 };
 
-std::vector<Job> make_jobs(int count, std::uint64_t seed, const std::string& effect) {
+std::vector<Job> make_jobs(int count, std::uint64_t seed, const std::string& effect, const std::string& family) {
   std::vector<CaseRequest> deck =
-      effect.empty() ? make_deck(count, seed)
+      effect.empty() ? make_deck(count, seed, family)
                      : std::vector<CaseRequest>(static_cast<std::size_t>(count), parse_request(effect));
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < deck.size(); ++i) {
@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
   CLI::App app{
       "hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
       "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
-  std::string out = "cases-out", effect;
+  std::string out = "cases-out", effect, family;
   int count = 10, jobs = 2;
   std::uint64_t seed = 1;
   CaseOptions options;
@@ -92,13 +92,16 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();
   app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', or 'stand:EFFECT' for a biped");
+  app.add_option("--family", family,
+                 "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
+                 "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);
   options.noise_scale = clean ? 0 : 1;
   mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
   try {
     fs::create_directories(fs::path(out) / "truths");
-    return run_jobs(make_jobs(count, seed, effect), out, options, jobs) == 0 ? 0 : 1;
+    return run_jobs(make_jobs(count, seed, effect, family), out, options, jobs) == 0 ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-make-cases: %s\n", error.what());
     return 2;

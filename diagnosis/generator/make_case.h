@@ -13,7 +13,9 @@ namespace hrp::cases {
 
 // What kind of case is wanted: a robot, the effects hidden in it (none: a case without), and the family it counts for.
 struct CaseRequest {
-  std::string family;  // none, stand_none, joint, link, foot, sensor, stand, unknown, pair, triple
+  // none, joint, link, sensor, pair, pair_same_joint, triple, unknown for arms; with `stand_` in front for standing
+  // robots, where `stand_foot` is what sits below the force sensor.
+  std::string family;
   bool biped = false;
   std::vector<std::string> effects;
 };
@@ -25,12 +27,13 @@ struct Case {
 };
 
 struct CaseOptions {
-  double duration = 10;    // [s] of a recording
+  double duration = 10;    // [s] of the longest recordings; a case's own is 0.6 to 1 of it
   double noise_scale = 1;  // 0: recordings without noise (self-check)
 };
 
-// `count` requests that cover every effect evenly, in an order drawn from the seed.
-std::vector<CaseRequest> make_deck(int count, std::uint64_t seed);
+// `count` requests that cover every effect evenly, in an order drawn from the seed. `family`: only these, a comma list
+// of family names, of `arm`, `stand` or of `single`; empty: all. Throws std::invalid_argument where nothing is left.
+std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::string& family = "");
 
 // A request for named effects, such as "coulomb_friction" or "rotor_inertia+cogging" or "none" or "stand:payload".
 CaseRequest parse_request(const std::string& text);

@@ -103,6 +103,20 @@ std::string make_foot(const RobotPlan& robot, std::size_t index, const std::vect
   return out;
 }
 
+// Part of the link's mass hangs on a spring at the link's centre of mass: it swings, and sags a little.
+std::string make_sprung_mass(const std::vector<Hidden>& hidden, LinkPlan& link) {
+  for (const Hidden& h : hidden) {
+    if (h.effect != "sprung_mass" || h.where != link.name) continue;
+    const double mass = h.get("mass"), w = 6.28318530717958647692 * h.get("frequency");
+    link.mass -= mass;
+    return "<body name=\"sprung\" pos=\"" + text(link.com) + "\">" +
+           make_inertial(mass, {0, 0, 0}, {1e-7, 1e-7, 1e-7, 0, 0, 0}) + "<joint name=\"sprung\" type=\"slide\" axis=\"" +
+           text(h.get3("axis")) + "\" stiffness=\"" + text(mass * w * w) + "\" damping=\"" +
+           text(2 * h.get("damping_ratio") * mass * w) + "\"/></body>";
+  }
+  return "";
+}
+
 std::string make_body(const RobotPlan& robot, std::size_t index, const std::vector<Hidden>& hidden,
                       const std::vector<JointReality>& joints) {
   LinkPlan link = find_real_link(robot, index, hidden);
@@ -122,7 +136,7 @@ std::string make_body(const RobotPlan& robot, std::size_t index, const std::vect
               "_motor\"" + axis + " armature=\"" + text(real.rotor) + "\"/></body>";
     }
   }
-  const std::string foot = make_foot(robot, index, hidden, link);
+  const std::string foot = make_foot(robot, index, hidden, link) + make_sprung_mass(hidden, link);
   if (link.mass > 0) out += make_inertial(link.mass, link.com, link.inertia);
   if (!robot.imu.empty() && robot.imu_link == static_cast<int>(index))
     out += "<site name=\"imu\" pos=\"" + text(robot.imu_xyz) + "\"/>";

@@ -31,6 +31,12 @@ struct Bush {
   double k[3]{}, c[3]{}, hardening_angle = 0;
 };
 
+// A horizontal force that comes and goes: amplitude [N], frequency [Hz], direction in the world's plane [rad].
+struct Gust {
+  int body = 0;
+  double amplitude = 0, frequency = 0, direction = 0;
+};
+
 }  // namespace
 
 struct Reality::Impl {
@@ -41,11 +47,12 @@ struct Reality::Impl {
   std::vector<int> q_link, v_link, q_motor, v_motor;  // addresses; motor = link where nothing is elastic
   std::vector<Bush> bushes;
   std::vector<std::pair<int, Vec3>> forces;  // body, constant force in world axes [N]
+  std::vector<Gust> gusts;
   int push_body = -1;
   Vec3 push{};
   const Commands* commands = nullptr;
   double dt = 2e-4;
-  std::vector<double> z;  // lag states [N m], then Bouc-Wen states [rad]
+  std::vector<double> z;  // lag states [N m], then Bouc-Wen states [rad], then warmth of the coils
 
   ~Impl() {
     if (d) mj_deleteData(d);
@@ -78,6 +85,10 @@ void Reality::Impl::find_addresses(const std::vector<Hidden>& hidden) {
   }
   for (const Hidden& h : hidden) {
     if (h.effect == "external_force") forces.emplace_back(mj_name2id(m, mjOBJ_BODY, h.where.c_str()), h.get3("force"));
+    if (h.effect == "gust") {
+      gusts.push_back({mj_name2id(m, mjOBJ_BODY, h.where.c_str()), h.get("amplitude"), h.get("frequency"),
+                       h.get("direction")});
+    }
     if (h.where_kind != "foot") continue;
     for (const FootPlan& foot : robot.feet) {
       if (robot.links[static_cast<std::size_t>(foot.link)].name != h.where) continue;
@@ -136,7 +147,7 @@ void Reality::Impl::reset() {
     const auto i = static_cast<std::size_t>(j);
     d->qpos[q_link[i]] = d->qpos[q_motor[i]] = joint(robot, j).start - joints[i].offset;
   }
-  z.assign(2 * static_cast<std::size_t>(count()), 0.0);
+  z.assign(3 * static_cast<std::size_t>(count()), 0.0);
 }
 
 double Reality::Impl::calc_servo_effort(int j, double t, const double* q, const double* v) const {
@@ -156,8 +167,9 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
   const double driven = real.lag > 0 ? states[i] : asked;
   rates[i] = real.lag > 0 ? (asked - states[i]) / real.lag : 0;
   rates[n + i] = real.bouc_wen_stiffness > 0 ? calc_bouc_wen_rate(real, vm, states[n + i]) : 0;
+  rates[2 * n + i] = real.heat_loss > 0 ? calc_heat_rate(real, driven, states[2 * n + i]) : 0;
   d->qfrc_applied[v_motor[i]] +=
-      calc_drive_torque(real, driven, t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
+      calc_drive_torque(real, driven, states[2 * n + i], t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
   d->qfrc_applied[v_link[i]] += calc_link_side_torque(real, ql, vl);
   if (real.elastic) {
     const double through = calc_transmission_torque(real, qm, ql, vm, vl);
@@ -186,6 +198,11 @@ void Reality::Impl::apply_forces(double t, const std::vector<double>& states, st
   }
   for (const auto& [body, force] : forces) {
     for (std::size_t a = 0; a < 3; ++a) d->xfrc_applied[6 * body + static_cast<int>(a)] += force[a];
+  }
+  for (const Gust& gust : gusts) {
+    const double force = gust.amplitude * std::sin(6.28318530717958647692 * gust.frequency * t);
+    d->xfrc_applied[6 * gust.body] += force * std::cos(gust.direction);
+    d->xfrc_applied[6 * gust.body + 1] += force * std::sin(gust.direction);
   }
   if (push_body >= 0 && t < 0) {
     for (std::size_t a = 0; a < 3; ++a) d->xfrc_applied[6 * push_body + static_cast<int>(a)] += push[a];

@@ -140,9 +140,11 @@ std::vector<double> add_noise(const Channel& channel, std::vector<double> v, Prn
 
 RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hidden, Prng& r) {
   RecorderPlan plan;
-  plan.rate =
-      robot.floating ? r.pick(std::vector<double>{200, 250, 333}) : r.pick(std::vector<double>{250, 400, 500, 500});
+  plan.rate = robot.floating ? r.pick(std::vector<double>{200, 250, 333, 400, 500})
+                             : r.pick(std::vector<double>{200, 250, 400, 500, 500, 1000});
   if (r.chance(0.15)) plan.jitter = r.uniform(0.05, 0.3);
+  if (r.chance(0.1)) plan.dropped = r.uniform(0.01, 0.06);
+  if (r.chance(0.1)) plan.clock_origin = 1.7e9 + std::round(r.uniform(0, 1e7));  // seconds of the epoch, as in a bag
   const double level = r.log_uniform(0.5, 2.5);
   double log_kp = 0;  // of the joint in the middle
   for (int j = 0; j < joint_count(robot); ++j) log_kp += std::log(joint(robot, j).kp) / joint_count(robot);
@@ -154,10 +156,14 @@ RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hi
   plan.pose_noise = 2e-4 * level;
   plan.noise_stated = !robot.floating && r.chance(0.7);
   plan.with_base_pose = robot.floating && r.chance(0.4);
-  bool joint_effect = false;
-  for (const Hidden& h : hidden) joint_effect = joint_effect || h.where_kind != "foot";
-  if (!joint_effect && !robot.floating && r.chance(0.15)) plan.with_velocity = false;
-  if (r.chance(0.08)) plan.with_velocity = false;
+  // A column whose fault is hidden has to be there.
+  auto is_needed = [&](const char* quantity) {
+    return std::any_of(hidden.begin(), hidden.end(), [&](const Hidden& h) {
+      return h.where_kind == "sensor" && h.where.find(quantity) != std::string::npos;
+    });
+  };
+  plan.with_velocity = !r.chance(0.12) || is_needed("/velocity");
+  plan.with_effort = !r.chance(0.08) || is_needed("/effort");
   for (const Hidden& h : hidden) {
     if ((h.effect == "joint_elasticity" || h.effect == "backlash") && r.chance(0.25)) plan.link_encoder = h.where;
   }
@@ -169,6 +175,7 @@ std::vector<double> draw_row_times(const RecorderPlan& plan, double start, doubl
   const int count = static_cast<int>(duration * plan.rate) + 1;
   for (int k = 0; k < count; ++k) {
     const double moved = k == 0 ? 0 : plan.jitter * random.uniform(-1, 1);
+    if (plan.dropped > 0 && k > 0 && k + 1 < count && random.chance(plan.dropped)) continue;
     times.push_back(std::round(1e6 * (start + (k + moved) / plan.rate)) / 1e6);
   }
   return times;
@@ -192,6 +199,7 @@ std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hi
   };
 
   std::vector<Column> out{{"time", times, 0}};
+  for (double& t : out[0].values) t += plan.clock_origin;
   for (std::size_t j = 0; plan.with_commands && j < commands.position.size(); ++j) {
     const std::string base = "/joint_commands/" + joint(robot, static_cast<int>(j)).name;
     Column q{base + "/position", {}, 0}, v{base + "/velocity", {}, 0};

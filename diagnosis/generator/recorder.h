@@ -12,6 +12,8 @@ namespace hrp::cases {
 struct RecorderPlan {
   double rate = 500;                                                  // [Hz]
   double jitter = 0;                                                  // of the time stamps, share of a period
+  double dropped = 0;                                                 // share of rows that were lost
+  double clock_origin = 0;                                            // [s] what the clock shows at the start
   double position_noise = 0, velocity_noise = 0, effort_noise = 0;    // standard deviations [rad, rad/s, N m]
   double force_noise = 0, torque_noise = 0;                           // [N, N m]
   double rate_noise = 0, acceleration_noise = 0, attitude_noise = 0;  // IMU [rad/s, m/s^2, rad]

@@ -50,6 +50,7 @@ struct RobotPlan {
   Vec3 base_position{};  // nominal start [m]
   double ground_friction = 0.8;
   double thigh = 0, shank = 0;  // of a biped [m]
+  int name_scheme = 0;          // what a biped's parts are called outside the generator
 };
 
 inline int joint_count(const RobotPlan& robot) { return static_cast<int>(robot.links.size()) - 1; }
@@ -60,10 +61,10 @@ inline const JointPlan& joint(const RobotPlan& robot, int j) {
 int find_joint(const RobotPlan& robot, const std::string& name);  // -1: none
 int find_link(const RobotPlan& robot, const std::string& name);   // -1: none
 
-// A serial arm of 3 to 7 joints with random geometry, mass and gains.
+// An arm of 2 to 7 joints (serial, planar or SCARA-like) with random geometry, mass, names and gains.
 RobotPlan make_arm(Prng& random);
 
-// A standing biped with random sizes: twelve leg joints, a waist, and perhaps arms.
+// A standing biped with random sizes (0.55 to 1.5 of a small human): twelve leg joints, a waist, and perhaps arms.
 RobotPlan make_biped(Prng& random);
 
 // Hip, knee, ankle pitch that hold the ankle below the hip and the foot level at the given knee angle [rad].

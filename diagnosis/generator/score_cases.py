@@ -16,7 +16,10 @@ PLACE_KEYS = ("joint", "link", "foot", "sensor", "ground")
 # True of the simulated transmission, but not what defines the effect (design: backlash {gap}).
 NOT_SCORED = {"backlash": {"stiffness", "damping", "rotor_inertia"}, "foot_compliance": {"center"}}
 UNKNOWN = {"mechanical_stop", "position_dependent_friction", "friction_drift", "periodic_disturbance",
-           "quadratic_drag", "joint_coupling", "intermittent_slip", "cubic_spring"}
+           "quadratic_drag", "joint_coupling", "intermittent_slip", "cubic_spring", "magnetic_detent",
+           "thermal_torque_loss", "sprung_mass", "gust"}
+# Acts on a body, so every joint that carries the body shows it.
+ON_BODY = {"sprung_mass", "gust"}
 
 
 def read_json(path):
@@ -92,6 +95,8 @@ def judge_unknown(hidden, report, left):
         return "missed"
     joints = {h.get("joint") for h in hidden} | {h.get("other") for h in hidden}
     places = [place_of(u)[1] for u in report.get("unexplained") or []]
+    if any(h["effect"] in ON_BODY for h in hidden):
+        return "right" if places else "wrong place"
     return "right" if any(p in joints for p in places) else "wrong place"
 
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <sstream>
 
 #include "diagnosis/generator/joint_reality.h"
@@ -162,19 +163,19 @@ TEST(CaseGenerator, LawsMeetTheirClosedForms) {
   EXPECT_NEAR(calc_transmission_torque(j, 0.015, 0, 0, 0), 1, 1e-12);  // 0.01 rad beyond half the gap
   EXPECT_EQ(calc_transmission_torque(j, 0.0051, 0, -5, 0), 0);         // teeth do not pull
   j.saturation = 2, j.torque_scale = 0.5;
-  EXPECT_EQ(calc_drive_torque(j, 7, 0), 1);
+  EXPECT_EQ(calc_drive_torque(j, 7, 0, 0), 1);
 }
 
-TEST(CaseGenerator, EveryJointEffectIsHiddenWhereTheTruthSaysAndShowsAboveTheNoise) {
+// One effect of each kind of law; the proof itself refuses a case whose effect does not show.
+TEST(CaseGenerator, AnEffectIsHiddenWhereTheTruthSaysAndShowsAboveTheNoise) {
   CaseOptions options;
   options.duration = 2;
-  for (const auto* list : {&joint_effects(), &link_effects(), &arm_sensor_effects(), &unknown_effects()}) {
-    for (const std::string& effect : *list) {
-      const Case made = make_case(parse_request(effect), 21, options);
-      ASSERT_EQ(made.truth["hidden"].size(), 1u) << effect;
-      EXPECT_EQ(made.truth["hidden"][0]["effect"], effect);
-      EXPECT_GE(made.truth["strength"][0].get<double>(), 4.0) << effect;
-    }
+  for (const char* effect : {"stribeck_friction", "backlash", "actuator_lag", "cogging", "payload", "sensor_delay",
+                             "thermal_torque_loss", "magnetic_detent", "sprung_mass"}) {
+    const Case made = make_case(parse_request(effect), 21, options);
+    ASSERT_EQ(made.truth["hidden"].size(), 1u) << effect;
+    EXPECT_EQ(made.truth["hidden"][0]["effect"], effect);
+    EXPECT_GE(made.truth["strength"][0].get<double>(), 4.0) << effect;
   }
 }
 
@@ -186,7 +187,32 @@ TEST(CaseGenerator, ADeckHoldsEverySingleEffectAndCasesWithNothing) {
        {&joint_effects(), &link_effects(), &foot_effects(), &biped_sensor_effects(), &unknown_effects()}) {
     for (const std::string& effect : *list) EXPECT_GE(seen[effect], 1) << effect;
   }
-  for (const char* family : {"none", "stand_none", "pair", "triple"}) EXPECT_GE(seen[family], 1) << family;
+  for (const char* family : {"none", "stand_none", "pair", "pair_same_joint", "stand_pair", "triple"})
+    EXPECT_GE(seen[family], 1) << family;
+}
+
+TEST(CaseGenerator, AFamilyAskedForIsTheOnlyOneDealt) {
+  for (const CaseRequest& request : make_deck(30, 2, "stand")) EXPECT_TRUE(request.biped);
+  for (const CaseRequest& request : make_deck(30, 2, "pair,none"))
+    EXPECT_TRUE(request.family == "pair" || request.family == "none") << request.family;
+  EXPECT_THROW(make_deck(3, 2, "ghosts"), std::invalid_argument);
+}
+
+// What differs from case to case: sizes, kinds of robots, rates, and what was not recorded.
+TEST(CaseGenerator, CasesDifferInRobotRateAndColumns) {
+  std::set<std::string> robots;
+  std::set<double> rates;
+  std::set<bool> velocity, effort, stated;
+  Prng random(4);
+  for (int i = 0; i < 80; ++i) {
+    const RobotPlan robot = make_arm(random);
+    const RecorderPlan plan = draw_recorder(robot, {}, random);
+    robots.insert(robot.name), rates.insert(plan.rate), velocity.insert(plan.with_velocity);
+    effort.insert(plan.with_effort), stated.insert(plan.noise_stated);
+  }
+  EXPECT_GE(robots.size(), 8u);
+  EXPECT_GE(rates.size(), 5u);
+  EXPECT_EQ(velocity.size() + effort.size() + stated.size(), 6u);
 }
 
 }  // namespace
