@@ -60,12 +60,15 @@ int main(int argc, char** argv) {
   CLI::App app("Runs scenarios in this process, without bus and log; prints one line of JSON each.", "hrp-trial");
   std::vector<std::string> paths;
   std::string csv;
+  bool to_the_end = false;
   app.add_option("scenario", paths, "scenario files")->required();
   app.add_option("--csv", csv, "table of the (last) run: forces, force sensors, base");
+  app.add_flag("--to-the-end", to_the_end, "go on after a fall, as the server set does");
   CLI11_PARSE(app, argc, argv);
   try {
     for (const std::string& path : paths) {
       hrp::Trial trial(hrp::load_scenario(path));
+      trial.go_on_after_fall = to_the_end;
       if (csv.empty()) {
         print(path, trial, trial.run());
         continue;

@@ -52,12 +52,14 @@ TrialResult Trial::run(const std::function<void(const Trial&)>& on_step) {
   std::vector<double> air(scenario_.feet.size(), 0.0);  // [s] since each foot left the ground
   result.landings.assign(scenario_.feet.size(), 0);
   double heading = calc_heading(begin);
-  for (long k = 0; k < steps && !result.fallen; ++k) {
+  for (long k = 0; k < steps && (go_on_after_fall || !result.fallen); ++k) {
     if (!step()) break;
     if (on_step) on_step(*this);
+    if (result.fallen) continue;
     const State& state = engine_->state();
     const double lean = calc_lean(state);
     result.largest_lean = std::max(result.largest_lean, lean);
+    result.travelled = state.p_WB - begin.p_WB;
     result.fallen = lean > 1.0 || state.p_WB.z() - scenario_.ground.height < 0.5 * begin.p_WB.z();
     if (result.fallen) result.fall_time = time();
     for (size_t i = 0; i < air.size(); ++i) {
@@ -72,7 +74,6 @@ TrialResult Trial::run(const std::function<void(const Trial&)>& on_step) {
     heading = calc_heading(state);
   }
   result.duration = time();
-  result.travelled = engine_->state().p_WB - begin.p_WB;
   result.fault = fault_;
   return result;
 }

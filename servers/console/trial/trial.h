@@ -32,9 +32,11 @@ class Trial {
   explicit Trial(const Scenario& scenario);
   // Stands between dynamics and the controller: what it changes is what the controller sees.
   std::function<void(SensorData*)> tamper;
+  // As the server set does; what is reported of the run is what was until the fall.
+  bool go_on_after_fall = false;
   // One physics step; false when it failed.
   bool step();
-  // Steps until the scenario's duration, a fall or a fault. on_step may be empty.
+  // Steps until the scenario's duration, a fault or, by default, a fall. on_step may be empty.
   TrialResult run(const std::function<void(const Trial&)>& on_step = nullptr);
 
   double time() const { return static_cast<double>(step_) * scenario_.time_step; }

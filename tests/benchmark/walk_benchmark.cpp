@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the walking controller costs: one call a control period, fed with the sensor data of a walk of its own. The first
+// call of a walk makes the whole pattern and is timed apart. No pass or fail.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "controller/node.h"
+#include "controller/play.h"
+#include "servers/console/trial/trial.h"
+#include "servers/model_parser/robot_loader.h"
+
+namespace hrp {
+namespace {
+
+// The walk's sensor data, recorded once, and a controller to hear them.
+struct Walk {
+  std::vector<SensorData> heard;
+  Robot robot;
+  std::unique_ptr<Controller> controller;
+};
+
+bool prepare(benchmark::State& loop, const char* name, RobotDescription* description, Scenario* scenario, Walk* walk) {
+  const std::string path = std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/" + name + ".yaml";
+  try {
+    *scenario = load_scenario(path);
+    Trial trial(*scenario);
+    trial.tamper = [walk](SensorData* sensors) { walk->heard.push_back(*sensors); };
+    trial.run();
+    *description = load_robot(*scenario);
+    walk->robot = make_robot(*description, *scenario);
+    walk->controller = make_scenario_controller(walk->robot);
+  } catch (const std::exception& error) {
+    loop.SkipWithError(error.what());
+    return false;
+  }
+  return true;
+}
+
+// One period after the first, over a whole walk.
+void control_period(benchmark::State& loop, const char* name) {
+  RobotDescription description;
+  Scenario scenario;
+  Walk walk;
+  if (!prepare(loop, name, &description, &scenario, &walk)) return;
+  using Clock = std::chrono::steady_clock;
+  double largest = 0.0;  // [s]
+  size_t k = walk.heard.size();
+  for (auto _ : loop) {
+    if (k >= walk.heard.size()) {
+      loop.PauseTiming();
+      walk.controller->start(walk.robot);
+      benchmark::DoNotOptimize(walk.controller->control(walk.heard[0], walk.robot));
+      k = 1;
+      loop.ResumeTiming();
+    }
+    const Clock::time_point begin = Clock::now();
+    benchmark::DoNotOptimize(walk.controller->control(walk.heard[k++], walk.robot));
+    largest = std::max(largest, std::chrono::duration<double>(Clock::now() - begin).count());
+  }
+  loop.counters["largest_us"] = 1e6 * largest;
+  const double period = scenario.control_period * scenario.time_step;
+  loop.counters["share_of_period"] =
+      benchmark::Counter(period, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+// The first call: footsteps, pattern, first inverse kinematics.
+void make_walk(benchmark::State& loop, const char* name) {
+  RobotDescription description;
+  Scenario scenario;
+  Walk walk;
+  if (!prepare(loop, name, &description, &scenario, &walk)) return;
+  for (auto _ : loop) {
+    walk.controller->start(walk.robot);
+    benchmark::DoNotOptimize(walk.controller->control(walk.heard[0], walk.robot));
+  }
+}
+
+BENCHMARK_CAPTURE(control_period, hrp2p_like, "fig9")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(control_period, hrp1s_like, "fig7")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(control_period, ten_metres, "beyond_10m")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(make_walk, hrp2p_like, "fig9")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(make_walk, ten_metres, "beyond_10m")->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace hrp
+
+BENCHMARK_MAIN();
