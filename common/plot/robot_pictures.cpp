@@ -28,8 +28,8 @@ constexpr double kPanelWidth = 240, kPanelHeight = 250;
 constexpr int kColumns = 4;
 constexpr double kSunk = 0.02;  // [m] deeper than that in the ground nothing but a fallen robot's body is
 
-// Left orange, right blue, the rest grey: who steps is seen at once.
-constexpr Colour kLeft{0.95, 0.62, 0.33}, kRight{0.36, 0.62, 0.90}, kMiddle{0.86, 0.87, 0.88}, kStone{0.72, 0.70, 0.66};
+// Left blue, right orange, as the first two lines of a plot; the rest grey: who steps is seen at once.
+constexpr Colour kLeft{0.36, 0.62, 0.90}, kRight{0.95, 0.62, 0.33}, kMiddle{0.86, 0.87, 0.88}, kStone{0.72, 0.70, 0.66};
 
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 std::string format(const char* pattern, ...) {

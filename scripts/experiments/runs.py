@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs of scenarios: through the server set, and without a bus where many are needed; numbers from their data."""
+"""Runs of scenarios: through the server set, and without a bus where many are needed; plots and pictures of them."""
 import csv
 import json
-import math
 import os
 import re
 import subprocess
+import threading
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 FOLDER = os.path.join(ROOT, 'models', 'scenarios', 'paper_a')
+VENDORS = {'cyclone': 'Cyclone DDS', 'fast': 'Fast DDS'}
+# A server set uses every core by itself; trials beside it fill the gaps. Two sets at once would only wait for each other.
+one_server_set = threading.Lock()
 
 
 class Runner:
-    def __init__(self, bin_folder, out, dds):
-        self.bin, self.out, self.dds = bin_folder, out, dds
+    """Of one experiment: its files are in a folder of its own."""
+
+    def __init__(self, bin_folder, out, vendors, runs, tell=lambda what: None):
+        self.bin, self.out, self.vendors, self.runs, self.tell = bin_folder, out, vendors, runs, tell
         os.makedirs(out, exist_ok=True)
 
     def text(self, name):
@@ -28,46 +33,57 @@ class Runner:
             file.write(text)
         return path
 
-    def serve(self, name, text):
-        """Through the server set. Returns the log and the hash of the last state."""
-        path, log = self.write(name, text), os.path.join(self.out, name + '.mcap')
-        done = subprocess.run([self.bin + '/hrp-simulate', path, '--log', log, '--no-plot', '--quiet', '--dds', self.dds],
-                              capture_output=True, text=True)
+    def call(self, name, words):
+        done = subprocess.run([os.path.join(self.bin, words[0])] + words[1:], capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError('%s: %s' % (name, done.stderr.strip() or done.stdout.strip()))
-        found = re.search(r'state hash\s+(\w+)', done.stdout + done.stderr)
-        return log, found[1] if found else ''
+        return done.stdout
 
-    def trial(self, name, text, table=False):
+    def serve(self, name, text, dds, log):
+        """Through the server set. Returns the hash of the last state and those of all payloads by topic."""
+        path = self.write(name, text)
+        self.tell('%s through the server set, %s' % (name, VENDORS[dds]))
+        with one_server_set:
+            said = self.call(name, ['hrp-simulate', path, '--log', log, '--no-plot', '--quiet', '--dds', dds])
+        found = re.search(r'state hash\s+(\w+)', said)
+        return found[1] if found else '', self.call(name, ['hrp-log', 'hash', log])
+
+    def trial(self, name, text, table=False, to_the_end=False):
         """Without bus and log. Returns the summary and, on request, the columns at every physics step."""
         path, csv_path = self.write(name, text), os.path.join(self.out, name + '.csv')
-        done = subprocess.run([self.bin + '/hrp-trial', path] + (['--csv', csv_path] if table else []),
-                              capture_output=True, text=True)
-        if done.returncode:
-            raise RuntimeError('%s: %s' % (name, done.stderr.strip()))
-        columns = None
+        self.tell(name)
+        words = ['hrp-trial', path] + (['--csv', csv_path] if table else []) + (['--to-the-end'] if to_the_end else [])
+        summary, columns = json.loads(self.call(name, words)), None
         if table:
             with open(csv_path) as file:
-                rows = list(csv.reader(file))
-            columns = {key: [float(row[i]) for row in rows[1:]] for i, key in enumerate(rows[0])}
+                rows = csv.reader(file)
+                names = next(rows)
+                columns = dict(zip(names, map(list, zip(*(map(float, row) for row in rows)))))
             os.remove(csv_path)
-        return json.loads(done.stdout), columns
-
-    def both(self, name, text):
-        """Through the server set, and once more step by step for the table. Equal hashes prove that it is the same run.
-        A run that falls goes on in the server set, so its hash cannot be compared."""
-        log, hash_served = self.serve(name, text)
-        summary, columns = self.trial(name, text, table=True)
-        summary['log'] = log
-        summary['same'] = None if summary['fallen'] else hash_served == summary['state_hash']
         return summary, columns
 
-    def vary(self, name, text, runs):
+    def both(self, name, text):
+        """Twice through the server set on the first vendor and once on every other, all logs compared by the hash of all
+        payloads, and once more step by step without a bus for the table: equal hashes prove that it is the same run."""
+        log = os.path.join(self.out, name + '.mcap')
+        state, payloads = self.serve(name, text, self.vendors[0], log)
+        same, again = True, os.path.join(self.out, name + '_again.mcap')
+        for dds in self.vendors:
+            same = self.serve(name, text, dds, again)[1] == payloads and same
+            os.remove(again)
+        summary, columns = self.trial(name, text, table=True, to_the_end=True)
+        summary['log'] = log
+        summary['same'] = same and bool(state) and state == summary['state_hash']
+        summary['bits'] = 'server set twice on %s%s, and one process' % (
+            VENDORS[self.vendors[0]], ''.join(', on ' + VENDORS[v] for v in self.vendors[1:]))
+        return summary, columns
+
+    def vary(self, name, text):
         """Runs with masses of all links within 2 % and initial joint angles within 0.02 rad at random."""
         results = []
-        for seed in range(1, runs + 1):
+        for seed in range(1, self.runs + 1):
             changed = text + 'variation: {mass: 0.02, pose: 0.02, seed: %d}\n' % seed
-            results.append(self.trial(name + '_varied', changed)[0])
+            results.append(self.trial('%s_varied_%d' % (name, seed), changed)[0])
         return results
 
     def plot(self, name, title, x_label, y_label, x, series):
@@ -75,56 +91,19 @@ class Runner:
         table, out = os.path.join(self.out, name + '_plot.csv'), os.path.join(self.out, name + '.svg')
         with open(table, 'w') as file:
             file.write('x,' + ','.join(series) + '\n')
-            for i, value in enumerate(x):
-                file.write('%.6g,' % value + ','.join('%.6g' % s[i] for s in series.values()) + '\n')
-        subprocess.run([self.bin + '/hrp-plot', table, '--out', out, '--title', title, '--x', x_label, '--y', y_label],
-                       check=True)
+            for row in zip(x, *series.values()):
+                file.write(','.join('%.6g' % value for value in row) + '\n')
+        self.call(name, ['hrp-plot', table, '--out', out, '--title', title, '--x', x_label, '--y', y_label])
         os.remove(table)
-        with open(out) as file:
+        return self.read(out)
+
+    def pictures(self, name, log, begin, end, options=()):
+        """SVG text: the robot at eight moments."""
+        out = os.path.join(self.out, name + '_pictures.svg')
+        self.call(name, ['hrp-log', 'pictures', log, '--out', out, '--from', '%g' % begin, '--to', '%g' % end] + list(options))
+        return self.read(out)
+
+    @staticmethod
+    def read(path):
+        with open(path) as file:
             return file.read()
-
-
-def high_pass(x, rate, cutoff):
-    for _ in range(2):
-        a, y = 1.0 / (1.0 + 2.0 * math.pi * cutoff / rate), [0.0] * len(x)
-        for i in range(1, len(x)):
-            y[i] = a * (y[i - 1] + x[i] - x[i - 1])
-        x = y
-    return x
-
-
-def low_pass(x, rate, cutoff):
-    for _ in range(2):
-        a, y = 1.0 - math.exp(-2.0 * math.pi * cutoff / rate), [x[0]] * len(x)
-        for i in range(1, len(x)):
-            y[i] = y[i - 1] + a * (x[i] - y[i - 1])
-        x = y
-    return x
-
-
-def rms(x, chosen):
-    return math.sqrt(sum(x[i] * x[i] for i in chosen) / max(1, len(chosen)))
-
-
-def median(x):
-    x = sorted(x)
-    return x[len(x) // 2] if len(x) % 2 else 0.5 * (x[len(x) // 2 - 1] + x[len(x) // 2])
-
-
-def solve(A, b):
-    """Gauss with pivoting; small systems only."""
-    n = len(b)
-    M = [list(row) + [b[i]] for i, row in enumerate(A)]
-    for i in range(n):
-        p = max(range(i, n), key=lambda k: abs(M[k][i]))
-        M[i], M[p] = M[p], M[i]
-        for k in range(n):
-            if k != i:
-                f = M[k][i] / M[i][i]
-                M[k] = [a - f * c for a, c in zip(M[k], M[i])]
-    return [M[i][n] / M[i][i] for i in range(n)]
-
-
-def least_squares(columns, y):
-    A = [[sum(a * b for a, b in zip(p, q)) for q in columns] for p in columns]
-    return solve(A, [sum(a * b for a, b in zip(p, y)) for p in columns])

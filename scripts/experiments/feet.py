@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures 3, 4, 5: rigid feet walk, the feet's rubber is found from a swing, soft feet fall."""
+import math
+import re
+
+from experiment import Experiment, tell_run, tell_varied, upright
+from measure import least_squares, median
+from walk_views import RATE, add_foot_force, add_pictures, cut
+
+
+def fig3(run, out):
+    text = run.text('fig3')
+    s, c = run.both('fig3', text)
+    tell_run(out, s)
+    steps = sum(s['landings'])
+    out.see('%d landings' % steps)
+    out.claim('upright to the end', upright(s))
+    out.claim('at least eight steps (%d)' % steps, steps >= 8)
+    tell_varied(run, out, 'fig3', text, lambda r: upright(r) and sum(r['landings']) >= 8, 'walks eight steps')
+    add_pictures(run, out, 'fig3', s, c, 2.2, 12.0)
+    add_foot_force(run, out, 'fig3', s, c)
+
+
+def identify(c, begin, end):
+    """Angle and rate of both feet's bushes together: the body's pitch, at the times when sensors are read."""
+    t, pitch = c['time'], c['base/pitch']
+    chosen = [i for i in range(1, len(t) - 1) if begin < t[i] < end and i % 5 == 4]
+    rate = [(pitch[i + 1] - pitch[i - 1]) * RATE / 2.0 for i in chosen]
+    return chosen, [pitch[i] for i in chosen], rate
+
+
+def calc_frequency(times, angle):
+    """From the crossings of the middle; 0 when there are too few."""
+    middle = median(angle)
+    crossings = [t for t, a, b in zip(times[1:], angle, angle[1:]) if (a - middle) * (b - middle) < 0.0]
+    return (len(crossings) - 1) / (2.0 * (crossings[-1] - crossings[0])) if len(crossings) > 2 else 0.0
+
+
+class Swing:
+    """What is known of a robot on its feet: height and forward place of the sensor over the sole's middle [m], stiffness
+    [N m/rad] and damping [N m s/rad] of both feet, m g h [N m/rad], inertia about the sole [kg m^2]."""
+
+    def __init__(self, height, forward, stiffness, damping, weight_moment, inertia):
+        self.height, self.forward, self.stiffness, self.damping = height, forward, stiffness, damping
+        self.weight_moment, self.inertia = weight_moment, inertia
+
+
+def tilt(name, swing):
+    def measure(run, out):
+        s, c = run.both(name, run.text(name))
+        out.claim('equal logs: %s' % s['bits'], s['same'])
+        out.bits = s['bits']
+        chosen, angle, rate = identify(c, 2.7, 11.5)
+        stiffness = damping = 0.0
+        for side in ('left', 'right'):
+            # About the middle of the sole, `height` below and `forward` of the sensor: M_S = M - p x f.
+            ty, fx, fz = (c['%s_foot/%s' % (side, part)] for part in ('ty', 'fx', 'fz'))
+            moment = [ty[i] + swing.height * fx[i] + swing.forward * fz[i] for i in chosen]
+            # The wrench is the foot's on the leg: it rights the body, -K q - C qd - O.
+            k, d, _ = least_squares([angle, rate, [1.0] * len(angle)], [-m for m in moment])
+            stiffness, damping = stiffness + k, damping + d
+            out.number('%s foot' % side, 'K %.1f N m/rad, C %.2f N m s/rad' % (k, d))
+        off_k, off_c = stiffness / swing.stiffness - 1.0, damping / swing.damping - 1.0
+        out.see('K %.1f of %g (%+.1f %%), C %.2f of %g (%+.1f %%)'
+                % (stiffness, swing.stiffness, 100 * off_k, damping, swing.damping, 100 * off_c))
+        out.claim('K comes back within 5 %% (%+.2f %%)' % (100 * off_k), abs(off_k) < 0.05)
+        out.claim('C comes back within 5 %% (%+.2f %%)' % (100 * off_c), abs(off_c) < 0.05)
+        frequency = calc_frequency([c['time'][i] for i in chosen], angle)
+        by_hand = math.sqrt((swing.stiffness - swing.weight_moment) / swing.inertia) / (2.0 * math.pi)
+        out.see('%.3f Hz, by hand %.3f Hz' % (frequency, by_hand))
+        out.claim('frequency within 15 %% of the hand calculation sqrt((K - m g h) / I) / 2 pi for one rigid body '
+                  '(%.3f, %.3f Hz)' % (frequency, by_hand), abs(frequency / by_hand - 1.0) < 0.15)
+        add_pictures(run, out, name, s, c, 2.0, 4.4, words='the swing')
+        out.figure('Torque about the pitch axis at the force sensors, the curve of the paper\'s figure.',
+                   run.plot(name, 'Ankle pitch torque', 'time [s]', 'torque [N m]', c['time'],
+                            {'left': c['left_foot/ty'], 'right': c['right_foot/ty']}))
+    return measure
+
+
+# m g h of one HRP-1S-like robot on its feet, robots-and-algorithms facts: 120 kg x 9.81 m/s^2 x 0.863 m.
+HRP1S_WEIGHT_MOMENT = 1015.0
+
+
+def survives(run, name, k):
+    """HRP-1S with bushes of k [N m/rad] a foot: the walk of figure 5, or standing with locked joints (figure 4)."""
+    changed = re.sub(r'k_roll: 1000, k_pitch: 1000', 'k_roll: %g, k_pitch: %g' % (k, k), run.text(name))
+    if name == 'fig4':  # at rest, the rubber right under the centre of mass: nothing but the stiffness decides
+        changed = re.sub(r'pushes:\n.*\n', '', changed).replace('{kz:', '{center: [-0.004, 0, -0.11], kz:')
+        changed = changed.replace('duration: 12}', 'duration: 30}')
+    return upright(run.trial(name + '_stiffness', changed)[0])
+
+
+def find_threshold(run, low, high):
+    """Stiffness of one foot [N m/rad] below which a standing robot falls, within 0.5 %; None when not in between."""
+    if survives(run, 'fig4', low) or not survives(run, 'fig4', high):
+        return None
+    while high / low > 1.005:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if survives(run, 'fig4', middle) else (middle, high)
+    return math.sqrt(low * high)
+
+
+def fig5(run, out):
+    text = run.text('fig5')
+    s, c = run.both('fig5', text)
+    tell_run(out, s)
+    out.claim('falls', s['fallen'])
+    walks = ['%g: %s' % (k, 'walks' if survives(run, 'fig5', k) else 'falls') for k in (1000, 2000, 4000, 8000, 16000, 32000)]
+    out.number('walking without a stabilizer, by stiffness of a foot [N m/rad]', ', '.join(walks))
+    threshold = find_threshold(run, 200.0, 1000.0)
+    if threshold:
+        ratio = 2.0 * threshold / HRP1S_WEIGHT_MOMENT
+        out.see('standing, it begins to fall below %.0f N m/rad of both feet, %.2f m g h' % (2.0 * threshold, ratio))
+        out.claim('a standing robot begins to fall at m g h = 1015 N m/rad of both feet, within 5 %% (%.3f m g h)' % ratio,
+                  abs(ratio - 1.0) < 0.05)
+    else:
+        out.claim('a threshold between 200 and 1000 N m/rad a foot', False)
+    tell_varied(run, out, 'fig5', text, lambda r: r['fallen'], 'falls')
+    add_pictures(run, out, 'fig5', s, c)
+    add_foot_force(run, out, 'fig5', s, c)
+
+
+EXPERIMENTS = [
+    Experiment('fig3', 'Figure 3: HRP-1S on rigid feet', 'HRP-1S walks on rigid feet with impulse contact, without a stabilizer.',
+               fig3),
+    Experiment('fig4', 'Figure 4: HRP-1S tilted and released',
+               'Tilted and released without feedback the robot swings; stiffness and damping of the feet are found from the '
+               'damped oscillation.', tilt('fig4', Swing(0.11, 0.035, 2000.0, 50.0, HRP1S_WEIGHT_MOMENT, 107.0))),
+    Experiment('fig4_hrp2p', 'Figure 4 with HRP-2P', 'The same with HRP-2P.',
+               tilt('fig4_hrp2p', Swing(0.105, 0.015, 914.0, 22.0, 462.0, 45.5))),
+    Experiment('fig5', 'Figure 5: HRP-1S on soft feet', 'HRP-1S falls on soft feet without a stabilizer.', fig5, cost=12.0),
+]

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures 8 to 11: HRP-2P falls, walks, rolls inward, lands."""
+from experiment import Experiment, tell_run, tell_varied, upright
+from measure import high_pass, median, rms
+from walk_views import LEFT, RATE, RIGHT, add_foot_force, add_pictures, cut
+
+
+def fig8(run, out):
+    text = run.text('fig8')
+    s, c = run.both('fig8', text)
+    tell_run(out, s)
+    out.claim('falls', s['fallen'])
+    tell_varied(run, out, 'fig8', text, lambda r: r['fallen'], 'falls')
+    add_pictures(run, out, 'fig8', s, c)
+    add_foot_force(run, out, 'fig8', s, c)
+
+
+def fig9(run, out):
+    text = run.text('fig9')
+    s, c = run.both('fig9', text)
+    tell_run(out, s)
+    out.see('%d landings' % sum(s['landings']))
+    out.claim('walks to the end, at least eight steps', upright(s) and sum(s['landings']) >= 8)
+    tell_varied(run, out, 'fig9', text, upright, 'walks')
+    add_pictures(run, out, 'fig9', s, c, 2.2, 12.0)
+    add_foot_force(run, out, 'fig9', s, c)
+
+
+def calc_inward_torque(c, side, key):
+    """Mean over single support [N m]. A load inward of the ankle turns the left foot about -x, the right one about +x."""
+    other = RIGHT if key == LEFT else LEFT
+    chosen = [i for i, t in enumerate(c['time']) if 3.0 < t < 11.0 and c[other][i] == 0.0 and c[key][i] > 300.0]
+    sign = -1.0 if key == LEFT else 1.0
+    return sign * sum(c[side + '_foot/tx'][i] for i in chosen) / max(1, len(chosen))
+
+
+def calc_vibration(c, step):
+    """Foot force above 50 Hz [N rms], at every millisecond whatever the step."""
+    keep = max(1, round(0.001 / step))
+    force, times = c[LEFT][keep - 1::keep], c['time'][keep - 1::keep]
+    return rms(high_pass(force, RATE, 50.0), [i for i, t in enumerate(times) if 3.0 < t < 11.0])
+
+
+def fig10(run, out):
+    text = run.text('fig10')
+    s, c = run.both('fig10', text)
+    tell_run(out, s)
+    inward = [calc_inward_torque(c, side, key) for side, key in (('left', LEFT), ('right', RIGHT))]
+    out.see('%.1f and %.1f N m inward (left, right; mean of single support)' % tuple(inward))
+    out.claim('inward on both sides', min(inward) > 0.0)
+    vibration = []
+    for step in (0.001, 0.0005, 0.00025):
+        changed = text.replace('time_step: 0.001', 'time_step: %g' % step)
+        vibration.append(calc_vibration(c if step == 0.001 else run.trial('fig10_step', changed, True)[1], step))
+    out.see('foot force above 50 Hz: %.2f, %.2f, %.2f N rms at 1, 0.5, 0.25 ms' % tuple(vibration))
+    out.claim('the vibration shrinks with the step', vibration[0] > vibration[1] > vibration[2])
+    tell_varied(run, out, 'fig10', text, upright, 'walks')
+    out.figure('Torque about the roll axis at the force sensors.',
+               run.plot('fig10', 'Ankle roll torque', 'time [s]', 'torque [N m]', c['time'],
+                        {'left': c['left_foot/tx'], 'right': c['right_foot/tx']}))
+    add_pictures(run, out, 'fig10', s, c, 2.2, 12.0, ['--azimuth', '0'], 'the walk, seen from the front')
+
+
+def find_landings(c):
+    """(time, foot, peak, dip, full) of each landing in the steady walk: first 70 ms, the next 80 ms, the rest of 250 ms."""
+    found = []
+    for key in (LEFT, RIGHT):
+        f, i, air = c[key], 1, 0
+        while i < len(f) - 250:
+            if f[i] > 5.0 and air > 150 and c['time'][i] > 2.5:
+                w = f[i:i + 250]
+                peak = max(range(70), key=lambda j: w[j])
+                dip = min(range(peak, peak + 80), key=lambda j: w[j])
+                found.append((c['time'][i], key, w[peak], w[dip], max(w[dip:])))
+                i, air = i + 250, 0
+                continue
+            air = air + 1 if f[i] <= 5.0 else 0
+            i += 1
+    return sorted(found)[1:-1]  # not the first and the last step
+
+
+def fig11(run, out):
+    text = run.text('fig11')
+    s, c = run.both('fig11', text)
+    tell_run(out, s)
+    landings = find_landings(c)
+    names, goals = ('first peak', 'dip', 'full load'), (500.0, 100.0, 550.0)
+    medians = [median([l[k + 2] for l in landings]) for k in range(3)]
+    out.see('medians of %d landings %.0f, %.0f, %.0f N' % (len(landings), *medians))
+    for k, (name, goal) in enumerate(zip(names, goals)):
+        values = [l[k + 2] for l in landings]
+        out.number(name, 'median %.0f N, %.0f to %.0f N over %d landings' % (medians[k], min(values), max(values), len(values)))
+        out.claim('%s within 20 %% of %.0f N (%.0f N)' % (name, goal, medians[k]), abs(medians[k] / goal - 1.0) <= 0.2)
+    tell_varied(run, out, 'fig11', text, upright, 'walks')
+    t0, key = landings[len(landings) // 2][:2]
+    near = cut(c, t0 - 0.05, t0 + 0.3)
+    out.figure('One landing.', run.plot('fig11', 'Vertical force of a landing foot', 'time [s]', 'force [N]', near['time'],
+                                        {'landing foot': near[key]}))
+    add_pictures(run, out, 'fig11', s, c, t0 - 0.4, t0 + 0.3, words='one landing')
+    add_foot_force(run, out, 'fig11', s, c)
+
+
+EXPERIMENTS = [
+    Experiment('fig8', 'Figure 8: HRP-2P without stabilizer', 'HRP-2P falls without the stabilizer.', fig8),
+    Experiment('fig9', 'Figure 9: HRP-2P with stabilizer', 'HRP-2P walks with the stabilizer.', fig9),
+    Experiment('fig10', 'Figure 10: ankle roll torque', 'The body rolls inward; the simulation at 1 ms shows vibration.', fig10, cost=8.0),
+    Experiment('fig11', 'Figure 11: landing', 'About 500 N, down to about 100 N in the rebound, then about 550 N, within about 250 ms.',
+               fig11),
+]
