@@ -17,7 +17,7 @@ def fig3(run, out):
     out.claim('upright to the end', upright(s))
     out.claim('at least eight steps (%d)' % steps, steps >= 8)
     tell_varied(run, out, 'fig3', text, lambda r: upright(r) and sum(r['landings']) >= 8, 'walks eight steps')
-    add_pictures(run, out, 'fig3', s, c, 2.2, 12.0)
+    add_pictures(run, out, 'fig3', s, c)
     add_foot_force(run, out, 'fig3', s, c)
 
 
@@ -70,7 +70,7 @@ def tilt(name, swing):
         out.see('%.3f Hz, by hand %.3f Hz' % (frequency, by_hand))
         out.claim('frequency within 15 %% of the hand calculation sqrt((K - m g h) / I) / 2 pi for one rigid body '
                   '(%.3f, %.3f Hz)' % (frequency, by_hand), abs(frequency / by_hand - 1.0) < 0.15)
-        add_pictures(run, out, name, s, c, 2.0, 4.4, words='the swing')
+        add_pictures(run, out, name, s, c, (2.0, 4.4), words='the swing')
         out.figure('Torque about the pitch axis at the force sensors, the curve of the paper\'s figure.',
                    run.plot(name, 'Ankle pitch torque', 'time [s]', 'torque [N m]', c['time'],
                             {'left': c['left_foot/ty'], 'right': c['right_foot/ty']}))
@@ -122,11 +122,11 @@ def fig5(run, out):
 
 EXPERIMENTS = [
     Experiment('fig3', 'Figure 3: HRP-1S on rigid feet', 'HRP-1S walks on rigid feet with impulse contact, without a stabilizer.',
-               fig3),
+               fig3, cost=18.0),
     Experiment('fig4', 'Figure 4: HRP-1S tilted and released',
                'Tilted and released without feedback the robot swings; stiffness and damping of the feet are found from the '
-               'damped oscillation.', tilt('fig4', Swing(0.11, 0.035, 2000.0, 50.0, HRP1S_WEIGHT_MOMENT, 107.0))),
+               'damped oscillation.', tilt('fig4', Swing(0.11, 0.035, 2000.0, 50.0, HRP1S_WEIGHT_MOMENT, 107.0)), cost=5.0),
     Experiment('fig4_hrp2p', 'Figure 4 with HRP-2P', 'The same with HRP-2P.',
-               tilt('fig4_hrp2p', Swing(0.105, 0.015, 914.0, 22.0, 462.0, 45.5))),
-    Experiment('fig5', 'Figure 5: HRP-1S on soft feet', 'HRP-1S falls on soft feet without a stabilizer.', fig5, cost=12.0),
+               tilt('fig4_hrp2p', Swing(0.105, 0.015, 914.0, 22.0, 462.0, 45.5)), cost=4.0),
+    Experiment('fig5', 'Figure 5: HRP-1S on soft feet', 'HRP-1S falls on soft feet without a stabilizer.', fig5, cost=8.0),
 ]

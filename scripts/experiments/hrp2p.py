@@ -22,7 +22,7 @@ def fig9(run, out):
     out.see('%d landings' % sum(s['landings']))
     out.claim('walks to the end, at least eight steps', upright(s) and sum(s['landings']) >= 8)
     tell_varied(run, out, 'fig9', text, upright, 'walks')
-    add_pictures(run, out, 'fig9', s, c, 2.2, 12.0)
+    add_pictures(run, out, 'fig9', s, c)
     add_foot_force(run, out, 'fig9', s, c)
 
 
@@ -58,7 +58,7 @@ def fig10(run, out):
     out.figure('Torque about the roll axis at the force sensors.',
                run.plot('fig10', 'Ankle roll torque', 'time [s]', 'torque [N m]', c['time'],
                         {'left': c['left_foot/tx'], 'right': c['right_foot/tx']}))
-    add_pictures(run, out, 'fig10', s, c, 2.2, 12.0, ['--azimuth', '0'], 'the walk, seen from the front')
+    add_pictures(run, out, 'fig10', s, c, None, ['--azimuth', '0'], 'the walk, seen from the front')
 
 
 def find_landings(c):
@@ -96,14 +96,14 @@ def fig11(run, out):
     near = cut(c, t0 - 0.05, t0 + 0.3)
     out.figure('One landing.', run.plot('fig11', 'Vertical force of a landing foot', 'time [s]', 'force [N]', near['time'],
                                         {'landing foot': near[key]}))
-    add_pictures(run, out, 'fig11', s, c, t0 - 0.4, t0 + 0.3, words='one landing')
+    add_pictures(run, out, 'fig11', s, c, (t0 - 0.4, t0 + 0.3), words='one landing')
     add_foot_force(run, out, 'fig11', s, c)
 
 
 EXPERIMENTS = [
-    Experiment('fig8', 'Figure 8: HRP-2P without stabilizer', 'HRP-2P falls without the stabilizer.', fig8),
-    Experiment('fig9', 'Figure 9: HRP-2P with stabilizer', 'HRP-2P walks with the stabilizer.', fig9),
-    Experiment('fig10', 'Figure 10: ankle roll torque', 'The body rolls inward; the simulation at 1 ms shows vibration.', fig10, cost=8.0),
+    Experiment('fig8', 'Figure 8: HRP-2P without stabilizer', 'HRP-2P falls without the stabilizer.', fig8, cost=3.0),
+    Experiment('fig9', 'Figure 9: HRP-2P with stabilizer', 'HRP-2P walks with the stabilizer.', fig9, cost=4.0),
+    Experiment('fig10', 'Figure 10: ankle roll torque', 'The body rolls inward; the simulation at 1 ms shows vibration.', fig10, cost=12.0),
     Experiment('fig11', 'Figure 11: landing', 'About 500 N, down to about 100 N in the rebound, then about 550 N, within about 250 ms.',
                fig11),
 ]

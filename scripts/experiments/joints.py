@@ -42,7 +42,7 @@ def fig6(run, out):
     tell_varied(run, out, 'fig6', text, upright, 'walks')
     add_foot_force(run, out, 'fig6', s, c)
     add_closer_look(run, out, 'fig6', c)
-    add_pictures(run, out, 'fig6', s, c, 2.2, 12.0)
+    add_pictures(run, out, 'fig6', s, c)
 
 
 def fig7(run, out):
@@ -61,13 +61,13 @@ def fig7(run, out):
     tell_varied(run, out, 'fig7', text, upright, 'walks')
     add_foot_force(run, out, 'fig7', s, c)
     add_closer_look(run, out, 'fig7', c)
-    add_pictures(run, out, 'fig7', s, c, 2.2, 12.0)
+    add_pictures(run, out, 'fig7', s, c)
 
 
 EXPERIMENTS = [
     Experiment('fig6', 'Figure 6: joints that follow perfectly',
-               'Soft feet, stabilizer, joints that follow perfectly: HRP-1S walks, but the vertical foot force oscillates.', fig6, cost=6.0),
+               'Soft feet, stabilizer, joints that follow perfectly: HRP-1S walks, but the vertical foot force oscillates.', fig6, cost=8.0),
     Experiment('fig7', 'Figure 7: joint servos and rotor inertia',
                'The same gains with joint servos and rotor inertia: the oscillation is gone; zero in swing, a middle plateau (590 N) in '
-               'double support, a high one (1177 N) in single support.', fig7),
+               'double support, a high one (1177 N) in single support.', fig7, cost=6.0),
 ]

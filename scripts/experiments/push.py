@@ -45,7 +45,7 @@ def push(run, out):
     weakest = DIRECTIONS[least.index(min(least))]
     s, c = run.both('push', set_push(text, 8.0, weakest, STARTS[0]))
     tell_run(out, s)
-    add_pictures(run, out, 'push', s, c, 5.8, 8.0, words='8 N s from the weakest direction (%d degrees) at 6.0 s' % weakest)
+    add_pictures(run, out, 'push', s, c, (5.8, 8.0), words='8 N s from the weakest direction (%d degrees) at 6.0 s' % weakest)
     add_foot_force(run, out, 'push', s, c)
 
 

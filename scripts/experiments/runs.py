@@ -7,6 +7,8 @@ import re
 import subprocess
 import threading
 
+from experiment import Skipped
+
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 FOLDER = os.path.join(ROOT, 'models', 'scenarios', 'paper_a')
 VENDORS = {'cyclone': 'Cyclone DDS', 'fast': 'Fast DDS'}
@@ -25,7 +27,10 @@ class Runner:
         """A scenario that can be written anywhere."""
         with open(os.path.join(FOLDER, name + '.yaml')) as file:
             text = file.read()
-        return re.sub(r'(?m)^robot: (\S+)', lambda m: 'robot: ' + os.path.normpath(os.path.join(FOLDER, m[1])), text)
+        robot = os.path.normpath(os.path.join(FOLDER, re.search(r'(?m)^robot: (\S+)', text)[1]))
+        if not os.path.exists(robot):
+            raise Skipped('%s needs a robot that is not here: %s' % (name, os.path.relpath(robot, ROOT)))
+        return re.sub(r'(?m)^robot: .*', 'robot: ' + robot, text)
 
     def write(self, name, text):
         path = os.path.join(self.out, name + '.yaml')

@@ -1,7 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a walk looks like: the vertical foot force, as the paper plots it, and pictures of the robot, as the paper shows."""
+import re
+
 LEFT, RIGHT = 'L_ANKLE_R_LINK/force_z', 'R_ANKLE_R_LINK/force_z'
 RATE = 1000.0  # [Hz] of the tables, the physics step
+
+
+def find_feet(text):
+    """Columns of the left and the right foot of a scenario; it names the left one first."""
+    return tuple(name.strip() + '/force_z' for name in re.search(r'(?m)^feet: \[(.*)\]', text)[1].split(','))
 
 
 def cut(columns, begin, end):
@@ -21,12 +28,18 @@ def add_foot_force(run, out, name, summary, columns, feet=(LEFT, RIGHT)):
                         {'left foot': c[feet[0]], 'right foot': c[feet[1]]}))
 
 
-def add_pictures(run, out, name, summary, columns, begin=2.0, end=None, options=(), words=''):
-    """Of the whole walk, or of the last two seconds before a fall."""
-    last = columns['time'][-1]
+def find_walk(columns, feet=(LEFT, RIGHT)):
+    """From before the first foot leaves the ground until after the last one has come down [s]."""
+    air = [t for t, a, b in zip(columns['time'], columns[feet[0]], columns[feet[1]]) if (a == 0.0 or b == 0.0) and t > 1.0]
+    return (max(0.0, air[0] - 0.1), min(columns['time'][-1], air[-1] + 0.3)) if air else (0.0, columns['time'][-1])
+
+
+def add_pictures(run, out, name, summary, columns, span=None, options=(), words='', feet=(LEFT, RIGHT)):
+    """Of the whole walk, of a span of time, or of the last two seconds before a fall."""
+    begin, end = span or find_walk(columns, feet)
     if summary['fallen']:
-        begin, end = max(0.0, summary['fall_time'] - 1.8), min(last, summary['fall_time'] + 0.5)
-    end = last if end is None else min(end, last)
+        begin, end = max(0.0, summary['fall_time'] - 1.8), min(columns['time'][-1], summary['fall_time'] + 0.5)
+        words = 'the fall, until the body reaches the floor (nothing but soles touches it in the simulation)'
     caption = 'From the log of the server set: %s. Left limbs blue, right ones orange; thin lines every 0.2 m, heavy ones every ' \
-              'metre; the camera goes along.' % ('the fall, until the body reaches the floor' if summary['fallen'] else words or 'the walk')
+              'metre; the camera goes along.' % (words or 'the walk')
     out.figure(caption, run.pictures(name, summary['log'], begin, end, options))
