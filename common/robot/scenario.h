@@ -85,6 +85,7 @@ struct ContactSpec {
   std::string damping = "projected";  // normal damper on the projected velocity of equation (2), or "two_sided"
   double length_scale = 0.1;     // [m] weighs rotation against translation in the projection of equation (2)
   double tangential_stiffness = 1e7;  // [N/m] per pair, holds what sticks (beyond the paper); 0 = equation (5) alone
+  double margin = 0.0;           // [m] points of a sole this near the ground take part: they may touch within the step
 };
 
 // Sole bush between a foot's force sensor and its sole: slide z, roll, pitch.

@@ -37,6 +37,10 @@ void read_contact(YamlMap& map, ContactSpec* contact) {
   map.choice("damping", &contact->damping, {"projected", "two_sided"});
   map.number("length_scale", &contact->length_scale, Bound::kPositive, "m");
   map.number("tangential_stiffness", &contact->tangential_stiffness, Bound::kNotNegative, "N/m");
+  map.number("margin", &contact->margin, Bound::kNotNegative, "m");
+  if (contact->margin > 0.0 && (contact->model != "spring_damper" || contact->exponent != 1.0)) {
+    map.error("margin", "goes with model spring_damper and exponent 1 only");
+  }
 }
 
 void read_bush(YamlMap& map, FootBushSpec* bush) {

@@ -39,6 +39,7 @@ std::vector<Sole> make_soles(const RobotDescription& robot);
 struct GroundPlane {
   Vector3d n_W = Vector3d::UnitZ();
   double offset = 0.0;  // [m] points of the plane have n . p = offset
+  double margin = 0.0;  // [m] points of a sole this far above are of interest, too
 };
 
 // The ground of the scenario: turned by roll, then pitch about world axes, around the point (0, 0, height).

@@ -32,6 +32,7 @@ bool are_neighbours(const TreeSpec& tree, int a, int b) {
 CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& scenario)
     : robot_(robot), scenario_(scenario), model_(robot.tree, scenario.gravity_W), data_(model_),
       start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)) {
+  ground_.margin = scenario.contact.margin;
   if (scenario.ground.present) soles_ = make_soles(robot);
   if (scenario.self_collision || !scenario.obstacles.empty()) add_bodies();
   if (scenario.self_collision) add_self_pairs();

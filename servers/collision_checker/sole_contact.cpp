@@ -10,10 +10,11 @@ namespace {
 
 constexpr int kMostPoints = 16;  // scenario.max_sole_points is at most this
 
-// p_WQ: the sole's lowest point, `clearance` above the plane (negative when it overlaps).
-void add_point(const Vector3d& p_WQ, double clearance, const Vector3d& n_W, std::vector<ContactPoint>* points) {
-  if (!(clearance < 0.0)) return;
-  points->push_back({p_WQ - (0.5 * clearance) * n_W, n_W, -clearance});
+// p_WQ: the sole's lowest point.
+void add_point(const Vector3d& p_WQ, const GroundPlane& ground, std::vector<ContactPoint>* points) {
+  const double clearance = ground.n_W.dot(p_WQ) - ground.offset;  // negative when it overlaps
+  if (!(clearance < ground.margin)) return;
+  points->push_back({p_WQ - (0.5 * clearance) * ground.n_W, ground.n_W, -clearance});
 }
 
 // Two directions in the plane, fixed to link A.
@@ -112,12 +113,12 @@ bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlan
   pair->points.clear();
   for (const SolePoint& point : sole.points) {
     const Vector3d p_WQ = X_WL * point.p_LQ - point.radius * ground.n_W;
-    add_point(p_WQ, ground.n_W.dot(p_WQ) - ground.offset, ground.n_W, &pair->points);
+    add_point(p_WQ, ground, &pair->points);
   }
   for (const SoleRim& rim : sole.rims) {
     Vector3d p_WQ[4];
     calc_rim_points(rim, X_WL, ground.n_W, p_WQ);
-    for (const Vector3d& p : p_WQ) add_point(p, ground.n_W.dot(p) - ground.offset, ground.n_W, &pair->points);
+    for (const Vector3d& p : p_WQ) add_point(p, ground, &pair->points);
   }
   if (pair->points.empty()) return false;
   pair->body_a = sole.link;

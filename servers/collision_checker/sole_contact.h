@@ -9,7 +9,8 @@
 
 namespace hrp {
 
-// Fills `pair` (memory reused) with at most `max_points` points; false when nothing touches.
+// Fills `pair` (memory reused) with at most `max_points` points; false when nothing touches. Points above the ground by
+// less than its margin have a negative depth.
 bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points, ContactPair* pair);
 
 // What remains of a contact patch: the outermost points along `max_points` directions of link A's axes in the plane of

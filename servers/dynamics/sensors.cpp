@@ -60,7 +60,7 @@ Sensors::Sensors(const Model& model, const Scenario& scenario)
     add_delay(wrench.torque, scenario);
   }
   acceleration_W_.resize(imus_.size(), Vector3d::Zero());
-  joint_wrench_W_.resize(wrenches_.size(), Vector6d::Zero());
+  joint_wrench_L_.resize(wrenches_.size(), Vector6d::Zero());
   tau_.setZero(model.nv());
   sample_.imus.resize(imus_.size());
   sample_.wrenches.resize(wrenches_.size());
@@ -103,7 +103,7 @@ void Sensors::add_delay(const SensorErrors& errors, const Scenario& scenario) {
 
 void Sensors::reset(const State& state, const Data& data, const EncoderTruth& encoders) {
   for (Vector3d& a : acceleration_W_) a.setZero();
-  for (Vector6d& F : joint_wrench_W_) F.setZero();
+  for (Vector6d& F : joint_wrench_L_) F.setZero();
   for (Delay& delay : delays_) std::fill(delay.ring.begin(), delay.ring.end(), Vector3d(NAN, 0, 0));
   update_readings(state, data, encoders, 0);
 }
@@ -112,7 +112,13 @@ void Sensors::update_forces(const Model& model, const Eigen::VectorXd& vdot, con
                             Data* data) {
   if (imus_.empty() && wrenches_.empty()) return;
   calc_inverse_dynamics(model, vdot, &wrenches, data, &tau_);
-  for (size_t i = 0; i < wrenches_.size(); ++i) joint_wrench_W_[i] = get_joint_wrench(*data, wrenches_[i].link);
+  // In the axes the link has here: turned by those after the step, the moment of 300 N under an ankle 0.1 m high would be
+  // off by 0.03 N m s/rad times the rate, a tenth of a per cent of a foot's damping.
+  for (size_t i = 0; i < wrenches_.size(); ++i) {
+    const Matrix3d R_LW = get_pose(*data, wrenches_[i].link).R.transpose();
+    const Vector6d F_W = get_joint_wrench(*data, wrenches_[i].link);
+    joint_wrench_L_[i] << R_LW * F_W.head<3>(), R_LW * F_W.tail<3>();
+  }
   if (imus_.empty()) return;
   update_accelerations(model, vdot, data);
   for (size_t i = 0; i < imus_.size(); ++i) {
@@ -144,7 +150,7 @@ void Sensors::update_readings(const State& state, const Data& data, const Encode
                               unsigned long long step) {
   update_encoders(encoders, step);
   update_imus(data, step);
-  update_wrenches(data, step);
+  update_wrenches(step);
   sample_.X_WB = state.X_WB();
   sample_.V_WB = state.V_WB;
 }
@@ -178,19 +184,16 @@ void Sensors::update_imus(const Data& data, unsigned long long step) {
 }
 
 // The sensor reads what its link exerts on the parent: the opposite of what the joint passes to the link.
-void Sensors::update_wrenches(const Data& data, unsigned long long step) {
+void Sensors::update_wrenches(unsigned long long step) {
   for (size_t i = 0; i < wrenches_.size(); ++i) {
-    const Transform X_WL = get_pose(data, wrenches_[i].link);
-    const Matrix3d R_WS = X_WL.R * wrenches_[i].X_LS.R;
-    const Vector3d force = -joint_wrench_W_[i].tail<3>();
-    const Vector3d arm = X_WL.R * wrenches_[i].X_LS.p;
-    const Vector3d moment = -joint_wrench_W_[i].head<3>() - arm.cross(force);
+    const Transform& X_LS = wrenches_[i].X_LS;
+    const Vector3d force = -joint_wrench_L_[i].tail<3>();
+    const Vector3d moment = -joint_wrench_L_[i].head<3>() - X_LS.p.cross(force);
     const size_t first = 2 * (imus_.size() + i);
     const unsigned long long channel = 2 * kGroupChannels + 6 * i;
-    sample_.wrenches[i].force =
-        pass(spec_.wrenches[i].force, &delays_[first], R_WS.transpose() * force, channel, step);
-    sample_.wrenches[i].torque =
-        pass(spec_.wrenches[i].torque, &delays_[first + 1], R_WS.transpose() * moment, channel + 3, step);
+    const Matrix3d R_SL = X_LS.R.transpose();
+    sample_.wrenches[i].force = pass(spec_.wrenches[i].force, &delays_[first], R_SL * force, channel, step);
+    sample_.wrenches[i].torque = pass(spec_.wrenches[i].torque, &delays_[first + 1], R_SL * moment, channel + 3, step);
   }
 }
 

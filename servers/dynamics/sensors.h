@@ -56,7 +56,7 @@ class Sensors {
   Mounted find_mount(const Model& model, const std::string& link, const Vector3d& p) const;
   void add_delay(const SensorErrors& errors, const Scenario& scenario);
   void update_imus(const Data& data, unsigned long long step);
-  void update_wrenches(const Data& data, unsigned long long step);
+  void update_wrenches(unsigned long long step);
   void update_encoders(const EncoderTruth& encoders, unsigned long long step);
 
   SensorsSpec spec_;
@@ -66,7 +66,7 @@ class Sensors {
   std::vector<Mounted> imus_, wrenches_;
   std::vector<Delay> delays_;             // two for every IMU (rate, acceleration), two for every wrench sensor
   std::vector<Vector3d> acceleration_W_;  // [m/s^2] of each IMU
-  std::vector<Vector6d, Eigen::aligned_allocator<Vector6d>> joint_wrench_W_;  // parent to link, about its origin
+  std::vector<Vector6d, Eigen::aligned_allocator<Vector6d>> joint_wrench_L_;  // parent to link, about its origin, its axes
   Eigen::VectorXd tau_;
   SensorSample sample_;
 };

@@ -13,11 +13,15 @@ constexpr double kCoupledShare = 0.25;      // explicit stability of link agains
 
 Vector3d remove_normal(const Vector3d& n, const Vector3d& v) { return v - n * n.dot(v); }
 
-Vector3d get_acceleration(const Data& data, int body, const Vector3d& p) {
+// What an impedance feels (add_impedance_force): the part that vdot makes, and the part that velocities alone make, which
+// is kept as an accelerometer measures it, without gravity.
+Vector3d calc_acceleration(const Data& data, const Vector3d& gravity_W, int body, const Vector3d& p) {
   if (body < 0) return Vector3d::Zero();
   const LinkArticulated& A = data.articulated[static_cast<size_t>(body)];
+  const LinkMotion& m = data.motion[static_cast<size_t>(body)];
   const Vector3d r = p - small::to_eigen(data.kinematics[static_cast<size_t>(body)].p);
-  return small::to_eigen(A.acc) + small::to_eigen(A.alpha).cross(r);
+  return small::to_eigen(A.acc) + small::to_eigen(m.acc) + gravity_W +
+         (small::to_eigen(A.alpha) + small::to_eigen(m.alpha)).cross(r);
 }
 
 void add_force(const Data& data, int body, const Vector3d& p, const Vector3d& f, LinkWrenches* wrenches) {
@@ -49,7 +53,8 @@ void add_point_impedance(const Matrix3d& z, const Vector3d& r, Matrix6d* Z) {
 
 }  // namespace
 
-SpringContact::SpringContact(const ContactSpec& spec, const Model&) : spec_(spec), law_(make_point_parameters(spec)) {
+SpringContact::SpringContact(const ContactSpec& spec, const Model& model)
+    : spec_(spec), law_(make_point_parameters(spec)), gravity_W_(model.gravity_W()) {
   order_.reserve(kMaxContactPoints);
   pairs_.reserve(kMaxContactPairs);
   points_.reserve(kMaxContactPoints);
@@ -130,6 +135,10 @@ void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts
   point->p_B = X_WB.inverse() * contact.p_WC;
   point->law = law_;
   point->spring = calc_normal_spring(law_, point->depth);
+  // Near the ground, not on it: the same line, which is negative here. The implicit step asks for its end only.
+  if (!(point->depth > 0.0) && horizon_ > 0.0 && law_.exponent == 1.0) {
+    point->spring = {law_.stiffness * point->depth, law_.stiffness};
+  }
   point->damping = calc_damper_coefficient(law_, point->depth);
   point->v = calc_body_point_velocity(data, pair.body_a, point->p) -
              calc_body_point_velocity(data, pair.body_b, point->p);
@@ -156,10 +165,13 @@ void SpringContact::limit_coupled_stiffness(const Model& model, const PairWork& 
 void SpringContact::project_velocities(const PairWork& pair, const ContactSet& contacts, const Data& data) {
   if (law_.two_sided || pair.count == 0) return;
   const auto begin = points_.begin() + pair.first, end = begin + pair.count;
-  if (std::all_of(begin, end, [](const PointWork& point) { return point.n.dot(point.v) <= 0.0; })) return;
+  const auto is_at_rest = [](const PointWork& point) { return point.depth <= 0.0 || point.n.dot(point.v) <= 0.0; };
+  if (std::all_of(begin, end, is_at_rest)) return;
   const Vector3d p_WR = contacts[static_cast<size_t>(begin->index.pair)].p_WR;
   projector_.reset(spec_.length_scale);
-  for (auto point = begin; point != end; ++point) projector_.add_point(point->p - p_WR, point->n);
+  for (auto point = begin; point != end; ++point) {
+    if (point->depth > 0.0) projector_.add_point(point->p - p_WR, point->n);
+  }
   Vector6d twist;
   const auto get_rate = [&](int body) {
     return body < 0 ? Vector3d(Vector3d::Zero())
@@ -168,10 +180,11 @@ void SpringContact::project_velocities(const PairWork& pair, const ContactSet& c
   twist << get_rate(pair.body_a) - get_rate(pair.body_b),
       calc_body_point_velocity(data, pair.body_a, p_WR) - calc_body_point_velocity(data, pair.body_b, p_WR);
   const Vector6d projected = projector_.project(twist).x;
-  for (int i = 0; i < std::min(pair.count, projector_.num_points()); ++i) {
-    PointWork& point = points_[static_cast<size_t>(pair.first + i)];
-    const double pressing = projector_.calc_pressing_speed(i, projected);
-    if (pressing > 1e-9) point.pressing_offset = pressing + point.n.dot(point.v);
+  int i = 0;
+  for (auto point = begin; point != end && i < projector_.num_points(); ++point) {
+    if (!(point->depth > 0.0)) continue;
+    const double pressing = projector_.calc_pressing_speed(i++, projected);
+    if (pressing > 1e-9) point->pressing_offset = pressing + point->n.dot(point->v);
   }
 }
 
@@ -194,7 +207,7 @@ void SpringContact::start_regimes(const PairWork& pair) {
 Vector3d SpringContact::calc_end_velocity(const Data& data, const PointWork& point) const {
   const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
   if (horizon_ == 0.0 || pair.coupled) return point.v;
-  return point.v + dt_ * get_acceleration(data, pair.body_a, point.p);
+  return point.v + dt_ * calc_acceleration(data, gravity_W_, pair.body_a, point.p);
 }
 
 // Spring and damper along the normal, without regime, at velocity v.
@@ -256,7 +269,12 @@ void SpringContact::add(const Data& data, LinkWrenches* wrenches, LinkImpedances
 
 // A point never pulls along its normal: the damper ends where it would pull (one-sided), the contact where it would.
 bool SpringContact::resolve_normal(const Vector3d& v, PointWork* point) const {
-  if (point->normal == NormalRegime::kOpen) return false;
+  if (point->normal == NormalRegime::kOpen) {
+    // Not touching yet: closes within the step if it would be in the ground at its end.
+    if (point->depth > 0.0 || !(point->depth - horizon_ * point->n.dot(v) > 0.0)) return false;
+    point->normal = NormalRegime::kSpring;
+    return true;
+  }
   const PointForceParts parts = calc_parts(*point, v);
   if (parts.spring < 0.0 || parts.spring + parts.damper < 0.0) {
     point->normal = NormalRegime::kOpen;

@@ -101,6 +101,7 @@ class SpringContact {
 
   ContactSpec spec_;
   PointContactParameters law_;
+  Vector3d gravity_W_;
   double horizon_ = 0.0, dt_ = 0.0;
   std::vector<PointIndex> order_;
   std::vector<PairWork> pairs_;

@@ -13,7 +13,7 @@ ContactSet CornerFinder::find(const Model& model, const State& state) const {
   for (const Corner& corner : corners) {
     const Vector3d p = get_pose(data, corner.link) * corner.p_LC;
     const double depth = height * n.z() - n.dot(p);
-    if (depth < 0.0) continue;
+    if (depth < -margin) continue;
     if (contacts.empty() || contacts.back().body_a != corner.link) {
       contacts.emplace_back();
       contacts.back().body_a = corner.link;

@@ -52,6 +52,7 @@ struct CornerFinder {
   std::vector<Corner> corners;
   Vector3d n = Vector3d::UnitZ();
   double height = 0.0;
+  double margin = 0.0;  // corners this far above count, too (ContactSpec::margin)
   double friction = 0.8;
 
   void add_box(int link, const Vector3d& half, const Vector3d& centre = Vector3d::Zero()) {

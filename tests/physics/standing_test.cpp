@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstdio>
 
 #include "common/multibody/kinematics.h"
 #include "common/multibody/momentum.h"
@@ -61,6 +62,68 @@ TEST(StandingBiped, FeelsItsWeightLessTheFootsAboveTheBush) {
   // What the foot exerts on the leg: half of everything above the feet.
   EXPECT_NEAR(simulator.sensors().wrenches[0].force.z(), 0.5 * (kWeight - 2.0 * 9.81), 1e-3);
   EXPECT_NEAR(simulator.sensors().imus[0].linear_acceleration.norm(), 9.81, 1e-4);  // still rocks a little
+}
+
+struct RockingBiped : Stand {
+  FootBushSpec bush = make_bush();
+  // On a floor of 1e9 N/m with bushes 10 N m off, rocking and bending its knees.
+  Simulator start(double margin) {
+    bush.offset_pitch = 10.0;
+    rigs::add_bushes(bush, &biped);
+    scenario.contact.stiffness = 1e9;
+    scenario.contact.tangential_stiffness = 1e8;
+    scenario.sensors.wrenches.push_back({"ft", "l_foot", {}, {}});
+    Simulator simulator = make();
+    finder.margin = scenario.contact.margin = margin;
+    return simulator;
+  }
+  // Moves the references; returns the pitch rate of the left bush.
+  double step(const Model& model, int i, Simulator* simulator) {
+    JointCommand moved = command;
+    for (int j = 0; j < 8; ++j) moved.q[j] += 0.05 * std::sin(2.0 * M_PI * 0.7 * 1e-3 * i) * (j % 4 == 1 ? -2.0 : (j % 4 == 3 ? 0.2 : 1.0));
+    EXPECT_EQ(simulator->step(finder.find(model, simulator->state()), moved), StepStatus::kOk) << simulator->fault_text();
+    return simulator->state().qd[model.spec().find_joint("l_foot_bush_pitch")];
+  }
+};
+
+// The sensor above the bush is computed from the reported contact forces; the bush's law from its state. That they
+// agree says that reported forces are those that acted, and that readings are in the axes of their forces.
+TEST(RockingBiped, FeelsExactlyWhatItsBushesExert) {
+  RockingBiped biped;
+  Simulator simulator = biped.start(1e-3);
+  const Model model(simulator.tree());
+  const int z = model.spec().find_joint("l_foot_bush_z"), roll = z + 1;
+  const Vector3d centre(0.015, 0.0, -0.105);
+  double largest[2] = {0.0, 0.0};
+  for (int i = 0; i < 4000; ++i) {
+    biped.step(model, i, &simulator);
+    if (i < 500) continue;
+    const State& s = simulator.state();
+    const WrenchSample& w = simulator.sensors().wrenches[0];
+    // 0.1 kg above the bush: its weight and inertia (up to 1 m/s^2 at 0.05 m) stay out.
+    const double moment = (w.torque - (centre + Vector3d(0, 0, s.q[z])).cross(w.force)).x();
+    largest[0] = std::max(largest[0], std::abs(moment - biped.bush.k_roll * s.q[roll] - biped.bush.c_roll * s.qd[roll]));
+    const double force = w.force.z() + 0.1 * 9.81;
+    largest[1] = std::max(largest[1], std::abs(force - biped.bush.kz * s.q[z] - biped.bush.cz * s.qd[z]));
+  }
+  EXPECT_LT(largest[0], 5e-3);  // [N m]
+  EXPECT_LT(largest[1], 0.15);  // [N] of 280 N
+}
+
+TEST(RockingBiped, DoesNotChatterWhenCornersAreSeenBeforeTheyTouch) {
+  double fastest[2] = {0.0, 0.0};
+  for (int seen = 0; seen < 2; ++seen) {
+    RockingBiped biped;
+    Simulator simulator = biped.start(seen ? 1e-3 : 0.0);
+    const Model model(simulator.tree());
+    for (int i = 0; i < 3000; ++i) {
+      const double rate = biped.step(model, i, &simulator);
+      if (i > 500) fastest[seen] = std::max(fastest[seen], std::abs(rate));
+    }
+  }
+  std::printf("fastest turn of a sole against its foot: %.3f rad/s, %.3f rad/s with a margin\n", fastest[0], fastest[1]);
+  EXPECT_LT(fastest[1], 0.5);               // feet turn by 0.2 rad/s
+  EXPECT_LT(fastest[1], 0.7 * fastest[0]);  // without it they do chatter on this floor
 }
 
 // Bushes stand for a joint at the soles: with rigid joints the robot is an inverted pendulum on springs.
