@@ -21,7 +21,6 @@ class Outcome:
         self.claims, self.numbers, self.figures, self.seen = [], [], [], []
         self.skipped = ''   # why it was not run
         self.held = ''      # 9/10
-        self.bits = ''      # what was compared, bit for bit
         self.seconds = 0.0  # of wall clock
 
     def claim(self, text, holds):
@@ -46,10 +45,13 @@ def upright(summary):
     return not summary['fallen'] and not summary['fault']
 
 
+def tell_logs(out, summary):
+    out.claim('equal logs: %s' % summary['bits'], summary['same'])
+
+
 def tell_run(out, summary):
     """What every experiment with a walk says of it."""
-    out.claim('equal logs: %s' % summary['bits'], summary['same'])
-    out.bits = summary['bits']
+    tell_logs(out, summary)
     out.number('upright to the end', 'no, falls at %.2f s' % summary['fall_time'] if summary['fallen'] else 'yes')
     out.number('largest lean of the body', '%.3f rad' % summary['largest_lean'])
     out.number('travelled', '%.2f m forward, %.2f m to the left' % tuple(summary['travelled'][:2]))
@@ -59,12 +61,12 @@ def tell_run(out, summary):
         out.see('upright, %.2f m forward, largest lean %.3f rad' % (summary['travelled'][0], summary['largest_lean']))
 
 
-def tell_varied(run, out, name, text, good, words):
-    """Ten more runs with random changes; at least nine must be good."""
-    results = run.vary(name, text)
-    if not results:
-        return
-    held = sum(1 for r in results if good(r))
-    out.held = '%d/%d' % (held, len(results))
-    out.claim('%s in at least nine of ten runs with masses changed by up to 2 %% and joints by up to 0.02 rad (%d of %d)'
-              % (words, held, len(results)), held >= 0.9 * len(results))
+def tell_varied(run, out, name, text, good, words, table=False):
+    """Ten more runs with random changes; at least nine must be good. good(summary), with a table good(summary, columns)."""
+    held = 0
+    for summary, columns in run.vary(name, text, table):
+        held += bool(good(summary, columns) if table else good(summary))
+    if run.runs:
+        out.held = '%d/%d' % (held, run.runs)
+        out.claim('%s in at least nine of ten runs with masses changed by up to 2 %% and joints by up to 0.02 rad (%d of %d)'
+                  % (words, held, run.runs), held >= 0.9 * run.runs)

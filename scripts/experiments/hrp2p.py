@@ -34,6 +34,10 @@ def calc_inward_torque(c, side, key):
     return sign * sum(c[side + '_foot/tx'][i] for i in chosen) / max(1, len(chosen))
 
 
+def calc_inward_torques(c):
+    return [calc_inward_torque(c, side, key) for side, key in (('left', LEFT), ('right', RIGHT))]
+
+
 def calc_vibration(c, step):
     """Foot force above 50 Hz [N rms], at every millisecond whatever the step."""
     keep = max(1, round(0.001 / step))
@@ -45,7 +49,7 @@ def fig10(run, out):
     text = run.text('fig10')
     s, c = run.both('fig10', text)
     tell_run(out, s)
-    inward = [calc_inward_torque(c, side, key) for side, key in (('left', LEFT), ('right', RIGHT))]
+    inward = calc_inward_torques(c)
     out.see('%.1f and %.1f N m inward (left, right; mean of single support)' % tuple(inward))
     out.claim('inward on both sides', min(inward) > 0.0)
     vibration = []
@@ -54,7 +58,8 @@ def fig10(run, out):
         vibration.append(calc_vibration(c if step == 0.001 else run.trial('fig10_step', changed, True)[1], step))
     out.see('foot force above 50 Hz: %.2f, %.2f, %.2f N rms at 1, 0.5, 0.25 ms' % tuple(vibration))
     out.claim('the vibration shrinks with the step', vibration[0] > vibration[1] > vibration[2])
-    tell_varied(run, out, 'fig10', text, upright, 'walks')
+    tell_varied(run, out, 'fig10', text, lambda r, columns: upright(r) and min(calc_inward_torques(columns)) > 0.0,
+                'walks and rolls inward on both sides', table=True)
     out.figure('Torque about the roll axis at the force sensors.',
                run.plot('fig10', 'Ankle roll torque', 'time [s]', 'torque [N m]', c['time'],
                         {'left': c['left_foot/tx'], 'right': c['right_foot/tx']}))
@@ -79,19 +84,30 @@ def find_landings(c):
     return sorted(found)[1:-1]  # not the first and the last step
 
 
+LANDING = (('first peak', 500.0), ('dip', 100.0), ('full load', 550.0))  # [N]
+
+
+def calc_medians(landings):
+    return [median([landing[k + 2] for landing in landings]) for k in range(3)] if landings else [float('nan')] * 3
+
+
+def is_landing_as_seen(columns):
+    return all(abs(m / goal - 1.0) <= 0.2 for m, (_, goal) in zip(calc_medians(find_landings(columns)), LANDING))
+
+
 def fig11(run, out):
     text = run.text('fig11')
     s, c = run.both('fig11', text)
     tell_run(out, s)
     landings = find_landings(c)
-    names, goals = ('first peak', 'dip', 'full load'), (500.0, 100.0, 550.0)
-    medians = [median([l[k + 2] for l in landings]) for k in range(3)]
+    medians = calc_medians(landings)
     out.see('medians of %d landings %.0f, %.0f, %.0f N' % (len(landings), *medians))
-    for k, (name, goal) in enumerate(zip(names, goals)):
-        values = [l[k + 2] for l in landings]
+    for k, (name, goal) in enumerate(LANDING):
+        values = [landing[k + 2] for landing in landings]
         out.number(name, 'median %.0f N, %.0f to %.0f N over %d landings' % (medians[k], min(values), max(values), len(values)))
         out.claim('%s within 20 %% of %.0f N (%.0f N)' % (name, goal, medians[k]), abs(medians[k] / goal - 1.0) <= 0.2)
-    tell_varied(run, out, 'fig11', text, upright, 'walks')
+    tell_varied(run, out, 'fig11', text, lambda r, columns: upright(r) and is_landing_as_seen(columns),
+                'walks with these three values', table=True)
     t0, key = landings[len(landings) // 2][:2]
     near = cut(c, t0 - 0.05, t0 + 0.3)
     out.figure('One landing.', run.plot('fig11', 'Vertical force of a landing foot', 'time [s]', 'force [N]', near['time'],

@@ -34,15 +34,32 @@ def fig6(run, out):
     s, c = run.both('fig6', text)
     tell_run(out, s)
     out.claim('walks', upright(s))
-    here, there = calc_band(c, LEFT), calc_band(run.trial('fig7', run.text('fig7'), True)[1], LEFT)
-    power = (here / there) ** 2
+    there = calc_band(run.trial('fig7', run.text('fig7'), True)[1], LEFT)
+
+    def calc_power(columns):
+        return (calc_band(columns, LEFT) / there) ** 2
+
+    here, power = calc_band(c, LEFT), calc_power(c)
     out.number('foot force between %g and %g Hz' % BAND, '%.0f N rms; figure 7, with servos: %.0f N rms' % (here, there))
     out.see('foot force of %.0f N rms from %g to %g Hz, %.0f times the power of figure 7' % (here, *BAND, power))
     out.claim('power of the oscillation at least ten times that of figure 7 (%.0f times)' % power, power > 10.0)
-    tell_varied(run, out, 'fig6', text, upright, 'walks')
+    tell_varied(run, out, 'fig6', text, lambda r, columns: upright(r) and calc_power(columns) > 10.0,
+                'walks, the foot force shaking with at least ten times the power of figure 7,', table=True)
     add_foot_force(run, out, 'fig6', s, c)
     add_closer_look(run, out, 'fig6', c)
     add_pictures(run, out, 'fig6', s, c)
+
+
+def judge_plateaus(c):
+    """[(claim, holds)] for both feet; 10 %: the heights of plateaus, not of the steps' overshoots."""
+    claims = []
+    for key, foot in ((LEFT, 'left'), (RIGHT, 'right')):
+        swing, single = find_plateaus(c, key)
+        standing = median([c[key][i] for i, t in enumerate(c['time']) if 13.0 < t < 14.0])
+        claims += [('%s foot: 0 N in swing (%.1f N)' % (foot, swing), abs(swing) < 1.0),
+                   ('%s foot: about 590 N on both feet (%.0f N, within 10 %%)' % (foot, standing), abs(standing / (WEIGHT / 2) - 1) < 0.1),
+                   ('%s foot: about 1177 N in single support (%.0f N, within 10 %%)' % (foot, single), abs(single / WEIGHT - 1) < 0.1)]
+    return claims
 
 
 def fig7(run, out):
@@ -50,15 +67,14 @@ def fig7(run, out):
     s, c = run.both('fig7', text)
     tell_run(out, s)
     out.claim('walks', upright(s))
+    for claim, holds in judge_plateaus(c):
+        out.claim(claim, holds)
     for key, foot in ((LEFT, 'left'), (RIGHT, 'right')):
         swing, single = find_plateaus(c, key)
-        standing = median([c[key][i] for i, t in enumerate(c['time']) if 13.0 < t < 14.0])
-        out.see('%s foot %.0f, %.0f, %.0f N' % (foot, swing, standing, single))
-        out.claim('%s foot: 0 N in swing (%.1f N)' % (foot, swing), abs(swing) < 1.0)
-        out.claim('%s foot: about 590 N on both feet (%.0f N, within 10 %%)' % (foot, standing), abs(standing / (WEIGHT / 2) - 1) < 0.1)
-        out.claim('%s foot: about 1177 N in single support (%.0f N, within 10 %%)' % (foot, single), abs(single / WEIGHT - 1) < 0.1)
+        out.see('%s foot %.0f N in swing, %.0f N in single support' % (foot, swing, single))
     out.see('%.0f N rms from %g to %g Hz' % (calc_band(c, LEFT), *BAND))
-    tell_varied(run, out, 'fig7', text, upright, 'walks')
+    tell_varied(run, out, 'fig7', text, lambda r, columns: upright(r) and all(holds for _, holds in judge_plateaus(columns)),
+                'walks with these plateaus', table=True)
     add_foot_force(run, out, 'fig7', s, c)
     add_closer_look(run, out, 'fig7', c)
     add_pictures(run, out, 'fig7', s, c)

@@ -83,13 +83,11 @@ class Runner:
             VENDORS[self.vendors[0]], ''.join(', on ' + VENDORS[v] for v in self.vendors[1:]))
         return summary, columns
 
-    def vary(self, name, text):
-        """Runs with masses of all links within 2 % and initial joint angles within 0.02 rad at random."""
-        results = []
+    def vary(self, name, text, table=False):
+        """(summary, columns) of runs with masses of all links within 2 % and initial joint angles within 0.02 rad at random."""
         for seed in range(1, self.runs + 1):
             changed = text + 'variation: {mass: 0.02, pose: 0.02, seed: %d}\n' % seed
-            results.append(self.trial('%s_varied_%d' % (name, seed), changed)[0])
-        return results
+            yield self.trial('%s_varied_%d' % (name, seed), changed, table)
 
     def plot(self, name, title, x_label, y_label, x, series):
         """SVG text of columns, {label: values}."""
