@@ -14,9 +14,10 @@ struct FreeParameter {
   const ParameterInfo* info;
 };
 
-std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis) {
+std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
   std::vector<FreeParameter> list;
   for (size_t e = 0; e < hypothesis.size(); ++e) {
+    if (e < frozen.size() && frozen[e]) continue;
     const EffectInfo& info = get_effect(hypothesis[e].id);
     for (size_t i = 0; i < info.parameters.size(); ++i) list.push_back({e, i, &info.parameters[i]});
   }
@@ -81,7 +82,8 @@ void clamp(Hypothesis* hypothesis) {
 class Fitter {
  public:
   Fitter(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings, const FitOptions& options)
-      : problem_(problem), recordings_(recordings), options_(options), hypothesis_(start), parameters_(list_parameters(start)) {
+      : problem_(problem), recordings_(recordings), options_(options), hypothesis_(start),
+        parameters_(list_parameters(start, options.frozen)) {
     clamp(&hypothesis_);
   }
 
@@ -198,20 +200,24 @@ class Fitter {
 
 }  // namespace
 
-void parallel_for(int jobs, int count, const std::function<void(int)>& work) {
+void parallel_for(int jobs, int count, const std::function<void(int, int)>& work) {
   const int threads = std::min(std::max(1, jobs), count);
   if (threads <= 1) {
-    for (int i = 0; i < count; ++i) work(i);
+    for (int i = 0; i < count; ++i) work(i, 0);
     return;
   }
   std::atomic<int> next{0};
   std::vector<std::thread> pool;
   for (int t = 0; t < threads; ++t) {
-    pool.emplace_back([&] {
-      for (int i = next++; i < count; i = next++) work(i);
+    pool.emplace_back([&, t] {
+      for (int i = next++; i < count; i = next++) work(i, t);
     });
   }
   for (std::thread& thread : pool) thread.join();
+}
+
+void parallel_for(int jobs, int count, const std::function<void(int)>& work) {
+  parallel_for(jobs, count, [&work](int i, int) { work(i); });
 }
 
 double Score::rms() const { return count > 0.0 ? std::sqrt(chi2 / count) : 0.0; }
@@ -242,22 +248,93 @@ Problem make_problem(const Experiment& experiment, int jobs) {
   return problem;
 }
 
+namespace {
+
+// Accelerations of a simulated link from its velocities, over +- 2 samples: they are smooth, only sampled.
+constexpr int kLinkWindow = 2;
+
+RobotPath make_path(const Problem& problem, const Plant& plant, int recording) {
+  const size_t r = static_cast<size_t>(recording);
+  const Recording& data = problem.experiment->recordings[r];
+  const RobotPath* slopes = problem.nominal_paths[r].empty() ? nullptr : &problem.nominal_paths[r];
+  RobotPath path = calc_path(plant, problem.smooth[r], slopes, {});
+  std::vector<LinkMotion> links(plant.laws.size());
+  bool elastic = false;
+  for (size_t j = 0; j < plant.laws.size(); ++j) {
+    if (!plant.laws[j].elastic) continue;
+    std::vector<double> readings(data.size() * problem.weights.size(), 0.0);
+    std::vector<LinkMotion> moved;
+    if (!simulate_joint(plant, data, problem.smooth[r], path, static_cast<int>(j), problem.options, &readings, &moved)) continue;
+    links[j] = moved[j];
+    for (size_t k = 0; k < problem.smooth[r].start; ++k) links[j].q[k] = path[j].q[k], links[j].qd[k] = path[j].qd[k];
+    smooth_series(data.time, links[j].qd, kLinkWindow, nullptr, &links[j].qdd, nullptr);
+    elastic = true;
+  }
+  if (elastic) path = calc_path(plant, problem.smooth[r], slopes, links);
+  return path;
+}
+
+}  // namespace
+
+void prepare_paths(Problem* problem) {
+  const size_t count = problem->experiment->recordings.size();
+  const Plant plant = make_plant(*problem->experiment, {});
+  problem->nominal_paths.assign(count, {});
+  Paths paths(count);
+  parallel_for(problem->jobs, static_cast<int>(count), [&](int r) {
+    paths[static_cast<size_t>(r)] = make_path(*problem, plant, r);
+  });
+  problem->nominal_paths = std::move(paths);
+}
+
+Paths make_paths(const Problem& problem, const Hypothesis& hypothesis) {
+  const Plant plant = make_plant(*problem.experiment, hypothesis);
+  Paths paths(problem.smooth.size());
+  parallel_for(problem.jobs, static_cast<int>(paths.size()), [&](int r) {
+    paths[static_cast<size_t>(r)] = make_path(problem, plant, r);
+  });
+  return paths;
+}
+
+namespace {
+
+// Readings that a hypothesis predicts along the recorded paths.
+bool predict_along(const Problem& problem, const Plant& plant, int recording, std::vector<double>* readings) {
+  const Recording& data = problem.experiment->recordings[static_cast<size_t>(recording)];
+  const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(recording)];
+  RobotPath own;
+  if (!problem.view.paths) own = make_path(problem, plant, recording);
+  const RobotPath& path = problem.view.paths ? (*problem.view.paths)[static_cast<size_t>(recording)] : own;
+  const int n = problem.experiment->num_joints();
+  readings->assign(data.size() * static_cast<size_t>(n) * kQuantities, 0.0);
+  for (int j = 0; j < n; ++j) {
+    if (problem.view.joint >= 0 && problem.view.joint != j) continue;
+    if (!simulate_joint(plant, data, smooth, path, j, problem.options, readings)) return false;
+  }
+  apply_faults(plant, data, readings);
+  return true;
+}
+
+size_t first_channel(const Problem& problem) { return problem.view.joint < 0 ? 0 : static_cast<size_t>(problem.view.joint) * kQuantities; }
+size_t count_channels(const Problem& problem) { return problem.view.joint < 0 ? problem.weights.size() : kQuantities; }
+
+}  // namespace
+
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, std::vector<double>* residuals) {
   const Recording& data = problem.experiment->recordings[static_cast<size_t>(recording)];
+  const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(recording)];
   const Plant plant = make_plant(*problem.experiment, hypothesis);
-  if (!simulate_recording(plant, data, problem.smooth[static_cast<size_t>(recording)], problem.options, residuals)) return false;
-  const size_t width = problem.weights.size();
-  const size_t start = problem.smooth[static_cast<size_t>(recording)].start;
-  for (size_t k = 0; k < data.size(); ++k) {
-    double* row = residuals->data() + k * width;
-    if (k < start) {
-      std::fill(row, row + width, 0.0);
-      continue;
-    }
-    for (size_t c = 0; c < width; ++c) {
-      const std::vector<double>& column = data.joints[c / kQuantities].signal[c % kQuantities];
-      const double y = column.empty() ? 0.0 : column[k];
-      row[c] = column.empty() || !std::isfinite(y) ? 0.0 : (y - row[c]) * problem.weights[c];
+  std::vector<double> readings;
+  const bool ok = problem.view.along ? predict_along(problem, plant, recording, &readings)
+                                     : simulate_recording(plant, data, smooth, problem.options, &readings);
+  if (!ok) return false;
+  const size_t width = problem.weights.size(), first = first_channel(problem), count = count_channels(problem);
+  residuals->assign(data.size() * count, 0.0);
+  for (size_t k = smooth.start; k < data.size(); ++k) {
+    for (size_t c = 0; c < count; ++c) {
+      const std::vector<double>& column = data.joints[(first + c) / kQuantities].signal[(first + c) % kQuantities];
+      if (column.empty() || !std::isfinite(column[k])) continue;
+      (*residuals)[k * count + c] = (column[k] - readings[k * width + first + c]) * problem.weights[first + c];
     }
   }
   return true;
@@ -265,7 +342,7 @@ bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int re
 
 Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings) {
   std::vector<Score> scores(recordings.size());
-  const size_t width = problem.weights.size();
+  const size_t width = problem.weights.size(), first = first_channel(problem), channels = count_channels(problem);
   parallel_for(problem.jobs, static_cast<int>(recordings.size()), [&](int i) {
     Score& score = scores[static_cast<size_t>(i)];
     score.signal_chi2.assign(width, 0.0), score.signal_count.assign(width, 0.0);
@@ -274,14 +351,15 @@ Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std
     score.ok = calc_residuals(problem, hypothesis, r, &residuals);
     if (!score.ok) return;
     const Recording& data = problem.experiment->recordings[static_cast<size_t>(r)];
-    for (size_t c = 0; c < width; ++c) {
-      const std::vector<double>& column = data.joints[c / kQuantities].signal[c % kQuantities];
+    for (size_t c = 0; c < channels; ++c) {
+      const std::vector<double>& column = data.joints[(first + c) / kQuantities].signal[(first + c) % kQuantities];
       if (column.empty()) continue;
+      double &chi2 = score.signal_chi2[first + c], &count = score.signal_count[first + c];
       for (size_t k = problem.smooth[static_cast<size_t>(r)].start; k < data.size(); ++k) {
-        score.signal_chi2[c] += residuals[k * width + c] * residuals[k * width + c];
-        score.signal_count[c] += std::isfinite(column[k]) ? 1.0 : 0.0;
+        chi2 += residuals[k * channels + c] * residuals[k * channels + c];
+        count += std::isfinite(column[k]) ? 1.0 : 0.0;
       }
-      score.chi2 += score.signal_chi2[c], score.count += score.signal_count[c];
+      score.chi2 += chi2, score.count += count;
     }
   });
   Score total;

@@ -11,6 +11,17 @@
 
 namespace hrp::diagnosis {
 
+// The paths of all joints along every recording under one hypothesis (empty for recordings nobody asked for).
+using Paths = std::vector<RobotPath>;
+
+// What a prediction simulates: the whole robot; or, `along` its recorded paths, joint by joint; with `paths` those, else
+// paths made anew from the hypothesis; of one `joint` only, or of all (-1).
+struct View {
+  bool along = false;
+  const Paths* paths = nullptr;
+  int joint = -1;
+};
+
 // Everything a fit reads; constant.
 struct Problem {
   const Experiment* experiment = nullptr;
@@ -19,12 +30,22 @@ struct Problem {
   RolloutOptions options;
   int jobs = 1;
   std::vector<int> train, validate;       // indices of recordings
+  Paths nominal_paths;                    // of the nominal model: slopes for all others; see prepare_paths
+  View view;                              // what residuals are of
 };
 
 Problem make_problem(const Experiment& experiment, int jobs);
 
+// Fills problem->nominal_paths.
+void prepare_paths(Problem* problem);
+// Paths of all joints under a hypothesis; needs nominal paths. Joints with elastic transmissions are simulated to
+// learn how their links move.
+Paths make_paths(const Problem& problem, const Hypothesis& hypothesis);
+
 // Calls work(i) for i in [0, count) on up to `jobs` threads. Results must go to slots of their own.
 void parallel_for(int jobs, int count, const std::function<void(int)>& work);
+// The same with the number of the thread, from 0, beside: for what each thread has a copy of.
+void parallel_for(int jobs, int count, const std::function<void(int, int)>& work);
 
 // Sums of squares of whitened residuals (recorded - predicted) / sigma and their numbers.
 struct Score {
@@ -36,7 +57,8 @@ struct Score {
   void add(const Score& other);
 };
 
-// Whitened residuals of one recording under a hypothesis, [sample][joint * 3 + quantity], 0 where nothing was recorded.
+// Whitened residuals of one recording under a hypothesis, [sample][joint * 3 + quantity], or [sample][quantity] where
+// the view is of one joint; 0 where nothing was recorded.
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, std::vector<double>* residuals);
 Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings);
 
@@ -53,6 +75,7 @@ struct FitOptions {
   double tolerance = 1e-4;    // of chi2, relative
   bool intervals = false;
   double abandon_above = 0.0; // chi2 above which the third step is the last; 0: never
+  std::vector<char> frozen;   // by effect: parameters stay as they are; may be shorter
 };
 
 FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings, const FitOptions& options);

@@ -35,8 +35,8 @@ Solution solve_columns(const Signatures& s, const std::vector<int>& columns) {
 
 }  // namespace
 
-Screening screen(const Problem& problem, const Hypothesis& base) {
-  const Signatures s = calc_signatures(problem, base);
+Screening screen(const Problem& problem, const Hypothesis& base, const Paths* paths) {
+  const Signatures s = calc_signatures(problem, base, paths);
   Screening screening;
   screening.chi2 = s.chi2, screening.count = s.count, screening.joint_chi2 = s.joint_chi2;
   std::map<std::pair<int, int>, Candidate> best;
@@ -54,36 +54,6 @@ Screening screen(const Problem& problem, const Hypothesis& base) {
   std::stable_sort(screening.candidates.begin(), screening.candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.gain > b.gain; });
   return screening;
-}
-
-std::vector<CandidateSet> find_best_pairs(const Problem& problem, int count) {
-  const Signatures s = calc_signatures(problem, {});
-  std::map<std::vector<int>, CandidateSet> best;
-  for (size_t a = 0; a < s.shapes.size(); ++a) {
-    for (size_t b = a + 1; b < s.shapes.size(); ++b) {
-      const Shape &A = s.shapes[a], &B = s.shapes[b];
-      if (A.id == B.id && A.place == B.place) continue;
-      std::vector<int> columns = A.columns;
-      for (int c : B.columns) {
-        if (std::find(columns.begin(), columns.end(), c) == columns.end()) columns.push_back(c);
-      }
-      if (columns.size() != A.columns.size() + B.columns.size()) continue;  // one contains part of the other
-      const Solution solution = solve_columns(s, columns);
-      const std::vector<int> key{static_cast<int>(A.id), A.place, static_cast<int>(B.id), B.place};
-      const auto it = best.find(key);
-      if (it != best.end() && it->second.gain >= solution.gain) continue;
-      const size_t na = A.columns.size();
-      std::vector<double> xa(solution.x.data(), solution.x.data() + na), xb(solution.x.data() + na, solution.x.data() + solution.x.size());
-      Effect ea{A.id, A.place, {}}, eb{B.id, B.place, {}};
-      if (!A.make_start(xa, &ea.p) || !B.make_start(xb, &eb.p)) continue;
-      best[key] = {{ea, eb}, solution.gain};
-    }
-  }
-  std::vector<CandidateSet> sets;
-  for (const auto& item : best) sets.push_back(item.second);
-  std::stable_sort(sets.begin(), sets.end(), [](const CandidateSet& a, const CandidateSet& b) { return a.gain > b.gain; });
-  if (sets.size() > static_cast<size_t>(count)) sets.resize(static_cast<size_t>(count));
-  return sets;
 }
 
 }  // namespace hrp::diagnosis

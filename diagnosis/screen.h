@@ -22,13 +22,6 @@ struct Screening {
 };
 
 // What is left after `base` has been taken into account; efforts of the effects in `base` are removed first.
-Screening screen(const Problem& problem, const Hypothesis& base);
-
-// The best sets of `size` candidates that include none twice, by joint gain. Start values are refitted together.
-struct CandidateSet {
-  Hypothesis start;
-  double gain = 0.0;
-};
-std::vector<CandidateSet> find_best_pairs(const Problem& problem, int count);
+Screening screen(const Problem& problem, const Hypothesis& base, const Paths* paths = nullptr);
 
 }  // namespace hrp::diagnosis

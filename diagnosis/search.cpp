@@ -5,7 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <set>
+
+#include "diagnosis/explore.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -25,13 +26,17 @@ Key make_key(const Hypothesis& hypothesis) {
   return key;
 }
 
+constexpr size_t kLargestSet = 3;
+constexpr size_t kBeam = 6;        // sets that are grown further
+constexpr size_t kCandidates = 14; // effects that may be added to each
+constexpr size_t kSimulated = 4;   // sets of each size that are fitted through the simulation
+constexpr double kLeastDrop = 0.7; // of what is left, or adding effects is given up
+
 class Search {
  public:
   Search(const Problem& problem, const Progress& progress)
       : problem_(problem), e_(*problem.experiment), progress_(progress),
         held_out_(problem.validate.empty() ? problem.train : problem.validate) {
-    coarse_ = problem;
-    coarse_.options.max_step = 2.0 * problem.options.max_step;
   }
 
   Outcome run() {
@@ -47,8 +52,7 @@ class Search {
     outcome.mismatch = true;
     trials_[{}] = outcome.nominal;
     best_chi2_ = outcome.nominal.train.chi2;
-    try_singles();
-    if (!is_explained(best_refined())) try_pairs();
+    look_wide();
     decide(&outcome);
     add_intervals(&outcome.chosen);
     drop_insignificant(&outcome);
@@ -74,29 +78,10 @@ class Search {
   FitResult refine(const Hypothesis& hypothesis) {
     Hypothesis start = hypothesis;
     start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
-    choose_stick_speed(&start);
     FitOptions options;
     options.max_iterations = 30;
+    options.abandon_above = 25.0 * best_chi2_;
     return fit(problem_, start, problem_.train, options);
-  }
-
-  // Where sticking friction begins is no smooth function of anything: the best of a few start values.
-  void choose_stick_speed(Hypothesis* start) const {
-    for (Effect& effect : *start) {
-      const EffectInfo& info = get_effect(effect.id);
-      size_t at = effect.p.size();
-      for (size_t i = 0; i < info.parameters.size(); ++i) {
-        if (std::string(info.parameters[i].name) == "stick_speed") at = i;
-      }
-      if (at == effect.p.size()) continue;
-      double lowest = 1e300, best = effect.p[at];
-      for (double speed : {effect.p[at], 0.001, 0.002, 0.0045, 0.01, 0.02}) {
-        effect.p[at] = speed;
-        const Score score = calc_score(problem_, *start, problem_.train);
-        if (score.ok && score.chi2 < lowest) lowest = score.chi2, best = speed;
-      }
-      effect.p[at] = best;
-    }
   }
 
   Trial judge(const Hypothesis& hypothesis, const FitResult& result) const {
@@ -110,8 +95,7 @@ class Search {
       trial.refined = true;
     }
     trial.train = result.train;
-    const Problem& problem = trial.refined ? problem_ : coarse_;
-    trial.validate = calc_score(problem, trial.full(), held_out_);
+    trial.validate = calc_score(problem_, trial.full(), held_out_);
     if (!trial.validate.ok) return trial;
     trial.rms = trial.validate.rms();
     trial.worst = 0.0;
@@ -123,18 +107,32 @@ class Search {
     return trial;
   }
 
+  // Sets of one, two, three effects along the recorded paths; the best of each size go through the simulation.
+  void look_wide() {
+    Explorer explorer(problem_);
+    std::vector<Lead> beam{explorer.nominal()};
+    progress_("along the recorded paths: " + format("nominal %.4g", scale(explorer.nominal().cost)));
+    for (size_t size = 1; size <= kLargestSet; ++size) {
+      const double before = beam.front().cost;
+      beam = explorer.grow(beam, kCandidates);
+      if (beam.empty()) break;
+      progress_(format("%.0f effects", static_cast<double>(size)));
+      for (const Lead& lead : beam) progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
+      for (size_t i = 0; i < std::min(kSimulated, beam.size()) && beam[i].cost < 30.0 * beam[0].cost; ++i) try_fit(beam[i].hypothesis);
+      if (is_explained(best_refined())) break;
+      if (beam.front().cost > kLeastDrop * before) break;   // more effects do not help
+      if (beam.size() > kBeam) beam.resize(kBeam);
+    }
+  }
+
+  // In units of noise, as rms.
+  double scale(double cost) const { return std::sqrt(cost / std::max(1.0, nominal_.train.count + nominal_.validate.count)); }
+
   void try_fit(const Hypothesis& start) {
-    const Key key = make_key(start);
-    if (trials_.count(key)) return;
-    FitOptions options;
-    options.max_iterations = 8;
-    options.tolerance = 1e-3;
-    options.abandon_above = 25.0 * best_chi2_;
-    const FitResult result = fit(coarse_, start, problem_.train, options);
-    Trial trial = judge(start, result);
-    if (result.ok) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
-    say("  " + get_label(e_, start), trial);
-    trials_[key] = trial;
+    Trial trial = judge(start, refine(start));
+    if (trial.train.ok) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
+    say("  * " + get_label(e_, start), trial);
+    trials_[make_key(start)] = trial;
   }
 
   std::vector<Trial> sorted() const {
@@ -146,61 +144,11 @@ class Search {
 
   static double cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
 
-  void refine_best(size_t count) {
-    size_t done = 0;
-    for (const Trial& t : sorted()) {
-      if (done >= count || cost(t) > 60.0 * cost(sorted().front()) + 1e5) break;
-      ++done;
-      if (t.refined || t.hypothesis.empty()) continue;
-      Trial trial = judge(t.hypothesis, refine(t.hypothesis));
-      say("  * " + get_label(e_, trial.hypothesis), trial);
-      if (cost(trial) < cost(t)) {
-        best_chi2_ = std::min(best_chi2_, trial.train.chi2);
-        trials_[make_key(t.hypothesis)] = trial;
-      }
-    }
-  }
-
   Trial best_refined() const {
     for (const Trial& t : sorted()) {
       if (t.refined) return t;
     }
     return nominal_;
-  }
-
-  void try_singles() {
-    const Screening screening = screen(problem_, {});
-    progress_("one effect: " + format("%.0f candidates", static_cast<double>(screening.candidates.size())));
-    std::map<int, int> per_place;
-    int tried = 0;
-    for (const Candidate& c : screening.candidates) {
-      if (tried >= 14 || c.gain < 0.02 * screening.candidates.front().gain) break;
-      try_fit({c.start});
-      ++tried;
-    }
-    refine_best(4);
-  }
-
-  void try_pairs() {
-    progress_("two effects");
-    for (const CandidateSet& set : find_best_pairs(problem_, 7)) try_fit(set.start);
-    const Hypothesis base = best_refined().hypothesis;
-    if (base.size() == 1) extend(base, 6);
-    refine_best(3);
-  }
-
-  void extend(const Hypothesis& base, int count) {
-    const Screening screening = screen(problem_, base);
-    int tried = 0;
-    for (const Candidate& c : screening.candidates) {
-      if (tried >= count) break;
-      const auto same = [&](const Effect& b) { return b.place == c.start.place && get_effect(b.id).place == get_effect(c.start.id).place && b.id == c.start.id; };
-      if (std::any_of(base.begin(), base.end(), same)) continue;
-      Hypothesis start = base;
-      start.push_back(c.start);
-      try_fit(start);
-      ++tried;
-    }
   }
 
   void add_intervals(Trial* trial) const {
@@ -313,7 +261,6 @@ class Search {
   }
 
   const Problem& problem_;
-  Problem coarse_;
   const Experiment& e_;
   Progress progress_;
   std::vector<int> held_out_;

@@ -43,8 +43,8 @@ Eigen::MatrixXd calc_effort(const Model& model, const Plant& plant, const Eigen:
 
 class Builder {
  public:
-  Builder(const Problem& problem, const Hypothesis& base)
-      : problem_(problem), e_(*problem.experiment), plant_(make_plant(e_, base)), n_(e_.num_joints()) {}
+  Builder(const Problem& problem, const Hypothesis& base, const Paths* paths)
+      : problem_(problem), e_(*problem.experiment), plant_(make_plant(e_, base)), n_(e_.num_joints()), paths_(paths) {}
 
   Signatures build() {
     for (int r : problem_.train) grids_.push_back(make_grid(r));
@@ -86,11 +86,23 @@ class Builder {
     const long rows = static_cast<long>(g.samples.size());
     for (Eigen::MatrixXd* m : {&g.q, &g.qd, &g.qdd, &g.u, &g.c, &g.cd, &g.u1, &g.u2, &g.servo}) m->setZero(rows, n_);
     for (int j = 0; j < n_; ++j) fill_joint(recording, smooth, j, &g);
+    if (paths_) take_path((*paths_)[static_cast<size_t>(r)], &g);
     g.tau = calc_effort(*plant_.model, plant_, g.q, g.qd, g.qdd);
     for (long k = 0; k < rows; ++k) {
       for (int j = 0; j < n_; ++j) g.tau(k, j) += calc_law_effort(j, g, k);
     }
     return g;
+  }
+
+  void take_path(const RobotPath& path, Grid* g) const {
+    for (size_t i = 0; i < g->samples.size(); ++i) {
+      const size_t k = g->samples[i];
+      const long row = static_cast<long>(i);
+      for (int j = 0; j < n_; ++j) {
+        const JointPath& p = path[static_cast<size_t>(j)];
+        g->q(row, j) = p.q[k], g->qd(row, j) = p.qd[k], g->qdd(row, j) = p.qdd[k];
+      }
+    }
   }
 
   void fill_joint(const Recording& recording, const SmoothRecording& smooth, int j, Grid* g) {
@@ -442,6 +454,7 @@ class Builder {
   const Experiment& e_;
   Plant plant_;
   int n_;
+  const Paths* paths_;
   long rows_ = 0;
   std::vector<Grid> grids_;
   std::vector<char> has_effort_;
@@ -454,9 +467,9 @@ class Builder {
 }  // namespace
 
 MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording) {
-  return Builder(problem, base).calc_missing(recording);
+  return Builder(problem, base, nullptr).calc_missing(recording);
 }
 
-Signatures calc_signatures(const Problem& problem, const Hypothesis& base) { return Builder(problem, base).build(); }
+Signatures calc_signatures(const Problem& problem, const Hypothesis& base, const Paths* paths) { return Builder(problem, base, paths).build(); }
 
 }  // namespace hrp::diagnosis

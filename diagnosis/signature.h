@@ -26,8 +26,9 @@ struct Signatures {
   std::vector<double> joint_chi2;
 };
 
-// The residual is taken against the nominal model with `base` added where base's laws act on efforts.
-Signatures calc_signatures(const Problem& problem, const Hypothesis& base);
+// The residual is taken against the nominal model with `base` added where base's laws act on efforts, along `paths`
+// under `base` (null: as recorded).
+Signatures calc_signatures(const Problem& problem, const Hypothesis& base, const Paths* paths = nullptr);
 
 // Logged effort minus what the motion takes under `base`, thinned samples of one recording.
 struct MissingEffort {
