@@ -20,6 +20,7 @@ class Outcome:
     def __init__(self):
         self.claims, self.numbers, self.figures, self.seen = [], [], [], []
         self.skipped = ''   # why it was not run
+        self.log = ''       # of the server set
         self.held = ''      # 9/10
         self.seconds = 0.0  # of wall clock
 
@@ -47,6 +48,7 @@ def upright(summary):
 
 def tell_logs(out, summary):
     out.claim('equal logs: %s' % summary['bits'], summary['same'])
+    out.log = summary['log']
 
 
 def tell_run(out, summary):

@@ -35,7 +35,7 @@ def choose(words, experiments):
 
 def do(experiment, options, progress):
     outcome, begin = Outcome(), time.time()
-    run = Runner(options.bin, os.path.join(os.path.abspath(options.out), experiment.name), options.vendors, options.runs,
+    run = Runner(options.bin, os.path.join(options.out, experiment.name), options.vendors, options.runs,
                  lambda what: progress.tell(experiment, what))
     try:
         experiment.measure(run, outcome)
@@ -49,12 +49,28 @@ def do(experiment, options, progress):
     return outcome
 
 
-def do_all(chosen, options):
-    """As many at a time as there are cores, the longest first, so that none is left over at the end."""
+def do_all(chosen, options, save):
+    """As many at a time as there are cores, the longest first, so that none is left over at the end. save(results so far)
+    after each."""
     progress = Progress(chosen)
     with concurrent.futures.ThreadPoolExecutor(max_workers=max(1, options.jobs)) as pool:
-        waiting = {e.name: pool.submit(do, e, options, progress) for e in sorted(chosen, key=lambda e: -e.cost)}
-        return [(e, waiting[e.name].result()) for e in chosen]
+        futures = {e.name: pool.submit(do, e, options, progress) for e in sorted(chosen, key=lambda e: -e.cost)}
+        try:
+            for _ in concurrent.futures.as_completed(futures.values()):
+                save([(e, futures[e.name].result()) for e in chosen if futures[e.name].done()])
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        return [(e, futures[e.name].result()) for e in chosen]
+
+
+def save(results, options, begin):
+    took = print_duration(time.time() - begin)
+    words = 'Made in %s min on %d cores with %s; scripts/experiments.sh makes it anew.' % (
+        took, os.cpu_count(), ' and '.join(VENDORS[v] for v in options.vendors))
+    for name, text in (('report.html', make_page(results, words)), ('table.md', make_table(results))):
+        with open(os.path.join(options.out, name), 'w') as file:
+            file.write(text)
 
 
 def read_options():
@@ -67,6 +83,8 @@ def read_options():
     parser.add_argument('--jobs', type=int, default=os.cpu_count())
     parser.add_argument('--list', action='store_true')
     options = parser.parse_args()
+    options.out = os.path.abspath(options.out)
+    os.makedirs(options.out, exist_ok=True)
     options.vendors = list(VENDORS) if options.dds == 'both' else [options.dds]
     return options
 
@@ -77,17 +95,14 @@ def main():
         print('\n'.join('%-12s %s' % (e.name, e.title) for e in experiments))
         return 0
     chosen, begin = choose(options.names, experiments), time.time()
-    results = do_all(chosen, options)
-    took = print_duration(time.time() - begin)
-    words = 'Made in %s min on %d cores with %s; scripts/experiments.sh makes it anew.' % (
-        took, os.cpu_count(), ' and '.join(VENDORS[v] for v in options.vendors))
-    for name, text in (('report.html', make_page(results, words)), ('table.md', make_table(results))):
-        with open(os.path.join(options.out, name), 'w') as file:
-            file.write(text)
+    try:
+        results = do_all(chosen, options, lambda so_far: save(so_far, options, begin))
+    except KeyboardInterrupt:
+        sys.exit('stopped; what was done is in ' + os.path.join(options.out, 'report.html'))
     failed = [e.name for e, o in results if o.verdict() == 'FAIL']
     passed = sum(1 for _, o in results if o.verdict() == 'pass')
-    print('%d of %d pass%s, %s min' % (passed, len(results), '; not: ' + ', '.join(failed) if failed else '', took))
-    print('report: ' + os.path.join(os.path.abspath(options.out), 'report.html'))
+    print('%d of %d pass%s, %s min' % (passed, len(results), '; not: ' + ', '.join(failed) if failed else '', print_duration(time.time() - begin)))
+    print('report: ' + os.path.join(options.out, 'report.html'))
     return 1 if failed else 0
 
 
