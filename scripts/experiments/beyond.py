@@ -13,7 +13,8 @@ def walk(name, words, good, pictures=()):
         feet = find_feet(text)
         s, c = run.both(name, text)
         tell_run(out, s)
-        out.see('%.2f m to the left, %.2f m up, turned by %.2f rad' % (s['travelled'][1], s['travelled'][2], s['turned']))
+        out.see('%.2f m to the left, %.2f m up, turned by %.2f rad' % tuple(
+            round(value, 2) + 0.0 for value in (s['travelled'][1], s['travelled'][2], s['turned'])))
         out.claim('upright to the end', upright(s))
         out.claim(words, good(s))
         tell_varied(run, out, name, text, lambda r: upright(r) and good(r), words)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs of scenarios: through the server set, and without a bus where many are needed; plots and pictures of them."""
 import csv
+import itertools
 import json
 import os
 import re
@@ -53,8 +54,8 @@ class Runner:
         found = re.search(r'state hash\s+(\w+)', said)
         return found[1] if found else '', self.call(name, ['hrp-log', 'hash', log])
 
-    def trial(self, name, text, table=False, to_the_end=False):
-        """Without bus and log. Returns the summary and, on request, the columns at every physics step."""
+    def trial(self, name, text, table=False, to_the_end=False, keep=1):
+        """Without bus and log. Returns the summary and, on request, the columns at every physics step, or every keep-th."""
         path, csv_path = self.write(name, text), os.path.join(self.out, name + '.csv')
         self.tell(name)
         words = ['hrp-trial', path] + (['--csv', csv_path] if table else []) + (['--to-the-end'] if to_the_end else [])
@@ -63,7 +64,7 @@ class Runner:
             with open(csv_path) as file:
                 rows = csv.reader(file)
                 names = next(rows)
-                columns = dict(zip(names, map(list, zip(*(map(float, row) for row in rows)))))
+                columns = dict(zip(names, map(list, zip(*(map(float, row) for row in itertools.islice(rows, keep - 1, None, keep))))))
             os.remove(csv_path)
         return summary, columns
 
