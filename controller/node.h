@@ -8,6 +8,7 @@
 #include "common/messages/convert.h"
 #include "common/node/lockstep.h"
 #include "common/node/node_base.h"
+#include "common/node/view_writer.h"
 #include "controller/client.h"
 #include "hrp_idl/control.h"
 #include "hrp_idl/dynamics.h"
@@ -20,6 +21,9 @@ Robot make_robot(const RobotDescription& description, const Scenario& scenario);
 class ControllerNode : public NodeBase {
  public:
   ControllerNode(const NodeContext& context, ControllerMaker make_controller);
+
+ protected:
+  void handle_idle(Clock::time_point now) override;
 
  private:
   void take_description(const msg::RobotDescription& message);
@@ -35,6 +39,7 @@ class ControllerNode : public NodeBase {
   msg::JointCommands answer_;
   Bytes last_answer_;
   Publisher<msg::JointCommands> publisher_;
+  ViewWriter view_;
 };
 
 }  // namespace hrp

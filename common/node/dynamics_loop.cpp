@@ -24,7 +24,8 @@ DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine
       make_engine_(std::move(make_engine)),
       state_publisher_(bus(), topics::kRobotState),
       forces_publisher_(bus(), topics::kContactForces),
-      sensors_publisher_(bus(), topics::kSensorData) {
+      sensors_publisher_(bus(), topics::kSensorData),
+      view_(bus()) {
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& m) { take_grant(m); });
   listen<msg::ContactSet>(topics::kContactSet, [this](const msg::ContactSet& m) { take_contacts(m); });
   listen<msg::JointCommands>(topics::kJointCommands, [this](const msg::JointCommands& m) { take_commands(m); });
@@ -139,6 +140,20 @@ void DynamicsLoop::publish_step() {
   to_message(engine_->contact_forces(), names_, &forces_message_);
   last_forces_ = forces_publisher_.publish(forces_message_);
   set_foot_forces(engine_->foot_forces());
+  if (view_.is_due()) show_step();
+}
+
+void DynamicsLoop::show_step() {
+  view_.add(topics::kRobotState.name, last_state_);
+  view_.add(topics::kSensorData.name, last_sensors_);
+  view_.add(topics::kContactForces.name, last_forces_);
+}
+
+// The last step of a run is the one that people look at longest.
+void DynamicsLoop::handle_run_end() {
+  if (!view_.is_watched()) return;
+  show_step();
+  view_.flush();
 }
 
 void DynamicsLoop::publish_sensors() {
@@ -188,6 +203,7 @@ void DynamicsLoop::make_endpoints() {
 void DynamicsLoop::handle_idle(Clock::time_point now) {
   if (!engine_ || !in_epoch_) return report(epoch_, step_, find_missing());
   ros_views_.update_readers();
+  if (view_.update(now)) show_step();
   if (!gate_.check_silence(now)) return fail(gate_.fault());
   advance();
   if (!is_active()) return;

@@ -12,6 +12,7 @@
 #include "common/node/lockstep.h"
 #include "common/node/node_base.h"
 #include "common/node/ros_views.h"
+#include "common/node/view_writer.h"
 #include "hrp_idl/model.h"
 
 namespace hrp {
@@ -43,6 +44,7 @@ class DynamicsLoop : public NodeBase {
  protected:
   void handle_idle(Clock::time_point now) override;
   void handle_decode_error(const std::string& topic, const std::string& reason) override;
+  void handle_run_end() override;
 
  private:
   void take_description(const msg::RobotDescription& message);
@@ -56,6 +58,7 @@ class DynamicsLoop : public NodeBase {
   bool check_contacts(const ContactSet& contacts);
   void publish_step();
   void publish_sensors();
+  void show_step();
   void repeat_last();
   void say_warning();
   std::string find_missing() const;
@@ -71,6 +74,7 @@ class DynamicsLoop : public NodeBase {
   Publisher<msg::ContactForces> forces_publisher_;
   Publisher<msg::SensorData> sensors_publisher_;
   RosViews ros_views_;
+  ViewWriter view_;
   msg::RobotState state_message_;
   msg::ContactForces forces_message_;
   msg::SensorData sensors_message_;

@@ -7,7 +7,7 @@
 namespace hrp {
 
 CollisionCheckerNode::CollisionCheckerNode(const NodeContext& context)
-    : NodeBase(context), publisher_(bus(), topics::kContactSet) {
+    : NodeBase(context), publisher_(bus(), topics::kContactSet), view_(bus()) {
   listen<msg::RobotState>(topics::kRobotState, [this](const msg::RobotState& m) { take_state(m); });
   listen<msg::RobotDescription>(topics::kRobotDescription,
                                 [this](const msg::RobotDescription& m) { take_description(m); });
@@ -37,8 +37,13 @@ void CollisionCheckerNode::take_state(const msg::RobotState& message) {
   to_message(world_->calc_contacts(state_), names_, &answer_);
   answer_.header(message.header());
   last_answer_ = publisher_.publish(answer_);
+  if (view_.is_due()) view_.add(topics::kContactSet.name, last_answer_);
   questions_.note_answered(epoch, step);
   set_phase(msg::SERVER_READY);
+}
+
+void CollisionCheckerNode::handle_idle(Clock::time_point now) {
+  if (view_.update(now)) view_.add(topics::kContactSet.name, last_answer_);
 }
 
 }  // namespace hrp

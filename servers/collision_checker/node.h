@@ -7,6 +7,7 @@
 #include "common/messages/convert.h"
 #include "common/node/lockstep.h"
 #include "common/node/node_base.h"
+#include "common/node/view_writer.h"
 #include "hrp_idl/collision.h"
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/model.h"
@@ -17,6 +18,9 @@ namespace hrp {
 class CollisionCheckerNode : public NodeBase {
  public:
   explicit CollisionCheckerNode(const NodeContext& context);
+
+ protected:
+  void handle_idle(Clock::time_point now) override;
 
  private:
   void take_description(const msg::RobotDescription& message);
@@ -30,6 +34,7 @@ class CollisionCheckerNode : public NodeBase {
   msg::ContactSet answer_;
   Bytes last_answer_;
   Publisher<msg::ContactSet> publisher_;
+  ViewWriter view_;
 };
 
 }  // namespace hrp

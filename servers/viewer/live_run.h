@@ -15,6 +15,7 @@
 #include "common/messages/pubsub.h"
 #include "common/messages/reflection/schema.h"
 #include "hrp_idl/scheduling.h"
+#include "hrp_idl/view.h"
 
 namespace hrp {
 
@@ -34,7 +35,8 @@ class LiveRun {
   LiveRun(Bus& bus, bool read_only);
   ~LiveRun();
 
-  // Which topics to read from now on; those in `whole` with every sample. Not under the bus's mutex.
+  // Which topics to read from now on; those in `whole` with every sample, the others from the servers' views where these
+  // have them (common/node/view_writer.h): that costs the run nearly nothing. Not under the bus's mutex.
   void read_topics(const std::set<std::string>& topics, const std::set<std::string>& whole);
   // Topics that somebody offers and whose type is ours: name -> type.
   std::map<std::string, std::string> find_topics();
@@ -45,11 +47,20 @@ class LiveRun {
 
  private:
   struct Topic;
-  void keep(Topic* topic, Bytes sample);
+  using Clock = std::chrono::steady_clock;
+  Topic* find_or_add(const std::string& name);
+  void keep(Topic* topic, Bytes sample, bool thinned);
+  void take_view(const msg::View& view);
+  void read_view(bool wanted);
+  // Its server is one that shows it, or may turn out to be.
+  bool is_shown(const Topic& topic, Clock::time_point now) const;
+  std::unique_ptr<Reader> make_reader(const std::string& name, Topic* topic);
   Bus& bus_;
   bool read_only_;
   Publisher<msg::RunControl> control_;
   std::map<std::string, std::unique_ptr<Topic>> topics_;
+  bool has_view_ = false;
+  std::unique_ptr<Reader> view_;
 };
 
 }  // namespace hrp

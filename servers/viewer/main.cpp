@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <sys/resource.h>
 
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 
@@ -92,14 +91,14 @@ int serve(Options options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // First of all: who starts a viewer and changes his mind at once gets a clean end, too.
+  hrp::handle_stop_signals();
   CLI::App app("The online viewer: a run, its contact forces and charts in the browser. It never slows or changes the run.",
                "hrp-viewer");
   Options options;
   options.bus.domain = -1;
   add_options(app, &options);
   CLI11_PARSE(app, argc, argv);
-  hrp::handle_stop_signals();
-  std::signal(SIGPIPE, SIG_IGN);
   // The run comes first where cores are few.
   setpriority(PRIO_PROCESS, 0, 10);
   try {

@@ -25,8 +25,6 @@ using Json = nlohmann::json;
 
 // Which topics there are changes rarely; asking costs a walk through the discovery.
 constexpr auto kRefreshPeriod = std::chrono::milliseconds(500);
-// Real-time factor from which on a run is limited by the machine, not paced for people.
-constexpr double kFast = 3.0;
 constexpr auto kPeekTime = std::chrono::seconds(5);
 // A logger that closes a large file takes some time after the end of the run.
 constexpr auto kLogPatience = std::chrono::seconds(8);
@@ -194,10 +192,7 @@ void Viewer::refresh_topics() {
 
 void Viewer::update_readers() {
   std::set<std::string> wanted{topics::kRobotDescription.name, topics::kRunStatus.name, topics::kServerStatus.name};
-  // What a picture of the robot needs is read from the start on, page or not: a run that is paused sends nothing to late
-  // readers. But a run that goes as fast as it can pays for every reader, so there it is read for those who look.
-  const bool watched = !pages_.empty() || !foxgloves_.empty();
-  if (watched || run_status_.real_time_factor() < kFast) wanted.insert({topics::kRobotState.name, topics::kContactForces.name});
+  if (!pages_.empty()) wanted.insert({topics::kRobotState.name, topics::kContactForces.name});
   std::set<std::string> whole{topics::kServerStatus.name};
   const auto now = Clock::now();
   for (auto peek = peeks_.begin(); peek != peeks_.end();) {

@@ -12,6 +12,7 @@
 #include "hrp_idl/model.h"
 #include "hrp_idl/ros_views.h"
 #include "hrp_idl/scheduling.h"
+#include "hrp_idl/view.h"
 
 namespace hrp {
 
@@ -43,6 +44,7 @@ inline const std::vector<MessageCase>& find_every_message() {
       {"hrp::msg::StepGrant", encode_again<msg::StepGrant>},
       {"hrp::msg::RunControl", encode_again<msg::RunControl>},
       {"hrp::msg::RunStatus", encode_again<msg::RunStatus>},
+      {"hrp::msg::View", encode_again<msg::View>},
       {"sensor_msgs::msg::dds_::JointState_", encode_again<::sensor_msgs::msg::dds_::JointState_>},
       {"sensor_msgs::msg::dds_::Imu_", encode_again<::sensor_msgs::msg::dds_::Imu_>},
       {"geometry_msgs::msg::dds_::WrenchStamped_", encode_again<::geometry_msgs::msg::dds_::WrenchStamped_>},

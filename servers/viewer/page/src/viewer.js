@@ -32,6 +32,8 @@ class Page {
     this.listen();
     this.connection = new ServerConnection((message) => this.take(message), () => this.lose());
     this.lastDraw = 0;
+    this.pictures = 0;  // that came
+    this.pace = { since: performance.now(), frames: 0 };
     this.lastTick = performance.now();
     requestAnimationFrame((now) => this.tick(now));
   }
@@ -183,6 +185,7 @@ class Page {
   }
 
   takeFrame({ topics }) {
+    ++this.pictures;
     this.latest = topics;
     const header = topics["hrp/robot_state"]?.header;
     if (header) {
@@ -349,6 +352,15 @@ class Page {
     action();
   }
 
+  // Pictures drawn per second of wall clock, on the canvas for tests and for those who wonder: data-fps.
+  notePace(now) {
+    const elapsed = now - this.pace.since;
+    if (elapsed < 1000) return;
+    const frames = this.stage.frameCount;
+    $("scene").dataset.fps = (((frames - this.pace.frames) * 1000) / elapsed).toFixed(1);
+    this.pace = { since: now, frames };
+  }
+
   tick(now) {
     if (!this.live) {
       const playing = this.player.playing;
@@ -356,6 +368,7 @@ class Page {
       if (playing !== this.player.playing) this.showTransport();
     }
     this.lastTick = now;
+    this.notePace(now);
     if (this.stage.render()) $("arrow-scale").textContent = this.stage.forceScale > 0 ? `1 m of arrow = ${this.stage.forceScale} N` : "";
     if (this.live && this.samplesCame && now - this.lastDraw > drawPeriod) {
       this.lastDraw = now;
