@@ -1,68 +1,103 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# scripts/prove_concealed.sh [--cases N] [--seed S] [--jobs J] [--out DIR] [--effect NAME] [--limit SECONDS]
+# scripts/prove_concealed.sh [--cases N] [--seed S] [--jobs J] [--out DIR] [--family F | --effect E] [--stage STAGE] ...
 #
 # The blind trial of hrp-diagnose. A separate program makes N cases with MuJoCo as reality and hides physics in them; the
 # truths go into a sealed archive whose SHA-256 is printed before the tool sees a case; the tool answers all; its answers
 # are hashed too; only then is the archive opened and everything counted. Prints the tables and writes DIR/proof.html.
 #   --cases N    how many (60)               --seed S   the same seed gives the same cases (the clock's second, printed)
 #   --jobs J     tools at a time (all cores) --out DIR  where to work (out/proof-SEED)
+#   --family F   only these families, a comma list such as stand,pair (hrp-make-cases --help lists them)
 #   --effect E   only this effect            --limit T  seconds after which a run counts as no answer (600)
+#   --duration D seconds of the longest recordings (10)
+#   --stage X    make (cases and seal), answer (goes on where it was stopped), open (count), or all (the default)
+#   --readme F   also rewrite the proof's block in this file
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-cases=60 seed=$(date +%s) jobs=$(nproc) out="" effect="" limit=600
+cases=60 seed="" jobs=$(nproc) out="" effect="" family="" limit=600 duration=10 stage=all readme=""
 while [ $# -gt 0 ]; do
   case "$1" in
     -h | --help) print_help; exit 0 ;;
-    --cases) cases=$2; shift 2 ;;
-    --seed) seed=$2; shift 2 ;;
-    --jobs) jobs=$2; shift 2 ;;
-    --out) out=$2; shift 2 ;;
-    --effect) effect=$2; shift 2 ;;
-    --limit) limit=$2; shift 2 ;;
+    --cases | --seed | --jobs | --out | --effect | --family | --limit | --duration | --stage | --readme)
+      [ $# -ge 2 ] || { echo "prove_concealed.sh: $1 wants a value" >&2; exit 2; }
+      declare "${1#--}=$2"; shift 2 ;;
     *) echo "prove_concealed.sh: unknown option $1" >&2; exit 2 ;;
   esac
 done
-out=${out:-$ROOT/out/proof-$seed}
-if [ -e "$out/cases" ] || [ -e "$out/answers" ]; then
-  echo "prove_concealed.sh: $out already holds a trial; name another folder with --out" >&2
-  exit 2
+case "$stage" in make | answer | open | all) ;; *) echo "prove_concealed.sh: no stage is called $stage" >&2; exit 2 ;; esac
+if [ "$stage" = answer ] || [ "$stage" = open ]; then
+  [ -n "$out" ] && [ -f "$out/trial.txt" ] || { echo "prove_concealed.sh: --stage $stage wants --out DIR of a trial made before" >&2; exit 2; }
 fi
+seed=${seed:-$(date +%s)}
+out=${out:-$ROOT/out/proof-$seed}
 if [ ! -x "$BUILD/bin/hrp-make-cases" ] || [ ! -x "$BUILD/bin/hrp-diagnose" ]; then
   "$ROOT/scripts/install_deps.sh"
   "$ROOT/scripts/build.sh" >&2
 fi
 
 # 1. Cases, and the truths sealed: a plain archive with nothing in it that depends on the hour, so the hash is the seal.
-mkdir -p "$out"
-"$BUILD/bin/hrp-make-cases" --out "$out" --cases "$cases" --seed "$seed" --jobs "$jobs" ${effect:+--effect "$effect"}
-tar --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner -C "$out" -cf "$out/truths.sealed.tar" truths
-rm -r "$out/truths"
-seal=$(sha256sum "$out/truths.sealed.tar" | cut -d' ' -f1)
-echo "seed $seed, $cases cases; truths sealed, SHA-256 $seal"
+make_cases() {
+  if [ -e "$out/cases" ] || [ -e "$out/answers" ]; then
+    echo "prove_concealed.sh: $out already holds a trial; name another folder with --out" >&2
+    exit 2
+  fi
+  mkdir -p "$out"
+  "$BUILD/bin/hrp-make-cases" --out "$out" --cases "$cases" --seed "$seed" --jobs "$jobs" --duration "$duration" \
+    ${effect:+--effect "$effect"} ${family:+--family "$family"}
+  tar --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner -C "$out" -cf "$out/truths.sealed.tar" truths
+  rm -r "$out/truths"
+  sha256sum "$out/truths.sealed.tar" | cut -d' ' -f1 >"$out/seal.txt"
+  echo "seed $seed, $cases cases${effect:+, only $effect}${family:+, only $family}" >"$out/trial.txt"
+}
 
-# 2. The tool answers. It gets a folder that holds the case alone.
+# 2. The tool answers. It gets a folder that holds the case alone. A case that has its answer is not asked again.
 answer() {
-  local folder=$1 answer="$2/answers/$(basename "$1")" begin end status=0
-  mkdir -p "$answer"
-  begin=$(date +%s.%N)
-  timeout "$4" "$3" "$folder/experiment.yaml" --out "$answer" --jobs 1 >"$answer/terminal.txt" 2>&1 || status=$?
-  end=$(date +%s.%N)
-  printf '{"status": %d, "seconds": %.1f}\n' "$status" "$(awk "BEGIN {print $end - $begin}")" >"$answer/run.json"
-  printf '%s: status %d, %.0f s\n' "$(basename "$folder")" "$status" "$(awk "BEGIN {print $end - $begin}")"
+  local folder=$1 answer begin end status=0 done total
+  answer="$2/answers/$(basename "$1")"
+  if [ ! -e "$answer/run.json" ]; then
+    mkdir -p "$answer"
+    begin=$(date +%s.%N)
+    timeout "$4" "$3" "$folder/experiment.yaml" --out "$answer" --jobs 1 >"$answer/terminal.txt" 2>&1 || status=$?
+    end=$(date +%s.%N)
+    printf '{"status": %d, "seconds": %.1f}\n' "$status" "$(awk "BEGIN {print $end - $begin}")" >"$answer/run.json"
+  fi
+  done=$(find "$2/answers" -name run.json | wc -l)
+  total=$(find "$2/cases" -mindepth 1 -maxdepth 1 -type d | wc -l)
+  awk -v name="$(basename "$folder")" -v run="$(cat "$answer/run.json")" -v n="$done" -v all="$total" -v start="$5" \
+    -v had="$6" 'BEGIN { gsub(/[{}"]/, "", run); srand(); fresh = n - had
+      eta = fresh > 0 ? (srand() - start) / fresh * (all - n) / 60 : 0
+      printf "%d of %d  %s: %s s, about %.0f min to go\n", n, all, name, run, eta }'
 }
 export -f answer
-find "$out/cases" -mindepth 1 -maxdepth 1 -type d -print0 | sort -z |
-  xargs -0 -P "$jobs" -I{} bash -c 'answer "$@"' _ {} "$out" "$BUILD/bin/hrp-diagnose" "$limit"
-commitment=$(cd "$out/answers" && find . -name report.json -print0 | sort -z | xargs -0 -r sha256sum | sha256sum | cut -d' ' -f1)
-echo "answers committed, SHA-256 of their list $commitment"
+answer_all() {
+  mkdir -p "$out/answers"
+  had=$(find "$out/answers" -name run.json | wc -l)
+  find "$out/cases" -mindepth 1 -maxdepth 1 -type d -print0 | sort -z |
+    xargs -0 -P "$jobs" -I{} bash -c 'answer "$@"' _ {} "$out" "$BUILD/bin/hrp-diagnose" "$limit" "$(date +%s)" "$had"
+  (cd "$out/answers" && find . -name report.json -print0 | sort -z | xargs -0 -r sha256sum | sha256sum | cut -d' ' -f1) \
+    >"$out/commitment.txt"
+}
 
 # 3. Only now the truths.
-[ "$(sha256sum "$out/truths.sealed.tar" | cut -d' ' -f1)" = "$seal" ] || { echo "the sealed archive changed" >&2; exit 1; }
-tar -C "$out" -xf "$out/truths.sealed.tar"
-python3 "$ROOT/diagnosis/generator/score_cases.py" --truths "$out/truths" --answers "$out/answers" \
-  --html "$out/proof.html" --json "$out/proof.json" --note "seed $seed, $cases cases${effect:+, only $effect}" \
-  --note "truths sealed: SHA-256 $seal" --note "answers committed: SHA-256 $commitment" | tee "$out/proof.txt"
-echo
-echo "the same as a page: $out/proof.html"
+open_truths() {
+  [ "$(sha256sum "$out/truths.sealed.tar" | cut -d' ' -f1)" = "$(cat "$out/seal.txt")" ] ||
+    { echo "the sealed archive changed" >&2; exit 1; }
+  tar -C "$out" -xf "$out/truths.sealed.tar"
+  python3 "$ROOT/diagnosis/generator/score_cases.py" --truths "$out/truths" --answers "$out/answers" \
+    --html "$out/proof.html" --json "$out/proof.json" ${readme:+--readme "$readme"} --note "$(cat "$out/trial.txt")" \
+    --note "truths sealed: SHA-256 $(cat "$out/seal.txt")" \
+    --note "answers committed: SHA-256 $(cat "$out/commitment.txt")" | tee "$out/proof.txt"
+  echo
+  echo "the same as a page: $out/proof.html"
+}
+
+if [ "$stage" = make ] || [ "$stage" = all ]; then
+  make_cases
+  echo "$(cat "$out/trial.txt"); truths sealed, SHA-256 $(cat "$out/seal.txt")"
+fi
+if [ "$stage" = answer ] || [ "$stage" = all ]; then
+  answer_all
+  echo "answers committed, SHA-256 of their list $(cat "$out/commitment.txt")"
+fi
+if [ "$stage" = open ] || [ "$stage" = all ]; then open_truths; fi

@@ -12,6 +12,8 @@ import math
 import pathlib
 import sys
 
+import proof_figures
+
 PLACE_KEYS = ("joint", "link", "foot", "sensor", "ground")
 # True of the simulated transmission, but not what defines the effect (design: backlash {gap}).
 NOT_SCORED = {"backlash": {"stiffness", "damping", "rotor_inertia"}, "foot_compliance": {"center"}}
@@ -143,8 +145,14 @@ class Case:
         self.parameters = [row for h, f in self.pairs for row in compare_parameters(h, f)]
         self.right = self.word in ("right", "right among twins")
 
+        self.unlisted = any(h["effect"] in UNKNOWN for h in truth["hidden"])
+
     def family(self):
         return self.truth.get("family", "?")
+
+    def fit(self, when):
+        value = (((self.report or {}).get("fit") or {}).get("validate") or {}).get(when)
+        return value if isinstance(value, (int, float)) else None
 
     def labels(self):
         """(true label, found label) for the confusion matrix, one entry for each thing hidden or found."""
@@ -224,11 +232,10 @@ def table_parameters(cases):
 def table_fit(cases):
     rows = []
     for c in cases:
-        fit = ((c.report or {}).get("fit") or {}).get("validate") or {}
         hidden = " + ".join(h["effect"] + " " + str(place_of(h)[1]) for h in c.truth["hidden"]) or "nothing"
         said = " + ".join(f.get("effect", "?") + " " + str(place_of(f)[1]) for f in (c.report or {}).get("findings") or [])
         rows.append([c.name, c.family(), hidden, (c.report or {}).get("verdict", "none"), said or "-", c.word,
-                     number(fit.get("before")), number(fit.get("after")), number(c.run.get("seconds"))])
+                     number(c.fit("before")), number(c.fit("after")), number(c.run.get("seconds"))])
     return ["case", "family", "hidden", "verdict", "named", "outcome", "before", "after", "s"], rows
 
 
@@ -237,17 +244,18 @@ def number(value):
 
 
 def summary(cases):
-    single = [c for c in cases if len({h["effect"] for h in c.truth["hidden"]}) == 1 and c.family() != "unknown"]
-    pair = [c for c in cases if c.family() == "pair"]
-    triple = [c for c in cases if c.family() == "triple"]
+    count = lambda c: len({h["effect"] for h in c.truth["hidden"]})
+    listed = [c for c in cases if c.truth["hidden"] and not c.unlisted]
+    single = [c for c in listed if count(c) == 1 and "pair" not in c.family()]
+    pair = [c for c in listed if "pair" in c.family()]
+    triple = [c for c in listed if "triple" in c.family()]
     none = [c for c in cases if not c.truth["hidden"]]
-    unknown = [c for c in cases if c.family() == "unknown"]
+    unknown = [c for c in cases if c.unlisted]
     rows = [row for c in cases for row in c.parameters]
     known = [w for *_, w in rows if w is not None]
-    fits = [((c.report or {}).get("fit") or {}).get("validate", {}).get("after") for c in cases
-            if c.truth["hidden"] and c.family() != "unknown"]
-    fits = [f for f in fits if isinstance(f, (int, float))]
+    fits = [c.fit("after") for c in listed if c.fit("after") is not None]
     seconds = [c.run["seconds"] for c in cases if isinstance(c.run.get("seconds"), (int, float))]
+    wrong = ("wrong cause", "wrong place", "extra finding", "false finding")
     yes = lambda some: share(sum(c.right for c in some), len(some))
     return [
         ["single effects named in the right place, nothing else named (bar: 95 %)", yes(single)],
@@ -256,6 +264,7 @@ def summary(cases):
         ["nothing hidden, nothing found (bar: all)", yes(none)],
         ["physics outside the list: place given, no cause named (bar: all)", yes(unknown)],
         ["... of these with a wrong cause named (bar: none)", share(sum(c.word == "wrong cause" for c in unknown), len(unknown))],
+        ["cases of any kind with something named that is not there", share(sum(c.word in wrong for c in cases), len(cases))],
         ["parameters within 5 % or inside their interval", share(sum(r[4] <= 0.05 or bool(r[5]) for r in rows), len(rows))],
         ["parameters inside their 95 % interval (bar: 95 in 100)", share(sum(known), len(known))],
         ["held-out fit at most 1.2 noise floors (listed effects)", share(sum(f <= 1.2 for f in fits), len(fits))],
@@ -310,12 +319,33 @@ def make_page(cases, title, notes):
     parts = ["<!DOCTYPE html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>",
              f"<title>{html.escape(title)}</title><style>{STYLE}</style></head><body><h1>{html.escape(title)}</h1>"]
     parts += [f"<p><code>{html.escape(note)}</code></p>" for note in notes]
+    pictures = proof_figures.make_figures(cases)
     for name, (head, rows) in sections(cases):
-        parts.append(f"<h2>{html.escape(name)}</h2>{html_table(head, rows)}")
+        parts.append(f"<h2>{html.escape(name)}</h2>{pictures.get(name, '')}{html_table(head, rows)}")
     parts.append("<h2>Every miss</h2>")
     misses = [c for c in cases if not c.right]
     parts += [f"<pre>{html.escape(chr(10).join(describe_miss(c)))}</pre>" for c in misses] or ["<p>None.</p>"]
     return "".join(parts) + "</body></html>\n"
+
+
+README_BEGIN, README_END = "<!-- proof: begin", "<!-- proof: end -->"
+
+
+def make_readme_block(cases, notes):
+    """The last run's summary and families as Markdown, as they came."""
+    lines = [README_BEGIN + " (scripts/prove_concealed.sh --readme) -->", "| question | answer |", "|---|---|"]
+    lines += [f"| {q} | {a} |" for q, a in summary(cases)]
+    lines += ["", "| family | cases | right | outcomes |", "|---|---|---|---|"]
+    lines += ["| " + " | ".join(str(x) for x in row) + " |" for row in table_families(cases)[1]]
+    return "\n".join(lines + ["", "; ".join(notes) + ".", README_END])
+
+
+def write_readme(path, cases, notes):
+    text = path.read_text()
+    begin, end = text.find(README_BEGIN), text.find(README_END)
+    if begin < 0 or end < begin:
+        sys.exit(f"{path}: has no block from '{README_BEGIN} ... -->' to '{README_END}'")
+    path.write_text(text[:begin] + make_readme_block(cases, notes) + text[end + len(README_END):])
 
 
 def main():
@@ -324,6 +354,7 @@ def main():
     parser.add_argument("--answers", required=True)
     parser.add_argument("--html")
     parser.add_argument("--json", help="the summary for programs")
+    parser.add_argument("--readme", help="file whose proof block is rewritten")
     parser.add_argument("--note", action="append", default=[])
     args = parser.parse_args()
     cases = load(args)
@@ -338,6 +369,8 @@ def main():
             print("\n".join("  " + line for line in describe_miss(case)))
     if args.html:
         pathlib.Path(args.html).write_text(make_page(cases, "Proof on concealed cases", args.note))
+    if args.readme:
+        write_readme(pathlib.Path(args.readme), cases, args.note)
     if args.json:
         pathlib.Path(args.json).write_text(json.dumps({"summary": summary(cases), "outcomes": {c.name: c.word for c in cases}}, indent=1) + "\n")
 
