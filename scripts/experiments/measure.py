@@ -4,19 +4,22 @@ import math
 
 
 def high_pass(x, rate, cutoff):
+    """Two first-order filters by the bilinear rule: half the power at the cutoff for each, all of it far above."""
+    k = math.tan(math.pi * cutoff / rate)
     for _ in range(2):
-        a, y = 1.0 / (1.0 + 2.0 * math.pi * cutoff / rate), [0.0] * len(x)
+        y = [0.0] * len(x)
         for i in range(1, len(x)):
-            y[i] = a * (y[i - 1] + x[i] - x[i - 1])
+            y[i] = ((1.0 - k) * y[i - 1] + x[i] - x[i - 1]) / (1.0 + k)
         x = y
     return x
 
 
 def low_pass(x, rate, cutoff):
+    k = math.tan(math.pi * cutoff / rate)
     for _ in range(2):
-        a, y = 1.0 - math.exp(-2.0 * math.pi * cutoff / rate), [x[0]] * len(x)
+        y = [x[0]] * len(x)
         for i in range(1, len(x)):
-            y[i] = y[i - 1] + a * (x[i] - y[i - 1])
+            y[i] = ((1.0 - k) * y[i - 1] + k * (x[i] + x[i - 1])) / (1.0 + k)
         x = y
     return x
 
