@@ -33,7 +33,8 @@ EXPERIMENTS = [
         'beyond_sideways', 'walks 1 m to the left within 0.1 m', lambda s: abs(s['travelled'][1] - 1.0) < 0.1,
         ['--azimuth', '-0.3']), 'beyond', 10.0),
     Experiment('slope', 'Up a slope of 3 degrees', '', walk(
-        'beyond_slope', 'climbs', lambda s: s['travelled'][2] > 0.05, ['--azimuth', '-1.4', '--elevation', '0.1']), 'beyond', 6.0),
+        'beyond_slope', 'climbs', lambda s: s['travelled'][2] > 0.05,
+        ['--azimuth', '-1.4', '--elevation', '0.1']), 'beyond', 6.0),
     Experiment('stairs', 'Up four steps of 3 cm', '', walk(
         'beyond_stairs', 'climbs 12 cm within 1 cm, 1.44 m forward within 0.15 m',
         lambda s: abs(s['travelled'][2] - 0.12) < 0.01 and abs(s['travelled'][0] - 1.44) < 0.15,

@@ -24,9 +24,10 @@ def fig3(run, out):
 SPAN = 20  # [steps] of the differences that give rates: long enough that the six digits of the table do not matter
 
 
-def sample_swing(c, begin, end):
-    """(indices at which sensors are read, angle, rate, acceleration) of both feet's bushes together: the body's pitch."""
-    t, pitch, h = c['time'], c['base/pitch'], SPAN / RATE
+def sample_swing(c, imu, begin, end):
+    """(indices at which sensors are read, angle, rate, acceleration) of both feet's bushes together: joints are locked, so
+    they are the body's pitch, which the IMU tells."""
+    t, pitch, h = c['time'], c[imu + '/pitch'], SPAN / RATE
     chosen = [i for i in range(SPAN, len(t) - SPAN) if begin < t[i] < end and i % 5 == 4]
     rate = [(pitch[i + SPAN] - pitch[i - SPAN]) / (2.0 * h) for i in chosen]
     acceleration = [(pitch[i + SPAN] - 2.0 * pitch[i] + pitch[i - SPAN]) / (h * h) for i in chosen]
@@ -46,17 +47,18 @@ def calc_oscillation(angle, rate, acceleration):
 
 
 class Swing:
-    """What is known of a robot on its feet: height and forward place of the sensor over the sole's middle [m], stiffness
-    [N m/rad] and damping [N m s/rad] of both feet, m g h [N m/rad], inertia about the sole [kg m^2]."""
+    """What is known of a robot on its feet: its IMU, height and forward place of the sensor over the sole's middle [m],
+    stiffness [N m/rad] and damping [N m s/rad] of both feet, m g h [N m/rad], inertia about the sole [kg m^2]."""
 
-    def __init__(self, height, forward, stiffness, damping, weight_moment, inertia):
-        self.height, self.forward, self.stiffness, self.damping = height, forward, stiffness, damping
+    def __init__(self, imu, height, forward, stiffness, damping, weight_moment, inertia):
+        self.imu, self.height, self.forward = imu, height, forward
+        self.stiffness, self.damping = stiffness, damping
         self.weight_moment, self.inertia = weight_moment, inertia
 
 
 def measure_swing(c, swing):
     """({foot: (K, C)}, undamped frequency, damping ratio)."""
-    chosen, angle, rate, acceleration = sample_swing(c, 2.7, 11.5)
+    chosen, angle, rate, acceleration = sample_swing(c, swing.imu, 2.7, 11.5)
     feet = {}
     for side in ('left', 'right'):
         # About the middle of the sole, `height` below and `forward` of the sensor: M_S = M - p x f.
@@ -82,7 +84,8 @@ def tilt(name, swing):
         off_k, off_c = calc_errors(feet, swing)
         by_hand = math.sqrt((swing.stiffness - swing.weight_moment) / swing.inertia) / (2.0 * math.pi)
         out.see('K %.1f of %g N m/rad (%+.1f %%), C %.2f of %g N m s/rad (%+.1f %%), both feet'
-                % ((1 + off_k) * swing.stiffness, swing.stiffness, 100 * off_k, (1 + off_c) * swing.damping, swing.damping, 100 * off_c))
+                % ((1 + off_k) * swing.stiffness, swing.stiffness, 100 * off_k,
+                   (1 + off_c) * swing.damping, swing.damping, 100 * off_c))
         out.see('%.3f Hz (by hand %.3f Hz), damping ratio %.3f' % (frequency, by_hand, ratio))
         out.claim('K comes back within 5 %% (%+.2f %%)' % (100 * off_k), abs(off_k) < 0.05)
         out.claim('C comes back within 5 %% (%+.2f %%)' % (100 * off_c), abs(off_c) < 0.05)
@@ -126,7 +129,8 @@ def fig5(run, out):
     s, c = run.both('fig5', text)
     tell_run(out, s)
     out.claim('falls', s['fallen'])
-    walks = ['%g: %s' % (k, 'walks' if survives(run, 'fig5', k) else 'falls') for k in (1000, 2000, 4000, 8000, 16000, 32000)]
+    walks = ['%g: %s' % (k, 'walks' if survives(run, 'fig5', k) else 'falls')
+             for k in (1000, 2000, 4000, 8000, 16000, 32000)]
     out.number('walking without a stabilizer, by stiffness of a foot [N m/rad]', ', '.join(walks))
     threshold = find_threshold(run, 200.0, 1000.0)
     if threshold:
@@ -142,12 +146,13 @@ def fig5(run, out):
 
 
 EXPERIMENTS = [
-    Experiment('fig3', 'Figure 3: HRP-1S on rigid feet', 'HRP-1S walks on rigid feet with impulse contact, without a stabilizer.',
-               fig3, cost=18.0),
+    Experiment('fig3', 'Figure 3: HRP-1S on rigid feet',
+               'HRP-1S walks on rigid feet with impulse contact, without a stabilizer.', fig3, cost=18.0),
     Experiment('fig4', 'Figure 4: HRP-1S tilted and released',
                'Tilted and released without feedback the robot swings; stiffness and damping of the feet are found from the '
-               'damped oscillation.', tilt('fig4', Swing(0.11, 0.035, 2000.0, 50.0, HRP1S_WEIGHT_MOMENT, 107.0)), cost=5.0),
+               'damped oscillation.',
+               tilt('fig4', Swing('trunk', 0.11, 0.035, 2000.0, 50.0, HRP1S_WEIGHT_MOMENT, 107.0)), cost=5.0),
     Experiment('fig4_hrp2p', 'Figure 4 with HRP-2P', 'The same with HRP-2P.',
-               tilt('fig4_hrp2p', Swing(0.105, 0.015, 914.0, 22.0, 462.0, 45.5)), cost=4.0),
+               tilt('fig4_hrp2p', Swing('chest', 0.105, 0.015, 914.0, 22.0, 462.0, 45.5)), cost=4.0),
     Experiment('fig5', 'Figure 5: HRP-1S on soft feet', 'HRP-1S falls on soft feet without a stabilizer.', fig5, cost=8.0),
 ]

@@ -62,8 +62,8 @@ def vibrate(run, out, text, c):
     true = run_with_step(run, text, 1e-4, 'implicit')
     vibration = [calc_vibration(c)] + [run_with_step(run, text, step, 'implicit') for step in (5e-4, 2.5e-4)]
     excess = [math.sqrt(max(0.0, v * v - true * true)) for v in vibration]
-    out.see('foot force above 50 Hz %.2f, %.2f, %.2f, %.2f N rms at 1, 0.5, 0.25, 0.1 ms: the step\'s own part is %.1f, %.1f, %.1f N rms'
-            % (*vibration, true, *excess))
+    out.see('foot force above 50 Hz %.2f, %.2f, %.2f, %.2f N rms at 1, 0.5, 0.25, 0.1 ms: '
+            'the step\'s own part is %.1f, %.1f, %.1f N rms' % (*vibration, true, *excess))
     out.claim('the vibration that the step makes shrinks with the step (%.2f, %.2f, %.2f N rms)' % tuple(excess),
               excess[0] > excess[1] > excess[2])
     explicit = []
@@ -74,7 +74,8 @@ def vibrate(run, out, text, c):
         explicit.append(run_with_step(run, text, 1e-4, integrator))
         out.number('%s at 0.1 ms' % integrator, explicit[-1] if isinstance(explicit[-1], str) else '%.2f N rms' % explicit[-1])
     # 5 %: the walk has a dozen landings, whose chatter differs a little from integrator to integrator.
-    out.claim('three integrators agree at 0.1 ms within 5 %', all(not isinstance(v, str) and abs(v / true - 1.0) < 0.05 for v in explicit))
+    out.claim('three integrators agree at 0.1 ms within 5 %',
+              all(not isinstance(v, str) and abs(v / true - 1.0) < 0.05 for v in explicit))
 
 
 def fig10(run, out):
@@ -131,7 +132,8 @@ def fig11(run, out):
     out.see('medians of %d landings %.0f, %.0f, %.0f N' % (len(landings), *medians))
     for k, (name, goal) in enumerate(LANDING):
         values = [landing[k + 2] for landing in landings]
-        out.number(name, 'median %.0f N, %.0f to %.0f N over %d landings' % (medians[k], min(values), max(values), len(values)))
+        out.number(name, 'median %.0f N, %.0f to %.0f N over %d landings'
+                   % (medians[k], min(values), max(values), len(values)))
         out.claim('%s within 20 %% of %.0f N (%.0f N)' % (name, goal, medians[k]), abs(medians[k] / goal - 1.0) <= 0.2)
     tell_varied(run, out, 'fig11', text, lambda r, columns: upright(r) and is_landing_as_seen(columns),
                 'walks with these three values', table=True)
@@ -146,7 +148,8 @@ def fig11(run, out):
 EXPERIMENTS = [
     Experiment('fig8', 'Figure 8: HRP-2P without stabilizer', 'HRP-2P falls without the stabilizer.', fig8, cost=3.0),
     Experiment('fig9', 'Figure 9: HRP-2P with stabilizer', 'HRP-2P walks with the stabilizer.', fig9, cost=4.0),
-    Experiment('fig10', 'Figure 10: ankle roll torque', 'The body rolls inward; the simulation at 1 ms shows vibration.', fig10, cost=30.0),
-    Experiment('fig11', 'Figure 11: landing', 'About 500 N, down to about 100 N in the rebound, then about 550 N, within about 250 ms.',
-               fig11),
+    Experiment('fig10', 'Figure 10: ankle roll torque',
+               'The body rolls inward; the simulation at 1 ms shows vibration.', fig10, cost=30.0),
+    Experiment('fig11', 'Figure 11: landing',
+               'About 500 N, down to about 100 N in the rebound, then about 550 N, within about 250 ms.', fig11),
 ]

@@ -25,8 +25,9 @@ def find_plateaus(c, key):
 
 def add_closer_look(run, out, name, c):
     near = cut(c, 5.0, 7.0)
-    out.figure('Two seconds of it.', run.plot(name + '_near', 'Vertical force on each foot, two seconds', 'time [s]', 'force [N]',
-                                              near['time'], {'left foot': near[LEFT], 'right foot': near[RIGHT]}))
+    out.figure('Two seconds of it.',
+               run.plot(name + '_near', 'Vertical force on each foot, two seconds', 'time [s]', 'force [N]', near['time'],
+                        {'left foot': near[LEFT], 'right foot': near[RIGHT]}))
 
 
 def fig6(run, out):
@@ -57,8 +58,10 @@ def judge_plateaus(c):
         swing, single = find_plateaus(c, key)
         standing = median([c[key][i] for i, t in enumerate(c['time']) if 13.0 < t < 14.0])
         claims += [('%s foot: 0 N in swing (%.1f N)' % (foot, swing), abs(swing) < 1.0),
-                   ('%s foot: about 590 N on both feet (%.0f N, within 10 %%)' % (foot, standing), abs(standing / (WEIGHT / 2) - 1) < 0.1),
-                   ('%s foot: about 1177 N in single support (%.0f N, within 10 %%)' % (foot, single), abs(single / WEIGHT - 1) < 0.1)]
+                   ('%s foot: about 590 N on both feet (%.0f N, within 10 %%)' % (foot, standing),
+                    abs(standing / (WEIGHT / 2) - 1) < 0.1),
+                   ('%s foot: about 1177 N in single support (%.0f N, within 10 %%)' % (foot, single),
+                    abs(single / WEIGHT - 1) < 0.1)]
     return claims
 
 
@@ -82,8 +85,9 @@ def fig7(run, out):
 
 EXPERIMENTS = [
     Experiment('fig6', 'Figure 6: joints that follow perfectly',
-               'Soft feet, stabilizer, joints that follow perfectly: HRP-1S walks, but the vertical foot force oscillates.', fig6, cost=8.0),
+               'Soft feet, stabilizer, joints that follow perfectly: HRP-1S walks, but the vertical foot force oscillates.',
+               fig6, cost=8.0),
     Experiment('fig7', 'Figure 7: joint servos and rotor inertia',
-               'The same gains with joint servos and rotor inertia: the oscillation is gone; zero in swing, a middle plateau (590 N) in '
-               'double support, a high one (1177 N) in single support.', fig7, cost=6.0),
+               'The same gains with joint servos and rotor inertia: the oscillation is gone; zero in swing, a middle plateau '
+               '(590 N) in double support, a high one (1177 N) in single support.', fig7, cost=6.0),
 ]

@@ -101,7 +101,8 @@ def main():
         sys.exit('stopped; what was done is in ' + os.path.join(options.out, 'report.html'))
     failed = [e.name for e, o in results if o.verdict() == 'FAIL']
     passed = sum(1 for _, o in results if o.verdict() == 'pass')
-    print('%d of %d pass%s, %s min' % (passed, len(results), '; not: ' + ', '.join(failed) if failed else '', print_duration(time.time() - begin)))
+    print('%d of %d pass%s, %s min' % (passed, len(results), '; not: ' + ', '.join(failed) if failed else '',
+                                       print_duration(time.time() - begin)))
     print('report: ' + os.path.join(options.out, 'report.html'))
     return 1 if failed else 0
 

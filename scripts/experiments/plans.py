@@ -25,8 +25,8 @@ def refused(run, out):
         text = re.sub(r'plan: .*', 'plan: ' + plan, run.text('fig9'))
         run.tell(name)
         path, log = run.write(name, text), os.path.join(run.out, name + '.mcap')
-        done = subprocess.run([os.path.join(run.bin, 'hrp-simulate'), path, '--log', log, '--no-plot', '--quiet', '--dds', run.vendors[0]],
-                              capture_output=True, text=True)
+        command = [os.path.join(run.bin, 'hrp-simulate'), path, '--log', log, '--no-plot', '--quiet', '--dds', run.vendors[0]]
+        done = subprocess.run(command, capture_output=True, text=True)
         if os.path.exists(log):
             os.remove(log)
         answer = [line for line in (done.stderr + done.stdout).splitlines() if words in line]

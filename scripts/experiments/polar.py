@@ -29,8 +29,9 @@ def draw_polar(degrees, rows, unit):
     parts = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 %d %d" width="%d" height="%d" font-family="sans-serif" '
              'font-size="13">' % (SIZE, height, SIZE, height)]
     for k in range(1, round(outer / ring) + 1):
-        parts.append('<circle class="grid" fill="none" cx="%g" cy="%g" r="%.1f"/>' % (middle, middle, RADIUS * k * ring / outer))
-        parts.append('<text x="%.1f" y="%.1f">%g %s</text>' % (middle + 3, middle - RADIUS * k * ring / outer - 3, k * ring, unit))
+        r = RADIUS * k * ring / outer
+        parts.append('<circle class="grid" fill="none" cx="%g" cy="%g" r="%.1f"/>' % (middle, middle, r))
+        parts.append('<text x="%.1f" y="%.1f">%g %s</text>' % (middle + 3, middle - r - 3, k * ring, unit))
     for angle in degrees:
         x, y = place(outer, angle)
         parts.append('<line class="grid" x1="%g" y1="%g" x2="%.1f" y2="%.1f"/>' % (middle, middle, x, y))
@@ -39,7 +40,8 @@ def draw_polar(degrees, rows, unit):
     for i, (label, values) in enumerate(rows.items()):
         points = ' '.join('%.1f,%.1f' % place(v, a) for v, a in zip(values, degrees))
         colour, line = COLOURS[i % len(COLOURS)], SIZE + 22 * i
-        parts.append('<polygon fill="%s" fill-opacity=".08" stroke="%s" stroke-width="2" points="%s"/>' % (colour, colour, points))
+        parts.append('<polygon fill="%s" fill-opacity=".08" stroke="%s" stroke-width="2" points="%s"/>'
+                     % (colour, colour, points))
         parts.append('<line x1="20" y1="%d" x2="44" y2="%d" stroke="%s" stroke-width="3"/>' % (line, line, colour))
         parts.append('<text x="52" y="%d">%s</text>' % (line + 4, label))
     return '\n'.join(parts) + '</svg>'

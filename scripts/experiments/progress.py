@@ -49,7 +49,8 @@ class Progress:
     def draw(self):
         if not self.live or self.done == self.total:
             return
-        line = '[%d/%d, %s] %s' % (self.done, self.total, print_duration(time.time() - self.begin), ' | '.join(self.now.values()))
+        line = '[%d/%d, %s] %s' % (self.done, self.total, print_duration(time.time() - self.begin),
+                                   ' | '.join(self.now.values()))
         self.erase()
         sys.stdout.write(line[:shutil.get_terminal_size().columns - 1])
         sys.stdout.flush()

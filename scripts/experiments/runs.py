@@ -64,7 +64,8 @@ class Runner:
             with open(csv_path) as file:
                 rows = csv.reader(file)
                 names = next(rows)
-                columns = dict(zip(names, map(list, zip(*(map(float, row) for row in itertools.islice(rows, keep - 1, None, keep))))))
+                kept = itertools.islice(rows, keep - 1, None, keep)
+                columns = dict(zip(names, map(list, zip(*(map(float, row) for row in kept)))))
             os.remove(csv_path)
         return summary, columns
 

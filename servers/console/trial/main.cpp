@@ -11,7 +11,8 @@
 
 namespace {
 
-// Time, vertical force of each foot, then force and torque of each force sensor, base position.
+// Time, vertical force of each foot, then force and torque of each force sensor, lean of each IMU, position and lean of
+// the base.
 class Table {
  public:
   explicit Table(const std::string& path) : file_(std::fopen(path.c_str(), "w")) {}
@@ -25,6 +26,9 @@ class Table {
     for (const hrp::WrenchSpec& wrench : scenario.sensors.wrenches) {
       for (const char* part : {"fx", "fy", "fz", "tx", "ty", "tz"}) std::fprintf(file_, ",%s/%s", wrench.name.c_str(), part);
     }
+    for (const hrp::ImuSpec& imu : scenario.sensors.imus) {
+      std::fprintf(file_, ",%s/roll,%s/pitch", imu.name.c_str(), imu.name.c_str());
+    }
     std::fprintf(file_, ",base/x,base/y,base/z,base/roll,base/pitch\n");
   }
   void write(const hrp::Trial& trial) {
@@ -34,13 +38,19 @@ class Table {
       for (int i = 0; i < 3; ++i) std::fprintf(file_, ",%.4f", w.force[i]);
       for (int i = 0; i < 3; ++i) std::fprintf(file_, ",%.4f", w.torque[i]);
     }
+    for (const hrp::ImuSample& imu : trial.engine().sensors().imus) write_lean(imu.R_WS.toRotationMatrix());
     const hrp::State& state = trial.engine().state();
-    const hrp::Matrix3d R = state.R_WB.toRotationMatrix();
     for (int i = 0; i < 3; ++i) std::fprintf(file_, ",%.5f", state.p_WB[i]);
-    std::fprintf(file_, ",%.6f,%.6f\n", std::atan2(R(2, 1), R(2, 2)), -std::asin(std::fmin(1.0, std::fmax(-1.0, R(2, 0)))));
+    write_lean(state.R_WB.toRotationMatrix());
+    std::fprintf(file_, "\n");
   }
 
  private:
+  // Roll and pitch [rad].
+  void write_lean(const hrp::Matrix3d& R) {
+    std::fprintf(file_, ",%.6f,%.6f", std::atan2(R(2, 1), R(2, 2)), -std::asin(std::fmin(1.0, std::fmax(-1.0, R(2, 0)))));
+  }
+
   std::FILE* file_;
 };
 

@@ -18,7 +18,7 @@ from walk_views import LEFT, RIGHT  # noqa: E402
 def make_swing(frequency, ratio, stiffness, damping):
     """Pitch and sensed torques of a damped swing, 12 s at 1 kHz; frequency [Hz] undamped."""
     w = 2.0 * math.pi * frequency
-    wd, c = w * math.sqrt(1.0 - ratio * ratio), {key: [] for key in ('time', 'base/pitch')}
+    wd, c = w * math.sqrt(1.0 - ratio * ratio), {key: [] for key in ('time', 'trunk/pitch')}
     for side in ('left', 'right'):
         c.update({'%s_foot/%s' % (side, part): [] for part in ('ty', 'fx', 'fz')})
     for i in range(12000):
@@ -27,7 +27,7 @@ def make_swing(frequency, ratio, stiffness, damping):
         angle = decay * math.cos(wd * t)
         rate = -ratio * w * angle - wd * decay * math.sin(wd * t)
         c['time'].append(t)
-        c['base/pitch'].append(round(angle, 6))  # as the table has it
+        c['trunk/pitch'].append(round(angle, 6))  # as the table has it
         for side in ('left', 'right'):
             c[side + '_foot/ty'].append(-0.5 * (stiffness * angle + damping * rate) - 3.0)
             c[side + '_foot/fx'].append(0.0)
@@ -37,7 +37,7 @@ def make_swing(frequency, ratio, stiffness, damping):
 
 class Measures(unittest.TestCase):
     def test_a_swing_gives_back_its_stiffness_damping_and_frequency(self):
-        swing = feet.Swing(0.11, 0.035, 2000.0, 50.0, 1015.0, 107.0)
+        swing = feet.Swing('trunk', 0.11, 0.035, 2000.0, 50.0, 1015.0, 107.0)
         found, frequency, ratio = feet.measure_swing(make_swing(0.48, 0.08, 2000.0, 50.0), swing)
         k, d = feet.calc_errors(found, swing)
         # Differences over 20 ms flatten a 0.48 Hz rate by (w h)^2 / 6 = 0.06 %, and six digits add about as much.
