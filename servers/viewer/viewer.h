@@ -81,6 +81,7 @@ class Viewer final : public WebApplication {
   std::string frame_, status_;                       // last that was sent
   std::map<std::string, std::string> servers_;       // last status of each role
   msg::RunStatus run_status_;
+  bool reads_servers_ = true;
   std::map<std::string, std::unique_ptr<Signal>> signals_;
   Clock::time_point over_since_{};
   double shown_time_ = 0.0;

@@ -82,6 +82,13 @@ async function checkBadFrames(port) {
   nonsense.on("error", () => {});
   nonsense.on("open", () => nonsense.send('{"op":"series","id":1}{'));
   await waitFor("the end of the nonsense", () => nonsense.readyState === WebSocket.CLOSED);
+  const large = new WebSocket(`ws://127.0.0.1:${port}/ws`);
+  let largeEnd = 0;
+  large.on("error", () => {});
+  large.on("close", (code) => { largeEnd = code; });
+  large.on("open", () => large.send(JSON.stringify({ op: "subscribe", signals: ["x".repeat(100000)] })));
+  await waitFor("the end of the large one", () => largeEnd);
+  check(largeEnd === 1009, "a message over 64 kB is refused by name (1009, too big)");
   const odd = new WebSocket(`ws://127.0.0.1:${port}/ws`);
   odd.on("open", () => {
     odd.send(JSON.stringify({ op: "subscribe", signals: ["no_colon", "hrp/robot_state:positions[NO_SUCH_JOINT]", "a:b", "hrp/robot_state:[", ...signals] }));

@@ -5,6 +5,42 @@ import { check, openPage, readLog, readTable, run, startBrowser, startRun, start
 
 const feet = ["L_ANKLE_R_LINK", "R_ANKLE_R_LINK"];
 
+// One step of the run for one press of the arrow key, drawn as a picture of its own.
+async function checkKeyboard(page, status) {
+  await page.locator("#scene").focus();
+  await page.selectOption("#steps", "1");
+  await page.locator("#scene").focus();
+  const { step } = await status();
+  for (let i = 1; i <= 3; ++i) {
+    const drawn = (await page.describe()).frames;
+    await page.keyboard.press("ArrowRight");
+    await waitFor("the step of the key", async () => (await readTable(page)).step === step + i);
+    await waitFor("its picture", async () => (await page.describe()).frames > drawn);
+  }
+  check((await status()).step === step + 3, "the arrow key steps, and every step becomes a picture");
+  const charts = await page.evaluate(() => window.hrpViewer.charts.filter((chart) => chart.plot).map((chart) => chart.plot.axes.map((axis) => axis.label)));
+  check(charts.length >= 3 && charts.every(([x, y]) => x === "time [s]" && /^\[.+\]$/.test(y)), "every axis has its unit");
+}
+
+// Nobody steps the run: what a page that opens now shows is what is said again for it.
+async function checkLatePage(browser, url, status) {
+  const late = await openPage(browser, url);
+  await waitFor("the robot on a page that was opened late", async () => (await late.describe()).robots[0]?.visible);
+  await waitFor("its numbers", async () => (await readTable(late)).step === (await status()).step);
+  check(late.faults.length === 0, "a page opened on a paused run shows the robot and its forces at once");
+  await late.close();
+}
+
+// At least 15 pictures a second are wanted, and the server sends 30: so at least every second one that comes is drawn.
+// Counted, not timed: a machine that is busy with other things slows both.
+async function checkPictures(page) {
+  const count = () => page.evaluate(() => ({ came: window.hrpViewer.pictures, drawn: window.hrpViewer.stage.frameCount }));
+  const begin = await count();
+  const end = await waitFor("pictures", async () => { const now = await count(); return now.came >= begin.came + 40 && now; });
+  check(end.drawn - begin.drawn >= (end.came - begin.came) / 2, `${end.drawn - begin.drawn} of ${end.came - begin.came} pictures are drawn, ` +
+    `${await page.evaluate(() => document.getElementById("scene").dataset.fps)} a second (reported, not judged)`);
+}
+
 run(async () => {
   const simulation = await startRun("live", ["--speed", "1", "--duration", "4"]);
   const viewer = await startViewer(["--domain", String(simulation.domain), "--then", simulation.log]);
@@ -42,6 +78,9 @@ run(async () => {
   });
   check(true, "spring, damper and friction arrows come on demand");
 
+  await checkKeyboard(page, status);
+  await checkLatePage(browser, viewer.url, status);
+
   await page.selectOption("#speed", "0.5");
   await page.keyboard.press("Escape");
   await page.click("#resume");
@@ -51,6 +90,7 @@ run(async () => {
   await page.click("#reset");
   await waitFor("a new epoch", async () => (await status()).epoch === epoch + 1);
   check((await status()).step < before + 11, "Reset begins again at step 0");
+  await checkPictures(page);
   // As fast as it goes: without this the run would take some more seconds.
   await page.selectOption("#speed", "0");
   check((await simulation.ended) === 0, "the run ends as planned");

@@ -120,6 +120,15 @@ run(async () => {
   await checkCharts(page, log);
   await page.click("#theme");
   check((await page.evaluate(() => window.hrpViewer.charts.length)) > 3, "light and dark change nothing else");
+  await page.keyboard.press("Escape");
+  await page.locator("#scene").focus();
+  await page.keyboard.press("r");
+  await waitFor("the begin", async () => (await shownTime(page)) === 0);
+  await page.keyboard.press("ArrowRight");
+  await waitFor("one step", async () => Math.abs((await shownTime(page)) - 0.001) < 1e-9);
+  await page.keyboard.press("?");
+  check(await page.locator("#help-dialog").isVisible(), "keys: R goes to the begin, the arrow steps, ? helps");
+  await page.keyboard.press("Escape");
   const unnamed = await page.evaluate(() => [...document.querySelectorAll("button, input, select")].filter((each) =>
     !each.textContent.trim() && !each.getAttribute("aria-label") && !each.closest("label") && !each.title).length);
   check(unnamed === 0, "every control has a name");

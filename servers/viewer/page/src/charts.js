@@ -15,9 +15,19 @@ const widestLive = 60;         // [s] that live charts remember
 const formatTick = (value) => String(+value.toPrecision(6));
 export const formatValue = (value) => (value === null || value === undefined || Number.isNaN(value) ? "–" : value.toPrecision(5));
 
-// Lines of two runs have points at different times: the one before counts until the next.
+// What stands still shall look so: a chart shows no less than a thousandth of its values, whose ticks six digits can tell
+// apart.
+function findHeight(low, high) {
+  if (low === null || high === null) return [0, 1];
+  const least = 1e-3 * Math.max(Math.abs(low), Math.abs(high)) || 1e-6;
+  const more = Math.max(0, least - (high - low)) / 2;
+  return uPlot.rangeNum(low - more, high + more, 0.1, true);
+}
+
+// Lines have points at different times: the one before counts until the next, at the very begin the first one.
 function findBefore(values, index) {
   for (let i = index ?? -1; i >= 0 && i > index - 100; --i) if (Number.isFinite(values[i])) return values[i];
+  for (let i = 0; i < 10; ++i) if ((index ?? -1) >= 0 && index < 10 && Number.isFinite(values[i])) return values[i];
   return null;
 }
 
@@ -152,7 +162,7 @@ export class Chart {
     const options = {
       width: this.plotElement.clientWidth || 400,
       height: chartHeight,
-      scales: { x: { time: false, range: (plot, low, high) => this.findRange(low, high) } },
+      scales: { x: { time: false, range: (plot, low, high) => this.findRange(low, high) }, y: { range: (plot, low, high) => findHeight(low, high) } },
       axes: [{ ...axis, label: "time [s]", size: 30, values: (_, ticks) => ticks.map(formatTick) },
              { ...axis, label: this.unit ? `[${this.unit}]` : "value", size: 58, values: (_, ticks) => ticks.map(formatTick) }],
       series: [{ label: "t", value: (_, value) => (value === null || value === undefined ? "–" : `${value.toFixed(3)} s`) }, ...series],

@@ -145,6 +145,7 @@ class Page {
     this.scenes[slot] = scene;
     this.stage.setScene(slot, scene, source);
     if (slot === 0) {
+      this.showLayers();
       if (this.live) $("run-name").textContent = `${scene.name}, ${scene.scenario}`;
       $("feet").hidden = scene.feet.length === 0 && scene.wrenches.length === 0;
       if (this.charts.length === 0) this.makeCharts(chooseCharts(scene, this.topics));
@@ -156,6 +157,16 @@ class Page {
       for (const chart of this.charts) chart.reset();
       this.player.seek(0);
     }
+  }
+
+  // Recordings of real robots have no contact forces: nothing is offered that could not be shown.
+  showLayers() {
+    const forces = this.live || this.topics["hrp/contact_forces"] !== undefined;
+    for (const box of document.querySelectorAll("[data-layer]")) {
+      if (box.dataset.layer !== "total" && box.dataset.layer !== "ghost") box.closest("label").hidden = !forces;
+    }
+    $("zmp-line").hidden = !forces;
+    $("feet").classList.toggle("totals", !forces);
   }
 
   makeCharts(specs) {
@@ -217,7 +228,7 @@ class Page {
     this.samplesCame = true;
   }
 
-  takeStatus({ run, servers }) {
+  takeStatus({ run, servers, servers_now: current }) {
     if (run) {
       this.run = run;
       $("factor").textContent = `${run.real_time_factor.toFixed(2)} ×`;
@@ -229,6 +240,8 @@ class Page {
       $("pause").classList.toggle("primary", run.phase === "RUN_RUNNING");
       $("resume").classList.toggle("primary", run.phase === "RUN_PAUSED");
     }
+    $("servers").classList.toggle("old", !current);
+    $("servers-note").hidden = current;
     $("servers").tBodies[0].replaceChildren(...Object.values(servers).map((server) => {
       const row = document.createElement("tr");
       for (const text of [server.server, server.program, server.phase.replace("SERVER_", "").toLowerCase(), server.step, server.waiting_for]) {
@@ -267,7 +280,7 @@ class Page {
     const zmp = this.stage.zmp;
     $("zmp").textContent = zmp ? `${zmp[0].toFixed(4)}, ${zmp[1].toFixed(4)}` : "–";
     const step = topics["hrp/contact_forces"]?.header.step;
-    $("forces-step").textContent = step === undefined ? "" : `forces of step ${step}`;
+    $("forces-step").textContent = step === undefined ? "" : `· forces of step ${step}`;
     $("forces-step").dataset.step = step ?? "";
   }
 
