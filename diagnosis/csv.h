@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings as comma-separated values: one header line, one line a sample.
+// Recordings as tables: comma-separated values (one header line, one line a sample), or a log of a run (MCAP).
 #pragma once
 
 #include <string>
@@ -11,7 +11,8 @@ struct Table {
   std::string file;
   std::vector<std::string> names;              // of the columns, as in the header
   std::vector<std::vector<double>> columns;    // by column; NaN where a cell is empty or says nan
-  std::vector<int> lines;                      // line of the file that each row came from, 1 = header
+  // Line of the file that each row came from, 1 = header; of a log the number of the sample, counted likewise.
+  std::vector<int> lines;
   int find(const std::string& name) const;     // -1 when there is no such column
   size_t rows() const { return lines.size(); }
 };
@@ -20,5 +21,11 @@ struct Table {
 // lines that begin with # are skipped; a last line that was cut off (too few cells) is dropped with a warning, any
 // other such line is an error.
 Table read_csv(const std::string& path, std::vector<std::string>* warnings);
+
+// A log of ours as the same table: signals have the same names. Throws InputError.
+Table read_mcap(const std::string& path, std::vector<std::string>* warnings);
+
+// By the end of the name: `.mcap` is a log, anything else is text.
+Table read_recording_table(const std::string& path, std::vector<std::string>* warnings);
 
 }  // namespace hrp::diagnosis

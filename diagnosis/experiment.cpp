@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <set>
 
 #include "diagnosis/recording.h"
+#include "diagnosis/suspicions.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp::diagnosis {
@@ -16,6 +18,17 @@ namespace fs = std::filesystem;
   Diagnostic d;
   d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
   throw InputError(d);
+}
+
+// Stamps of the epoch (1.7e9 s) leave a double a quarter of a microsecond, too coarse for differences of differences:
+// they count from the recording's first whole second, in whole microseconds, which is all they ever held.
+void shift_epoch(Recording* recording, std::vector<std::string>* warnings) {
+  const double origin = std::floor(recording->time.front());
+  if (std::abs(origin) < 1e6) return;
+  for (double& t : recording->time) t = 1e-6 * std::round(1e6 * (t - origin));
+  char text[40];
+  std::snprintf(text, sizeof text, "%.0f", origin);
+  warnings->push_back(recording->spec.name + ": its times are said from " + text + " s on");
 }
 
 // Time stamps: finite, increasing, in seconds. Rows that repeat a stamp are dropped.
@@ -39,6 +52,7 @@ std::vector<size_t> read_time(const Table& table, Recording* recording, std::vec
   }
   if (rows.size() < 8) fail(table.file, 1, column + 1, "time", "has fewer than 8 different stamps");
   for (size_t k : rows) recording->time.push_back(t[k]);
+  shift_epoch(recording, warnings);
   if (repeated > 0) {
     warnings->push_back(recording->spec.name + ": " + std::to_string(repeated) + " rows repeat the last time stamp and were dropped");
   }
@@ -108,32 +122,17 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
   fill_gaps(&joint->command_rate);
 }
 
-void check_units(const Experiment& experiment, const Recording& recording, int j, std::vector<std::string>* warnings) {
-  const JointSpec& spec = experiment.robot.tree.joint(j);
-  const JointColumns& joint = recording.joints[static_cast<size_t>(j)];
-  if (spec.kind != JointKind::kRevolute || !joint.has(Quantity::kPosition)) return;
-  double largest = 0.0;
-  for (double q : joint.signal[0]) {
-    if (std::isfinite(q)) largest = std::max(largest, std::abs(q));
-  }
-  const double range = std::max(std::abs(spec.lower), std::abs(spec.upper));
-  if (std::isfinite(range) && largest > 3.0 * range && largest > 6.3) {
-    warnings->push_back(recording.spec.name + ": " + experiment.signal_name(j, Quantity::kPosition) + " reaches " +
-                        std::to_string(largest) + ", far beyond the joint's limits: degrees instead of rad?");
-  }
-}
-
 Recording read_recording(const Experiment& experiment, const RecordingSpec& spec, std::vector<std::string>* warnings) {
   Recording recording;
   recording.spec = spec;
-  const Table table = read_csv(spec.file, warnings);
+  const Table table = read_recording_table(spec.file, warnings);
   const std::vector<size_t> rows = read_time(table, &recording, warnings);
   std::set<std::string> used{"time"};
+  for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
   recording.joints.resize(static_cast<size_t>(experiment.num_joints()));
   for (int j = 0; j < experiment.num_joints(); ++j) {
     read_joint(table, rows, experiment.robot.tree.joint(j).name, &recording.joints[static_cast<size_t>(j)], &used,
                spec.name, warnings);
-    check_units(experiment, recording, j, warnings);
   }
   std::vector<std::string> names;
   for (int j = 0; j < experiment.num_joints(); ++j) names.push_back(experiment.robot.tree.joint(j).name);
@@ -301,6 +300,7 @@ Experiment load_experiment(const std::string& path) {
   e.robot = load_robot(e.scenario);
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
   for (const RecordingSpec& spec : e.keys.recordings) e.recordings.push_back(read_recording(e, spec, &e.warnings));
+  check_suspicions(&e);
   std::vector<double> steps;
   for (const Recording& r : e.recordings) {
     for (size_t k = 1; k < r.size(); ++k) steps.push_back(r.time[k] - r.time[k - 1]);

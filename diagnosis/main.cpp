@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
     const Problem problem = make_problem(experiment, jobs);
     const Diagnosis diagnosis = diagnose(problem, say);
     const Reports& reports = diagnosis.reports;
-    write_reports(problem, diagnosis.found, diagnosis.lines, out, reports);
+    write_reports(experiment, out, reports);
     std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());
     for (const auto& finding : reports.report["findings"]) std::printf("%s\n", finding["statement"].get<std::string>().c_str());
     for (const auto& item : reports.report["unexplained"]) std::printf("%s\n", item["statement"].get<std::string>().c_str());

@@ -29,6 +29,7 @@ struct Recording {
   std::vector<double> time;                  // [s] increasing
   std::vector<JointColumns> joints;          // of the model, its order
   std::map<std::string, std::vector<double>> other;  // every other column by its name
+  std::map<std::string, int> column_of;              // number of every column in the file, from 1: for messages
   bool has(const std::string& name) const { return other.count(name) > 0; }
   size_t size() const { return time.size(); }
   double duration() const { return time.back() - time.front(); }

@@ -35,8 +35,9 @@ Reports make_reports(const Problem& problem, const Outcome& outcome);
 // For recordings that the tool cannot yet compute with: says so, names nothing.
 Reports make_empty_reports(const Problem& problem, const std::string& reason);
 
-// DIR/report.json, DIR/series.json, DIR/report.html, DIR/updated/. Throws std::runtime_error naming what failed.
-void write_reports(const Problem& problem, const Hypothesis& found, const std::vector<std::string>& lines, const std::string& folder, Reports reports);
+// DIR/report.json, DIR/series.json, DIR/report.html, and DIR/updated/: scenario.yaml (the experiment with the findings
+// as `effects`, replaying a recording's commands), nominal.yaml (without them). Throws std::runtime_error naming what failed.
+void write_reports(const Experiment& experiment, const std::string& folder, Reports reports);
 
 // Parameters of one effect as the schema has them: vectors gathered under one name, nuisances left out.
 Json make_parameters(const Effect& effect, const std::vector<double>& std, bool with_intervals);

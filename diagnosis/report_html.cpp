@@ -5,9 +5,12 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <map>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
+#include "diagnosis/report_html_lead.h"
 #include "diagnosis/report_html_plots.h"
 #include "diagnosis/report_html_style.h"
 #include "diagnosis/report_html_text.h"
@@ -37,60 +40,9 @@ std::string make_row(const std::vector<std::string>& cells) {
   return out + "</tr>";
 }
 
-struct VerdictWords {
-  const char* verdict;
-  const char* badge;
-  const char* sentence;  // used when neither series nor findings say it better
-};
-
-const VerdictWords& find_words(const std::string& verdict) {
-  static const VerdictWords words[] = {
-      {"no_mismatch", "Nothing is missing", "The model explains these recordings down to their noise."},
-      {"explained", "Explained", "What the simulation left out was found; with it the recordings are explained."},
-      {"partly_explained", "Partly explained", "Some of what the simulation left out was found; something remains."},
-      {"unexplained", "Not explained", "The simulation leaves something out that none of the known effects explains."}};
-  static const VerdictWords other{"", "No verdict", "The tool reached no verdict."};
-  for (const VerdictWords& w : words) {
-    if (verdict == w.verdict) return w;
-  }
-  return other;
-}
-
-std::string make_fit_sentence(const json& report) {
-  const json& fit = get(get(report, "fit"), "validate");
-  const double before = get_number(fit, "before", kNone), after = get_number(fit, "after", kNone);
-  if (!std::isfinite(before) || !std::isfinite(after)) return "";
-  if (get_text(report, "verdict") == "no_mismatch") {
-    return "On the held-out recordings the prediction error is " + format_number(after, 3) +
-           " times the noise (1 is as good as it gets).";
-  }
-  return "On recordings never used for fitting the prediction error goes from " + format_number(before, 3) + " to " +
-         format_number(after, 3) + " times the noise (1 is as good as it gets).";
-}
-
-// The first thing a reader sees: a sentence for each finding or, without one, for what stays unexplained.
-std::string make_lead(const json& report, const json& series) {
-  std::vector<std::string> sentences;
-  const std::string summary = get_text(series, "summary");
-  if (!summary.empty()) sentences.push_back(summary);
-  if (summary.empty()) {
-    for (const char* key : {"findings", "unexplained"}) {
-      for (const json& item : get_list(report, key)) {
-        const std::string statement = get_text(item, "statement");
-        if (!statement.empty()) sentences.push_back(statement);
-      }
-    }
-    if (sentences.empty()) sentences.push_back(find_words(get_text(report, "verdict")).sentence);
-  }
-  std::string out;
-  for (const std::string& s : sentences) out += "<p class='lead'>" + escape(s) + "</p>";
-  const std::string fit = make_fit_sentence(report);
-  return out + (fit.empty() ? "" : "<p>" + escape(fit) + "</p>");
-}
-
 std::string make_header(const json& report, const json& series) {
-  const VerdictWords& words = find_words(get_text(report, "verdict"));
-  const std::string name = get_text(series, "experiment"), robot = get_text(series, "robot");
+  const VerdictWords& words = find_verdict_words(get_text(report, "verdict"));
+  const std::string name = shorten_path(get_text(series, "experiment")), robot = get_text(series, "robot");
   std::string out =
       "<header><p class='over'>Simulation against recording" + (robot.empty() ? "" : ": " + escape(robot)) + "</p>";
   out += "<h1><span class='badge " + escape(get_text(report, "verdict")) + "'>" + words.badge + "</span> " +
@@ -173,16 +125,34 @@ std::string format_intervals(const json& list) {
   return out.empty() ? "-" : out + " s";
 }
 
+// One row a signal: where it is worst, and in how many recordings it shows. The worst dozen first, the rest folded
+// away.
 std::string make_mismatch_table(const json& report) {
-  std::string rows;
-  int count = 0;
+  std::vector<const json*> worst;
+  std::map<std::string, std::set<std::string>> recordings;
   for (const json& m : get_list(report, "mismatch")) {
-    if (++count > 40) break;
-    rows += make_row({"<code>" + escape(get_text(m, "signal")) + "</code>", escape(get_text(m, "recording")),
-                      format_number(get_number(m, "score", kNone), 3), format_intervals(get(m, "intervals")),
-                      escape(get_text(m, "regime"))});
+    const std::string signal = get_text(m, "signal");
+    recordings[signal].insert(get_text(m, "recording"));
+    const auto same =
+        std::find_if(worst.begin(), worst.end(), [&](const json* w) { return get_text(*w, "signal") == signal; });
+    if (same == worst.end())
+      worst.push_back(&m);
+    else if (get_number(m, "score", 0) > get_number(**same, "score", 0))
+      *same = &m;
   }
-  return make_table({"signal", "recording", "score [noise]", "when", "regime"}, rows);
+  std::string first, rest;
+  for (std::size_t i = 0; i < worst.size(); ++i) {
+    const json& m = *worst[i];
+    const std::string signal = get_text(m, "signal");
+    (i < 12 ? first : rest) +=
+        make_row({"<code>" + escape(signal) + "</code>", format_number(get_number(m, "score", kNone), 3),
+                  escape(get_text(m, "recording")), format_intervals(get(m, "intervals")),
+                  escape(get_text(m, "regime")), std::to_string(recordings[signal].size())});
+  }
+  const std::vector<std::string> head{"signal", "worst score [noise]", "in", "when", "regime", "recordings"};
+  if (rest.empty()) return make_table(head, first);
+  return make_table(head, first) + "<details><summary>" + std::to_string(worst.size() - 12) +
+         " more signals</summary>" + make_table(head, rest) + "</details>";
 }
 
 std::string make_legend() {
@@ -319,11 +289,11 @@ std::string make_limits(const json& report, const json& series) {
 }  // namespace
 
 std::string make_html_report(const json& report, const json& series) {
-  const std::string name = get_text(series, "experiment", "recordings");
+  const std::string name = shorten_path(get_text(series, "experiment", "recordings"));
   std::string out =
       "<!DOCTYPE html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>\n<meta name='viewport' "
       "content='width=device-width, initial-scale=1'>\n";
-  out += "<title>" + escape(std::string(find_words(get_text(report, "verdict")).badge) + ": " + name) +
+  out += "<title>" + escape(std::string(find_verdict_words(get_text(report, "verdict")).badge) + ": " + name) +
          "</title>\n<style>" + kReportStyle + "</style>\n</head>\n<body>\n<main>\n";
   out += make_header(report, series);
   out += make_section("found", "What was found", make_findings(report));

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The updated experiment: the same scenario with what was found, and a URDF with changed masses.
+// The updated experiment: the same scenario with what was found, ready to be simulated.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -28,95 +30,159 @@ std::string number(double value) {
   return text;
 }
 
-std::string make_inertial(const LinkInertia& inertia) {
-  const Matrix3d& I = inertia.I_LLcm_L;
-  const Vector3d& c = inertia.p_LLcm_L;
-  return "<inertial><origin xyz=\"" + number(c.x()) + " " + number(c.y()) + " " + number(c.z()) + "\" rpy=\"0 0 0\"/><mass value=\"" +
-         number(inertia.mass) + "\"/><inertia ixx=\"" + number(I(0, 0)) + "\" ixy=\"" + number(I(0, 1)) + "\" ixz=\"" + number(I(0, 2)) +
-         "\" iyy=\"" + number(I(1, 1)) + "\" iyz=\"" + number(I(1, 2)) + "\" izz=\"" + number(I(2, 2)) + "\"/></inertial>";
-}
+// The experiment's text in parts: what stays as it is, what it has under `effects:`, and the top-level keys of both.
+struct ScenarioText {
+  std::string kept, effects;
+  std::set<std::string> keys;
+};
 
-// Replaces the <inertial> of a link in the URDF text; false when the link has no plain one.
-bool replace_inertial(const std::string& link, const LinkInertia& inertia, std::string* urdf) {
-  const size_t begin = urdf->find("<link name=\"" + link + "\"");
-  if (begin == std::string::npos) return false;
-  const size_t end = urdf->find("</link>", begin), from = urdf->find("<inertial>", begin);
-  if (end == std::string::npos || from == std::string::npos || from > end) return false;
-  const size_t to = urdf->find("</inertial>", from);
-  if (to == std::string::npos || to > end) return false;
-  urdf->replace(from, to + 11 - from, make_inertial(inertia));
-  return true;
-}
-
-// The lines of the experiment without its top-level `robot` and `recordings`.
-std::string strip_keys(const std::string& text) {
+// What is replaced: the robot (copied beside), the recordings, and what moved the robot.
+ScenarioText split(const std::string& text) {
+  static const std::set<std::string> dropped{"robot", "recordings", "controller", "steps", "interpolation", "logging"};
+  ScenarioText out;
   std::istringstream in(text);
-  std::string line, out;
-  bool skip = false;
+  std::string line, key;
   while (std::getline(in, line)) {
-    const bool top = !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t';
-    if (top) skip = line.rfind("robot:", 0) == 0 || line.rfind("recordings:", 0) == 0 || line.rfind("joint_laws:", 0) == 0;
-    if (!skip) out += line + "\n";
+    const bool top =
+        !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t' && line[0] != '\r';
+    if (top) key = line.substr(0, line.find(':'));
+    if (dropped.count(key) > 0) continue;
+    if (!key.empty()) out.keys.insert(key);
+    if (key != "effects")
+      out.kept += line + "\n";
+    else if (!top)
+      out.effects += line + "\n";
   }
   return out;
 }
 
-std::string make_laws(const Experiment& e, const Hypothesis& found, std::vector<std::string>* notes) {
-  std::map<std::string, std::string> laws;
-  for (const Effect& effect : found) {
-    const EffectInfo& info = get_effect(effect.id);
-    if (info.place == PlaceKind::kJoint) {
-      std::string& text = laws[get_place_text(e, effect)];
-      text += (text.empty() ? "" : ", ") + std::string(info.name) + ": {";
-      bool first = true;
-      for (size_t i = 0; i < effect.p.size(); ++i) {
-        if (std::string(info.parameters[i].name) == "stick_speed") continue;
-        text += (first ? "" : ", ") + std::string(info.parameters[i].name) + ": " + number(effect.p[i]);
-        first = false;
-      }
-      text += "}";
-    } else if (info.place != PlaceKind::kLink || effect.id == EffectId::kExternalForce) {
-      notes->push_back("# " + get_label(e, effect) + " is not part of a scenario: see report.json");
-    }
-  }
-  std::string text;
-  for (const auto& item : laws) text += (text.empty() ? "joint_laws:\n" : "") + std::string("  ") + item.first + ": {" + item.second + "}\n";
-  return text;
+// How a sole gives in height a standing robot hardly shows, and the simulator needs a number: 3e5 N/m, and critical
+// damping of 2 kg, a tenth of what a foot of a small robot carries.
+void add_sole_height(Json* parameters) {
+  if (!parameters->contains("kz")) (*parameters)["kz"] = 3e5;
+  if (!parameters->contains("cz")) (*parameters)["cz"] = 2 * std::sqrt((*parameters)["kz"].get<double>() * 2.0);
 }
 
-std::string write_updated(const Problem& problem, const Hypothesis& found, const std::vector<std::string>& lines, const fs::path& folder) {
-  const Experiment& e = *problem.experiment;
-  fs::create_directories(folder);
-  std::string urdf = e.robot.urdf;
-  const Plant plant = make_plant(e, found);
-  std::vector<std::string> notes;
-  for (const Effect& effect : found) {
-    if (get_effect(effect.id).place != PlaceKind::kLink || effect.id == EffectId::kExternalForce) continue;
-    const std::string link = get_place_text(e, effect);
-    if (!replace_inertial(link, plant.tree.links[static_cast<size_t>(effect.place)].inertia, &urdf)) {
-      notes.push_back("# the URDF's link " + link + " has no inertial element to change: see report.json");
+// A finding without its intervals, as an element of `effects`. JSON is YAML, too, and quotes every name. What cannot
+// be, such as a negative damping that noise left over, is cut to 0.
+std::string make_effect_line(const nlohmann::json& finding) {
+  Json parameters = Json::object();
+  for (const auto& [name, p] : finding.at("parameters").items()) {
+    Json value = p.is_object() && p.contains("value") ? p.at("value") : p;
+    const bool coefficient = name[0] == 'k' || name[0] == 'c' || name == "damping" || name == "viscous";
+    if (coefficient && value.is_number() && finding.at("where").contains("foot"))
+      value = std::max(0.0, value.get<double>());
+    parameters[name] = value;
+  }
+  if (finding.at("where").contains("foot")) add_sole_height(&parameters);
+  return "  - " +
+         Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump() +
+         "\n";
+}
+
+// Every finding that the simulator has a law for; the others as comments that say why not.
+std::string make_effects(const std::string& scenario, const std::string& before, const nlohmann::json& findings,
+                         const std::string& path) {
+  std::string effects = before, notes;
+  for (const nlohmann::json& finding : findings) {
+    const std::string line = make_effect_line(finding);
+    try {
+      parse_scenario(scenario + "effects:\n" + line, path);
+      effects += line;
+    } catch (const InputError& error) {
+      std::string why = error.what();
+      std::replace(why.begin(), why.end(), '\n', ' ');
+      notes += "# not simulated: " + finding.at("effect").get<std::string>() + " (" + why + "); see report.json\n";
     }
   }
-  write_text(folder / "robot.urdf", urdf);
-  std::string text = "# The experiment's scenario with what was found.\nrobot: robot.urdf\n" + strip_keys(e.scenario.text) + make_laws(e, found, &notes);
-  for (const std::string& line : lines) text += line + "\n";
-  for (const std::string& note : notes) text += note + "\n";
-  write_text(folder / "scenario.yaml", text);
+  return (effects.empty() ? "" : "effects:\n" + effects) + notes;
+}
+
+// Control period of the replay [s]: whole tenths of a millisecond.
+double find_period(const Experiment& e) { return 1e-4 * std::max(1.0, std::round(1e4 * e.sample_time)); }
+
+// The motion that is replayed: commands where they were recorded, else positions; empty when there is neither.
+// A controller answers a sample with what is reached one period later, so frames stand that much ahead.
+std::string make_motion(const Experiment& e, const Recording& recording) {
+  std::string text = "time";
+  std::vector<const std::vector<double>*> columns;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const JointColumns& joint = recording.joints[static_cast<size_t>(j)];
+    const std::vector<double>& column = joint.command.empty() ? joint.signal[0] : joint.command;
+    if (column.empty()) continue;
+    text += "," + e.robot.tree.joint(j).name;
+    columns.push_back(&column);
+  }
+  if (columns.empty()) return "";
+  const double begin = recording.time[0] + find_period(e);
+  for (size_t k = 0; k < recording.size(); ++k) {
+    if (recording.time[k] < begin - 1e-9) continue;
+    std::string line = "\n" + number(std::max(0.0, recording.time[k] - begin));
+    bool complete = true;
+    for (const auto* column : columns) {
+      complete = complete && std::isfinite((*column)[k]);
+      line += "," + number((*column)[k]);
+    }
+    if (complete) text += line;
+  }
+  return text + "\n";
+}
+
+// Steps of at most one millisecond, of which the period has to be a multiple.
+std::string make_steps(const Experiment& e, const Recording& recording) {
+  const double period = find_period(e);
+  const double step = period / std::ceil(period / 1e-3 - 1e-9);
+  return "steps: {time_step: " + number(step) + ", control_period: " + number(period) +
+         ", duration: " + number(period * std::floor(recording.duration() / period)) + "}\ninterpolation: hermite\n";
+}
+
+// A recording that nothing was fitted to, where there is one.
+const Recording& find_replayed(const Experiment& e) {
+  for (const Recording& r : e.recordings) {
+    if (!r.spec.train) return r;
+  }
+  return e.recordings.front();
+}
+
+std::string write_updated(const Experiment& e, const nlohmann::json& report, const fs::path& folder) {
+  fs::create_directories(folder);
+  write_text(folder / "robot.urdf", e.robot.urdf);
+  const Recording* replayed = &find_replayed(e);
+  const ScenarioText parts = split(e.scenario.text);
+  std::string text = "# The experiment's scenario with what was found; replays " + replayed->spec.name +
+                     ".\nrobot: robot.urdf\n" + parts.kept;
+  const std::string motion = make_motion(e, *replayed);
+  if (!motion.empty()) {
+    write_text(folder / "motion.csv", motion);
+    text += "controller: {motion: motion.csv}\n";
+  }
+  text += make_steps(e, *replayed);
+  // Light soles below a bush chatter on a hard floor without a margin (docs/scenario.md).
+  if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) text += "contact: {margin: 0.001}\n";
+  write_text(folder / "nominal.yaml", text + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
+  const fs::path path = folder / "scenario.yaml";
+  text += make_effects(text, parts.effects, report.at("findings"), path.string());
+  write_text(path, text);
   return text;
 }
 
 }  // namespace
 
-void write_reports(const Problem& problem, const Hypothesis& found, const std::vector<std::string>& lines, const std::string& folder, Reports reports) {
+void write_reports(const Experiment& e, const std::string& folder, Reports reports) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
-  const std::string text = write_updated(problem, found, lines, fs::path(folder) / "updated");
-  reports.series["updated"] = {{"folder", "updated"}, {"scenario", "updated/scenario.yaml"}, {"text", text},
-                               {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
+  const nlohmann::json report = nlohmann::json::parse(reports.report.dump());
+  const std::string text = write_updated(e, report, fs::path(folder) / "updated");
+  reports.series["updated"] = {
+      {"folder", "updated"},
+      {"scenario", "updated/scenario.yaml"},
+      {"text", text},
+      {"replays", find_replayed(e).spec.file},
+      {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
   write_text(fs::path(folder) / "report.json", reports.report.dump(1) + "\n");
   write_text(fs::path(folder) / "series.json", reports.series.dump() + "\n");
-  write_html_report(nlohmann::json::parse(reports.report.dump()), nlohmann::json::parse(reports.series.dump()), (fs::path(folder) / "report.html").string());
+  write_html_report(report, nlohmann::json::parse(reports.series.dump()), (fs::path(folder) / "report.html").string());
 }
 
 }  // namespace hrp::diagnosis

@@ -41,6 +41,7 @@ COMMON = {
     "bus": ["base"],
     "messages": ["base", "spatial", "multibody", "robot", "bus"],
     "node": ["base", "spatial", "multibody", "robot", "bus", "messages"],
+    "log": ["base", "robot", "mcap", "messages"],
     "plot": ["base", "spatial", "multibody", "robot", "mcap", "messages"],
 }
 
@@ -90,7 +91,7 @@ def check_direction(path, header):
 def check_common(path, header):
     own = path.split("/")[1]
     if header.startswith("hrp_idl/"):
-        return None if own in ("messages", "node", "plot", "bus") else f"common/{own} knows no messages"
+        return None if own in ("messages", "node", "plot", "bus", "log") else f"common/{own} knows no messages"
     if not header.startswith("common/"):
         return "common includes nothing above itself"
     other = header.split("/")[1]

@@ -20,4 +20,7 @@ void insert_foot_bush(const std::string& foot, const FootBushSpec& spec, RobotDe
 // All bushes of the scenario.
 void insert_foot_bushes(const Scenario& scenario, RobotDescription* robot);
 
+// Is this the name of such a joint? No encoder reads it, so a robot's own recordings have no such column.
+bool is_bush_joint(const std::string& joint);
+
 }  // namespace hrp

@@ -99,7 +99,9 @@ RobotPlan make_arm(Prng& random) {
   const ArmKind kind = draw_kind(random);
   const int count = kind == ArmKind::serial ? 3 + random.below(5) : 2 + random.below(3), scheme = random.below(8);
   RobotPlan robot;
-  robot.name = (kind == ArmKind::serial ? "serial" : kind == ArmKind::planar ? "planar" : "scara") +
+  robot.name = (kind == ArmKind::serial   ? "serial"
+                : kind == ArmKind::planar ? "planar"
+                                          : "scara") +
                std::to_string(count);
   robot.links.push_back({});
   robot.links[0].name = "mount";

@@ -84,11 +84,17 @@ CaseRequest draw_same_joint(Prng& random) {
   return {"pair_same_joint", false, {random.pick(friction), random.pick(other)}};
 }
 
+// Half of them with something below the feet, where most of a standing robot's story is.
 CaseRequest draw_stand_pair(Prng& random) {
   static const std::vector<std::string> below{"foot_compliance", "ground_slope", "foot_compliance"},
-      beside{"joint_offset", "sensor_bias", "payload", "com_error", "sensor_misalignment", "sensor_delay",
-             "coulomb_friction", "sensor_scale"};
-  return make_request({random.pick(below), random.pick(beside)}, true);
+      any{"joint_offset",    "sensor_bias",           "payload",       "com_error",      "sensor_misalignment",
+          "sensor_delay",    "coulomb_friction",      "sensor_scale",  "rotor_inertia",  "viscous_friction",
+          "parallel_spring", "torque_constant_error", "command_delay", "external_force", "mass_error"};
+  const std::string first = random.chance(0.5) ? random.pick(below) : random.pick(any);
+  for (;;) {
+    const std::string& second = random.pick(any);
+    if (second != first) return make_request({first, second}, true);
+  }
 }
 
 void add_arm_round(std::vector<CaseRequest>& round, Prng& random) {
@@ -156,7 +162,8 @@ CaseRequest parse_request(const std::string& text) {
                        is_in(foot_effects(), effect) || is_in(biped_sensor_effects(), effect) ||
                        is_in(unknown_effects(), effect) || is_in(stand_unknown_effects(), effect);
     if (!known) throw std::invalid_argument("no effect is called '" + effect + "'");
-    biped = biped || is_in(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew" || effect == "gust";
+    biped = biped || is_in(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew" ||
+            effect == "gust";
   }
   return make_request(std::move(effects), biped);
 }

@@ -14,7 +14,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-
 bool contains(const std::vector<std::string>& list, const std::string& item) {
   return std::find(list.begin(), list.end(), item) != list.end();
 }
@@ -70,7 +69,8 @@ Json drive_parameters(const std::string& effect, const JointPlan& j, double boos
   }
   if (effect == "torque_saturation") return {{"limit", tidy(j.limit * r.log_uniform(0.06, 0.4) / boost)}};
   if (effect == "actuator_lag") return {{"time_constant", tidy(std::min(0.025, boost * r.log_uniform(0.002, 0.018)))}};
-  if (effect == "command_delay") return {{"delay", std::round(1e4 * std::min(0.06, boost * r.log_uniform(0.004, 0.04))) / 1e4}};
+  if (effect == "command_delay")
+    return {{"delay", std::round(1e4 * std::min(0.06, boost * r.log_uniform(0.004, 0.04))) / 1e4}};
   if (effect == "rotor_inertia") return {{"inertia", tidy(boost * kp * r.log_uniform(1.0 / 8000, 1.0 / 800))}};
   if (effect == "joint_elasticity") {
     return {{"stiffness", tidy(kp * r.log_uniform(0.7, 6) / boost)},
@@ -167,6 +167,9 @@ Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, doub
   const bool imu = r.chance(0.45);
   const std::string foot = "/wrench/" + r.pick(robot.feet).wrench, name = "/imu/" + robot.imu;
   const bool angular = r.chance(0.5);
+  // A third of the faults of which a joint's readings may have one sit there.
+  if (effect != "sensor_misalignment" && effect != "clock_skew" && r.chance(0.3))
+    return draw_arm_sensor(effect, robot, {}, boost, r);
   const std::string where =
       imu ? name + (angular ? "/angular_velocity" : "/linear_acceleration") : foot + (angular ? "/torque" : "/force");
   if (effect == "sensor_bias") {
@@ -174,12 +177,12 @@ Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, doub
     return {effect, "sensor", where, {{"value", draw_vec(size, r)}}};
   }
   if (effect == "sensor_scale")
+    return {effect, "sensor", where, {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
+  if (effect == "sensor_delay")
     return {effect,
             "sensor",
-            foot + (angular ? "/torque" : "/force"),
-            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
-  if (effect == "sensor_delay")
-    return {effect, "sensor", imu ? name : foot, {{"delay", std::round(1e3 * std::min(0.08, boost * r.log_uniform(0.008, 0.06))) / 1e3}}};
+            imu ? name : foot,
+            {{"delay", std::round(1e3 * std::min(0.08, boost * r.log_uniform(0.008, 0.06))) / 1e3}}};
   if (effect == "sensor_misalignment")
     return {effect, "sensor", imu ? name : foot, {{"rpy", draw_vec(boost * r.log_uniform(0.02, 0.15), r)}}};
   if (effect == "clock_skew")

@@ -92,9 +92,10 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();
   app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', or 'stand:EFFECT' for a biped");
-  app.add_option("--family", family,
-                 "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
-                 "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown");
+  app.add_option(
+      "--family", family,
+      "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
+      "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);
   options.noise_scale = clean ? 0 : 1;

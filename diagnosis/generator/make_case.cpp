@@ -33,7 +33,7 @@ void draw_recordings(Draft& draft, const CaseRequest& request, const CaseOptions
     plan.file = plan.role + "_" + std::to_string(i < 3 ? i + 1 : i - 2) + ".csv";
     plan.motion = kinds[i];
     plan.duration = duration;
-    plan.start = mid_motion && !draft.robot.floating ? random.uniform(0.8, 2.5) : 0;
+    plan.start = mid_motion && kinds[i] != "release" ? random.uniform(0.8, 2.5) : 0;
     if (kinds[i] == "release") {
       const double size = 0.035 * 9.81 * draft.robot.links[static_cast<std::size_t>(draft.robot.imu_link)].mass * 3;
       plan.push = {size * random.sign() * random.uniform(0.6, 1.0), size * random.uniform(-0.4, 0.4), 0};
@@ -157,8 +157,15 @@ const std::vector<Names>& name_schemes() {
   static const std::vector<Names> schemes{
       {},
       {{"left_", "l_"}, {"right_", "r_"}, {"_sole_link", "_foot"}, {"_foot_ft", "_ankle_ft"}, {"trunk", "torso"}},
-      {{"left_", "L_"}, {"right_", "R_"}, {"hip_yaw", "HIP_Y"}, {"hip_roll", "HIP_R"}, {"hip_pitch", "HIP_P"},
-       {"knee", "KNEE"}, {"ankle_pitch", "ANKLE_P"}, {"ankle_roll", "ANKLE_R"}, {"hips", "PELVIS"}},
+      {{"left_", "L_"},
+       {"right_", "R_"},
+       {"hip_yaw", "HIP_Y"},
+       {"hip_roll", "HIP_R"},
+       {"hip_pitch", "HIP_P"},
+       {"knee", "KNEE"},
+       {"ankle_pitch", "ANKLE_P"},
+       {"ankle_roll", "ANKLE_R"},
+       {"hips", "PELVIS"}},
       {{"left_", "leg0-"}, {"right_", "leg1-"}, {"trunk_imu", "imu"}, {"waist", "torso_joint"}}};
   return schemes;
 }
@@ -205,6 +212,7 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<do
                  {"dropped", recorder.dropped},
                  {"clock_origin", recorder.clock_origin},
                  {"effort", recorder.with_effort},
+                 {"attitude", recorder.with_attitude},
                  {"velocity", recorder.with_velocity},
                  {"noise_stated", recorder.noise_stated},
                  {"start", draft.recordings[0].start}}}};

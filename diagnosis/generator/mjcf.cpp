@@ -110,9 +110,9 @@ std::string make_sprung_mass(const std::vector<Hidden>& hidden, LinkPlan& link) 
     const double mass = h.get("mass"), w = 6.28318530717958647692 * h.get("frequency");
     link.mass -= mass;
     return "<body name=\"sprung\" pos=\"" + text(link.com) + "\">" +
-           make_inertial(mass, {0, 0, 0}, {1e-7, 1e-7, 1e-7, 0, 0, 0}) + "<joint name=\"sprung\" type=\"slide\" axis=\"" +
-           text(h.get3("axis")) + "\" stiffness=\"" + text(mass * w * w) + "\" damping=\"" +
-           text(2 * h.get("damping_ratio") * mass * w) + "\"/></body>";
+           make_inertial(mass, {0, 0, 0}, {1e-7, 1e-7, 1e-7, 0, 0, 0}) +
+           "<joint name=\"sprung\" type=\"slide\" axis=\"" + text(h.get3("axis")) + "\" stiffness=\"" +
+           text(mass * w * w) + "\" damping=\"" + text(2 * h.get("damping_ratio") * mass * w) + "\"/></body>";
   }
   return "";
 }

@@ -86,8 +86,8 @@ void Reality::Impl::find_addresses(const std::vector<Hidden>& hidden) {
   for (const Hidden& h : hidden) {
     if (h.effect == "external_force") forces.emplace_back(mj_name2id(m, mjOBJ_BODY, h.where.c_str()), h.get3("force"));
     if (h.effect == "gust") {
-      gusts.push_back({mj_name2id(m, mjOBJ_BODY, h.where.c_str()), h.get("amplitude"), h.get("frequency"),
-                       h.get("direction")});
+      gusts.push_back(
+          {mj_name2id(m, mjOBJ_BODY, h.where.c_str()), h.get("amplitude"), h.get("frequency"), h.get("direction")});
     }
     if (h.where_kind != "foot") continue;
     for (const FootPlan& foot : robot.feet) {

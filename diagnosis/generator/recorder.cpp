@@ -71,8 +71,9 @@ std::vector<Channel> make_body_channels(const RobotPlan& robot, const RecorderPl
   std::vector<Channel> out;
   if (!robot.imu.empty()) {
     const std::string base = "/imu/" + robot.imu;
-    out.push_back({base + "/orientation", xyzw, plan.attitude_noise,
-                   [](const Reading& r) { return list_xyzw(r.imu_orientation); }, true, true});
+    if (plan.with_attitude)
+      out.push_back({base + "/orientation", xyzw, plan.attitude_noise,
+                     [](const Reading& r) { return list_xyzw(r.imu_orientation); }, true, true});
     out.push_back({base + "/angular_velocity", xyz, plan.rate_noise, [](const Reading& r) { return list(r.imu_rate); },
                    false, true});
     out.push_back({base + "/linear_acceleration", xyz, plan.acceleration_noise,
@@ -164,6 +165,7 @@ RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hi
   };
   plan.with_velocity = !r.chance(0.12) || is_needed("/velocity");
   plan.with_effort = !r.chance(0.08) || is_needed("/effort");
+  plan.with_attitude = !r.chance(0.08) || is_needed("/imu");
   for (const Hidden& h : hidden) {
     if ((h.effect == "joint_elasticity" || h.effect == "backlash") && r.chance(0.25)) plan.link_encoder = h.where;
   }

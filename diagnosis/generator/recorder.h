@@ -19,7 +19,7 @@ struct RecorderPlan {
   double rate_noise = 0, acceleration_noise = 0, attitude_noise = 0;  // IMU [rad/s, m/s^2, rad]
   double pose_noise = 0;                                              // motion capture [m, rad]
   bool noise_stated = true;
-  bool with_velocity = true, with_effort = true, with_base_pose = false, with_commands = true;
+  bool with_velocity = true, with_effort = true, with_base_pose = false, with_commands = true, with_attitude = true;
   std::string link_encoder;  // joint that has a second encoder behind the transmission; empty: none
 };
 

@@ -27,7 +27,8 @@ Json force_like(const std::string& effect, const JointPlan& j, double boost, dou
             {"stiffness", tidy(boost * j.kp * r.log_uniform(0.15, 1))}};
   }
   if (effect == "periodic_disturbance") {
-    return {{"amplitude", tidy(level)}, {"frequency", tidy(r.log_uniform(0.8, 9))}, {"phase", tidy(r.uniform(0, 6.28))}};
+    return {
+        {"amplitude", tidy(level)}, {"frequency", tidy(r.log_uniform(0.8, 9))}, {"phase", tidy(r.uniform(0, 6.28))}};
   }
   if (effect == "magnetic_detent") {
     return {{"amplitude", tidy(1.5 * level)},
@@ -64,10 +65,12 @@ Json couple(const RobotPlan& robot, const JointPlan& j, double boost, Prng& r) {
 }  // namespace
 
 const std::vector<std::string>& unknown_effects() {
-  static const std::vector<std::string> names{
-      "mechanical_stop",   "position_dependent_friction", "friction_drift", "periodic_disturbance",
-      "quadratic_drag",    "joint_coupling",              "cubic_spring",   "intermittent_slip",
-      "magnetic_detent",   "thermal_torque_loss",         "sprung_mass"};
+  static const std::vector<std::string> names{"mechanical_stop", "position_dependent_friction",
+                                              "friction_drift",  "periodic_disturbance",
+                                              "quadratic_drag",  "joint_coupling",
+                                              "cubic_spring",    "intermittent_slip",
+                                              "magnetic_detent", "thermal_torque_loss",
+                                              "sprung_mass"};
   return names;
 }
 const std::vector<std::string>& stand_unknown_effects() {
@@ -87,8 +90,7 @@ Hidden draw_unlisted_of_joint(const std::string& effect, const RobotPlan& robot,
 }
 
 Hidden draw_unlisted_of_body(const std::string& effect, const RobotPlan& robot, double boost, Prng& random) {
-  const LinkPlan& link =
-      robot.floating ? robot.links[static_cast<std::size_t>(robot.imu_link)] : robot.links.back();
+  const LinkPlan& link = robot.floating ? robot.links[static_cast<std::size_t>(robot.imu_link)] : robot.links.back();
   if (effect == "gust") {
     return {effect,
             "link",

@@ -8,7 +8,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/plot/svg_plot.h"
-#include "servers/console/log_tool/columns.h"
+#include "common/log/log_table.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
 
@@ -61,7 +61,7 @@ PlotSeries find_field(const std::string& file, const std::string& signal, size_t
 
 int write_csv(const std::string& file, const std::string& out) {
   mcap::Reader log(file);
-  const LogTable table = read_table(&log);
+  const LogTable table = read_log_table(&log);
   std::ofstream csv(out, std::ios::binary);
   std::string line;
   for (const std::string& name : table.names) line += (line.empty() ? "" : ",") + name;
@@ -91,7 +91,7 @@ int write_plot(const std::string& file, const std::vector<std::string>& signals,
   LogTable table;
   for (const std::string& signal : signals) {
     const size_t colon = signal.find(':');
-    if (colon == std::string::npos && table.names.empty()) table = read_table(&log);
+    if (colon == std::string::npos && table.names.empty()) table = read_log_table(&log);
     plot.series.push_back(colon == std::string::npos ? find_column(table, signal, file)
                                                      : find_field(file, signal, colon));
   }

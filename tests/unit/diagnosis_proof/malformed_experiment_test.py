@@ -33,25 +33,31 @@ HEAD = ["time", "/joint_commands/one/position", "/joint_commands/one/velocity", 
         "/joint_states/one/velocity", "/joint_states/one/effort"]
 
 
-def make_rows(phase, seconds=2.0, step=0.004):
+DEG = 57.29578
+
+
+def make_rows(phase, seconds=2.0, step=0.004, kp=200, kd=8, pace=3.0):
     """A servoed pendulum, semi-implicit steps of 0.1 ms, with a ripple of 1e-5 in place of noise."""
     inertia, moment = 0.03 + 2 * 0.2 * 0.2, 2 * 9.81 * 0.2
     q = v = t = 0.0
     rows = []
     for k in range(int(seconds / step)):
         w = 1e-5 * math.sin(1e4 * (k * 0.37 + phase) ** 2)
-        c, cd = 0.4 * math.sin(3 * t + phase) - 0.4 * math.sin(phase), 1.2 * math.cos(3 * t + phase)
-        effort = 200 * (c - q) + 8 * (cd - v)
+        c, cd = 0.4 * math.sin(pace * t + phase) - 0.4 * math.sin(phase), 0.4 * pace * math.cos(pace * t + phase)
+        effort = kp * (c - q) + kd * (cd - v)
         rows.append([t, c, cd, q + w, v + 100 * w, effort + 500 * w])
         for _ in range(int(step / 1e-4)):
-            c, cd = 0.4 * math.sin(3 * t + phase) - 0.4 * math.sin(phase), 1.2 * math.cos(3 * t + phase)
-            v += 1e-4 * (200 * (c - q) + 8 * (cd - v) - moment * math.sin(q)) / inertia
+            c, cd = 0.4 * math.sin(pace * t + phase) - 0.4 * math.sin(phase), 0.4 * pace * math.cos(pace * t + phase)
+            v += 1e-4 * (kp * (c - q) + kd * (cd - v) - moment * math.sin(q)) / inertia
             q += 1e-4 * v
             t += 1e-4
     return rows
 
 
 ROWS = {"train_1.csv": make_rows(0.3), "validate_1.csv": make_rows(1.7)}
+ROWS_TWO = {"train_1.csv": make_rows(0.9, kp=120, kd=5, pace=4.1), "validate_1.csv": make_rows(2.6, kp=120, kd=5, pace=4.1)}
+URDF_TWO = URDF.replace("</robot>", "").replace('"upper"', '"first"') + re.sub("\"one\"", "\"two\"", URDF[URDF.index('  <link name="upper"'):]).replace('"upper"', '"second"')
+YAML_TWO = YAML.replace("    one: {kp: 200, kd: 8, effort_limit: 50}", "    one: {kp: 200, kd: 8, effort_limit: 50}\n    two: {kp: 120, kd: 5, effort_limit: 50}")
 
 
 def make_csv(rows, head=HEAD):
@@ -135,10 +141,64 @@ class Malformed(unittest.TestCase):
     def test_no_effort_or_velocity_is_answered(self):
         self.answered(change=lambda f: f.update({n: make_csv([r[:4] for r in ROWS[n]], HEAD[:4]) for n in ROWS}))
 
-    def test_degrees_are_not_taken_for_radians_silently(self):
-        rows = {n: [[r[0], r[1], r[2], r[3] * 57.29578, r[4] * 57.29578, r[5]] for r in ROWS[n]] for n in ROWS}
-        status, text, report = self.answered(change=lambda f: f.update({n: make_csv(r) for n, r in rows.items()}))
-        self.assertFalse(status == 0 and '"no_mismatch"' in report, text)
+    def scaled(self, *factors):
+        """Every column times its factor."""
+        return lambda f: f.update({n: make_csv([[x * k for x, k in zip(r, factors)] for r in ROWS[n]]) for n in ROWS})
+
+    def test_positions_in_degrees_are_suspected_with_their_column(self):
+        self.refused(r"train_1.csv:1:4:", "degrees", change=self.scaled(1, 1, 1, DEG, DEG, 1))
+
+    def test_commands_in_degrees_are_suspected(self):
+        self.refused(r"train_1.csv:1:4:", "command in degrees", change=self.scaled(1, DEG, DEG, 1, 1, 1))
+
+    def test_degrees_everywhere_are_suspected_from_the_effort(self):
+        self.refused(r"train_1.csv:1:", "degrees", change=self.scaled(1, DEG, DEG, DEG, DEG, 1))
+
+    def test_a_velocity_in_degrees_is_suspected(self):
+        self.refused(r"train_1.csv:1:5:", "degrees", change=self.scaled(1, 1, 1, 1, DEG, 1))
+
+    def test_an_effort_in_millinewtonmetres_is_suspected(self):
+        self.refused(r"train_1.csv:1:6:", "mN m", change=self.scaled(1, 1, 1, 1, 1, 1000))
+
+    def test_an_effort_of_the_other_sign_is_suspected(self):
+        self.refused(r"train_1.csv:1:6:", "sign", change=self.scaled(1, 1, 1, 1, 1, -1))
+
+    def test_a_missing_command_is_named(self):
+        self.refused("train_1.csv", "/joint_commands/one/position", "missing",
+                     change=lambda f: f.update({n: make_csv([r[:1] + r[3:] for r in ROWS[n]], HEAD[:1] + HEAD[3:]) for n in ROWS}))
+
+    def test_an_encoder_that_stands_still_is_named(self):
+        rows = [r[:3] + [0.1] + r[4:] for r in ROWS["train_1.csv"]]
+        self.refused(r"train_1.csv:1:4:", "throughout", change=lambda f: f.update({"train_1.csv": make_csv(rows)}))
+
+    def test_an_effort_that_is_always_zero_is_taken_as_not_recorded(self):
+        rows = {n: make_csv([r[:5] + [0.0] for r in ROWS[n]]) for n in ROWS}
+        status, text, _ = self.run_tool(change=lambda f: f.update(rows))
+        self.assertEqual(status, 0, text)
+        self.assertIn("taken as not recorded", text)
+
+    def test_repeated_stamps_are_dropped_and_counted(self):
+        rows = [r for k, r in enumerate(ROWS["train_1.csv"]) for _ in range(2 if k % 50 == 0 else 1)]
+        status, text, _ = self.run_tool(change=lambda f: f.update({"train_1.csv": make_csv(rows)}))
+        self.assertEqual(status, 0, text)
+        self.assertIn("repeat the last time stamp", text)
+
+    def two(self, order, yaml=None):
+        """A robot of two pendulums whose recorded columns are those of `order` under the header's names."""
+        def change(f):
+            for n in ROWS:
+                table = [a + b[1:] for a, b in zip(ROWS[n], ROWS_TWO[n])]
+                f[n] = make_csv([[r[i] for i in order] for r in table], HEAD + [h.replace("/one/", "/two/") for h in HEAD[1:]])
+        return {"change": change, "urdf": URDF_TWO, "yaml": yaml or YAML_TWO}
+
+    def test_positions_of_two_joints_exchanged_are_suspected(self):
+        self.refused(r"train_1.csv:1:4:", "of joint two rather than its own", "exchanged", **self.two([0, 1, 2, 8, 4, 5, 6, 7, 3, 9, 10]))
+
+    def test_velocities_of_two_joints_exchanged_are_suspected(self):
+        self.refused(r"train_1.csv:1:5:", "exchanged", **self.two([0, 1, 2, 3, 9, 5, 6, 7, 8, 4, 10]))
+
+    def test_two_joints_exchanged_altogether_are_suspected_from_their_gains(self):
+        self.refused(r"train_1.csv:1:6:", "gains of joint two", "exchanged", **self.two([0, 6, 7, 8, 9, 10, 1, 2, 3, 4, 5]))
 
     def test_milliseconds_are_not_taken_for_seconds_silently(self):
         status, text, report = self.answered(change=lambda f: f.update({n: make_csv([[1000 * r[0]] + r[1:] for r in ROWS[n]]) for n in ROWS}))

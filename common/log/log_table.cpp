@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "servers/console/log_tool/columns.h"
+#include "common/log/log_table.h"
 
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "common/base/diagnostics.h"
 #include "common/messages/cdr.h"
 #include "common/messages/topics.h"
+#include "common/robot/foot_bush.h"
+#include "common/robot/scenario.h"
 #include "hrp_idl/control.h"
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/model.h"
@@ -43,13 +46,7 @@ double get_or_nan(const std::vector<double>& values, size_t i) {
   return i < values.size() ? values[i] : std::numeric_limits<double>::quiet_NaN();
 }
 
-void add_sensors(const msg::SensorData& sensors, const std::vector<std::string>& joints, RowWriter* row) {
-  for (size_t i = 0; i < joints.size(); ++i) {
-    const std::string name = "/joint_states/" + joints[i];
-    row->add(name + "/position", get_or_nan(sensors.positions(), i));
-    row->add(name + "/velocity", get_or_nan(sensors.velocities(), i));
-    row->add(name + "/effort", get_or_nan(sensors.efforts(), i));
-  }
+void add_sensors(const msg::SensorData& sensors, RowWriter* row) {
   for (const msg::ImuSample& imu : sensors.imus()) {
     row->add("/imu/" + imu.name() + "/orientation", imu.orientation());
     row->add("/imu/" + imu.name() + "/angular_velocity", imu.angular_velocity());
@@ -69,45 +66,80 @@ void add_sensors(const msg::SensorData& sensors, const std::vector<std::string>&
   }
 }
 
+// Of a log whose scenario this program does not understand, the default.
+std::string find_interpolation(const msg::RobotDescription& robot) {
+  try {
+    return parse_scenario(robot.scenario(), robot.scenario_path()).interpolation;
+  } catch (const InputError&) {
+    return Scenario().interpolation;
+  }
+}
+
 class TableMaker {
  public:
   void take_description(const msg::RobotDescription& robot) {
-    for (const msg::JointDescription& joint : robot.joints()) joints_.push_back(joint.name());
+    lead_ = find_interpolation(robot) != "hold";
+    for (size_t i = 0; i < robot.joints().size(); ++i) {
+      const msg::JointDescription& joint = robot.joints()[i];
+      if (!joint.actuated() && is_bush_joint(joint.name())) continue;
+      joints_.push_back(joint.name());
+      index_.push_back(i);
+    }
   }
 
   void take_sensors(const msg::SensorData& sensors) {
     std::vector<double> values;
     RowWriter row(table_.rows.empty() ? &table_.names : nullptr, &values);
     row.add("time", sensors.header().time());
-    for (const std::string& joint : joints_) {
-      row.add("/joint_commands/" + joint + "/position", std::numeric_limits<double>::quiet_NaN());
-      row.add("/joint_commands/" + joint + "/velocity", std::numeric_limits<double>::quiet_NaN());
+    for (size_t i = 0; i < joints_.size(); ++i) {
+      const std::string name = "/joint_commands/" + joints_[i];
+      row.add(name + "/position", get_or_nan(next_positions_, index_[i]));
+      row.add(name + "/velocity", get_or_nan(next_velocities_, index_[i]));
     }
-    add_sensors(sensors, joints_, &row);
+    next_positions_.clear(), next_velocities_.clear();
+    add_joints(sensors, &row);
+    add_sensors(sensors, &row);
     step_ = sensors.header().step();
     table_.rows.push_back(std::move(values));
   }
 
-  // They act from the instant of their row on.
+  // The reference goes to an interpolated command within one period and is there at the next row; a held command acts
+  // from the instant of its own row on.
   void take_commands(const msg::JointCommands& commands) {
     if (table_.rows.empty() || commands.header().step() != step_) return;
+    next_positions_ = commands.positions(), next_velocities_ = commands.velocities();
+    next_velocities_.resize(next_positions_.size(), 0.0);
+    if (lead_) return;
     std::vector<double>& row = table_.rows.back();
     for (size_t i = 0; i < joints_.size(); ++i) {
-      row[1 + 2 * i] = get_or_nan(commands.positions(), i);
-      row[2 + 2 * i] = commands.velocities().empty() ? 0.0 : get_or_nan(commands.velocities(), i);
+      row[1 + 2 * i] = get_or_nan(next_positions_, index_[i]);
+      row[2 + 2 * i] = get_or_nan(next_velocities_, index_[i]);
     }
+    next_positions_.clear(), next_velocities_.clear();
   }
 
   LogTable table_;
 
  private:
-  std::vector<std::string> joints_;
+  void add_joints(const msg::SensorData& sensors, RowWriter* row) const {
+    for (size_t i = 0; i < joints_.size(); ++i) {
+      const std::string name = "/joint_states/" + joints_[i];
+      row->add(name + "/position", get_or_nan(sensors.positions(), index_[i]));
+      row->add(name + "/velocity", get_or_nan(sensors.velocities(), index_[i]));
+      row->add(name + "/effort", get_or_nan(sensors.efforts(), index_[i]));
+    }
+  }
+
+  std::vector<std::string> joints_;  // those with an encoder
+  std::vector<size_t> index_;        // of each one in the messages
+  bool lead_ = false;                // commands stand for the next row
+  std::vector<double> next_positions_, next_velocities_;
   uint64_t step_ = 0;
 };
 
 }  // namespace
 
-LogTable read_table(mcap::Reader* log) {
+LogTable read_log_table(mcap::Reader* log) {
   const mcap::Channel* description = log->find_channel(topics::kRobotDescription.name);
   const mcap::Channel* sensors = log->find_channel(topics::kSensorData.name);
   const mcap::Channel* commands = log->find_channel(topics::kJointCommands.name);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A log as a table: one row a sensor sample, columns named as in experiment folders (/joint_states/<joint>/position).
+// Commands stand in the row of the instant at which the servo's reference has reached them.
 #pragma once
 
 #include <string>
@@ -15,6 +16,6 @@ struct LogTable {
 };
 
 // Throws std::runtime_error when the file is no log of a simulation.
-LogTable read_table(mcap::Reader* log);
+LogTable read_log_table(mcap::Reader* log);
 
 }  // namespace hrp
