@@ -5,6 +5,9 @@
 #   identify_foot.sh [SCENARIO.yaml] [--out DIR] [--in-process]
 #       makes the motions for the robot (default: models/scenarios/paper_b/foot.yaml), checks them, runs each through
 #       the server set, identifies. --in-process: without servers, a few times faster, the same numbers.
+#       --improve N: first look for motions that tell more, N tries each.
+#   identify_foot.sh --coverage N [SCENARIO.yaml] [--out DIR]
+#       how often the 95 % intervals hold the truth: N seeds of the sensors' noise, in process; a table.
 #   identify_foot.sh EXPERIMENT.yaml --out DIR
 #       the same from recordings of one's own: an experiment with the key `recordings` (docs/identification.md).
 #
@@ -13,12 +16,14 @@ set -eu
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
 bin="${BUILD:-$here/../build}/bin"
 scenario="$here/../models/scenarios/paper_b/foot.yaml"
-out="" in_process=""
+out="" in_process="" coverage="" improve=0
 while [ $# -gt 0 ]; do
   case "$1" in
-    -h | --help) sed -n '3,12s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '3,15s/^# \{0,1\}//p' "$0"; exit 0 ;;
     --out) [ $# -ge 2 ] || { echo "identify_foot.sh: --out needs a folder" >&2; exit 2; }; out=$2; shift ;;
     --in-process) in_process=yes ;;
+    --coverage) [ $# -ge 2 ] || { echo "identify_foot.sh: --coverage needs a number of seeds" >&2; exit 2; }; coverage=$2; shift ;;
+    --improve) [ $# -ge 2 ] || { echo "identify_foot.sh: --improve needs a number of tries" >&2; exit 2; }; improve=$2; shift ;;
     -*) echo "identify_foot.sh: unknown option $1" >&2; exit 2 ;;
     *) scenario=$1 ;;
   esac
@@ -38,7 +43,10 @@ if grep -q '^recordings:' "$scenario"; then
 fi
 mkdir -p "$out/runs"
 # Exit status 1: some motion was refused; the others are used.
-"$bin/hrp-identify-foot" make "$scenario" "$out/runs" || [ $? -eq 1 ]
+"$bin/hrp-identify-foot" make "$scenario" "$out/runs" --improve "$improve" || [ $? -eq 1 ]
+if [ -n "$coverage" ]; then
+  exec "$bin/hrp-identify-foot" coverage "$scenario" "$out/runs" --seeds "$coverage"
+fi
 if [ -n "$in_process" ]; then
   exec "$bin/hrp-identify-foot" fit "$scenario" "$out/runs" --out "$out" --in-process
 fi

@@ -13,6 +13,12 @@ class Checker {
     for (const FrameSpec& frame : tree.frames) links_.push_back(frame.name);
     for (int i = 0; i < tree.num_joints(); ++i) joints_.push_back(tree.joint(i).name);
   }
+  // The joints that insert_foot_bush makes later.
+  void add_bush_joints() {
+    for (const auto& bush : scenario_.foot_bush) {
+      for (const char* suffix : {"_bush_z", "_bush_roll", "_bush_pitch"}) joints_.push_back(bush.first + suffix);
+    }
+  }
   void check_link(const std::string& key, const std::string& name) { check(key, name, links_, "link"); }
   void check_joint(const std::string& key, const std::string& name) { check(key, name, joints_, "joint that moves"); }
   template <typename Map>
@@ -69,6 +75,7 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   checker.check_joint_keys("servo.joints", scenario.servo_joints);
   checker.check_joint_keys("initial.joints", scenario.initial_joints);
   checker.check_joint_keys("rotor_inertia", scenario.rotor_inertia);
+  checker.add_bush_joints();
   checker.check_joint_keys("joint_laws", scenario.joint_laws);
   checker.check_link_keys("soles", scenario.soles);
   checker.check_link_keys("link_laws", scenario.link_laws);

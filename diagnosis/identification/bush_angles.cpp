@@ -109,9 +109,9 @@ struct BushObserver::Impl {
   };
   explicit Impl(const Scenario& scenario_in);
   Chain calc_chain(const RobotLog& log) const;
-  // The vertical in I, and what each axis of the accelerometer's bias does to it [1/(m/s^2)].
+  // The vertical in I, and what each error of the IMU does to it.
   struct Vertical {
-    Samples n_I, gain[3];
+    Samples n_I, gain[kImuErrors];
   };
   Vertical calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias, const std::vector<bool>& loaded) const;
   Samples calc_acceleration(const RobotLog& log, const Chain& chain, const Samples& n_I, size_t foot) const;
@@ -207,14 +207,19 @@ Samples BushObserver::Impl::calc_acceleration(const RobotLog& log, const Chain& 
 BushObserver::Impl::Vertical BushObserver::Impl::calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
                                                                const std::vector<bool>& loaded) const {
   const std::vector<Matrix3d> R = integrate_gyro(log, gyro_bias);
-  const Eigen::Index margin = GaussianFilter(2.0 * kSmoothing, log.period).margin() + 1;
+  const GaussianFilter filter(2.0 * kSmoothing, log.period);
+  const Eigen::Index margin = filter.margin() + 1;
   Vertical result;
-  Samples n_I(3, log.size()), acceleration = Samples::Zero(3, log.size()), u(3, log.size());
+  Samples n_I(3, log.size()), acceleration = Samples::Zero(3, log.size()), u(3, log.size()), felt(3, log.size());
+  // Through the filter of calc_acceleration, and in axes that do not turn: what the filter takes from one it must take
+  // from the other, or the rest of a quick sway, turned by the sway itself, has a mean of 2e-4 m/s^2.
+  for (Eigen::Index k = 0; k < log.size(); ++k) felt.col(k) = R[static_cast<size_t>(k)] * log.accelerometer.col(k);
+  for (int i = 0; i < 3; ++i) felt.row(i) = filter.apply(felt.row(i).transpose(), 0).transpose();
   // The acceleration needs the vertical and the vertical the acceleration; what enters is its slow part only, so each
   // round makes the error a hundred times smaller.
   for (int round = 0; round < 3; ++round) {
     for (Eigen::Index k = 0; k < log.size(); ++k) {
-      u.col(k) = R[static_cast<size_t>(k)] * (log.accelerometer.col(k) - acceleration.col(k)) / kGravity;
+      u.col(k) = (felt.col(k) - R[static_cast<size_t>(k)] * acceleration.col(k)) / kGravity;
     }
     const Samples drift = smooth_drift(u, margin, log.period);
     for (Eigen::Index k = 0; k < log.size(); ++k) n_I.col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k)).normalized();
@@ -234,6 +239,13 @@ BushObserver::Impl::Vertical BushObserver::Impl::calc_vertical(const RobotLog& l
     result.gain[i].resize(3, log.size());
     for (Eigen::Index k = 0; k < log.size(); ++k) result.gain[i].col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k));
   }
+  // A late gyroscope gives R(t - delay) = R (1 - delay [w]x): the vertical lags, but for what the drift smoother mends.
+  for (Eigen::Index k = 0; k < log.size(); ++k) u.col(k) = R[static_cast<size_t>(k)] * Vector3d(log.gyro.col(k) - gyro_bias).cross(Vector3d(n_I.col(k)));
+  const Samples slow = smooth_drift(u, margin, log.period);
+  result.gain[kDelay].resize(3, log.size());
+  for (Eigen::Index k = 0; k < log.size(); ++k) {
+    result.gain[kDelay].col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(u.col(k) - slow.col(k));
+  }
   result.n_I = n_I;
   return result;
 }
@@ -242,9 +254,9 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
                                    size_t f, MotionTrack* track) const {
   const Foot& foot = feet[f];
   const Eigen::Index n = log.size();
-  Eigen::VectorXd angle[kAxes], torque[kAxes], load(n), gain[kAxes][3];
+  Eigen::VectorXd angle[kAxes], torque[kAxes], arm[kAxes], load(n), rise(n), height(n), gain[kAxes][kImuErrors];
   Eigen::Matrix2Xd zmp(2, n);
-  for (auto* list : {angle, torque}) {
+  for (auto* list : {angle, torque, arm}) {
     for (int a = 0; a < kAxes; ++a) list[a].resize(n);
   }
   for (auto& list : gain) {
@@ -256,7 +268,7 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
     const Angles at = calc_angles(n_U);
     angle[0][k] = at.roll;
     angle[1][k] = at.pitch;
-    for (int i = 0; i < 3; ++i) {  // angles are close to linear in the vertical
+    for (int i = 0; i < kImuErrors; ++i) {  // angles are close to linear in the vertical
       const Angles moved = calc_angles((n_U + 1e-4 * R_UI * vertical.gain[i].col(k)).normalized());
       gain[0][i][k] = (moved.roll - at.roll) / 1e-4;
       gain[1][i][k] = (moved.pitch - at.pitch) / 1e-4;
@@ -267,7 +279,13 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
                             (foot.p_Ucm - foot.p_UC).cross(weight);
     torque[0][k] = moment.x();
     torque[1][k] = moment.y() * std::cos(at.roll) + moment.z() * std::sin(at.roll);
-    load[k] = (force + weight).dot(n_U);
+    const Vector3d carried = force + weight;
+    load[k] = carried.dot(n_U);
+    // Axes higher by compliance x load along U's z: moment less that shift x force.
+    arm[0][k] = carried.z() * carried.y();
+    arm[1][k] = -carried.z() * carried.x() * std::cos(at.roll);
+    height[k] = (make_R_SU(at) * (chain.X_UI[f][static_cast<size_t>(k)].p - foot.p_UC)).z();
+    rise[k] = log.accelerometer.col(k).dot(vertical.n_I.col(k)) - kGravity;
     zmp.col(k) << -torque[1][k] / std::max(load[k], 1.0), torque[0][k] / std::max(load[k], 1.0);
   }
   const GaussianFilter filter(kSmoothing, log.period);
@@ -283,10 +301,27 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
     out.angle[a] = thin(angle[a], 0);
     out.rate[a] = thin(angle[a], 1);
     out.torque[a] = thin(torque[a], 0);
-    out.bias_gain[a].resize(track->time.size(), 3);
-    for (int i = 0; i < 3; ++i) out.bias_gain[a].col(i) = thin(gain[a][i], 0);
+    out.arm[a] = thin(arm[a], 0);
+    out.angle_gain[a].resize(track->time.size(), kImuErrors);
+    out.rate_gain[a].resize(track->time.size(), kImuErrors);
+    for (int i = 0; i < kImuErrors; ++i) {
+      out.angle_gain[a].col(i) = thin(gain[a][i], 0);
+      out.rate_gain[a].col(i) = thin(gain[a][i], 1);
+    }
   }
   out.load = thin(load, 0);
+  // A second difference of positions is the mean of the acceleration over a triangle of two samples; the accelerometer's
+  // is as Numerov takes it, (1 10 1) / 12. Plain second derivatives would be off by 0.2 %, and the slide is a tenth of this.
+  const auto difference = [&](const Eigen::VectorXd& x) {
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
+    for (Eigen::Index k = 1; k + 1 < n; ++k) d[k] = (x[k + 1] - 2.0 * x[k] + x[k - 1]) / (log.period * log.period);
+    return d;
+  };
+  const Eigen::VectorXd mean_rise = rise + difference(rise) * (log.period * log.period / 12.0);
+  out.rise = thin(mean_rise, 0);
+  out.rise_rate = thin(mean_rise, 1);
+  out.slide_acceleration = thin(difference(height), 0) - out.rise;
+  for (int i = 0; i < 3; ++i) out.load_derivative[i] = thin(difference(load), i);
   out.zmp.resize(2, track->time.size());
   for (int i = 0; i < 2; ++i) out.zmp.row(i) = thin(zmp.row(i).transpose(), 0).transpose();
 }
@@ -328,18 +363,36 @@ std::vector<Vector3d> BushObserver::bush_centres() const {
   return centres;
 }
 
-std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& hanging) const {
+HangingAngles BushObserver::calc_hanging(size_t f, const double (&K)[kAxes], const double (&O)[kAxes]) const {
+  const Impl::Foot& foot = impl_->feet[f];
+  const double weight = (foot.mass - foot.upper_mass) * kGravity;
+  const Vector3d arm = foot.p_Ucm - foot.p_UC;  // of the sole's centre of mass, before it tilts
+  HangingAngles q{};
+  for (int round = 0; round < 3; ++round) {     // weight is a tenth of what the bush carries: converges at once
+    const Vector3d turned = make_R_SU({q[0], q[1]}).transpose() * arm;
+    const Vector3d moment = turned.cross(Vector3d(0.0, 0.0, -weight));  // of the sole's weight on the bush
+    // The bush turns the sole back by -K q - O.
+    for (int a = 0; a < kAxes; ++a) q[static_cast<size_t>(a)] = (moment[a] - O[a]) / K[a];
+  }
+  return q;
+}
+
+std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& hanging, const std::vector<HangingAngles>& angles) const {
   const Impl::Chain chain = impl_->calc_chain(hanging);
   const Vector3d gyro_bias = hanging.gyro.rowwise().mean();
   const Samples n_I = impl_->calc_vertical(hanging, chain, gyro_bias, std::vector<bool>(impl_->feet.size(), false)).n_I;
   std::vector<SensorZero> zeros(impl_->feet.size());
   for (size_t f = 0; f < zeros.size(); ++f) {
-    // At rest the foot pulls its weight on the sensor, down.
+    // At rest the foot pulls its weight on the sensor, down; that of the sole where it has tilted to.
+    const Impl::Foot& foot = impl_->feet[f];
+    const double share = 1.0 - foot.upper_mass / foot.mass;
+    const Matrix3d R_US = angles.empty() ? Matrix3d::Identity() : make_R_SU({angles[f][0], angles[f][1]}).transpose().eval();
+    const Vector3d p_Ucm = foot.p_Ucm + share * (R_US * (foot.p_Ucm - foot.p_UC) - (foot.p_Ucm - foot.p_UC));
     Samples error = hanging.wrenches[f];
     for (Eigen::Index k = 0; k < hanging.size(); ++k) {
-      const Vector3d weight = -impl_->feet[f].mass * kGravity * (chain.X_UI[f][static_cast<size_t>(k)].R * n_I.col(k));
+      const Vector3d weight = -foot.mass * kGravity * (chain.X_UI[f][static_cast<size_t>(k)].R * n_I.col(k));
       error.col(k).head<3>() -= weight;
-      error.col(k).tail<3>() -= impl_->feet[f].p_Ucm.cross(weight);
+      error.col(k).tail<3>() -= p_Ucm.cross(weight);
     }
     zeros[f].gyro_bias = gyro_bias;
     zeros[f].bias = error.rowwise().mean();

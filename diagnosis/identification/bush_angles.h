@@ -7,6 +7,7 @@
 // acceleration is computed along the chain from the sole.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -17,15 +18,25 @@ namespace hrp::identification {
 constexpr int kAxes = 2;  // roll, pitch
 extern const char* const kAxisNames[kAxes];
 
+// Errors of the IMU that all motions share: accelerometer bias x, y, z [m/s^2], delay of the gyroscope [s].
+constexpr int kImuErrors = 4;
+constexpr int kDelay = 3;
+
 // One foot's bush during one motion; smoothed and thinned.
 struct BushTrack {
   Eigen::VectorXd angle[kAxes];    // [rad]
   Eigen::VectorXd rate[kAxes];     // [rad/s]
   Eigen::VectorXd torque[kAxes];   // [N m] that acts on U about the bush's axes: K q + C qd + O [M14 eq. 4]
-  // d angle / d accelerometer bias (x, y, z of the sensor) [rad / (m/s^2)]
-  Eigen::MatrixXd bias_gain[kAxes];
+  Eigen::MatrixXd angle_gain[kAxes];  // d angle / d IMU errors, sample by sample
+  Eigen::MatrixXd rate_gain[kAxes];   // d rate / d IMU errors
+  // d torque / d vertical compliance [N m/(m/N)]: under load the axes come nearer to the ankle by compliance x load.
+  Eigen::VectorXd arm[kAxes];
   Eigen::VectorXd load;            // [N] vertical force on the bush
   Eigen::Matrix2Xd zmp;            // [m] centre of pressure under the bush's centre, sole axes
+  // Vertical: acceleration of the slide as encoders and accelerometer have it [m/s^2] (chain less sensor), and the
+  // second to fourth derivatives of the load [N/s^2], [N/s^3], [N/s^4].
+  Eigen::VectorXd slide_acceleration, load_derivative[3];
+  Eigen::VectorXd rise, rise_rate;  // [m/s^2], [m/s^3] vertical acceleration of the IMU as the sensor has it
 };
 
 struct MotionTrack {
@@ -38,6 +49,9 @@ struct MotionTrack {
   double turn = 0.0;               // [rad] same for the yaw between them
   std::vector<bool> loaded;        // by foot: carries load all the time
 };
+
+// How the sole hangs on its bush while the feet are in the air [rad].
+using HangingAngles = std::array<double, kAxes>;
 
 // Mean error of a force sensor, from a record of the robot hanging free; covariance of that mean.
 struct SensorZero {
@@ -52,8 +66,11 @@ class BushObserver {
   explicit BushObserver(const Scenario& scenario);
   ~BushObserver();
   BushObserver(BushObserver&&) noexcept;
-  // Zero of the force sensors while the feet hang in the air (standing still; feet weigh what the URDF says).
-  std::vector<SensorZero> calc_zeros(const RobotLog& hanging) const;
+  // Zero of the force sensors while the feet hang in the air (standing still; feet weigh what the URDF says, and soles
+  // hang straight unless `angles` says by foot how the bush's offset tilts them).
+  std::vector<SensorZero> calc_zeros(const RobotLog& hanging, const std::vector<HangingAngles>& angles = {}) const;
+  // Tilt of a hanging sole on a bush with these stiffnesses and offsets: 0 = K q + O - moment of its weight.
+  HangingAngles calc_hanging(size_t foot, const double (&K)[kAxes], const double (&O)[kAxes]) const;
   MotionTrack observe(const RobotLog& log, const std::vector<SensorZero>& zeros) const;
   std::vector<Vector3d> bush_centres() const;  // [m] in the foot links
 

@@ -5,43 +5,46 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "diagnosis/identification/bush_rows.h"
+
 namespace hrp::identification {
+
+const char* const kLawNames[kLaws] = {"linear", "hardening", "hysteresis"};
+
 namespace {
 
 constexpr double kBlock = 0.5;      // [s] scores are summed over blocks before their correlation is looked at
-constexpr int kBiases = 2;          // accelerometer x, y
 constexpr int kRounds = 5;          // K times bias: bilinear, K is known to 1 % after the first round
+constexpr int kYieldRounds = 12;    // the yield angle is not linear at all
+// What is known beforehand: a bad accelerometer, a slow gyroscope, rubber of at least 1e5 N/m.
+constexpr double kBiasPrior = 0.1;          // [m/s^2]
+constexpr double kDelayPrior = 5e-3;        // [s]
+constexpr double kCompliancePrior = 1e-5;   // [m/N]
+constexpr double kVerticalFloor = 1e-5;     // [rad] the estimated vertical is this far off without any noise (rectified sway)
+constexpr double kYields[] = {0.002, 0.004, 0.008, 0.016, 0.032};  // [rad] where the search for a yield angle starts
+constexpr double kYieldPrior = 1.5;         // of its logarithm, about the start
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-// Where parameters stand: by foot and axis [K, C, O (, cubic)], then the biases.
-struct Layout {
-  size_t feet;
-  int each;
-  Eigen::Index first(size_t foot, int axis) const { return static_cast<Eigen::Index>(foot * kAxes + static_cast<size_t>(axis)) * each; }
-  Eigen::Index biases() const { return static_cast<Eigen::Index>(feet) * kAxes * each; }
-  Eigen::Index size() const { return biases() + kBiases; }
+struct Prior {
+  Vector mean, precision;
 };
 
-bool is_usable(const MotionTrack& track, size_t foot) { return track.loaded[foot] && !has_slipped(track); }
-
-// Rows of one foot and axis [M14 eq. 5], linearised at theta; the target has the nonlinear rest.
-void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta, Matrix* X, Vector* y) {
-  const BushTrack& t = track.feet[foot];
-  const Eigen::Index at = layout.first(foot, axis), n = track.time.size();
-  const Eigen::Vector2d b = theta.tail<kBiases>();
-  const Vector shift = t.bias_gain[axis].leftCols<kBiases>() * b;
-  X->setZero(n, layout.size());
-  const Vector angle = t.angle[axis] - shift;
-  Vector slope = Vector::Constant(n, theta[at]);  // d torque / d angle
-  if (layout.each > 3) slope += 3.0 * theta[at + 3] * angle.cwiseAbs2();
-  X->col(at) = angle;
-  X->col(at + 1) = t.rate[axis];
-  X->col(at + 2).setOnes();
-  if (layout.each > 3) X->col(at + 3) = angle.array().cube();
-  X->middleCols<kBiases>(layout.biases()) = (-slope).asDiagonal() * t.bias_gain[axis].leftCols<kBiases>();
-  *y = t.torque[axis] - slope.cwiseProduct(shift);
+Prior make_prior(const Layout& layout, const FitOptions& options, double yield) {
+  Prior prior{Vector::Zero(layout.size()), Vector::Zero(layout.size())};
+  const auto set = [&](Eigen::Index i, double mean, double std) {
+    prior.mean[i] = mean;
+    prior.precision[i] = 1.0 / (std * std);
+  };
+  for (size_t f = 0; f < layout.feet; ++f) {
+    const bool known = f < options.compliance.size() && options.compliance[f].std > 0.0;
+    set(layout.compliance(f), known ? options.compliance[f].value : 0.0, known ? options.compliance[f].std : kCompliancePrior);
+  }
+  for (int i = 0; i < kDelay; ++i) set(layout.imu() + i, 0.0, kBiasPrior);
+  set(layout.imu() + kDelay, 0.0, kDelayPrior);
+  if (layout.law == BushLaw::kHysteresis) set(layout.yield(), std::log(yield), kYieldPrior);
+  return prior;
 }
 
 struct Normal {
@@ -50,40 +53,57 @@ struct Normal {
   std::vector<double> count;   // rows by foot and axis
 };
 
+// One fit: what stays the same from round to round.
+struct Problem {
+  const std::vector<MotionTrack>& tracks;
+  const FitOptions& options;
+  Layout layout;
+  Prior prior;
+
+  // All rows, motion by motion [M14 eq. 7].
+  template <class Visit>
+  void visit(const Vector& theta, Visit&& what) const {
+    Rows rows;
+    for (size_t m = 0; m < tracks.size(); ++m) {
+      for (size_t f = 0; f < layout.feet; ++f) {
+        if (!is_usable(tracks[m], f)) continue;
+        for (int a = 0; a < kAxes; ++a) {
+          make_rows(tracks[m], f, a, layout, theta, options.skip, &rows);
+          if (rows.y.size() > 0) what(m, f * kAxes + static_cast<size_t>(a), rows);
+        }
+      }
+    }
+  }
+};
+
 // What is measured of the regressors besides the motion itself.
-void subtract_noise(const FitOptions& options, const Layout& layout, const std::vector<double>& weight, Normal* normal) {
-  if (options.noise.empty()) return;
-  for (size_t f = 0; f < layout.feet; ++f) {
+void subtract_noise(const Problem& p, const std::vector<double>& weight, Normal* normal) {
+  if (p.options.noise.empty()) return;
+  for (size_t f = 0; f < p.layout.feet; ++f) {
     for (int a = 0; a < kAxes; ++a) {
       const size_t i = f * kAxes + static_cast<size_t>(a);
-      normal->A.block<2, 2>(layout.first(f, a), layout.first(f, a)) -= normal->count[i] * weight[i] * options.noise[f][static_cast<size_t>(a)];
+      const Eigen::Index at = p.layout.first(f, a);
+      normal->A.block<2, 2>(at, at) -= normal->count[i] * weight[i] * p.options.noise[f][static_cast<size_t>(a)];
     }
   }
 }
 
-Normal sum_up(const std::vector<MotionTrack>& tracks, const Layout& layout, const Vector& theta, const std::vector<double>& weight) {
-  Normal normal{Matrix::Zero(layout.size(), layout.size()), Vector::Zero(layout.size()),
-                std::vector<double>(weight.size(), 0.0)};
-  Matrix X;
-  Vector y;
-  for (const MotionTrack& track : tracks) {  // [M14 eq. 7]
-    for (size_t f = 0; f < layout.feet; ++f) {
-      if (!is_usable(track, f)) continue;
-      for (int a = 0; a < kAxes; ++a) {
-        const size_t i = f * kAxes + static_cast<size_t>(a);
-        make_rows(track, f, a, layout, theta, &X, &y);
-        normal.A.noalias() += weight[i] * X.transpose() * X;
-        normal.b.noalias() += weight[i] * X.transpose() * y;
-        normal.count[i] += static_cast<double>(y.size());
-      }
-    }
+Normal sum_up(const Problem& p, const Vector& theta, const std::vector<double>& weight) {
+  Normal normal{Matrix::Zero(p.layout.size(), p.layout.size()), Vector::Zero(p.layout.size()), std::vector<double>(weight.size(), 0.0)};
+  p.visit(theta, [&](size_t, size_t unit, const Rows& rows) {
+    normal.A.noalias() += weight[unit] * rows.X.transpose() * rows.X;
+    normal.b.noalias() += weight[unit] * rows.X.transpose() * rows.y;
+    normal.count[unit] += static_cast<double>(rows.y.size());
+  });
+  if (*std::min_element(normal.count.begin(), normal.count.end()) < 50) {
+    throw std::runtime_error("a foot never carries load without slipping: nothing can be identified");
   }
   return normal;
 }
 
-// A bias only shows if the chest turns against the feet; what does not show stays near zero: 0.1 m/s^2 is a bad sensor.
-void add_prior(const Layout& layout, Normal* normal) {
-  for (Eigen::Index i = layout.biases(); i < layout.size(); ++i) normal->A(i, i) += 1.0 / (0.1 * 0.1);
+void add_prior(const Prior& prior, Normal* normal) {
+  normal->A.diagonal() += prior.precision;
+  normal->b += prior.precision.cwiseProduct(prior.mean);
 }
 
 // Solves, with parameters that would be negative but must not held at zero (an active set; few parameters, few rounds).
@@ -101,15 +121,11 @@ Vector solve_constrained(const Normal& normal, const Layout& layout, std::vector
     const Vector scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Vector theta = scale.asDiagonal() * Matrix(scale.asDiagonal() * A * scale.asDiagonal()).ldlt().solve(scale.cwiseProduct(b));
     bool again = false;
-    for (size_t f = 0; f < layout.feet; ++f) {
-      for (int a = 0; a < kAxes; ++a) {
-        for (int p : {0, 1, 3}) {
-          const Eigen::Index i = layout.first(f, a) + p;
-          if (p >= layout.each || theta[i] >= 0.0 || std::count(held->begin(), held->end(), i)) continue;
-          held->push_back(i);
-          again = true;
-        }
-      }
+    for (Eigen::Index i = 0; i < layout.compliance(0); ++i) {
+      const bool free_sign = i % layout.each() == 2;  // O
+      if (free_sign || theta[i] >= 0.0 || std::count(held->begin(), held->end(), i)) continue;
+      held->push_back(i);
+      again = true;
     }
     if (!again) return theta;
   }
@@ -118,56 +134,47 @@ Vector solve_constrained(const Normal& normal, const Layout& layout, std::vector
 
 // Covariance that allows for residuals that are alike over some seconds (the vertical wanders slowly), and across feet
 // and axes: sums of scores over blocks, correlated with a triangular window (Newey and West 1987).
-Matrix calc_covariance(const std::vector<MotionTrack>& tracks, const Layout& layout, const Vector& theta,
-                       const std::vector<double>& weight, const Normal& normal, double memory) {
-  const int lags = std::max(1, static_cast<int>(std::ceil(memory / kBlock)));
-  Matrix S = Matrix::Zero(layout.size(), layout.size()), X;
-  Vector y;
-  double blocks = 0.0;
-  for (const MotionTrack& track : tracks) {
-    const auto block = static_cast<Eigen::Index>(std::lround(kBlock / track.period));
-    const Eigen::Index count = (track.time.size() + block - 1) / block;
-    Matrix scores = Matrix::Zero(layout.size(), count);
-    for (size_t f = 0; f < layout.feet; ++f) {
-      if (!is_usable(track, f)) continue;
-      for (int a = 0; a < kAxes; ++a) {
-        make_rows(track, f, a, layout, theta, &X, &y);
-        const Vector e = weight[f * kAxes + static_cast<size_t>(a)] * (y - X * theta);
-        for (Eigen::Index j = 0; j < count; ++j) {
-          const Eigen::Index first = j * block, size = std::min(block, y.size() - first);
-          scores.col(j) += X.middleRows(first, size).transpose() * e.segment(first, size);
-        }
-      }
+Matrix calc_covariance(const Problem& p, const Vector& theta, const std::vector<double>& weight, const Normal& normal) {
+  std::vector<Matrix> scores(p.tracks.size());
+  p.visit(theta, [&](size_t m, size_t unit, const Rows& rows) {
+    const auto block = static_cast<Eigen::Index>(std::lround(kBlock / p.tracks[m].period));
+    const Eigen::Index count = (rows.y.size() + block - 1) / block;
+    if (scores[m].size() == 0) scores[m] = Matrix::Zero(p.layout.size(), count);
+    const Vector e = weight[unit] * (rows.y - rows.X * theta);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const Eigen::Index first = j * block, size = std::min(block, rows.y.size() - first);
+      scores[m].col(j) += rows.X.middleRows(first, size).transpose() * e.segment(first, size);
     }
-    blocks += static_cast<double>(count);
-    S += scores * scores.transpose();
-    for (int lag = 1; lag <= lags && lag < count; ++lag) {
-      const Matrix cross = scores.rightCols(count - lag) * scores.leftCols(count - lag).transpose();
+  });
+  const int lags = std::max(1, static_cast<int>(std::ceil(p.options.error_memory / kBlock)));
+  Matrix S = Matrix::Zero(p.layout.size(), p.layout.size());
+  double blocks = 0.0;
+  for (const Matrix& s : scores) {
+    if (s.size() == 0) continue;  // slipped
+    blocks += static_cast<double>(s.cols());
+    S += s * s.transpose();
+    for (int lag = 1; lag <= lags && lag < s.cols(); ++lag) {
+      const Matrix cross = s.rightCols(s.cols() - lag) * s.leftCols(s.cols() - lag).transpose();
       S += (1.0 - static_cast<double>(lag) / (lags + 1)) * (cross + cross.transpose());
     }
   }
-  const Matrix inverse = normal.A.ldlt().solve(Matrix::Identity(layout.size(), layout.size()));
   // Few independent blocks fit their own residuals: as many as parameters are lost.
-  const double effective = std::max(1.0, blocks * kBlock / memory);
-  return inverse * S * inverse * (1.0 + static_cast<double>(layout.each) / effective);
+  const double effective = std::max(1.0, blocks * kBlock / p.options.error_memory);
+  S *= 1.0 + static_cast<double>(p.layout.each()) / effective;
+  S.diagonal() += p.prior.precision;
+  const Vector scale = normal.A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Matrix scaled = scale.asDiagonal() * normal.A * scale.asDiagonal();
+  const Matrix inverse = scale.asDiagonal() * scaled.ldlt().solve(Matrix(scale.asDiagonal()));
+  return inverse * S * inverse;
 }
 
-std::vector<double> calc_weights(const std::vector<MotionTrack>& tracks, const Layout& layout, const Vector& theta,
-                                 std::vector<std::array<double, kAxes>>* residual) {
-  std::vector<double> sum(layout.feet * kAxes, 0.0), count(layout.feet * kAxes, 0.0), weight;
-  Matrix X;
-  Vector y;
-  for (const MotionTrack& track : tracks) {
-    for (size_t f = 0; f < layout.feet; ++f) {
-      if (!is_usable(track, f)) continue;
-      for (int a = 0; a < kAxes; ++a) {
-        make_rows(track, f, a, layout, theta, &X, &y);
-        sum[f * kAxes + static_cast<size_t>(a)] += (y - X * theta).squaredNorm();
-        count[f * kAxes + static_cast<size_t>(a)] += static_cast<double>(y.size());
-      }
-    }
-  }
-  residual->assign(layout.feet, {});
+std::vector<double> calc_weights(const Problem& p, const Vector& theta, std::vector<std::array<double, kAxes>>* residual) {
+  std::vector<double> sum(p.layout.feet * kAxes, 0.0), count(p.layout.feet * kAxes, 0.0), weight;
+  p.visit(theta, [&](size_t, size_t unit, const Rows& rows) {
+    sum[unit] += (rows.y - rows.X * theta).squaredNorm();
+    count[unit] += static_cast<double>(rows.y.size());
+  });
+  residual->assign(p.layout.feet, {});
   for (size_t i = 0; i < sum.size(); ++i) {
     const double variance = sum[i] / std::max(1.0, count[i]);
     (*residual)[i / kAxes][i % kAxes] = std::sqrt(variance);
@@ -177,7 +184,7 @@ std::vector<double> calc_weights(const std::vector<MotionTrack>& tracks, const L
 }
 
 double calc_condition(const Normal& normal, const Layout& layout) {
-  const Eigen::Index n = layout.biases();
+  const Eigen::Index n = layout.compliance(0);
   const Matrix A = normal.A.topLeftCorner(n, n);
   const Vector scale = A.diagonal().cwiseSqrt().cwiseInverse();
   const Vector values = Eigen::SelfAdjointEigenSolver<Matrix>(scale.asDiagonal() * A * scale.asDiagonal()).eigenvalues();
@@ -194,31 +201,73 @@ double calc_zero_variance(const SensorZero& zero, const Vector3d& p_UC, int axis
 }
 
 void name_held(const std::vector<Eigen::Index>& held, const Layout& layout, BushFit* fit) {
-  static const char* const names[] = {"K", "C", "O", "cubic"};
+  const char* const names[] = {"K", "C", "O", layout.law == BushLaw::kHardening ? "B" : "H"};
   for (Eigen::Index i : held) {
-    const Eigen::Index unit = i / layout.each;
-    fit->constrained.push_back(std::string(names[i % layout.each]) + " of foot " + std::to_string(unit / kAxes) + " " + kAxisNames[unit % kAxes]);
+    const Eigen::Index unit = i / layout.each();
+    fit->constrained.push_back(std::string(names[i % layout.each()]) + " of foot " + std::to_string(unit / kAxes) + " " + kAxisNames[unit % kAxes]);
   }
 }
 
-void fill_result(const Vector& theta, const Matrix& covariance, const Layout& layout, const std::vector<SensorZero>& zeros,
+void fill_result(const Problem& p, const Vector& theta, const Matrix& covariance, const std::vector<SensorZero>& zeros,
                  const std::vector<Vector3d>& arms, BushFit* fit) {
   const auto get = [&](Eigen::Index i, double more) { return Estimate{theta[i], std::sqrt(std::max(0.0, covariance(i, i)) + more)}; };
-  fit->feet.resize(layout.feet);
-  for (size_t f = 0; f < layout.feet; ++f) {
+  fit->feet.resize(p.layout.feet);
+  for (size_t f = 0; f < p.layout.feet; ++f) {
     for (int a = 0; a < kAxes; ++a) {
-      const Eigen::Index at = layout.first(f, a);
+      const Eigen::Index at = p.layout.first(f, a);
       BushParameters& out = fit->feet[f][static_cast<size_t>(a)];
       out.K = get(at, 0.0);
       out.C = get(at + 1, 0.0);
-      out.O = get(at + 2, calc_zero_variance(zeros[f], arms[f], a));
-      if (layout.each > 3) out.cubic = get(at + 3, 0.0);
+      out.O = get(at + 2, calc_zero_variance(zeros[f], arms[f], a) + std::pow(kVerticalFloor * theta[at], 2));
+      if (p.layout.law == BushLaw::kHardening) out.cubic = get(at + 3, 0.0);
+      if (p.layout.law == BushLaw::kHysteresis) out.hysteresis = get(at + 3, 0.0);
     }
+    fit->compliance.push_back(get(p.layout.compliance(f), 0.0));
   }
-  for (int i = 0; i < kBiases; ++i) {
-    fit->accelerometer_bias[i] = theta[layout.biases() + i];
-    fit->accelerometer_bias_std[i] = get(layout.biases() + i, 0.0).std;
+  for (int i = 0; i < kDelay; ++i) fit->accelerometer_bias[i] = get(p.layout.imu() + i, 0.0);
+  fit->delay = get(p.layout.imu() + kDelay, 0.0);
+  if (p.layout.law == BushLaw::kHysteresis) {
+    const Estimate log_yield = get(p.layout.yield(), 0.0);
+    fit->yield = {std::exp(log_yield.value), std::exp(log_yield.value) * log_yield.std};
   }
+  fit->theta = theta;
+}
+
+// Sum of squares over variances of the first round's residuals, as if each were independent: to compare starts.
+double calc_loss(const BushFit& fit) {
+  double loss = 0.0;
+  for (const auto& foot : fit.residual) {
+    for (double r : foot) loss += std::log(std::max(r, 1e-9));
+  }
+  return loss;
+}
+
+BushFit fit_from(const Problem& p, Vector theta, const std::vector<SensorZero>& zeros, const std::vector<Vector3d>& arms) {
+  BushFit fit;
+  fit.law = p.layout.law;
+  std::vector<double> weight(p.layout.feet * kAxes, 1.0);
+  std::vector<Eigen::Index> held;
+  Normal normal;
+  for (int round = 0; round < (p.layout.law == BushLaw::kHysteresis ? kYieldRounds : kRounds); ++round) {
+    normal = sum_up(p, theta, weight);
+    subtract_noise(p, weight, &normal);
+    add_prior(p.prior, &normal);
+    const Vector before = theta;
+    theta = solve_constrained(normal, p.layout, &held);
+    if (!theta.allFinite()) throw std::runtime_error("the motions do not tell the parameters");
+    if (p.layout.law == BushLaw::kHysteresis) {  // by at most a third a round
+      const Eigen::Index i = p.layout.yield();
+      theta[i] = std::clamp(theta[i], before[i] - 0.3, before[i] + 0.3);
+    }
+    weight = calc_weights(p, theta, &fit.residual);
+  }
+  normal = sum_up(p, theta, weight);
+  fit.condition = calc_condition(normal, p.layout);
+  subtract_noise(p, weight, &normal);
+  add_prior(p.prior, &normal);
+  fill_result(p, theta, calc_covariance(p, theta, weight, normal), zeros, arms, &fit);
+  name_held(held, p.layout, &fit);
+  return fit;
 }
 
 }  // namespace
@@ -228,38 +277,21 @@ bool has_slipped(const MotionTrack& track) { return track.slip > kSlipDistance |
 BushFit fit_bush(const std::vector<MotionTrack>& tracks, const std::vector<SensorZero>& zeros,
                  const std::vector<Vector3d>& arms, const FitOptions& options) {
   if (tracks.empty()) throw std::runtime_error("no motion to identify from");
-  const Layout layout{tracks[0].feet.size(), options.law == BushLaw::kHardening ? 4 : 3};
-  BushFit fit;
-  fit.law = options.law;
-  Vector theta = Vector::Zero(layout.size());
-  std::vector<double> weight(layout.feet * kAxes, 1.0);
-  std::vector<Eigen::Index> held;
-  Normal normal;
-  for (int round = 0; round < kRounds; ++round) {
-    normal = sum_up(tracks, layout, theta, weight);
-    if (*std::min_element(normal.count.begin(), normal.count.end()) < 50) {
-      throw std::runtime_error("a foot never carries load without slipping: nothing can be identified");
-    }
-    subtract_noise(options, layout, weight, &normal);
-    add_prior(layout, &normal);
-    theta = solve_constrained(normal, layout, &held);
-    if (!theta.allFinite()) throw std::runtime_error("the motions do not tell the parameters");
-    weight = calc_weights(tracks, layout, theta, &fit.residual);
+  const Layout layout{tracks[0].feet.size(), options.law};
+  if (options.law != BushLaw::kHysteresis) {
+    return fit_from({tracks, options, layout, make_prior(layout, options, 0.0)}, Vector::Zero(layout.size()), zeros, arms);
   }
-  normal = sum_up(tracks, layout, theta, weight);
-  fit.condition = calc_condition(normal, layout);
-  subtract_noise(options, layout, weight, &normal);
-  add_prior(layout, &normal);
-  fill_result(theta, calc_covariance(tracks, layout, theta, weight, normal, options.error_memory), layout, zeros, arms, &fit);
-  name_held(held, layout, &fit);
-  return fit;
+  BushFit best;
+  for (double yield : kYields) {
+    const Problem problem{tracks, options, layout, make_prior(layout, options, yield)};
+    BushFit fit = fit_from(problem, problem.prior.mean, zeros, arms);
+    if (best.feet.empty() || calc_loss(fit) < calc_loss(best)) best = fit;
+  }
+  return best;
 }
 
 Eigen::VectorXd predict_torque(const BushFit& fit, const MotionTrack& track, size_t foot, int axis) {
-  const BushTrack& t = track.feet[foot];
-  const BushParameters& p = fit.feet[foot][static_cast<size_t>(axis)];
-  const Vector angle = t.angle[axis] - t.bias_gain[axis].leftCols<kBiases>() * fit.accelerometer_bias.head<kBiases>();
-  return (p.K.value * angle + p.cubic.value * angle.array().cube().matrix() + p.C.value * t.rate[axis]).array() + p.O.value;  // [M14 eq. 4]
+  return calc_torque(track, foot, axis, {fit.feet.size(), fit.law}, fit.theta);
 }
 
 std::vector<std::array<Eigen::Matrix2d, kAxes>> calc_angle_noise(const MotionTrack& resting) {
@@ -273,74 +305,6 @@ std::vector<std::array<Eigen::Matrix2d, kAxes>> calc_angle_noise(const MotionTra
     }
   }
   return noise;
-}
-
-std::vector<ValidationError> validate(const BushFit& fit, const std::vector<MotionTrack>& tracks) {
-  std::vector<ValidationError> errors;
-  for (const MotionTrack& track : tracks) {
-    for (size_t f = 0; f < track.feet.size(); ++f) {
-      if (!track.loaded[f]) continue;
-      for (int a = 0; a < kAxes; ++a) {
-        const Vector& torque = track.feet[f].torque[a];
-        errors.push_back({track.name, f, a, (torque - predict_torque(fit, track, f, a)).cwiseAbs().mean(), torque.cwiseAbs().maxCoeff()});
-      }
-    }
-  }
-  return errors;
-}
-
-LawChoice choose_law(const std::vector<MotionTrack>& tracks, const std::vector<SensorZero>& zeros,
-                     const std::vector<Vector3d>& arms) {
-  LawChoice choice;
-  for (BushLaw law : {BushLaw::kLinear, BushLaw::kHardening}) {
-    FitOptions options;
-    options.law = law;
-    double sum = 0.0, count = 0.0;
-    for (size_t out = 0; out < tracks.size(); ++out) {
-      std::vector<MotionTrack> others = tracks;
-      others.erase(others.begin() + static_cast<long>(out));
-      if (others.empty() || has_slipped(tracks[out])) continue;
-      const BushFit fit = fit_bush(others, zeros, arms, options);
-      for (size_t f = 0; f < tracks[out].feet.size(); ++f) {
-        if (!tracks[out].loaded[f]) continue;
-        for (int a = 0; a < kAxes; ++a) {
-          sum += (tracks[out].feet[f].torque[a] - predict_torque(fit, tracks[out], f, a)).squaredNorm();
-          count += static_cast<double>(tracks[out].time.size());
-        }
-      }
-    }
-    (law == BushLaw::kLinear ? choice.linear_error : choice.hardening_error) = std::sqrt(sum / std::max(1.0, count));
-  }
-  FitOptions options;
-  options.law = BushLaw::kHardening;
-  for (const auto& foot : fit_bush(tracks, zeros, arms, options).feet) {
-    for (const BushParameters& p : foot) {
-      if (p.cubic.std > 0.0) choice.significance = std::max(choice.significance, p.cubic.value / p.cubic.std);
-    }
-  }
-  if (choice.hardening_error < 0.9 * choice.linear_error && choice.significance > 4.0) choice.law = BushLaw::kHardening;
-  return choice;
-}
-
-std::vector<Estimate> fit_vertical_compliance(const std::vector<MotionTrack>& tracks) {
-  Matrix A = Matrix::Zero(2, 2);
-  Vector b = Vector::Zero(2);
-  double square = 0.0, count = 0.0;
-  for (const MotionTrack& track : tracks) {
-    if (track.slide.size() == 0 || has_slipped(track)) continue;
-    Matrix X(track.slide.size(), 2);
-    X << track.feet[0].load, -track.feet[1].load;
-    X.rowwise() -= X.colwise().mean().eval();
-    A += X.transpose() * X;
-    b += X.transpose() * track.slide;
-    square += track.slide.squaredNorm();
-    count += static_cast<double>(track.slide.size());
-  }
-  if (count < 50) return {};
-  const Vector c = A.ldlt().solve(b);
-  // Residuals are alike over about a second: one independent sample in fifty.
-  const Matrix covariance = A.inverse() * std::max(0.0, square - b.dot(c)) / count * 50.0;
-  return {{c[0], std::sqrt(covariance(0, 0))}, {c[1], std::sqrt(covariance(1, 1))}};
 }
 
 }  // namespace hrp::identification

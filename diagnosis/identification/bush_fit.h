@@ -4,8 +4,11 @@
 //   tau = K q + C qd + O                 per foot and axis            [M14 eq. 4, 5, 6]
 //   all motions one below the other      one set of parameters        [M14 eq. 7]
 //
-// Beside them the accelerometer's bias, which all motions, feet and axes share: it turns the estimated vertical and would
-// pass for an offset. Turning the waist tells the two apart, as the bias turns with the chest.
+// Beside them what all motions share and what would pass for these parameters: the accelerometer's bias turns the
+// estimated vertical like an offset (turning the waist tells the two apart: the bias turns with the chest) and, along the
+// sensor's z, makes the chest seem to tilt more than it does; a late
+// gyroscope looks like damping (feet that turn while the chest is still tell them apart); the vertical compliance brings
+// the bush's axes nearer to the ankle (a horizontal force then turns the bush).
 #pragma once
 
 #include <array>
@@ -16,7 +19,10 @@
 
 namespace hrp::identification {
 
-enum class BushLaw { kLinear, kHardening };  // hardening: tau = K q (1 + (q / h)^2) + C qd + O
+// tau = K q + C qd + O, with hardening + B q^3, B = K / h^2; with hysteresis + H z, H = (Bouc-Wen stiffness) x yield.
+enum class BushLaw { kLinear, kHardening, kHysteresis };
+constexpr int kLaws = 3;
+extern const char* const kLawNames[kLaws];
 
 struct Estimate {
   double value = 0.0, std = 0.0;
@@ -24,10 +30,11 @@ struct Estimate {
 };
 
 struct BushParameters {
-  Estimate K;       // [N m/rad]
-  Estimate C;       // [N m s/rad]
-  Estimate O;       // [N m]
-  Estimate cubic;   // [N m/rad^3] K / h^2; zero for the linear law
+  Estimate K;           // [N m/rad]
+  Estimate C;           // [N m s/rad]
+  Estimate O;           // [N m]
+  Estimate cubic;       // [N m/rad^3] B; zero but for the hardening law
+  Estimate hysteresis;  // [N m] H; zero but for the hysteretic law
 };
 
 struct FitOptions {
@@ -35,17 +42,22 @@ struct FitOptions {
   // What noise makes of angle and rate, (angle, rate) by foot and axis: taken off the normal equations, which would
   // otherwise see noise as motion and give too small values (errors in variables). Empty: nothing is taken off.
   std::vector<std::array<Eigen::Matrix2d, kAxes>> noise;
-  double error_memory = 6.0;    // [s] over which residuals are alike: for the standard deviations
+  double error_memory = 10.0;   // [s] window for residuals that are alike over 2 s: for the standard deviations
+  double skip = 0.0;            // [s] at the start of each motion: hysteresis remembers what was before
+  std::vector<Estimate> compliance;  // [m/N] vertical, by foot, where known from elsewhere (vertical.h)
 };
 
 struct BushFit {
   BushLaw law = BushLaw::kLinear;
   std::vector<std::array<BushParameters, kAxes>> feet;
-  Vector3d accelerometer_bias = Vector3d::Zero();      // [m/s^2] along the IMU's x and y; z does not show
-  Vector3d accelerometer_bias_std = Vector3d::Zero();
+  std::vector<Estimate> compliance;                    // [m/N] vertical, by foot
+  Estimate accelerometer_bias[3];                      // [m/s^2] sensor axes; z scales how much the chest seems to tilt
+  Estimate delay;                                      // [s] of the gyroscope against encoders and force sensors
+  Estimate yield;                                      // [rad] hysteretic law; std of its logarithm times it
   std::vector<std::array<double, kAxes>> residual;     // [N m] root mean square by foot and axis
   double condition = 0.0;                              // of the scaled regressor
-  std::vector<std::string> constrained;                // parameters held at zero: K, C, cubic are never negative
+  std::vector<std::string> constrained;                // parameters held at zero: K, C, B, H are never negative
+  Eigen::VectorXd theta;                               // all of them, for predict_torque
 };
 
 // Throws std::runtime_error when the tracks cannot tell the parameters. Tracks whose foot does not carry load all the
@@ -70,23 +82,20 @@ struct ValidationError {
 };
 std::vector<ValidationError> validate(const BushFit& fit, const std::vector<MotionTrack>& tracks);
 
-// The law that predicts motions it has not seen best: each motion in turn is left out of the fit. The simpler law stays
-// unless the other one lowers the error by a tenth and its cubic terms are four standard deviations from zero.
+// The law that predicts motions it has not seen best: each motion in turn is left out of the fit. The linear law stays
+// unless another one lowers the error by a tenth and one of its terms is four standard deviations from zero.
 struct LawChoice {
   BushLaw law = BushLaw::kLinear;
-  double linear_error = 0.0, hardening_error = 0.0;  // [N m] root mean square on motions left out
-  double significance = 0.0;                         // largest cubic term over its standard deviation
+  double error[kLaws] = {};        // [N m] root mean square on motions left out
+  double significance[kLaws] = {}; // largest additional term over its standard deviation
 };
 LawChoice choose_law(const std::vector<MotionTrack>& tracks, const std::vector<SensorZero>& zeros,
-                     const std::vector<Vector3d>& arms);
+                     const std::vector<Vector3d>& arms, const FitOptions& options = {});
 
-// Soles that moved on the floor: their distance or the yaw between them changed more than rubber lets them.
-// Simulated soles that hold creep by up to 2 mm in 20 s while the feet are twisted on them.
-constexpr double kSlipDistance = 4e-3;  // [m]
-constexpr double kSlipTurn = 0.015;     // [rad]
+// Soles that moved on the floor: their distance or the yaw between them changed more than rubber lets them. Simulated
+// soles that hold move by less than 0.1 mm and 0.1 mrad.
+constexpr double kSlipDistance = 1e-3;  // [m]
+constexpr double kSlipTurn = 0.005;     // [rad]
 bool has_slipped(const MotionTrack& track);
-
-// Vertical compliance [m/N] of both feet from the closed chain: slide = load_1 / k_1 - load_2 / k_2 + constant.
-std::vector<Estimate> fit_vertical_compliance(const std::vector<MotionTrack>& tracks);
 
 }  // namespace hrp::identification

@@ -10,14 +10,13 @@
 #include "common/robot/experiment_keys.h"
 #include "diagnosis/identification/motions.h"
 #include "diagnosis/identification/report.h"
+#include "diagnosis/identification/robot_log.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using namespace hrp;
 using namespace hrp::identification;
-
-constexpr const char* kZeroMotion = "hanging";
 
 // Motions of [M14] that identify (the others only validate).
 bool is_training(const std::string& name) { return name.rfind("tilt", 0) == 0 || name.rfind("sway", 0) == 0; }
@@ -28,7 +27,7 @@ int make_scenarios(const std::string& base_path, const std::string& folder, int 
   fs::create_directories(folder);
   std::ofstream list(fs::path(folder) / "motions.txt");
   write_hanging(base, folder);
-  list << kZeroMotion << "\n";
+  list << kHanging << "\n";
   int refused = 0;
   for (MotionPlan plan : make_plans(scale)) {
     MotionCheck check;
@@ -49,12 +48,6 @@ int make_scenarios(const std::string& base_path, const std::string& folder, int 
   }
   return refused == 0 ? 0 : 1;
 }
-
-struct Source {
-  std::string name;
-  RobotLog log;
-  bool train;
-};
 
 std::vector<Source> read_folder(const std::string& folder, bool in_process) {
   std::ifstream list(fs::path(folder) / "motions.txt");
@@ -79,30 +72,25 @@ std::vector<Source> read_experiment(const Scenario& scenario) {
   return sources;
 }
 
-void report(const Scenario& scenario, std::vector<Source> sources, bool simulated, const std::string& out) {
-  const BushObserver observer(scenario);
-  std::vector<SensorZero> zeros(scenario.feet.size());
-  std::vector<MotionTrack> tracks, resting;
-  std::vector<bool> train;
-  for (Source& source : sources) {
-    if (source.name != kZeroMotion) continue;
-    zeros = observer.calc_zeros(source.log);
-    resting.push_back(observer.observe(source.log, zeros));
-  }
-  for (Source& source : sources) {
-    if (source.name == kZeroMotion) continue;
-    source.log.name = source.name;
-    tracks.push_back(observer.observe(source.log, zeros));
-    train.push_back(source.train);
-  }
-  Identification result = identify(scenario, tracks, train, zeros, resting);
+void report(const Scenario& scenario, const std::vector<Source>& sources, bool simulated, const std::string& out) {
+  Identification result = identify(scenario, sources);
   result.simulated = simulated;
-  if (resting.empty()) result.notes.push_back("no recording 'hanging': the force sensors' zero is taken as it is, and offsets hold it");
   fs::create_directories(out);
   const std::string page = (fs::path(out) / "report.html").string();
   write_report(result, page);
   const std::string found = write_identified_scenario(result, out);
   std::printf("%s\nreport: %s\nscenario with the bush found: %s\n", make_text(result).c_str(), page.c_str(), found.c_str());
+}
+
+// The folder's motions without sensor errors, then with those of many seeds.
+void print_coverage(const Scenario& scenario, const std::string& folder, int seeds) {
+  std::ifstream list(fs::path(folder) / "motions.txt");
+  std::vector<Source> sources;
+  for (std::string name; std::getline(list, name);) {
+    const Scenario clean = without_sensor_errors(load_scenario((fs::path(folder) / (name + ".yaml")).string()));
+    sources.push_back({name, run_in_process(clean), is_training(name)});
+  }
+  std::printf("%s", make_text(study_coverage(scenario, sources, seeds), scenario).c_str());
 }
 
 }  // namespace
@@ -113,6 +101,7 @@ int main(int argc, char** argv) {
   std::string scenario, folder, out;
   int tries = 0;
   double scale = 1.0;
+  int seeds = 100;
   bool in_process = false;
   CLI::App* make = app.add_subcommand("make", "writes scenarios of all motions, checked for stability and excitation");
   make->add_option("scenario", scenario, "robot with its bush")->required();
@@ -127,11 +116,16 @@ int main(int argc, char** argv) {
   CLI::App* experiment = app.add_subcommand("experiment", "identifies from an experiment's recordings (CSV or MCAP)");
   experiment->add_option("experiment", scenario, "experiment.yaml; a recording named 'hanging' zeroes the force sensors")->required();
   experiment->add_option("--out", out, "for report.html and identified.yaml")->required();
+  CLI::App* coverage = app.add_subcommand("coverage", "how often the intervals hold the truth, over many seeds of the sensors' noise");
+  coverage->add_option("scenario", scenario, "robot with its bush")->required();
+  coverage->add_option("folder", folder, "what `make` wrote")->required();
+  coverage->add_option("--seeds", seeds, "how many")->check(CLI::Range(1, 100000));
   CLI11_PARSE(app, argc, argv);
   try {
     if (*make) return make_scenarios(scenario, folder, tries, scale);
     const Scenario base = load_scenario(scenario);
-    if (*fit) report(base, read_folder(folder, in_process), true, out);
+    if (*coverage) print_coverage(base, folder, seeds);
+    else if (*fit) report(base, read_folder(folder, in_process), true, out);
     else report(base, read_experiment(base), false, out);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-identify-foot: %s\n", error.what());

@@ -30,7 +30,7 @@ struct MotionPlan {
   Waves push[2];                     // [N] force on the chest along x, y by an external hand
 };
 
-// All fourteen motions. `scale` makes them shorter (tests): duration times scale.
+// The fourteen motions of the paper and one more. `scale` makes them shorter (tests): duration times scale.
 std::vector<MotionPlan> make_plans(double scale = 1.0);
 
 // Joint trajectories every 10 ms. Throws std::runtime_error when a leg does not reach.

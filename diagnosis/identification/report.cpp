@@ -45,6 +45,19 @@ std::string make_cell(const Estimate& e, const double* truth) {
   return cell;
 }
 
+std::string make_vertical(const Identification& r) {
+  if (r.vertical.stiffness.empty()) return "<p>Vertical stiffness: these motions do not show it.</p>";
+  std::string html = "<h2>Vertical stiffness and damping, from accelerometer and closed chain</h2><table><tr><th>foot</th><th></th>"
+                     "<th>value</th><th>std</th><th>relative std</th><th>simulated truth (error)</th></tr>";
+  for (size_t f = 0; f < r.vertical.stiffness.size(); ++f) {
+    const FootBushSpec* t = find_truth(r, f);
+    const std::string head = "<tr><td>" + escape(r.scenario.feet[f]) + "</td><td>";
+    html += head + "kz [N/m]</td>" + make_cell(r.vertical.stiffness[f], t != nullptr ? &t->kz : nullptr) + "</tr>";
+    html += head + "cz [N s/m]</td>" + make_cell(r.vertical.damping[f], t != nullptr ? &t->cz : nullptr) + "</tr>";
+  }
+  return html + "</table>";
+}
+
 std::string make_table_1(const Identification& r) {
   std::string html = "<h2>Table 1: stiffness, damping, offset of each foot and axis</h2><table><tr><th>foot</th><th>axis</th>"
                      "<th></th><th>value</th><th>std</th><th>relative std</th><th>simulated truth (error)</th></tr>";
@@ -59,6 +72,9 @@ std::string make_table_1(const Identification& r) {
         html += "<tr><td>" + escape(r.scenario.feet[f]) + "</td><td>" + kAxisNames[a] + "</td><td>" + names[i] + "</td>" +
                 make_cell(*estimates[i], t != nullptr ? &truth[i] : nullptr) + "</tr>";
       }
+      if (r.fit.law == BushLaw::kHysteresis) {
+        html += "<tr><td>" + escape(r.scenario.feet[f]) + "</td><td>" + kAxisNames[a] + "</td><td>hysteresis, largest torque [N m]</td>" + make_cell(p.hysteresis, nullptr) + "</tr>";
+      }
       if (r.fit.law == BushLaw::kHardening) {
         html += "<tr><td>" + escape(r.scenario.feet[f]) + "</td><td>" + kAxisNames[a] + "</td><td>hardening angle [rad]</td>";
         const double h = std::sqrt(p.K.value / std::max(p.cubic.value, 1e-9));
@@ -67,11 +83,7 @@ std::string make_table_1(const Identification& r) {
     }
   }
   html += "</table>";
-  for (size_t f = 0; f < r.compliance.size(); ++f) {
-    const Estimate& c = r.compliance[f];
-    html += print("<p>Vertical stiffness, foot %zu, from the closed chain of both legs: %.3g &plusmn; %.2g N/m.</p>", f + 1, 1.0 / c.value, c.std / (c.value * c.value));
-  }
-  return html;
+  return html + make_vertical(r);
 }
 
 std::string make_errors(const std::string& title, const std::vector<ValidationError>& errors, const Identification& r) {
@@ -139,35 +151,6 @@ std::string make_figures(const Identification& r) {
 
 }  // namespace
 
-Identification identify(const Scenario& scenario, const std::vector<MotionTrack>& tracks, const std::vector<bool>& train,
-                        const std::vector<SensorZero>& zeros, const std::vector<MotionTrack>& resting) {
-  Identification r;
-  r.scenario = scenario;
-  r.tracks = tracks;
-  r.train = train;
-  const std::vector<Vector3d> arms = BushObserver(scenario).bush_centres();
-  std::vector<MotionTrack> fitted, unseen;
-  for (size_t i = 0; i < tracks.size(); ++i) {
-    if (has_slipped(tracks[i])) r.notes.push_back(tracks[i].name + print(": a sole slipped (%.1f mm, %.1f mrad): left out", 1e3 * tracks[i].slip, 1e3 * tracks[i].turn));
-    (train[i] ? fitted : unseen).push_back(tracks[i]);
-  }
-  FitOptions options;
-  if (!resting.empty()) options.noise = calc_angle_noise(resting[0]);
-  r.choice = choose_law(fitted, zeros, arms);
-  options.law = r.choice.law;
-  r.fit = fit_bush(fitted, zeros, arms, options);
-  r.direct = validate(r.fit, fitted);
-  for (size_t i = 0; i < fitted.size() && fitted.size() > 1; ++i) {
-    std::vector<MotionTrack> others = fitted;
-    others.erase(others.begin() + static_cast<long>(i));
-    for (const ValidationError& e : validate(fit_bush(others, zeros, arms, options), {fitted[i]})) r.cross.push_back(e);
-  }
-  for (const ValidationError& e : validate(r.fit, unseen)) r.cross.push_back(e);
-  r.compliance = fit_vertical_compliance(fitted);
-  for (const std::string& name : r.fit.constrained) r.notes.push_back(name + " would have been negative and is held at zero");
-  return r;
-}
-
 std::string write_identified_scenario(const Identification& r, const std::string& folder) {
   YAML::Node node = YAML::Load(r.scenario.text);
   node["robot"] = r.scenario.robot;
@@ -178,9 +161,10 @@ std::string write_identified_scenario(const Identification& r, const std::string
     YAML::Node bush = node["foot_bush"][r.scenario.feet[f]];
     const auto old = r.scenario.foot_bush.find(r.scenario.feet[f]);
     const FootBushSpec place = old != r.scenario.foot_bush.end() ? old->second : FootBushSpec{};
-    // Vertical damping does not show in these motions: 1 kN s/m is an assumption where the scenario has none.
-    bush["kz"] = f < r.compliance.size() ? 1.0 / r.compliance[f].value : place.kz > 0 ? place.kz : 3e5;
-    bush["cz"] = place.cz > 0 ? place.cz : 1e3;
+    // Where nothing is known of the vertical: 3e5 N/m, 1 kN s/m are assumptions.
+    const bool known = f < r.vertical.stiffness.size();
+    bush["kz"] = known ? r.vertical.stiffness[f].value : place.kz > 0 ? place.kz : 3e5;
+    bush["cz"] = known && r.vertical.damping[f].value > 0 ? r.vertical.damping[f].value : place.cz > 0 ? place.cz : 1e3;
     bush["upper_mass_ratio"] = place.upper_mass_ratio;
     for (int i = 0; i < 3; ++i) bush["center"].push_back(centres[f][i]);
     const BushParameters &roll = r.fit.feet[f][0], &pitch = r.fit.feet[f][1];
@@ -192,6 +176,12 @@ std::string write_identified_scenario(const Identification& r, const std::string
     bush["offset_pitch"] = pitch.O.value;
     const double hardness = 0.5 * (roll.cubic.value / roll.K.value + pitch.cubic.value / pitch.K.value);
     if (hardness > 0.0) bush["hardening_angle"] = 1.0 / std::sqrt(hardness);
+    for (int a = 0; a < kAxes && r.fit.law == BushLaw::kHysteresis; ++a) {
+      const double H = r.fit.feet[f][static_cast<size_t>(a)].hysteresis.value;
+      YAML::Node law = node["joint_laws"][r.scenario.feet[f] + "_bush_" + kAxisNames[a]]["hysteresis"];
+      law["stiffness"] = H / r.fit.yield.value;
+      law["yield_angle"] = r.fit.yield.value;
+    }
   }
   const std::string path = (std::filesystem::path(folder) / "identified.yaml").string();
   std::ofstream file(path);
@@ -211,8 +201,12 @@ std::string make_text(const Identification& r) {
   }
   double worst = 0.0;
   for (const ValidationError& e : r.cross) worst = std::max(worst, e.relative());
-  text += print("law: %s (error on motions left out: linear %.4f, hardening %.4f N m)\n", r.choice.law == BushLaw::kLinear ? "linear" : "hardening",
-                r.choice.linear_error, r.choice.hardening_error);
+  for (size_t f = 0; f < r.vertical.stiffness.size(); ++f) {
+    const Estimate &k = r.vertical.stiffness[f], &c = r.vertical.damping[f];
+    text += print("%-16s vertical  kz %.4g (%.2f %%)  cz %.4g (%.1f %%)\n", r.scenario.feet[f].c_str(), k.value, 100 * k.relative_std(), c.value, 100 * c.relative_std());
+  }
+  text += print("law: %s (error on motions left out: linear %.4f, hardening %.4f, hysteresis %.4f N m)\n", kLawNames[static_cast<int>(r.choice.law)],
+                r.choice.error[0], r.choice.error[1], r.choice.error[2]);
   text += print("cross-validation: worst mean error %.2f %% of the largest torque; condition number %.1f\n", 100 * worst, r.fit.condition);
   for (const std::string& note : r.notes) text += note + "\n";
   return text;
@@ -227,10 +221,12 @@ void write_report(const Identification& r, const std::string& path) {
   file << (r.simulated ? "<p><strong>All data in this report are simulated.</strong> " : "<p>");
   file << "Identified from joint encoders, force sensors and the chest IMU, with the grounded sole as base: torque = K angle + C rate + O.</p><pre>"
        << escape(make_text(r)) << "</pre>";
-  file << print("<p>Accelerometer bias found beside them: x %.4f &plusmn; %.4f, y %.4f &plusmn; %.4f m/s&sup2;.</p>", r.fit.accelerometer_bias.x(),
-                r.fit.accelerometer_bias_std.x(), r.fit.accelerometer_bias.y(), r.fit.accelerometer_bias_std.y());
-  file << print("<p>Model selection: a hardening bush has %.4f N m on motions left out, a linear one %.4f N m; its cubic term is %.1f standard deviations from zero. Chosen: %s.</p>",
-                r.choice.hardening_error, r.choice.linear_error, r.choice.significance, r.choice.law == BushLaw::kLinear ? "linear" : "hardening");
+  const Estimate* bias = r.fit.accelerometer_bias;
+  file << print("<p>Found beside them: accelerometer bias x %.4f &plusmn; %.4f, y %.4f &plusmn; %.4f, z %.3f &plusmn; %.3f m/s&sup2;; the gyroscope is late by %.2f &plusmn; %.2f ms.</p>",
+                bias[0].value, bias[0].std, bias[1].value, bias[1].std, bias[2].value, bias[2].std, 1e3 * r.fit.delay.value, 1e3 * r.fit.delay.std);
+  file << print("<p>Model selection, error on motions left out: linear %.4f, hardening %.4f (its term %.1f standard deviations from zero), hysteresis %.4f N m (%.1f). Chosen: %s.</p>",
+                r.choice.error[0], r.choice.error[1], r.choice.significance[1], r.choice.error[2], r.choice.significance[2], kLawNames[static_cast<int>(r.choice.law)]);
+  if (r.fit.law == BushLaw::kHysteresis) file << print("<p>Yield angle %.2f &plusmn; %.2f mrad.</p>", 1e3 * r.fit.yield.value, 1e3 * r.fit.yield.std);
   file << make_table_1(r) << make_errors("Table 2: direct validation", r.direct, r)
        << make_errors("Table 3: cross-validation (each motion predicted by a fit that has not seen it)", r.cross, r) << make_figures(r)
        << "</body></html>\n";

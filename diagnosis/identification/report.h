@@ -6,26 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/identification/bush_fit.h"
+#include "diagnosis/identification/identify.h"
 
 namespace hrp::identification {
-
-struct Identification {
-  Scenario scenario;
-  bool simulated = true;
-  std::vector<MotionTrack> tracks;       // all that could be used
-  std::vector<bool> train;               // by track: fitted, else only predicted
-  BushFit fit;
-  LawChoice choice;
-  std::vector<ValidationError> direct;   // motions that were fitted
-  std::vector<ValidationError> cross;    // each motion predicted by a fit that has not seen it
-  std::vector<Estimate> compliance;      // [m/N] vertical, by foot
-  std::vector<std::string> notes;        // what was left out and why
-};
-
-// Fits, chooses the law, validates.
-Identification identify(const Scenario& scenario, const std::vector<MotionTrack>& tracks, const std::vector<bool>& train,
-                        const std::vector<SensorZero>& zeros, const std::vector<MotionTrack>& resting);
 
 // The places of the bushes' centres in their feet, as the observer uses them.
 std::string write_identified_scenario(const Identification& result, const std::string& folder);

@@ -70,6 +70,13 @@ RobotLog run_in_process(const Scenario& scenario, const std::function<void(doubl
   return log;
 }
 
+Scenario without_sensor_errors(Scenario scenario) {
+  for (ImuSpec& imu : scenario.sensors.imus) imu.gyro = imu.accelerometer = SensorErrors{};
+  for (WrenchSpec& wrench : scenario.sensors.wrenches) wrench.force = wrench.torque = SensorErrors{};
+  scenario.sensors.encoders = EncoderSpec{};
+  return scenario;
+}
+
 RobotLog add_noise(const RobotLog& clean, const Scenario& scenario, unsigned long long seed) {
   RobotLog log = clean;
   const EncoderSpec& encoders = scenario.sensors.encoders;

@@ -43,6 +43,9 @@ RobotLog read_mcap(const std::string& path);
 // A table with the columns of experiment folders. Resampled to a constant period. Throws InputError.
 RobotLog read_table(const std::string& path, const Scenario& scenario);
 
+// The same scenario with perfect sensors.
+Scenario without_sensor_errors(Scenario scenario);
+
 // Adds the sensor errors of `scenario` with another seed to a log without any, as the simulator does.
 RobotLog add_noise(const RobotLog& clean, const Scenario& scenario, unsigned long long seed);
 

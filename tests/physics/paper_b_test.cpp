@@ -5,23 +5,19 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <functional>
 
 #include <unistd.h>
 
-#include "diagnosis/identification/bush_fit.h"
+#include "diagnosis/identification/identify.h"
 #include "diagnosis/identification/motions.h"
+#include "diagnosis/identification/report.h"
 
 namespace hrp::identification {
 namespace {
 
 const char* const kScenario = HRP_SOURCE_DIR "/models/scenarios/paper_b/foot.yaml";
-
-Scenario without_errors(Scenario scenario) {
-  for (ImuSpec& imu : scenario.sensors.imus) imu.gyro = imu.accelerometer = SensorErrors{};
-  for (WrenchSpec& wrench : scenario.sensors.wrenches) wrench.force = wrench.torque = SensorErrors{};
-  scenario.sensors.encoders = EncoderSpec{};
-  return scenario;
-}
 
 class PaperB : public ::testing::Test {
  protected:
@@ -31,106 +27,173 @@ class PaperB : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  // Clean sensor data of the hanging robot and of some of the motions, shortened.
-  void record(double hardening_angle, const std::vector<size_t>& which, double scale) {
+  using Change = std::function<void(Scenario*)>;
+  // Clean sensor data of the hanging robot and of some of the motions, shortened, on a robot that may differ.
+  void record(const std::vector<size_t>& which, double scale, const Change& change = {}) {
     base_ = load_scenario(kScenario);
     const auto run = [&](const std::string& path) {
-      Scenario scenario = without_errors(load_scenario(path));
-      for (auto& [foot, bush] : scenario.foot_bush) bush.hardening_angle = hardening_angle;
+      Scenario scenario = without_sensor_errors(load_scenario(path));
+      if (change) change(&scenario);
       return run_in_process(scenario);
     };
-    hanging_ = run(write_hanging(base_, folder_));
+    clean_.push_back({kHanging, run(write_hanging(base_, folder_)), false});
     const std::vector<MotionPlan> plans = make_plans(scale);
-    for (size_t i : which) motions_.push_back(run(write_motion(plans[i], base_, folder_)));
+    for (size_t i : which) clean_.push_back({plans[i].name, run(write_motion(plans[i], base_, folder_)), true});
   }
-
-  struct Observed {
-    std::vector<SensorZero> zeros;
-    std::vector<MotionTrack> tracks;
-    MotionTrack resting;
-  };
-  Observed observe(const BushObserver& observer, unsigned long long seed) const {
-    Observed observed;
-    const RobotLog hanging = add_noise(hanging_, base_, 1000 * seed);
-    observed.zeros = observer.calc_zeros(hanging);
-    observed.resting = observer.observe(hanging, observed.zeros);
-    for (size_t i = 0; i < motions_.size(); ++i) {
-      observed.tracks.push_back(observer.observe(add_noise(motions_[i], base_, 1000 * seed + i + 1), observed.zeros));
-    }
-    return observed;
-  }
-  BushFit fit(const BushObserver& observer, const Observed& observed, BushLaw law) const {
-    FitOptions options;
-    options.law = law;
-    options.noise = calc_angle_noise(observed.resting);
-    return fit_bush(observed.tracks, observed.zeros, observer.bush_centres(), options);
+  std::vector<Source> with_noise(unsigned long long seed) const {
+    std::vector<Source> noisy = clean_;
+    for (size_t i = 0; i < noisy.size(); ++i) noisy[i].log = add_noise(clean_[i].log, base_, 1000 * seed + i);
+    return noisy;
   }
 
   std::string folder_;
   Scenario base_;
-  RobotLog hanging_;
-  std::vector<RobotLog> motions_;
+  std::vector<Source> clean_;
 };
 
-TEST_F(PaperB, FindsStiffnessDampingAndOffset) {
-  record(0.0, {0, 1, 4, 5, 7}, 0.75);
+constexpr size_t kBounce = 14;
+
+// The whole study, a hundred seeds of all motions, is `scripts/identify_foot.sh --coverage 100`; docs/identification.md
+// has its table. Here: few motions, few seeds.
+TEST_F(PaperB, IntervalsHoldStiffnessDampingAndOffset) {
+  record({0, 1, 5, 7, 9, kBounce}, 0.75);
+  constexpr int kSeeds = 6;
+  const Coverage coverage = study_coverage(base_, clean_, kSeeds);
+  std::printf("%s", make_text(coverage, base_).c_str());
+  int inside = 0;
+  for (const Coverage::Row& row : coverage.rows) {
+    inside += row.inside;
+    const bool small_offset = row.parameter == 2 && row.axis == 0;  // 0.5 N m of 15: three times 2 % from so few motions
+    EXPECT_LT(row.worst / std::abs(row.truth), small_offset ? 0.06 : 0.02);
+    const double paper[3] = {0.003, 0.042, 1.0};  // [M14] table 1: K 0.2 to 0.3 %, C 1.6 to 4.2 %
+    EXPECT_LT(row.stated / std::abs(row.truth), paper[row.parameter]);
+  }
+  // 72 intervals of 95 %, alike within a seed: fewer than 58 would be one in ten thousand if seeds' rows were in pairs.
+  EXPECT_GE(inside, 58);
+}
+
+TEST_F(PaperB, FindsTheVerticalStiffnessFromTheAccelerometer) {
+  record({kBounce}, 0.75);
   const BushObserver observer(base_);
-  constexpr int kSeeds = 100;
-  int inside[3] = {0, 0, 0};
-  double worst[3] = {0, 0, 0}, relative[3] = {0, 0, 0}, mean[3][4] = {};
-  for (int seed = 1; seed <= kSeeds; ++seed) {
-    const BushFit found = fit(observer, observe(observer, static_cast<unsigned>(seed)), BushLaw::kLinear);
-    for (size_t f = 0; f < 2; ++f) {
-      const FootBushSpec& bush = base_.foot_bush.at(base_.feet[f]);
-      for (size_t a = 0; a < 2; ++a) {
-        const double truth[3] = {a ? bush.k_pitch : bush.k_roll, a ? bush.c_pitch : bush.c_roll, a ? bush.offset_pitch : bush.offset_roll};
-        const BushParameters& p = found.feet[f][a];
-        const Estimate* estimates[3] = {&p.K, &p.C, &p.O};
-        for (int i = 0; i < 3; ++i) {
-          const double error = estimates[i]->value - truth[i];
-          inside[i] += std::abs(error) < 1.96 * estimates[i]->std;
-          mean[i][2 * f + a] += error / truth[i] / kSeeds;
-          if (i == 2 && std::abs(truth[i]) < 1.0) continue;  // the roll offsets: see docs/identification.md
-          worst[i] = std::max(worst[i], std::abs(error / truth[i]));
-          relative[i] = std::max(relative[i], estimates[i]->relative_std());
-        }
-      }
-    }
+  const VerticalFit fit = observe(observer, with_noise(2)).vertical;
+  ASSERT_EQ(fit.stiffness.size(), 2u);
+  for (size_t f = 0; f < 2; ++f) {
+    const FootBushSpec& bush = base_.foot_bush.at(base_.feet[f]);
+    std::printf("kz %.4g (%.2g), cz %.4g (%.2g)\n", fit.stiffness[f].value, fit.stiffness[f].std, fit.damping[f].value, fit.damping[f].std);
+    EXPECT_NEAR(fit.stiffness[f].value, bush.kz, 3.0 * fit.stiffness[f].std);
+    EXPECT_LT(fit.stiffness[f].relative_std(), 0.05);
+    EXPECT_NEAR(fit.damping[f].value, bush.cz, 3.0 * fit.damping[f].std);
   }
-  const char* const names[3] = {"K", "C", "O"};
-  for (int i = 0; i < 3; ++i) {
-    std::printf("%s: truth in the 95 %% interval in %.1f of 100, worst error %.2f %%, largest relative std %.2f %%, mean errors %.3f %.3f %.3f %.3f %%\n", names[i],
-                inside[i] / (0.04 * kSeeds), 100 * worst[i], 100 * relative[i], 100 * mean[i][0], 100 * mean[i][1], 100 * mean[i][2], 100 * mean[i][3]);
-  }
-  // Systematic errors remain that the standard deviations do not know of (docs/identification.md has the numbers), so
-  // the intervals are not yet claimed to hold the truth; what is claimed is how near the values are.
-  EXPECT_LT(worst[0], 0.02);
-  EXPECT_LT(worst[1], 0.03);  // the goal is 0.02; from five short motions damping about pitch is 1.6 % too large
-  EXPECT_LT(worst[2], 0.02);
-  EXPECT_LT(relative[0], 0.003);  // [M14] table 1: 0.2 to 0.3 %
-  EXPECT_LT(relative[1], 0.042);  // [M14] table 1: 1.6 to 4.2 %
+}
+
+// A gyroscope that is late would pass for damping: 2 ms are 0.9 N m s/rad about pitch.
+TEST_F(PaperB, TellsALateGyroscopeFromDamping) {
+  record({0, 1, 5, 7}, 0.75, [](Scenario* s) { s->sensors.imus[0].gyro.delay = 2e-3; });
+  const BushObserver observer(base_);
+  const Observation o = observe(observer, with_noise(4));
+  const BushFit fit = fit_bush(o.fitted, o.zeros, observer.bush_centres(), o.options);
+  EXPECT_NEAR(fit.delay.value, 2.25e-3, 3.0 * fit.delay.std);  // and half a step, as the simulator's rates are means
+  EXPECT_LT(fit.delay.std, 5e-4);
+  EXPECT_NEAR(fit.feet[0][1].C.value / base_.foot_bush.at(base_.feet[0]).c_pitch, 1.0, 0.02);
 }
 
 TEST_F(PaperB, ChoosesTheLinearLawForALinearBush) {
-  record(0.0, {0, 1, 5}, 0.6);
+  record({0, 1, 5}, 0.6);
   const BushObserver observer(base_);
-  const Observed observed = observe(observer, 3);
-  const LawChoice choice = choose_law(observed.tracks, observed.zeros, observer.bush_centres());
-  EXPECT_EQ(choice.law, BushLaw::kLinear) << choice.linear_error << " against " << choice.hardening_error;
+  const Observation o = observe(observer, with_noise(3));
+  const LawChoice choice = choose_law(o.fitted, o.zeros, observer.bush_centres(), o.options);
+  EXPECT_EQ(choice.law, BushLaw::kLinear) << choice.error[0] << ", " << choice.error[1] << ", " << choice.error[2];
 }
 
 TEST_F(PaperB, SeesThatABushHardens) {
-  record(0.08, {0, 1, 5}, 0.6);
+  record({0, 1, 5}, 0.6, [](Scenario* s) {
+    for (auto& [foot, bush] : s->foot_bush) bush.hardening_angle = 0.08;
+  });
   const BushObserver observer(base_);
-  const Observed observed = observe(observer, 3);
-  const LawChoice choice = choose_law(observed.tracks, observed.zeros, observer.bush_centres());
-  EXPECT_EQ(choice.law, BushLaw::kHardening) << choice.linear_error << " against " << choice.hardening_error;
-  const BushFit found = fit(observer, observed, choice.law);
+  Observation o = observe(observer, with_noise(3));
+  const LawChoice choice = choose_law(o.fitted, o.zeros, observer.bush_centres(), o.options);
+  ASSERT_EQ(choice.law, BushLaw::kHardening) << choice.error[0] << ", " << choice.error[1] << ", " << choice.error[2];
+  o.options.law = choice.law;
+  const BushFit found = fit_bush(o.fitted, o.zeros, observer.bush_centres(), o.options);
   for (size_t f = 0; f < 2; ++f) {
     const FootBushSpec& bush = base_.foot_bush.at(base_.feet[f]);
     EXPECT_NEAR(found.feet[f][1].K.value / bush.k_pitch, 1.0, 0.02);
     EXPECT_NEAR(std::sqrt(found.feet[f][1].K.value / found.feet[f][1].cubic.value) / 0.08, 1.0, 0.05);
   }
+}
+
+// Rubber that remembers: a Bouc-Wen element of 80 N m/rad that yields at 6 mrad beside the linear one.
+TEST_F(PaperB, SeesThatABushHasHysteresis) {
+  record({0, 1, 5}, 0.6, [](Scenario* s) {
+    for (const std::string& foot : s->feet) {
+      for (const char* axis : {"_bush_roll", "_bush_pitch"}) {
+        s->joint_laws[foot + axis] = {{"hysteresis", {{"stiffness", 80.0}, {"yield_angle", 0.006}}}};
+      }
+    }
+  });
+  const BushObserver observer(base_);
+  Observation o = observe(observer, with_noise(3));
+  const LawChoice choice = choose_law(o.fitted, o.zeros, observer.bush_centres(), o.options);
+  ASSERT_EQ(choice.law, BushLaw::kHysteresis) << choice.error[0] << ", " << choice.error[1] << ", " << choice.error[2];
+  o.options.law = choice.law;
+  o.options.skip = 2.0;
+  const BushFit found = fit_bush(o.fitted, o.zeros, observer.bush_centres(), o.options);
+  std::printf("yield %.2f (%.2f) mrad; H %.3f (%.3f) N m; K %.1f\n", 1e3 * found.yield.value, 1e3 * found.yield.std, found.feet[0][0].hysteresis.value,
+              found.feet[0][0].hysteresis.std, found.feet[0][0].K.value);
+  EXPECT_NEAR(found.yield.value / 0.006, 1.0, 0.1);
+  EXPECT_NEAR(found.feet[0][0].hysteresis.value / (80.0 * 0.006), 1.0, 0.1);
+  EXPECT_NEAR(found.feet[0][0].K.value / base_.foot_bush.at(base_.feet[0]).k_roll, 1.0, 0.02);
+}
+
+TEST_F(PaperB, LeavesOutSolesThatSlip) {
+  record({0, 7}, 0.5);
+  Scenario slippery = without_sensor_errors(load_scenario(write_motion(make_plans(0.5)[2], base_, folder_)));
+  slippery.ground.friction = 0.03;  // feet that stand apart slide: 20 N across on 280 N
+  clean_.push_back({"ice", run_in_process(slippery), true});
+  const BushObserver observer(base_);
+  const Observation o = observe(observer, with_noise(1));
+  ASSERT_EQ(o.fitted.size(), 3u);
+  for (const MotionTrack& track : o.fitted) {
+    EXPECT_EQ(has_slipped(track), track.name == "ice") << track.name << ": " << track.slip << " m, " << track.turn << " rad";
+  }
+  const BushFit fit = fit_bush(o.fitted, o.zeros, observer.bush_centres(), o.options);
+  EXPECT_NEAR(fit.feet[0][1].K.value / base_.foot_bush.at(base_.feet[0]).k_pitch, 1.0, 0.02);
+}
+
+// Recordings of one's own: a table of them comes back as it went in, and so does what is identified.
+TEST_F(PaperB, ReadsAnExperimentFolder) {
+  record({0}, 0.3);
+  const RobotLog& log = clean_[1].log;
+  const std::string path = folder_ + "/tilt.csv";
+  std::ofstream file(path);
+  file.precision(12);
+  const char* const axes[] = {"x", "y", "z"};
+  file << "time";
+  for (const std::string& joint : log.joints) file << ",/joint_states/" << joint << "/position";
+  for (const char* group : {"/imu/chest/angular_velocity/", "/imu/chest/linear_acceleration/", "/wrench/right_foot/force/", "/wrench/right_foot/torque/",
+                            "/wrench/left_foot/force/", "/wrench/left_foot/torque/"}) {
+    for (const char* axis : axes) file << "," << group << axis;
+  }
+  for (Eigen::Index k = 0; k < log.size(); ++k) {
+    file << "\n" << log.period * static_cast<double>(k);
+    for (const Samples* m : {&log.q, &log.gyro, &log.accelerometer, &log.wrenches[0], &log.wrenches[1]}) {
+      for (Eigen::Index i = 0; i < m->rows(); ++i) file << "," << (*m)(i, k);
+    }
+  }
+  file << "\n";
+  file.close();
+  RobotLog read = read_table(path, base_);
+  ASSERT_EQ(read.size(), log.size());
+  ASSERT_EQ(read.joints, log.joints);
+  EXPECT_NEAR(read.period, log.period, 1e-9);
+  EXPECT_LT((read.q - log.q).cwiseAbs().maxCoeff(), 1e-9);  // twelve digits
+  EXPECT_LT((read.wrenches[1] - log.wrenches[1]).cwiseAbs().maxCoeff(), 1e-6);
+  Identification result = identify(base_, {clean_[0], {"tilt", read, true}, {"tilt_again", read, false}});
+  EXPECT_NEAR(result.fit.feet[0][1].K.value / base_.foot_bush.at(base_.feet[0]).k_pitch, 1.0, 0.02);
+  result.simulated = false;
+  write_report(result, folder_ + "/report.html");
+  const std::string found = write_identified_scenario(result, folder_);
+  EXPECT_NEAR(load_scenario(found).foot_bush.at(base_.feet[0]).k_pitch, result.fit.feet[0][1].K.value, 1e-3);
 }
 
 }  // namespace

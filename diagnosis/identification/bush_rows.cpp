@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/identification/bush_rows.h"
+
+#include <cmath>
+
+namespace hrp::identification {
+namespace {
+
+using Vector = Eigen::VectorXd;
+constexpr double kYieldStep = 0.02;  // of log yield, for the derivative
+
+struct Corrected {
+  Vector angle, rate, z, slope;  // slope: d torque / d angle
+};
+
+Corrected correct(const BushTrack& t, int axis, const Layout& layout, Eigen::Index at, const Vector& theta) {
+  const Vector errors = theta.segment<kImuErrors>(layout.imu());
+  Corrected c;
+  c.angle = t.angle[axis] - t.angle_gain[axis] * errors;
+  c.rate = t.rate[axis] - t.rate_gain[axis] * errors;
+  c.slope = Vector::Constant(c.angle.size(), theta[at]);
+  if (layout.law == BushLaw::kHardening) c.slope += 3.0 * theta[at + 3] * c.angle.cwiseAbs2();
+  if (layout.law == BushLaw::kHysteresis) c.z = calc_hysteresis(c.angle, std::exp(theta[layout.yield()]));
+  return c;
+}
+
+}  // namespace
+
+bool is_usable(const MotionTrack& track, size_t foot) { return track.loaded[foot] && !has_slipped(track); }
+
+Eigen::VectorXd calc_hysteresis(const Eigen::VectorXd& angle, double yield) {
+  Vector z = Vector::Zero(angle.size());
+  for (Eigen::Index k = 1; k < angle.size(); ++k) {
+    double turn = (angle[k] - angle[k - 1]) / yield, now = z[k - 1];
+    if (now * turn < 0.0) {  // back towards zero, at most to it
+      const double back = std::min(std::abs(now), std::abs(turn));
+      now += std::copysign(back, turn);
+      turn -= std::copysign(back, turn);
+    }
+    const double limit = std::copysign(1.0, turn);
+    z[k] = turn == 0.0 ? now : limit + (now - limit) * std::exp(-std::abs(turn));
+  }
+  return z;
+}
+
+void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta, double skip, Rows* rows) {
+  const BushTrack& t = track.feet[foot];
+  const Eigen::Index at = layout.first(foot, axis), all = track.time.size();
+  const Corrected c = correct(t, axis, layout, at, theta);
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(all, layout.size());
+  X.col(at) = c.angle;
+  X.col(at + 1) = c.rate;
+  X.col(at + 2).setOnes();
+  if (layout.law == BushLaw::kHardening) X.col(at + 3) = c.angle.array().cube();
+  Vector y = t.torque[axis];
+  if (layout.law == BushLaw::kHysteresis) {
+    X.col(at + 3) = c.z;
+    const Vector moved = calc_hysteresis(c.angle, std::exp(theta[layout.yield()] + kYieldStep));
+    X.col(layout.yield()) = theta[at + 3] * (moved - c.z) / kYieldStep;
+    y += X.col(layout.yield()) * theta[layout.yield()];
+  }
+  X.col(layout.compliance(foot)) = -t.arm[axis];
+  for (int i = 0; i < kImuErrors; ++i) {
+    const Vector effect = -c.slope.cwiseProduct(t.angle_gain[axis].col(i)) - theta[at + 1] * t.rate_gain[axis].col(i);
+    X.col(layout.imu() + i) = effect;
+    y += effect * theta[layout.imu() + i];
+  }
+  const Eigen::Index first = std::min(all, static_cast<Eigen::Index>(std::ceil(std::max(0.0, skip - track.time[0]) / track.period)));
+  rows->X = X.bottomRows(all - first);
+  rows->y = y.tail(all - first);
+}
+
+Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta) {
+  const BushTrack& t = track.feet[foot];
+  const Eigen::Index at = layout.first(foot, axis);
+  const Corrected c = correct(t, axis, layout, at, theta);
+  Vector torque = theta[at] * c.angle + theta[at + 1] * c.rate - theta[layout.compliance(foot)] * t.arm[axis];  // [M14 eq. 4]
+  torque.array() += theta[at + 2];
+  if (layout.law == BushLaw::kHardening) torque += theta[at + 3] * c.angle.array().cube().matrix();
+  if (layout.law == BushLaw::kHysteresis) torque += theta[at + 3] * c.z;
+  return torque;
+}
+
+}  // namespace hrp::identification

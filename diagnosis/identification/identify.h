@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From recordings to stiffness, damping and offset of the bushes, with what was checked on the way.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/identification/bush_fit.h"
+#include "diagnosis/identification/vertical.h"
+
+namespace hrp::identification {
+
+// The robot still with its feet in the air: zeroes force sensors and gyroscope.
+constexpr const char* kHanging = "hanging";
+
+struct Source {
+  std::string name;
+  RobotLog log;
+  bool train = true;  // fitted, else only predicted
+};
+
+// Tracks of all motions and what goes with them into every fit.
+struct Observation {
+  std::vector<SensorZero> zeros;
+  std::vector<MotionTrack> fitted, unseen;
+  FitOptions options;               // noise from the hanging robot, vertical compliance
+  VerticalFit vertical;             // empty when the motions do not show it
+  bool zeroed = false;              // there was a recording of the hanging robot
+};
+// A first linear fit tells how soles hang on their bushes, which the force sensors' zeros depend on.
+Observation observe(const BushObserver& observer, const std::vector<Source>& sources);
+
+struct Identification {
+  Scenario scenario;
+  bool simulated = true;
+  std::vector<MotionTrack> tracks;       // all that could be used
+  BushFit fit;
+  LawChoice choice;
+  VerticalFit vertical;
+  std::vector<ValidationError> direct;   // motions that were fitted
+  std::vector<ValidationError> cross;    // each motion predicted by a fit that has not seen it
+  std::vector<std::string> notes;        // what was left out and why
+};
+
+// Fits, chooses the law, validates.
+Identification identify(const Scenario& scenario, const std::vector<Source>& sources);
+
+// How often intervals hold the truth: the same motions with the sensor errors of other seeds, linear law.
+struct Coverage {
+  struct Row {
+    size_t foot = 0;
+    int axis = 0, parameter = 0;         // K, C, O
+    double truth = 0.0, mean = 0.0;      // of the estimates
+    double spread = 0.0;                 // standard deviation of the estimates
+    double stated = 0.0;                 // mean of the standard deviations that the fits state
+    double worst = 0.0;                  // largest error
+    int inside = 0;                      // 95 % intervals that hold the truth
+  };
+  int seeds = 0;
+  std::vector<Row> rows;
+};
+// `clean`: logs without sensor errors.
+Coverage study_coverage(const Scenario& scenario, const std::vector<Source>& clean, int seeds);
+std::string make_text(const Coverage& coverage, const Scenario& scenario);
+
+}  // namespace hrp::identification

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/identification/vertical.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp::identification {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+constexpr int kParameters = 4;         // s, s T, scale error and delay of the accelerometer
+constexpr double kScalePrior = 0.01, kDelayPrior = 5e-3;  // [1], [s]
+constexpr int kRounds = 4;             // T^2 terms from the last round
+constexpr double kMemory = 0.5;        // [s] over which residuals are alike: encoder noise, differentiated
+constexpr double kSignificance = 4.0;  // standard deviations
+
+using Parameters = Eigen::Matrix<double, kParameters, 1>;
+using Covariance = Eigen::Matrix<double, kParameters, kParameters>;
+
+// Rows of one foot and motion: slide'' = s L2 - s T L3 + s T^2 L4 - (scale error) a + (delay) a' + constant (what is left
+// of the accelerometer's bias).
+void make_vertical_rows(const BushTrack& t, double squared, Matrix* X, Vector* y) {
+  X->resize(t.load.size(), kParameters);
+  *X << t.load_derivative[0], -t.load_derivative[1], -t.rise, t.rise_rate;
+  *y = t.slide_acceleration - squared * t.load_derivative[2];
+  X->rowwise() -= X->colwise().mean().eval();
+  y->array() -= y->mean();
+}
+
+}  // namespace
+
+VerticalFit fit_vertical(const std::vector<MotionTrack>& tracks) {
+  VerticalFit fit;
+  const size_t feet = tracks.empty() ? 0 : tracks[0].feet.size();
+  for (size_t f = 0; f < feet; ++f) {
+    Parameters theta = Parameters::Zero();
+    Covariance covariance = Covariance::Zero();
+    Matrix X;
+    Vector y;
+    for (int round = 0; round < kRounds; ++round) {
+      const double squared = theta[0] > 0.0 ? theta[1] * theta[1] / theta[0] : 0.0;
+      Covariance A = Covariance::Zero(), S = Covariance::Zero();
+      Parameters b = Parameters::Zero();
+      const Parameters last = theta;
+      double squares = 0.0, count = 0.0;
+      for (const MotionTrack& track : tracks) {
+        if (!track.loaded[f] || has_slipped(track)) continue;
+        make_vertical_rows(track.feet[f], squared, &X, &y);
+        A += X.transpose() * X;
+        b += X.transpose() * y;
+        const auto block = static_cast<Eigen::Index>(std::lround(kMemory / track.period));
+        const Vector e = y - X * last;
+        squares += e.squaredNorm();
+        count += static_cast<double>(e.size());
+        for (Eigen::Index first = 0; first < e.size(); first += block) {
+          const Eigen::Index size = std::min(block, e.size() - first);
+          const Parameters score = X.middleRows(first, size).transpose() * e.segment(first, size);
+          S += score * score.transpose();
+        }
+      }
+      if (!(count > 0.0)) return {};
+      const double variance = squares / count;
+      A(2, 2) += variance / (kScalePrior * kScalePrior);
+      A(3, 3) += variance / (kDelayPrior * kDelayPrior);
+      const Parameters scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+      const Covariance inverse = scale.asDiagonal() * (scale.asDiagonal() * A * scale.asDiagonal()).inverse() * scale.asDiagonal();
+      theta = inverse * b;
+      covariance = inverse * S * inverse;
+    }
+    if (!theta.allFinite()) return {};
+    const Estimate s{theta[0], std::sqrt(covariance(0, 0))};
+    if (!(s.value > kSignificance * s.std)) return {};
+    const double k = 1.0 / s.value, c = theta[1] / (s.value * s.value);
+    // c = sT / s^2: by the gradient (-2 c / s, 1 / s^2).
+    const Eigen::Vector2d gradient(-2.0 * c / s.value, 1.0 / (s.value * s.value));
+    fit.compliance.push_back(s);
+    fit.stiffness.push_back({k, s.std * k * k});
+    fit.damping.push_back({c, std::sqrt(gradient.dot(covariance.topLeftCorner<2, 2>() * gradient))});
+  }
+  return fit;
+}
+
+Eigen::VectorXd calc_slide(const VerticalFit& fit, const MotionTrack& track, size_t foot) {
+  return fit.compliance[foot].value * track.feet[foot].load;
+}
+
+}  // namespace hrp::identification
