@@ -191,6 +191,36 @@ std::string make_map_svg(const json& recording, const json& signals, const char*
   return open_svg(940, y + 36, label) + body + "</svg>";
 }
 
+namespace {
+
+// Recorded minus predicted, sample by sample; not a number where one of them is missing.
+std::vector<double> find_difference(const json& trace, const char* predicted) {
+  std::vector<double> out = get_numbers(trace, "recorded");
+  const std::vector<double> other = get_numbers(trace, predicted);
+  out.resize(std::min(out.size(), other.size()));
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] -= other[i];
+  return out;
+}
+
+// Below the curves what is left between them, on a scale of its own: a good prediction hides its error otherwise.
+std::string make_difference(const json& trace, const std::vector<double>& time) {
+  const std::vector<double> recorded = get_numbers(trace, "recorded");
+  // Traces of equations show what is left already: nothing was recorded of them.
+  if (std::all_of(recorded.begin(), recorded.end(), [](double v) { return v == 0.0; })) return "";
+  const std::vector<double> before = find_difference(trace, "before"), after = find_difference(trace, "after");
+  Range range;
+  for (const auto* values : {&before, &after}) {
+    for (double v : *values) range.add(v);
+  }
+  if (range.empty()) return "";
+  range.pad();
+  const Frame f{64, 218, 400, 72, time.front(), time.back(), range.low, range.high};
+  return make_axes(f, "time [s]", "recorded minus predicted") + make_path(f, time, before, "curve before") +
+         make_path(f, time, after, "curve after");
+}
+
+}  // namespace
+
 std::string make_trace_svg(const json& trace, const json& signals) {
   std::string unit;
   const std::string name = find_name(signals, get(trace, "signal"), &unit);
@@ -202,12 +232,13 @@ std::string make_trace_svg(const json& trace, const json& signals) {
   }
   if (range.empty()) return "";
   range.pad();
+  const std::string difference = make_difference(trace, time);
   const Frame f{64, 24, 400, 150, time.front(), time.back(), range.low, range.high};
-  std::string out = open_svg(480, 212, name + ": recorded, before and after") +
-                    make_axes(f, "time [s]", name + (unit.empty() ? "" : " [" + unit + "]"));
+  std::string out = open_svg(480, difference.empty() ? 212 : 328, name + ": recorded, before and after") +
+                    make_axes(f, difference.empty() ? "time [s]" : "", name + (unit.empty() ? "" : " [" + unit + "]"));
   out += make_path(f, time, get_numbers(trace, "before"), "curve before");
   out += make_path(f, time, get_numbers(trace, "recorded"), "curve recorded");
-  return out + make_path(f, time, get_numbers(trace, "after"), "curve after") + "</svg>";
+  return out + make_path(f, time, get_numbers(trace, "after"), "curve after") + difference + "</svg>";
 }
 
 std::string make_cloud_svg(const json& cloud) {
