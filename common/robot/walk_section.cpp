@@ -40,8 +40,24 @@ void read_laws(YamlMap& map, StabilizerSpec* s) {
     law.number("velocity", &s->tracking_velocity, kNotNeg, "s");
     law.number("integral", &s->tracking_integral, kNotNeg, "1/s");
   });
+  map.child("landing", [&](YamlMap& law) {
+    s->landing = true;
+    law.flag("on", &s->landing);
+    law.number("force", &s->landing_force, kPos, "N");
+    law.number("return", &s->landing_return, kPos, "s");
+  });
   map.number("force_filter", &s->force_filter, kNotNeg, "s");
   map.number("rate_filter", &s->rate_filter, kNotNeg, "s");
+}
+
+void read_step_adjustment(YamlMap& map, StepAdjustmentSpec* s) {
+  s->on = true;
+  map.flag("on", &s->on);
+  map.number("gain", &s->gain, kNotNeg, "");
+  map.number("follow", &s->follow, kNotNeg, "rad/s");
+  map.number("dead_band", &s->dead_band, kNotNeg, "m");
+  map.number("limit", &s->limit, kNotNeg, "m");
+  map.number("freeze", &s->freeze, kNotNeg, "s");
 }
 
 void read_limits(YamlMap& map, WalkSpec* walk) {
@@ -97,6 +113,12 @@ void read_walk(YamlMap& map, WalkSpec* walk) {
   map.flag("measured_ground", &walk->measured_ground);
   map.child("plan", [&](YamlMap& plan) { read_plan(plan, walk); });
   map.child("limits", [&](YamlMap& limits) { read_limits(limits, walk); });
+  map.child("step_adjustment", [&](YamlMap& law) { read_step_adjustment(law, &walk->step_adjustment); });
+  map.child("attitude_filter", [&](YamlMap& filter) {
+    walk->attitude_filter.on = true;
+    filter.flag("on", &walk->attitude_filter.on);
+    filter.number("time_constant", &walk->attitude_filter.time_constant, kPos, "s");
+  });
   map.child("stabilizer", [&](YamlMap& laws) { read_laws(laws, &walk->stabilizer); });
 }
 

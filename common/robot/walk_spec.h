@@ -37,8 +37,27 @@ struct StabilizerSpec {
   double tracking_position = 0.0;     // p_cmd = p_ref + position (c - c_ref) + velocity (v - v_ref) + zmp (p_ref - p)
   double tracking_velocity = 0.0;     // [s]
   double tracking_integral = 0.0;     // [1/s]
+  bool landing = false;           // a foot that meets the ground too early stops there
+  double landing_force = 60.0;        // [N] that counts as touching
+  double landing_return = 0.3;        // [s] how fast the height difference is given back on both feet
   double force_filter = 0.01;     // [s] time constant on measured forces
   double rate_filter = 0.03;      // [s] on the gyro: turning the body over its feet shakes it a little
+};
+
+// Footholds placed anew from the measured divergent component of motion (capture point).
+struct StepAdjustmentSpec {
+  bool on = false;
+  double gain = 1.0;        // foothold moved per difference of the divergent component [m/m]
+  double follow = 5.0;      // [rad/s] how fast the body follows feet that have been moved
+  double dead_band = 0.03;  // [m] differences that are left to the stabilizer
+  double limit = 0.2;       // [m] most that a step is moved
+  double freeze = 0.1;      // [s] before landing: the foot's place is final
+};
+
+// Attitude from gyro and accelerometer alone instead of the IMU's own orientation.
+struct AttitudeFilterSpec {
+  bool on = false;
+  double time_constant = 5.0;  // [s]
 };
 
 struct WalkSpec {
@@ -65,6 +84,8 @@ struct WalkSpec {
   double max_length = 0.40, min_width = 0.12, max_width = 0.40;  // [m] what the legs can do
   double max_turn = 0.6;                  // [rad]
   double max_rise = 0.12;                 // [m]
+  StepAdjustmentSpec step_adjustment;
+  AttitudeFilterSpec attitude_filter;
   StabilizerSpec stabilizer;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "controller/walking/footsteps.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -138,6 +139,14 @@ std::vector<Footstep> make_footsteps(const WalkSpec& spec, const Stance& start, 
   if (!spec.footsteps.empty()) planner.add_listed();
   else if (spec.count > 0) planner.add_made();
   return planner.take();
+}
+
+Vector2d limit_to_reach(const WalkSpec& spec, Side side, const Foothold& support, const Vector2d& goal) {
+  const double sign = side == kLeft ? 1.0 : -1.0;
+  Vector2d d = rotate(-support.yaw, goal - support.xy());
+  d.x() = std::min(std::max(d.x(), -spec.max_length), spec.max_length);
+  d.y() = sign * std::min(std::max(sign * d.y(), spec.min_width), spec.max_width);
+  return support.xy() + rotate(support.yaw, d);
 }
 
 }  // namespace hrp::walking

@@ -35,4 +35,8 @@ struct Stance {
 // on it, beside the heights that the list gives.
 std::vector<Footstep> make_footsteps(const WalkSpec& spec, const Stance& start, const ConstraintPlane& plane);
 
+// The place nearest to `goal` (sole's reference point) that the foot on this side reaches from `support`: length and width
+// within the plan's limits, along the axes of the supporting foot, so that legs never cross.
+Vector2d limit_to_reach(const WalkSpec& spec, Side side, const Foothold& support, const Vector2d& goal);
+
 }  // namespace hrp::walking

@@ -115,7 +115,15 @@ void WalkPattern::make_phases() {
   last_.x = find_middle(first_);
   last_.v.setZero();
   floor_ = middle - plane_.calc_height(0.5 * (first_.feet[kLeft].xy() + first_.feet[kRight].xy()));
-  if (!planned_.empty()) make_walk();
+  if (!planned_.empty()) {
+    const Side carrying = other(planned_[0].side);
+    start_walk(carrying, first_);
+    make_walk(0, carrying, first_);
+  }
+  finish();
+}
+
+void WalkPattern::finish() {
   const Stance stance = phases_.empty() ? first_ : phases_.back().stance;
   // What is left of the motion dies away over a still zero moment point.
   const Vector2d rest = find_middle(stance);
@@ -144,40 +152,97 @@ void WalkPattern::start_walk(Side carrying, const Stance& stance) {
   }
 }
 
-void WalkPattern::make_walk() {
-  const double Ts = spec_.single_support, Td = spec_.double_support;
-  Stance stance = first_;
+// The steps from `first` on: single support, then the shift of weight to the foot that has landed.
+void WalkPattern::make_walk(size_t first, Side carrying, Stance stance) {
   const auto floor_of = [&](const Foothold& foot) { return foot.p.z() - plane_.calc_height(foot.xy()); };
-  Side carrying = other(planned_[0].side);
-  start_walk(carrying, stance);
-  for (size_t n = 0; n < planned_.size(); ++n) {
+  for (size_t n = first; n < planned_.size(); ++n) {
     const Vector2d foot = find_zmp(stance, carrying);
     const double floor = std::min(floor_of(stance.feet[carrying]), floor_of(planned_[n].hold));
-    add({Ts, foot, foot}, carrying == kLeft ? Support::kLeft : Support::kRight, stance, floor);
-    const Side landing = steps_[n].side;
-    stance.feet[landing] = steps_[n].hold;
-    if (n + 1 == planned_.size() && n > 0) {  // beside the foot before it, wherever the rule has put that
-      const Vector3d moved = steps_[n - 1].hold.p - planned_[n - 1].hold.p;
-      steps_[n].hold.p += moved;
-      stance.feet[landing] = steps_[n].hold;
-    }
-    if (n + 1 < planned_.size()) {
-      const Vector2d place = calc_placement(pendulum_, last_, foot, find_target(n), Ts, Td,
-                                            {spec_.placement_position, spec_.placement_velocity});
-      const Vector2d shift = place - find_zmp(stance, landing);
-      stance.feet[landing].p.head<2>() += shift;
-      stance.feet[landing].p.z() += plane_.calc_height(shift);
-      steps_[n].hold = stance.feet[landing];
-      add({Td, foot, find_zmp(stance, landing)}, Support::kBoth, stance, floor_);
-    } else {
-      const Vector2d rest = find_middle(stance);
-      const double end_floor = 0.5 * (floor_of(stance.feet[kLeft]) + floor_of(stance.feet[kRight]));
-      for (const ZmpSegment& s : calc_transfer(pendulum_, last_, foot, rest, rest, spec_.transfer)) {
-        add(s, Support::kBoth, stance, end_floor);
-      }
-    }
-    carrying = landing;
+    add({spec_.single_support, foot, foot}, carrying == kLeft ? Support::kLeft : Support::kRight, stance, floor);
+    stance = land(n, carrying, stance);
+    carrying = steps_[n].side;
   }
+}
+
+// Modified foot placement of step n, whose single support over `carrying` ends in last_.
+void WalkPattern::place(size_t n, Side carrying, const Stance& stance) {
+  const Side landing = steps_[n].side;
+  Stance after = stance;
+  after.feet[landing] = planned_[n].hold;
+  const Vector2d wanted =
+      calc_placement(pendulum_, last_, find_zmp(stance, carrying), find_target(n), spec_.single_support,
+                     spec_.double_support, {spec_.placement_position, spec_.placement_velocity});
+  const Vector2d shift = wanted - find_zmp(after, landing);
+  steps_[n].hold = planned_[n].hold;
+  steps_[n].hold.p.head<2>() += shift;
+  steps_[n].hold.p.z() += plane_.calc_height(shift);
+}
+
+// Returns where the feet stand then.
+Stance WalkPattern::land(size_t n, Side carrying, Stance stance) {
+  const auto floor_of = [&](const Foothold& foot) { return foot.p.z() - plane_.calc_height(foot.xy()); };
+  const Vector2d foot = find_zmp(stance, carrying);
+  const Side landing = steps_[n].side;
+  if (n + 1 < planned_.size()) {
+    place(n, carrying, stance);
+    stance.feet[landing] = steps_[n].hold;
+    add({spec_.double_support, foot, find_zmp(stance, landing)}, Support::kBoth, stance, floor_);
+    return stance;
+  }
+  if (n > 0) {  // beside the foot before it, wherever the rule has put that
+    steps_[n].hold.p = planned_[n].hold.p + (steps_[n - 1].hold.p - planned_[n - 1].hold.p);
+  }
+  stance.feet[landing] = steps_[n].hold;
+  const Vector2d rest = find_middle(stance);
+  const double end_floor = 0.5 * (floor_of(stance.feet[kLeft]) + floor_of(stance.feet[kRight]));
+  for (const ZmpSegment& s : calc_transfer(pendulum_, last_, foot, rest, rest, spec_.transfer)) {
+    add(s, Support::kBoth, stance, end_floor);
+  }
+  return stance;
+}
+
+bool WalkPattern::move_step(double t, const Vector2d& shift) {
+  if (t < phases_.front().begin) return false;
+  const Phase& phase = find_phase(t);
+  if (phase.support == Support::kBoth || static_cast<size_t>(phase.step) >= planned_.size()) return false;
+  // Everything from this step on moves with it; what feet stand on stays.
+  const size_t n = static_cast<size_t>(phase.step - 1);
+  const Side landing = steps_[n].side;
+  Foothold support = phase.stance.feet[other(landing)];
+  support.p.head<2>() += find_shift(phase.step - 1);
+  const Vector2d goal = steps_[n].hold.xy() + find_shift(phase.step - 1) + shift;
+  const Vector2d reached = limit_to_reach(spec_, landing, support, goal) - steps_[n].hold.xy();
+  shifts_.resize(n, Vector2d::Zero());
+  shifts_.push_back(reached);
+  return true;
+}
+
+// Of the foothold of the step with this number (1 = first); feet that have not stepped yet stand where they stood.
+Vector2d WalkPattern::find_shift(int number) const {
+  if (number <= 0 || shifts_.empty()) return Vector2d::Zero();
+  return shifts_[std::min(static_cast<size_t>(number), shifts_.size()) - 1];
+}
+
+// The plan's phase, moved to where the feet have been put.
+void WalkPattern::shift(const Phase& phase, double s, PatternSample* sample) const {
+  if (shifts_.empty()) return;
+  const auto move = [&](const Vector2d& by, Vector3d* p) { *p += Vector3d(by.x(), by.y(), plane_.calc_height(by)); };
+  const bool both = phase.support == Support::kBoth;
+  const Vector2d newest = find_shift(phase.step), before = find_shift(phase.step - 1);
+  sample->shift = both ? newest : before;
+  move(both ? Vector2d(before + s * (newest - before)) : before, &sample->zmp);
+  move(sample->shift, &sample->com);
+  if (phase.step == 0) return;
+  const Side last = steps_[static_cast<size_t>(phase.step - 1)].side;
+  move(before, &sample->soles[other(last)].p);
+  const Vector2d lifted = find_shift(phase.step - 2);
+  const double u = calc_blend((s - kSwingStart) / (kSwingEnd - kSwingStart));
+  move(both ? newest : Vector2d(lifted + u * (newest - lifted)), &sample->soles[last].p);
+}
+
+double WalkPattern::find_remaining(double t) const {
+  const Phase& phase = find_phase(t);
+  return std::max(0.0, phase.begin + phase.zmp.T - t);
 }
 
 // Five time constants: 0.7 % of the last sway is left.
@@ -266,6 +331,7 @@ PatternSample WalkPattern::sample(double t) const {
   sample.com_acceleration = pendulum_.g / pendulum_.zc * (state.x - zmp);
   sample.zmp = lift(zmp, 0.0);
   put_feet(phase, t, &sample);
+  shift(phase, s, &sample);
   return sample;
 }
 

@@ -28,6 +28,7 @@ struct PatternSample {
   Matrix3d R_WB = Matrix3d::Identity();
   Support support = Support::kBoth;
   int step = 0;                                  // number of steps begun
+  Vector2d shift = Vector2d::Zero();             // [m] by which step adjustment has moved com: at once, when a foot lands
 };
 
 // Smooth from 0 to 1 for s from 0 to 1: two derivatives continuous.
@@ -43,6 +44,11 @@ class WalkPattern {
   WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc);
 
   PatternSample sample(double t) const;
+  // Step adjustment: in single support the foot in the air comes down `shift` [m] beside its plan, within reach, and the
+  // rest of the walk moves with it. Replaces what was asked for this step before. False when there is no such step, or
+  // it is the last, which only closes up.
+  bool move_step(double t, const Vector2d& shift);
+  double find_remaining(double t) const;  // [s] until the support changes
   double duration() const;  // [s] until the robot stands again
   const std::vector<Footstep>& footsteps() const { return steps_; }  // as placed by the modified rule
   const std::vector<Footstep>& planned() const { return planned_; }
@@ -66,7 +72,12 @@ class WalkPattern {
   void add(const ZmpSegment& zmp, Support support, const Stance& stance, double floor1);
   void make_phases();
   void start_walk(Side carrying, const Stance& stance);
-  void make_walk();
+  void finish();
+  void make_walk(size_t first, Side carrying, Stance stance);
+  void place(size_t n, Side carrying, const Stance& stance);
+  Stance land(size_t n, Side carrying, Stance stance);
+  Vector2d find_shift(int number) const;
+  void shift(const Phase& phase, double s, PatternSample* sample) const;
   PendulumState find_target(size_t n) const;
   PendulumState calc_rest(const Phase& phase, double t) const;
   const Phase& find_phase(double t) const;
@@ -84,6 +95,7 @@ class WalkPattern {
   PendulumState last_;
   double floor_ = 0.0;
   double time_ = 0.0;
+  std::vector<Vector2d> shifts_;  // [m] of footholds from their plan, by step; the last one holds for all that follow
 };
 
 }  // namespace hrp::walking

@@ -2,6 +2,7 @@
 #include "controller/walking/stabilizer.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hrp::walking {
 
@@ -25,6 +26,21 @@ double update_foot_lift(const StabilizerSpec& spec, double force_error, bool bot
   const double T = both_feet ? spec.height_return_double : spec.height_return_single;
   const double next = lift + dt * (force_error / spec.height_damping - lift / T);
   return std::min(std::max(next, -spec.height_limit), spec.height_limit);
+}
+
+double update_landing(const StabilizerSpec& spec, bool touched, double descent, double dt, double lift) {
+  if (touched) return std::min(std::max(lift + descent, 0.0), spec.height_limit);
+  return lift * std::max(0.0, 1.0 - dt / spec.landing_return);
+}
+
+Vector2d calc_step_shift(const StepAdjustmentSpec& spec, const Vector2d& error) {
+  return clamp(spec.gain * (error - clamp(error, spec.dead_band)), spec.limit);
+}
+
+Follower update_follower(const Follower& now, const Vector2d& goal, double w, double dt) {
+  const Vector2d d = now.x - goal, c = now.v + w * d;
+  const double decay = std::exp(-w * dt);
+  return {goal + decay * (d + dt * c), decay * (c - w * (d + dt * c))};
 }
 
 LoadReference distribute(const Vector3d& zmp, const Transform soles[2], bool left_carries, bool right_carries,

@@ -29,6 +29,20 @@ Vector2d update_foot_turn(const StabilizerSpec& spec, const Vector2d& torque_err
 // one lowered.
 double update_foot_lift(const StabilizerSpec& spec, double force_error, bool both_feet, double dt, double lift);
 
+// Landing: a foot that has met the ground before its time stops there; pressing on would throw the robot up. `descent`: how far
+// the reference goes down in this period [m]; lift: height over the reference, given back when the foot may carry.
+double update_landing(const StabilizerSpec& spec, bool touched, double descent, double dt, double lift);
+
+// Step adjustment: how far beside its plan the next foot goes, for a divergent component `error` [m] beyond its reference.
+Vector2d calc_step_shift(const StepAdjustmentSpec& spec, const Vector2d& error);
+
+// The body follows feet that have been moved: critically damped, x'' = w^2 (goal - x) - 2 w x', exact for a goal that
+// stands still.
+struct Follower {
+  Vector2d x = Vector2d::Zero(), v = Vector2d::Zero();  // [m], [m/s]
+};
+Follower update_follower(const Follower& now, const Vector2d& goal, double w, double dt);
+
 // What each foot should carry so that the ZMP is at `zmp`: f_z and moment (roll, pitch) about the middle of the sole in its
 // axes, and the share of the left foot. On both feet the share follows the projection on the line between the soles.
 struct LoadReference {

@@ -45,11 +45,14 @@ class WalkController : public Controller {
 
   void start(const Robot&) override {
     pattern_.reset();
-    last_q_.resize(0);
+    attitude_.reset();
+    last_q_.resize(0), solved_.resize(0);
     for (int side : {kLeft, kRight}) load_[side] = FootLoad(), foot_turn_[side].setZero();
     rate_.setZero(), inclination_.setZero(), body_offset_.setZero(), com_error_.setZero(), com_speed_error_.setZero();
     tracking_integral_.setZero();
+    follower_ = Follower();
     lift_ = 0.0;
+    for (int side : {kLeft, kRight}) landing_lift_[side] = 0.0, touched_[side] = false;
     have_com_error_ = false;
   }
 
@@ -58,20 +61,27 @@ class WalkController : public Controller {
     measure(sensors);
     if (!pattern_) make_pattern(sensors);
     // Commands are reached at the end of the period that begins now.
-    const PatternSample goal = pattern_->sample(sensors.time + dt_ - start_time_);
-    const PatternSample now = pattern_->sample(sensors.time - start_time_);
+    const double t = sensors.time - start_time_;
+    PatternSample now = pattern_->sample(t);
+    now.com.head<2>() += follower_.x - now.shift;
+    if (sensors.step > 0) observe(now, t);
+    PatternSample goal = pattern_->sample(t + dt_);
+    follower_ = update_follower(follower_, goal.shift, spec_.step_adjustment.follow, dt_);
+    goal.com.head<2>() += follower_.x - goal.shift;
     Eigen::VectorXd q = robot.initial_q;  // joints without a drive keep it
     Vector3d com = goal.com;
     Matrix3d R_WB = goal.R_WB;
     Transform soles[2] = {goal.soles[0], goal.soles[1]};
     if (sensors.step > 0) stabilize(now, goal, &com, &R_WB, soles);
-    Eigen::VectorXd solved;
-    body_.solve(com, R_WB, soles, &solved);
+    // From the last solution: joints outside the legs keep their place, whatever their encoders say.
+    if (solved_.size() != q.size()) solved_ = robot.initial_q;
+    body_.update(solved_);
+    body_.solve(com, R_WB, soles, &solved_);
     for (int i = 0; i < q.size(); ++i) {
       if (!robot.description->tree.joint(i).actuated) continue;
       // The first half of the settling leads from where the joints are: feet that do not stand level are not jerked.
       const double blend = calc_blend(2.0 * (sensors.time + dt_ - start_time_) / spec_.settle);
-      const double wanted = start_q_[i] + blend * (solved[i] - start_q_[i]);
+      const double wanted = start_q_[i] + blend * (solved_[i] - start_q_[i]);
       q[i] = std::min(std::max(wanted, robot.lower[i]), robot.upper[i]);
     }
     JointCommand command;
@@ -89,13 +99,22 @@ class WalkController : public Controller {
     refuse("sensors.wrench", "walking needs a force sensor '" + name + "'");
   }
 
+  Matrix3d find_attitude(const ImuSample& imu) {
+    if (!spec_.attitude_filter.on) return imu.R_WS.toRotationMatrix();
+    if (attitude_) attitude_->update(imu.angular_velocity, imu.linear_acceleration, dt_);
+    else attitude_ = std::make_unique<AttitudeFilter>(spec_.attitude_filter.time_constant);
+    if (!pattern_) attitude_->reset(calc_level_attitude(imu.linear_acceleration));
+    return attitude_->get();
+  }
+
   // Encoders, attitude, loads of the feet.
   void measure(const SensorData& sensors) {
     body_.update(sensors.q);
     const ImuSample& imu = sensors.imus[static_cast<size_t>(imu_)];
     const Matrix3d R_BI = body_.get_frame(imu_frame_).R;
-    R_WB_ = imu.R_WS.toRotationMatrix() * R_BI.transpose();
-    rate_W_ = imu.R_WS * imu.angular_velocity;
+    const Matrix3d R_WS = find_attitude(imu);
+    R_WB_ = R_WS * R_BI.transpose();
+    rate_W_ = R_WS * imu.angular_velocity;
     com_B_ = body_.get_com();
     const double blend = laws_.force_filter > 0.0 ? std::min(1.0, dt_ / laws_.force_filter) : 1.0;
     for (int side : {kLeft, kRight}) {
@@ -136,6 +155,21 @@ class WalkController : public Controller {
     *rate = rate_;
   }
 
+  // How far the body is from the reference; where it will not come back, the reference and the next footholds give way.
+  void observe(const PatternSample& now, double t) {
+    const bool left = now.support != Support::kRight, right = now.support != Support::kLeft;
+    update_com_error(now, distribute(now.zmp, now.soles, left, right, weight_).force[kLeft] / weight_);
+    find_touch(now, left, right);
+    const StepAdjustmentSpec& spec = spec_.step_adjustment;
+    // A foot that has touched before its time stays there, and its knock is no motion of the body.
+    if (!spec.on || touched_[kLeft] || touched_[kRight]) return;
+    // Against the place and speed that the body is on its way to.
+    const Vector2d coming = now.shift - follower_.x;
+    const double Tc = pattern_->pendulum().calc_time_constant();
+    const Vector2d error = com_error_ - coming + Tc * (com_speed_error_ + follower_.v);
+    if (pattern_->find_remaining(t) > spec.freeze) pattern_->move_step(t, calc_step_shift(spec, error));
+  }
+
   // Centre of mass from the soles that carry, turned as the IMU says.
   void update_com_error(const PatternSample& now, double share) {
     const Matrix3d R = R_PW_ * R_WB_;
@@ -155,8 +189,6 @@ class WalkController : public Controller {
     const bool left = now.support != Support::kRight, right = now.support != Support::kLeft;
     Vector2d lean, rate;
     find_lean(now, goal, &lean, &rate);
-    const LoadReference plain = distribute(now.zmp, now.soles, left, right, weight_);
-    update_com_error(now, plain.force[kLeft] / weight_);
     Vector3d zmp_command = now.zmp;
     if (laws_.tracking) {
       tracking_integral_ = clamp(tracking_integral_ + dt_ * laws_.tracking_integral * com_error_, 0.05);
@@ -166,7 +198,8 @@ class WalkController : public Controller {
     const double least = 0.2 * weight_;
     Vector3d zmp = zmp_command;
     const bool grounded = calc_zmp(load_, now.soles, least, &zmp);
-    if (laws_.foot_adjusting && grounded) adjust_feet(now, zmp_command, left, right, goal, soles);
+    if (laws_.landing) land(now, goal, soles);
+    if (laws_.foot_adjusting && grounded) adjust_feet(now, zmp_command, left, right, soles);
     if (laws_.zmp_damping) {
       const Vector2d error = grounded ? Vector2d((zmp - zmp_command).head<2>()) : Vector2d(Vector2d::Zero());
       body_offset_ = update_zmp_damping(laws_, error, dt_, body_offset_);
@@ -182,8 +215,25 @@ class WalkController : public Controller {
     }
   }
 
-  void adjust_feet(const PatternSample& now, const Vector3d& zmp_command, bool left, bool right, const PatternSample&,
-                   Transform soles[2]) {
+  // A foot may meet the ground from the middle of its swing on, when it is on its way down.
+  void find_touch(const PatternSample& now, bool left, bool right) {
+    for (int side : {kLeft, kRight}) {
+      const bool swinging = !(side == kLeft ? left : right);
+      const double sink = swing_height_[side] - now.soles[side].p.z();
+      swing_height_[side] = now.soles[side].p.z();
+      touched_[side] = swinging && sink > 0.0 && (touched_[side] || load_[side].force.z() > laws_.landing_force);
+    }
+  }
+
+  void land(const PatternSample& now, const PatternSample& goal, Transform soles[2]) {
+    for (int side : {kLeft, kRight}) {
+      const double descent = now.soles[side].p.z() - goal.soles[side].p.z();
+      landing_lift_[side] = update_landing(laws_, touched_[side], descent, dt_, landing_lift_[side]);
+      soles[side].p.z() += landing_lift_[side];
+    }
+  }
+
+  void adjust_feet(const PatternSample& now, const Vector3d& zmp_command, bool left, bool right, Transform soles[2]) {
     const LoadReference reference = distribute(zmp_command, now.soles, left, right, weight_);
     for (int side : {kLeft, kRight}) {
       const Vector2d error = load_[side].torque.head<2>() - reference.torque[side];
@@ -192,7 +242,9 @@ class WalkController : public Controller {
     }
     const double error = (load_[kLeft].force.z() - load_[kRight].force.z()) -
                          (reference.force[kLeft] - reference.force[kRight]);
-    lift_ = update_foot_lift(laws_, error, left && right, dt_, lift_);
+    // What a foot that has come too early carries is no fault of the other's.
+    const bool early = laws_.landing && (touched_[kLeft] || touched_[kRight]);
+    lift_ = update_foot_lift(laws_, early ? 0.0 : error, left && right, dt_, lift_);
     soles[kLeft].p.z() += 0.5 * lift_;
     soles[kRight].p.z() -= 0.5 * lift_;
   }
@@ -203,9 +255,10 @@ class WalkController : public Controller {
   int sensor_[2] = {-1, -1}, sensor_frame_[2] = {-1, -1}, imu_ = -1, imu_frame_ = -1;
   double weight_ = 0.0, dt_ = 0.005;
   std::unique_ptr<WalkPattern> pattern_;
+  std::unique_ptr<AttitudeFilter> attitude_;
   Matrix3d R_PW_ = Matrix3d::Identity();  // pattern from the IMU's world: heading only
   double start_time_ = 0.0;               // [s] of the first sample
-  Eigen::VectorXd start_q_, last_q_;
+  Eigen::VectorXd start_q_, last_q_, solved_;
   // Measured.
   Matrix3d R_WB_ = Matrix3d::Identity();
   Vector3d rate_W_ = Vector3d::Zero(), com_B_ = Vector3d::Zero();
@@ -214,9 +267,11 @@ class WalkController : public Controller {
   // Memories of the laws.
   Vector2d rate_ = Vector2d::Zero(), inclination_ = Vector2d::Zero(), body_offset_ = Vector2d::Zero();
   Vector2d foot_turn_[2] = {Vector2d::Zero(), Vector2d::Zero()};
-  double lift_ = 0.0;
+  double lift_ = 0.0, landing_lift_[2] = {0.0, 0.0}, swing_height_[2] = {0.0, 0.0};
+  bool touched_[2] = {false, false};
   Vector2d com_error_ = Vector2d::Zero(), com_speed_error_ = Vector2d::Zero(), tracking_integral_ = Vector2d::Zero();
   bool have_com_error_ = false;
+  Follower follower_;  // of the body, after the feet
 };
 
 }  // namespace

@@ -125,6 +125,47 @@ TEST(WalkPattern, PlacedFeetAreNearThePlanAndSwingFeetLandOnThem) {
   EXPECT_LT((end.soles[last.side].p - last.hold.p).norm(), 1e-12);
 }
 
+TEST(StepAdjustment, TheFootInTheAirAndAllThatFollowsMoveTheStandingFootDoesNot) {
+  WalkSpec spec;
+  spec.count = 6;
+  spec.length = 0.2;
+  const WalkPattern plan(spec, make_start(), 0.8);
+  WalkPattern pattern(spec, make_start(), 0.8);
+  double t = 0.0;
+  while (plan.sample(t).step < 3) t += 0.005;  // the third step: right foot in the air
+  t += 0.3;
+  const Vector2d shift(0.05, -0.03);
+  ASSERT_TRUE(pattern.move_step(t, shift));
+  EXPECT_LT((pattern.sample(t).soles[kLeft].p - plan.sample(t).soles[kLeft].p).norm(), 1e-12);
+  for (double later : {t + pattern.find_remaining(t) + 1e-6, pattern.duration()}) {
+    const PatternSample a = plan.sample(later), b = pattern.sample(later);
+    EXPECT_LT(((b.soles[kRight].p - a.soles[kRight].p).head<2>() - shift).norm(), 1e-12) << later << " s";
+    EXPECT_LT((b.shift - shift).norm(), 1e-12);
+  }
+  const PatternSample a = plan.sample(pattern.duration()), b = pattern.sample(pattern.duration());
+  EXPECT_LT(((b.soles[kLeft].p - a.soles[kLeft].p).head<2>() - shift).norm(), 1e-12);
+  EXPECT_LT(((b.zmp - a.zmp).head<2>() - shift).norm(), 1e-12);
+}
+
+TEST(StepAdjustment, FootholdsStayWithinReachAndLegsNeverCross) {
+  WalkSpec spec;
+  spec.count = 6;
+  spec.length = 0.2;
+  WalkPattern pattern(spec, make_start(), 0.8);
+  double t = 0.0;
+  while (pattern.sample(t).step < 3) t += 0.005;
+  for (const Vector2d& shift : {Vector2d(0.0, 2.0), Vector2d(0.0, -2.0), Vector2d(2.0, 0.5), Vector2d(-2.0, 0.0)}) {
+    ASSERT_TRUE(pattern.move_step(t, shift));
+    const PatternSample s = pattern.sample(t + pattern.find_remaining(t) + 1e-6);
+    const Vector3d d = s.soles[kLeft].p - s.soles[kRight].p;  // the feet have no heading here
+    EXPECT_LE(std::abs(d.x()), spec.max_length + 1e-12);
+    EXPECT_GE(d.y(), spec.min_width - 1e-12);
+    EXPECT_LE(d.y(), spec.max_width + 1e-12);
+  }
+  EXPECT_FALSE(pattern.move_step(0.1, {0.1, 0.0})) << "before the walk";
+  EXPECT_FALSE(pattern.move_step(pattern.duration(), {0.1, 0.0})) << "after it";
+}
+
 TEST(SwingFoot, RisesToItsHeightAndLandsAtItsSpeed) {
   const double T = 0.7;
   EXPECT_NEAR(calc_swing_height(0.5, T, 0.05, 0.2), 0.05, 1e-12);

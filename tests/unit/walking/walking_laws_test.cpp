@@ -112,6 +112,35 @@ TEST(Laws, StayWithinTheirLimitsWhateverTheyAreFed) {
   EXPECT_LE(std::abs(lift), spec.height_limit);
 }
 
+TEST(Laws, AFootThatMeetsTheGroundEarlyStopsThereAndSettlesLater) {
+  StabilizerSpec spec;
+  double lift = 0.0, reference = 0.010;  // [m] when it touches
+  for (; reference > 1e-9; reference -= 0.001) lift = update_landing(spec, true, 0.001, 0.005, lift);
+  EXPECT_NEAR(lift, 0.010, 1e-12) << "as high as where it touched";
+  for (int k = 0; k < 400; ++k) lift = update_landing(spec, false, 0.0, 0.005, lift);
+  EXPECT_LT(lift, 1e-4) << "two seconds are more than six time constants";
+  EXPECT_EQ(update_landing(spec, true, 1.0, 0.005, 0.0), spec.height_limit);
+}
+
+TEST(Laws, StepsFollowTheDivergentComponentBeyondTheDeadBand) {
+  StepAdjustmentSpec spec;
+  EXPECT_TRUE(calc_step_shift(spec, {0.9 * spec.dead_band, -spec.dead_band}).isZero(0.0));
+  EXPECT_LT((calc_step_shift(spec, {0.05, -0.06}) - Vector2d(0.02, -0.03)).norm(), 1e-12) << "a step to the capture point";
+  EXPECT_LE(calc_step_shift(spec, {1e6, -1e6}).cwiseAbs().maxCoeff(), spec.limit);
+}
+
+TEST(Laws, TheBodyFollowsItsFeetWithoutOvershootWhateverThePeriod) {
+  Follower fine, coarse;
+  const Vector2d goal(0.05, -0.02);
+  for (int k = 0; k < 400; ++k) {
+    fine = update_follower(fine, goal, 5.0, 0.005);
+    EXPECT_LE(fine.x.x(), goal.x());
+    if (k % 100 == 99) coarse = update_follower(coarse, goal, 5.0, 0.5);
+  }
+  EXPECT_LT((fine.x - coarse.x).norm(), 1e-12) << "exact solution";
+  EXPECT_LT((fine.x - goal).norm(), 5e-5) << "(1 + w t) exp(-w t) = 5e-4 after 2 s";
+}
+
 TEST(Laws, LoadsOfBothFeetPutTheZmpWhereItWasAskedFor) {
   Transform soles[2];
   soles[kLeft].p = {0.1, 0.095, 0.0};
