@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Short claims of paper A [H03], without bus: shorter walks than the experiments (scripts/experiments.sh), same scenarios.
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -22,9 +23,11 @@ std::string read(const std::string& name) {
   return text.str();
 }
 
-// A scenario of the experiments with another plan.
-Scenario load(const std::string& name, const std::string& plan = "{count: 4, length: 0.2}", double duration = 8.0) {
+// A scenario of the experiments with another plan, and another push where it has one.
+Scenario load(const std::string& name, const std::string& plan = "{count: 4, length: 0.2}", double duration = 8.0,
+              const std::string& push = "force: [60, 60, 0], start: 3.2") {
   std::string text = std::regex_replace(read(name), std::regex("plan: .*"), "plan: " + plan);
+  text = std::regex_replace(text, std::regex("force: \\[.*start: [0-9.]+"), push);
   text = std::regex_replace(text, std::regex("duration: [0-9.]+\\}\ninter"), "duration: " + std::to_string(duration) + "}\ninter");
   return parse_scenario(text, std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/test.yaml");
 }
@@ -52,8 +55,8 @@ TEST(PaperA, SoftFeetWalkWithTheStabilizer) {
 
 // The controller is shown a wrong true state: base pose and angles of the rubber, which no encoder sees.
 TEST(PaperA, TheControllerDoesNotPeekAtTheTrueState) {
-  const auto run = [](bool wrong) {
-    Trial trial(load("fig9", "{count: 2, length: 0.2}", 5.0));
+  const auto run = [](const char* name, bool wrong) {
+    Trial trial(load(name, "{count: 2, length: 0.2}", 5.0));
     const TreeSpec& tree = trial.robot().tree;
     if (wrong) {
       trial.tamper = [&tree](SensorData* sensors) {
@@ -69,9 +72,35 @@ TEST(PaperA, TheControllerDoesNotPeekAtTheTrueState) {
     trial.run([&](const Trial& t) { commands.push_back(t.command().q); });
     return commands;
   };
-  const auto honest = run(false), fooled = run(true);
-  ASSERT_EQ(honest.size(), fooled.size());
-  for (size_t k = 0; k < honest.size(); ++k) ASSERT_EQ(honest[k], fooled[k]) << "step " << k;
+  for (const char* name : {"fig9", "fig11", "beyond_push_steps"}) {
+    const auto honest = run(name, false), fooled = run(name, true);
+    ASSERT_EQ(honest.size(), fooled.size());
+    for (size_t k = 0; k < honest.size(); ++k) ASSERT_EQ(honest[k], fooled[k]) << name << ", step " << k;
+  }
+}
+
+// With gyro and accelerometer the IMU's own orientation is not used either.
+TEST(PaperA, TheAttitudeFilterNeedsNoOrientation) {
+  Trial trial(load("beyond_attitude"));
+  trial.tamper = [](SensorData* sensors) { sensors->imus[0].R_WS = Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5); };
+  const TrialResult r = trial.run();
+  EXPECT_FALSE(r.fallen);
+  EXPECT_LT(r.largest_lean, 0.12) << "as with the orientation";
+}
+
+// 14 N s backward in 0.1 s, at the beginning of a single support.
+TEST(PaperA, StepsFollowAPushThatTheStabilizerAloneDoesNotSurvive) {
+  const std::string push = "force: [-140, 0, 0], start: 6.0", plan = "{count: 12, length: 0.2}";
+  EXPECT_TRUE(Trial(load("beyond_push", plan, 16.0, push)).run().fallen);
+  EXPECT_FALSE(Trial(load("beyond_push_steps", plan, 16.0, push)).run().fallen);
+}
+
+TEST(PaperA, TheSameControllerWalksJvrc1) {
+  const std::string folder = std::string(HRP_SOURCE_DIR) + "/../shared/robots/jvrc1";
+  if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "NOT TESTED: ../shared/robots/jvrc1 is not there";
+  const TrialResult r = Trial(load("beyond_jvrc1", "{count: 4, length: 0.15}")).run();
+  EXPECT_FALSE(r.fallen);
+  EXPECT_NEAR(r.travelled.x(), 0.65, 0.15) << "four steps of 0.15 m, and the settling";
 }
 
 TEST(PaperA, EqualRunsEndInEqualBits) {
