@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Several effects in every drive at once are told apart; physics outside the list gets no name.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "diagnosis/drive_search.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string make_link(int i) {
+  const std::string n = std::to_string(i);
+  return "<link name=\"l" + n + "\"><inertial><origin xyz=\"0 0 -0.2\"/><mass value=\"2\"/><inertia ixx=\"0.02\" ixy=\"0\" ixz=\"0\" "
+         "iyy=\"0.02\" iyz=\"0\" izz=\"0.01\"/></inertial></link>\n<joint name=\"j" + n + "\" type=\"revolute\"><parent link=\"" +
+         (i == 1 ? "base" : "l" + std::to_string(i - 1)) + "\"/><child link=\"l" + n + "\"/><origin xyz=\"0 0 " + (i == 1 ? "0" : "-0.4") +
+         "\"/><axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"50\" velocity=\"10\"/></joint>";
+}
+
+double make_command(int r, int j, double t) { return 0.7 * std::sin((1.3 + r + 0.6 * j) * t) * std::sin(0.5 * t + j); }
+
+double make_command_rate(int r, int j, double t) {
+  const double h = 1e-5;
+  return (make_command(r, j, t + h) - make_command(r, j, t - h)) / (2.0 * h);
+}
+
+constexpr double kKp = 100.0, kKd = 4.0, kStep = 0.005;
+constexpr int kRows = 1400;
+const double kSigma[] = {2e-5, 0.002, 0.02};   // [rad], [rad/s], [N m]
+
+// Commands of three recordings for pendulums one below the other; readings are still to be filled in.
+Experiment make_experiment(const std::string& name, int joints) {
+  const fs::path folder = fs::temp_directory_path() / ("hrp_drive_" + name);
+  fs::create_directories(folder);
+  std::ofstream urdf(folder / "robot.urdf");
+  urdf << "<robot name=\"arm\"><link name=\"base\"/>";
+  for (int i = 1; i <= joints; ++i) urdf << make_link(i);
+  urdf << "</robot>";
+  urdf.close();
+  std::string yaml = "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 4, effort_limit: 50}}\n"
+                     "noise: {position: 2.0e-5, velocity: 0.002, effort: 0.02}\nrecordings:\n";
+  for (int r = 0; r < 3; ++r) {
+    std::ofstream csv(folder / ("r" + std::to_string(r) + ".csv"));
+    csv.precision(12);
+    csv << "time";
+    for (int j = 1; j <= joints; ++j) {
+      const std::string n = "/j" + std::to_string(j) + "/", c = ",/joint_commands" + n, s = ",/joint_states" + n;
+      csv << c << "position" << c << "velocity" << s << "position" << s << "velocity" << s << "effort";
+    }
+    csv << "\n";
+    for (int k = 0; k < kRows; ++k) {
+      csv << kStep * k;
+      for (int j = 0; j < joints; ++j) {
+        csv << "," << make_command(r, j, kStep * k) << "," << make_command_rate(r, j, kStep * k) << "," << 1e-3 * k << "," << 1e-3 * k << "," << 1e-3 * k;
+      }
+      csv << "\n";
+    }
+    yaml += "- {file: r" + std::to_string(r) + ".csv, role: " + (r < 2 ? "train" : "validate") + "}\n";
+  }
+  std::ofstream(folder / "experiment.yaml") << yaml;
+  return load_experiment((folder / "experiment.yaml").string());
+}
+
+class Noise {
+ public:
+  double operator()() {   // sum of uniforms, standard deviation 1
+    double s = -6.0;
+    for (int i = 0; i < 12; ++i) s += static_cast<double>((state_ = state_ * 1664525u + 1013904223u) >> 8) / 16777216.0;
+    return s;
+  }
+
+ private:
+  unsigned state_ = 12345;
+};
+
+// Readings from the tool's own simulation.
+void simulate(const Hypothesis& hidden, Experiment* e) {
+  Noise noise;
+  const size_t width = static_cast<size_t>(e->num_joints()) * kQuantities;
+  for (size_t r = 0; r < e->recordings.size(); ++r) {
+    Recording& recording = e->recordings[r];
+    for (size_t j = 0; j < recording.joints.size(); ++j) {
+      for (size_t k = 0; k < recording.size(); ++k) {
+        recording.joints[j].signal[0][k] = recording.joints[j].command[0];
+        recording.joints[j].signal[1][k] = 0.0;
+      }
+    }
+    SmoothRecording still = smooth_recording(*e, recording);
+    std::vector<double> y;
+    const Plant plant = make_plant(*e, hidden);
+    RolloutOptions fine;
+    fine.max_step = 0.00025;
+    still.start = 0;
+    ASSERT_TRUE(simulate_recording(plant, recording, still, fine, &y));
+    for (size_t k = 0; k < recording.size(); ++k) {
+      for (size_t c = 0; c < width; ++c) recording.joints[c / kQuantities].signal[c % kQuantities][k] = y[k * width + c] + kSigma[c % kQuantities] * noise();
+    }
+  }
+}
+
+// Readings of one pendulum with any law of braking torque(t, q, v), integrated here.
+void simulate(const std::function<double(double, double, double)>& brake, Experiment* e) {
+  Noise noise;
+  constexpr int kParts = 20;
+  constexpr double kInertia = 0.02 + 2.0 * 0.2 * 0.2, kWeight = 2.0 * 9.81 * 0.2;
+  for (size_t r = 0; r < e->recordings.size(); ++r) {
+    Recording& recording = e->recordings[r];
+    const auto servo = [&](double t, double q, double v) {
+      return kKp * (make_command(static_cast<int>(r), 0, t) - q) + kKd * (make_command_rate(static_cast<int>(r), 0, t) - v);
+    };
+    double q = 0.0, v = 0.0;
+    for (size_t k = 0; k < recording.size(); ++k) {
+      const double t = kStep * static_cast<double>(k), out[] = {q, v, servo(t, q, v)};
+      for (int i = 0; i < kQuantities; ++i) recording.joints[0].signal[i][k] = out[i] + kSigma[i] * noise();
+      for (int i = 0; i < kParts; ++i) {
+        const double h = kStep / kParts, now = t + h * i;
+        v += h * (servo(now, q, v) - kWeight * std::sin(q) - brake(now, q, v)) / kInertia;
+        q += h * v;
+      }
+    }
+  }
+}
+
+Outcome look(const Experiment& e) {
+  const Problem problem = make_problem(e, 1);
+  Outcome outcome;
+  outcome.mismatch = true;
+  outcome.nominal.validate = calc_score(problem, {}, problem.validate);
+  outcome.nominal.rms = outcome.nominal.validate.rms();
+  search_drives(problem, [](const std::string& text) { std::printf("%s\n", text.c_str()); }, &outcome);
+  return outcome;
+}
+
+std::vector<Effect> list_findings(const Outcome& outcome) {
+  std::vector<Effect> list;
+  for (size_t i = 0; outcome.partly && i < outcome.worth.size(); ++i) {
+    if (outcome.worth[i] > 0.0) list.push_back(outcome.chosen.hypothesis[i]);
+  }
+  return list;
+}
+
+TEST(Drives, ThreeEffectsInBothJointsComeOutWithTheirParameters) {
+  Experiment e = make_experiment("three", 2);
+  Hypothesis hidden;
+  for (int j = 0; j < 2; ++j) {
+    hidden.push_back({EffectId::kViscous, j, {0.6 - 0.2 * j}});
+    hidden.push_back({EffectId::kCoulomb, j, {0.9 - 0.4 * j, 0.0, 0.003}});
+    hidden.push_back({EffectId::kRotorInertia, j, {0.08 - 0.04 * j}});
+  }
+  simulate(hidden, &e);
+  const Outcome outcome = look(e);
+  ASSERT_TRUE(outcome.partly);
+  EXPECT_LT(outcome.chosen.rms, 1.5);
+  const std::vector<Effect> findings = list_findings(outcome);
+  EXPECT_EQ(findings.size(), hidden.size());
+  for (const Effect& finding : findings) {
+    bool hidden_there = false;
+    for (const Effect& truth : hidden) {
+      if (truth.id != finding.id || truth.place != finding.place) continue;
+      hidden_there = true;
+      EXPECT_NEAR(finding.p[0], truth.p[0], 0.05 * truth.p[0]) << get_label(e, finding);
+    }
+    EXPECT_TRUE(hidden_there) << get_label(e, finding);
+  }
+}
+
+TEST(Drives, DragWithTheSquareOfSpeedIsNotNamed) {
+  Experiment e = make_experiment("square", 1);
+  simulate([](double, double, double v) { return 0.8 * v * std::abs(v); }, &e);
+  EXPECT_TRUE(list_findings(look(e)).empty());
+}
+
+TEST(Drives, FrictionThatGrowsTowardsOneEndOfTheRangeIsNotNamed) {
+  Experiment e = make_experiment("range", 1);
+  simulate([](double, double q, double v) { return 0.8 * (1.0 + std::tanh(6.0 * q)) * std::tanh(v / 0.01); }, &e);
+  EXPECT_TRUE(list_findings(look(e)).empty());
+}
+
+TEST(Drives, APushForAWhileIsNotNamed) {
+  Experiment e = make_experiment("push", 1);
+  simulate([](double t, double, double) { return t > 3.0 && t < 4.5 ? 1.5 : 0.0; }, &e);
+  EXPECT_TRUE(list_findings(look(e)).empty());
+}
+
+TEST(Drives, AStopInTheRangeIsNotNamed) {
+  Experiment e = make_experiment("stop", 1);
+  simulate([](double, double q, double v) { return q > 0.3 ? 60.0 * (q - 0.3) + 1.0 * v : 0.0; }, &e);
+  EXPECT_TRUE(list_findings(look(e)).empty());
+}
+
+TEST(Drives, OneBadJointBesideGoodOnesIsNoRealRobot) {
+  Experiment e = make_experiment("one", 2);
+  simulate({{EffectId::kViscous, 1, {0.6}}}, &e);
+  EXPECT_FALSE(look(e).partly);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
