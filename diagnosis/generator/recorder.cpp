@@ -147,11 +147,12 @@ RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hi
   if (r.chance(0.1)) plan.dropped = r.uniform(0.01, 0.06);
   if (r.chance(0.1)) plan.clock_origin = 1.7e9 + std::round(r.uniform(0, 1e7));  // seconds of the epoch, as in a bag
   const double level = r.log_uniform(0.5, 2.5);
-  double log_kp = 0;  // of the joint in the middle
-  for (int j = 0; j < joint_count(robot); ++j) log_kp += std::log(joint(robot, j).kp) / joint_count(robot);
+  double strongest = 0;  // servo stiffness [N m/rad]
+  for (int j = 0; j < joint_count(robot); ++j) strongest = std::max(strongest, joint(robot, j).kp);
   plan.position_noise = 2e-5 * level;
   plan.velocity_noise = 2e-3 * level;
-  plan.effort_noise = std::round(1e6 * std::exp(log_kp) * 6e-5 * level) / 1e6;
+  // One number for all joints, as `noise` in an experiment has it: a drive resolves some 1e-4 of what it can give.
+  plan.effort_noise = std::round(1e6 * strongest * 2.5e-5 * level) / 1e6;
   plan.force_noise = 0.5 * level, plan.torque_noise = 0.025 * level;
   plan.rate_noise = 2e-3 * level, plan.acceleration_noise = 0.03 * level, plan.attitude_noise = 1.5e-4 * level;
   plan.pose_noise = 2e-4 * level;

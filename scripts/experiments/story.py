@@ -192,4 +192,4 @@ EXPERIMENTS = [
     Experiment('story', 'The tool finds what took five years',
                'Feet that give were the first reason why simulation and experiment differed, joints that do not follow their '
                'references perfectly (servo and rotor inertia) the second; each was found by hand and the simulation came closer '
-               'with each.', story, group='story', cost=150.0)]
+               'with each.', story, group='story', cost=240.0)]
