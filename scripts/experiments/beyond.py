@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Beyond the paper: ten metres, turning, sideways, a slope, stairs, a slippery floor, with the gains of figure 9."""
+"""Beyond the paper: ten metres, turning, sideways, a slope, stairs, a slippery floor, an
+attitude from noisy sensors, with the gains of figure 9; a public robot."""
 import math
 
 from experiment import Experiment, tell_run, tell_varied, upright
@@ -39,6 +40,11 @@ EXPERIMENTS = [
         'beyond_stairs', 'climbs 12 cm within 1 cm, 1.44 m forward within 0.15 m',
         lambda s: abs(s['travelled'][2] - 0.12) < 0.01 and abs(s['travelled'][0] - 1.44) < 0.15,
         ['--azimuth', '-1.2', '--elevation', '0.25']), 'beyond', 6.0),
+    Experiment('jvrc1', 'JVRC-1 walks', '', walk(
+        'beyond_jvrc1', 'at least eight steps, 1 m forward',
+        lambda s: sum(s['landings']) >= 8 and s['travelled'][0] > 1.0), 'beyond', 10.0),
+    Experiment('attitude', 'Attitude from a noisy gyro and accelerometer', '', walk(
+        'beyond_attitude', 'walks 2 m within 0.2 m', lambda s: abs(s['travelled'][0] - 2.0) < 0.2), 'beyond', 5.0),
     Experiment('friction', 'A floor with friction 0.3', '', walk(
         'beyond_friction', 'walks 2 m within 0.2 m', lambda s: abs(s['travelled'][0] - 2.0) < 0.2), 'beyond', 6.0),
 ]
