@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/attached_search.h"
+#include "diagnosis/impact_search.h"
 #include "diagnosis/report.h"
 
 namespace hrp::diagnosis {
@@ -31,8 +33,14 @@ Diagnosis diagnose(const Problem& problem, const Progress& progress) {
   Diagnosis diagnosis;
   const Experiment& e = *problem.experiment;
   if (upright::diagnose_upright(problem, progress, &diagnosis)) return diagnosis;
-  const std::string obstacle = find_obstacle(e);
+  std::string obstacle = find_obstacle(e);
   if (!obstacle.empty()) {
+    Json* const report = &diagnosis.reports.report;
+    Json* const series = &diagnosis.reports.series;
+    if (impact::diagnose_impact(e, problem.jobs, progress, report, series)) return diagnosis;
+    std::string why;
+    if (attached::diagnose_attached(e, progress, report, series, &why)) return diagnosis;
+    if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     diagnosis.reports = make_empty_reports(problem, obstacle);
     return diagnosis;
   }
