@@ -45,9 +45,15 @@ bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
 // Start values that a regression cannot give, because readings are no smooth function of them.
 std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo& info) {
   const std::string name = info.name;
-  if (name == "stick_speed") return {0.001, 0.005, 0.02};
+  if (info.scanned) return {3e-5, 1e-4, 3e-4, 1e-3, 3e-3};
   if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
   if (name == "yield_angle") return {0.3 * effect.p[1], effect.p[1], 3.0 * effect.p[1]};
+  const bool gap = effect.id == EffectId::kBacklash;
+  if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 2.0 * effect.p[0]};
+  if (gap && name == "stiffness") return {1e3, 1e4};   // stiff beyond the gap, but no stiffer than steps can follow
+  if (gap && name == "rotor_inertia") return {0.2 * effect.p[3], effect.p[3], 3.0 * effect.p[3]};
+  if (effect.id == EffectId::kElasticity && name == "stiffness") return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
+  if (effect.id == EffectId::kElasticity && name == "rotor_inertia") return {0.2 * effect.p[2], effect.p[2], 3.0 * effect.p[2]};
   return {};
 }
 
@@ -105,7 +111,7 @@ std::vector<Effect> Explorer::list_starts(const Lead& lead, size_t count) const 
   for (const Candidate& c : screening.candidates) {
     if (contains(lead.hypothesis, c.start) || is_redundant(lead.hypothesis, c.start)) continue;
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
-    const bool at_worst = find_joint(c.start) == worst && there < 10 && c.gain > 0.0;
+    const bool at_worst = find_joint(c.start) == worst && there < 8 && c.gain > 0.0;
     if (!high && !at_worst) continue;
     there += find_joint(c.start) == worst ? 1 : 0;
     list.push_back(c.start);
@@ -113,14 +119,15 @@ std::vector<Effect> Explorer::list_starts(const Lead& lead, size_t count) const 
   return list;
 }
 
-// The best of a few values of every parameter that has alternatives, of all combinations.
-void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at) const {
+// The best of a few values of every parameter that has alternatives (or of those only that no fit moves), of all
+// combinations.
+void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const {
   Effect& effect = (*hypothesis)[at];
   const EffectInfo& info = get_effect(effect.id);
   std::vector<Effect> options{effect};
   for (size_t i = 0; i < info.parameters.size(); ++i) {
     const std::vector<double> values = list_alternatives(effect, info.parameters[i]);
-    if (values.empty()) continue;
+    if (values.empty() || (scanned_only && !info.parameters[i].scanned)) continue;
     std::vector<Effect> more;
     for (const Effect& option : options) {
       for (double value : values) {
@@ -153,9 +160,14 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
   }
   if (start) {
     all.push_back(*start);
-    choose_start(p, &all, all.size() - 1);
+    choose_start(p, &all, all.size() - 1, false);
   }
-  const FitResult result = fit(p, all, p.train, options);
+  FitResult result = fit(p, all, p.train, options);
+  if (start && result.ok) {
+    Hypothesis again = result.hypothesis;
+    choose_start(p, &again, again.size() - 1, true);
+    if (again.back().p != result.hypothesis.back().p) result = fit(p, again, p.train, options);
+  }
   Local local;
   if (!result.ok) return local;
   for (const Effect& effect : result.hypothesis) {

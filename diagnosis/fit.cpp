@@ -19,7 +19,9 @@ std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const s
   for (size_t e = 0; e < hypothesis.size(); ++e) {
     if (e < frozen.size() && frozen[e]) continue;
     const EffectInfo& info = get_effect(hypothesis[e].id);
-    for (size_t i = 0; i < info.parameters.size(); ++i) list.push_back({e, i, &info.parameters[i]});
+    for (size_t i = 0; i < info.parameters.size(); ++i) {
+      if (!info.parameters[i].scanned) list.push_back({e, i, &info.parameters[i]});
+    }
   }
   return list;
 }

@@ -16,12 +16,12 @@ std::vector<EffectInfo> make_effects() {
   return {
       {E::kViscous, "viscous_friction", J, "viscous friction brakes in proportion to speed", {{"coefficient", "N m s/rad", 0, kBig, 0.1, false}}},
       {E::kCoulomb, "coulomb_friction", J, "dry friction of constant level",
-       {{"level", "N m", 0, kBig, 0.1, false}, {"asymmetry", "1", -1, 1, 0.02, true}, {"stick_speed", "rad/s", 2e-4, 0.1, 0.002, true}}},
+       {{"level", "N m", 0, kBig, 0.1, false}, {"asymmetry", "1", -1, 1, 0.02, true}, {"presliding", "rad", 1e-5, 0.1, 0.0005, true, true}}},
       {E::kStribeck, "stribeck_friction", J, "dry friction that is larger at rest than in motion (Stribeck)",
        {{"coulomb", "N m", 0, kBig, 0.1, false}, {"static", "N m", 0, kBig, 0.1, false},
         {"stribeck_velocity", "rad/s", 5e-3, 10, 0.02, false}, {"viscous", "N m s/rad", 0, kBig, 0.1, false},
-        {"stick_speed", "rad/s", 2e-4, 0.1, 0.002, true}}},
-      {E::kLoadFriction, "load_dependent_friction", J, "dry friction that grows with the load", {{"ratio", "1", 0, 2, 0.02, false}, {"stick_speed", "rad/s", 2e-4, 0.1, 0.002, true}}},
+        {"presliding", "rad", 1e-5, 0.1, 0.0005, true, true}}},
+      {E::kLoadFriction, "load_dependent_friction", J, "dry friction that grows with the load", {{"ratio", "1", 0, 2, 0.02, false}, {"presliding", "rad", 1e-5, 0.1, 0.0005, true, true}}},
       {E::kRotorInertia, "rotor_inertia", J, "the rotor's reflected inertia is missing", {{"inertia", "kg m^2", 0, kBig, 0.01, false}}},
       {E::kElasticity, "joint_elasticity", J, "the transmission is elastic",
        {{"stiffness", "N m/rad", 1, 1e7, 100, false}, {"damping", "N m s/rad", 0, 1e4, 0.2, false},
@@ -97,12 +97,12 @@ void apply_joint_effect(const Effect& effect, Plant* plant) {
   const std::vector<double>& p = effect.p;
   switch (effect.id) {
     case EffectId::kViscous: laws.viscous += p[0]; break;
-    case EffectId::kCoulomb: laws.coulomb += p[0], laws.asymmetry = p[1], plant->stick_speed[static_cast<size_t>(effect.place)] = p[2]; break;
+    case EffectId::kCoulomb: laws.coulomb += p[0], laws.asymmetry = p[1], plant->presliding[static_cast<size_t>(effect.place)] = p[2]; break;
     case EffectId::kStribeck:
       laws.coulomb += p[0], laws.static_level = p[1], laws.stribeck_velocity = p[2], laws.viscous += p[3];
-      plant->stick_speed[static_cast<size_t>(effect.place)] = p[4];
+      plant->presliding[static_cast<size_t>(effect.place)] = p[4];
       break;
-    case EffectId::kLoadFriction: laws.load_ratio += p[0], plant->stick_speed[static_cast<size_t>(effect.place)] = p[1]; break;
+    case EffectId::kLoadFriction: laws.load_ratio += p[0], plant->presliding[static_cast<size_t>(effect.place)] = p[1]; break;
     case EffectId::kRotorInertia: plant->rotor[static_cast<size_t>(effect.place)] += p[0]; break;
     case EffectId::kElasticity:
     case EffectId::kBacklash: apply_transmission(effect, &laws); break;
@@ -173,7 +173,7 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   const int n = plant.tree.num_joints();
   plant.laws.resize(static_cast<size_t>(n));
   plant.rotor.assign(static_cast<size_t>(n), 0.0);
-  plant.stick_speed.assign(static_cast<size_t>(n), 0.005);
+  plant.presliding.assign(static_cast<size_t>(n), kPresliding);
   plant.faults.resize(static_cast<size_t>(n) * kQuantities);
   plant.effort_driven = e.scenario.drive == "effort";
   for (int j = 0; j < n; ++j) {

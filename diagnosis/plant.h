@@ -29,6 +29,7 @@ struct ParameterInfo {
   double low, high;   // bounds
   double step;        // natural size: finite differences and start values
   bool nuisance;      // fitted but not part of the effect's definition
+  bool scanned = false;  // readings are no smooth function of it: the best of a few values, see explore.cpp
 };
 
 struct EffectInfo {
@@ -53,6 +54,9 @@ std::string get_place_text(const Experiment& e, const Effect& effect);   // "elb
 std::string get_label(const Experiment& e, const Effect& effect);        // "coulomb_friction@elbow_pitch"
 std::string get_label(const Experiment& e, const Hypothesis& hypothesis);
 
+// [rad] displacement before slipping of rolling and sliding contacts in gears, where nothing is known.
+constexpr double kPresliding = 5e-4;
+
 struct SignalFault {
   double bias = 0.0, scale = 1.0, delay = 0.0;
 };
@@ -67,7 +71,7 @@ struct Plant {
   double rate_lag = 0.0;                // [s] by which the servo's velocity lags behind its position
   double clock_skew = 0.0;              // states' clock runs (1 + skew) as fast as the commands'
   bool effort_driven = false;
-  std::vector<double> stick_speed;      // [rad/s] by joint: below it dry friction is a damper
+  std::vector<double> presliding;       // [rad] by joint: at it dry friction reaches its largest value
   double command_shift = 0.0;           // [s] by which the stamps of commands run ahead of those of readings
 };
 

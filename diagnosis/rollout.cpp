@@ -21,7 +21,8 @@ class Rollout {
     for (int j = 0; j < n_; ++j) motor_.push_back(laws(j).elastic ? N_++ : j);
     const size_t size = static_cast<size_t>(N_);
     for (std::vector<double>* v : {&Q_, &V_, &Qs_, &Vs_, &f_, &K_, &D_, &k1q_, &k1v_, &k2q_, &k2v_, &rhs_}) v->assign(size, 0.0);
-    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_, &bias_}) {
+    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_, &bias_,
+                                    &B_, &Bs_, &fb_, &k1b_, &bristle_k_, &bristle_a_, &bristle_slip_}) {
       v->assign(static_cast<size_t>(n_), 0.0);
     }
     couple_k_.assign(size, 0.0), couple_d_.assign(size, 0.0);
@@ -70,6 +71,20 @@ class Rollout {
     near_ = k;
     start_transmissions(k);
     for (int j = 0; j < n_; ++j) U_[j] = calc_drive(j, recording_.time[k], Q_.data(), V_.data());
+    start_bristles(k);
+  }
+
+  // Bent by what the drive gives and the motion does not take.
+  void start_bristles(size_t k) {
+    std::vector<double> tau(static_cast<size_t>(n_));
+    bodies_.calc_efforts(k, tau.data());
+    for (int j = 0; j < n_; ++j) {
+      B_[j] = 0.0;
+      if (!laws(j).has_friction()) continue;
+      const double missing = U_[j] * laws(j).torque_scale - tau[static_cast<size_t>(j)];
+      B_[j] = missing / std::max(1e-9, calc_bristle_stiffness(j, U_[j], missing > 0.0 ? 1.0 : -1.0));
+      limit_bristles(j);
+    }
   }
 
   // Elastic joints: the encoder is on the motor; the link lags by the twist that carries the present load.
@@ -127,22 +142,33 @@ class Rollout {
     return u;
   }
 
-  // Dry and viscous friction, cogging, on the motor side. Adds the slope to D_.
-  double calc_friction(int j, double q, double v, double load, double* slope) const {
+  // Viscous friction and cogging, on the motor side. Adds the slope to D_.
+  double calc_friction(int j, double q, double v, double* slope) const {
     const JointLaws& law = laws(j);
-    double effort = -law.viscous * v;
     *slope += law.viscous;
-    if (law.has_friction()) {
-      const double s = std::tanh(v / plant_.stick_speed[index(j)]);
-      const double level = calc_friction_level(law, std::abs(v), load, s);
-      effort -= level * s;
-      *slope += level * (1.0 - s * s) / plant_.stick_speed[index(j)];
-    }
-    if (law.cogging_amplitude != 0.0) effort += calc_cogging(law, q);
-    return effort;
+    return -law.viscous * v + (law.cogging_amplitude != 0.0 ? calc_cogging(law, q) : 0.0);
   }
 
-  void calc_joint_forces(int j, double t, double h, const double* Q, const double* V, const double* U, const double* Z) {
+  // Stiffness of the bristles: the largest friction at rest is reached at the pre-sliding displacement.
+  double calc_bristle_stiffness(int j, double load, double direction) const {
+    return calc_static_level(laws(j), load, direction) / plant_.presliding[index(j)];
+  }
+
+  // Dry friction as bristles that bend and slip (LuGre without bristle damping; Canudas de Wit et al., IEEE Trans. Autom.
+  // Control 40, 1995): effort = -k b, b' = v - |v| k b / level(v).
+  double calc_dry_friction(int j, double h, double v, double load, double b, double* slope) {
+    const JointLaws& law = laws(j);
+    const double direction = v > 0.0 ? 1.0 : -1.0, speed = std::abs(v);
+    const double level = std::max(1e-9, calc_friction_level(law, speed, load, direction));
+    const double k = std::max(1e-9, calc_bristle_stiffness(j, load, direction));
+    const double slip = speed * k / level, bend = 1.0 - direction * k * b / level, c = kGamma * h;
+    fb_[j] = v - slip * b;
+    bristle_k_[j] = k, bristle_a_[j] = 1.0 / (1.0 + c * slip), bristle_slip_[j] = bend;
+    *slope += c * k * std::max(0.0, bend) * bristle_a_[j];
+    return -k * b;
+  }
+
+  void calc_joint_forces(int j, double t, double h, const double* Q, const double* V, const double* U, const double* Z, const double* B) {
     const JointLaws& law = laws(j);
     const int m = motor_[j];
     double u = calc_drive(j, t, Q, V);
@@ -162,7 +188,8 @@ class Rollout {
     }
     u *= law.torque_scale;
     K_[m] *= law.torque_scale, D_[m] *= law.torque_scale;
-    f_[m] += u + calc_friction(j, Q[m], V[m], u, &D_[m]);
+    f_[m] += u + calc_friction(j, Q[m], V[m], &D_[m]);
+    if (law.has_friction()) f_[m] += calc_dry_friction(j, h, V[m], u, B[j], &D_[m]);
     if (free_[j]) follow(j, t, Q[m] + law.joint_offset, V[m]);
     if (law.cogging_amplitude != 0.0) K_[m] -= calc_cogging_slope(law, Q[m]);
     if (law.spring_stiffness != 0.0) {
@@ -191,9 +218,9 @@ class Rollout {
   }
 
   // Forces f_, slopes K_, D_, mass matrix M_ at a state.
-  void evaluate(double t, double h, const double* Q, const double* V, const double* U, const double* Z) {
+  void evaluate(double t, double h, const double* Q, const double* V, const double* U, const double* Z, const double* B) {
     std::fill(f_.begin(), f_.end(), 0.0), std::fill(K_.begin(), K_.end(), 0.0), std::fill(D_.begin(), D_.end(), 0.0);
-    for (int j = 0; j < n_; ++j) calc_joint_forces(j, t, h, Q, V, U, Z);
+    for (int j = 0; j < n_; ++j) calc_joint_forces(j, t, h, Q, V, U, Z, B);
     bodies_.evaluate(t, near_, Q, V, mass_.data(), bias_.data());
     for (int j = 0; j < n_; ++j) f_[j] -= bias_[j];
     std::fill(M_.begin(), M_.end(), 0.0);
@@ -253,25 +280,29 @@ class Rollout {
 
   bool step(double t, double h) {
     const double c = kGamma * h;
-    evaluate(t, h, Q_.data(), V_.data(), U_.data(), Z_.data());
+    evaluate(t, h, Q_.data(), V_.data(), U_.data(), Z_.data(), B_.data());
     // Stage 1: kq = V + c kv.
     for (int i = 0; i < N_; ++i) rhs_[i] = f_[i];
     add_lag(c, fu_.data());
     subtract_stiffness(c, V_.data());
     if (!solve(c, k1v_.data())) return false;
     for (int i = 0; i < N_; ++i) k1q_[i] = V_[i] + c * k1v_[i];
-    for (int j = 0; j < n_; ++j) finish_memory(j, fu_[j], fz_[j], k1q_.data(), k1v_.data(), &k1u_[j], &k1z_[j]);
+    for (int j = 0; j < n_; ++j) {
+      finish_memory(j, fu_[j], fz_[j], k1q_.data(), k1v_.data(), &k1u_[j], &k1z_[j]);
+      k1b_[j] = finish_bristles(j, c, k1v_.data());
+      Bs_[j] = B_[j] + h * k1b_[j];
+    }
     for (int i = 0; i < N_; ++i) Qs_[i] = Q_[i] + h * k1q_[i], Vs_[i] = V_[i] + h * k1v_[i];
     for (int j = 0; j < n_; ++j) Us_[j] = U_[j] + h * k1u_[j], Zs_[j] = Z_[j] + h * k1z_[j];
     // Stage 2: F(w1) - 2 k1.
-    evaluate(t + h, h, Qs_.data(), Vs_.data(), Us_.data(), Zs_.data());
+    evaluate(t + h, h, Qs_.data(), Vs_.data(), Us_.data(), Zs_.data(), Bs_.data());
     for (int i = 0; i < N_; ++i) {
       double s = f_[i];
       for (int k = 0; k < N_; ++k) s -= 2.0 * M_[i * N_ + k] * k1v_[k];
       rhs_[i] = s;
       Vs_[i] -= 2.0 * k1q_[i];  // right-hand side of the position rows
     }
-    for (int j = 0; j < n_; ++j) fu_[j] -= 2.0 * k1u_[j], fz_[j] -= 2.0 * k1z_[j];
+    for (int j = 0; j < n_; ++j) fu_[j] -= 2.0 * k1u_[j], fz_[j] -= 2.0 * k1z_[j], fb_[j] -= 2.0 * k1b_[j];
     add_lag(c, fu_.data());
     subtract_stiffness(c, Vs_.data());
     if (!solve(c, k2v_.data())) return false;
@@ -281,6 +312,8 @@ class Rollout {
       finish_memory(j, fu_[j], fz_[j], k2q_.data(), k2v_.data(), &k2u, &k2z);
       U_[j] += h * (1.5 * k1u_[j] + 0.5 * k2u);
       Z_[j] += h * (1.5 * k1z_[j] + 0.5 * k2z);
+      B_[j] += h * (1.5 * k1b_[j] + 0.5 * finish_bristles(j, c, k2v_.data()));
+      limit_bristles(j);
     }
     for (int i = 0; i < N_; ++i) {
       Q_[i] += h * (1.5 * k1q_[i] + 0.5 * k2q_[i]);
@@ -289,9 +322,20 @@ class Rollout {
     return std::abs(Q_[0]) < 1e6;
   }
 
-  // The lagged effort's own change within the stage acts on its motor.
+  double finish_bristles(int j, double c, const double* kv) const {
+    return laws(j).has_friction() ? bristle_a_[j] * (fb_[j] + c * std::max(0.0, bristle_slip_[j]) * kv[motor_[j]]) : 0.0;
+  }
+
+  // Bristles never carry more than the largest friction, whatever the step.
+  void limit_bristles(int j) {
+    const double most = 1.05 * plant_.presliding[index(j)];
+    B_[j] = std::min(most, std::max(-most, B_[j]));
+  }
+
+  // The changes of lagged efforts and of bristles within the stage act on the motors.
   void add_lag(double c, const double* fu) {
     for (int j = 0; j < n_; ++j) {
+      if (laws(j).has_friction()) rhs_[motor_[j]] -= c * bristle_k_[j] * bristle_a_[j] * fb_[j];
       if (lag_factor_[j] > 0.0) rhs_[motor_[j]] += laws(j).torque_scale * c * lag_factor_[j] * fu[j];
     }
   }
@@ -339,6 +383,7 @@ class Rollout {
   std::vector<char> free_;   // the drive does not hold the joint now
   std::vector<int> motor_;   // coordinate of each joint's motor
   std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_;
+  std::vector<double> B_, Bs_, fb_, k1b_, bristle_k_, bristle_a_, bristle_slip_;   // by joint; B_: deflections [rad]
   std::vector<double> U_, Z_, Us_, Zs_, fu_, fz_, k1u_, k1z_, lag_factor_, lag_k_, lag_d_;
   std::vector<double> couple_k_, couple_d_, A_, M_, mass_, bias_;
 };

@@ -4,7 +4,7 @@
 // Integrator: ROS2 (Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20, 1999), a Rosenbrock method of order 2
 // that stays of order 2 with any approximate Jacobian and is L-stable with gamma = 1 - 1/sqrt(2): servo, transmission
 // and friction terms are implicit, so that the light wrist of an arm with stiff gains needs no smaller steps than its
-// shoulder. Dry friction is a damper below the plant's stick speed.
+// shoulder. Dry friction is bristles that bend before they slip.
 //
 // A drive at its limit, or one that is given efforts, does not hold the joint near a reference: the smallest error of a
 // model then grows without bound. There the recorded motion takes the servo's place: the simulated joint is drawn to it

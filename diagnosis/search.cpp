@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 
+#include "diagnosis/drive_search.h"
 #include "diagnosis/explore.h"
 
 namespace hrp::diagnosis {
@@ -27,9 +28,10 @@ Key make_key(const Hypothesis& hypothesis) {
 }
 
 constexpr size_t kLargestSet = 3;
-constexpr size_t kBeam = 6;        // sets that are grown further
-constexpr size_t kCandidates = 14; // effects that may be added to each
-constexpr size_t kSimulated = 4;   // sets of each size that are fitted through the simulation
+constexpr size_t kBeam = 4;        // sets that are grown further
+constexpr size_t kCandidates = 10; // effects that may be added to each
+constexpr size_t kSimulated = 3;   // sets of each size that are fitted through the simulation
+constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
 constexpr double kLeastDrop = 0.7; // of what is left, or adding effects is given up
 
 class Search {
@@ -54,6 +56,7 @@ class Search {
     best_chi2_ = outcome.nominal.train.chi2;
     look_wide();
     decide(&outcome);
+    if (!outcome.explained && search_drives(problem_, progress_, &outcome)) return outcome;
     add_intervals(&outcome.chosen);
     drop_insignificant(&outcome);
     normalise(&outcome.chosen.hypothesis);
@@ -79,7 +82,7 @@ class Search {
     Hypothesis start = hypothesis;
     start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
     FitOptions options;
-    options.max_iterations = 30;
+    options.max_iterations = 15;
     options.abandon_above = 25.0 * best_chi2_;
     return fit(problem_, start, problem_.train, options);
   }
@@ -118,11 +121,36 @@ class Search {
       if (beam.empty()) break;
       progress_(format("%.0f effects", static_cast<double>(size)));
       for (const Lead& lead : beam) progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
-      for (size_t i = 0; i < std::min(kSimulated, beam.size()) && beam[i].cost < 30.0 * beam[0].cost; ++i) try_fit(beam[i].hypothesis);
+      simulate_best(beam);
+      for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
       if (is_explained(best_refined())) break;
       if (beam.front().cost > kLeastDrop * before) break;   // more effects do not help
       if (beam.size() > kBeam) beam.resize(kBeam);
     }
+  }
+
+  // Fits the first of the sets through the simulation. Once one leaves noise only, no set that has more parameters or
+  // did clearly worse along the paths can take its place.
+  void simulate_best(const std::vector<Lead>& beam) {
+    for (size_t i = 0; i < std::min(kSimulated, beam.size()); ++i) {
+      const Trial best = best_refined();
+      const bool done = !best.hypothesis.empty() && is_noise(best);
+      if (beam[i].cost > (done ? kClearlyWorse : 30.0) * beam[0].cost) break;
+      if (done && count_parameters(beam[i].hypothesis) >= count_parameters(best.hypothesis)) continue;
+      try_fit(beam[i].hypothesis);
+    }
+  }
+
+  // For the list of rivals: what a set leaves of the held-out recordings along the recorded paths.
+  Trial make_trial(const Lead& lead) const {
+    Trial trial;
+    trial.hypothesis = lead.hypothesis;
+    double held = 0.0, worst = 0.0;
+    for (double chi2 : lead.held) held += chi2, worst = std::max(worst, chi2);
+    const double count = std::max(1.0, nominal_.validate.count);
+    trial.rms = std::sqrt(held / count);
+    trial.worst = std::sqrt(worst / count * static_cast<double>(lead.held.size()));
+    return trial;
   }
 
   // In units of noise, as rms.
@@ -226,13 +254,11 @@ class Search {
     std::stable_sort(list.begin(), list.end(), [&](const Trial& a, const Trial& b) { return price(a) < price(b); });
     prefer_simple(&list);
     outcome->chosen = list.front();
-    double sum = 0.0;
-    for (Trial& t : list) sum += t.probability = std::exp(-0.5 * std::min(1400.0, (price(t) - price(list.front())) / 20.0));
-    for (Trial& t : list) t.probability /= sum;
+    set_probabilities(price, &list);
     outcome->chosen.probability = list.front().probability;
     outcome->rivals = list;
-    for (const Trial& t : sorted()) {
-      if (!t.refined && outcome->rivals.size() < 14) outcome->rivals.push_back(t);
+    for (const Trial& t : passed_over_) {
+      if (!trials_.count(make_key(t.hypothesis)) && outcome->rivals.size() < 14) outcome->rivals.push_back(t);
     }
     outcome->explained = is_explained(outcome->chosen);
     for (size_t i = 1; i < list.size(); ++i) {
@@ -240,9 +266,23 @@ class Search {
     }
   }
 
-  static size_t count_parameters(const Trial& t) {
+  // Odds from the prices, a twentieth of whose difference is taken for evidence because residuals are correlated. A model
+  // that the chosen one was preferred to for its simplicity does not gain by what it has more.
+  template <class Price>
+  static void set_probabilities(const Price& price, std::vector<Trial>* list) {
+    const Trial& chosen = list->front();
+    double sum = 0.0;
+    for (Trial& t : *list) {
+      const double more = static_cast<double>(count_parameters(t.hypothesis)) - static_cast<double>(count_parameters(chosen.hypothesis));
+      const double dearer = std::max(price(t) - price(chosen), 30.0 * std::max(0.0, more));
+      sum += t.probability = std::exp(-0.5 * std::min(1400.0, dearer / 20.0));
+    }
+    for (Trial& t : *list) t.probability /= sum;
+  }
+
+  static size_t count_parameters(const Hypothesis& hypothesis) {
     size_t count = 0;
-    for (const Effect& effect : t.hypothesis) count += effect.p.size();
+    for (const Effect& effect : hypothesis) count += effect.p.size();
     return count;
   }
 
@@ -254,7 +294,7 @@ class Search {
       const Trial& t = (*list)[i];
       const Trial& first = list->front();
       const bool simpler = t.hypothesis.size() < first.hypothesis.size() ||
-                           (t.hypothesis.size() == first.hypothesis.size() && count_parameters(t) < count_parameters(first));
+                           (t.hypothesis.size() == first.hypothesis.size() && count_parameters(t.hypothesis) < count_parameters(first.hypothesis));
       if (!simpler || !is_noise(t) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1) continue;
       std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
     }
@@ -266,6 +306,7 @@ class Search {
   std::vector<int> held_out_;
   Trial nominal_;
   std::map<Key, Trial> trials_;
+  std::vector<Trial> passed_over_;   // judged along the recorded paths only
   double best_chi2_ = 1e300;
 };
 

@@ -253,8 +253,8 @@ class Builder {
     const int one = add_column(j, 0, [](const Grid&, long) { return 1.0; });
     const int rate = add_column(j, 0, [j](const Grid& g, long k) { return g.u1(k, j); });
     add_shape(EffectId::kViscous, j, {viscous}, take_positive);
-    add_shape(EffectId::kCoulomb, j, {dry}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {x[0], 0.0, 0.005}; return x[0] > 0.0; });
-    add_shape(EffectId::kLoadFriction, j, {load}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {x[0], 0.005}; return x[0] > 0.0; });
+    add_shape(EffectId::kCoulomb, j, {dry}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {x[0], 0.0, kPresliding}; return x[0] > 0.0; });
+    add_shape(EffectId::kLoadFriction, j, {load}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {x[0], kPresliding}; return x[0] > 0.0; });
     add_shape(EffectId::kRotorInertia, j, {inertia}, take_positive);
     add_shape(EffectId::kTorqueConstant, j, {effort}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {1.0 - x[0]}; return x[0] < 0.95 && x[0] > -4.0; });
     add_shape(EffectId::kSpring, j, {position, one}, [](const std::vector<double>& x, std::vector<double>* p) {
@@ -265,7 +265,7 @@ class Builder {
     for (double speed : {0.02, 0.05, 0.12, 0.3}) {
       const int bump = add_column(j, 0, [&, speed](const Grid& g, long k) { return sign(g, k) * std::exp(-std::pow(g.qd(k, j) / speed, 2)); });
       add_shape(EffectId::kStribeck, j, {dry, bump, viscous}, [speed](const std::vector<double>& x, std::vector<double>* p) {
-        *p = {x[0], x[0] + x[1], speed, std::max(0.0, x[2]), 0.005};
+        *p = {x[0], x[0] + x[1], speed, std::max(0.0, x[2]), kPresliding};
         return x[0] > 0.0 && x[1] > 0.0;
       });
     }
