@@ -144,7 +144,7 @@ class Search {
     return false;
   }
 
-  // What acts in flight must not make windows without contact worse. True when there are none.
+  // What acts in flight must not make windows without contact worse, beyond chance. True when there are none.
   bool shows_in_flight(const TossTrial& trial) const {
     const TossId id = trial.added;
     const bool flies = id == TossId::kComError || id == TossId::kPositionScale || id == TossId::kClockSkew || id == TossId::kDrag ||
@@ -159,7 +159,7 @@ class Search {
       const double n = 6.0 * static_cast<double>(w.count);
       gain += calc_cost(out_.chosen.misfit[i], n) - calc_cost(trial.fit.misfit[i], n), count += 1.0;
     }
-    return count == 0.0 || gain > 0.0;
+    return count == 0.0 || gain > -kLeastGain;
   }
 
   void examine(TossTrial* trial) const {
