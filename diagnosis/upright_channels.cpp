@@ -6,148 +6,46 @@
 
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
+#include "diagnosis/upright_layout.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
 
-constexpr double kStick = 0.004;   // [rad/s] slower than this a joint may be stuck: noise of smoothed velocities is below 0.001
-constexpr double kInside = 0.88;   // share of a sole's half edges within which the centre of pressure means flat contact
-
-// The value of a series at any time between its stamps.
-double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t) {
-  const auto at = std::upper_bound(time.begin() + 1, time.end() - 1, t) - time.begin();
-  const auto k = static_cast<size_t>(at);
-  const double s = std::clamp((t - time[k - 1]) / (time[k] - time[k - 1]), 0.0, 1.0);
-  return values[k - 1] + s * (values[k] - values[k - 1]);
-}
-
-struct JointTerms {
-  double viscous = 0, coulomb = 0, asymmetry = 0, rotor = 0, spring = 0, moment = 0, torque_scale = 1, offset = 0, delay = 0, lag = 0;
-  double effort_bias = 0, effort_scale = 1;
-};
-
-struct WrenchTerms {
-  Vector3d force_bias{0, 0, 0}, torque_bias{0, 0, 0}, rpy{0, 0, 0};
-  double force_scale = 1, torque_scale = 1, delay = 0, skew = 0;
-};
-
-struct ImuTerms {
-  Vector3d gyro_bias{0, 0, 0}, accelerometer_bias{0, 0, 0}, rpy{0, 0, 0};
-  double gyro_scale = 1, accelerometer_scale = 1, delay = 0, skew = 0;
-};
-
-struct FootTerms {
-  double p[kFootParameters] = {}, hardening = 0;
-};
-
-Vector3d get3(const std::vector<double>& p, size_t at = 0) { return {p[at], p[at + 1], p[at + 2]}; }
-
-// The hypothesis, sorted by where it acts.
-struct Terms {
-  std::vector<JointTerms> joints;
-  std::vector<WrenchTerms> wrenches;
-  std::vector<FootTerms> feet;
-  ImuTerms imu;
-  double slope_roll = 0, slope_pitch = 0, friction = 0;
-  TreeSpec tree;
-  std::vector<Vector3d> force_W;
-
-  Terms(const StandProblem& problem, const StandHypothesis& hypothesis)
-      : joints(static_cast<size_t>(problem.tree.num_joints())), wrenches(problem.feet.size()), feet(problem.feet.size()),
-        tree(problem.tree), force_W(problem.tree.links.size(), Vector3d::Zero()) {
-    for (const StandEffect& effect : hypothesis) {
-      if (!add_joint(effect) && !add_link(effect) && !add_wrench(effect)) add_rest(effect);
-    }
-  }
-
-  bool add_joint(const StandEffect& e) {
-    if (e.id > StandId::kActuatorLag && e.id < StandId::kEffortBias) return false;
-    JointTerms& j = joints[static_cast<size_t>(e.place)];
-    switch (e.id) {
-      case StandId::kViscous: j.viscous = e.p[0]; break;
-      case StandId::kCoulomb: j.coulomb = e.p[0], j.asymmetry = e.p[1]; break;
-      case StandId::kRotorInertia: j.rotor = e.p[0]; break;
-      case StandId::kSpring: j.spring = e.p[0], j.moment = e.p[1]; break;
-      case StandId::kTorqueConstant: j.torque_scale = e.p[0]; break;
-      case StandId::kJointOffset: j.offset = e.p[0]; break;
-      case StandId::kCommandDelay: j.delay = e.p[0]; break;
-      case StandId::kActuatorLag: j.lag = e.p[0]; break;
-      case StandId::kEffortBias: j.effort_bias = e.p[0]; break;
-      default: j.effort_scale = e.p[0];
-    }
-    return true;
-  }
-
-  bool add_link(const StandEffect& e) {
-    if (e.id < StandId::kPayload || e.id > StandId::kExternalForce) return false;
-    LinkInertia& link = tree.links[static_cast<size_t>(e.place)].inertia;
-    if (e.id == StandId::kMassError) link.mass *= e.p[0], link.I_LLcm_L *= e.p[0];
-    if (e.id == StandId::kComError) link.p_LLcm_L += get3(e.p);
-    if (e.id == StandId::kExternalForce) force_W[static_cast<size_t>(e.place)] = get3(e.p);
-    if (e.id == StandId::kPayload) {
-      const Vector3d moment = link.mass * link.p_LLcm_L + get3(e.p, 1);  // written in mass and mass x com: linear
-      const double mass = std::max(1e-6, link.mass + e.p[0]);
-      link.p_LLcm_L = moment / mass, link.mass = mass;
-    }
-    return true;
-  }
-
-  bool add_wrench(const StandEffect& e) {
-    if (e.id < StandId::kForceBias || e.id > StandId::kWrenchSkew) return false;
-    WrenchTerms& w = wrenches[static_cast<size_t>(e.place)];
-    switch (e.id) {
-      case StandId::kForceBias: w.force_bias = get3(e.p); break;
-      case StandId::kTorqueBias: w.torque_bias = get3(e.p); break;
-      case StandId::kForceScale: w.force_scale = e.p[0]; break;
-      case StandId::kTorqueScale: w.torque_scale = e.p[0]; break;
-      case StandId::kWrenchDelay: w.delay = e.p[0]; break;
-      case StandId::kWrenchMisalignment: w.rpy = get3(e.p); break;
-      default: w.skew = e.p[0];
-    }
-    return true;
-  }
-
-  void add_rest(const StandEffect& e) {
-    switch (e.id) {
-      case StandId::kGroundSlope: slope_roll = e.p[0], slope_pitch = e.p[1]; break;
-      case StandId::kGroundFriction: friction = e.p[0]; break;
-      case StandId::kGyroBias: imu.gyro_bias = get3(e.p); break;
-      case StandId::kAccelerometerBias: imu.accelerometer_bias = get3(e.p); break;
-      case StandId::kGyroScale: imu.gyro_scale = e.p[0]; break;
-      case StandId::kAccelerometerScale: imu.accelerometer_scale = e.p[0]; break;
-      case StandId::kImuDelay: imu.delay = e.p[0]; break;
-      case StandId::kImuMisalignment: imu.rpy = get3(e.p); break;
-      case StandId::kImuSkew: imu.skew = e.p[0]; break;
-      default: {  // compliance of all feet at once
-        const bool hard = e.id == StandId::kFootHardening;
-        const size_t size = kFootParameters + (hard ? 1 : 0);
-        for (size_t f = 0; f < feet.size(); ++f) {
-          std::copy_n(e.p.begin() + static_cast<long>(f * size), kFootParameters, feet[f].p);
-          if (hard) feet[f].hardening = e.p[f * size + kFootParameters];
-        }
-      }
-    }
-  }
-};
+constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
+constexpr size_t kTurning = 5;    // samples: half of the 0.3 s over which turning is compared
+constexpr double kLoaded = 0.01;  // share of the weight that a foot must carry to count as standing
 
 class Calculator {
  public:
   Calculator(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording)
-      : problem_(problem), r_(problem.recordings[recording]), terms_(problem, hypothesis), model_(terms_.tree, problem.experiment->scenario.gravity_W),
-        data_(model_), state_(make_state(model_)), wrenches_(terms_.tree.links.size(), Vector6d::Zero()), vdot_(model_.nv()), tau_(model_.nv()) {
-    for (int j = 0; j < model_.num_joints(); ++j) {
-      const auto& servo = problem.experiment->scenario.servo_joints;
-      const auto at = servo.find(terms_.tree.joint(j).name);
-      servo_.push_back(at == servo.end() ? problem.experiment->scenario.servo_default : at->second);
-    }
+      : p_(problem),
+        r_(problem.recordings[recording]),
+        terms_(problem, hypothesis),
+        model_(terms_.tree, problem.experiment->scenario.gravity_W),
+        data_(model_),
+        state_(make_state(model_)),
+        wrenches_(terms_.tree.links.size(), Vector6d::Zero()),
+        vdot_(model_.nv()),
+        tau_(model_.nv()),
+        drives_(problem, r_, terms_),
+        joints_(static_cast<size_t>(model_.num_joints())),
+        force_(problem.feet.size()),
+        torque_(problem.feet.size()),
+        rolled_(problem.feet.size(), Vector3d::Zero()) {
+    for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
   }
 
-  std::vector<double> run() {
-    channels_ = list_channels(problem_).size();
+  std::vector<double> run(StandBase* base) {
+    channels_ = list_channels(p_).size();
     out_.reserve(r_.samples.size() * channels_);
-    for (int k : r_.samples) add_sample(static_cast<size_t>(k));
-    remove_mean_gap();
+    for (int k : r_.samples) {
+      add_sample(static_cast<size_t>(k));
+      if (base) base->states.insert(base->states.end(), joints_.begin(), joints_.end());
+    }
+    remove_mean_places();
+    add_turning();
     add_gravity();
+    if (base) base->residuals = out_;
     return std::move(out_);
   }
 
@@ -155,36 +53,54 @@ class Calculator {
 
  private:
   double shifted(const Series& s, bool rate, double t, double delay, double skew) const {
-    return interpolate(r_.time, rate ? s.rate : s.value, (t + delay) / (1 + skew));
+    return interpolate_at(r_.time, rate ? s.rate : s.value, (t + delay) / (1 + skew));
   }
 
   void read_imu(double t) {
     const ImuTerms& imu = terms_.imu;
-    const Matrix3d R_turn = make_rotation_from_rpy(imu.rpy);
-    Eigen::Vector4d q, dq;
-    for (int i = 0; i < 4; ++i) {
-      q(i) = shifted(r_.attitude[i], false, t, imu.delay, imu.skew), dq(i) = shifted(r_.attitude[i], true, t, imu.delay, imu.skew);
-    }
+    Eigen::Vector4d q;
+    for (int i = 0; i < 4; ++i) q(i) = shifted(r_.attitude[i], false, t, imu.delay[0], imu.skew);
     const Eigen::Quaterniond attitude = Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized();
-    const Eigen::Quaterniond rate(dq(0), dq(1), dq(2), dq(3));
-    const Vector3d turning = 2 * (attitude.conjugate() * rate).vec();
     Vector3d w, dw, f;
     for (int i = 0; i < 3; ++i) {
-      w(i) = shifted(r_.gyro[i], false, t, imu.delay, imu.skew), dw(i) = shifted(r_.gyro[i], true, t, imu.delay, imu.skew);
-      f(i) = shifted(r_.accelerometer[i], false, t, imu.delay, imu.skew);
+      w(i) = shifted(r_.gyro[i], false, t, imu.delay[1], imu.skew);
+      dw(i) = shifted(r_.gyro[i], true, t, imu.delay[1], imu.skew);
+      f(i) = shifted(r_.accelerometer[i], false, t, imu.delay[2], imu.skew);
     }
-    w = (w - imu.gyro_bias) / imu.gyro_scale, dw /= imu.gyro_scale, f = (f - imu.accelerometer_bias) / imu.accelerometer_scale;
-    gyro_residual_ = turning - w;
-    R_WI_ = attitude.toRotationMatrix() * R_turn.transpose();
-    w_ = R_turn * w, dw_ = R_turn * dw, f_ = R_turn * f;
+    const Matrix3d R_attitude = make_rotation_from_rpy(imu.rpy[0]), R_gyro = make_rotation_from_rpy(imu.rpy[1]);
+    w_ = R_gyro * Vector3d((w - imu.gyro_bias) / imu.gyro_scale), dw_ = R_gyro * Vector3d(dw / imu.gyro_scale);
+    f_ = make_rotation_from_rpy(imu.rpy[2]) * Vector3d((f - imu.accelerometer_bias) / imu.accelerometer_scale);
+    R_WI_ = attitude.toRotationMatrix() * R_attitude.transpose();
+    attitudes_.emplace_back(R_WI_), rates_.push_back(w_);
   }
 
+  // Joints as the encoders have them, and the links behind elastic or loose transmissions.
   void read_joints(size_t k) {
+    const double t = r_.time[k];
     for (int j = 0; j < model_.num_joints(); ++j) {
       const auto i = static_cast<size_t>(j);
-      state_.q(j) = r_.position[i].value[k] - terms_.joints[i].offset;
-      state_.qd(j) = r_.position[i].rate[k];
-      vdot_(6 + j) = r_.position[i].second[k];
+      const JointTerms& terms = terms_.joints[i];
+      const Series& position = r_.position[i];
+      double q = position.value[k], v = position.rate[k], a = position.second[k];
+      if (terms.position_delay != 0) {
+        q = interpolate_at(r_.time, position.value, t + terms.position_delay);
+        v = interpolate_at(r_.time, position.rate, t + terms.position_delay);
+        a = interpolate_at(r_.time, position.second, t + terms.position_delay);
+      }
+      const double scale = terms.position_scale;
+      DriveState& s = joints_[i];
+      s.encoder = (q - terms.position_bias) / scale, s.velocity = v / scale, s.acceleration = a / scale;
+      double bent = 0, bent_rate = 0;
+      if ((terms.compliance != 0 || terms.gap != 0) && p_.is_driven(i)) {
+        double rate = 0;
+        const double torque = drives_.find_effort(i, k, s, &rate) - terms.rotor * s.acceleration;
+        // Teeth change sides while the torque passes zero; how fast does not matter at half a newton metre.
+        bent = terms.compliance * torque + 0.5 * terms.gap * std::clamp(2 * torque, -1.0, 1.0);
+        bent_rate = terms.compliance * rate;
+      }
+      s.link = s.encoder - terms.offset - bent;
+      state_.q(j) = s.link, state_.qd(j) = s.velocity - bent_rate;
+      vdot_(6 + j) = s.acceleration;
     }
   }
 
@@ -192,18 +108,18 @@ class Calculator {
   void find_base_motion() {
     state_.R_WB.setIdentity(), state_.p_WB.setZero(), state_.V_WB.setZero();
     update_kinematics(model_, state_, &data_);
-    const Matrix3d R_BI = get_pose(data_, problem_.imu_link).R * problem_.R_LI;
-    const Vector3d w_BL = get_velocity(data_, problem_.imu_link).head<3>();
+    const Matrix3d R_BI = get_pose(data_, p_.imu_link).R * p_.R_LI;
+    const Vector3d w_BL = get_velocity(data_, p_.imu_link).head<3>();
     const Matrix3d R_WB = R_WI_ * R_BI.transpose();
     state_.R_WB = Eigen::Quaterniond(R_WB).normalized();
     state_.V_WB.head<3>() = R_WI_ * w_ - R_WB * w_BL;
     update_kinematics(model_, state_, &data_);
-    const Vector3d p_WI = get_pose(data_, problem_.imu_link) * problem_.p_LI;
+    const Vector3d p_WI = get_pose(data_, p_.imu_link) * p_.p_LI;
     vdot_.head<6>().setZero();
     update_accelerations(model_, vdot_, &data_);
-    const Vector6d a0 = calc_point_acceleration(data_, problem_.imu_link, p_WI);
+    const Vector6d a0 = calc_point_acceleration(data_, p_.imu_link, p_WI);
     const Vector3d alpha_B = R_WI_ * dw_ - a0.head<3>();
-    const Vector3d a_I = R_WI_ * f_ + problem_.experiment->scenario.gravity_W;
+    const Vector3d a_I = R_WI_ * f_ + p_.experiment->scenario.gravity_W;
     vdot_.head<3>() = alpha_B;
     vdot_.segment<3>(3) = a_I - alpha_B.cross(p_WI) - a0.tail<3>();
   }
@@ -213,116 +129,133 @@ class Calculator {
     for (size_t link = 0; link < wrenches_.size(); ++link) {
       if (terms_.force_W[link].isZero()) continue;
       const Matrix3d R = get_pose(data_, static_cast<int>(link)).R;
-      wrenches_[link] << Vector3d(R * terms_.tree.links[link].inertia.p_LLcm_L).cross(terms_.force_W[link]), terms_.force_W[link];
+      const Vector3d arm = R * terms_.tree.links[link].inertia.p_LLcm_L;
+      wrenches_[link] << arm.cross(terms_.force_W[link]), terms_.force_W[link];
     }
-    for (size_t foot = 0; foot < problem_.feet.size(); ++foot) {
+    for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
       const WrenchTerms& w = terms_.wrenches[foot];
       Vector3d force, torque;
-      for (int i = 0; i < 3; ++i) {
-        force(i) = shifted(r_.wrench[6 * foot + static_cast<size_t>(i)], false, t, w.delay, w.skew);
-        torque(i) = shifted(r_.wrench[6 * foot + 3 + static_cast<size_t>(i)], false, t, w.delay, w.skew);
+      for (size_t i = 0; i < 3; ++i) {
+        force(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + i], false, t, w.delay[0], w.skew);
+        torque(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + 3 + i], false, t, w.delay[1], w.skew);
       }
-      const Matrix3d R_turn = make_rotation_from_rpy(w.rpy);
-      force_[foot] = R_turn * Vector3d((force - w.force_bias) / w.force_scale);
-      torque_[foot] = R_turn * Vector3d((torque - w.torque_bias) / w.torque_scale);
-      const Matrix3d R = get_pose(data_, problem_.feet[foot].link).R;
-      wrenches_[static_cast<size_t>(problem_.feet[foot].link)] << R * torque_[foot], R * force_[foot];
+      force_[foot] = make_rotation_from_rpy(w.rpy[0]) * Vector3d((force - w.force_bias) / w.force_scale);
+      torque_[foot] = make_rotation_from_rpy(w.rpy[1]) * Vector3d((torque - w.torque_bias) / w.torque_scale);
+      const Matrix3d R = get_pose(data_, p_.feet[foot].link).R;
+      wrenches_[static_cast<size_t>(p_.feet[foot].link)] << R * torque_[foot], R * force_[foot];
     }
   }
 
   // Where the ground presses on the sole: at an edge the foot may roll over it, and its tilt says nothing.
   bool stands_flat(size_t foot) const {
-    const StandFoot& f = problem_.feet[foot];
+    const StandFoot& f = p_.feet[foot];
     const Vector3d moment = torque_[foot] - f.sole.cross(force_[foot]);
     const double fz = force_[foot].z();
-    return fz > 5 && std::abs(moment.y() / fz) < kInside * f.size.x() / 2 && std::abs(moment.x() / fz) < kInside * f.size.y() / 2;
+    return fz > load_ && std::abs(moment.y() / fz) < kInside * f.size.x() / 2 &&
+           std::abs(moment.x() / fz) < kInside * f.size.y() / 2;
   }
 
-  void add_feet() {
-    std::vector<Vector3d> centers;
+  // Tilt of a flat foot against the ground, less what its bush gives.
+  void add_tilt(size_t foot, const Vector3d& normal_W, bool flat) {
+    const StandFoot& f = p_.feet[foot];
+    const FootTerms& t = terms_.feet[foot];
+    const Transform X = get_pose(data_, f.link);
+    const Vector3d w_F = X.R.transpose() * get_velocity(data_, f.link).head<3>(), n = X.R.transpose() * normal_W;
+    const double angles[2] = {std::atan2(n.y(), n.z()), -std::asin(std::clamp(n.x(), -1.0, 1.0))};  // roll, pitch
+    const Vector3d center = f.bush + t.shift;
+    // Through the bush goes what the sensor feels and the weight of the foot between them.
+    const Vector3d weight = f.mass * (X.R.transpose() * p_.experiment->scenario.gravity_W);
+    const Vector3d moment = torque_[foot] - center.cross(force_[foot]) - (f.com - center).cross(weight);
+    for (int a = 0; a < 2; ++a) {
+      const double bent = -t.inverse_k[a] * (moment(a) + t.moment[a]) - t.c_over_k[a] * w_F(a) -
+                          t.hardening * angles[a] * angles[a] * angles[a];
+      out_.push_back(flat ? angles[a] - bent : 0);
+    }
+  }
+
+  // A point of the foot that stays where it is: the bush's centre less how far it sank, a ball's centre less how far
+  // it rolled.
+  Vector3d find_fixed_point(size_t foot, double dt) {
+    const StandFoot& f = p_.feet[foot];
+    const Transform X = get_pose(data_, f.link);
+    if (f.kind == SoleKind::kBall) {
+      const Vector3d w_W = get_velocity(data_, f.link).head<3>();
+      rolled_[foot] += dt * f.radius * w_W.cross(Vector3d::UnitZ());
+      return X * f.bush - rolled_[foot];
+    }
+    return X * f.bush + Vector3d(0, 0, terms_.feet[foot].inverse_kz * force_[foot].z());
+  }
+
+  void add_feet(size_t k) {
     const Vector3d normal_W = make_rotation_from_rpy({terms_.slope_roll, terms_.slope_pitch, 0}) * Vector3d::UnitZ();
+    const double dt = flat_.empty() ? 0 : r_.time[k] - r_.time[last_];
+    last_ = k;
+    std::vector<Vector3d> points;
     bool all_flat = true, slips = false;
-    for (size_t foot = 0; foot < problem_.feet.size(); ++foot) {
-      const StandFoot& f = problem_.feet[foot];
-      const FootTerms& t = terms_.feet[foot];
-      const Transform X = get_pose(data_, f.link);
-      const Vector3d w_F = X.R.transpose() * get_velocity(data_, f.link).head<3>(), n = X.R.transpose() * normal_W;
-      const double angles[2] = {std::atan2(n.y(), n.z()), -std::asin(std::clamp(n.x(), -1.0, 1.0))};  // roll, pitch
-      const Vector3d moment = torque_[foot] - f.bush.cross(force_[foot]);                             // about the bush
+    double worst = 0;
+    for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
       const bool flat = stands_flat(foot);
       all_flat = all_flat && flat;
-      for (int a = 0; a < 2; ++a) {
-        const double* p = t.p + 4 * a;
-        const double bent = -p[0] * moment(a) - p[1] * w_F(a) - p[2] * force_[foot].z() - p[3] * force_[foot](1 - a) -
-                            t.hardening * angles[a] * angles[a] * angles[a];
-        out_.push_back(flat ? angles[a] - bent : 0);
-      }
-      centers.push_back(X * f.bush + Vector3d(0, 0, t.p[8] * force_[foot].z()));
+      if (p_.feet[foot].kind == SoleKind::kFlat) add_tilt(foot, normal_W, flat);
+      points.push_back(find_fixed_point(foot, dt));
       const double ratio = force_[foot].head<2>().norm() / std::max(1.0, force_[foot].z());
       slips = slips || (terms_.friction > 0 && ratio > 0.9 * terms_.friction);
-      worst_ratio_ = foot == 0 ? ratio : std::max(worst_ratio_, ratio);
+      worst = std::max(worst, ratio);
     }
-    for (size_t foot = 1; foot < problem_.feet.size(); ++foot) {
-      const Vector3d gap = centers[foot] - centers[0];
-      for (int i = 0; i < 3; ++i) out_.push_back(gap(i));
-    }
-    flat_.push_back(all_flat), slips_.push_back(slips), ratios_.push_back(worst_ratio_);
+    places_.push_back(get_pose(data_, p_.imu_link) * p_.p_LI - points[0]);
+    if (p_.base_pose) add_vector(find_standing_point(k));
+    for (size_t foot = 1; foot < p_.feet.size(); ++foot) add_vector(points[foot] - points[0]);
+    flat_.push_back(all_flat), slips_.push_back(slips), ratios_.push_back(worst);
   }
 
-  // What is missing in the effort after dry friction: all of what it can hold at rest, its level in motion.
-  double take_friction(const JointTerms& t, size_t k, size_t joint, double v, double missing) const {
-    if (t.coulomb == 0) return missing;
-    const std::vector<double>& rate = r_.position[joint].rate;
-    const size_t near = static_cast<size_t>(std::max(1, r_.samples[1] - r_.samples[0]));
-    const double before = rate[k >= near ? k - near : 0], after = rate[std::min(k + near, rate.size() - 1)];
-    const bool moving = std::abs(v) > kStick && before * v > 0 && after * v > 0;
-    const double forward = t.coulomb * (1 + t.asymmetry), backward = -t.coulomb * (1 - t.asymmetry);
-    if (moving) return missing - (v > 0 ? forward : backward);
-    return missing - std::clamp(missing, std::min(backward, forward), std::max(backward, forward));
+  // The first foot in the world, by the recorded pose of the base.
+  Vector3d find_standing_point(size_t k) const {
+    const StandFoot& f = p_.feet[0];
+    const Vector3d at_B = state_.R_WB.conjugate() * (get_pose(data_, f.link) * f.bush - rolled_[0]);
+    const Vector3d sunk(0, 0, terms_.feet[0].inverse_kz * force_[0].z());
+    const Vector3d p_WB(r_.base_position[0].value[k], r_.base_position[1].value[k], r_.base_position[2].value[k]);
+    return p_WB + read_base_attitude(k) * at_B + sunk;
   }
 
-  double clamp_effort(int j, double u) const {
-    const double limit = servo_[static_cast<size_t>(j)].effort_limit;
-    return std::clamp(u, -limit, limit);
+  Eigen::Quaterniond read_base_attitude(size_t k) const {
+    const Series* q = r_.base_attitude;
+    return Eigen::Quaterniond(q[0].value[k], q[1].value[k], q[2].value[k], q[3].value[k]).normalized();
   }
 
-  void add_drives(size_t k) {
-    for (int j = 0; j < model_.num_joints(); ++j) {
-      const auto i = static_cast<size_t>(j);
-      if (!problem_.driven[i]) continue;
-      const JointTerms& t = terms_.joints[i];
-      const double v = state_.qd(j);
-      const double u = (r_.effort[i].value[k] - t.effort_bias) / t.effort_scale;
-      const double needed = tau_(6 + j) + t.viscous * v + t.rotor * vdot_(6 + j) +
-                            t.spring * state_.q(j) + t.moment;
-      out_.push_back(take_friction(t, k, i, v, (u - t.lag * r_.effort[i].rate[k]) * t.torque_scale - needed));
-      if (r_.command[i].value.empty()) continue;
-      const ServoGains& servo = servo_[i];
-      const double c = interpolate(r_.time, r_.command[i].value, r_.time[k] - t.delay), cd = interpolate(r_.time, r_.command[i].rate, r_.time[k] - t.delay);
-      out_.push_back(u - clamp_effort(j, servo.kp * (c - r_.position[i].value[k]) + servo.kd * (cd - v)));
-    }
+  void add_vector(const Vector3d& v) {
+    for (int i = 0; i < 3; ++i) out_.push_back(v(i));
+  }
+
+  void add_base(size_t k) {
+    if (!p_.base_pose || !p_.attitude) return;
+    const Eigen::Quaterniond off = state_.R_WB * read_base_attitude(k).conjugate();
+    add_vector((off.w() < 0 ? -2.0 : 2.0) * off.vec());  // in world axes; the heading less its mean, see below
+    yaw_ += out_.back();
   }
 
   void add_sample(size_t k) {
     const double t = r_.time[k];
-    force_.resize(problem_.feet.size()), torque_.resize(problem_.feet.size());
     read_imu(t);
     read_joints(k);
     find_base_motion();
     read_wrenches(t);
-    add_feet();
+    add_feet(k);
     calc_inverse_dynamics(model_, vdot_, &wrenches_, &data_, &tau_);
     for (int i = 0; i < 6; ++i) out_.push_back(tau_(i));
-    add_drives(k);
-    for (int i = 0; i < 3; ++i) out_.push_back(gyro_residual_(i));
-    gravity_.push_back(f_ + R_WI_.transpose() * problem_.experiment->scenario.gravity_W);
-    for (int i = 0; i < 3; ++i) out_.push_back(0);  // filled by add_gravity
+    add_base(k);
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      joints_[j].torque = tau_(6 + static_cast<long>(j));
+      drives_.add(j, k, joints_[j], &out_);
+    }
+    gravity_.push_back(f_ + R_WI_.transpose() * p_.experiment->scenario.gravity_W);
+    for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // filled by add_turning and add_gravity
   }
 
-  // Gaps: slips taken out (with less friction than nominal in the hypothesis), then the mean of the flat samples.
-  void remove_mean_gap() {
-    const size_t first = 2 * problem_.feet.size(), n = r_.samples.size();
-    for (size_t c = first; c < first + 3 * (problem_.feet.size() - 1); ++c) {
+  // Places: slips taken out (with less friction than nominal in the hypothesis), then the mean of the flat samples. The
+  // heading of IMU and base pose: the mean.
+  void remove_mean_places() {
+    const size_t first = find_places(p_), n = r_.samples.size();
+    for (size_t c = first; c < first + count_places(p_); ++c) {
       double slipped = 0, previous = out_[c], mean = 0, count = 0;
       for (size_t k = 0; k < n; ++k) {
         double& gap = out_[k * channels_ + c];
@@ -336,23 +269,47 @@ class Calculator {
         gap = flat_[k] ? gap - mean / std::max(1.0, count) : 0;
       }
     }
+    if (!p_.base_pose || !p_.attitude) return;
+    for (size_t k = 0; k < n; ++k) out_[k * channels_ + find_drives(p_) - 1] -= yaw_ / static_cast<double>(n);
   }
 
-  // Mean of specific force less gravity with a window that fades at both ends: what the robot's own motion adds cancels.
+  // How the attitude turned in a stretch against the gyroscope's integral over it: a derivative of the attitude would
+  // be far noisier. One stretch after the other, so that their errors are independent; between them nothing is said.
+  void add_turning() {
+    for (size_t s = kTurning; s + kTurning < r_.samples.size(); s += 2 * kTurning) {
+      const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
+      Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
+      for (size_t k = s - kTurning; k < s + kTurning; ++k) {
+        const Vector3d step = 0.5 * (time(k + 1) - time(k)) * (rates_[k] + rates_[k + 1]);
+        turned = turned * Eigen::Quaterniond(1, step.x() / 2, step.y() / 2, step.z() / 2).normalized();
+      }
+      const Eigen::Quaterniond seen = attitudes_[s - kTurning].conjugate() * attitudes_[s + kTurning];
+      const Eigen::Quaterniond off = turned.conjugate() * seen;
+      const Vector3d rate = (off.w() < 0 ? -2.0 : 2.0) * off.vec() / (time(s + kTurning) - time(s - kTurning));
+      for (size_t i = 0; i < 3; ++i) out_[s * channels_ + channels_ - 6 + i] = rate(static_cast<long>(i));
+    }
+  }
+
+  // Mean of specific force and gravity with a window w = 1 - cos that fades at both ends, less the mean acceleration of
+  // the IMU over its standing foot: w and its rate vanish at the ends, so that is the mean of w'' times the place.
   void add_gravity() {
     const size_t n = r_.samples.size();
+    const double span = r_.time[static_cast<size_t>(r_.samples.back())] - r_.time[static_cast<size_t>(r_.samples[0])];
     Vector3d sum = Vector3d::Zero();
     double weight = 0;
     for (size_t k = 0; k < n; ++k) {
-      const double w = 1 - std::cos(2 * M_PI * (static_cast<double>(k) + 0.5) / static_cast<double>(n));
-      sum += w * gravity_[k], weight += w;
+      const double angle = 2 * M_PI * (static_cast<double>(k) + 0.5) / static_cast<double>(n);
+      const double w = 1 - std::cos(angle), second = std::pow(2 * M_PI / span, 2) * std::cos(angle);
+      sum += w * gravity_[k] - second * (attitudes_[k].conjugate() * places_[k]), weight += w;
     }
     for (size_t k = 0; k < n; ++k) {
-      for (size_t i = 0; i < 3; ++i) out_[k * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;
+      for (size_t i = 0; i < 3; ++i) {
+        out_[k * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;
+      }
     }
   }
 
-  const StandProblem& problem_;
+  const StandProblem& p_;
   const StandRecording& r_;
   Terms terms_;
   Model model_;
@@ -360,68 +317,68 @@ class Calculator {
   State state_;
   LinkWrenches wrenches_;
   Eigen::VectorXd vdot_, tau_;
-  std::vector<ServoGains> servo_;
-  std::vector<Vector3d> force_, torque_, gravity_;
+  Drives drives_;
+  std::vector<DriveState> joints_;
+  std::vector<Vector3d> force_, torque_, rolled_, gravity_;
   Matrix3d R_WI_ = Matrix3d::Identity();
-  Vector3d w_, dw_, f_, gyro_residual_;
+  Vector3d w_, dw_, f_;
+  std::vector<Eigen::Quaterniond> attitudes_;
+  std::vector<Vector3d> rates_, places_;
   std::vector<char> flat_, slips_;
-  std::vector<double> ratios_;
-  double worst_ratio_ = 0;
-  size_t channels_ = 0;
-  std::vector<double> out_;
+  std::vector<double> ratios_, out_;
+  double load_ = 0, yaw_ = 0;  // [N], [rad]
+  size_t channels_ = 0, last_ = 0;
 };
 
 }  // namespace
 
-std::vector<Channel> list_channels(const StandProblem& problem) {
-  std::vector<Channel> out;
-  const std::string imu = "/imu/" + problem.imu;
-  for (const StandFoot& foot : problem.feet) {
-    for (int i = 0; i < 2; ++i) out.push_back({"tilt", imu + "/orientation", "", foot.name, "", ""});
+std::vector<double> calc_channels(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+                                  StandBase* base) {
+  return Calculator(problem, hypothesis, recording).run(base);
+}
+
+std::vector<double> calc_drive_channels(const StandProblem& problem, const StandHypothesis& hypothesis,
+                                        size_t recording, const StandBase& base, int joint) {
+  const StandRecording& r = problem.recordings[recording];
+  const Terms terms(problem, hypothesis);
+  const Drives drives(problem, r, terms);
+  const size_t joints = terms.joints.size(), channels = base.residuals.size() / r.samples.size();
+  size_t first = find_drives(problem);
+  for (size_t j = 0; j < static_cast<size_t>(joint); ++j) first += count_drive_channels(problem, j);
+  std::vector<double> out = base.residuals, added;
+  for (size_t s = 0; s < r.samples.size(); ++s) {
+    const auto j = static_cast<size_t>(joint);
+    added.clear();
+    drives.add(j, static_cast<size_t>(r.samples[s]), base.states[s * joints + j], &added);
+    std::copy(added.begin(), added.end(), out.begin() + static_cast<long>(s * channels + first));
   }
-  for (size_t f = 1; f < problem.feet.size(); ++f) {
-    for (int i = 0; i < 3; ++i) out.push_back({"gap", imu + "/orientation", "", problem.feet[f].name, "", ""});
-  }
-  for (int i = 0; i < 6; ++i) {
-    const std::string sensor = "/wrench/" + problem.feet[0].sensor;
-    out.push_back({"balance", sensor + (i < 3 ? "/torque" : "/force"), "", "", "", problem.tree.links[0].name});
-  }
-  for (int j = 0; j < problem.tree.num_joints(); ++j) {
-    const auto i = static_cast<size_t>(j);
-    if (!problem.driven[i]) continue;
-    const std::string name = problem.tree.joint(j).name, signal = "/joint_states/" + name + "/effort";
-    out.push_back({"effort", signal, name, "", "", ""});
-    if (!problem.recordings[0].command[i].value.empty()) out.push_back({"servo", signal, name, "", "", ""});
-  }
-  for (int i = 0; i < 3; ++i) out.push_back({"gyro", imu + "/angular_velocity", "", "", imu, ""});
-  for (int i = 0; i < 3; ++i) out.push_back({"gravity", imu + "/linear_acceleration", "", "", imu, ""});
   return out;
 }
 
-std::vector<double> calc_channels(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording) {
-  return Calculator(problem, hypothesis, recording).run();
-}
-
 bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread) {
-  const size_t channels = list_channels(problem).size(), first = 2 * problem.feet.size();
+  const size_t channels = list_channels(problem).size(), first = find_places(problem);
   if (problem.feet.size() < 2) return false;
+  const size_t gap = first + (problem.base_pose ? 3 : 0);
   std::vector<double> slipping;
   for (size_t r = 0; r < problem.recordings.size(); ++r) {
     Calculator calculator(problem, {}, r);
-    const std::vector<double> flat = calculator.run();
+    const std::vector<double> flat = calculator.run(nullptr);
     const std::vector<double>& ratios = calculator.ratios();
     for (size_t k = 1; k < ratios.size(); ++k) {
       double moved = 0;
-      for (size_t i = 0; i < 2; ++i) moved = std::max(moved, std::abs(flat[k * channels + first + i] - flat[(k - 1) * channels + first + i]));
+      for (size_t i = gap; i < gap + 2; ++i) {
+        moved = std::max(moved, std::abs(flat[k * channels + i] - flat[(k - 1) * channels + i]));
+      }
       if (moved > 4e-4) slipping.push_back(ratios[k]);  // [m] in 0.03 s; noise is below 5e-5
     }
   }
   if (slipping.size() < 20) return false;
   std::sort(slipping.begin(), slipping.end());
+  // A foot that turns as it slides feels less than the whole friction, never more: the upper edge is the coefficient.
   const size_t n = slipping.size();
-  *ratio = slipping[n / 2];
-  *spread = (slipping[n * 84 / 100] - slipping[n * 16 / 100]) / 2;
-  return *spread < 0.25 * *ratio;
+  *ratio = slipping[n * 90 / 100];
+  *spread = (slipping[n * 97 / 100] - slipping[n * 80 / 100]) / 2;
+  return *spread < 0.2 * *ratio && *ratio < problem.experiment->scenario.ground.friction;
 }
 
 }  // namespace hrp::diagnosis::upright

@@ -4,28 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/smooth.h"
+#include "diagnosis/upright_attitude.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
 
 constexpr double kWindow = 0.03;  // [s] half of it: a standing robot moves below 3 Hz, a local cubic keeps that
 
-struct Smoother {
-  const std::vector<double>& time;
-  int half;
-  Series run(const std::vector<double>& values) const {
-    Series out;
-    smooth_series(time, values, half, &out.value, &out.rate, &out.second);
-    return out;
-  }
-};
-
-// A column by name, gaps filled with the value before them; empty when the recording lacks it.
-std::vector<double> find_column(const Recording& recording, const std::string& name) {
-  const auto at = recording.other.find(name);
-  if (at == recording.other.end()) return {};
-  std::vector<double> values = at->second;
+// Gaps filled with the value before them.
+std::vector<double> fill(const std::vector<double>& values) {
+  std::vector<double> out = values;
   double last = 0;
   for (double v : values) {
     if (std::isfinite(v)) {
@@ -33,62 +21,93 @@ std::vector<double> find_column(const Recording& recording, const std::string& n
       break;
     }
   }
-  for (double& v : values) last = v = std::isfinite(v) ? v : last;
-  return values;
+  for (double& v : out) last = v = std::isfinite(v) ? v : last;
+  return out;
 }
 
-bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts, Series* out) {
+// Columns base/x, base/y, ... smoothed; false when the recording lacks one.
+bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
+                 Series* out) {
   for (int i = 0; parts[i]; ++i) {
-    const std::vector<double> column = find_column(recording, base + "/" + parts[i]);
-    if (column.empty()) return false;
-    out[i] = smoother.run(column);
+    const auto at = recording.other.find(base + "/" + parts[i]);
+    if (at == recording.other.end()) return false;
+    out[i] = smoother.run(fill(at->second));
   }
   return true;
 }
 
-std::vector<double> fill(const std::vector<double>& values) {
-  std::vector<double> out = values;
-  double last = 0;
-  for (double& v : out) last = v = std::isfinite(v) ? v : last;
-  return out;
+bool read_quaternion(const Recording& recording, const Smoother& smoother, const std::string& base, Series* wxyz) {
+  Series xyzw[4];
+  if (!read_vector(recording, smoother, base, "xyzw", xyzw)) return false;
+  for (int i = 0; i < 4; ++i) wxyz[(i + 1) % 4] = std::move(xyzw[i]);
+  return true;
 }
 
 void read_joints(const Experiment& e, const Recording& recording, const Smoother& smoother, StandRecording* out) {
   for (int j = 0; j < e.num_joints(); ++j) {
     const JointColumns& columns = recording.joints[static_cast<size_t>(j)];
-    out->position.push_back(columns.has(Quantity::kPosition) ? smoother.run(fill(columns.signal[0])) : Series{});
-    out->effort.push_back(columns.has(Quantity::kEffort) ? smoother.run(fill(columns.signal[2])) : Series{});
+    const auto read = [&](Quantity q) {
+      return columns.has(q) ? smoother.run(fill(columns.signal[static_cast<int>(q)])) : Series{};
+    };
+    out->position.push_back(read(Quantity::kPosition));
+    out->velocity.push_back(read(Quantity::kVelocity));
+    out->effort.push_back(read(Quantity::kEffort));
     out->command.push_back(columns.command.empty() ? Series{} : smoother.run(columns.command));
   }
 }
 
-bool read_recording(const Experiment& e, const Recording& recording, const StandProblem& problem, StandRecording* out, std::string* why) {
-  out->file = recording.spec.name;
-  out->train = recording.spec.train;
-  out->time = recording.time;
-  const double step = recording.duration() / static_cast<double>(recording.size() - 1);
-  const Smoother smoother{recording.time, std::max(3, static_cast<int>(std::lround(kWindow / step)))};
-  read_joints(e, recording, smoother, out);
-  const std::string imu = "/imu/" + problem.imu;
-  Series xyzw[4];
-  if (!read_vector(recording, smoother, imu + "/orientation", "xyzw", xyzw) || !read_vector(recording, smoother, imu + "/angular_velocity", "xyz", out->gyro) ||
-      !read_vector(recording, smoother, imu + "/linear_acceleration", "xyz", out->accelerometer)) {
-    *why = out->file + ": " + imu + " lacks columns";
-    return false;
-  }
-  for (int i = 0; i < 4; ++i) out->attitude[(i + 1) % 4] = xyzw[i];
+bool read_feet(const Recording& recording, const Smoother& smoother, const StandProblem& problem, StandRecording* out,
+               std::string* why) {
   for (const StandFoot& foot : problem.feet) {
     Series axes[6];
     if (!read_vector(recording, smoother, "/wrench/" + foot.sensor + "/force", "xyz", axes) ||
         !read_vector(recording, smoother, "/wrench/" + foot.sensor + "/torque", "xyz", axes + 3)) {
-      *why = out->file + ": /wrench/" + foot.sensor + " lacks columns";
-      return false;
+      return *why = out->file + ": /wrench/" + foot.sensor + " lacks columns", false;
     }
     for (Series& s : axes) out->wrench.push_back(std::move(s));
   }
+  return true;
+}
+
+bool read_recording(const Experiment& e, const Recording& recording, Parity parity, const StandProblem& problem,
+                    StandRecording* out, std::string* why) {
+  out->file = recording.spec.name;
+  out->train = recording.spec.train;
+  out->time = recording.time;
+  if (recording.size() < 40) return *why = out->file + " is too short", false;
+  const double step = recording.duration() / static_cast<double>(recording.size() - 1);
+  const Smoother smoother(recording.time, std::max(3, static_cast<int>(std::lround(kWindow / step))), parity);
+  read_joints(e, recording, smoother, out);
+  const std::string imu = "/imu/" + problem.imu;
+  if (!read_vector(recording, smoother, imu + "/angular_velocity", "xyz", out->gyro) ||
+      !read_vector(recording, smoother, imu + "/linear_acceleration", "xyz", out->accelerometer)) {
+    return *why = out->file + ": " + imu + " lacks columns", false;
+  }
+  if (!read_quaternion(recording, smoother, imu + "/orientation", out->attitude)) out->attitude[0] = {};
+  if (!read_vector(recording, smoother, "/base/pose/position", "xyz", out->base_position) ||
+      !read_quaternion(recording, smoother, "/base/pose/orientation", out->base_attitude)) {
+    out->base_attitude[0] = {};
+  }
+  if (!read_feet(recording, smoother, problem, out, why)) return false;
   // The ends of a recording are left out: there the local cubics stand on one side only.
-  for (int k = 2 * smoother.half; k + 2 * smoother.half < static_cast<int>(recording.size()); k += smoother.half) out->samples.push_back(k);
-  return out->samples.size() > 20;
+  const int half = out->window = smoother.half();
+  for (int k = 2 * half; k + 2 * half < static_cast<int>(recording.size()); k += half) out->samples.push_back(k);
+  if (out->samples.size() <= 20) return *why = out->file + " is too short", false;
+  return true;
+}
+
+void read_sole(const RobotDescription& robot, StandFoot* foot) {
+  for (const CollisionShape& shape : robot.shapes) {
+    if (shape.link != foot->link) continue;
+    if (shape.kind == ShapeKind::kSphere) {
+      foot->kind = SoleKind::kBall, foot->radius = shape.size.x(), foot->bush = shape.X_LG.p;
+      continue;
+    }
+    foot->bush.z() = shape.X_LG.p.z();
+    if (shape.kind == ShapeKind::kBox) {
+      foot->sole = shape.X_LG.p - Vector3d(0, 0, shape.size.z() / 2), foot->size = shape.size;
+    }
+  }
 }
 
 // Feet must be links of their own with a force sensor; their mass hangs below it.
@@ -101,22 +120,41 @@ bool find_feet(const Experiment& e, StandProblem* problem) {
       if (sensor.link == name) foot.sensor = sensor.name;
     }
     if (foot.link < 0 || foot.sensor.empty()) return false;
-    for (const CollisionShape& shape : e.robot.shapes) {
-      if (shape.link != foot.link) continue;
-      foot.bush.z() = shape.X_LG.p.z();
-      if (shape.kind == ShapeKind::kBox) foot.sole = shape.X_LG.p - Vector3d(0, 0, shape.size.z() / 2), foot.size = shape.size;
-    }
-    problem->feet.push_back(foot);
+    read_sole(e.robot, &foot);
     LinkInertia& inertia = problem->tree.links[static_cast<size_t>(foot.link)].inertia;
+    foot.mass = inertia.mass, foot.com = inertia.p_LLcm_L;
+    problem->feet.push_back(foot);
     inertia = LinkInertia{};
     inertia.mass = 1e-9, inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
   }
-  return problem->feet.size() >= 1;
+  return !problem->feet.empty();
+}
+
+// Which columns every recording has; false when a joint has no position.
+bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) {
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const auto i = static_cast<size_t>(j);
+    bool effort = true, command = true, velocity = true;
+    for (const StandRecording& r : problem->recordings) {
+      if (r.position[i].value.empty()) {
+        return *why = "joint " + e.robot.tree.joint(j).name + " has no position", false;
+      }
+      effort = effort && !r.effort[i].value.empty(), command = command && !r.command[i].value.empty();
+      velocity = velocity && !r.velocity[i].value.empty();
+    }
+    problem->effort.push_back(effort), problem->command.push_back(command), problem->velocity.push_back(velocity);
+  }
+  problem->base_pose = true;
+  for (const StandRecording& r : problem->recordings) {
+    problem->base_pose = problem->base_pose && !r.base_attitude[0].value.empty();
+    problem->attitude = problem->attitude && !r.attitude[0].value.empty();
+  }
+  return true;
 }
 
 }  // namespace
 
-bool make_stand_problem(const Experiment& e, StandProblem* problem, std::string* why) {
+bool make_stand_problem(const Experiment& e, Parity parity, StandProblem* problem, std::string* why) {
   problem->experiment = &e;
   problem->tree = e.robot.tree;
   if (!e.scenario.floating_base) return *why = "the base is fixed", false;
@@ -130,19 +168,14 @@ bool make_stand_problem(const Experiment& e, StandProblem* problem, std::string*
   if (!find_feet(e, problem)) return *why = "not every foot has a force sensor at its own link", false;
   for (const Recording& recording : e.recordings) {
     StandRecording out;
-    if (!read_recording(e, recording, *problem, &out, why)) return false;
+    if (!read_recording(e, recording, parity, *problem, &out, why)) return false;
     problem->recordings.push_back(std::move(out));
   }
-  for (int j = 0; j < e.num_joints(); ++j) {
-    const auto i = static_cast<size_t>(j);
-    bool effort = true, command = true;
-    for (const StandRecording& r : problem->recordings) {
-      if (r.position[i].value.empty()) return *why = "joint " + e.robot.tree.joint(j).name + " has no position", false;
-      effort = effort && !r.effort[i].value.empty(), command = command && !r.command[i].value.empty();
+  if (!find_columns(e, problem, why)) return false;
+  if (!problem->attitude) {
+    for (StandRecording& r : problem->recordings) {
+      problem->attitude_error = std::max(problem->attitude_error, find_attitude(*problem, &r));
     }
-    problem->has_effort = problem->has_effort || effort;
-    problem->has_command = problem->has_command || command;
-    problem->driven.push_back(effort);
   }
   return true;
 }

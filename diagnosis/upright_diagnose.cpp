@@ -11,7 +11,8 @@ namespace {
 
 // Value of a parameter by the name that the hypothesis gives it: "com_x" is the first of "com".
 bool find_value(const Json& parameters, const std::string& name, double* value) {
-  if (parameters.contains(name) && parameters[name]["value"].is_number()) return *value = parameters[name]["value"].get<double>(), true;
+  if (parameters.contains(name) && parameters[name]["value"].is_number())
+    return *value = parameters[name]["value"].get<double>(), true;
   const size_t cut = name.rfind('_');
   if (cut == std::string::npos || cut + 2 != name.size()) return false;
   const std::string vector = name.substr(0, cut);
@@ -49,12 +50,15 @@ std::vector<std::string> make_bush_lines(const Json& findings) {
   for (const Json& f : findings) {
     if (f["effect"] != "foot_compliance" && f["effect"] != "foot_hardening") continue;
     if (lines.empty()) lines.push_back("foot_bush:");
-    const auto value = [&](const char* key, double absent) { return f["parameters"].contains(key) ? std::max(0.0, f["parameters"][key]["value"].get<double>()) : absent; };
+    const auto value = [&](const char* key, double absent) {
+      return f["parameters"].contains(key) ? std::max(0.0, f["parameters"][key]["value"].get<double>()) : absent;
+    };
     const double kz = value("kz", 3e5);
     char text[300];
-    std::snprintf(text, sizeof text, "  %s: {kz: %.6g, cz: %.6g, k_roll: %.6g, c_roll: %.6g, k_pitch: %.6g, c_pitch: %.6g}",
-                  f["where"]["foot"].get<std::string>().c_str(), kz, 2 * std::sqrt(kz * 2.0), value("k_roll", 0), value("c_roll", 0),
-                  value("k_pitch", 0), value("c_pitch", 0));
+    std::snprintf(text, sizeof text,
+                  "  %s: {kz: %.6g, cz: %.6g, k_roll: %.6g, c_roll: %.6g, k_pitch: %.6g, c_pitch: %.6g}",
+                  f["where"]["foot"].get<std::string>().c_str(), kz, 2 * std::sqrt(kz * 2.0), value("k_roll", 0),
+                  value("c_roll", 0), value("k_pitch", 0), value("c_pitch", 0));
     lines.push_back(text);
   }
   return lines;
@@ -63,11 +67,14 @@ std::vector<std::string> make_bush_lines(const Json& findings) {
 }  // namespace
 
 bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Diagnosis* out) {
-  StandProblem stand;
+  StandProblems stands;
   std::string why;
-  if (!make_stand_problem(*problem.experiment, &stand, &why)) return false;
+  if (!make_stand_problem(*problem.experiment, Parity::kAll, &stands.all, &why)) return false;
+  make_stand_problem(*problem.experiment, Parity::kEven, &stands.even, &why);
+  make_stand_problem(*problem.experiment, Parity::kOdd, &stands.odd, &why);
+  const StandProblem& stand = stands.all;
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");
-  const StandOutcome outcome = search_standing(stand, problem.jobs, progress);
+  const StandOutcome outcome = search_standing(stands, problem.jobs, progress);
   out->reports.report = make_stand_report(stand, outcome);
   out->reports.series = make_stand_series(stand, outcome);
   out->reports.series["experiment"] = problem.experiment->path;

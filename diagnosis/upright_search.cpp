@@ -9,42 +9,57 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-using Residuals = std::vector<std::vector<double>>;  // by recording, flat
-
 constexpr double kMismatch = 2.0;    // a channel beyond this many noise deviations (rms) disagrees with the model
 constexpr double kSignificant = 6;   // deviations by which a parameter must differ from no effect
 constexpr double kGain = 150;        // least gain of the score; a clean recording's candidates gain below 40
+constexpr double kCorrelated = 8;    // samples that tell as much as one: errors of neighbours are alike
+constexpr double kTwin = 0.05;       // least probability of what is reported as not to be told apart
 constexpr size_t kRefined = 8;       // candidates that are fitted to the end in each round
-constexpr size_t kMostEffects = 3;
+constexpr size_t kMostEffects = 3, kThin = 3;  // one sample of kThin is enough to rank candidates by
 
-// Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave.
-double find_floor(const Channel& c) {
-  if (c.kind == "tilt") return 2e-5;
-  if (c.kind == "gap") return 5e-6;
-  if (c.kind == "balance") return 0.02;
-  if (c.kind == "gyro") return 1e-3;
-  return c.kind == "gravity" ? 3e-3 : 2e-3;
+bool is_same(const StandEffect& a, const StandEffect& b) { return a.id == b.id && a.place == b.place; }
+
+// Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
+// error of an attitude that was not recorded.
+double find_floor(const StandProblem& p, const Channel& c) {
+  const double tilt = p.attitude_error;
+  double weight = 0;
+  for (const LinkSpec& link : p.tree.links) weight += 9.81 * link.inertia.mass;
+  if (c.kind == "tilt") return std::max(2e-5, tilt);
+  if (c.kind == "gap") return std::max(5e-6, 0.3 * tilt);  // feet some 0.3 m apart
+  if (c.kind == "stand" || c.kind == "base") return 1e-5;
+  if (c.kind == "balance") return std::max(0.02, weight * tilt);
+  if (c.kind == "effort") return std::max(2e-3, 0.3 * weight * tilt);
+  if (c.kind == "gyro") return 1e-4;
+  if (c.kind == "velocity") return 1e-4;
+  return c.kind == "gravity" ? std::max(3e-3, 9.81 * tilt) : 2e-3;
 }
 
 class Search {
  public:
-  Search(const StandProblem& problem, int jobs, const Progress& progress) : p_(problem), jobs_(jobs), progress_(progress) {
-    out_.channels = list_channels(problem);
-    for (size_t r = 0; r < problem.recordings.size(); ++r) (problem.recordings[r].train ? train_ : held_).push_back(r);
+  Search(const StandProblems& problems, int jobs, const Progress& progress)
+      : problems_(problems), p_(problems.all), coarse_(problems.all), jobs_(jobs), progress_(progress) {
+    out_.channels = list_channels(p_);
+    for (size_t r = 0; r < p_.recordings.size(); ++r) (p_.recordings[r].train ? train_ : held_).push_back(r);
     if (held_.empty()) held_ = train_;
+    if (train_.empty()) train_ = held_;
+    for (size_t r = 0; r < p_.recordings.size(); ++r) all_.push_back(r);
+    for (StandRecording& r : coarse_.recordings) {
+      std::vector<int> few;
+      for (size_t s = kThin / 2; s < r.samples.size(); s += kThin) few.push_back(r.samples[s]);
+      r.samples = few;
+    }
   }
 
   StandOutcome run() {
-    Residuals base = calc({});
-    out_.sigma.assign(channels(), 1e300);
-    update_sigma(base);
-    out_.nominal = judge({}, base);
-    out_.chosen = out_.nominal;
-    out_.mismatch = worst(out_.nominal) > kMismatch;
+    Evaluation base = evaluate(p_, {});
+    out_.sigma.assign(channels(), 1e300), update_sigma(base);
+    out_.nominal = out_.chosen = judge({}, base);
     if (!find_slip_ratio(p_, &slip_ratio_, &slip_spread_)) slip_ratio_ = 0;
-    while (out_.mismatch && worst(out_.chosen) > kMismatch && out_.chosen.hypothesis.size() < kMostEffects && add_effect(&base)) {
-    }
-    out_.explained = out_.mismatch && worst(out_.chosen) <= kMismatch;
+    extend();
+    if (out_.mismatch && !out_.explained) start_with_soles();
+    if (!out_.explained) doubt();
+    find_twins();
     return std::move(out_);
   }
 
@@ -52,344 +67,334 @@ class Search {
   size_t channels() const { return out_.channels.size(); }
   static double worst(const StandFit& fit) { return *std::max_element(fit.channel_rms.begin(), fit.channel_rms.end()); }
 
-  Residuals calc(const StandHypothesis& h) const {
-    Residuals out;
-    for (size_t r = 0; r < p_.recordings.size(); ++r) out.push_back(calc_channels(p_, h, r));
-    return out;
+  void extend() {
+    while (out_.chosen.hypothesis.size() < kMostEffects && add_effect()) {
+    }
+    if (out_.chosen.hypothesis.size() > 1) exchange_effects();
+    out_.mismatch = worst(out_.nominal) > kMismatch || !out_.chosen.hypothesis.empty();
+    out_.explained = out_.mismatch && is_explained();
+  }
+
+  // Soft soles beside a second effect in the feet may look impossible alone (a stiffness below zero) and are then never
+  // the first to be added: once more from them, if that explains what else would stay unexplained.
+  void start_with_soles() {
+    const auto soft = [](const StandEffect& e) { return is_foot(e.id); };
+    const StandHypothesis& found = out_.chosen.hypothesis;
+    if (std::any_of(found.begin(), found.end(), soft)) return;
+    for (const StandEffect& e : list_candidates(p_, {}, 0)) {
+      if (e.id != StandId::kFootCompliance) continue;
+      const StandOutcome before = out_;
+      const StandHypothesis h = refine(p_, select(out_.nominal), {e}, 2);
+      out_.chosen = judge(h, evaluate(p_, h));
+      out_.rounds.assign(1, {});
+      extend();
+      const bool more = out_.chosen.hypothesis.size() > 1;
+      if (!more || !out_.explained || !are_sensible(p_, out_.chosen.hypothesis)) out_ = before;
+    }
+  }
+
+  // What is left is noise, or a thousandth (of its power) of what there was.
+  bool is_explained() const {
+    for (size_t c = 0; c < channels(); ++c) {
+      const double left = out_.chosen.channel_rms[c], before = out_.nominal.channel_rms[c];
+      if (left > kMismatch && left * left > 1e-3 * before * before) return false;
+    }
+    return true;
   }
 
   // Noise of each channel from the high frequencies of its residual; once more is explained it can only get smaller.
-  void update_sigma(const Residuals& residuals) {
+  void update_sigma(const Evaluation& evaluation) {
     for (size_t c = 0; c < channels(); ++c) {
+      const bool sparse = out_.channels[c].kind == "gyro";
       std::vector<double> found;
-      for (const std::vector<double>& flat : residuals) {
+      for (const StandBase& base : evaluation) {
         std::vector<double> one;
-        for (size_t k = c; k < flat.size(); k += channels()) one.push_back(flat[k] == 0 ? std::nan("") : flat[k]);  // 0: says nothing
-        const double noise = estimate_noise(one);
+        for (size_t k = c; k < base.residuals.size(); k += channels()) {
+          const double v = base.residuals[k];
+          if (v != 0 || !sparse) one.push_back(v == 0 ? std::nan("") : v);  // 0: says nothing
+        }
+        const double noise = one.size() > 8 ? estimate_noise(one) : 0;
         if (noise > 0 || out_.sigma[c] == 1e300) found.push_back(noise);
       }
       if (found.empty()) continue;
       std::sort(found.begin(), found.end());
-      out_.sigma[c] = std::min(out_.sigma[c], std::max(find_floor(out_.channels[c]), found[found.size() / 2]));
+      const double floor = find_floor(p_, out_.channels[c]);
+      out_.sigma[c] = std::min(out_.sigma[c], std::max(floor, found[found.size() / 2]));
     }
   }
 
-  StandFit judge(const StandHypothesis& h, const Residuals& residuals) const {
+  StandFit judge(const StandHypothesis& h, const Evaluation& evaluation) const {
     StandFit fit;
     fit.hypothesis = h;
     for (size_t c = 0; c < channels(); ++c) {
       double sum = 0, count = 0, said = 0;
       for (size_t r : held_) {
-        for (size_t k = c; k < residuals[r].size(); k += channels(), ++count) {
-          sum += residuals[r][k] * residuals[r][k];
-          said += residuals[r][k] != 0;  // where friction holds or a foot rolls over its edge nothing is said
+        const std::vector<double>& residuals = evaluation[r].residuals;
+        for (size_t k = c; k < residuals.size(); k += channels(), ++count) {
+          sum += residuals[k] * residuals[k];
+          said += residuals[k] != 0;  // where friction holds or a foot rolls over its edge nothing is said
         }
       }
       const double square = sum / std::max(1.0, said) / (out_.sigma[c] * out_.sigma[c]);
       fit.channel_rms.push_back(std::sqrt(square));
+      if (out_.channels[c].kind == "gyro") count = said;
       fit.score += count * std::log(std::max(square, 1.0));
     }
-    for (const StandEffect& e : h) fit.score += 8.0 * static_cast<double>(e.p.size());
+    for (const StandEffect& e : h) fit.score += kCorrelated * static_cast<double>(e.p.size());
     return fit;
   }
 
-  // Derivatives of the residuals over the parameters of effects [first, end).
-  std::vector<Residuals> differentiate(const StandHypothesis& h, size_t first, const Residuals& base) const {
-    std::vector<Residuals> columns;
-    for (size_t e = first; e < h.size(); ++e) {
-      const StandInfo& info = get_stand_info(h[e].id);
-      for (size_t i = 0; i < h[e].p.size(); ++i) {
-        StandHypothesis moved = h;
-        const double step = info.step[i % info.step.size()];
-        if (step == 0) {  // a parameter that is read off, not fitted
-          columns.push_back(base);
-          for (std::vector<double>& flat : columns.back()) std::fill(flat.begin(), flat.end(), 0.0);
-          continue;
-        }
-        moved[e].p[i] += step;
-        Residuals d = calc(moved);
-        for (size_t r = 0; r < d.size(); ++r) {
-          for (size_t k = 0; k < d[r].size(); ++k) d[r][k] = (d[r][k] - base[r][k]) / step;
-        }
-        columns.push_back(std::move(d));
-      }
-    }
-    return columns;
-  }
-
-  struct Step {
-    Eigen::VectorXd delta;
-    Eigen::MatrixXd covariance;
-    bool ok = false;
-  };
-
-  // Gauss-Newton step on the training recordings. Channels that stay far from their noise count less: whatever else is
-  // missing there must not bend the parameters. Covariance from the scatter of stretches of the scores (sandwich).
-  Step solve(const std::vector<Residuals>& columns, const Residuals& base, bool with_covariance) const {
-    const auto n = static_cast<long>(columns.size());
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n), B = A;
-    Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-    const std::vector<double> weight = find_weights(base);
-    for (size_t r : train_) {
-      const size_t rows = base[r].size() / channels(), stretch = std::max<size_t>(1, rows / 20);
-      Eigen::VectorXd score = Eigen::VectorXd::Zero(n), row(n);
-      for (size_t k = 0; k < rows; ++k) {
-        for (size_t c = 0; c < channels(); ++c) {
-          const size_t at = k * channels() + c;
-          for (long i = 0; i < n; ++i) row(i) = columns[static_cast<size_t>(i)][r][at] * weight[c];
-          if (row.isZero(0)) continue;
-          A.selfadjointView<Eigen::Lower>().rankUpdate(row);
-          score += row * (base[r][at] * weight[c]);
-        }
-        if ((k + 1) % stretch == 0 || k + 1 == rows) b += score, B += score * score.transpose(), score.setZero();
-      }
-    }
-    A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
-    Eigen::VectorXd scale = A.diagonal().cwiseSqrt();
-    for (long i = 0; i < n; ++i) scale(i) = scale(i) > 0 ? 1 / scale(i) : 0;
-    Eigen::MatrixXd S = scale.asDiagonal() * A * scale.asDiagonal();
-    S.diagonal().array() += 1e-9;
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(S);
-    Step step;
-    step.delta = -(scale.asDiagonal() * ldlt.solve(scale.asDiagonal() * b));
-    step.ok = step.delta.allFinite();
-    if (with_covariance) {
-      const Eigen::MatrixXd inverse = scale.asDiagonal() * ldlt.solve(Eigen::MatrixXd(scale.asDiagonal()));
-      const Eigen::MatrixXd sandwich = inverse * B * inverse;
-      step.covariance = sandwich;
-      // Not below what white noise alone would give: few stretches can agree by chance.
-      for (long i = 0; i < n; ++i) {
-        if (sandwich(i, i) < inverse(i, i)) step.covariance(i, i) = inverse(i, i);
-      }
-    }
-    return step;
-  }
-
-  std::vector<double> find_weights(const Residuals& base) const {
-    std::vector<double> weight(channels());
+  // Channels that stay far from their noise count less: whatever else is missing there must not bend the parameters.
+  FitSelection select(const StandFit& so_far) const {
+    FitSelection out{train_, {}};
     for (size_t c = 0; c < channels(); ++c) {
-      const double rms = base_rms_.empty() ? out_.sigma[c] : base_rms_[c];
-      weight[c] = 1 / std::max(out_.sigma[c], std::min(rms, 3 * out_.sigma[c]));
+      out.weight.push_back(1 / (out_.sigma[c] * std::clamp(so_far.channel_rms[c], 1.0, 3.0)));
     }
-    (void)base;
-    return weight;
+    return out;
   }
 
-  void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* h) const {
-    long at = 0;
-    for (size_t e = first; e < h->size(); ++e) {
-      for (double& p : (*h)[e].p) p += delta(at++);
-    }
-  }
-
-  static bool is_sensible(const StandEffect& e) {
-    const StandInfo& info = get_stand_info(e.id);
-    if (info.positive && e.p[0] <= info.neutral[0]) return false;
-    switch (e.id) {
-      case StandId::kFootCompliance:
-      case StandId::kFootHardening: {
-        const size_t size = info.step.size();
-        for (size_t at = 0; at < e.p.size(); at += size) {
-          if (e.p[at] <= 0 || e.p[at + 4] <= 0 || e.p[at + 1] < -1e-3 || e.p[at + 5] < -1e-3) return false;
-          if (size > kFootParameters && e.p[at + kFootParameters] <= 0) return false;
-        }
-        return true;
-      }
-      case StandId::kMassError:
-      case StandId::kTorqueConstant:
-      case StandId::kForceScale:
-      case StandId::kTorqueScale:
-        return e.p[0] > 0.1 && e.p[0] < 5;
-      default:
-        return true;
-    }
-  }
-
-  static bool all_sensible(const StandHypothesis& h) { return std::all_of(h.begin(), h.end(), is_sensible); }
-  std::vector<StandEffect> list_candidates(const StandHypothesis& base) const;
-  bool add_effect(Residuals* base);
-  void refine(size_t iterations, StandTrial* trial) const;
+  bool add_effect();
+  std::vector<StandTrial> try_candidates(const StandFit& so_far) const;
+  StandTrial screen(const StandFit& so_far, const StandEffect& candidate, const SharedColumns& shared,
+                    const Evaluation& base) const;
+  StandFit finish(const StandFit& so_far, const StandHypothesis& hypothesis) const;
+  StandFit judge_again(const StandFit& fit) const;
   bool is_significant(const StandFit& fit) const;
+  void exchange_effects();
+  void find_twins();
+  void doubt();
+  bool is_consistent(size_t effect) const;
 
+  const StandProblems& problems_;
   const StandProblem& p_;
+  StandProblem coarse_;  // a third of the samples: enough to rank candidates
   int jobs_;
   Progress progress_;
   StandOutcome out_;
-  std::vector<size_t> train_, held_;
-  std::vector<double> base_rms_;
+  std::vector<size_t> train_, held_, all_;
   double slip_ratio_ = 0, slip_spread_ = 0;
 };
 
-std::vector<StandEffect> Search::list_candidates(const StandHypothesis& base) const {
-  std::vector<StandEffect> out;
-  auto add = [&](StandId id, int place) {
-    const StandInfo& info = get_stand_info(id);
-    const bool feet = id == StandId::kFootCompliance || id == StandId::kFootHardening;
-    for (const StandEffect& e : base) {
-      if (e.id == id && e.place == place) return;
-      if (feet && (e.id == StandId::kFootCompliance || e.id == StandId::kFootHardening)) return;
+// The linear prediction of what a candidate would leave: enough to rank.
+StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, const SharedColumns& shared,
+                          const Evaluation& base) const {
+  StandTrial trial;
+  StandHypothesis h = so_far.hypothesis;
+  h.push_back(candidate);
+  if (candidate.id == StandId::kGroundFriction || candidate.id == StandId::kSaturation) {  // has no neutral start
+    trial.fit = judge(h, evaluate(coarse_, h));
+    return trial;
+  }
+  const std::vector<Derivative> added = differentiate(coarse_, h, so_far.hypothesis.size(), base, all_);
+  const Eigen::VectorXd delta = solve_with(coarse_, select(so_far), shared, h, added);
+  if (delta.allFinite()) add_step(delta, 0, &h);
+  Evaluation predicted(base.size());
+  const size_t n = shared.columns.size();
+  for (size_t r = 0; r < base.size(); ++r) {
+    predicted[r].residuals = base[r].residuals;
+    for (size_t c = 0; c < n + added.size() && delta.allFinite(); ++c) {
+      const std::vector<double>& column = c < n ? shared.columns[c][r] : added[c - n][r];
+      const double d = delta(static_cast<long>(c));
+      for (size_t k = 0; k < column.size(); ++k) predicted[r].residuals[k] += column[k] * d;
     }
-    StandEffect effect{id, place, {}};
-    for (size_t f = 0; f < (feet ? p_.feet.size() : 1); ++f) effect.p.insert(effect.p.end(), info.neutral.begin(), info.neutral.end());
-    out.push_back(effect);
-  };
-  for (int j = 0; j < p_.tree.num_joints(); ++j) {
-    add(StandId::kJointOffset, j);
-    if (!p_.driven[static_cast<size_t>(j)]) continue;
-    for (StandId id : {StandId::kViscous, StandId::kCoulomb, StandId::kRotorInertia, StandId::kSpring, StandId::kTorqueConstant}) add(id, j);
-    if (p_.recordings[0].command[static_cast<size_t>(j)].value.empty()) continue;
-    for (StandId id : {StandId::kCommandDelay, StandId::kActuatorLag, StandId::kEffortBias, StandId::kEffortScale}) add(id, j);
   }
-  for (size_t link = 0; link < p_.tree.links.size(); ++link) {
-    if (p_.tree.links[link].inertia.mass < 1e-6) continue;
-    for (StandId id : {StandId::kMassError, StandId::kComError, StandId::kPayload, StandId::kExternalForce}) add(id, static_cast<int>(link));
-  }
-  for (StandId id : {StandId::kFootCompliance, StandId::kFootHardening, StandId::kGroundSlope}) add(id, 0);
-  if (slip_ratio_ > 0) {
-    add(StandId::kGroundFriction, 0);
-    if (out.back().id == StandId::kGroundFriction) out.back().p[0] = slip_ratio_;
-  }
-  for (int foot = 0; foot < static_cast<int>(p_.feet.size()); ++foot) {
-    for (StandId id : {StandId::kForceBias, StandId::kTorqueBias, StandId::kForceScale, StandId::kTorqueScale, StandId::kWrenchDelay,
-                       StandId::kWrenchMisalignment, StandId::kWrenchSkew}) add(id, foot);
-  }
-  for (StandId id : {StandId::kGyroBias, StandId::kAccelerometerBias, StandId::kGyroScale, StandId::kAccelerometerScale, StandId::kImuDelay,
-                     StandId::kImuMisalignment, StandId::kImuSkew}) add(id, 0);
-  return out;
+  trial.fit = judge(h, predicted);
+  if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+  return trial;
 }
 
-// Fits all effects together, the added one from its linear start.
-void Search::refine(size_t iterations, StandTrial* trial) const {
-  StandHypothesis h = trial->fit.hypothesis;
-  Residuals base = calc(h);
-  Step step;
-  for (size_t i = 0; i <= iterations; ++i) {
-    const bool last = i == iterations;
-    step = solve(differentiate(h, 0, base), base, last);
-    if (!step.ok || last) break;
-    StandHypothesis next = h;
-    add_step(step.delta, 0, &next);
-    h = next;
-    base = calc(h);
+// Candidates added to what was found so far, the best few of them fitted to the end; best first.
+std::vector<StandTrial> Search::try_candidates(const StandFit& so_far) const {
+  const Evaluation base = evaluate(coarse_, so_far.hypothesis);
+  const std::vector<StandEffect> candidates = list_candidates(p_, so_far.hypothesis, slip_ratio_);
+  const SharedColumns shared =
+      share_columns(select(so_far), differentiate(coarse_, so_far.hypothesis, 0, base, all_), base);
+  std::vector<StandTrial> trials(candidates.size());
+  parallel_for(jobs_, static_cast<int>(candidates.size()), [&](int i) {
+    trials[static_cast<size_t>(i)] = screen(so_far, candidates[static_cast<size_t>(i)], shared, base);
+  });
+  const auto better = [](const StandTrial& a, const StandTrial& b) { return a.fit.score < b.fit.score; };
+  std::stable_sort(trials.begin(), trials.end(), better);
+  std::vector<StandTrial> best;  // of one effect at one place only the best start
+  for (const StandTrial& t : trials) {
+    if (best.size() >= kRefined || t.fit.score >= 1e299) break;
+    const bool known = std::any_of(best.begin(), best.end(), [&](const StandTrial& b) {
+      return is_same(b.fit.hypothesis.back(), t.fit.hypothesis.back());
+    });
+    if (!known) best.push_back(t);
   }
-  trial->fit = judge(h, base);
-  trial->fit.covariance = step.covariance;
-  trial->added = h.back();
+  for (const int iterations : {2, 3}) {  // those that are far behind after the first two are left there
+    const double first = best.empty() ? 0 : best[0].fit.score;
+    const double within = first + 0.5 * std::abs(so_far.score - first) + kGain;
+    parallel_for(jobs_, static_cast<int>(best.size()), [&](int i) {
+      StandTrial& trial = best[static_cast<size_t>(i)];
+      if (iterations > 2 && trial.fit.score > within) return;
+      const StandHypothesis h = refine(p_, select(so_far), trial.fit.hypothesis, iterations);
+      trial.fit = judge(h, evaluate(p_, h));
+      if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+    });
+    std::stable_sort(best.begin(), best.end(), better);
+  }
+  double total = 0;
+  for (StandTrial& t : best) {
+    total += t.probability = std::exp(std::max(-200.0, (best[0].fit.score - t.fit.score) / kCorrelated));
+  }
+  for (StandTrial& t : best) t.probability /= total;
+  return best;
+}
+
+// The final fit of a hypothesis, with deviations.
+StandFit Search::finish(const StandFit& so_far, const StandHypothesis& hypothesis) const {
+  StandHypothesis h = hypothesis;
+  Eigen::MatrixXd covariance;
+  if (!polish(problems_, select(so_far), 3, &h, &covariance)) {
+    const Evaluation base = evaluate(p_, h);
+    covariance = solve(p_, select(so_far), h, differentiate(p_, h, 0, base, train_), base).covariance;
+  }
+  StandFit fit = judge(h, evaluate(p_, h));
   long at = 0;
   for (const StandEffect& e : h) {
     Eigen::VectorXd std(static_cast<long>(e.p.size()));
-    for (long i = 0; i < std.size(); ++i, ++at) std(i) = e.id == StandId::kGroundFriction ? slip_spread_ / 3 : std::sqrt(std::max(0.0, step.covariance(at, at)));
-    trial->fit.std.push_back(std);
+    for (long i = 0; i < std.size(); ++i, ++at) {
+      std(i) = e.id == StandId::kGroundFriction ? slip_spread_ / 3 : std::sqrt(std::max(0.0, covariance(at, at)));
+    }
+    fit.std.push_back(std);
   }
+  return fit;
 }
 
 bool Search::is_significant(const StandFit& fit) const {
   const StandEffect& e = fit.hypothesis.back();
   const StandInfo& info = get_stand_info(e.id);
   for (size_t i = 0; i < e.p.size(); ++i) {
-    const double std = fit.std.back()(static_cast<long>(i));
-    if (std > 0 && std::abs(e.p[i] - info.neutral[i % info.neutral.size()]) > kSignificant * std) return true;
+    const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
+    if (std > 0 && find_prior(p_, e, i) == 0 && std::abs(e.p[i] - from) > kSignificant * std) return true;
   }
   return false;
 }
 
-bool Search::add_effect(Residuals* base) {
-  const StandHypothesis so_far = out_.chosen.hypothesis;
-  base_rms_.clear();
-  for (size_t c = 0; c < channels(); ++c) base_rms_.push_back(out_.chosen.channel_rms[c] * out_.sigma[c]);
-  const std::vector<StandEffect> candidates = list_candidates(so_far);
-  const std::vector<Residuals> shared = differentiate(so_far, 0, *base);
-  std::vector<StandTrial> trials(candidates.size());
-  parallel_for(jobs_, static_cast<int>(candidates.size()), [&](int i) {
-    StandTrial& trial = trials[static_cast<size_t>(i)];
-    StandHypothesis h = so_far;
-    h.push_back(candidates[static_cast<size_t>(i)]);
-    if (candidates[static_cast<size_t>(i)].id == StandId::kGroundFriction) {  // not differentiable: taken as it was seen
-      trial.fit = judge(h, calc(h));
-      return;
+bool Search::add_effect() {
+  const std::vector<StandTrial> trials = try_candidates(out_.chosen);
+  if (trials.empty() || trials[0].fit.score >= 1e299) return false;
+  const StandTrial& best = trials[0];
+  const double gain = out_.chosen.score - best.fit.score;
+  if (progress_) {
+    std::string text = "gain " + std::to_string(std::lround(gain)) + " by";
+    for (size_t i = 0; i < std::min<size_t>(4, trials.size()); ++i) {
+      const double behind = std::min(1e6, trials[i].fit.score - best.fit.score);
+      text += std::string(i ? ", " : " ") + get_stand_info(trials[i].fit.hypothesis.back().id).effect +
+              (i ? " (" + std::to_string(std::lround(behind)) + " behind)" : "");
     }
-    std::vector<Residuals> columns = shared;
-    for (Residuals& column : differentiate(h, so_far.size(), *base)) columns.push_back(std::move(column));
-    const Step step = solve(columns, *base, false);
-    if (step.ok) add_step(step.delta, 0, &h);
-    Residuals predicted = *base;  // the linear prediction: enough to rank
-    for (size_t r = 0; step.ok && r < predicted.size(); ++r) {
-      for (size_t c = 0; c < columns.size(); ++c) {
-        for (size_t k = 0; k < predicted[r].size(); ++k) predicted[r][k] += columns[c][r][k] * step.delta(static_cast<long>(c));
+    progress_(text);
+  }
+  if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // also shown when nothing is accepted
+  if (gain < std::max(kGain, 0.02 * out_.nominal.score)) return false;
+  const StandFit finished = finish(best.fit, best.fit.hypothesis);
+  if (!is_significant(finished)) return false;
+  if (!out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);
+  update_sigma(evaluate(p_, finished.hypothesis));
+  out_.nominal = judge({}, evaluate(p_, {}));
+  out_.chosen = finish(judge_again(finished), finished.hypothesis);
+  return true;
+}
+
+StandFit Search::judge_again(const StandFit& fit) const {
+  StandFit out = judge(fit.hypothesis, evaluate(p_, fit.hypothesis));
+  out.std = fit.std;
+  return out;
+}
+
+// Each effect against all others in its place, given the rest: what came first was chosen without knowing the second.
+void Search::exchange_effects() {
+  for (size_t i = 0; i + 1 < out_.chosen.hypothesis.size(); ++i) {
+    StandHypothesis rest = out_.chosen.hypothesis;
+    const StandEffect before = rest[i];
+    rest.erase(rest.begin() + static_cast<long>(i));
+    const StandHypothesis refitted = refine(p_, select(out_.chosen), rest, 2);
+    const StandFit fit = judge(refitted, evaluate(p_, refitted));
+    if (fit.score - out_.chosen.score < kGain) {  // no longer needed
+      out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
+      out_.chosen = finish(fit, refitted);
+      return exchange_effects();
+    }
+    std::vector<StandTrial> trials = try_candidates(fit);
+    if (trials.empty() || trials[0].fit.score >= 1e299) continue;
+    if (!is_same(trials[0].fit.hypothesis.back(), before) && trials[0].fit.score < out_.chosen.score - kCorrelated) {
+      StandHypothesis h = trials[0].fit.hypothesis;
+      if (progress_) progress_(std::string("exchanged for ") + get_stand_info(h.back().id).effect);
+      std::rotate(h.begin() + static_cast<long>(i), h.end() - 1, h.end());
+      out_.chosen = finish(trials[0].fit, h);
+    }
+    for (StandTrial& t : trials) {
+      std::rotate(t.fit.hypothesis.begin() + static_cast<long>(i), t.fit.hypothesis.end() - 1, t.fit.hypothesis.end());
+    }
+    out_.rounds[i] = trials;
+  }
+}
+
+// Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
+bool is_main(StandId id, size_t parameter) {
+  if (is_foot(id)) {
+    const size_t at = parameter % get_stand_info(id).step.size();
+    return at == 0 || at == 2;  // stiffness of roll and pitch
+  }
+  return parameter == 0 || id == StandId::kCogging || (!is_joint(id) && id != StandId::kPayload);
+}
+
+// Whether each recording alone asks for the same parameters: what is true is the same everywhere.
+bool Search::is_consistent(size_t effect) const {
+  const StandHypothesis& h = out_.chosen.hypothesis;
+  size_t first = 0;
+  for (size_t i = 0; i < effect; ++i) first += h[i].p.size();
+  const Evaluation base = evaluate(p_, h);
+  const std::vector<Derivative> columns = differentiate(p_, h, 0, base, all_);
+  const StandInfo& info = get_stand_info(h[effect].id);
+  FitSelection selection = select(out_.chosen);
+  for (size_t r = 0; r < p_.recordings.size(); ++r) {
+    selection.recordings = {r};
+    const StandStep step = solve(p_, selection, h, columns, base);
+    if (!step.ok) continue;
+    for (size_t i = 0; i < h[effect].p.size(); ++i) {
+      if (find_prior(p_, h[effect], i) > 0 || !is_main(h[effect].id, i)) continue;
+      const auto at = static_cast<long>(first + i);
+      const double size = std::abs(h[effect].p[i] - info.neutral[i % info.neutral.size()]);
+      const double off = std::abs(step.delta(at)), std = std::sqrt(std::max(0.0, step.covariance(at, at)));
+      if (off > 4 * std + 0.2 * size && off > 4 * out_.chosen.std[effect](static_cast<long>(i))) return false;
+    }
+  }
+  return true;
+}
+
+// When not all is explained, an effect may be a stand-in for what is missing: named only if it is the same everywhere.
+void Search::doubt() {
+  for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
+    if (is_consistent(i)) continue;
+    out_.doubtful.push_back(out_.chosen.hypothesis[i]);
+    out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
+    out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
+  }
+  if (out_.doubtful.empty()) return;
+  const StandFit fit = judge(out_.chosen.hypothesis, evaluate(p_, out_.chosen.hypothesis));
+  out_.chosen = fit.hypothesis.empty() ? fit : finish(fit, refine(p_, select(fit), fit.hypothesis, 2));
+}
+
+void Search::find_twins() {
+  for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
+    out_.twins.emplace_back();
+    if (i >= out_.rounds.size()) continue;
+    for (const StandTrial& t : out_.rounds[i]) {
+      const StandEffect& e = t.fit.hypothesis[i];
+      if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, out_.chosen.hypothesis[i])) {
+        out_.twins.back().push_back(e);
       }
     }
-    trial.fit = judge(h, predicted);
-    if (!all_sensible(h)) trial.fit.score = 1e300;
-  });
-  const auto better = [](const StandTrial& a, const StandTrial& b) { return a.fit.score < b.fit.score; };
-  std::stable_sort(trials.begin(), trials.end(), better);
-  trials.resize(std::min(trials.size(), kRefined));
-  parallel_for(jobs_, static_cast<int>(trials.size()), [&](int i) {
-    StandTrial& trial = trials[static_cast<size_t>(i)];
-    if (trial.fit.score >= 1e299) return;
-    refine(3, &trial);
-    if (!all_sensible(trial.fit.hypothesis)) trial.fit.score = 1e300;
-  });
-  std::stable_sort(trials.begin(), trials.end(), better);
-  double total = 0;
-  for (StandTrial& t : trials) total += t.probability = std::exp(std::max(-200.0, (trials[0].fit.score - t.fit.score) / 8));  // correlated samples: an eighth
-  for (StandTrial& t : trials) t.probability /= total;
-  const StandTrial& best = trials[0];
-  if (progress_) progress_("best explanation " + std::string(get_stand_info(best.fit.hypothesis.back().id).effect) + ", score " + std::to_string(best.fit.score));
-  out_.rounds.push_back(trials);
-  if (best.fit.score >= 1e299 || out_.chosen.score - best.fit.score < std::max(kGain, 0.02 * out_.nominal.score) || !is_significant(best.fit)) return false;
-  *base = calc(best.fit.hypothesis);
-  const StandFit fitted = best.fit;
-  update_sigma(*base);
-  out_.nominal = judge({}, calc({}));
-  out_.chosen = judge(fitted.hypothesis, *base);
-  out_.chosen.std = fitted.std, out_.chosen.covariance = fitted.covariance;
-  return true;
+  }
 }
 
 }  // namespace
 
-StandOutcome search_standing(const StandProblem& problem, int jobs, const Progress& progress) { return Search(problem, jobs, progress).run(); }
-
-const StandInfo& get_stand_info(StandId id) {
-  using I = StandId;
-  static const std::vector<StandInfo> infos{
-      {I::kViscous, "viscous_friction", {"coefficient"}, {"N m s/rad"}, {0}, {0.1}, true},
-      {I::kCoulomb, "coulomb_friction", {"level", "asymmetry"}, {"N m", "1"}, {0, 0}, {0.1, 0.02}, true},
-      {I::kRotorInertia, "rotor_inertia", {"inertia"}, {"kg m^2"}, {0}, {0.01}, true},
-      {I::kSpring, "parallel_spring", {"stiffness", ""}, {"N m/rad", "N m"}, {0, 0}, {1, 0.1}, true},
-      {I::kTorqueConstant, "torque_constant_error", {"scale"}, {"1"}, {1}, {0.01}, false},
-      {I::kJointOffset, "joint_offset", {"offset"}, {"rad"}, {0}, {1e-3}, false},
-      {I::kCommandDelay, "command_delay", {"delay"}, {"s"}, {0}, {1e-3}, true},
-      {I::kActuatorLag, "actuator_lag", {"time_constant"}, {"s"}, {0}, {1e-3}, true},
-      {I::kPayload, "payload", {"mass", "", "", ""}, {"kg", "", "", ""}, {0, 0, 0, 0}, {0.1, 0.01, 0.01, 0.01}, true},
-      {I::kMassError, "mass_error", {"scale"}, {"1"}, {1}, {0.01}, false},
-      {I::kComError, "com_error", {"offset"}, {"m"}, {0, 0, 0}, {1e-3, 1e-3, 1e-3}, false},
-      {I::kExternalForce, "external_force", {"force"}, {"N"}, {0, 0, 0}, {1, 1, 1}, false},
-      {I::kFootCompliance, "foot_compliance", {}, {}, {0, 0, 0, 0, 0, 0, 0, 0, 0}, {1e-5, 1e-5, 1e-7, 1e-7, 1e-5, 1e-5, 1e-7, 1e-7, 1e-8}, false},
-      {I::kFootHardening, "foot_hardening", {}, {}, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, {1e-5, 1e-5, 1e-7, 1e-7, 1e-5, 1e-5, 1e-7, 1e-7, 1e-8, 10}, false},
-      {I::kGroundSlope, "ground_slope", {"roll", "pitch"}, {"rad", "rad"}, {0, 0}, {1e-3, 1e-3}, false},
-      {I::kGroundFriction, "ground_friction", {"coefficient"}, {"1"}, {0}, {0}, false},
-      {I::kForceBias, "sensor_bias", {"value"}, {"N"}, {0, 0, 0}, {0.1, 0.1, 0.1}, false},
-      {I::kTorqueBias, "sensor_bias", {"value"}, {"N m"}, {0, 0, 0}, {0.01, 0.01, 0.01}, false},
-      {I::kForceScale, "sensor_scale", {"scale"}, {"1"}, {1}, {0.01}, false},
-      {I::kTorqueScale, "sensor_scale", {"scale"}, {"1"}, {1}, {0.01}, false},
-      {I::kWrenchDelay, "sensor_delay", {"delay"}, {"s"}, {0}, {1e-2}, true},
-      {I::kWrenchMisalignment, "sensor_misalignment", {"rpy"}, {"rad"}, {0, 0, 0}, {1e-3, 1e-3, 1e-3}, false},
-      {I::kWrenchSkew, "clock_skew", {"skew"}, {"1"}, {0}, {3e-3}, false},
-      {I::kGyroBias, "sensor_bias", {"value"}, {"rad/s"}, {0, 0, 0}, {1e-3, 1e-3, 1e-3}, false},
-      {I::kAccelerometerBias, "sensor_bias", {"value"}, {"m/s^2"}, {0, 0, 0}, {1e-2, 1e-2, 1e-2}, false},
-      {I::kGyroScale, "sensor_scale", {"scale"}, {"1"}, {1}, {0.01}, false},
-      {I::kAccelerometerScale, "sensor_scale", {"scale"}, {"1"}, {1}, {0.01}, false},
-      {I::kImuDelay, "sensor_delay", {"delay"}, {"s"}, {0}, {1e-2}, true},
-      {I::kImuMisalignment, "sensor_misalignment", {"rpy"}, {"rad"}, {0, 0, 0}, {1e-3, 1e-3, 1e-3}, false},
-      {I::kImuSkew, "clock_skew", {"skew"}, {"1"}, {0}, {3e-3}, false},
-      {I::kEffortBias, "sensor_bias", {"value"}, {"N m"}, {0}, {0.1}, false},
-      {I::kEffortScale, "sensor_scale", {"scale"}, {"1"}, {1}, {0.01}, false}};
-  for (const StandInfo& info : infos) {
-    if (info.id == id) return info;
-  }
-  return infos[0];
+StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress) {
+  return Search(problems, jobs, progress).run();
 }
 
 }  // namespace hrp::diagnosis::upright
