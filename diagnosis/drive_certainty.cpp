@@ -13,6 +13,7 @@ constexpr double kMaterial = 1.05;   // least growth of the held-out sum of squa
 constexpr double kAgree = 0.25;      // share by which parameters of two parts may differ whatever their spread
 constexpr double kSpreads = 3.0;     // or so many standard deviations of the difference
 constexpr double kTells = 0.35;      // a part tells something when its spread is below this share of the parameter
+constexpr double kMoving = 0.02;     // [rad/s] slower samples do not count for the median speed
 constexpr double kAsGood = 0.97;     // another effect that predicts nearly as well leaves the choice open
 
 double find_median(std::vector<double> values) {
@@ -64,7 +65,7 @@ std::vector<DriveSelector::Split> DriveSelector::list_splits() const {
     const JointPath& p = path(i);
     for (size_t k = 0; k < p.q.size(); ++k) {
       positions.push_back(p.q[k]), loads.push_back(std::abs(find_effort(problem_.train[i], k)));
-      if (std::abs(p.qd[k]) > kTells * 0.05) speeds.push_back(std::abs(p.qd[k]));
+      if (std::abs(p.qd[k]) > kMoving) speeds.push_back(std::abs(p.qd[k]));
     }
   }
   const double speed = find_median(speeds), position = find_median(positions), load = find_median(loads);

@@ -53,7 +53,6 @@ DriveSelector::DriveSelector(const Problem& problem, int joint, const std::vecto
   for (int r : problem_.train) {
     const JointPath& path = problem_.nominal_paths[static_cast<size_t>(r)][static_cast<size_t>(joint_)];
     for (size_t k = 0; k < path.q.size(); ++k) {
-      effort_scale_ = std::max(effort_scale_, std::abs(find_effort(r, k)));
       sum += path.q[k], count += 1.0;
     }
   }
@@ -175,7 +174,8 @@ std::vector<Effect> DriveSelector::list_candidates(const Hypothesis& model) cons
   return list;
 }
 
-// Models whose readings are no smooth function of what they add.
+// Models whose readings are no smooth function of what they add. Saturation is not among them: at its limit a simulated
+// joint is drawn to the recorded one, so that any low limit would seem to predict well.
 std::vector<Hypothesis> DriveSelector::list_variants(const Hypothesis& model) const {
   std::vector<Hypothesis> variants;
   const size_t dry = find(model, EffectId::kCoulomb, joint_), viscous = find(model, EffectId::kViscous, joint_);
@@ -187,10 +187,6 @@ std::vector<Hypothesis> DriveSelector::list_variants(const Hypothesis& model) co
       if (viscous < model.size()) variant.erase(variant.begin() + static_cast<long>(viscous));
       variants.push_back(variant);
     }
-  }
-  if (problem_.experiment->robot.tree.joint(joint_).actuated && !has(model, EffectId::kSaturation, joint_)) {
-    variants.push_back(model);
-    variants.back().push_back({EffectId::kSaturation, joint_, {0.75 * effort_scale_}});
   }
   return variants;
 }
@@ -274,6 +270,7 @@ void DriveSelector::prune(Fit* model) const {
 DriveModel DriveSelector::select() {
   Hypothesis start = make_start();
   choose_stick_speed(&start);
+  const Fit plain = try_fit(start, 0);
   Fit model = try_fit(start, 10);
   if (!model.ok) model = try_fit({{EffectId::kViscous, joint_, {0.1 * start[0].p[0] + 1e-3}}}, 10);
   const Fit empty = try_fit({}, 1);
@@ -282,6 +279,8 @@ DriveModel DriveSelector::select() {
     grow(&model);
     prune(&model);
   }
+  // Least squares of efforts, where following the readings more closely predicts the held-out ones less well.
+  if (plain.ok && plain.held < model.held) model = plain;
   DriveModel out;
   out.effects = model.effects;
   return out;

@@ -59,7 +59,7 @@ class DriveSelector {
   Problem problem_;
   int joint_;
   std::vector<int> held_;
-  double effort_scale_ = 0.0, middle_ = 0.0, swing_ = 0.0;   // largest effort, mean position, largest distance from it
+  double middle_ = 0.0, swing_ = 0.0;   // mean position, largest distance from it
 };
 
 }  // namespace hrp::diagnosis
