@@ -31,6 +31,7 @@ constexpr size_t kLargestSet = 3;
 constexpr size_t kBeam = 4;        // sets that are grown further
 constexpr size_t kCandidates = 10; // effects that may be added to each
 constexpr size_t kSimulated = 3;   // sets of each size that are fitted through the simulation
+constexpr double kDrivesWorse = 1.2;
 constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
 constexpr double kLeastDrop = 0.7; // of what is left, or adding effects is given up
 
@@ -56,7 +57,7 @@ class Search {
     best_chi2_ = outcome.nominal.train.chi2;
     look_wide();
     decide(&outcome);
-    if (!outcome.explained && search_drives(problem_, progress_, &outcome)) return outcome;
+    if (!outcome.explained && find_drives(&outcome)) return outcome;
     add_intervals(&outcome.chosen);
     drop_insignificant(&outcome);
     normalise(&outcome.chosen.hypothesis);
@@ -75,7 +76,7 @@ class Search {
     if (t.hypothesis.empty()) return false;
     if (is_noise(t)) return true;
     const double before = nominal_.rms * nominal_.rms - 1.0, after = t.rms * t.rms - 1.0;
-    return t.rms < 2.0 && after < 1e-3 * before;
+    return (t.rms < 2.0 && after < 1e-3 * before) || (t.rms < 1.2 && after < 3e-3 * before);
   }
 
   FitResult refine(const Hypothesis& hypothesis) {
@@ -108,6 +109,15 @@ class Search {
       }
     }
     return trial;
+  }
+
+  // Drives of real robots; nothing is named when a few effects of the list left much less, though not noise only.
+  bool find_drives(Outcome* outcome) {
+    Outcome drives = *outcome;
+    const double least = best_refined().rms;
+    if (!search_drives(problem_, progress_, &drives) || drives.chosen.rms > kDrivesWorse * least) return false;
+    *outcome = drives;
+    return true;
   }
 
   // Sets of one, two, three effects along the recorded paths; the best of each size go through the simulation.
@@ -196,8 +206,18 @@ class Search {
     return i == 0 || vector ? 0.0 : std::nan("");
   }
 
+  // A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
+  static bool is_elastic(const Effect& effect, const std::vector<double>& std) {
+    const EffectInfo& info = get_effect(effect.id);
+    for (size_t i : {0, 2}) {
+      if (effect.p[i] < 1.01 * info.parameters[i].low || effect.p[i] > 0.99 * info.parameters[i].high) return false;
+    }
+    return effect.p[0] > 4.0 * std[0];
+  }
+
   static bool is_significant(const Effect& effect, const std::vector<double>& std) {
-    if (effect.id == EffectId::kElasticity || effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
+    if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
+    if (effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
     for (size_t i = 0; i < effect.p.size(); ++i) {
       const double neutral = find_neutral(effect, i);
       // 1e-3 of a scale: below what any law is known to.
@@ -207,18 +227,32 @@ class Search {
     return false;
   }
 
+  // The best of the others, when the chosen one cannot be told from nothing.
+  void take_next(Outcome* outcome) {
+    const Key worthless = make_key(outcome->chosen.hypothesis);
+    outcome->chosen = nominal_, outcome->explained = false;
+    for (const Trial& t : sorted()) {
+      if (!t.refined || t.hypothesis.empty() || make_key(t.hypothesis) == worthless || !is_explained(t)) continue;
+      outcome->chosen = t, outcome->explained = true;
+      outcome->chosen.probability = 0.5;   // it did worse than what was thrown out
+      add_intervals(&outcome->chosen);
+      return;
+    }
+  }
+
   // A second effect that cannot be told from nothing only stands in for the first one's details.
   void drop_insignificant(Outcome* outcome) {
     Trial& chosen = outcome->chosen;
-    if (chosen.hypothesis.size() < 2 || chosen.std.size() < chosen.hypothesis.size()) return;
+    if (chosen.hypothesis.empty() || chosen.std.size() < chosen.hypothesis.size()) return;
     Hypothesis kept;
     for (size_t i = 0; i < chosen.hypothesis.size(); ++i) {
       if (is_significant(chosen.hypothesis[i], chosen.std[i])) kept.push_back(chosen.hypothesis[i]);
     }
-    if (kept.empty() || kept.size() == chosen.hypothesis.size()) return;
+    if (kept.size() == chosen.hypothesis.size()) return;
+    if (kept.empty()) return take_next(outcome);
     Trial trial = judge(kept, refine(kept));
     say("  without what is no more than nothing: " + get_label(e_, kept), trial);
-    if (!is_explained(trial) && outcome->explained) return;
+    // Without it the rest may be above the noise by the details of laws: then nothing is named.
     trial.probability = chosen.probability;
     add_intervals(&trial);
     outcome->rivals.insert(outcome->rivals.begin(), trial);
