@@ -43,12 +43,15 @@ std::string DriveSelector::find_nonsense(const Effect& effect) const {
   std::vector<double> inertia = problem_.nominal_paths[static_cast<size_t>(problem_.train[0])][static_cast<size_t>(joint_)].inertia;
   switch (effect.id) {
     case EffectId::kTorqueConstant:
-    case EffectId::kSensorScale:
     case EffectId::kMassError: return p < 0.5 || p > 2.0 ? "the factor is beyond what a drive or a model can be wrong by" : "";
+    // An encoder counts its marks.
+    case EffectId::kSensorScale: return std::abs(p - 1.0) > 0.05 ? "no encoder is wrong by such a factor" : "";
     case EffectId::kLag:
     case EffectId::kDelay:
     case EffectId::kSensorDelay: return p > 0.1 ? "the delay is longer than any drive's" : "";
     case EffectId::kRotorInertia: return p > 20.0 * find_median(inertia) ? "the inertia is beyond what a rotor can have" : "";
+    // Breaking away takes up to about twice what sliding does; far more is a joint that was nailed down for an instant.
+    case EffectId::kStribeck: return effect.p[1] > 5.0 * p ? "no bearing sticks so much harder than it slides" : "";
     case EffectId::kLoadFriction: return p > 0.6 ? "no transmission loses so much" : "";
     case EffectId::kSpring: return std::abs(effect.p[1] - middle_) > 2.0 * swing_ ? "over this motion it is a constant torque rather than a spring" : "";
     default: return "";

@@ -223,6 +223,11 @@ std::vector<std::pair<double, Effect>> DriveSelector::probe(const Hypothesis& mo
   return list;
 }
 
+// What no drive can have is not taken in, however well it predicts.
+bool DriveSelector::is_nonsense(const Hypothesis& effects) const {
+  return std::any_of(effects.begin(), effects.end(), [this](const Effect& effect) { return !find_nonsense(effect).empty(); });
+}
+
 double DriveSelector::Fit::merit() const { return ok ? std::sqrt(cross) * std::sqrt(held) : 1e300; }
 
 void DriveSelector::grow(Fit* model) const {
@@ -239,7 +244,7 @@ void DriveSelector::grow(Fit* model) const {
     Fit best = *model;
     for (const Hypothesis& start : starts) {
       const Fit trial = try_fit(start, 6);
-      if (trial.ok && trial.merit() < best.merit()) best = trial;
+      if (trial.ok && trial.merit() < best.merit() && !is_nonsense(trial.effects)) best = trial;
     }
     if (!(best.merit() < kEarns * model->merit())) break;
     choose_stick_speed(&best.effects);

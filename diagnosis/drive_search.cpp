@@ -13,6 +13,8 @@ namespace {
 
 // Times the noise that every joint must miss its recordings by: twice what separates noise from a mismatch, squared.
 constexpr double kEveryJoint = 3.0;
+// Of the worst joint: what a sound joint shows of its neighbour's errors through smoothing and coupling stays below.
+constexpr double kEcho = 0.05;
 // Rollouts times joints squared times samples up to which all parameters are fitted once more through the simulation.
 constexpr double kPolishWork = 3e7;
 
@@ -36,7 +38,8 @@ class DriveSearch {
     models_.resize(static_cast<size_t>(n));
     std::vector<double> rms(static_cast<size_t>(n));
     parallel_for(problem_.jobs, n, [&](int j) { rms[static_cast<size_t>(j)] = selectors_[static_cast<size_t>(j)]->calc_nominal_rms(); });
-    if (*std::min_element(rms.begin(), rms.end()) < kEveryJoint) return false;
+    const auto [least, most] = std::minmax_element(rms.begin(), rms.end());
+    if (*least < std::max(kEveryJoint, kEcho * *most)) return false;
     progress_("every joint misses its recordings: a drive of its own for each");
     parallel_for(problem_.jobs, n, [&](int j) { models_[static_cast<size_t>(j)] = selectors_[static_cast<size_t>(j)]->select(); });
     Trial trial = judge(join());
