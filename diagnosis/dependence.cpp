@@ -18,12 +18,29 @@ struct Sample {
 
 const char* const kNames[] = {"position", "velocity", "direction", "load", "time", "history"};
 
+// Over so long [s], missing efforts are averaged: accelerations carry the noise of two derivatives, which would hide
+// what the rest follows; what changes faster than that is no function of slow quantities anyway.
+constexpr double kAverage = 0.05;
+
+std::vector<double> average(const MissingEffort& m, int j) {
+  std::vector<double> out(m.time.size(), 0.0);
+  size_t from = 0, to = 0;
+  double sum = 0.0;
+  for (size_t k = 0; k < m.time.size(); ++k) {
+    while (to < m.time.size() && m.time[to] <= m.time[k] + 0.5 * kAverage) sum += m.missing(static_cast<long>(to++), j);
+    while (m.time[from] < m.time[k] - 0.5 * kAverage) sum -= m.missing(static_cast<long>(from++), j);
+    out[k] = sum / static_cast<double>(to - from);
+  }
+  return out;
+}
+
 std::vector<Sample> collect(const MissingEffort& m, int j) {
   std::vector<Sample> list;
+  const std::vector<double> missing = average(m, j);
   double swing = 0.0;
   for (long k = 0; k < m.q.rows(); ++k) {
     Sample s;
-    s.y = m.missing(k, j);
+    s.y = missing[static_cast<size_t>(k)];
     if (k > 0) swing = 0.97 * swing + m.q(k, j) - m.q(k - 1, j);
     const double v = m.qd(k, j);
     const double values[] = {m.q(k, j), v, v > 0.01 ? 1.0 : v < -0.01 ? -1.0 : 0.0, m.u(k, j), m.time[static_cast<size_t>(k)], swing};
