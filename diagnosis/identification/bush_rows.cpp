@@ -43,6 +43,7 @@ Eigen::VectorXd calc_hysteresis(const Eigen::VectorXd& angle, double yield) {
   return z;
 }
 
+// Rows of [M14 eq. 5]: torque against angle, rate, one and what else the fit knows.
 void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta, double skip, Rows* rows) {
   const BushTrack& t = track.feet[foot];
   const Eigen::Index at = layout.first(foot, axis), all = track.time.size();
