@@ -117,6 +117,12 @@ std::string DriveSelector::find_doubt(const Linear& linear, const Hypothesis& ef
   return of_time < 1 || of_regime < 2 ? "no two parts of the recordings tell its value on their own" : "";
 }
 
+// Whether it is known what the drive gave.
+bool DriveSelector::knows_effort() const {
+  const Experiment& e = *problem_.experiment;
+  return e.recordings[static_cast<size_t>(problem_.train[0])].joints[static_cast<size_t>(joint_)].has(Quantity::kEffort);
+}
+
 void DriveSelector::judge(DriveModel* model) const {
   const Hypothesis& effects = model->effects;
   model->std.clear();
@@ -138,6 +144,7 @@ void DriveSelector::judge(DriveModel* model) const {
   for (size_t i = 0; i < effects.size(); ++i) {
     std::string& doubt = model->doubts[i];
     doubt = find_nonsense(effects[i]);
+    if (doubt.empty() && !knows_effort()) doubt = "without a recorded effort, gains and delays of the drive look like friction and inertia";
     if (doubt.empty()) doubt = find_doubt(linear, effects, i, slots);
     if (!doubt.empty()) continue;
     Hypothesis without = effects;

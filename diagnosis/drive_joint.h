@@ -54,6 +54,7 @@ class DriveSelector {
   std::string find_doubt(const Linear& linear, const Hypothesis& effects, size_t at, const std::vector<Slot>& slots) const;
   std::string find_nonsense(const Effect& effect) const;
   bool is_nonsense(const Hypothesis& effects) const;
+  bool knows_effort() const;
   std::string find_rival(const Effect& effect, const Fit& rest, double cross, double held, Hypothesis* rivals) const;
   std::string compare(const PartStep& a, const PartStep& b, long slot, double size, bool* tells) const;
 

@@ -112,14 +112,15 @@ class DriveSearch {
                   (model.doubts[i].empty() ? format("certain, worth %.3g", model.worth[i], 0.0) : model.doubts[i]));
       }
     }
-    if (!any || !(trial.rms < outcome_.nominal.rms)) return false;
+    if (!(trial.rms < outcome_.nominal.rms)) return false;
     for (const DriveModel& model : models_) {
       for (const Effect& rival : model.rivals) outcome_.twins.push_back({rival});
     }
     trial.probability = 1.0;
     outcome_.chosen = trial;
     outcome_.worth = worth, outcome_.doubts = doubts;
-    outcome_.partly = true;
+    outcome_.partly = any;
+    outcome_.modelled = true;
     outcome_.rivals.insert(outcome_.rivals.begin(), trial);
     return true;
   }

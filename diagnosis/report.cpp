@@ -191,10 +191,19 @@ Json make_fit(const Problem& problem, const Outcome& outcome, const Trial& after
   return fit;
 }
 
+// What predicts better without being known to be the cause.
+Json make_model_statement(const Outcome& outcome) {
+  return {{"where", Json::object()}, {"depends_on", Json::array()},
+          {"statement", "A model of the drives with " + number(static_cast<double>(outcome.chosen.hypothesis.size())) +
+                            " effects, none of them certain (see not_identifiable), brings the held-out error from " +
+                            number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) + " times the noise."}};
+}
+
 Json make_unexplained(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
   if (!outcome.mismatch || outcome.explained) return list;
   const Experiment& e = *problem.experiment;
+  if (outcome.modelled && !outcome.partly) list.push_back(make_model_statement(outcome));
   for (const Dependence& d : find_dependence(problem, outcome.partly ? outcome.chosen.hypothesis : Hypothesis{})) {
     std::string words;
     for (const std::string& word : d.depends_on) words += (words.empty() ? "" : ", ") + word;
@@ -341,7 +350,7 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std, bool 
 }
 
 Reports make_reports(const Problem& problem, const Outcome& outcome) {
-  const Trial& after = outcome.explained || outcome.partly ? outcome.chosen : outcome.nominal;
+  const Trial& after = outcome.explained || outcome.partly || outcome.modelled ? outcome.chosen : outcome.nominal;
   Reports reports;
   Json& r = reports.report;
   r["schema"] = 1;
