@@ -180,7 +180,13 @@ class Fitter {
     for (const Eigen::VectorXd& s : normal.blocks) B += s * s.transpose();
     const double inflate = std::max(1.0, result->train.chi2 / std::max(1.0, result->train.count));
     Eigen::MatrixXd A = normal.A;
-    for (long i = 0; i < p; ++i) A(i, i) += 1e-9 / std::pow(parameters_[static_cast<size_t>(i)].info->step, 2);
+    for (long i = 0; i < p; ++i) {
+      const ParameterInfo& info = *parameters_[static_cast<size_t>(i)].info;
+      A(i, i) += 1e-9 / (info.step * info.step);
+      // What is known beforehand of the drive's timing: somewhere between its bounds (variance of a uniform distribution).
+      // Without it a lag of the servo's rate and a rotor's inertia would be taken for the same thing.
+      if (hypothesis_[parameters_[static_cast<size_t>(i)].effect].id == EffectId::kTiming) A(i, i) += 12.0 / std::pow(info.high - info.low, 2);
+    }
     const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
     const Eigen::MatrixXd sandwich = inverse * B * inverse;
     result->std.clear();

@@ -31,6 +31,7 @@ constexpr size_t kLargestSet = 3;
 constexpr size_t kBeam = 4;        // sets that are grown further
 constexpr size_t kCandidates = 10; // effects that may be added to each
 constexpr size_t kSimulated = 3;   // sets of each size that are fitted through the simulation
+constexpr double kAlike = 1.5;         // in cost
 constexpr double kDrivesWorse = 1.2;
 constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
 constexpr double kLeastDrop = 0.7; // of what is left, or adding effects is given up
@@ -141,11 +142,16 @@ class Search {
 
   // Fits the first of the sets through the simulation. Once one leaves noise only, no set that has more parameters or
   // did clearly worse along the paths can take its place.
-  void simulate_best(const std::vector<Lead>& beam) {
+  void simulate_best(std::vector<Lead> beam) {
+    // Of those that do about as well along the paths, the simple ones first: a richer one may only contain them.
+    const double alike = kAlike * beam.front().cost;
+    const auto rich = std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost > alike; });
+    const double best_cost = beam.front().cost;
+    std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) { return count_parameters(a.hypothesis) < count_parameters(b.hypothesis); });
     for (size_t i = 0; i < std::min(kSimulated, beam.size()); ++i) {
       const Trial best = best_refined();
       const bool done = !best.hypothesis.empty() && is_noise(best);
-      if (beam[i].cost > (done ? kClearlyWorse : 30.0) * beam[0].cost) break;
+      if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       if (done && count_parameters(beam[i].hypothesis) >= count_parameters(best.hypothesis)) continue;
       try_fit(beam[i].hypothesis);
     }

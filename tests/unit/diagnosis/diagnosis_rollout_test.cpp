@@ -31,8 +31,10 @@ Experiment make_experiment(const std::string& name, const Hypothesis& hidden) {
     csv << "time,/joint_commands/j1/position,/joint_commands/j1/velocity,/joint_states/j1/position,/joint_states/j1/velocity,/joint_states/j1/effort\n";
     for (int k = 0; k < 1200; ++k) {
       const double t = 0.005 * k, w = 1.5 + r;
-      csv << t << "," << 0.6 * std::sin(w * t) * std::sin(0.5 * t) << ","
-          << 0.6 * (w * std::cos(w * t) * std::sin(0.5 * t) + 0.5 * std::sin(w * t) * std::cos(0.5 * t)) << ",0,0,0\n";
+      const double command = 0.6 * std::sin(w * t) * std::sin(0.5 * t);
+      const double rate = 0.6 * (w * std::cos(w * t) * std::sin(0.5 * t) + 0.5 * std::sin(w * t) * std::cos(0.5 * t));
+      // Readings that are replaced below, near what a robot would do.
+      csv << t << "," << command << "," << rate << "," << command << "," << rate << "," << command << "\n";
     }
     yaml += "- {file: r" + std::to_string(r) + ".csv, role: " + (r < 2 ? "train" : "validate") + "}\n";
   }
