@@ -326,7 +326,7 @@ class Search {
     return count;
   }
 
-  // Among models that leave noise only, the one with the fewest effects, then parameters, unless a richer one removes
+  // Among models that leave noise (or details of laws) only, the one with the fewest effects, then parameters, unless a richer one removes
   // most of what it leaves above the noise.
   void prefer_simple(std::vector<Trial>* list) const {
     const double best = list->front().rms * list->front().rms - 1.0;
@@ -335,7 +335,7 @@ class Search {
       const Trial& first = list->front();
       const bool simpler = t.hypothesis.size() < first.hypothesis.size() ||
                            (t.hypothesis.size() == first.hypothesis.size() && count_parameters(t.hypothesis) < count_parameters(first.hypothesis));
-      if (!simpler || !is_noise(t) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1) continue;
+      if (!simpler || !(is_noise(t) || is_explained(t)) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1) continue;
       std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
     }
   }
