@@ -171,7 +171,7 @@ class Search {
     else if (trial->sureness < kSure) trial->why = "only few tosses get better";
     else if (!is_significant(*trial)) trial->why = "its parameters cannot be told from nothing";
     else if (!shows_in_flight(*trial)) trial->why = "flight gets worse with it";
-    else if (trial->added == TossId::kInertiaError && left >= kFloor) trial->why = "only impacts speak of it, and they are not all explained";
+    else if (trial->added == TossId::kInertiaError) trial->why = "only impacts speak of it, and their law is not known well enough";
     else if (!is_consistent(*trial)) trial->consistent = false, trial->why = "halves of the tosses ask for different values";
     else trial->accepted = true;
   }

@@ -116,8 +116,17 @@ class Search {
   bool find_drives(Outcome* outcome) {
     Outcome drives = *outcome;
     const double least = best_refined().rms;
-    if (!search_drives(problem_, progress_, &drives) || drives.chosen.rms > kDrivesWorse * least) return false;
-    *outcome = drives;
+    if (!search_drives(problem_, progress_, &drives)) return false;
+    if (drives.chosen.rms <= kDrivesWorse * least) {
+      *outcome = drives;
+      return true;
+    }
+    // Shown, not named: nothing in it was checked for being the same everywhere.
+    const std::string doubt = "part of the set that predicts best, which leaves more than noise";
+    outcome->chosen = best_refined();
+    outcome->modelled = true;
+    outcome->worth.assign(outcome->chosen.hypothesis.size(), 0.0);
+    outcome->doubts.assign(outcome->chosen.hypothesis.size(), doubt);
     return true;
   }
 
