@@ -34,11 +34,17 @@ def parameters(finding):
     return "; ".join(out)
 
 
+def unknown(item):
+    if not item.get("where"):
+        return "*a model of the drives, nothing in it certain*"
+    depends = ", ".join(map(str, item.get("depends_on") or []))
+    return f"*unknown at {place(item['where'])}" + (f", depends on {depends}*" if depends else "*")
+
+
 def found(report):
     lines = [f"{f.get('effect', '?').replace('_', ' ')} at {place(f.get('where'))}: {parameters(f)}"
              for f in report.get("findings") or []]
-    lines += [f"*unknown at {place(u.get('where'))}, depends on {', '.join(map(str, u.get('depends_on') or []))}*"
-              for u in report.get("unexplained") or []]
+    lines += [unknown(u) for u in report.get("unexplained") or []]
     return "<br>".join(lines) or "-"
 
 
