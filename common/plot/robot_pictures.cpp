@@ -2,10 +2,7 @@
 #include "common/plot/robot_pictures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
 
@@ -16,11 +13,14 @@
 #include "common/messages/topics.h"
 #include "common/multibody/kinematics.h"
 #include "common/plot/solids.h"
+#include "common/plot/svg_text.h"
 #include "common/robot/scenario.h"
 #include "common/robot/sole.h"
 
 namespace hrp {
 namespace {
+
+using plot::format;
 
 using Eigen::Vector2d;
 
@@ -30,16 +30,6 @@ constexpr double kSunk = 0.02;  // [m] deeper than that in the ground nothing bu
 
 // Left blue, right orange, as the first two lines of a plot; the rest grey: who steps is seen at once.
 constexpr Colour kLeft{0.36, 0.62, 0.90}, kRight{0.95, 0.62, 0.33}, kMiddle{0.86, 0.87, 0.88}, kStone{0.72, 0.70, 0.66};
-
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
-std::string format(const char* pattern, ...) {
-  std::array<char, 512> text;
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
-}
 
 struct Moment {
   double time = 0.0;  // [s]

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
 
+#include "common/plot/svg_text.h"
+
 namespace hrp {
 namespace {
+
+using plot::format;
 
 constexpr double kWidth = 900, kHeight = 420, kLeft = 80, kRight = 20, kTop = 40, kBottom = 55, kLegendLine = 20;
 // The palette of Okabe and Ito: told apart by everybody, and dark enough on white, light enough on black.
@@ -33,16 +35,6 @@ struct Axis {
   double pixel_low = 0, pixel_high = 1;
   double map(double value) const { return pixel_low + (value - low) / (high - low) * (pixel_high - pixel_low); }
 };
-
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
-std::string format(const char* pattern, ...) {
-  std::array<char, 512> text;
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
-}
 
 std::string escape(const std::string& text) {
   std::string escaped;
