@@ -13,19 +13,6 @@ namespace {
 constexpr double kWindow = 0.03;  // [s] half of it: keeps 5 Hz; a shorter one leaves encoder steps as speeds of 0.5 rad/s
 constexpr double kSudden = 8.0;   // robust standard deviations of what smoothing takes away: noise does not reach that
 
-std::vector<double> fill(const std::vector<double>& values) {
-  std::vector<double> out = values;
-  double last = 0;
-  for (double v : values) {
-    if (std::isfinite(v)) {
-      last = v;
-      break;
-    }
-  }
-  for (double& v : out) last = v = std::isfinite(v) ? v : last;
-  return out;
-}
-
 bool contains(const std::vector<std::string>& list, const std::string& name) { return std::find(list.begin(), list.end(), name) != list.end(); }
 
 struct Smoother {
@@ -96,8 +83,8 @@ bool read_wrench(const Recording& recording, const RowSensor& sensor, const Smoo
     const auto at = recording.other.find(column);
     if (at == recording.other.end() && part < 3) return *why = recording.spec.name + " has no " + column, false;
     if (at == recording.other.end()) continue;
-    smoother.take(fill(at->second), part, &value, &rate, nullptr);
-    mark_sudden(fill(at->second), smoother, &out->sudden);
+    smoother.take(fill_gaps(at->second), part, &value, &rate, nullptr);
+    mark_sudden(fill_gaps(at->second), smoother, &out->sudden);
   }
   out->wrench.push_back(value), out->wrench_rate.push_back(rate);
   return true;
@@ -125,7 +112,7 @@ bool read_row_recording(const RowProblem& problem, const Recording& recording, R
   out->sudden.assign(out->time.size(), 0);
   std::vector<std::vector<double>> known(n);
   for (size_t j = 0; j < n; ++j) {
-    if (recording.joints[j].has(Quantity::kPosition)) known[j] = fill(recording.joints[j].signal[0]);
+    if (recording.joints[j].has(Quantity::kPosition)) known[j] = fill_gaps(recording.joints[j].signal[0]);
   }
   const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(static_cast<long>(out->time.size()), static_cast<long>(n));
   out->q = out->qd = out->qdd = out->effort = out->clipped = zero;
@@ -139,7 +126,7 @@ bool read_row_recording(const RowProblem& problem, const Recording& recording, R
     smoother.take(position, static_cast<long>(j), &out->q, &out->qd, &out->qdd);
     const bool effort = recording.joints[j].has(Quantity::kEffort);
     if (spec.actuated && effort) {
-      smoother.take(fill(recording.joints[j].signal[2]), static_cast<long>(j), &out->effort, nullptr, nullptr);
+      smoother.take(fill_gaps(recording.joints[j].signal[2]), static_cast<long>(j), &out->effort, nullptr, nullptr);
       mark_clipped(static_cast<long>(j), out);
     }
     out->rows.push_back((effort || !spec.actuated) && !contains(recording.spec.unknown_force, spec.name));

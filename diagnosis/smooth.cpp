@@ -100,6 +100,14 @@ void smooth_series(const std::vector<double>& time, const std::vector<double>& v
   }
 }
 
+std::vector<double> fill_gaps(const std::vector<double>& values) {
+  const auto first = std::find_if(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  double last = first == values.end() ? 0.0 : *first;
+  std::vector<double> out = values;
+  for (double& v : out) last = v = std::isfinite(v) ? v : last;
+  return out;
+}
+
 SmoothRecording smooth_recording(const Experiment& e, const Recording& recording) {
   SmoothRecording smooth;
   const size_t rows = recording.size();

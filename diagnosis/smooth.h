@@ -20,6 +20,10 @@ struct SmoothRecording {
   std::vector<std::vector<double>> effort;     // smoothed alike; empty where none was recorded
 };
 
+// Samples that are missing (NaN) filled with the value before them, those at the begin with the first there is; 0 where
+// there is none.
+std::vector<double> fill_gaps(const std::vector<double>& values);
+
 SmoothRecording smooth_recording(const Experiment& e, const Recording& recording);
 
 // Value, first and second derivative of a series at every sample by local cubics over +- half_window samples.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/smooth.h"
 #include "diagnosis/upright_attitude.h"
 
 namespace hrp::diagnosis::upright {
@@ -11,27 +12,13 @@ namespace {
 
 constexpr double kWindow = 0.03;  // [s] half of it: a standing robot moves below 3 Hz, a local cubic keeps that
 
-// Gaps filled with the value before them.
-std::vector<double> fill(const std::vector<double>& values) {
-  std::vector<double> out = values;
-  double last = 0;
-  for (double v : values) {
-    if (std::isfinite(v)) {
-      last = v;
-      break;
-    }
-  }
-  for (double& v : out) last = v = std::isfinite(v) ? v : last;
-  return out;
-}
-
 // Columns base/x, base/y, ... smoothed; false when the recording lacks one.
 bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
                  Series* out) {
   for (int i = 0; parts[i]; ++i) {
     const auto at = recording.other.find(base + "/" + parts[i]);
     if (at == recording.other.end()) return false;
-    out[i] = smoother.run(fill(at->second));
+    out[i] = smoother.run(fill_gaps(at->second));
   }
   return true;
 }
@@ -47,7 +34,7 @@ void read_joints(const Experiment& e, const Recording& recording, const Smoother
   for (int j = 0; j < e.num_joints(); ++j) {
     const JointColumns& columns = recording.joints[static_cast<size_t>(j)];
     const auto read = [&](Quantity q) {
-      return columns.has(q) ? smoother.run(fill(columns.signal[static_cast<int>(q)])) : Series{};
+      return columns.has(q) ? smoother.run(fill_gaps(columns.signal[static_cast<int>(q)])) : Series{};
     };
     out->position.push_back(read(Quantity::kPosition));
     out->velocity.push_back(read(Quantity::kVelocity));
