@@ -29,25 +29,19 @@ std::string find_obstacle(const Experiment& e) {
 
 }  // namespace
 
-Diagnosis diagnose(const Problem& problem, const Progress& progress) {
-  Diagnosis diagnosis;
+Reports diagnose(const Problem& problem, const Progress& progress) {
+  Reports reports;
   const Experiment& e = *problem.experiment;
-  if (upright::diagnose_upright(problem, progress, &diagnosis)) return diagnosis;
+  if (upright::diagnose_upright(problem, progress, &reports)) return reports;
   std::string obstacle = find_obstacle(e);
   if (!obstacle.empty()) {
-    Json* const report = &diagnosis.reports.report;
-    Json* const series = &diagnosis.reports.series;
-    if (impact::diagnose_impact(e, problem.jobs, progress, report, series)) return diagnosis;
+    if (impact::diagnose_impact(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
     std::string why;
-    if (attached::diagnose_attached(e, progress, report, series, &why)) return diagnosis;
+    if (attached::diagnose_attached(e, progress, &reports.report, &reports.series, &why)) return reports;
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
-    diagnosis.reports = make_empty_reports(problem, obstacle);
-    return diagnosis;
+    return make_empty_reports(problem, obstacle);
   }
-  const Outcome outcome = search(problem, progress);
-  diagnosis.reports = make_reports(problem, outcome);
-  if (outcome.explained || outcome.partly) diagnosis.found = outcome.chosen.hypothesis;
-  return diagnosis;
+  return make_reports(problem, search(problem, progress));
 }
 
 }  // namespace hrp::diagnosis

@@ -78,7 +78,6 @@ int find_joint(const Effect& effect) {
 
 Explorer::Explorer(const Problem& problem) : held_(problem.validate) {
   Problem worker = problem;
-  prepare_paths(&worker);
   worker.options.max_step = 2.0 * problem.options.max_step;
   worker.jobs = 1;
   worker.view.along = true;
@@ -148,22 +147,21 @@ void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size
   effect = best;
 }
 
-// The effects at `joint` of the parent and `start` (null: none), fitted together; the rest of the parent frozen.
-Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect* start, int joint) const {
+// `start` and the effects of the parent at its joint, fitted together; the rest of the parent frozen.
+Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect& start) const {
+  const int joint = find_joint(start);
   p.view = {true, parent.paths.get(), joint};
   FitOptions options = quick_options();
-  Hypothesis all, mine;
+  Hypothesis all;
   for (const Effect& effect : parent.hypothesis) {
     const bool here = find_joint(effect) == joint;
     all.push_back(effect);
     options.frozen.push_back(!here);
   }
-  if (start) {
-    all.push_back(*start);
-    choose_start(p, &all, all.size() - 1, false);
-  }
+  all.push_back(start);
+  choose_start(p, &all, all.size() - 1, false);
   FitResult result = fit(p, all, p.train, options);
-  if (start && result.ok) {
+  if (result.ok) {
     Hypothesis again = result.hypothesis;
     choose_start(p, &again, again.size() - 1, true);
     if (again.back().p != result.hypothesis.back().p) result = fit(p, again, p.train, options);
@@ -245,8 +243,7 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
   parallel_for(static_cast<int>(workers_.size()), static_cast<int>(fresh.size()), [&](int i, int worker) {
     const size_t t = fresh[static_cast<size_t>(i)];
     Problem& problem = workers_[static_cast<size_t>(worker)];
-    const int joint = find_joint(tasks[t].start);
-    if (joint >= 0) fits[t] = fit_local(problem, from[tasks[t].parent], &tasks[t].start, joint);
+    if (find_joint(tasks[t].start) >= 0) fits[t] = fit_local(problem, from[tasks[t].parent], tasks[t].start);
     else leads[t] = add_shared(problem, from[tasks[t].parent], tasks[t].start);
   });
   for (size_t t : fresh) {
@@ -281,19 +278,6 @@ void Explorer::forget(const std::vector<Lead>& from, const std::vector<Lead>& le
     const bool alive = std::any_of(kept_.begin(), kept_.end(), [&](const auto& p) { return p.get() == paths; });
     it = alive ? std::next(it) : locals_.erase(it);
   }
-}
-
-Lead Explorer::refit(const Lead& lead) {
-  Lead result = lead;
-  std::set<int> joints;
-  for (const Effect& effect : lead.hypothesis) {
-    if (find_joint(effect) >= 0) joints.insert(find_joint(effect));
-  }
-  for (int joint : joints) {
-    const Local local = fit_local(workers_[0], result, nullptr, joint);
-    if (local.train < 1e299) result = add_local(result, local.effects.front(), local);
-  }
-  return result;
 }
 
 }  // namespace hrp::diagnosis

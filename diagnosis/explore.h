@@ -22,6 +22,7 @@ struct Lead {
 
 class Explorer {
  public:
+  // Needs the problem's nominal paths.
   explicit Explorer(const Problem& problem);
 
   // The empty set.
@@ -29,9 +30,6 @@ class Explorer {
 
   // The best sets that have one effect more than one of `from`, best first, none twice.
   std::vector<Lead> grow(const std::vector<Lead>& from, size_t candidates);
-
-  // All parameters of the effects at joints again, joint by joint; what all joints feel stays.
-  Lead refit(const Lead& lead);
 
  private:
   struct Local {
@@ -45,7 +43,7 @@ class Explorer {
   using LocalKey = std::pair<std::pair<const Paths*, int>, std::vector<int>>;
 
   std::vector<Effect> list_starts(const Lead& lead, size_t count) const;
-  Local fit_local(Problem& p, const Lead& parent, const Effect* start, int joint) const;
+  Local fit_local(Problem& p, const Lead& parent, const Effect& start) const;
   Lead add_local(const Lead& parent, const Effect& start, const Local& local) const;
   Lead add_shared(Problem& p, const Lead& parent, const Effect& start) const;
   void measure(Problem& p, Lead* lead) const;

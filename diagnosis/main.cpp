@@ -35,8 +35,7 @@ int main(int argc, char** argv) {
     const Experiment experiment = load_experiment(experiment_path);
     for (const std::string& warning : experiment.warnings) say("note: " + warning);
     const Problem problem = make_problem(experiment, jobs);
-    const Diagnosis diagnosis = diagnose(problem, say);
-    const Reports& reports = diagnosis.reports;
+    const Reports reports = diagnose(problem, say);
     write_reports(experiment, out, reports);
     std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());
     for (const auto& finding : reports.report["findings"]) std::printf("%s\n", finding["statement"].get<std::string>().c_str());

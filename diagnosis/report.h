@@ -14,21 +14,14 @@ struct Reports {
   Json report, series;
 };
 
-// What diagnose() ends with.
-struct Diagnosis {
-  Reports reports;
-  Hypothesis found;                  // what goes into the updated scenario
-  std::vector<std::string> lines;    // YAML of the updated scenario that no hypothesis holds
-};
-
 namespace upright {
 // A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion (upright_channels.h).
 // False when the recordings lack what that needs.
-bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Diagnosis* out);
+bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out);
 }  // namespace upright
 
 // The whole diagnosis, for every kind of base and drive.
-Diagnosis diagnose(const Problem& problem, const Progress& progress);
+Reports diagnose(const Problem& problem, const Progress& progress);
 
 Reports make_reports(const Problem& problem, const Outcome& outcome);
 

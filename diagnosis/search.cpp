@@ -116,7 +116,7 @@ class Search {
   bool find_drives(Outcome* outcome) {
     Outcome drives = *outcome;
     const double least = best_refined().rms;
-    if (!search_drives(problem_, progress_, &drives)) return false;
+    if (!search_drives(prepared_, progress_, &drives)) return false;
     if (drives.chosen.rms <= kDrivesWorse * least) {
       *outcome = drives;
       return true;
@@ -132,7 +132,9 @@ class Search {
 
   // Sets of one, two, three effects along the recorded paths; the best of each size go through the simulation.
   void look_wide() {
-    Explorer explorer(problem_);
+    prepared_ = problem_;
+    prepare_paths(&prepared_);
+    Explorer explorer(prepared_);
     std::vector<Lead> beam{explorer.nominal()};
     progress_("along the recorded paths: " + format("nominal %.4g", scale(explorer.nominal().cost)));
     for (size_t size = 1; size <= kLargestSet; ++size) {
@@ -350,6 +352,7 @@ class Search {
   }
 
   const Problem& problem_;
+  Problem prepared_;   // with nominal paths
   const Experiment& e_;
   Progress progress_;
   std::vector<int> held_out_;

@@ -22,7 +22,7 @@ TEST_P(OpenCase, IsNamedInTheRightPlace) {
   const auto truth = nlohmann::json::parse(file)["hidden"];
   const Experiment e = load_experiment((folder / "experiment.yaml").string());
   const Problem problem = make_problem(e, 2);
-  const auto report = diagnose(problem, [](const std::string&) {}).reports.report;
+  const auto report = diagnose(problem, [](const std::string&) {}).report;
   ASSERT_EQ(report["findings"].size(), truth.size());
   if (truth.empty()) {
     EXPECT_EQ(report["verdict"], "no_mismatch");
