@@ -71,7 +71,7 @@ class Calculator {
     w_ = R_gyro * Vector3d((w - imu.gyro_bias) / imu.gyro_scale), dw_ = R_gyro * Vector3d(dw / imu.gyro_scale);
     f_ = make_rotation_from_rpy(imu.rpy[2]) * Vector3d((f - imu.accelerometer_bias) / imu.accelerometer_scale);
     R_WI_ = attitude.toRotationMatrix() * R_attitude.transpose();
-    attitudes_.emplace_back(R_WI_), rates_.push_back(w_);
+    attitudes_.emplace_back(R_WI_), rates_.push_back(w_), turns_.push_back(dw_);
   }
 
   // Joints as the encoders have them, and the links behind elastic or loose transmissions.
@@ -275,12 +275,14 @@ class Calculator {
 
   // How the attitude turned in a stretch against the gyroscope's integral over it: a derivative of the attitude would
   // be far noisier. One stretch after the other, so that their errors are independent; between them nothing is said.
+  // The trapezoidal rule with its end correction (Euler-Maclaurin): alone it errs by 1 % at 2 Hz and 30 ms a sample.
   void add_turning() {
     for (size_t s = kTurning; s + kTurning < r_.samples.size(); s += 2 * kTurning) {
       const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
       Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
       for (size_t k = s - kTurning; k < s + kTurning; ++k) {
-        const Vector3d step = 0.5 * (time(k + 1) - time(k)) * (rates_[k] + rates_[k + 1]);
+        const double dt = time(k + 1) - time(k);
+        const Vector3d step = 0.5 * dt * (rates_[k] + rates_[k + 1]) + dt * dt / 12 * (turns_[k] - turns_[k + 1]);
         turned = turned * Eigen::Quaterniond(1, step.x() / 2, step.y() / 2, step.z() / 2).normalized();
       }
       const Eigen::Quaterniond seen = attitudes_[s - kTurning].conjugate() * attitudes_[s + kTurning];
@@ -323,7 +325,7 @@ class Calculator {
   Matrix3d R_WI_ = Matrix3d::Identity();
   Vector3d w_, dw_, f_;
   std::vector<Eigen::Quaterniond> attitudes_;
-  std::vector<Vector3d> rates_, places_;
+  std::vector<Vector3d> rates_, turns_, places_;
   std::vector<char> flat_, slips_;
   std::vector<double> ratios_, out_;
   double load_ = 0, yaw_ = 0;  // [N], [rad]

@@ -25,4 +25,7 @@ const char* find_phrase(StandId id);
 
 std::string describe_values(const Json& parameters);
 
+// Root mean square over the recordings of one role in units of each channel's noise.
+double calc_fit(const StandProblem& problem, const StandOutcome& outcome, const Evaluation& evaluation, bool train);
+
 }  // namespace hrp::diagnosis::upright

@@ -99,7 +99,8 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
   }
 }
 
-// Root mean square over the recordings of one role in units of each channel's noise.
+}  // namespace
+
 double calc_fit(const StandProblem& p, const StandOutcome& o, const Evaluation& evaluation, bool train) {
   double sum = 0, count = 0;
   for (size_t r = 0; r < p.recordings.size(); ++r) {
@@ -112,6 +113,8 @@ double calc_fit(const StandProblem& p, const StandOutcome& o, const Evaluation& 
   }
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
+
+namespace {
 
 // Spread of the recorded columns of a channel's signal about their means, in that signal's unit; 0 when none is found.
 double calc_spread(const StandProblem& p, const std::string& signal, bool held) {

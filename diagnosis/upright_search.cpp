@@ -19,6 +19,8 @@ constexpr double kCorrelated = 8;    // samples that tell as much as one: errors
 constexpr double kTwin = 0.05;       // least probability of what is reported as not to be told apart
 constexpr size_t kRefined = 8;       // candidates that are fitted to the end in each round
 constexpr size_t kMostEffects = 3, kThin = 3;  // one sample of kThin is enough to rank candidates by
+// A robot's drives are made alike: what one joint lacks the others may lack, too. So many effects with those.
+constexpr size_t kMostAlike = 12;
 
 bool is_same(const StandEffect& a, const StandEffect& b) { return a.id == b.id && a.place == b.place; }
 
@@ -70,10 +72,14 @@ class Search {
   size_t channels() const { return out_.channels.size(); }
   static double worst(const StandFit& fit) { return *std::max_element(fit.channel_rms.begin(), fit.channel_rms.end()); }
 
+  bool is_full() const { return out_.chosen.hypothesis.size() >= kMostEffects; }
+
   void extend() {
     while (out_.chosen.hypothesis.size() < kMostEffects && add_effect()) {
     }
     if (out_.chosen.hypothesis.size() > 1) exchange_effects();
+    while (is_full() && out_.chosen.hypothesis.size() < kMostAlike && add_effect()) {
+    }
     out_.mismatch = worst(out_.nominal) > kMismatch || !out_.chosen.hypothesis.empty();
     out_.explained = out_.mismatch && is_explained();
   }
@@ -157,6 +163,7 @@ class Search {
   }
 
   bool add_effect();
+  std::vector<StandEffect> list_next(const StandFit& so_far) const;
   std::vector<StandTrial> try_candidates(const StandFit& so_far) const;
   StandTrial screen(const StandFit& so_far, const StandEffect& candidate, const SharedColumns& shared,
                     const Evaluation& base) const;
@@ -206,10 +213,23 @@ StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, 
   return trial;
 }
 
+// What may be added: anything at first, then only what was found at other joints already.
+std::vector<StandEffect> Search::list_next(const StandFit& so_far) const {
+  std::vector<StandEffect> list = list_candidates(p_, so_far.hypothesis, slip_ratio_);
+  if (so_far.hypothesis.size() < kMostEffects) return list;
+  const auto is_new = [&](const StandEffect& candidate) {
+    const StandHypothesis& h = so_far.hypothesis;
+    return !is_joint(candidate.id) ||
+           std::none_of(h.begin(), h.end(), [&](const StandEffect& e) { return e.id == candidate.id; });
+  };
+  list.erase(std::remove_if(list.begin(), list.end(), is_new), list.end());
+  return list;
+}
+
 // Candidates added to what was found so far, the best few of them fitted to the end; best first.
 std::vector<StandTrial> Search::try_candidates(const StandFit& so_far) const {
   const Evaluation base = evaluate(coarse_, so_far.hypothesis);
-  const std::vector<StandEffect> candidates = list_candidates(p_, so_far.hypothesis, slip_ratio_);
+  const std::vector<StandEffect> candidates = list_next(so_far);
   const SharedColumns shared =
       share_columns(select(so_far), differentiate(coarse_, so_far.hypothesis, 0, base, all_), base);
   std::vector<StandTrial> trials(candidates.size());

@@ -84,6 +84,24 @@ Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, cons
           {"why", chosen ? "agrees best with the recordings it was not fitted to" : lost}};
 }
 
+// Held-out error with the first so many of the findings: what each of them adds.
+Json make_steps(const StandProblem& p, const StandOutcome& o) {
+  const bool none_held = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
+  Json out = Json::array();
+  StandHypothesis h;
+  for (size_t i = 0; i <= o.chosen.hypothesis.size(); ++i) {
+    Json where;
+    if (i > 0) {
+      h.push_back(o.chosen.hypothesis[i - 1]);
+      const auto [kind, name] = find_place(p, h.back());
+      where = {{kind, name}};
+    }
+    out.push_back({{"effect", i > 0 ? get_stand_info(h.back().id).effect : ""}, {"where", where},
+                   {"held_out", calc_fit(p, o, evaluate(p, h), none_held)}});
+  }
+  return out;
+}
+
 }  // namespace
 
 Json make_stand_series(const StandProblem& p, const StandOutcome& o) {
@@ -103,6 +121,7 @@ Json make_stand_series(const StandProblem& p, const StandOutcome& o) {
       if (t.fit.score < 1e299) out["rivals"].push_back(make_rival(p, o, i, t));
     }
   }
+  out["steps"] = make_steps(p, o);
   out["notes"] = {"Traces show what is left of each equation; recorded would be zero."};
   return out;
 }
