@@ -10,17 +10,21 @@
 namespace hrp::diagnosis::attached {
 namespace {
 
-constexpr double kWindow = 0.03;  // [s] half of it: keeps 5 Hz; a shorter one leaves encoder steps as speeds of 0.5 rad/s
-constexpr double kSudden = 8.0;   // robust standard deviations of what smoothing takes away: noise does not reach that
+constexpr double kWindow =
+    0.03;  // [s] half of it: keeps 5 Hz; a shorter one leaves encoder steps as speeds of 0.5 rad/s
+constexpr double kSudden = 8.0;  // robust standard deviations of what smoothing takes away: noise does not reach that
 
-bool contains(const std::vector<std::string>& list, const std::string& name) { return std::find(list.begin(), list.end(), name) != list.end(); }
+bool contains(const std::vector<std::string>& list, const std::string& name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
 
 struct Smoother {
   const std::vector<double>& time;
   int half;
   std::vector<size_t> kept;
 
-  void take(const std::vector<double>& values, long column, Eigen::MatrixXd* value, Eigen::MatrixXd* rate, Eigen::MatrixXd* second) const {
+  void take(const std::vector<double>& values, long column, Eigen::MatrixXd* value, Eigen::MatrixXd* rate,
+            Eigen::MatrixXd* second) const {
     std::vector<double> v, d, dd;
     smooth_series(time, values, half, &v, &d, &dd);
     for (size_t i = 0; i < kept.size(); ++i) {
@@ -34,8 +38,8 @@ struct Smoother {
 
 // Position of a joint that was not recorded, from an attached foot: the coordinate moves the foot along one direction
 // (a rail), and the foot stays where it is.
-bool close_chain(const Experiment& e, const RecordingSpec& spec, int joint, const std::vector<std::vector<double>>& known,
-                 std::vector<double>* position, std::string* why) {
+bool close_chain(const Experiment& e, const RecordingSpec& spec, int joint,
+                 const std::vector<std::vector<double>>& known, std::vector<double>* position, std::string* why) {
   const std::string name = e.robot.tree.joint(joint).name;
   const int frame = spec.feet_attached.empty() ? -1 : e.robot.tree.find_frame(spec.feet_attached[0]);
   if (frame < 0 || e.robot.tree.joint(joint).kind != JointKind::kPrismatic) {
@@ -75,11 +79,13 @@ void mark_sudden(const std::vector<double>& values, const Smoother& smoother, st
   }
 }
 
-bool read_wrench(const Recording& recording, const RowSensor& sensor, const Smoother& smoother, RowRecording* out, std::string* why) {
+bool read_wrench(const Recording& recording, const RowSensor& sensor, const Smoother& smoother, RowRecording* out,
+                 std::string* why) {
   const auto rows = static_cast<long>(smoother.kept.size());
   Eigen::MatrixXd value = Eigen::MatrixXd::Zero(rows, 6), rate = value;
   for (int part = 0; part < 6; ++part) {
-    const std::string column = "/wrench/" + sensor.name + (part < 3 ? "/force/" : "/torque/") + std::string(1, static_cast<char>('x' + part % 3));
+    const std::string column = "/wrench/" + sensor.name + (part < 3 ? "/force/" : "/torque/") +
+                               std::string(1, static_cast<char>('x' + part % 3));
     const auto at = recording.other.find(column);
     if (at == recording.other.end() && part < 3) return *why = recording.spec.name + " has no " + column, false;
     if (at == recording.other.end()) continue;
@@ -107,7 +113,8 @@ bool read_row_recording(const RowProblem& problem, const Recording& recording, R
   const double dt = recording.duration() / static_cast<double>(recording.size() - 1);
   Smoother smoother{recording.time, std::max(3, static_cast<int>(std::lround(kWindow / dt))), {}};
   const auto half = static_cast<size_t>(smoother.half);
-  for (size_t k = 2 * half; k + 2 * half < recording.size(); k += half) smoother.kept.push_back(k), out->time.push_back(recording.time[k]);
+  for (size_t k = 2 * half; k + 2 * half < recording.size(); k += half)
+    smoother.kept.push_back(k), out->time.push_back(recording.time[k]);
   if (out->time.size() < 40) return *why = recording.spec.name + " is too short", false;
   out->sudden.assign(out->time.size(), 0);
   std::vector<std::vector<double>> known(n);

@@ -3,24 +3,18 @@
 #include <cmath>
 
 #include "diagnosis/attached_search.h"
+#include "diagnosis/parameters.h"
 
 namespace hrp::diagnosis::attached {
 namespace {
 
 constexpr double kBlock = 0.5;  // [s] what is left is correlated over tenths of a second at most
 
-struct Parameter {
-  size_t effect, index;
-  const RowParameter* info;
-};
+using Parameters = std::vector<Parameter<RowParameter>>;
 
-std::vector<Parameter> list_parameters(const RowHypothesis& hypothesis) {
-  std::vector<Parameter> out;
-  for (size_t e = 0; e < hypothesis.size(); ++e) {
-    const auto& parameters = get_row_info(hypothesis[e].id).parameters;
-    for (size_t i = 0; i < parameters.size(); ++i) out.push_back({e, i, &parameters[i]});
-  }
-  return out;
+Parameters list_parameters(const RowHypothesis& hypothesis) {
+  return flatten<RowParameter>(
+      hypothesis, [](const RowEffect& e) -> const auto& { return get_row_info(e.id).parameters; });
 }
 
 // Whitened rows of all recordings; 0 where there is none.
@@ -40,21 +34,22 @@ std::vector<Eigen::VectorXd> calc_whitened(const RowProblem& problem, const RowH
 }
 
 // Columns of all parameters by differences.
-std::vector<Eigen::MatrixXd> calc_columns(const RowProblem& problem, const RowHypothesis& hypothesis, const std::vector<Parameter>& parameters,
-                                          const std::vector<Eigen::VectorXd>& rows) {
+std::vector<Eigen::MatrixXd> calc_columns(const RowProblem& problem, const RowHypothesis& hypothesis,
+                                          const Parameters& parameters, const std::vector<Eigen::VectorXd>& rows) {
   std::vector<Eigen::MatrixXd> J;
   for (const Eigen::VectorXd& r : rows) J.emplace_back(r.size(), static_cast<long>(parameters.size()));
   for (size_t i = 0; i < parameters.size(); ++i) {
     RowHypothesis moved = hypothesis;
     moved[parameters[i].effect].p[parameters[i].index] += parameters[i].info->step;
     const std::vector<Eigen::VectorXd> there = calc_whitened(problem, moved);
-    for (size_t r = 0; r < rows.size(); ++r) J[r].col(static_cast<long>(i)) = (there[r] - rows[r]) / parameters[i].info->step;
+    for (size_t r = 0; r < rows.size(); ++r)
+      J[r].col(static_cast<long>(i)) = (there[r] - rows[r]) / parameters[i].info->step;
   }
   return J;
 }
 
 // Solves for a step that leaves parameters with a sign on their side: the worst offender is pinned until none is left.
-Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const std::vector<Parameter>& parameters,
+Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Parameters& parameters,
                              const RowHypothesis& hypothesis) {
   const long n = b.size();
   std::vector<char> pinned(static_cast<size_t>(n), 0);
@@ -64,7 +59,7 @@ Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
     Eigen::VectorXd y = b;
     for (long i = 0; i < n; ++i) {
       if (!pinned[static_cast<size_t>(i)]) continue;
-      const Parameter& p = parameters[static_cast<size_t>(i)];
+      const Parameter<RowParameter>& p = parameters[static_cast<size_t>(i)];
       const double to = p.info->neutral - hypothesis[p.effect].p[p.index];
       y -= A.col(i) * to;
       M.row(i).setZero(), M.col(i).setZero();
@@ -81,7 +76,7 @@ Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
     long worst = -1;
     double depth = 1e-12;
     for (long i = 0; i < n; ++i) {
-      const Parameter& p = parameters[static_cast<size_t>(i)];
+      const Parameter<RowParameter>& p = parameters[static_cast<size_t>(i)];
       if (!p.info->positive || pinned[static_cast<size_t>(i)]) continue;
       const double below = (p.info->neutral - hypothesis[p.effect].p[p.index] - x[i]) * std::sqrt(A(i, i));
       if (below > depth) depth = below, worst = i;
@@ -97,13 +92,15 @@ struct Sums {
   Eigen::VectorXd b;
 };
 
-Sums sum_blocks(const std::vector<RowBlock>& blocks, const std::vector<char>& use, size_t joints, const std::vector<Eigen::VectorXd>& rows,
-                const std::vector<Eigen::MatrixXd>& J) {
+Sums sum_blocks(const std::vector<RowBlock>& blocks, const std::vector<char>& use, size_t joints,
+                const std::vector<Eigen::VectorXd>& rows, const std::vector<Eigen::MatrixXd>& J) {
   const long n = J[0].cols();
-  Sums out{Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, static_cast<long>(blocks.size())), Eigen::VectorXd::Zero(n)};
+  Sums out{Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, static_cast<long>(blocks.size())),
+           Eigen::VectorXd::Zero(n)};
   for (size_t k = 0; k < blocks.size(); ++k) {
     if (!use[k]) continue;
-    const auto from = static_cast<long>(blocks[k].first * joints), count = static_cast<long>((blocks[k].end - blocks[k].first) * joints);
+    const auto from = static_cast<long>(blocks[k].first * joints),
+               count = static_cast<long>((blocks[k].end - blocks[k].first) * joints);
     const auto part = J[blocks[k].recording].middleRows(from, count);
     const Eigen::VectorXd score = part.transpose() * rows[blocks[k].recording].segment(from, count);
     out.A += part.transpose() * part, out.b += score;
@@ -117,11 +114,13 @@ void fill_score(const std::vector<RowBlock>& blocks, const std::vector<char>& us
   double chi2[2] = {0, 0}, count[2] = {0, 0};
   fit->chi2.assign(blocks.size(), 0.0);
   for (size_t k = 0; k < blocks.size(); ++k) {
-    const auto from = static_cast<long>(blocks[k].first * joints), size = static_cast<long>((blocks[k].end - blocks[k].first) * joints);
+    const auto from = static_cast<long>(blocks[k].first * joints),
+               size = static_cast<long>((blocks[k].end - blocks[k].first) * joints);
     const Eigen::VectorXd part = rows[blocks[k].recording].segment(from, size);
     const double sum = part.squaredNorm(), n = static_cast<double>((part.array() != 0.0).count());
     fit->chi2[k] = sum;
-    chi2[use[k]] += sum, count[use[k]] += n;
+    const size_t role = use[k] ? 1 : 0;
+    chi2[role] += sum, count[role] += n;
   }
   fit->train = count[1] > 0 ? std::sqrt(chi2[1] / count[1]) : 0.0;
   fit->held = count[0] > 0 ? std::sqrt(chi2[0] / count[0]) : 0.0;
@@ -143,7 +142,7 @@ RowFit fit_rows(const RowProblem& problem, const RowHypothesis& start, const std
   RowFit fit;
   fit.hypothesis = start;
   const std::vector<RowBlock> blocks = list_blocks(problem);
-  const std::vector<Parameter> parameters = list_parameters(start);
+  const Parameters parameters = list_parameters(start);
   const size_t joints = problem.sigma.size();
   std::vector<Eigen::VectorXd> rows = calc_whitened(problem, fit.hypothesis);
   fill_score(blocks, use, joints, rows, &fit);
@@ -151,7 +150,8 @@ RowFit fit_rows(const RowProblem& problem, const RowHypothesis& start, const std
   for (int round = 0; round < 3 && !parameters.empty(); ++round) {
     const Sums sums = sum_blocks(blocks, use, joints, rows, calc_columns(problem, fit.hypothesis, parameters, rows));
     const Eigen::VectorXd step = solve_signed(sums.A, -sums.b, parameters, fit.hypothesis);
-    for (size_t i = 0; i < parameters.size(); ++i) fit.hypothesis[parameters[i].effect].p[parameters[i].index] += step[static_cast<long>(i)];
+    for (size_t i = 0; i < parameters.size(); ++i)
+      fit.hypothesis[parameters[i].effect].p[parameters[i].index] += step[static_cast<long>(i)];
     rows = calc_whitened(problem, fit.hypothesis);
     fill_score(blocks, use, joints, rows, &fit);
   }

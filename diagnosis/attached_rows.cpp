@@ -14,7 +14,8 @@ namespace {
 constexpr double kStill = 0.02;  // [rad/s or m/s] slower, the direction of friction is not known
 
 struct JointTerms {
-  double viscous = 0, coulomb = 0, load = 0, rotor = 0, torque_scale = 1, offset = 0, stiffness = 0, moment = 0, bias = 0;
+  double viscous = 0, coulomb = 0, load = 0, rotor = 0, torque_scale = 1, offset = 0, stiffness = 0, moment = 0,
+         bias = 0;
 };
 
 struct SensorTerms {
@@ -31,39 +32,68 @@ struct Terms {
   TreeSpec tree;
 
   Terms(const RowProblem& problem, const RowHypothesis& hypothesis)
-      : joints(static_cast<size_t>(problem.experiment->num_joints())), sensors(problem.sensors.size()), tree(problem.experiment->robot.tree) {
+      : joints(static_cast<size_t>(problem.experiment->num_joints())),
+        sensors(problem.sensors.size()),
+        tree(problem.experiment->robot.tree) {
     for (const RowEffect& e : hypothesis) {
-      if (e.id <= RowEffectId::kEffortBias) add_joint(e, &joints[static_cast<size_t>(e.place)]);
-      else if (e.id <= RowEffectId::kComError) add_link(e, &tree.links[static_cast<size_t>(e.place)].inertia);
-      else add_sensor(e, &sensors[static_cast<size_t>(e.place)]);
+      if (e.id <= RowEffectId::kEffortBias)
+        add_joint(e, &joints[static_cast<size_t>(e.place)]);
+      else if (e.id <= RowEffectId::kComError)
+        add_link(e, &tree.links[static_cast<size_t>(e.place)].inertia);
+      else
+        add_sensor(e, &sensors[static_cast<size_t>(e.place)]);
     }
   }
 
   static void add_joint(const RowEffect& e, JointTerms* j) {
     switch (e.id) {
-      case RowEffectId::kViscous: j->viscous = e.p[0]; break;
-      case RowEffectId::kCoulomb: j->coulomb = e.p[0]; break;
-      case RowEffectId::kLoadFriction: j->load = e.p[0]; break;
-      case RowEffectId::kRotorInertia: j->rotor = e.p[0]; break;
-      case RowEffectId::kTorqueConstant: j->torque_scale = e.p[0]; break;
-      case RowEffectId::kJointOffset: j->offset = e.p[0]; break;
-      case RowEffectId::kSpring: j->stiffness = e.p[0], j->moment = e.p[1]; break;
-      default: j->bias = e.p[0];
+      case RowEffectId::kViscous:
+        j->viscous = e.p[0];
+        break;
+      case RowEffectId::kCoulomb:
+        j->coulomb = e.p[0];
+        break;
+      case RowEffectId::kLoadFriction:
+        j->load = e.p[0];
+        break;
+      case RowEffectId::kRotorInertia:
+        j->rotor = e.p[0];
+        break;
+      case RowEffectId::kTorqueConstant:
+        j->torque_scale = e.p[0];
+        break;
+      case RowEffectId::kJointOffset:
+        j->offset = e.p[0];
+        break;
+      case RowEffectId::kSpring:
+        j->stiffness = e.p[0], j->moment = e.p[1];
+        break;
+      default:
+        j->bias = e.p[0];
     }
   }
 
   static void add_link(const RowEffect& e, LinkInertia* link) {
     const double scale = std::max(0.01, e.p[0]);  // a search may ask for less than nothing
-    if (e.id == RowEffectId::kMassError) link->mass *= scale, link->I_LLcm_L *= scale;
-    else link->p_LLcm_L += get3(e.p);
+    if (e.id == RowEffectId::kMassError)
+      link->mass *= scale, link->I_LLcm_L *= scale;
+    else
+      link->p_LLcm_L += get3(e.p);
   }
 
   static void add_sensor(const RowEffect& e, SensorTerms* s) {
     switch (e.id) {
-      case RowEffectId::kForceBias: s->bias = get3(e.p); break;
-      case RowEffectId::kForceScale: s->scale = e.p[0]; break;
-      case RowEffectId::kForceDelay: s->delay = e.p[0]; break;
-      default: s->rpy = get3(e.p);
+      case RowEffectId::kForceBias:
+        s->bias = get3(e.p);
+        break;
+      case RowEffectId::kForceScale:
+        s->scale = e.p[0];
+        break;
+      case RowEffectId::kForceDelay:
+        s->delay = e.p[0];
+        break;
+      default:
+        s->rpy = get3(e.p);
     }
   }
 };
@@ -71,9 +101,15 @@ struct Terms {
 class Calculator {
  public:
   Calculator(const RowProblem& problem, const RowHypothesis& hypothesis, size_t recording)
-      : problem_(problem), r_(problem.recordings[recording]), terms_(problem, hypothesis),
-        model_(terms_.tree, problem.experiment->scenario.gravity_W), data_(model_), state_(make_state(model_)),
-        wrenches_(terms_.tree.links.size(), Vector6d::Zero()), vdot_(model_.nv()), tau_(model_.nv()) {}
+      : problem_(problem),
+        r_(problem.recordings[recording]),
+        terms_(problem, hypothesis),
+        model_(terms_.tree, problem.experiment->scenario.gravity_W),
+        data_(model_),
+        state_(make_state(model_)),
+        wrenches_(terms_.tree.links.size(), Vector6d::Zero()),
+        vdot_(model_.nv()),
+        tau_(model_.nv()) {}
 
   std::vector<double> run() {
     std::vector<double> out;
@@ -89,10 +125,11 @@ class Calculator {
       const SensorTerms& t = terms_.sensors[s];
       const Vector6d read = (r_.wrench[s].row(k) + t.delay * r_.wrench_rate[s].row(k)).transpose();
       const Matrix3d R_turn = make_rotation_from_rpy(t.rpy);
-      const Vector3d force = R_turn * Vector3d((read.head<3>() - t.bias) / t.scale), torque = R_turn * Vector3d(read.tail<3>() / t.scale);
+      const Vector3d force = R_turn * Vector3d((read.head<3>() - t.bias) / t.scale),
+                     torque = R_turn * Vector3d(read.tail<3>() / t.scale);
       const Matrix3d R = sensor.world ? Matrix3d::Identity() : get_pose(data_, sensor.link).R;
-      const FrameSpec& frame = terms_.tree.frames[static_cast<size_t>(problem_.experiment->robot.tree.find_frame(
-          problem_.experiment->scenario.sensors.wrenches[s].link))];
+      const FrameSpec& frame = terms_.tree.frames[static_cast<size_t>(
+          problem_.experiment->robot.tree.find_frame(problem_.experiment->scenario.sensors.wrenches[s].link))];
       Vector6d at_frame;
       at_frame << R * torque, R * force;
       const Vector3d p_WF = get_pose(data_, sensor.link) * frame.X_LF.p;
@@ -120,7 +157,8 @@ class Calculator {
     calc_inverse_dynamics(model_, vdot_, &wrenches_, &data_, &tau_);
     for (int j = 0; j < model_.num_joints(); ++j) {
       const bool still = std::abs(r_.qd(k, j)) < kStill;
-      const bool used = r_.rows[static_cast<size_t>(j)] && r_.clipped(k, j) == 0.0 && !r_.sudden[static_cast<size_t>(k)] && !(still && terms_.tree.joint(j).actuated);
+      const bool used = r_.rows[static_cast<size_t>(j)] && r_.clipped(k, j) == 0.0 &&
+                        !r_.sudden[static_cast<size_t>(k)] && !(still && terms_.tree.joint(j).actuated);
       out->push_back(used ? calc_row(k, j) : std::nan(""));
     }
   }
@@ -139,20 +177,64 @@ class Calculator {
 
 const RowInfo& get_row_info(RowEffectId id) {
   static const std::vector<RowInfo> table{
-      {"viscous_friction", "joint", "", {{"coefficient", "N m s/rad", 0, 1e-3, true}}, "the effort left over is in proportion to speed"},
-      {"coulomb_friction", "joint", "", {{"level", "N m", 0, 1e-3, true}}, "the effort left over jumps with the direction of motion"},
-      {"load_dependent_friction", "joint", "", {{"ratio", "1", 0, 1e-2, true}}, "the effort left over jumps with the direction of motion, the more the joint carries"},
-      {"rotor_inertia", "joint", "", {{"inertia", "kg m^2", 0, 1e-5, true}}, "the effort left over follows the acceleration"},
-      {"torque_constant_error", "joint", "", {{"scale", "1", 1, 1e-2, false}}, "the true torque is a fixed multiple of the logged effort"},
-      {"joint_offset", "joint", "", {{"offset", "rad", 0, 1e-3, false}}, "the encoder's zero is off: foot force and weight act at other levers"},
-      {"parallel_spring", "joint", "", {{"stiffness", "N m/rad", 0, 1e-2, true}, {"moment", "N m", 0, 1e-2, false}}, "a spring acts across the joint"},
-      {"sensor_bias", "sensor", "effort", {{"value", "N m", 0, 1e-2, false}}, "the logged effort is shifted by a constant"},
+      {"viscous_friction",
+       "joint",
+       "",
+       {{"coefficient", "N m s/rad", 0, 1e-3, true}},
+       "the effort left over is in proportion to speed"},
+      {"coulomb_friction",
+       "joint",
+       "",
+       {{"level", "N m", 0, 1e-3, true}},
+       "the effort left over jumps with the direction of motion"},
+      {"load_dependent_friction",
+       "joint",
+       "",
+       {{"ratio", "1", 0, 1e-2, true}},
+       "the effort left over jumps with the direction of motion, the more the joint carries"},
+      {"rotor_inertia",
+       "joint",
+       "",
+       {{"inertia", "kg m^2", 0, 1e-5, true}},
+       "the effort left over follows the acceleration"},
+      {"torque_constant_error",
+       "joint",
+       "",
+       {{"scale", "1", 1, 1e-2, false}},
+       "the true torque is a fixed multiple of the logged effort"},
+      {"joint_offset",
+       "joint",
+       "",
+       {{"offset", "rad", 0, 1e-3, false}},
+       "the encoder's zero is off: foot force and weight act at other levers"},
+      {"parallel_spring",
+       "joint",
+       "",
+       {{"stiffness", "N m/rad", 0, 1e-2, true}, {"moment", "N m", 0, 1e-2, false}},
+       "a spring acts across the joint"},
+      {"sensor_bias",
+       "sensor",
+       "effort",
+       {{"value", "N m", 0, 1e-2, false}},
+       "the logged effort is shifted by a constant"},
       {"mass_error", "link", "", {{"scale", "1", 1, 1e-2, false}}, "the link's mass is wrong by a factor"},
-      {"com_error", "link", "", {{"offset_x", "m", 0, 1e-3, false}, {"offset_y", "m", 0, 1e-3, false}, {"offset_z", "m", 0, 1e-3, false}}, "the link's centre of mass is elsewhere"},
-      {"sensor_bias", "sensor", "force", {{"value_x", "N", 0, 1e-1, false}, {"value_y", "N", 0, 1e-1, false}, {"value_z", "N", 0, 1e-1, false}}, "the force reading is shifted by a constant"},
+      {"com_error",
+       "link",
+       "",
+       {{"offset_x", "m", 0, 1e-3, false}, {"offset_y", "m", 0, 1e-3, false}, {"offset_z", "m", 0, 1e-3, false}},
+       "the link's centre of mass is elsewhere"},
+      {"sensor_bias",
+       "sensor",
+       "force",
+       {{"value_x", "N", 0, 1e-1, false}, {"value_y", "N", 0, 1e-1, false}, {"value_z", "N", 0, 1e-1, false}},
+       "the force reading is shifted by a constant"},
       {"sensor_scale", "sensor", "", {{"scale", "1", 1, 1e-2, false}}, "the force reading is scaled"},
       {"sensor_delay", "sensor", "", {{"delay", "s", 0, 1e-3, false}}, "the force sensor's readings come late"},
-      {"sensor_misalignment", "sensor", "", {{"rpy_x", "rad", 0, 1e-2, false}, {"rpy_y", "rad", 0, 1e-2, false}, {"rpy_z", "rad", 0, 1e-2, false}}, "the force sensor is turned"}};
+      {"sensor_misalignment",
+       "sensor",
+       "",
+       {{"rpy_x", "rad", 0, 1e-2, false}, {"rpy_y", "rad", 0, 1e-2, false}, {"rpy_z", "rad", 0, 1e-2, false}},
+       "the force sensor is turned"}};
   return table[static_cast<size_t>(id)];
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Robots on a rail or stand whose feet touch or are fixed to the ground and whose foot forces are measured: equations of
-// motion along the recorded motion, no simulation.
+// Robots on a rail or stand whose feet touch or are fixed to the ground and whose foot forces are measured: equations
+// of motion along the recorded motion, no simulation.
 //
 //   M(q) qdd + h(q, qd) - J^T F = tau
 //
@@ -17,8 +17,20 @@
 namespace hrp::diagnosis::attached {
 
 enum class RowEffectId {
-  kViscous, kCoulomb, kLoadFriction, kRotorInertia, kTorqueConstant, kJointOffset, kSpring, kEffortBias,
-  kMassError, kComError, kForceBias, kForceScale, kForceDelay, kForceMisalignment
+  kViscous,
+  kCoulomb,
+  kLoadFriction,
+  kRotorInertia,
+  kTorqueConstant,
+  kJointOffset,
+  kSpring,
+  kEffortBias,
+  kMassError,
+  kComError,
+  kForceBias,
+  kForceScale,
+  kForceDelay,
+  kForceMisalignment
 };
 constexpr int kRowEffects = 14;
 
@@ -30,9 +42,9 @@ struct RowParameter {
 };
 
 struct RowInfo {
-  const char* effect;   // of the report
-  const char* kind;     // joint, link, sensor
-  const char* suffix;   // of a sensor's name
+  const char* effect;  // of the report
+  const char* kind;    // joint, link, sensor
+  const char* suffix;  // of a sensor's name
   std::vector<RowParameter> parameters;
   const char* phrase;
 };
@@ -40,7 +52,7 @@ const RowInfo& get_row_info(RowEffectId id);
 
 struct RowEffect {
   RowEffectId id;
-  int place = 0;        // joint, link or wrench sensor
+  int place = 0;  // joint, link or wrench sensor
   std::vector<double> p;
 };
 using RowHypothesis = std::vector<RowEffect>;
@@ -50,27 +62,27 @@ struct RowRecording {
   std::string file;
   bool train = true;
   std::vector<double> time;
-  Eigen::MatrixXd q, qd, qdd, effort;                 // sample x joint
-  std::vector<Eigen::MatrixXd> wrench, wrench_rate;   // by sensor: sample x 6, force then torque, axes as recorded
-  std::vector<char> rows;                             // by joint: its equation is used
-  Eigen::MatrixXd clipped;                            // sample x joint: 1 where the effort stands at a limit: at least
-                                                      // so much, how much the log does not say
-  std::vector<char> sudden;                           // by sample: the foot force changes faster than smoothing follows
+  Eigen::MatrixXd q, qd, qdd, effort;                // sample x joint
+  std::vector<Eigen::MatrixXd> wrench, wrench_rate;  // by sensor: sample x 6, force then torque, axes as recorded
+  std::vector<char> rows;                            // by joint: its equation is used
+  Eigen::MatrixXd clipped;                           // sample x joint: 1 where the effort stands at a limit: at least
+                                                     // so much, how much the log does not say
+  std::vector<char> sudden;                          // by sample: the foot force changes faster than smoothing follows
 };
 
 struct RowSensor {
   std::string name;
   int link = -1;
-  bool world = false;       // axes of the reading
-  bool torque = false;      // recorded
+  bool world = false;   // axes of the reading
+  bool torque = false;  // recorded
 };
 
 struct RowProblem {
   const Experiment* experiment = nullptr;
   std::vector<RowSensor> sensors;
   std::vector<RowRecording> recordings;
-  std::vector<double> sigma;      // by joint: what each equation does on its own from one sample to the next
-  double step = 0.0;              // [s] between samples
+  std::vector<double> sigma;  // by joint: what each equation does on its own from one sample to the next
+  double step = 0.0;          // [s] between samples
   std::vector<std::string> notes;
 };
 

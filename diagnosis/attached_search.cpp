@@ -7,17 +7,19 @@
 namespace hrp::diagnosis::attached {
 namespace {
 
-constexpr double kFloor = 1.2;       // score below which what is left counts as noise
-constexpr double kSure = 4.0;        // standard errors from a value that changes nothing
-constexpr double kLeastShare = 0.03; // of what is left: a smaller share may stand in for something that is missing as well
-constexpr double kSame = 0.3;        // relative difference of parts of the recordings that still counts as one value
+constexpr double kFloor = 1.2;  // score below which what is left counts as noise
+constexpr double kSure = 4.0;   // standard errors from a value that changes nothing
+constexpr double kLeastShare =
+    0.03;                      // of what is left: a smaller share may stand in for something that is missing as well
+constexpr double kSame = 0.3;  // relative difference of parts of the recordings that still counts as one value
 constexpr int kMostEffects = 12;
 
 // Held-out blocks: recordings of role validate; where there are none, every third stretch of two seconds (of half a
 // second in recordings shorter than six).
 std::vector<char> choose_blocks(const RowProblem& problem, std::string* held) {
   std::vector<char> use;
-  const bool roles = std::any_of(problem.recordings.begin(), problem.recordings.end(), [](const RowRecording& r) { return !r.train; });
+  const bool roles =
+      std::any_of(problem.recordings.begin(), problem.recordings.end(), [](const RowRecording& r) { return !r.train; });
   const std::vector<RowBlock> blocks = list_blocks(problem);
   size_t number = 0, recording = 0;
   for (const RowBlock& b : blocks) {
@@ -43,7 +45,8 @@ class Search {
     for (int round = 0; round < kMostEffects && add_best(); ++round) {
       if (!progress_) continue;
       const RowEffect& e = out_.chosen.hypothesis.back();
-      progress_(std::string("with ") + get_row_info(e.id).effect + ": " + std::to_string(out_.chosen.held) + " times the noise");
+      progress_(std::string("with ") + get_row_info(e.id).effect + ": " + std::to_string(out_.chosen.held) +
+                " times the noise");
     }
     out_.mismatch = std::max(out_.nominal.held, out_.nominal.train) > kFloor || !out_.chosen.hypothesis.empty();
     out_.explained = !out_.chosen.hypothesis.empty() && std::max(out_.chosen.held, out_.chosen.train) < kFloor;
@@ -61,13 +64,15 @@ class Search {
     RowHypothesis out;
     for (int j = 0; j < problem_.experiment->num_joints(); ++j) {
       if (!is_driven(j)) continue;
-      for (RowEffectId id : {RowEffectId::kViscous, RowEffectId::kCoulomb, RowEffectId::kRotorInertia}) out.push_back(make_neutral(id, j));
+      for (RowEffectId id : {RowEffectId::kViscous, RowEffectId::kCoulomb, RowEffectId::kRotorInertia})
+        out.push_back(make_neutral(id, j));
     }
     return out;
   }
 
   bool has(RowEffectId id, int place) const {
-    return std::any_of(out_.chosen.hypothesis.begin(), out_.chosen.hypothesis.end(), [&](const RowEffect& e) { return e.id == id && e.place == place; });
+    return std::any_of(out_.chosen.hypothesis.begin(), out_.chosen.hypothesis.end(),
+                       [&](const RowEffect& e) { return e.id == id && e.place == place; });
   }
 
   std::vector<RowEffect> list_candidates() const {
@@ -76,8 +81,9 @@ class Search {
       const auto id = static_cast<RowEffectId>(i);
       const std::string kind = get_row_info(id).kind;
       const bool joint = i <= static_cast<int>(RowEffectId::kEffortBias);
-      const int places = joint ? problem_.experiment->num_joints()
-                         : kind == "link" ? static_cast<int>(problem_.experiment->robot.tree.links.size()) : static_cast<int>(problem_.sensors.size());
+      const int places = joint            ? problem_.experiment->num_joints()
+                         : kind == "link" ? static_cast<int>(problem_.experiment->robot.tree.links.size())
+                                          : static_cast<int>(problem_.sensors.size());
       for (int place = 0; place < places; ++place) {
         const bool senseless = (joint && !is_driven(place)) || (kind == "link" && place == 0);
         if (!senseless && !has(id, place)) out.push_back(make_neutral(id, place));
@@ -108,7 +114,8 @@ class Search {
       const RowFit fit = fit_rows(problem_, trial.fit.hypothesis, part);
       for (size_t i = 0; i < neutral.p.size(); ++i) {
         const double whole = trial.fit.hypothesis[last].p[i], here = fit.hypothesis[last].p[i];
-        const double allowed = std::max(kSame * std::abs(whole - neutral.p[i]), 3.0 * std::hypot(fit.std[last][i], trial.fit.std[last][i]));
+        const double allowed = std::max(kSame * std::abs(whole - neutral.p[i]),
+                                        3.0 * std::hypot(fit.std[last][i], trial.fit.std[last][i]));
         if (!(std::abs(here - whole) <= allowed)) return false;
       }
     }
@@ -140,12 +147,18 @@ class Search {
   void examine(RowTrial* trial) const {
     const double left = sum(out_.chosen, true);
     const double least = 20.0 + (trial->fit.held < kFloor ? 0.0 : kLeastShare * left);
-    if (trial->gain < least) trial->why = "it takes away too little of what is missing";
-    else if (sum(trial->fit, false) > 0.995 * sum(out_.chosen, false)) trial->why = "what it was not fitted to gets no better";
-    else if (!helps_everywhere(*trial)) trial->why = "one of the recordings gets worse";
-    else if (!is_significant(*trial)) trial->why = "its parameters cannot be told from nothing";
-    else if (!is_consistent(*trial)) trial->why = "parts of the recordings ask for different values";
-    else trial->accepted = true;
+    if (trial->gain < least)
+      trial->why = "it takes away too little of what is missing";
+    else if (sum(trial->fit, false) > 0.995 * sum(out_.chosen, false))
+      trial->why = "what it was not fitted to gets no better";
+    else if (!helps_everywhere(*trial))
+      trial->why = "one of the recordings gets worse";
+    else if (!is_significant(*trial))
+      trial->why = "its parameters cannot be told from nothing";
+    else if (!is_consistent(*trial))
+      trial->why = "parts of the recordings ask for different values";
+    else
+      trial->accepted = true;
   }
 
   bool add_best() {
@@ -159,7 +172,8 @@ class Search {
     }
     // By gain for each parameter, so that three numbers do not win over one by number alone.
     std::stable_sort(round.begin(), round.end(), [](const RowTrial& a, const RowTrial& b) {
-      return a.gain - 20.0 * static_cast<double>(a.added.p.size()) > b.gain - 20.0 * static_cast<double>(b.added.p.size());
+      return a.gain - 20.0 * static_cast<double>(a.added.p.size()) >
+             b.gain - 20.0 * static_cast<double>(b.added.p.size());
     });
     for (size_t i = 0; i < std::min<size_t>(round.size(), 6); ++i) {
       examine(&round[i]);
@@ -179,7 +193,9 @@ class Search {
 
 }  // namespace
 
-RowOutcome search_rows(const RowProblem& problem, const RowProgress& progress) { return Search(problem, progress).run(); }
+RowOutcome search_rows(const RowProblem& problem, const RowProgress& progress) {
+  return Search(problem, progress).run();
+}
 
 bool diagnose_attached(const Experiment& experiment, const RowProgress& progress, nlohmann::ordered_json* report,
                        nlohmann::ordered_json* series, std::string* why) {

@@ -3,10 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "diagnosis/attached_rows.h"
 
@@ -14,24 +13,24 @@ namespace hrp::diagnosis::attached {
 
 struct RowFit {
   RowHypothesis hypothesis;
-  std::vector<std::vector<double>> std;     // from scores summed over half-second blocks
-  std::vector<double> chi2;                 // by block of all recordings, whitened
-  double train = 0.0, held = 0.0;           // root mean squares, noise = 1
+  std::vector<std::vector<double>> std;  // from scores summed over half-second blocks
+  std::vector<double> chi2;              // by block of all recordings, whitened
+  double train = 0.0, held = 0.0;        // root mean squares, noise = 1
 };
 
 struct RowTrial {
   RowEffect added;
   RowFit fit;
-  double gain = 0.0;                        // of chi2, fitted blocks
+  double gain = 0.0;  // of chi2, fitted blocks
   bool accepted = false;
   std::string why;
 };
 
 struct RowOutcome {
-  RowFit nominal, chosen, baseline;         // baseline: viscous, Coulomb and rotor inertia at every driven joint
+  RowFit nominal, chosen, baseline;  // baseline: viscous, Coulomb and rotor inertia at every driven joint
   std::vector<RowTrial> trials;
   bool mismatch = false, explained = false, partly = false;
-  std::string held;                         // what the fit is judged on
+  std::string held;  // what the fit is judged on
 };
 
 using RowProgress = std::function<void(const std::string&)>;

@@ -4,11 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/presliding.h"
+
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kStill = 0.02;        // [rad/s] slower samples have no clear direction of friction
-constexpr double kEarns = 0.97;        // of the error that an effect must leave at most to be taken in
+constexpr double kStill = 0.02;  // [rad/s] slower samples have no clear direction of friction
+constexpr double kEarns = 0.97;  // of the error that an effect must leave at most to be taken in
+constexpr double kWound = 0.01;  // [rad] displacement before slipping that is tried first: gears with play and rubber
+constexpr double kExcess = 0.05;  // share that breaking away must take more than sliding to be a law of its own
 constexpr size_t kRounds = 5, kTried = 3;
 
 bool is_dry(EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; }
@@ -43,12 +47,15 @@ Eigen::Vector3d solve_positive(const Eigen::Matrix3d& gram, const Eigen::Vector3
 
 }  // namespace
 
-DriveSelector::DriveSelector(const Problem& problem, int joint, const std::vector<int>& held) : problem_(problem), joint_(joint), held_(held) {
+DriveSelector::DriveSelector(const Problem& problem, int joint, const std::vector<int>& held)
+    : problem_(problem), joint_(joint), held_(held) {
   problem_.jobs = 1;
   problem_.options.max_step = 2.0 * problem.options.max_step;
   // One joint alone is simulated as it is, and then effects of its link can be told as well.
-  if (problem_.experiment->num_joints() == 1) problem_.view = {};
-  else problem_.view = {true, &problem_.nominal_paths, joint_};
+  if (problem_.experiment->num_joints() == 1)
+    problem_.view = {};
+  else
+    problem_.view = {true, &problem_.nominal_paths, joint_};
   double sum = 0.0, count = 0.0;
   for (int r : problem_.train) {
     const JointPath& path = problem_.nominal_paths[static_cast<size_t>(r)][static_cast<size_t>(joint_)];
@@ -58,16 +65,17 @@ DriveSelector::DriveSelector(const Problem& problem, int joint, const std::vecto
   }
   middle_ = sum / std::max(1.0, count);
   for (int r : problem_.train) {
-    for (double q : problem_.nominal_paths[static_cast<size_t>(r)][static_cast<size_t>(joint_)].q) swing_ = std::max(swing_, std::abs(q - middle_));
+    for (double q : problem_.nominal_paths[static_cast<size_t>(r)][static_cast<size_t>(joint_)].q)
+      swing_ = std::max(swing_, std::abs(q - middle_));
   }
 }
 
 double DriveSelector::calc_nominal_rms() const {
-  std::vector<int> all = problem_.train;
-  for (int r : held_) {
-    if (std::find(all.begin(), all.end(), r) == all.end()) all.push_back(r);
+  double least = 1e300;
+  for (size_t r = 0; r < problem_.smooth.size(); ++r) {
+    least = std::min(least, calc_score(problem_, {}, {static_cast<int>(r)}).rms());
   }
-  return calc_score(problem_, {}, all).rms();
+  return least;
 }
 
 // Effort that drove the joint: recorded, else what the servo law says; 0 where nothing drives it.
@@ -101,22 +109,9 @@ Hypothesis DriveSelector::make_start() const {
     }
   }
   const Eigen::Vector3d x = solve_positive(gram, projection);
-  return {{EffectId::kViscous, joint_, {x[0]}}, {EffectId::kCoulomb, joint_, {x[1], 0.0, 0.01}}, {EffectId::kRotorInertia, joint_, {x[2]}}};
-}
-
-// The speed below which dry friction is taken for a damper is one for all laws of the joint.
-void DriveSelector::choose_stick_speed(Hypothesis* effects) const {
-  double lowest = 1e300, best = 0.01;
-  for (double speed : {0.003, 0.012, 0.05}) {
-    for (Effect& effect : *effects) {
-      if (is_dry(effect.id) || effect.id == EffectId::kLoadFriction) effect.p.back() = speed;
-    }
-    const Score score = calc_score(problem_, *effects, problem_.train);
-    if (score.ok && score.chi2 < lowest) lowest = score.chi2, best = speed;
-  }
-  for (Effect& effect : *effects) {
-    if (is_dry(effect.id) || effect.id == EffectId::kLoadFriction) effect.p.back() = best;
-  }
+  return {{EffectId::kViscous, joint_, {x[0]}},
+          {EffectId::kCoulomb, joint_, {x[1], 0.0, kWound}},
+          {EffectId::kRotorInertia, joint_, {x[2]}}};
 }
 
 DriveSelector::Fit DriveSelector::try_fit(const Hypothesis& start, int iterations) const {
@@ -146,9 +141,11 @@ std::vector<Effect> DriveSelector::list_candidates(const Hypothesis& model) cons
   const Experiment& e = *problem_.experiment;
   const bool driven = e.robot.tree.joint(joint_).actuated, commanded = driven && e.scenario.drive != "effort";
   const auto dry = std::find_if(model.begin(), model.end(), [](const Effect& effect) { return is_dry(effect.id); });
-  const double stick = dry == model.end() ? 0.01 : dry->p.back();
-  std::vector<Effect> list{{E::kRotorInertia, joint_, {0.0}}, {E::kSpring, joint_, {0.0, middle_}},
-                           {E::kSpring, joint_, {0.0, middle_ + 3.0}}, {E::kSpring, joint_, {0.0, middle_ - 3.0}}};
+  const double stick = dry == model.end() ? kWound : dry->p.back();
+  std::vector<Effect> list{{E::kRotorInertia, joint_, {0.0}},
+                           {E::kSpring, joint_, {0.0, middle_}},
+                           {E::kSpring, joint_, {0.0, middle_ + 3.0}},
+                           {E::kSpring, joint_, {0.0, middle_ - 3.0}}};
   if (dry == model.end()) list.push_back({E::kCoulomb, joint_, {0.0, 0.0, stick}});
   if (!has(model, E::kStribeck, joint_)) list.push_back({E::kViscous, joint_, {0.0}});
   if (driven) {
@@ -157,7 +154,8 @@ std::vector<Effect> DriveSelector::list_candidates(const Hypothesis& model) cons
     list.push_back({E::kLag, joint_, {0.0}});
   }
   if (commanded) list.push_back({E::kDelay, joint_, {0.0}});
-  const JointColumns& columns = e.recordings[static_cast<size_t>(problem_.train[0])].joints[static_cast<size_t>(joint_)];
+  const JointColumns& columns =
+      e.recordings[static_cast<size_t>(problem_.train[0])].joints[static_cast<size_t>(joint_)];
   for (Quantity q : {Quantity::kPosition, Quantity::kVelocity}) {
     const int place = joint_ * kQuantities + static_cast<int>(q);
     if (!columns.has(q)) continue;
@@ -170,7 +168,8 @@ std::vector<Effect> DriveSelector::list_candidates(const Hypothesis& model) cons
     list.push_back({E::kComError, 1, {0.0, 0.0, 0.0}});
     list.push_back({E::kJointOffset, joint_, {0.0}});
   }
-  list.erase(std::remove_if(list.begin(), list.end(), [&](const Effect& c) { return has(model, c.id, c.place); }), list.end());
+  list.erase(std::remove_if(list.begin(), list.end(), [&](const Effect& c) { return has(model, c.id, c.place); }),
+             list.end());
   return list;
 }
 
@@ -183,7 +182,8 @@ std::vector<Hypothesis> DriveSelector::list_variants(const Hypothesis& model) co
     for (double speed : {0.03, 0.15, 0.6}) {
       Hypothesis variant = model;
       const double v = viscous < model.size() ? model[viscous].p[0] : 0.0;
-      variant[dry] = {EffectId::kStribeck, joint_, {0.9 * model[dry].p[0], 1.3 * model[dry].p[0], speed, v, model[dry].p[2]}};
+      variant[dry] = {
+          EffectId::kStribeck, joint_, {0.9 * model[dry].p[0], 1.3 * model[dry].p[0], speed, v, model[dry].p[2]}};
       if (viscous < model.size()) variant.erase(variant.begin() + static_cast<long>(viscous));
       variants.push_back(variant);
     }
@@ -196,25 +196,11 @@ std::vector<std::pair<double, Effect>> DriveSelector::probe(const Hypothesis& mo
   const std::vector<Effect> candidates = list_candidates(model);
   std::vector<std::pair<double, Effect>> list;
   // Each at a time beside the model: some would not get along with each other.
-  Linear linear = linearise(problem_, model, list_slots(model), problem_.train);
+  const Linear linear = linearise(problem_, model, list_slots(model), problem_.train);
   if (!linear.ok) return list;
-  const long own = linear.width.size();
   for (const Effect& candidate : candidates) {
-    Hypothesis with = model;
-    with.push_back(candidate);
-    std::vector<Slot> added;
-    for (const Slot& slot : list_slots(with)) {
-      if (slot.effect + 1 == with.size()) added.push_back(slot);
-    }
-    const Linear more = linearise(problem_, with, added, problem_.train);
-    if (!more.ok) continue;
-    Linear both = linear;
-    both.width.conservativeResize(own + more.width.size());
-    both.width.tail(more.width.size()) = more.width;
-    for (size_t r = 0; r < both.J.size(); ++r) {
-      both.J[r].conservativeResize(Eigen::NoChange, own + more.width.size());
-      both.J[r].rightCols(more.width.size()) = more.J[r];
-    }
+    const Linear both = extend(problem_, linear, model, candidate);
+    if (!both.ok) continue;
     std::vector<long> columns;
     for (long i = 0; i < both.width.size(); ++i) columns.push_back(i);
     list.push_back({cross_validate(sum_folds(both), columns, both.width), candidate});
@@ -225,7 +211,8 @@ std::vector<std::pair<double, Effect>> DriveSelector::probe(const Hypothesis& mo
 
 // What no drive can have is not taken in, however well it predicts.
 bool DriveSelector::is_nonsense(const Hypothesis& effects) const {
-  return std::any_of(effects.begin(), effects.end(), [this](const Effect& effect) { return !find_nonsense(effect).empty(); });
+  return std::any_of(effects.begin(), effects.end(),
+                     [this](const Effect& effect) { return !find_nonsense(effect).empty(); });
 }
 
 double DriveSelector::Fit::merit() const { return ok ? std::sqrt(cross) * std::sqrt(held) : 1e300; }
@@ -247,34 +234,65 @@ void DriveSelector::grow(Fit* model) const {
       if (trial.ok && trial.merit() < best.merit() && !is_nonsense(trial.effects)) best = trial;
     }
     if (!(best.merit() < kEarns * model->merit())) break;
-    choose_stick_speed(&best.effects);
+    best.effects = choose_presliding(problem_, best.effects);
     const Fit again = try_fit(best.effects, 6);
     *model = again.ok && again.merit() < best.merit() ? again : best;
   }
 }
 
+// Models with one effect less; and with friction that does not fall with speed where it does.
+std::vector<Hypothesis> DriveSelector::list_simpler(const Hypothesis& model) const {
+  std::vector<Hypothesis> list;
+  for (size_t i = 0; i < model.size(); ++i) {
+    list.push_back(model);
+    list.back().erase(list.back().begin() + static_cast<long>(i));
+    if (model[i].id == EffectId::kStribeck) list.push_back(leave_out(model, i));
+  }
+  return list;
+}
+
+// The model without an effect; without friction that falls with speed there is still dry and viscous friction.
+Hypothesis DriveSelector::leave_out(const Hypothesis& model, size_t effect) const {
+  Hypothesis rest = model;
+  rest.erase(rest.begin() + static_cast<long>(effect));
+  if (model[effect].id != EffectId::kStribeck) return rest;
+  const std::vector<double>& p = model[effect].p;
+  rest.push_back({EffectId::kCoulomb, joint_, {p[0], 0.0, p[4]}});
+  rest.push_back({EffectId::kViscous, joint_, {p[3]}});
+  return rest;
+}
+
 // Takes out what the recordings that nothing was fitted to do not ask for.
 void DriveSelector::prune(Fit* model) const {
   Hypothesis* effects = &model->effects;
-  const auto is_absent = [](const Effect& e) { return e.id != EffectId::kStribeck && e.id != EffectId::kComError && e.p[0] == 0.0; };
+  const auto is_absent = [](const Effect& e) {
+    return e.id != EffectId::kStribeck && e.id != EffectId::kComError && e.p[0] == 0.0;
+  };
   effects->erase(std::remove_if(effects->begin(), effects->end(), is_absent), effects->end());
   for (bool changed = true; changed && !model->effects.empty();) {
     changed = false;
     Fit best;
-    for (size_t i = 0; i < model->effects.size(); ++i) {
-      Hypothesis without = model->effects;
-      without.erase(without.begin() + static_cast<long>(i));
-      const Fit trial = try_fit(without, 5);
+    for (const Hypothesis& simpler : list_simpler(model->effects)) {
+      const Fit trial = try_fit(simpler, 5);
       if (!trial.ok || trial.held > 1.003 * model->held || trial.cross > 1.02 * model->cross) continue;
       if (!best.ok || trial.held < best.held) best = trial;
     }
     if (best.ok) *model = best, changed = true;
   }
+  for (size_t i = 0; i < model->effects.size(); ++i) {
+    const std::vector<double>& p = model->effects[i].p;
+    if (model->effects[i].id != EffectId::kStribeck || p[1] > (1.0 + kExcess) * p[0]) continue;
+    const Fit trial = try_fit(leave_out(model->effects, i), 8);
+    if (trial.ok) *model = trial;
+  }
+  // Once more with the other parameters where they belong.
+  const Fit again = try_fit(choose_presliding(problem_, model->effects), 6);
+  if (again.ok && again.merit() < model->merit()) *model = again;
 }
 
 DriveModel DriveSelector::select() {
   Hypothesis start = make_start();
-  choose_stick_speed(&start);
+  start = choose_presliding(problem_, start);
   const Fit plain = try_fit(start, 0);
   Fit model = try_fit(start, 10);
   if (!model.ok) model = try_fit({{EffectId::kViscous, joint_, {0.1 * start[0].p[0] + 1e-3}}}, 10);

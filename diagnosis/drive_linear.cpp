@@ -7,8 +7,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kFolds = 4, kStretches = 12;   // stretches per recording, dealt to the folds in turn
-constexpr int kBlocks = 24;                  // stretches per recording whose scatter tells the spread of parameters
+constexpr int kFolds = 4, kStretches = 12;  // stretches per recording, dealt to the folds in turn
+constexpr int kBlocks = 24;                 // stretches per recording whose scatter tells the spread of parameters
 
 // Gauss-Newton step. `variance` of a residual weighs the data against the parameters' widths.
 Eigen::VectorXd solve_step(const Sums& sums, const Eigen::VectorXd& width, Eigen::MatrixXd* inverse) {
@@ -35,17 +35,13 @@ Sums select(const Sums& all, const std::vector<long>& columns) {
 }  // namespace
 
 std::vector<Slot> list_slots(const Hypothesis& hypothesis) {
-  std::vector<Slot> slots;
-  for (size_t e = 0; e < hypothesis.size(); ++e) {
-    const auto& parameters = get_effect(hypothesis[e].id).parameters;
-    for (size_t i = 0; i < parameters.size(); ++i) {
-      if (!parameters[i].scanned) slots.push_back({e, i});
-    }
-  }
-  return slots;
+  return flatten<ParameterInfo>(
+      hypothesis, [](const Effect& e) -> const auto& { return get_effect(e.id).parameters; },
+      [](size_t, const ParameterInfo& info) { return !info.scanned; });
 }
 
-Linear linearise(const Problem& problem, const Hypothesis& hypothesis, const std::vector<Slot>& slots, const std::vector<int>& recordings) {
+Linear linearise(const Problem& problem, const Hypothesis& hypothesis, const std::vector<Slot>& slots,
+                 const std::vector<int>& recordings) {
   Linear linear;
   linear.recordings = recordings;
   linear.width.resize(static_cast<long>(slots.size()));
@@ -58,7 +54,7 @@ Linear linearise(const Problem& problem, const Hypothesis& hypothesis, const std
     for (size_t s = 0; s < slots.size(); ++s) {
       Hypothesis variant = hypothesis;
       double& value = variant[slots[s].effect].p[slots[s].index];
-      const ParameterInfo& info = get_effect(variant[slots[s].effect].id).parameters[slots[s].index];
+      const ParameterInfo& info = *slots[s].info;
       const double size = std::max(info.step, std::abs(value));
       // 2 % of its size: over sticking and slipping, readings follow friction with a jagged trend.
       const double delta = value + 0.02 * size > info.high ? -0.02 * size : 0.02 * size;
@@ -71,6 +67,26 @@ Linear linearise(const Problem& problem, const Hypothesis& hypothesis, const std
   }
   linear.ok = true;
   return linear;
+}
+
+Linear extend(const Problem& problem, const Linear& linear, const Hypothesis& model, const Effect& candidate) {
+  Hypothesis with = model;
+  with.push_back(candidate);
+  std::vector<Slot> added;
+  for (const Slot& slot : list_slots(with)) {
+    if (slot.effect + 1 == with.size()) added.push_back(slot);
+  }
+  const Linear more = linearise(problem, with, added, linear.recordings);
+  if (!more.ok) return more;
+  Linear both = linear;
+  const long own = linear.width.size(), extra = more.width.size();
+  both.width.conservativeResize(own + extra);
+  both.width.tail(extra) = more.width;
+  for (size_t r = 0; r < both.J.size(); ++r) {
+    both.J[r].conservativeResize(Eigen::NoChange, own + extra);
+    both.J[r].rightCols(extra) = more.J[r];
+  }
+  return both;
 }
 
 void Sums::add(const Sums& other, double factor) {

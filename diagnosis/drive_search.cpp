@@ -7,11 +7,13 @@
 #include <memory>
 
 #include "diagnosis/drive_joint.h"
+#include "diagnosis/presliding.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-// Times the noise that every joint must miss its recordings by: twice what separates noise from a mismatch, squared.
+// Times the noise that every joint must miss each of its recordings by: twice what separates noise from a mismatch,
+// squared.
 constexpr double kEveryJoint = 3.0;
 // Of the worst joint: what a sound joint shows of its neighbour's errors through smoothing and coupling stays below.
 constexpr double kEcho = 0.05;
@@ -27,7 +29,10 @@ std::string format(const char* pattern, double a, double b) {
 class DriveSearch {
  public:
   DriveSearch(const Problem& problem, const Progress& progress, Outcome* outcome)
-      : problem_(problem), progress_(progress), outcome_(*outcome), held_(problem.validate.empty() ? problem.train : problem.validate) {}
+      : problem_(problem),
+        progress_(progress),
+        outcome_(*outcome),
+        held_(problem.validate.empty() ? problem.train : problem.validate) {}
 
   bool run() {
     Problem along = problem_;
@@ -37,16 +42,19 @@ class DriveSearch {
     for (int j = 0; j < n; ++j) selectors_.push_back(std::make_unique<DriveSelector>(along, j, held_));
     models_.resize(static_cast<size_t>(n));
     std::vector<double> rms(static_cast<size_t>(n));
-    parallel_for(problem_.jobs, n, [&](int j) { rms[static_cast<size_t>(j)] = selectors_[static_cast<size_t>(j)]->calc_nominal_rms(); });
+    parallel_for(problem_.jobs, n,
+                 [&](int j) { rms[static_cast<size_t>(j)] = selectors_[static_cast<size_t>(j)]->calc_nominal_rms(); });
     const auto [least, most] = std::minmax_element(rms.begin(), rms.end());
     if (*least < std::max(kEveryJoint, kEcho * *most)) return false;
     progress_("every joint misses its recordings: a drive of its own for each");
-    parallel_for(problem_.jobs, n, [&](int j) { models_[static_cast<size_t>(j)] = selectors_[static_cast<size_t>(j)]->select(); });
+    parallel_for(problem_.jobs, n,
+                 [&](int j) { models_[static_cast<size_t>(j)] = selectors_[static_cast<size_t>(j)]->select(); });
     Trial trial = judge(join());
     say("all drives", trial);
     polish(&trial);
     split(trial);
-    parallel_for(problem_.jobs, n, [&](int j) { selectors_[static_cast<size_t>(j)]->judge(&models_[static_cast<size_t>(j)]); });
+    parallel_for(problem_.jobs, n,
+                 [&](int j) { selectors_[static_cast<size_t>(j)]->judge(&models_[static_cast<size_t>(j)]); });
     return report(trial);
   }
 
@@ -61,14 +69,15 @@ class DriveSearch {
   Trial judge(const Hypothesis& hypothesis) const {
     Trial trial;
     trial.hypothesis = hypothesis;
-    trial.refined = true;   // timing stays 0: a drive's loop is far below what is missing here
+    trial.refined = true;  // timing stays 0: a drive's loop is far below what is missing here
     trial.train = calc_score(problem_, trial.full(), problem_.train);
     trial.validate = calc_score(problem_, trial.full(), held_);
     if (!trial.train.ok || !trial.validate.ok) return trial;
     trial.rms = trial.validate.rms();
     trial.worst = 0.0;
     for (size_t c = 0; c < trial.validate.signal_chi2.size(); ++c) {
-      if (trial.validate.signal_count[c] > 0.0) trial.worst = std::max(trial.worst, std::sqrt(trial.validate.signal_chi2[c] / trial.validate.signal_count[c]));
+      if (trial.validate.signal_count[c] > 0.0)
+        trial.worst = std::max(trial.worst, std::sqrt(trial.validate.signal_chi2[c] / trial.validate.signal_count[c]));
     }
     return trial;
   }
@@ -76,15 +85,19 @@ class DriveSearch {
   // All parameters together; kept only where the held-out recordings agree.
   void polish(Trial* trial) const {
     double samples = 0.0;
-    for (int r : problem_.train) samples += static_cast<double>(problem_.experiment->recordings[static_cast<size_t>(r)].size());
-    const double n = problem_.experiment->num_joints(), parameters = static_cast<double>(list_slots(trial->hypothesis).size());
+    for (int r : problem_.train)
+      samples += static_cast<double>(problem_.experiment->recordings[static_cast<size_t>(r)].size());
+    const double n = problem_.experiment->num_joints(),
+                 parameters = static_cast<double>(list_slots(trial->hypothesis).size());
     constexpr int kIterations = 8;
     if (trial->hypothesis.empty() || kIterations * (parameters + 2.0) * samples * n * n > kPolishWork) return;
     FitOptions options;
     options.max_iterations = kIterations;
     options.tolerance = 1e-3;
-    const FitResult result = fit(problem_, trial->hypothesis, problem_.train, options);
+    FitResult result = fit(problem_, trial->hypothesis, problem_.train, options);
     if (!result.ok) return;
+    const FitResult again = fit(problem_, choose_presliding(problem_, result.hypothesis), problem_.train, options);
+    if (again.ok && again.train.chi2 < result.train.chi2) result = again;
     const Trial better = judge(result.hypothesis);
     say("fitted together", better);
     if (better.rms < trial->rms) *trial = better;
@@ -108,7 +121,8 @@ class DriveSearch {
         doubts.push_back(model.doubts[i]);
         trial.std.push_back(i < model.std.size() ? model.std[i] : std::vector<double>(model.effects[i].p.size(), 0.0));
         any = any || model.worth[i] > 0.0;
-        progress_("    " + get_label(*problem_.experiment, model.effects[i]) + format(" %.4g: ", model.effects[i].p[0], 0.0) +
+        progress_("    " + get_label(*problem_.experiment, model.effects[i]) +
+                  format(" %.4g: ", model.effects[i].p[0], 0.0) +
                   (model.doubts[i].empty() ? format("certain, worth %.3g", model.worth[i], 0.0) : model.doubts[i]));
       }
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Real drives: viscous and dry friction, rotor inertia, friction that grows with load, delays and more in every joint at
-// once, and on top of them what no list has. Sets of a few effects explain nothing there. Here every joint gets, along
-// the recorded paths, all effects that help to predict what they were not fitted to; only those are findings whose
-// parameters are the same in all recordings, halves and regimes.
+// Real drives: viscous and dry friction, rotor inertia, friction that grows with load, delays and more in every joint
+// at once, and on top of them what no list has. Sets of a few effects explain nothing there. Here every joint gets,
+// along the recorded paths, all effects that help to predict what they were not fitted to; only those are findings
+// whose parameters are the same in all recordings, halves and regimes.
 #pragma once
 
 #include "diagnosis/search.h"

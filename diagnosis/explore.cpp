@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "diagnosis/presliding.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -45,7 +47,7 @@ bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
 // Start values that a regression cannot give, because readings are no smooth function of them.
 std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo& info) {
   const std::string name = info.name;
-  if (info.scanned) return {3e-5, 1e-4, 3e-4, 1e-3, 3e-3};
+  if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
   if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
   if (name == "yield_angle") return {0.3 * effect.p[1], effect.p[1], 3.0 * effect.p[1]};
   const bool gap = effect.id == EffectId::kBacklash;

@@ -6,24 +6,17 @@
 #include <cmath>
 #include <thread>
 
+#include "diagnosis/parameters.h"
+
 namespace hrp::diagnosis {
 namespace {
 
-struct FreeParameter {
-  size_t effect, index;
-  const ParameterInfo* info;
-};
+using FreeParameter = Parameter<ParameterInfo>;
 
 std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
-  std::vector<FreeParameter> list;
-  for (size_t e = 0; e < hypothesis.size(); ++e) {
-    if (e < frozen.size() && frozen[e]) continue;
-    const EffectInfo& info = get_effect(hypothesis[e].id);
-    for (size_t i = 0; i < info.parameters.size(); ++i) {
-      if (!info.parameters[i].scanned) list.push_back({e, i, &info.parameters[i]});
-    }
-  }
-  return list;
+  return flatten<ParameterInfo>(
+      hypothesis, [](const Effect& e) -> const auto& { return get_effect(e.id).parameters; },
+      [&](size_t e, const ParameterInfo& info) { return !info.scanned && !(e < frozen.size() && frozen[e]); });
 }
 
 // Sticking and slipping make readings a jagged function of friction: differences over 2 % see its trend.
