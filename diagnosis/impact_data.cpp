@@ -8,8 +8,8 @@ namespace hrp::diagnosis::impact {
 namespace {
 
 // A window shows the velocities before and after an impact (about half of it each) but not yet the chaos of many.
-constexpr double kHorizon = 0.06;       // [s]
-constexpr size_t kLeastSamples = 8;     // of a window: 6 numbers each against 12 of the start state
+constexpr double kHorizon = 0.06;    // [s]
+constexpr size_t kLeastSamples = 8;  // of a window: 6 numbers each against 12 of the start state
 // A twist that repeats a difference quotient of the poses to a fraction of that quotient's own noise was made from it.
 constexpr double kDerived = 0.65;
 
@@ -27,9 +27,11 @@ bool read_toss(const Recording& recording, Toss* toss) {
   toss->file = recording.spec.name, toss->train = recording.spec.train;
   std::vector<double> p[3], q[3], v[3], w[3];
   const auto real = recording.other.find("/base/pose/orientation/w");
-  if (!read_three(recording, "/base/pose/position", p) || !read_three(recording, "/base/pose/orientation", q)) return false;
+  if (!read_three(recording, "/base/pose/position", p) || !read_three(recording, "/base/pose/orientation", q))
+    return false;
   if (real == recording.other.end()) return false;
-  const bool linear = read_three(recording, "/base/twist/linear", v), angular = read_three(recording, "/base/twist/angular", w);
+  const bool linear = read_three(recording, "/base/twist/linear", v),
+             angular = read_three(recording, "/base/twist/angular", w);
   for (size_t k = 0; k < recording.size(); ++k) {
     Eigen::Quaterniond R(real->second[k], q[0][k], q[1][k], q[2][k]);
     const Vector3d at(p[0][k], p[1][k], p[2][k]);
@@ -63,7 +65,8 @@ void calc_roughness(const Toss& toss, const Window& window, double* p, double* R
   }
   const Eigen::MatrixXd N = A.transpose() * A, x = N.ldlt().solve(A.transpose() * y), left = y - A * x;
   const double degrees = static_cast<double>(3 * (n - 4));
-  *p = std::sqrt(left.leftCols<3>().squaredNorm() / degrees), *R = std::sqrt(left.rightCols<3>().squaredNorm() / degrees);
+  *p = std::sqrt(left.leftCols<3>().squaredNorm() / degrees),
+  *R = std::sqrt(left.rightCols<3>().squaredNorm() / degrees);
 }
 
 // Noise as it shows within a window: the median over windows, most of which hold no impact, of what is left by cubics.
@@ -128,7 +131,7 @@ void find_slow_errors(TossProblem* problem) {
   }
   problem->slow_p = problem->sigma_p, problem->slow_R = problem->sigma_R;
   if (planes.size() < 4) return;
-  const auto spread = [&](double RestPlane::* field) {
+  const auto spread = [&](double RestPlane::*field) {
     std::vector<double> values;
     for (const RestPlane& p : planes) values.push_back(p.*field);
     const double middle = calc_median(values);
@@ -183,8 +186,10 @@ void judge_twist(TossProblem* problem) {
     const bool own = check.derived > kDerived * 1.54;
     (angular ? problem->has_angular : problem->has_linear) = own;
     if (!own) {
-      problem->notes.push_back(name + " repeats the difference quotient of the recorded poses: it is no measurement of its own "
-                                      "and was left out");
+      problem->notes.push_back(
+          name +
+          " repeats the difference quotient of the recorded poses: it is no measurement of its own "
+          "and was left out");
     }
   }
 }
@@ -243,7 +248,8 @@ LocalMotion calc_local_motion(const TossProblem& problem, const Toss& toss, size
   const Eigen::MatrixXd N = A.transpose() * A, x = N.ldlt().solve(A.transpose() * y);
   LocalMotion out;
   out.v = problem.sigma_p * x.block<1, 3>(1, 0).transpose(), out.a = problem.sigma_p * x.block<1, 3>(2, 0).transpose();
-  out.w = problem.sigma_R * x.block<1, 3>(1, 3).transpose(), out.alpha = problem.sigma_R * x.block<1, 3>(2, 3).transpose();
+  out.w = problem.sigma_R * x.block<1, 3>(1, 3).transpose(),
+  out.alpha = problem.sigma_R * x.block<1, 3>(2, 3).transpose();
   out.misfit = n > 3 ? std::sqrt((y - A * x).squaredNorm() / static_cast<double>(6 * (n - 3))) : 0.0;
   return out;
 }
@@ -256,7 +262,8 @@ bool make_toss_problem(const Experiment& e, TossProblem* problem, std::string* w
   problem->soles = make_soles(e.robot);
   for (const Recording& recording : e.recordings) {
     Toss toss;
-    if (!read_toss(recording, &toss)) return *why = recording.spec.name + " has no pose of the base (/base/pose/...)", false;
+    if (!read_toss(recording, &toss))
+      return *why = recording.spec.name + " has no pose of the base (/base/pose/...)", false;
     problem->tosses.push_back(std::move(toss));
   }
   if (problem->soles.empty()) return *why = "no link that may touch the ground (`feet`) has a shape", false;

@@ -5,158 +5,11 @@
 #include <cmath>
 
 #include "diagnosis/fit.h"
-#include "diagnosis/impact_model.h"
+#include "diagnosis/impact_window.h"
+#include "diagnosis/parameters.h"
 
 namespace hrp::diagnosis::impact {
 namespace {
-
-// Nuisances of a window: turn, position, angular velocity, velocity at its start; and height, roll and pitch of the
-// ground as the tracker sees it there, which are known to be small.
-constexpr int kStart = 15, kPrior = 3;
-constexpr double kFailed = 1e6;         // mean square of a window that could not be simulated
-using VectorS = Eigen::Matrix<double, kStart, 1>;
-
-WindowStart move_start(const WindowStart& s, const VectorS& d) {
-  WindowStart out = s;
-  out.ground += d.tail<3>();
-  const double angle = d.head<3>().norm();
-  if (angle > 0.0) out.R_WB = Eigen::Quaterniond(Eigen::AngleAxisd(angle, d.head<3>() / angle)) * s.R_WB;
-  out.R_WB.normalize();
-  out.p_WB += d.segment<3>(3), out.w_WB += d.segment<3>(6), out.v_WB += d.segment<3>(9);
-  return out;
-}
-
-// Predicts one window under one model.
-class Predictor {
- public:
-  Predictor(const TossProblem& problem, const TossHypothesis& hypothesis, const Window& window)
-      : problem_(problem), model_(make_toss_model(problem, hypothesis)), toss_(problem.tosses[window.toss]), window_(window) {
-    for (size_t i = 0; i < window.count; ++i) {
-      time_.push_back((toss_.time[window.first + i] - toss_.time[window.first]) * (1.0 + model_.sensor.skew));
-    }
-  }
-
-  bool run(const WindowStart& start, Eigen::VectorXd* residuals, std::vector<Regime>* regimes = nullptr) {
-    World world = model_.world;
-    world.ground.height += start.ground[0], world.ground.roll += start.ground[1], world.ground.pitch += start.ground[2];
-    if (!roll_out(world, problem_.soles, start, time_, &states_, regimes)) return false;
-    const PoseSensor& s = model_.sensor;
-    residuals->resize(static_cast<long>(6 * window_.count) + kPrior);
-    residuals->tail<3>() << start.ground[0] / problem_.slow_p, start.ground[1] / problem_.slow_R, start.ground[2] / problem_.slow_R;
-    for (size_t i = 0; i < window_.count; ++i) {
-      const BodyState& x = states_[i];
-      const size_t k = window_.first + i;
-      const auto row = static_cast<long>(6 * i);
-      const Vector3d p = s.scale * x.p_WB + s.bias, late = s.delay * x.w_WB;
-      Eigen::Quaterniond R = x.R_WB * Eigen::Quaterniond(s.R);
-      if (s.delay != 0.0) R = Eigen::Quaterniond(Eigen::AngleAxisd(-late.norm(), late.normalized())) * R;
-      residuals->segment<3>(row) = (toss_.p[k] - p) / problem_.sigma_p;
-      residuals->segment<3>(row + 3) = calc_turn(R, toss_.R[k]) / problem_.sigma_R;
-    }
-    return residuals->allFinite();
-  }
-
-  // Moves a start to the last sample of the window.
-  bool run_on(WindowStart* start) {
-    Eigen::VectorXd residuals;
-    if (!run(*start, &residuals)) return false;
-    static_cast<BodyState&>(*start) = states_.back();
-    return true;
-  }
-
-  // A true start state from readings: the sensor undone on local motion.
-  WindowStart guess(size_t samples) const {
-    const size_t first = window_.first, end = first + std::min(samples, window_.count);
-    const LocalMotion m = calc_local_motion(problem_, toss_, first, end, first);
-    const PoseSensor& s = model_.sensor;
-    WindowStart x;
-    x.R_WB = toss_.R[first] * Eigen::Quaterniond(Matrix3d(s.R.transpose()));
-    x.p_WB = (toss_.p[first] - s.bias) / s.scale, x.w_WB = m.w / (1.0 + s.skew), x.v_WB = m.v / (s.scale * (1.0 + s.skew));
-    return x;
-  }
-
- private:
-  const TossProblem& problem_;
-  const TossModel model_;
-  const Toss& toss_;
-  const Window window_;
-  std::vector<double> time_;
-  std::vector<BodyState> states_;
-};
-
-VectorS get_start_steps(const TossProblem& problem) {
-  VectorS steps;  // a fifth of what a window resolves
-  const double speed = 2.0 / problem.horizon;
-  steps << Vector3d::Constant(0.2 * problem.sigma_R), Vector3d::Constant(0.2 * problem.sigma_p),
-      Vector3d::Constant(0.2 * problem.sigma_R * speed), Vector3d::Constant(0.2 * problem.sigma_p * speed),
-      0.2 * problem.slow_p, 0.2 * problem.slow_R, 0.2 * problem.slow_R;
-  return steps;
-}
-
-struct WindowFit {
-  WindowStart start;
-  Eigen::VectorXd residuals;
-  Eigen::MatrixXd J;       // by the start state
-  double misfit = kFailed;
-  bool ok = false;
-};
-
-bool calc_start_jacobian(const TossProblem& problem, Predictor* predictor, WindowFit* fit) {
-  const VectorS steps = get_start_steps(problem);
-  fit->J.resize(fit->residuals.size(), kStart);
-  Eigen::VectorXd moved;
-  for (int i = 0; i < kStart; ++i) {
-    if (!predictor->run(move_start(fit->start, steps[i] * VectorS::Unit(i)), &moved)) return false;
-    fit->J.col(i) = (moved - fit->residuals) / steps[i];
-  }
-  return true;
-}
-
-double calc_degrees(const Window& window) { return static_cast<double>(6 * window.count) + kPrior - kStart; }
-
-// Levenberg-Marquardt on the start state of one window.
-WindowFit fit_window(const TossProblem& problem, Predictor* predictor, const Window& window, const WindowStart& start, int rounds) {
-  WindowFit fit;
-  fit.start = start;
-  if (!predictor->run(start, &fit.residuals)) return fit;
-  fit.ok = true;
-  double chi2 = fit.residuals.squaredNorm(), lambda = 1e-3;
-  for (int round = 0; round < rounds && calc_start_jacobian(problem, predictor, &fit); ++round) {
-    const Eigen::MatrixXd A = fit.J.transpose() * fit.J;
-    const VectorS b = fit.J.transpose() * fit.residuals;
-    const double before = chi2;
-    for (int trial = 0; trial < 5; ++trial) {
-      Eigen::MatrixXd damped = A;
-      damped.diagonal() += lambda * A.diagonal() + Eigen::VectorXd::Constant(kStart, 1e-12);
-      const WindowStart next = move_start(fit.start, -damped.ldlt().solve(b));
-      Eigen::VectorXd residuals;
-      if (predictor->run(next, &residuals) && residuals.squaredNorm() < chi2) {
-        fit.start = next, fit.residuals = residuals, chi2 = residuals.squaredNorm(), lambda = std::max(1e-6, 0.1 * lambda);
-        break;
-      }
-      lambda = std::max(1e-4, lambda) * 8.0;
-    }
-    if (before - chi2 < 1e-3 * before) break;
-  }
-  fit.misfit = chi2 / calc_degrees(window);
-  return fit;
-}
-
-// From readings over spans of different length, and from where it was before: the best.
-WindowFit fit_window_afresh(const TossProblem& problem, const TossHypothesis& hypothesis, const Window& window,
-                            const WindowStart* warm) {
-  Predictor predictor(problem, hypothesis, window);
-  WindowFit best;
-  if (warm) best = fit_window(problem, &predictor, window, *warm, 4);
-  if (warm && best.misfit < 1.5) return best;
-  for (size_t samples : {size_t{4}, window.count, size_t{3}, size_t{6}}) {
-    const WindowFit fit = fit_window(problem, &predictor, window, predictor.guess(samples), warm ? 3 : 8);
-    if (fit.ok && fit.misfit < best.misfit) best = fit;
-    if (warm || best.misfit < 4.0) break;
-  }
-  if (!best.ok) best.start = predictor.guess(4);
-  return best;
-}
 
 // Root mean square over windows of a role, the worst twentieth (at least one of ten or more) left out.
 double calc_typical(const TossProblem& problem, const TossFit& fit, bool train) {
@@ -186,7 +39,8 @@ void summarise(const TossProblem& problem, TossFit* fit) {
   fit->train = degrees[1] > 0 ? std::sqrt(chi2[1] / degrees[1]) : 0.0;
   fit->validate = degrees[0] > 0 ? std::sqrt(chi2[0] / degrees[0]) : 0.0;
   fit->train_cost = fit->validate_cost = 0.0;
-  for (size_t t = 0; t < problem.tosses.size(); ++t) (problem.tosses[t].train ? fit->train_cost : fit->validate_cost) += fit->cost[t];
+  for (size_t t = 0; t < problem.tosses.size(); ++t)
+    (problem.tosses[t].train ? fit->train_cost : fit->validate_cost) += fit->cost[t];
 }
 
 // Windows that fit badly are tried once more from where the window before them ends: under a right model that is where
@@ -209,25 +63,19 @@ void continue_windows(const TossProblem& problem, int jobs, TossFit* fit) {
   });
 }
 
-struct Parameter {
-  size_t effect, index;
-  const TossParameter* info;
-};
+using Parameters = std::vector<Parameter<TossParameter>>;
 
-std::vector<Parameter> list_parameters(const TossHypothesis& hypothesis) {
-  std::vector<Parameter> out;
-  for (size_t e = 0; e < hypothesis.size(); ++e) {
-    const auto& parameters = get_toss_info(hypothesis[e].id).parameters;
-    for (size_t i = 0; i < parameters.size(); ++i) out.push_back({e, i, &parameters[i]});
-  }
-  return out;
+Parameters list_parameters(const TossHypothesis& hypothesis) {
+  return flatten<TossParameter>(
+      hypothesis, [](const TossEffect& e) -> const auto& { return get_toss_info(e.id).parameters; });
 }
 
 // Normal equations of the parameters with every start state eliminated, and the scores of each toss.
 struct Normal {
-  Eigen::MatrixXd A, scores;   // scores: one column a toss
+  Eigen::MatrixXd A, scores;  // scores: one column a toss
   Eigen::VectorXd b;
-  std::vector<Eigen::MatrixXd> follow;  // by window: how its nuisances follow the parameters (kStart x n)
+  std::vector<Eigen::MatrixXd> by_toss;  // its share of A; empty where the toss has no windows
+  std::vector<Eigen::MatrixXd> follow;   // by window: how its nuisances follow the parameters (kStart x n)
 };
 
 struct WindowNormal {
@@ -235,7 +83,7 @@ struct WindowNormal {
   Eigen::VectorXd b;
 };
 
-bool add_window(const TossProblem& problem, const TossFit& fit, size_t index, const std::vector<Parameter>& parameters,
+bool add_window(const TossProblem& problem, const TossFit& fit, size_t index, const Parameters& parameters,
                 WindowNormal* out) {
   const Window& window = problem.windows[index];
   Predictor predictor(problem, fit.hypothesis, window);
@@ -245,7 +93,7 @@ bool add_window(const TossProblem& problem, const TossFit& fit, size_t index, co
   const auto n = static_cast<long>(parameters.size());
   Eigen::MatrixXd J(w.residuals.size(), n);
   for (long i = 0; i < n; ++i) {
-    const Parameter& p = parameters[static_cast<size_t>(i)];
+    const Parameter<TossParameter>& p = parameters[static_cast<size_t>(i)];
     Eigen::VectorXd side[2];
     double width = 0.0;
     for (int s = 0; s < 2; ++s) {
@@ -270,7 +118,7 @@ bool add_window(const TossProblem& problem, const TossFit& fit, size_t index, co
   return out->A.allFinite() && out->b.allFinite() && out->follow.allFinite();
 }
 
-Normal make_normal(const TossProblem& problem, const TossFit& fit, const std::vector<Parameter>& parameters,
+Normal make_normal(const TossProblem& problem, const TossFit& fit, const Parameters& parameters,
                    const std::vector<char>& use, int jobs) {
   const auto n = static_cast<long>(parameters.size());
   const size_t count = problem.windows.size();
@@ -282,22 +130,25 @@ Normal make_normal(const TossProblem& problem, const TossFit& fit, const std::ve
     if (add_window(problem, fit, k, parameters, &part)) parts[k] = part;
   });
   Normal out;
+  out.by_toss.resize(problem.tosses.size());
   out.A.setZero(n, n), out.b.setZero(n), out.scores.setZero(n, static_cast<long>(problem.tosses.size()));
   for (size_t k = 0; k < count; ++k) {
     out.follow.push_back(parts[k].follow);
     const size_t toss = problem.windows[k].toss;
     if (!use[toss]) continue;
-    out.A += parts[k].A, out.b += parts[k].b;
+    Eigen::MatrixXd& own = out.by_toss[toss];
+    if (own.size() == 0) own.setZero(n, n);
+    own += parts[k].A, out.A += parts[k].A, out.b += parts[k].b;
     out.scores.col(static_cast<long>(toss)) += parts[k].b;
   }
   return out;
 }
 
 // The fit with its parameters moved and every start state along with them, as far as that is linear.
-TossFit move_fit(const TossFit& fit, const Normal& normal, const std::vector<Parameter>& parameters, Eigen::VectorXd step) {
+TossFit move_fit(const TossFit& fit, const Normal& normal, const Parameters& parameters, Eigen::VectorXd step) {
   TossFit moved = fit;
   for (size_t i = 0; i < parameters.size(); ++i) {
-    const Parameter& p = parameters[i];
+    const Parameter<TossParameter>& p = parameters[i];
     double& value = moved.hypothesis[p.effect].p[p.index];
     const double before = value;
     value = std::clamp(value + step[static_cast<long>(i)], p.info->low, p.info->high);
@@ -313,21 +164,48 @@ double sum_cost(const TossFit& fit, const std::vector<char>& use) {
   return sum;
 }
 
+// Standard deviation of a parameter from toss to toss (DerSimonian and Laird, 1986, eq. 8: the scatter of their own
+// values less what their information allows). `along`: how all parameters move when this one does by 1 and the others
+// follow. Tosses that hardly tell it are left out: their own values are far from where the slope holds.
+double calc_spread(const Normal& normal, const Eigen::VectorXd& along) {
+  std::vector<std::pair<double, double>> tosses;  // information, score
+  double most = 0.0;
+  for (size_t t = 0; t < normal.by_toss.size(); ++t) {
+    if (normal.by_toss[t].size() == 0) continue;
+    tosses.emplace_back(along.dot(normal.by_toss[t] * along), along.dot(normal.scores.col(static_cast<long>(t))));
+    most = std::max(most, tosses.back().first);
+  }
+  double count = 0.0, w1 = 0.0, w2 = 0.0, mean = 0.0, scatter = 0.0;
+  const double least = 0.05 * most;
+  for (const auto& [w, score] : tosses) {
+    if (w > least) count += 1.0, w1 += w, w2 += w * w, mean -= score;
+  }
+  if (count < 3.0) return 0.0;
+  mean /= w1;
+  for (const auto& [w, score] : tosses) {
+    if (w > least) scatter += w * std::pow(-score / w - mean, 2);
+  }
+  return std::sqrt(std::max(0.0, (scatter - (count - 1.0)) / (w1 - w2 / w1)));
+}
+
 // A^-1 (sum of the outer products of the tosses' scores) A^-1, with the small-sample factor of n tosses.
-void fill_std(const Normal& normal, const std::vector<Parameter>& parameters, const std::vector<char>& use, TossFit* fit) {
+void fill_std(const Normal& normal, const Parameters& parameters, TossFit* fit) {
   const auto n = static_cast<long>(parameters.size());
   Eigen::MatrixXd A = normal.A;
   A.diagonal().array() += 1e-12 * (1.0 + A.diagonal().array());
   const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  const double tosses = static_cast<double>(std::count(use.begin(), use.end(), 1));
+  double tosses = 0.0;
+  for (const Eigen::MatrixXd& own : normal.by_toss) tosses += own.size() > 0 ? 1.0 : 0.0;
   const double few = tosses > 1.5 ? tosses / (tosses - 1.0) : 4.0;
   fit->covariance = few * inverse * normal.scores * normal.scores.transpose() * inverse;
   fit->std.clear();
   for (const TossEffect& e : fit->hypothesis) fit->std.emplace_back(e.p.size(), 0.0);
+  fit->spread = fit->std;
   for (long i = 0; i < n; ++i) {
-    const Parameter& p = parameters[static_cast<size_t>(i)];
+    const Parameter<TossParameter>& p = parameters[static_cast<size_t>(i)];
     // Never better than what noise alone would leave.
     fit->std[p.effect][p.index] = std::sqrt(std::max(fit->covariance(i, i), inverse(i, i)));
+    fit->spread[p.effect][p.index] = calc_spread(normal, inverse.col(i) / inverse(i, i));
   }
 }
 
@@ -335,8 +213,9 @@ void fill_std(const Normal& normal, const std::vector<Parameter>& parameters, co
 
 double calc_cost(double misfit, double degrees) { return 2.0 * degrees * std::log1p(misfit / 4.0); }
 
-std::vector<double> calc_window_residuals(const TossProblem& problem, const TossHypothesis& hypothesis, const Window& window,
-                                          const WindowStart& start, std::vector<Regime>* regimes) {
+std::vector<double> calc_window_residuals(const TossProblem& problem, const TossHypothesis& hypothesis,
+                                          const Window& window, const WindowStart& start,
+                                          std::vector<Regime>* regimes) {
   Eigen::VectorXd r;
   if (!Predictor(problem, hypothesis, window).run(start, &r, regimes)) return {};
   return std::vector<double>(r.data(), r.data() + r.size() - kPrior);
@@ -357,12 +236,13 @@ TossFit fit_starts(const TossProblem& problem, const TossHypothesis& hypothesis,
   return fit;
 }
 
-std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, const std::vector<TossId>& candidates, int jobs) {
+std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, const std::vector<TossId>& candidates,
+                               int jobs) {
   std::vector<char> use;
   for (const Toss& t : problem.tosses) use.push_back(t.train);
   TossFit with = fit;
   for (TossId id : candidates) with.hypothesis.push_back(make_neutral(problem, id));
-  const std::vector<Parameter> parameters = list_parameters(with.hypothesis);
+  const Parameters parameters = list_parameters(with.hypothesis);
   const Normal normal = make_normal(problem, with, parameters, use, jobs);
   std::vector<double> gains;
   for (size_t c = 0; c < candidates.size(); ++c) {
@@ -388,7 +268,7 @@ TossFit fit_tosses(const TossProblem& problem, const TossFit& start, const TossF
   std::vector<char> use;
   for (const Toss& t : problem.tosses) use.push_back(options.use ? (*options.use)[use.size()] : t.train);
   TossFit fit = start;
-  const std::vector<Parameter> parameters = list_parameters(fit.hypothesis);
+  const Parameters parameters = list_parameters(fit.hypothesis);
   if (parameters.empty()) return fit;
   double lambda = 1e-3;
   Normal normal;
@@ -403,13 +283,15 @@ TossFit fit_tosses(const TossProblem& problem, const TossFit& start, const TossF
       const TossFit moved = move_fit(fit, normal, parameters, step);
       const TossFit next = fit_starts(problem, moved.hypothesis, &moved, options.jobs);
       better = sum_cost(next, use) < before;
-      if (better) fit = next, lambda = std::max(1e-6, 0.1 * lambda);
-      else lambda = 10.0 * std::max(lambda, 1e-3);
+      if (better)
+        fit = next, lambda = std::max(1e-6, 0.1 * lambda);
+      else
+        lambda = 10.0 * std::max(lambda, 1e-3);
     }
     if (!better || before - sum_cost(fit, use) < 1e-4 * before) break;
   }
   normal = make_normal(problem, fit, parameters, use, options.jobs);
-  fill_std(normal, parameters, use, &fit);
+  fill_std(normal, parameters, &fit);
   return fit;
 }
 

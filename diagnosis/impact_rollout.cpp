@@ -20,7 +20,7 @@ ImpulseOptions make_options(double restitution) {
   options.restitution = restitution;
   options.slop = kBand;
   options.correction = 0.1;  // a start state that errs below the ground comes out within 10 ms, not in one jump
-  options.max_sweeps = 25;  // of a handful of points
+  options.max_sweeps = 25;   // of a handful of points
   options.tolerance = 1e-6;
   return options;
 }
@@ -28,8 +28,16 @@ ImpulseOptions make_options(double restitution) {
 class Stepper {
  public:
   Stepper(const World& world, const std::vector<Sole>& soles)
-      : world_(world), soles_(soles), model_(world.body, world.gravity_W), data_(model_), state_(make_state(model_)),
-        contact_(make_options(world.restitution), model_), plane_(make_ground_plane(world.ground)), extra_(0), v_(6), free_(6) {
+      : world_(world),
+        soles_(soles),
+        model_(world.body, world.gravity_W),
+        data_(model_),
+        state_(make_state(model_)),
+        contact_(make_options(world.restitution), model_),
+        plane_(make_ground_plane(world.ground)),
+        extra_(0),
+        v_(6),
+        free_(6) {
     plane_.offset += kBand;
     const LinkInertia& inertia = world.body.links[0].inertia;
     com_ = inertia.p_LLcm_L, I_ = inertia.I_LLcm_L, I_inverse_ = I_.inverse();
@@ -46,7 +54,8 @@ class Stepper {
       if (guard > 400) return false;  // chatter without end
       const bool touching = find_contacts(&pairs_[0]);
       if (touching && *regime == Regime::kFlight) *regime = Regime::kContact;
-      const double step = touching ? step_contact(std::min(dt, kContactStep), regime) : step_flight(std::min(dt, kFlightStep));
+      const double step =
+          touching ? step_contact(std::min(dt, kContactStep), regime) : step_flight(std::min(dt, kFlightStep));
       if (step < 0.0) return false;
       dt -= step;
     }
@@ -197,7 +206,7 @@ class Stepper {
   Data data_;
   State state_;
   ImpulseContact contact_;
-  GroundPlane plane_;   // raised by the band
+  GroundPlane plane_;  // raised by the band
   Vector3d com_;
   Matrix3d I_, I_inverse_;
   ContactSet pairs_;
@@ -207,8 +216,8 @@ class Stepper {
 
 }  // namespace
 
-bool roll_out(const World& world, const std::vector<Sole>& soles, const BodyState& start, const std::vector<double>& time,
-              std::vector<BodyState>* states, std::vector<Regime>* regimes) {
+bool roll_out(const World& world, const std::vector<Sole>& soles, const BodyState& start,
+              const std::vector<double>& time, std::vector<BodyState>* states, std::vector<Regime>* regimes) {
   Stepper stepper(world, soles);
   stepper.start(start);
   states->assign(1, start);

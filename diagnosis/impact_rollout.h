@@ -13,18 +13,18 @@ namespace hrp::diagnosis::impact {
 
 struct BodyState {
   Eigen::Quaterniond R_WB = Eigen::Quaterniond::Identity();
-  Vector3d p_WB = Vector3d::Zero();    // [m] origin of the body's frame
-  Vector3d w_WB = Vector3d::Zero();    // [rad/s] world axes
-  Vector3d v_WB = Vector3d::Zero();    // [m/s]
+  Vector3d p_WB = Vector3d::Zero();  // [m] origin of the body's frame
+  Vector3d w_WB = Vector3d::Zero();  // [rad/s] world axes
+  Vector3d v_WB = Vector3d::Zero();  // [m/s]
 };
 
 // Everything that decides the motion.
 struct World {
-  TreeSpec body;                       // one link, floating
+  TreeSpec body;  // one link, floating
   GroundSpec ground;
   double restitution = 0.0;
-  double drag = 0.0;                   // [1/s] deceleration of the centre of mass per speed
-  Vector3d gravity_W{0, 0, -9.81};     // [m/s^2]
+  double drag = 0.0;                // [1/s] deceleration of the centre of mass per speed
+  Vector3d gravity_W{0, 0, -9.81};  // [m/s^2]
 };
 
 // Which kind of motion a sample lies in.
@@ -32,7 +32,7 @@ enum class Regime { kFlight, kImpact, kContact };
 
 // States at `time` (increasing; the first is `start`). False when the motion does not stay finite.
 // `regimes`, where asked for: impact when the interval before the sample holds one.
-bool roll_out(const World& world, const std::vector<Sole>& soles, const BodyState& start, const std::vector<double>& time,
-              std::vector<BodyState>* states, std::vector<Regime>* regimes = nullptr);
+bool roll_out(const World& world, const std::vector<Sole>& soles, const BodyState& start,
+              const std::vector<double>& time, std::vector<BodyState>* states, std::vector<Regime>* regimes = nullptr);
 
 }  // namespace hrp::diagnosis::impact
