@@ -6,6 +6,7 @@
 
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
+#include "diagnosis/command_reader.h"
 #include "diagnosis/upright_layout.h"
 
 namespace hrp::diagnosis::upright {
@@ -13,7 +14,17 @@ namespace {
 
 constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
 constexpr size_t kTurning = 5;    // samples: half of the 0.3 s over which turning is compared
+constexpr double kSlack = 0.03;   // share of a joint's largest effort that does not hold loose teeth on one side
+constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
 constexpr double kLoaded = 0.01;  // share of the weight that a foot must carry to count as standing
+
+double find_slack(const StandProblem& p, size_t joint) {
+  double most = 0;
+  for (const StandRecording& r : p.recordings) {
+    for (double u : r.effort[joint].value) most = std::max(most, std::abs(u));
+  }
+  return kSlack * most;
+}
 
 class Calculator {
  public:
@@ -33,6 +44,7 @@ class Calculator {
         torque_(problem.feet.size()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
     for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
+    for (size_t j = 0; j < joints_.size(); ++j) slack_.push_back(terms_.joints[j].gap != 0 ? find_slack(problem, j) : 0);
   }
 
   std::vector<double> run(StandBase* base) {
@@ -45,27 +57,28 @@ class Calculator {
     remove_mean_places();
     add_turning();
     add_gravity();
-    if (base) base->residuals = out_;
+    if (base) base->residuals = out_, base->flat = flat_, base->ratios = ratios_;
     return std::move(out_);
   }
 
-  const std::vector<double>& ratios() const { return ratios_; }  // after run(): tangential over normal force
-
  private:
-  double shifted(const Series& s, bool rate, double t, double delay, double skew) const {
-    return interpolate_at(r_.time, rate ? s.rate : s.value, (t + delay) / (1 + skew));
+  // A sensor's series at sample k, where its readings come late or its clock runs at another rate.
+  double shifted(const Series& s, bool rate, size_t k, double delay, double skew) const {
+    const std::vector<double>& values = rate ? s.rate : s.value;
+    if (delay == 0 && skew == 0) return values[k];
+    return interpolate(r_.time, values, (r_.time[k] + delay) / (1 + skew), k);
   }
 
-  void read_imu(double t) {
+  void read_imu(size_t k) {
     const ImuTerms& imu = terms_.imu;
     Eigen::Vector4d q;
-    for (int i = 0; i < 4; ++i) q(i) = shifted(r_.attitude[i], false, t, imu.delay[0], imu.skew);
+    for (int i = 0; i < 4; ++i) q(i) = shifted(r_.attitude[i], false, k, imu.delay[0], imu.skew);
     const Eigen::Quaterniond attitude = Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized();
     Vector3d w, dw, f;
     for (int i = 0; i < 3; ++i) {
-      w(i) = shifted(r_.gyro[i], false, t, imu.delay[1], imu.skew);
-      dw(i) = shifted(r_.gyro[i], true, t, imu.delay[1], imu.skew);
-      f(i) = shifted(r_.accelerometer[i], false, t, imu.delay[2], imu.skew);
+      w(i) = shifted(r_.gyro[i], false, k, imu.delay[1], imu.skew);
+      dw(i) = shifted(r_.gyro[i], true, k, imu.delay[1], imu.skew);
+      f(i) = shifted(r_.accelerometer[i], false, k, imu.delay[2], imu.skew);
     }
     const Matrix3d R_attitude = make_rotation_from_rpy(imu.rpy[0]), R_gyro = make_rotation_from_rpy(imu.rpy[1]);
     w_ = R_gyro * Vector3d((w - imu.gyro_bias) / imu.gyro_scale), dw_ = R_gyro * Vector3d(dw / imu.gyro_scale);
@@ -76,31 +89,32 @@ class Calculator {
 
   // Joints as the encoders have them, and the links behind elastic or loose transmissions.
   void read_joints(size_t k) {
-    const double t = r_.time[k];
+    floats_ = false;
     for (int j = 0; j < model_.num_joints(); ++j) {
       const auto i = static_cast<size_t>(j);
       const JointTerms& terms = terms_.joints[i];
       const Series& position = r_.position[i];
       double q = position.value[k], v = position.rate[k], a = position.second[k];
       if (terms.position_delay != 0) {
-        q = interpolate_at(r_.time, position.value, t + terms.position_delay);
-        v = interpolate_at(r_.time, position.rate, t + terms.position_delay);
-        a = interpolate_at(r_.time, position.second, t + terms.position_delay);
+        const double t = r_.time[k] + terms.position_delay;
+        q = interpolate(r_.time, position.value, t, k), v = interpolate(r_.time, position.rate, t, k);
+        a = interpolate(r_.time, position.second, t, k);
       }
       const double scale = terms.position_scale;
       DriveState& s = joints_[i];
       s.encoder = (q - terms.position_bias) / scale, s.velocity = v / scale, s.acceleration = a / scale;
-      double bent = 0, bent_rate = 0;
+      double bent = 0, bent_rate = 0, bent_second = 0;
       if ((terms.compliance != 0 || terms.gap != 0) && p_.is_driven(i)) {
         double rate = 0;
         const double torque = drives_.find_effort(i, k, s, &rate) - terms.rotor * s.acceleration;
-        // Teeth change sides while the torque passes zero; how fast does not matter at half a newton metre.
-        bent = terms.compliance * torque + 0.5 * terms.gap * std::clamp(2 * torque, -1.0, 1.0);
+        if (terms.gap != 0 && std::abs(torque) < slack_[i]) floats_ = true;
+        bent = terms.compliance * torque + (torque > 0 ? 0.5 : -0.5) * terms.gap;
         bent_rate = terms.compliance * rate;
+        if (p_.effort[i]) bent_second = terms.compliance * r_.effort[i].second[k];
       }
       s.link = s.encoder - terms.offset - bent;
       state_.q(j) = s.link, state_.qd(j) = s.velocity - bent_rate;
-      vdot_(6 + j) = s.acceleration;
+      vdot_(6 + j) = s.acceleration - bent_second;
     }
   }
 
@@ -124,7 +138,7 @@ class Calculator {
     vdot_.segment<3>(3) = a_I - alpha_B.cross(p_WI) - a0.tail<3>();
   }
 
-  void read_wrenches(double t) {
+  void read_wrenches(size_t k) {
     for (Vector6d& w : wrenches_) w.setZero();
     for (size_t link = 0; link < wrenches_.size(); ++link) {
       if (terms_.force_W[link].isZero()) continue;
@@ -136,8 +150,8 @@ class Calculator {
       const WrenchTerms& w = terms_.wrenches[foot];
       Vector3d force, torque;
       for (size_t i = 0; i < 3; ++i) {
-        force(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + i], false, t, w.delay[0], w.skew);
-        torque(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + 3 + i], false, t, w.delay[1], w.skew);
+        force(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + i], false, k, w.delay[0], w.skew);
+        torque(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + 3 + i], false, k, w.delay[1], w.skew);
       }
       force_[foot] = make_rotation_from_rpy(w.rpy[0]) * Vector3d((force - w.force_bias) / w.force_scale);
       torque_[foot] = make_rotation_from_rpy(w.rpy[1]) * Vector3d((torque - w.torque_bias) / w.torque_scale);
@@ -151,7 +165,7 @@ class Calculator {
     const StandFoot& f = p_.feet[foot];
     const Vector3d moment = torque_[foot] - f.sole.cross(force_[foot]);
     const double fz = force_[foot].z();
-    return fz > load_ && std::abs(moment.y() / fz) < kInside * f.size.x() / 2 &&
+    return !floats_ && fz > load_ && std::abs(moment.y() / fz) < kInside * f.size.x() / 2 &&
            std::abs(moment.x() / fz) < kInside * f.size.y() / 2;
   }
 
@@ -234,11 +248,10 @@ class Calculator {
   }
 
   void add_sample(size_t k) {
-    const double t = r_.time[k];
-    read_imu(t);
+    read_imu(k);
     read_joints(k);
     find_base_motion();
-    read_wrenches(t);
+    read_wrenches(k);
     add_feet(k);
     calc_inverse_dynamics(model_, vdot_, &wrenches_, &data_, &tau_);
     for (int i = 0; i < 6; ++i) out_.push_back(tau_(i));
@@ -251,22 +264,24 @@ class Calculator {
     for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // filled by add_turning and add_gravity
   }
 
-  // Places: slips taken out (with less friction than nominal in the hypothesis), then the mean of the flat samples. The
-  // heading of IMU and base pose: the mean.
+  // Places are known but for constants: the mean over the flat samples is taken out, or, where feet may have moved, over
+  // each stretch in which they stood. The heading of IMU and base pose: the mean.
   void remove_mean_places() {
-    const size_t first = find_places(p_), n = r_.samples.size();
+    const size_t n = r_.samples.size(), first = find_places(p_);
+    std::vector<size_t> stretch(n, 0);
+    size_t count = 1;
+    for (size_t k = 1; k < n; ++k) {
+      const bool moved = slips_[k] || slips_[k - 1] || (terms_.friction > 0 && !(flat_[k] && flat_[k - 1] && follows(k)));
+      stretch[k] = moved ? count++ : count - 1;
+    }
     for (size_t c = first; c < first + count_places(p_); ++c) {
-      double slipped = 0, previous = out_[c], mean = 0, count = 0;
+      std::vector<double> sum(count, 0.0), flat(count, 0.0);
       for (size_t k = 0; k < n; ++k) {
-        double& gap = out_[k * channels_ + c];
-        if (k > 0 && (slips_[k] || slips_[k - 1])) slipped += gap - previous;
-        previous = gap;
-        gap -= slipped;
-        if (flat_[k]) mean += gap, ++count;
+        if (flat_[k]) sum[stretch[k]] += out_[k * channels_ + c], ++flat[stretch[k]];
       }
       for (size_t k = 0; k < n; ++k) {
-        double& gap = out_[k * channels_ + c];
-        gap = flat_[k] ? gap - mean / std::max(1.0, count) : 0;
+        double& place = out_[k * channels_ + c];
+        place = flat_[k] && flat[stretch[k]] > 1 ? place - sum[stretch[k]] / flat[stretch[k]] : 0;
       }
     }
     if (!p_.base_pose || !p_.attitude) return;
@@ -279,6 +294,8 @@ class Calculator {
   void add_turning() {
     for (size_t s = kTurning; s + kTurning < r_.samples.size(); s += 2 * kTurning) {
       const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
+      const int span = r_.samples[s + kTurning] - r_.samples[s - kTurning];
+      if (span > 2 * static_cast<int>(kTurning) * r_.window) continue;  // samples between are left out
       Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
       for (size_t k = s - kTurning; k < s + kTurning; ++k) {
         const double dt = time(k + 1) - time(k);
@@ -292,19 +309,37 @@ class Calculator {
     }
   }
 
+  // No sample is left out before the k-th.
+  bool follows(size_t k) const { return r_.samples[k] - r_.samples[k - 1] <= r_.window; }
+
+  // First and end of the longest run of samples without a gap or a slip.
+  std::pair<size_t, size_t> find_longest_run() const {
+    std::pair<size_t, size_t> best{0, 0};
+    size_t begin = 0;
+    for (size_t k = 1; k <= r_.samples.size(); ++k) {
+      const bool goes_on = k < r_.samples.size() && follows(k) && !slips_[k];
+      if (goes_on) continue;
+      if (k - begin > best.second - best.first) best = {begin, k};
+      begin = k;
+    }
+    return best;
+  }
+
   // Mean of specific force and gravity with a window w = 1 - cos that fades at both ends, less the mean acceleration of
   // the IMU over its standing foot: w and its rate vanish at the ends, so that is the mean of w'' times the place.
   void add_gravity() {
-    const size_t n = r_.samples.size();
-    const double span = r_.time[static_cast<size_t>(r_.samples.back())] - r_.time[static_cast<size_t>(r_.samples[0])];
+    const auto [begin, end] = find_longest_run();
+    const double span = r_.time[static_cast<size_t>(r_.samples[end - 1])] - r_.time[static_cast<size_t>(r_.samples[begin])];
+    if (span < kLongEnough) return;
+    const double n = static_cast<double>(end - begin);
     Vector3d sum = Vector3d::Zero();
     double weight = 0;
-    for (size_t k = 0; k < n; ++k) {
-      const double angle = 2 * M_PI * (static_cast<double>(k) + 0.5) / static_cast<double>(n);
+    for (size_t k = begin; k < end; ++k) {
+      const double angle = 2 * M_PI * (static_cast<double>(k - begin) + 0.5) / n;
       const double w = 1 - std::cos(angle), second = std::pow(2 * M_PI / span, 2) * std::cos(angle);
       sum += w * gravity_[k] - second * (attitudes_[k].conjugate() * places_[k]), weight += w;
     }
-    for (size_t k = 0; k < n; ++k) {
+    for (size_t k = 0; k < r_.samples.size(); ++k) {
       for (size_t i = 0; i < 3; ++i) {
         out_[k * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;
       }
@@ -328,6 +363,8 @@ class Calculator {
   std::vector<Vector3d> rates_, turns_, places_;
   std::vector<char> flat_, slips_;
   std::vector<double> ratios_, out_;
+  std::vector<double> slack_;  // [N m] by joint: less than that does not hold loose teeth on one side
+  bool floats_ = false;        // a link floats between the teeth: feet may be anywhere
   double load_ = 0, yaw_ = 0;  // [N], [rad]
   size_t channels_ = 0, last_ = 0;
 };
@@ -355,32 +392,6 @@ std::vector<double> calc_drive_channels(const StandProblem& problem, const Stand
     std::copy(added.begin(), added.end(), out.begin() + static_cast<long>(s * channels + first));
   }
   return out;
-}
-
-bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread) {
-  const size_t channels = list_channels(problem).size(), first = find_places(problem);
-  if (problem.feet.size() < 2) return false;
-  const size_t gap = first + (problem.base_pose ? 3 : 0);
-  std::vector<double> slipping;
-  for (size_t r = 0; r < problem.recordings.size(); ++r) {
-    Calculator calculator(problem, {}, r);
-    const std::vector<double> flat = calculator.run(nullptr);
-    const std::vector<double>& ratios = calculator.ratios();
-    for (size_t k = 1; k < ratios.size(); ++k) {
-      double moved = 0;
-      for (size_t i = gap; i < gap + 2; ++i) {
-        moved = std::max(moved, std::abs(flat[k * channels + i] - flat[(k - 1) * channels + i]));
-      }
-      if (moved > 4e-4) slipping.push_back(ratios[k]);  // [m] in 0.03 s; noise is below 5e-5
-    }
-  }
-  if (slipping.size() < 20) return false;
-  std::sort(slipping.begin(), slipping.end());
-  // A foot that turns as it slides feels less than the whole friction, never more: the upper edge is the coefficient.
-  const size_t n = slipping.size();
-  *ratio = slipping[n * 90 / 100];
-  *spread = (slipping[n * 97 / 100] - slipping[n * 80 / 100]) / 2;
-  return *spread < 0.2 * *ratio && *ratio < problem.experiment->scenario.ground.friction;
 }
 
 }  // namespace hrp::diagnosis::upright

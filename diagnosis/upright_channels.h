@@ -25,6 +25,8 @@ namespace hrp::diagnosis::upright {
 struct StandBase {
   std::vector<double> residuals;
   std::vector<DriveState> states;  // by sample, by joint
+  std::vector<char> flat;          // by sample: all feet stand flat
+  std::vector<double> ratios;      // by sample: largest tangential over normal force of a foot
 };
 
 // Residuals [sample][channel], flat, of one recording. 0 where a channel says nothing: tilt and gap of a foot that
@@ -35,9 +37,5 @@ std::vector<double> calc_channels(const StandProblem& problem, const StandHypoth
 // The same for a hypothesis that differs from that of `base` only in effects of one joint's drive: fast.
 std::vector<double> calc_drive_channels(const StandProblem& problem, const StandHypothesis& hypothesis,
                                         size_t recording, const StandBase& base, int joint);
-
-// Ratio of tangential to normal force at which the feet of the recordings were seen to slip: upper edge over the
-// samples in which the gap between them changed, and its spread. False when nothing slipped, or at ratios that scatter.
-bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread);
 
 }  // namespace hrp::diagnosis::upright

@@ -12,6 +12,10 @@ namespace {
 
 constexpr double kWindow = 0.03;  // [s] half of it: a standing robot moves below 3 Hz, a local cubic keeps that
 
+// Windows whose remainder exceeds the quiet ones' so many times are left out: of white noise in 10 samples the rms
+// scatters by a quarter of itself. A robot that shakes all the time is judged by its quieter part.
+constexpr double kRough = 3.0, kLeastShare = 0.2;
+
 // Columns base/x, base/y, ... smoothed; false when the recording lacks one.
 bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
                  Series* out) {
@@ -30,7 +34,8 @@ bool read_quaternion(const Recording& recording, const Smoother& smoother, const
   return true;
 }
 
-void read_joints(const Experiment& e, const Recording& recording, const Smoother& smoother, StandRecording* out) {
+void read_joints(const Experiment& e, const Recording& recording, const Smoother& smoother, const Smoother& wide,
+                 StandRecording* out) {
   for (int j = 0; j < e.num_joints(); ++j) {
     const JointColumns& columns = recording.joints[static_cast<size_t>(j)];
     const auto read = [&](Quantity q) {
@@ -39,6 +44,9 @@ void read_joints(const Experiment& e, const Recording& recording, const Smoother
     out->position.push_back(read(Quantity::kPosition));
     out->velocity.push_back(read(Quantity::kVelocity));
     out->effort.push_back(read(Quantity::kEffort));
+    if (columns.has(Quantity::kEffort)) {
+      out->effort.back().second = wide.run(fill_gaps(columns.signal[static_cast<int>(Quantity::kEffort)])).second;
+    }
     out->command.push_back(columns.command.empty() ? Series{} : smoother.run(columns.command));
   }
 }
@@ -56,6 +64,54 @@ bool read_feet(const Recording& recording, const Smoother& smoother, const Stand
   return true;
 }
 
+// Where a local cubic cannot follow the raw signals of IMU and force sensors (an impact, a foot that rolls on to its
+// edge): rms of what it leaves there, over that of the recording's quietest quarter; the worst of the columns, by sample.
+std::vector<double> find_roughness(const Recording& recording, const StandRecording& out,
+                                   const std::vector<std::pair<std::string, const Series*>>& columns) {
+  const auto n = out.time.size();
+  const auto half = static_cast<size_t>(out.window);
+  std::vector<double> worst(n, 0.0);
+  for (const auto& [name, series] : columns) {
+    const std::vector<double> raw = fill_gaps(recording.other.at(name));
+    std::vector<double> sum(n + 1, 0.0), rms(n, 0.0);
+    for (size_t k = 0; k < n; ++k) sum[k + 1] = sum[k] + std::pow(raw[k] - series->value[k], 2);
+    for (size_t k = 0; k < n; ++k) {
+      const size_t a = k >= half ? k - half : 0, b = std::min(n, k + half + 1);
+      rms[k] = std::sqrt((sum[b] - sum[a]) / static_cast<double>(b - a));
+    }
+    std::vector<double> sorted = rms;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(n / 4), sorted.end());
+    const double quiet = sorted[n / 4];
+    for (size_t k = 0; k < n && quiet > 0; ++k) worst[k] = std::max(worst[k], rms[k] / quiet);
+  }
+  return worst;
+}
+
+// One sample a window; ends of a recording, where the cubics stand on one side only, and rough samples left out.
+void choose_samples(const Recording& recording, const StandProblem& problem, StandRecording* out) {
+  std::vector<std::pair<std::string, const Series*>> columns;
+  const std::string imu = "/imu/" + problem.imu, axes = "xyz";
+  for (size_t i = 0; i < 3; ++i) {
+    columns.emplace_back(imu + "/angular_velocity/" + axes[i], &out->gyro[i]);
+    columns.emplace_back(imu + "/linear_acceleration/" + axes[i], &out->accelerometer[i]);
+    for (size_t f = 0; f < problem.feet.size(); ++f) {
+      const std::string wrench = "/wrench/" + problem.feet[f].sensor;
+      columns.emplace_back(wrench + "/force/" + axes[i], &out->wrench[6 * f + i]);
+      columns.emplace_back(wrench + "/torque/" + axes[i], &out->wrench[6 * f + 3 + i]);
+    }
+  }
+  const std::vector<double> rough = find_roughness(recording, *out, columns);
+  const int half = out->window, n = static_cast<int>(recording.size());
+  std::vector<double> sorted = rough;
+  const auto most = static_cast<long>(kLeastShare * n);
+  std::nth_element(sorted.begin(), sorted.begin() + most, sorted.end());
+  const double limit = std::max(kRough, sorted[static_cast<size_t>(most)]);
+  for (int k = 2 * half; k + 2 * half < n; k += half) {
+    out->grid.push_back(k);
+    if (rough[static_cast<size_t>(k)] <= limit) out->samples.push_back(k);
+  }
+}
+
 bool read_recording(const Experiment& e, const Recording& recording, Parity parity, const StandProblem& problem,
                     StandRecording* out, std::string* why) {
   out->file = recording.spec.name;
@@ -64,7 +120,8 @@ bool read_recording(const Experiment& e, const Recording& recording, Parity pari
   if (recording.size() < 40) return *why = out->file + " is too short", false;
   const double step = recording.duration() / static_cast<double>(recording.size() - 1);
   const Smoother smoother(recording.time, std::max(3, static_cast<int>(std::lround(kWindow / step))), parity);
-  read_joints(e, recording, smoother, out);
+  const Smoother wide(recording.time, std::min(3 * smoother.half(), static_cast<int>(recording.size() / 4)), parity);
+  read_joints(e, recording, smoother, wide, out);
   const std::string imu = "/imu/" + problem.imu;
   if (!read_vector(recording, smoother, imu + "/angular_velocity", "xyz", out->gyro) ||
       !read_vector(recording, smoother, imu + "/linear_acceleration", "xyz", out->accelerometer)) {
@@ -76,9 +133,8 @@ bool read_recording(const Experiment& e, const Recording& recording, Parity pari
     out->base_attitude[0] = {};
   }
   if (!read_feet(recording, smoother, problem, out, why)) return false;
-  // The ends of a recording are left out: there the local cubics stand on one side only.
-  const int half = out->window = smoother.half();
-  for (int k = 2 * half; k + 2 * half < static_cast<int>(recording.size()); k += half) out->samples.push_back(k);
+  out->window = smoother.half();
+  choose_samples(recording, problem, out);
   if (out->samples.size() <= 20) return *why = out->file + " is too short", false;
   return true;
 }

@@ -16,9 +16,12 @@ struct StandRecording {
   std::string file;
   bool train = true;
   std::vector<double> time;
-  std::vector<int> samples;                                 // kept: one a smoothing window, nearly independent errors
+  std::vector<int> grid;                                    // one sample a smoothing window: nearly independent errors
+  std::vector<int> samples;                                 // those of them that are kept
   int window = 1;                                           // stamps from one of them to the next
-  std::vector<Series> position, velocity, effort, command;  // by joint; empty where not recorded
+  // By joint; empty where not recorded. An effort's second derivative stems from windows three times as wide: it turns
+  // into accelerations of links behind elastic transmissions, where its noise would hide everything.
+  std::vector<Series> position, velocity, effort, command;
   std::vector<Series> wrench;                               // by foot * 6: force x y z, torque x y z
   Series gyro[3], accelerometer[3], attitude[4];            // attitude w x y z
   Series base_position[3], base_attitude[4];                // [m], w x y z; empty where not recorded

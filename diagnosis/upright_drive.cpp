@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/command_reader.h"
+
 namespace hrp::diagnosis::upright {
 namespace {
 
@@ -26,12 +28,6 @@ std::vector<double> wind(const std::vector<double>& position, double yield) {
 
 }  // namespace
 
-double interpolate_at(const std::vector<double>& time, const std::vector<double>& values, double t) {
-  const auto k = static_cast<size_t>(std::upper_bound(time.begin() + 1, time.end() - 1, t) - time.begin());
-  const double s = std::clamp((t - time[k - 1]) / (time[k] - time[k - 1]), 0.0, 1.0);
-  return values[k - 1] + s * (values[k] - values[k - 1]);
-}
-
 Drives::Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms)
     : p_(problem), r_(recording), terms_(terms), wound_(terms.joints.size()) {
   const Scenario& scenario = problem.experiment->scenario;
@@ -46,19 +42,19 @@ Drives::Drives(const StandProblem& problem, const StandRecording& recording, con
   near_ = static_cast<size_t>(recording.window);
 }
 
-double Drives::interpolate(const std::vector<double>& values, double t) const {
-  return interpolate_at(r_.time, values, t);
+double Drives::read(const std::vector<double>& values, size_t k, double later) const {
+  return later == 0 ? values[k] : interpolate(r_.time, values, r_.time[k] + later, k);
 }
 
 double Drives::calc_servo(size_t joint, size_t k, const DriveState& s, double* rate) const {
   const Series& command = r_.command[joint];
   const ServoGains& servo = servo_[joint];
-  const double t = r_.time[k] - terms_.joints[joint].delay;
-  const double c = interpolate(command.value, t), cd = interpolate(command.rate, t);
+  const double late = terms_.joints[joint].delay;
+  const double c = read(command.value, k, -late), cd = read(command.rate, k, -late);
   const double effort = servo.kp * (c - s.encoder) + servo.kd * (cd - s.velocity);
   const bool limited = std::abs(effort) > servo.effort_limit;
   *rate = limited ? 0
-                  : servo.kp * (cd - s.velocity) + servo.kd * (interpolate(command.second, t) - s.acceleration);
+                  : servo.kp * (cd - s.velocity) + servo.kd * (read(command.second, k, -late) - s.acceleration);
   return std::clamp(effort, -servo.effort_limit, servo.effort_limit);
 }
 
@@ -66,13 +62,8 @@ double Drives::find_effort(size_t joint, size_t k, const DriveState& s, double* 
   const JointTerms& t = terms_.joints[joint];
   if (!p_.effort[joint]) return calc_servo(joint, k, s, rate);
   const Series& effort = r_.effort[joint];
-  double value = effort.value[k];
-  *rate = effort.rate[k] / t.effort_scale;
-  if (t.effort_delay != 0) {
-    value = interpolate(effort.value, r_.time[k] + t.effort_delay);
-    *rate = interpolate(effort.rate, r_.time[k] + t.effort_delay) / t.effort_scale;
-  }
-  return (value - t.effort_bias) / t.effort_scale;
+  *rate = read(effort.rate, k, t.effort_delay) / t.effort_scale;
+  return (read(effort.value, k, t.effort_delay) - t.effort_bias) / t.effort_scale;
 }
 
 // What is missing in the effort after dry friction: all of what it can hold at rest, its level in motion.
@@ -106,9 +97,7 @@ void Drives::add(size_t joint, size_t k, const DriveState& s, std::vector<double
     out->push_back(effort - calc_servo(joint, k, s, &rate));
   }
   if (p_.velocity[joint]) {
-    const Series& velocity = r_.velocity[joint];
-    const double logged = t.velocity_delay == 0 ? velocity.value[k]
-                                                : interpolate(velocity.value, r_.time[k] + t.velocity_delay);
+    const double logged = read(r_.velocity[joint].value, k, t.velocity_delay);
     out->push_back((logged - t.velocity_bias) / t.velocity_scale - s.velocity);
   }
 }

@@ -29,7 +29,8 @@ class Drives {
  private:
   double take_friction(size_t joint, size_t k, double v, double effort, double missing) const;
   double calc_servo(size_t joint, size_t k, const DriveState& s, double* rate) const;
-  double interpolate(const std::vector<double>& values, double t) const;
+  // A series that is read `later` seconds after sample k.
+  double read(const std::vector<double>& values, size_t k, double later) const;
 
   const StandProblem& p_;
   const StandRecording& r_;
@@ -38,8 +39,5 @@ class Drives {
   std::vector<std::vector<double>> wound_;  // Bouc-Wen states by joint; empty without hysteresis
   size_t near_ = 1;                         // samples of the recording between two kept ones
 };
-
-// The value of a series at any time between its stamps.
-double interpolate_at(const std::vector<double>& time, const std::vector<double>& values, double t);
 
 }  // namespace hrp::diagnosis::upright

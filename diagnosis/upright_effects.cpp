@@ -28,7 +28,7 @@ const std::vector<StandInfo>& list_infos() {
       {I::kCommandDelay, "command_delay", {"delay"}, {"s"}, {0}, {1e-3}, true},
       {I::kActuatorLag, "actuator_lag", {"time_constant"}, {"s"}, {0}, {1e-3}, true},
       {I::kElasticity, "joint_elasticity", {}, {}, {0, 0}, {1e-6, 0.01}, true},
-      {I::kBacklash, "backlash", {"gap"}, {"rad"}, {0}, {1e-3}, true},
+      {I::kBacklash, "backlash", {"gap", "", ""}, {"rad", "", ""}, {0, 0, 0}, {1e-3, 0.01, 1e-6}, true},
       {I::kJointOffset, "joint_offset", {"offset"}, {"rad"}, {0}, {1e-3}, false},
       {I::kPayload, "payload", {"mass", "", "", ""}, {"kg", "", "", ""}, {0, 0, 0, 0}, {0.1, 0.01, 0.01, 0.01}, true},
       {I::kMassError, "mass_error", {"scale"}, {"1"}, {1}, {0.01}, false},
@@ -66,7 +66,8 @@ const std::vector<StandInfo>& list_infos() {
 
 class Lister {
  public:
-  Lister(const StandProblem& problem, const StandHypothesis& base) : p_(problem), base_(base) {}
+  Lister(const StandProblem& problem, const StandHypothesis& base, const StandHints& hints)
+      : p_(problem), base_(base), hints_(hints) {}
 
   void add(StandId id, int place, const std::vector<std::pair<size_t, double>>& starts = {}) {
     for (const StandEffect& e : base_) {
@@ -93,8 +94,10 @@ class Lister {
                        I::kActuatorLag}) {
       add(id, j);
     }
-    // Elastic and loose transmissions, hysteresis and cogging are not proposed: in trials with other causes they were
-    // named more often wrongly than rightly, and a wrong cause is worse than none.
+    for (double yield : {0.01, 0.04}) add(I::kHysteresis, j, {{1, yield}});  // [rad]
+    for (double periods : hints_.ripples[i]) add(I::kCogging, j, {{2, periods}});
+    add(I::kElasticity, j);
+    if (p_.effort[i]) add(I::kBacklash, j);
     for (double v : {0.03, 0.08, 0.2}) add(I::kStribeck, j, {{2, v}});     // [rad/s]
     if (p_.command[i]) add(I::kCommandDelay, j);
     if (!p_.effort[i]) return;
@@ -117,6 +120,7 @@ class Lister {
 
   const StandProblem& p_;
   const StandHypothesis& base_;
+  const StandHints& hints_;
 };
 
 }  // namespace
@@ -128,8 +132,8 @@ const StandInfo& get_stand_info(StandId id) {
   return list_infos()[0];
 }
 
-std::vector<StandEffect> list_candidates(const StandProblem& p, const StandHypothesis& base, double slip_ratio) {
-  Lister lister(p, base);
+std::vector<StandEffect> list_candidates(const StandProblem& p, const StandHypothesis& base, const StandHints& hints) {
+  Lister lister(p, base, hints);
   for (int j = 0; j < p.tree.num_joints(); ++j) lister.add_joint(j);
   for (int link = 0; link < static_cast<int>(p.tree.links.size()); ++link) {
     if (p.tree.links[static_cast<size_t>(link)].inertia.mass < 1e-6) continue;
@@ -139,7 +143,7 @@ std::vector<StandEffect> list_candidates(const StandProblem& p, const StandHypot
   if (flat) {
     for (StandId id : {I::kFootCompliance, I::kFootHardening, I::kGroundSlope}) lister.add(id, 0);
   }
-  if (slip_ratio > 0) lister.add(I::kGroundFriction, 0, {{0, slip_ratio}});
+  if (hints.slip_ratio > 0) lister.add(I::kGroundFriction, 0, {{0, hints.slip_ratio}});
   const int feet = static_cast<int>(p.feet.size());
   for (int foot = 0; foot < feet; ++foot) {
     for (StandId id : {I::kForceBias, I::kTorqueBias, I::kForceScale, I::kTorqueScale, I::kWrenchSkew}) {
@@ -158,6 +162,15 @@ std::vector<StandEffect> list_candidates(const StandProblem& p, const StandHypot
   }
   return lister.list;
 }
+
+namespace {
+
+// [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off.
+double find_size(const StandProblem& problem, int link) {
+  return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
+}
+
+}  // namespace
 
 bool is_sensible(const StandProblem& problem, const StandEffect& e) {
   const StandInfo& info = get_stand_info(e.id);
@@ -191,17 +204,55 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     case I::kStribeck: return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
     case I::kHysteresis: return e.p[1] > 1e-3 && e.p[1] < 0.5;
     case I::kSaturation: return e.p[0] > 0;
-    case I::kElasticity: return e.p[1] > -1e-3;
+    // What the ground may give itself is no transmission.
+    case I::kElasticity: return e.p[1] > -1e-3 && e.p[0] > 3 * kContact;
+    case I::kBacklash: return e.p[1] > -1e-3 && e.p[2] > -1e-6;  // a rotor's inertia; how far teeth bend
+    case I::kComError: return Vector3d(e.p[0], e.p[1], e.p[2]).norm() < find_size(problem, e.place);
     case I::kLoadFriction: return e.p[0] < 1;
     default: break;
   }
-  (void)problem;
   return true;
 }
 
 bool are_sensible(const StandProblem& problem, const StandHypothesis& hypothesis) {
   return std::all_of(hypothesis.begin(), hypothesis.end(),
                      [&](const StandEffect& e) { return is_sensible(problem, e); });
+}
+
+std::vector<StandEffect> list_richer(const StandProblem& p, const StandEffect& e) {
+  std::vector<StandEffect> out;
+  if (e.id == StandId::kCoulomb) {
+    for (double v : {0.03, 0.1, 0.3}) out.push_back({StandId::kStribeck, e.place, {0.7 * e.p[0], 0.5 * e.p[0], v, 0}});
+  }
+  if (e.id == StandId::kFootCompliance) {
+    StandEffect hard{StandId::kFootHardening, e.place, {}};
+    for (size_t f = 0; f < p.feet.size(); ++f) {
+      const auto begin = e.p.begin() + static_cast<long>(f * kFootParameters);
+      hard.p.insert(hard.p.end(), begin, begin + kFootParameters);
+      hard.p.push_back(0);
+    }
+    out.push_back(hard);
+  }
+  return out;
+}
+
+bool is_main(StandId id, size_t parameter) {
+  if (is_foot(id)) {
+    const size_t at = parameter % get_stand_info(id).step.size();
+    return at == 0 || at == 2;  // stiffness of roll and pitch
+  }
+  return parameter == 0 || id == StandId::kCogging || (!is_joint(id) && id != StandId::kPayload);
+}
+
+double find_give(const StandFoot& foot, int axis) {
+  const Vector3d half = 0.5 * foot.size;
+  if (half.head<2>().maxCoeff() > 100) return kContact;  // [m] no sole was described
+  return kContact * std::pow(half.head<2>().maxCoeff() / (axis == 0 ? half.y() : half.x()), 2);
+}
+
+double find_sinking(const StandFoot& foot) {
+  const double half = 0.5 * foot.size.head<2>().maxCoeff();
+  return half > 100 ? 0 : kContact * half * half;
 }
 
 double find_prior(const StandProblem& problem, const StandEffect& e, size_t parameter) {

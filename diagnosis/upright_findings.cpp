@@ -44,21 +44,29 @@ std::string find_imu_part(const StandProblem& p, const StandEffect& e) {
   return imu + (e.place == 3 || accelerometer ? "/linear_acceleration" : "");
 }
 
-// Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation.
-void add_bush_axis(const StandEffect& e, const Eigen::VectorXd& std, size_t at, const char* axis, Json* out) {
-  const double a = e.p[at], b = e.p[at + 1], sa = std(static_cast<long>(at)), sb = std(static_cast<long>(at) + 1);
+// Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation. Ground and sole give in
+// series with the bush, by anything up to `contact` (evenly: mean 1/2, deviation 1/sqrt(12)).
+void add_bush_axis(const StandEffect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
+                   Json* out) {
+  const double series = std::min(contact, 0.5 * e.p[at]);
+  const double a = e.p[at] - 0.5 * series, share = e.p[at] / a;
+  // The bush turns by the rest of the tilt only, so its damping seems smaller than it is by the same share.
+  const double b = e.p[at + 1] * share, sb = std(static_cast<long>(at) + 1) * share;
+  const double sa = std::hypot(std(static_cast<long>(at)), series / std::sqrt(12));
   (*out)[std::string("k_") + axis] = make_value(1 / a, sa / (a * a), "N m/rad");
-  (*out)[std::string("c_") + axis] = make_value(b / a, std::hypot(sb / a, b * sa / (a * a)), "N m s/rad");
+  (*out)[std::string("c_") + axis] = make_value(b / a, std::hypot(sb / a, 2 * b * sa / (a * a)), "N m s/rad");
 }
 
-Json make_bush(const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
+Json make_bush(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
   const bool hard = e.id == StandId::kFootHardening;
   const size_t at = foot * (kFootParameters + (hard ? 1 : 0));
   Json out;
-  const double a = e.p[at + 4], s = std(static_cast<long>(at) + 4);
+  const double sink = find_sinking(p.feet[foot]);
+  const double a = e.p[at + 4] - 0.5 * std::min(sink, 0.5 * e.p[at + 4]);
+  const double s = std::hypot(std(static_cast<long>(at) + 4), sink / std::sqrt(12));
   if (a > 3 * s) out["kz"] = make_value(1 / a, s / (a * a), "N/m");  // else the data do not say how far the foot sinks
-  add_bush_axis(e, std, at, "roll", &out);
-  add_bush_axis(e, std, at + 2, "pitch", &out);
+  add_bush_axis(e, std, at, "roll", find_give(p.feet[foot], 0), &out);
+  add_bush_axis(e, std, at + 2, "pitch", find_give(p.feet[foot], 1), &out);
   if (hard) {
     // tilt = -M/k - h tilt^3: stiffness k (1 + (tilt / angle)^2) with angle = 1 / sqrt(h).
     const double h = e.p[at + kFootParameters], sh = std(static_cast<long>(at + kFootParameters));
@@ -127,11 +135,11 @@ std::pair<std::string, std::string> find_place(const StandProblem& p, const Stan
   return {is_foot(e.id) ? "foot" : "ground", is_foot(e.id) ? "all" : "ground"};
 }
 
-Json make_parameters(const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
+Json make_parameters(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
   const StandInfo& info = get_stand_info(e.id);
   switch (e.id) {
     case StandId::kFootCompliance:
-    case StandId::kFootHardening: return make_bush(e, std, foot);
+    case StandId::kFootHardening: return make_bush(p, e, std, foot);
     case StandId::kPayload: return make_payload(e, std);
     case StandId::kSpring: return make_spring(e, std);
     case StandId::kStribeck: return make_stribeck(e, std);
@@ -142,7 +150,7 @@ Json make_parameters(const StandEffect& e, const Eigen::VectorXd& std, size_t fo
   Json out;
   if (info.parameters.size() == e.p.size()) {
     for (size_t i = 0; i < e.p.size(); ++i) {
-      out[info.parameters[i]] = make_value(e.p[i], std(static_cast<long>(i)), info.units[i]);
+      if (*info.parameters[i]) out[info.parameters[i]] = make_value(e.p[i], std(static_cast<long>(i)), info.units[i]);
     }
     return out;
   }

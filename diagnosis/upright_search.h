@@ -6,16 +6,9 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "diagnosis/upright_fit.h"
+#include "diagnosis/upright_judge.h"
 
 namespace hrp::diagnosis::upright {
-
-struct StandFit {
-  StandHypothesis hypothesis;
-  std::vector<Eigen::VectorXd> std;     // by effect, by parameter
-  std::vector<double> channel_rms;      // whitened, on the recordings that were not fitted
-  double score = 0;                     // sum over channels of n log(rms^2), not below the noise; lower is better
-};
 
 struct StandTrial {
   StandFit fit;          // with the candidate added to what was there

@@ -29,7 +29,7 @@ void add_drive(const StandEffect& e, JointTerms* j) {
     case StandId::kCommandDelay: j->delay = e.p[0]; break;
     case StandId::kActuatorLag: j->lag = e.p[0]; break;
     case StandId::kElasticity: j->compliance = e.p[0], j->rotor += e.p[1]; break;
-    case StandId::kBacklash: j->gap = e.p[0]; break;
+    case StandId::kBacklash: j->gap = e.p[0], j->rotor += e.p[1], j->compliance += e.p[2]; break;
     case StandId::kJointOffset: j->offset = e.p[0]; break;
     default: add_friction(e, j);
   }
