@@ -107,8 +107,10 @@ class Calculator {
       if ((terms.compliance != 0 || terms.gap != 0) && p_.is_driven(i)) {
         double rate = 0;
         const double torque = drives_.find_effort(i, k, s, &rate) - terms.rotor * s.acceleration;
-        if (terms.gap != 0 && std::abs(torque) < slack_[i]) floats_ = true;
-        bent = terms.compliance * torque + (torque > 0 ? 0.5 : -0.5) * terms.gap;
+        // Loose teeth that nothing holds on one side are in the middle, more or less.
+        const double side = terms.gap != 0 ? torque / std::max(1e-9, slack_[i]) : 0;
+        floats_ = floats_ || (terms.gap != 0 && std::abs(side) < 1);
+        bent = terms.compliance * torque + 0.5 * terms.gap * std::clamp(side, -1.0, 1.0);
         bent_rate = terms.compliance * rate;
         if (p_.effort[i]) bent_second = terms.compliance * r_.effort[i].second[k];
       }

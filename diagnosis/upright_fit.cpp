@@ -114,7 +114,10 @@ std::vector<Derivative> differentiate(const StandProblem& problem, const StandHy
         const bool drive = is_drive(hypothesis[e].id);
         column[r] = drive ? calc_drive_channels(problem, moved, r, base[r], hypothesis[e].place)
                           : calc_channels(problem, moved, r);
-        for (size_t k = 0; k < at.size(); ++k) column[r][k] = (column[r][k] - at[k]) / step;
+        for (size_t k = 0; k < at.size(); ++k) {
+          const bool silent = column[r][k] == 0 || at[k] == 0;  // an equation that says nothing has no slope
+          column[r][k] = silent ? 0 : (column[r][k] - at[k]) / step;
+        }
       }
       columns.push_back(std::move(column));
     }

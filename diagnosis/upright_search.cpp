@@ -141,7 +141,8 @@ StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, 
       for (size_t k = 0; k < column.size(); ++k) predicted[r].residuals[k] += column[k] * d;
     }
   }
-  trial.fit = judge_.judge(h, predicted);
+  // Where loose teeth float nothing is said: no slope has that.
+  trial.fit = judge_.judge(h, candidate.id == StandId::kBacklash ? evaluate(coarse_, h) : predicted);
   if (!are_sensible(p_, h)) trial.fit.score = 1e300;
   return trial;
 }
