@@ -177,7 +177,8 @@ bool find_feet(const Experiment& e, StandProblem* problem) {
 bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) {
   for (int j = 0; j < e.num_joints(); ++j) {
     const auto i = static_cast<size_t>(j);
-    bool effort = true, command = true, velocity = true;
+    // Joints that are taken as recorded have no servo whose law could be held against them.
+    bool effort = true, command = e.scenario.drive != "motion", velocity = true;
     for (const StandRecording& r : problem->recordings) {
       if (r.position[i].value.empty()) {
         return *why = "joint " + e.robot.tree.joint(j).name + " has no position", false;

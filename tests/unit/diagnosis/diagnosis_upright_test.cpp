@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Standing robots: what the smoothing, the hints, the intervals and the dependence finder claim.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "diagnosis/upright_dependence.h"
+#include "diagnosis/upright_findings.h"
+#include "diagnosis/upright_hints.h"
+#include "diagnosis/upright_smooth.h"
+
+namespace hrp::diagnosis::upright {
+namespace {
+
+std::vector<double> make_uneven_times(int count) {
+  std::vector<double> time;
+  for (int k = 0; k < count; ++k) time.push_back(0.004 * k + 0.001 * std::sin(7.0 * k));
+  return time;
+}
+
+TEST(StandingSmoothing, KeepsACubicWithItsDerivativesOnUnevenStampsFromAnyHalfOfTheSamples) {
+  const std::vector<double> time = make_uneven_times(100);
+  std::vector<double> values;
+  for (double t : time) values.push_back(1 + 2 * t - 3 * t * t + 5 * t * t * t);
+  for (Parity parity : {Parity::kAll, Parity::kEven, Parity::kOdd}) {
+    const Series s = Smoother(time, 8, parity).run(values);
+    const double t = time[50];
+    // Rounding: the normal matrix of a cubic has a condition of about 1e3, with a ridge of 1e-12.
+    EXPECT_NEAR(s.value[50], values[50], 1e-9);
+    EXPECT_NEAR(s.rate[50], 2 - 6 * t + 15 * t * t, 1e-6);
+    EXPECT_NEAR(s.second[50], -6 + 30 * t, 1e-4);
+  }
+}
+
+// What makes a fit of even against odd samples free of the bias by noise: their errors have nothing in common.
+TEST(StandingSmoothing, GivesEvenAndOddSamplesIndependentErrors) {
+  const std::vector<double> time = make_uneven_times(20000);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<double> noise;
+  for (size_t k = 0; k < time.size(); ++k) noise.push_back(normal(random));
+  const Series even = Smoother(time, 8, Parity::kEven).run(noise), odd = Smoother(time, 8, Parity::kOdd).run(noise);
+  double ee = 0, eo = 0;
+  for (size_t k = 0; k < time.size(); ++k) ee += even.value[k] * even.value[k], eo += even.value[k] * odd.value[k];
+  // 20000 samples over windows of 17: about 1200 independent errors, whose mean product scatters by 0.03.
+  EXPECT_LT(std::abs(eo / ee), 0.12);
+}
+
+// A standing robot's problem with one driven joint and no feet: enough for what works on columns alone.
+StandProblem make_columns(int recordings) {
+  StandProblem p;
+  p.effort = {true}, p.command = {false}, p.velocity = {false};
+  for (int r = 0; r < recordings; ++r) {
+    StandRecording recording;
+    recording.train = r == 0;
+    for (int k = 0; k < 600; ++k) recording.time.push_back(0.015 * k), recording.samples.push_back(k);
+    Series q, load;
+    for (double t : recording.time) {
+      const double w = 1.1 + 0.3 * r;
+      q.value.push_back(0.5 * std::sin(w * t)), q.rate.push_back(0.5 * w * std::cos(w * t)), q.second.push_back(0);
+    }
+    load.value.assign(recording.time.size(), 100.0);
+    recording.position.push_back(q);
+    recording.effort.push_back({});
+    recording.wrench.assign(6, load);
+    p.recordings.push_back(recording);
+  }
+  return p;
+}
+
+// One channel: the effort that is missing as a function of position and velocity, with noise.
+template <class Missing>
+Evaluation evaluate_missing(const StandProblem& p, Missing missing) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 0.01);
+  Evaluation out;
+  for (const StandRecording& r : p.recordings) {
+    StandBase base;
+    for (size_t k = 0; k < r.time.size(); ++k) {
+      const double q = r.position[0].value[k], v = r.position[0].rate[k];
+      base.states.push_back({q, q, v, -q, 0});
+      base.residuals.push_back(missing(q, v) + noise(random));
+    }
+    out.push_back(base);
+  }
+  return out;
+}
+
+TEST(StandingHints, FindARipplesPeriodsBesideFrictionAndASpring) {
+  StandProblem p = make_columns(2);
+  // There are no feet: with a base pose the channels of places and balance come first, as they do on a robot.
+  p.base_pose = true, p.attitude = false;
+  const size_t first = find_drives(p);
+  Evaluation left = evaluate_missing(p, [](double q, double v) {
+    return 0.3 * std::sin(23 * q + 0.4) + 2 * q + (v > 0 ? 0.8 : -0.8) + 0.5 * v;
+  });
+  for (StandBase& base : left) {  // the channels before the drives' say nothing
+    std::vector<double> rows;
+    for (double e : base.residuals) rows.insert(rows.end(), first, 0.0), rows.push_back(e);
+    base.residuals = rows;
+  }
+  const std::vector<double> found = find_ripples(p, left)[0];
+  ASSERT_FALSE(found.empty());
+  EXPECT_NEAR(found[0], 23, 2 * M_PI / 1.0 / 2);  // half a period over the range of 1 rad: what a fit starts from
+}
+
+TEST(StandingDependence, OfARemainderThatFollowsTimeIsNamedTime) {
+  StandProblem p = make_columns(2);
+  Evaluation left(2);
+  for (size_t r = 0; r < 2; ++r) {
+    for (double t : p.recordings[r].time) left[r].residuals.push_back(0.3 * std::sin(2 * M_PI * 4.3 * t + 1.0 + r));
+  }
+  const std::vector<std::string> found = find_dependence(p, {"tilt", "", "", "foot", "", ""}, 0, left);
+  EXPECT_EQ(found, std::vector<std::string>{"time"});
+}
+
+TEST(StandingDependence, OfNoiseIsNothing) {
+  StandProblem p = make_columns(2);
+  const Evaluation left = evaluate_missing(p, [](double, double) { return 0.0; });
+  EXPECT_TRUE(find_dependence(p, {"tilt", "", "", "foot", "", ""}, 0, left).empty());
+}
+
+StandProblem make_soles(double length, double width) {
+  StandProblem p;
+  p.feet.resize(2);
+  for (StandFoot& foot : p.feet) foot.size = {length, width, 0.02};
+  return p;
+}
+
+// A bush of 1000 N m/rad on ground that gives 5e4 N m/rad seems to have 980; on ground that does not give, 1000.
+TEST(StandingIntervals, OfAStiffnessHoldItWhateverTheGroundGives) {
+  const StandProblem p = make_soles(0.22, 0.22);
+  Eigen::VectorXd std = Eigen::VectorXd::Zero(2 * static_cast<long>(kFootParameters));
+  for (const double ground : {5e4, 1e5, 1e9}) {
+    StandEffect e{StandId::kFootCompliance, 0, std::vector<double>(2 * kFootParameters, 1e-6)};
+    for (size_t f = 0; f < 2; ++f) e.p[f * kFootParameters] = e.p[f * kFootParameters + 2] = 1 / 1000.0 + 1 / ground;
+    const Json k = make_parameters(p, e, std, 0)["k_pitch"];
+    EXPECT_LE(k["ci95"][0].get<double>(), 1000) << ground;
+    EXPECT_GE(k["ci95"][1].get<double>(), 1000) << ground;
+    EXPECT_LT(k["ci95"][1].get<double>() - k["ci95"][0].get<double>(), 50) << ground;  // and stay of use: 5 %
+  }
+}
+
+// The same ground gives more about the long edge of a sole: its lever is shorter.
+TEST(StandingIntervals, AreWiderAboutTheLongEdgeOfASole) {
+  const StandFoot foot = make_soles(0.24, 0.12).feet[0];
+  EXPECT_DOUBLE_EQ(find_give(foot, 1), 2e-5);
+  EXPECT_DOUBLE_EQ(find_give(foot, 0), 4 * 2e-5);
+}
+
+TEST(StandingEffects, ACentreOfMassOutsideItsLinkIsNotBelieved) {
+  StandProblem p;
+  LinkSpec link;
+  link.inertia.mass = 0.5;
+  p.tree.links.push_back(link);
+  EXPECT_TRUE(is_sensible(p, {StandId::kComError, 0, {0.05, 0, 0.02}}));
+  EXPECT_FALSE(is_sensible(p, {StandId::kComError, 0, {0, 0, 0.6}}));
+}
+
+TEST(StandingEffects, ATransmissionThatGivesLessThanTheGroundIsNotBelieved) {
+  const StandProblem p;
+  EXPECT_TRUE(is_sensible(p, {StandId::kElasticity, 0, {1 / 3000.0, 0.1}}));
+  EXPECT_FALSE(is_sensible(p, {StandId::kElasticity, 0, {1 / 30000.0, 0.1}}));
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::upright
