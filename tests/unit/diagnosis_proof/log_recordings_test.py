@@ -76,6 +76,42 @@ class Logs(unittest.TestCase):
         (self.folder / "broken.yaml").write_text((self.folder / "mcap.yaml").read_text().replace("train.mcap", "broken.mcap"))
         self.assertIn("broken.mcap", call(BIN / "hrp-diagnose", self.folder / "broken.yaml", "--out", self.folder / "no", expected=2))
 
+    def answer_log(self, name, content):
+        """Exit status and words of the tool when the training log holds `content`."""
+        (self.folder / f"{name}.mcap").write_bytes(content)
+        text = (self.folder / "mcap.yaml").read_text().replace("train.mcap", f"{name}.mcap")
+        (self.folder / f"{name}.yaml").write_text(text)
+        run = subprocess.run([str(BIN / "hrp-diagnose"), str(self.folder / f"{name}.yaml"), "--out", str(self.folder / name)],
+                             capture_output=True, text=True, timeout=120)
+        return run.returncode, run.stdout + run.stderr
+
+    def test_a_log_that_ends_early_is_answered_or_named(self):
+        content = (self.folder / "train.mcap").read_bytes()
+        for share in (0.9, 0.5, 0.1):
+            status, words = self.answer_log("cut", content[:int(share * len(content))])
+            self.assertIn(status, (0, 2), words)
+            if status == 2:
+                self.assertIn("cut.mcap", words)
+
+    def test_a_log_with_damaged_bytes_is_answered_or_named(self):
+        content = bytearray((self.folder / "train.mcap").read_bytes())
+        for at in range(len(content) // 3, len(content) // 3 + 4000):
+            content[at] ^= 0x5a
+        status, words = self.answer_log("damaged", bytes(content))
+        self.assertIn(status, (0, 2), words)
+        if status == 2:
+            self.assertIn("damaged.mcap", words)
+
+    def test_the_server_set_and_one_process_come_equally_near_the_recording(self):
+        again = {}
+        for way in ("servers", "process"):
+            call(sys.executable, SOURCE / "scripts" / "diagnosis" / "resimulate.py", BIN.resolve(), self.folder / "csv", way)
+            again[way] = json.loads((self.folder / "csv" / "resimulated.json").read_text())["per_signal"]
+        self.assertEqual(again["servers"], again["process"])
+        error = again["servers"][f"/joint_states/{self.joint}/position"]
+        # The friction is found within 5 %: as much of what it did to the motion may stay.
+        self.assertLess(error["after"], 0.05 * error["before"])
+
     def test_the_updated_scenario_runs_as_it_is_and_repeats_the_recording(self):
         updated = self.folder / "mcap" / "updated" / "scenario.yaml"
         self.assertIn("effects:", updated.read_text())
