@@ -339,8 +339,9 @@ class Calculator {
     for (size_t k = begin; k < end; ++k) {
       const double angle = 2 * M_PI * (static_cast<double>(k - begin) + 0.5) / n;
       const double w = 1 - std::cos(angle), second = std::pow(2 * M_PI / span, 2) * std::cos(angle);
-      sum += w * gravity_[k] - second * (attitudes_[k].conjugate() * places_[k]), weight += w;
+      sum += w * (attitudes_[k] * gravity_[k]) - second * places_[k], weight += w;
     }
+    sum = attitudes_[(begin + end) / 2].conjugate() * sum;  // summed in the world, told in the sensor's axes
     for (size_t k = 0; k < r_.samples.size(); ++k) {
       for (size_t i = 0; i < 3; ++i) {
         out_[k * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;

@@ -153,6 +153,10 @@ std::vector<StandEffect> list_candidates(const StandProblem& p, const StandHypot
       for (StandId id : {I::kWrenchDelay, I::kWrenchMisalignment}) lister.add(id, foot + part * feet);
     }
   }
+  for (double skew : {-0.03, -0.01, 0.01, 0.03}) {  // over 10 s the clocks part too far for a slope at none
+    lister.add(I::kImuSkew, 0, {{0, skew}});
+    for (int foot = 0; foot < feet; ++foot) lister.add(I::kWrenchSkew, foot, {{0, skew}});
+  }
   for (StandId id : {I::kGyroBias, I::kAccelerometerBias, I::kGyroScale, I::kAccelerometerScale, I::kImuSkew}) {
     lister.add(id, 0);
   }

@@ -124,7 +124,8 @@ StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, 
   StandTrial trial;
   StandHypothesis h = so_far.hypothesis;
   h.push_back(candidate);
-  if (candidate.id == StandId::kGroundFriction || candidate.id == StandId::kSaturation) {  // has no neutral start
+  const bool skewed = (candidate.id == StandId::kImuSkew || candidate.id == StandId::kWrenchSkew) && candidate.p[0] != 0;
+  if (candidate.id == StandId::kGroundFriction || candidate.id == StandId::kSaturation || skewed) {  // starts away
     trial.fit = judge_.judge(h, thin_out(evaluate(p_, h), channels()));
     return trial;
   }
