@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kFloor = 1.2;  // score below which what is left counts as noise
 constexpr double kSure = 4.0;   // standard errors from a value that changes nothing
-constexpr double kLeastShare =
-    0.03;                      // of what is left: a smaller share may stand in for something that is missing as well
+// Of what is left: a smaller share may stand in for something that is missing as well.
+constexpr double kLeastShare = 0.03;
 constexpr double kSame = 0.3;  // relative difference of parts of the recordings that still counts as one value
 constexpr int kMostEffects = 12;
 

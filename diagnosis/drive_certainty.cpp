@@ -147,6 +147,11 @@ std::string DriveSelector::find_company(const Linear& linear, const Hypothesis& 
     PartStep beside;
     const Linear both = extend(problem_, linear, effects, candidate);
     if (!both.ok || !calc_part_step(both, everywhere, 0, &beside)) continue;
+    // Company that no drive has, such as an encoder wrong by a tenth, proves nothing.
+    Effect moved = candidate;
+    long column = linear.width.size();
+    for (const Slot& slot : list_slots({candidate})) moved.p[slot.index] += beside.step[column++];
+    if (!find_nonsense(moved).empty()) continue;
     for (size_t s = 0; s < slots.size(); ++s) {
       if (slots[s].effect != at || slots[s].index != find_main(effects[at])) continue;
       const long slot = static_cast<long>(s);

@@ -7,7 +7,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kFolds = 4, kStretches = 12;  // stretches per recording, dealt to the folds in turn
+constexpr int kFolds = 4, kDealt = 12;  // stretches per recording, dealt to the folds in turn
 constexpr int kBlocks = 24;                 // stretches per recording whose scatter tells the spread of parameters
 
 // Gauss-Newton step. `variance` of a residual weighs the data against the parameters' widths.
@@ -118,7 +118,7 @@ std::vector<Sums> sum_groups(const Linear& linear, int groups, const GroupOf& gr
 std::vector<Sums> sum_folds(const Linear& linear) {
   return sum_groups(linear, kFolds, [&](size_t i, size_t k) {
     const size_t samples = static_cast<size_t>(linear.r[i].size()) / kQuantities;
-    return static_cast<int>(k * kStretches / samples) % kFolds;
+    return static_cast<int>(k * kDealt / samples) % kFolds;
   });
 }
 

@@ -117,7 +117,8 @@ class Search {
     Outcome drives = *outcome;
     const double least = best_refined().rms;
     if (!search_drives(prepared_, progress_, &drives)) return false;
-    if (drives.chosen.rms <= kDrivesWorse * least) {
+    // With nothing certain in it, it is shown for its prediction alone.
+    if (drives.chosen.rms <= (drives.partly ? kDrivesWorse : 1.0) * least) {
       *outcome = drives;
       return true;
     }

@@ -197,8 +197,8 @@ TEST(Drives, APushForAWhileIsNotNamed) {
 }
 
 TEST(Drives, AStopInTheRangeIsNotNamed) {
-  Experiment e = make_experiment("stop", 1, 2);
-  simulate([](double, double q, double v) { return q > 0.3 ? 60.0 * (q - 0.3) + 1.0 * v : 0.0; }, &e);
+  Experiment e = make_experiment("stop", 1, 2, kFew);
+  simulate([](double, double q, double v) { return q > 0.15 ? 60.0 * (q - 0.15) + 1.0 * v : 0.0; }, &e);
   EXPECT_TRUE(list_findings(look(e)).empty());
 }
 
