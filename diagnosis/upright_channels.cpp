@@ -14,17 +14,8 @@ namespace {
 
 constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
 constexpr size_t kTurning = 5;    // samples: half of the 0.3 s over which turning is compared
-constexpr double kSlack = 0.03;   // share of a joint's largest effort that does not hold loose teeth on one side
 constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
 constexpr double kLoaded = 0.01;  // share of the weight that a foot must carry to count as standing
-
-double find_slack(const StandProblem& p, size_t joint) {
-  double most = 0;
-  for (const StandRecording& r : p.recordings) {
-    for (double u : r.effort[joint].value) most = std::max(most, std::abs(u));
-  }
-  return kSlack * most;
-}
 
 class Calculator {
  public:
@@ -44,7 +35,7 @@ class Calculator {
         torque_(problem.feet.size()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
     for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
-    for (size_t j = 0; j < joints_.size(); ++j) slack_.push_back(terms_.joints[j].gap != 0 ? find_slack(problem, j) : 0);
+    for (size_t j = 0; j < joints_.size(); ++j) slack_.push_back(terms_.joints[j].gap ? find_slack(problem, j) : 0);
   }
 
   std::vector<double> run(StandBase* base) {
@@ -266,14 +257,15 @@ class Calculator {
     for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // filled by add_turning and add_gravity
   }
 
-  // Places are known but for constants: the mean over the flat samples is taken out, or, where feet may have moved, over
-  // each stretch in which they stood. The heading of IMU and base pose: the mean.
+  // Places are known but for constants: the mean over the flat samples is taken out, or, where feet may have moved,
+  // over each stretch in which they stood. The heading of IMU and base pose: the mean.
   void remove_mean_places() {
     const size_t n = r_.samples.size(), first = find_places(p_);
     std::vector<size_t> stretch(n, 0);
     size_t count = 1;
     for (size_t k = 1; k < n; ++k) {
-      const bool moved = slips_[k] || slips_[k - 1] || (terms_.friction > 0 && !(flat_[k] && flat_[k - 1] && follows(k)));
+      const bool seen = flat_[k] && flat_[k - 1] && follows(k);
+      const bool moved = slips_[k] || slips_[k - 1] || (terms_.friction > 0 && !seen);
       stretch[k] = moved ? count++ : count - 1;
     }
     for (size_t c = first; c < first + count_places(p_); ++c) {
@@ -331,7 +323,8 @@ class Calculator {
   // the IMU over its standing foot: w and its rate vanish at the ends, so that is the mean of w'' times the place.
   void add_gravity() {
     const auto [begin, end] = find_longest_run();
-    const double span = r_.time[static_cast<size_t>(r_.samples[end - 1])] - r_.time[static_cast<size_t>(r_.samples[begin])];
+    const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
+    const double span = end > begin ? time(end - 1) - time(begin) : 0;
     if (span < kLongEnough) return;
     const double n = static_cast<double>(end - begin);
     Vector3d sum = Vector3d::Zero();

@@ -65,7 +65,7 @@ bool read_feet(const Recording& recording, const Smoother& smoother, const Stand
 }
 
 // Where a local cubic cannot follow the raw signals of IMU and force sensors (an impact, a foot that rolls on to its
-// edge): rms of what it leaves there, over that of the recording's quietest quarter; the worst of the columns, by sample.
+// edge): rms of what it leaves there, over that of the quietest quarter; the worst of the columns, by sample.
 std::vector<double> find_roughness(const Recording& recording, const StandRecording& out,
                                    const std::vector<std::pair<std::string, const Series*>>& columns) {
   const auto n = out.time.size();

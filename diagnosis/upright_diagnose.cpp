@@ -10,7 +10,7 @@ bool diagnose_upright(const Problem& problem, const std::function<void(const std
   make_stand_problem(*problem.experiment, Parity::kEven, &stands.even, &why);
   make_stand_problem(*problem.experiment, Parity::kOdd, &stands.odd, &why);
   const StandProblem& stand = stands.all;
-  for (size_t r = 0; r < stand.recordings.size(); ++r) {  // halves are multiplied sample by sample: the same ones are kept
+  for (size_t r = 0; r < stand.recordings.size(); ++r) {  // halves are multiplied sample by sample: keep the same ones
     stands.even.recordings[r].samples = stands.odd.recordings[r].samples = stand.recordings[r].samples;
   }
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");

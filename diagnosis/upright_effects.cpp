@@ -240,6 +240,11 @@ std::vector<StandEffect> list_richer(const StandProblem& p, const StandEffect& e
   return out;
 }
 
+bool starts_away(const StandEffect& e) {
+  const bool skew = e.id == StandId::kImuSkew || e.id == StandId::kWrenchSkew;
+  return e.id == StandId::kGroundFriction || e.id == StandId::kSaturation || (skew && e.p[0] != 0);
+}
+
 bool is_main(StandId id, size_t parameter) {
   if (is_foot(id)) {
     const size_t at = parameter % get_stand_info(id).step.size();

@@ -34,6 +34,9 @@ std::vector<StandEffect> list_candidates(const StandProblem& problem, const Stan
 // Richer laws of the same kind, from where the plain one ended: no linear prediction from nothing finds them.
 std::vector<StandEffect> list_richer(const StandProblem& problem, const StandEffect& effect);
 
+// Effects without a neutral start, and starts far from it: a slope at none says nothing about them.
+bool starts_away(const StandEffect& effect);
+
 // Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
 bool is_main(StandId id, size_t parameter);
 

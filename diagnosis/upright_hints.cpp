@@ -34,7 +34,8 @@ DriveRows collect(const StandProblem& p, const Evaluation& evaluation, size_t jo
            static_cast<double>(recording.time.size() - 1);
     for (size_t s = 0; s < n; ++s) {
       const DriveState& state = evaluation[r].states[s * joints + joint];
-      rows.push_back({state.encoder, state.velocity, state.acceleration, evaluation[r].residuals[s * channels + channel]});
+      const double missing = evaluation[r].residuals[s * channels + channel];
+      rows.push_back({state.encoder, state.velocity, state.acceleration, missing});
       speed.push_back(std::abs(state.velocity));
     }
   }

@@ -9,8 +9,8 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-// A fit of dozens of parameters leaves the details of laws in the worst of some eighty equations; more than what makes a
-// mismatch where nothing was fitted.
+// A fit of dozens of parameters leaves the details of laws in the worst of some eighty equations; more than what makes
+// a mismatch where nothing was fitted.
 constexpr double kLeftOver = 2.5;
 constexpr double kFew = 8;    // samples
 constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by

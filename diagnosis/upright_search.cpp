@@ -26,7 +26,7 @@ bool is_same(const StandEffect& a, const StandEffect& b) { return a.id == b.id &
 class Search {
  public:
   Search(const StandProblems& problems, int jobs, const Progress& progress)
-      : problems_(problems), p_(problems.all), coarse_(make_coarse(problems.all)), judge_(problems.all), jobs_(jobs), progress_(progress) {
+      : problems_(problems), p_(problems.all), coarse_(make_coarse(p_)), judge_(p_), jobs_(jobs), progress_(progress) {
     out_.channels = judge_.list();
     for (size_t r = 0; r < p_.recordings.size(); ++r) all_.push_back(r);
   }
@@ -51,7 +51,6 @@ class Search {
   static double worst(const StandFit& fit) { return *std::max_element(fit.channel_rms.begin(), fit.channel_rms.end()); }
 
   bool is_full() const { return out_.chosen.hypothesis.size() >= kMostEffects; }
-
   void extend() {
     while (out_.chosen.hypothesis.size() < kMostEffects && add_effect()) {
     }
@@ -124,8 +123,7 @@ StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, 
   StandTrial trial;
   StandHypothesis h = so_far.hypothesis;
   h.push_back(candidate);
-  const bool skewed = (candidate.id == StandId::kImuSkew || candidate.id == StandId::kWrenchSkew) && candidate.p[0] != 0;
-  if (candidate.id == StandId::kGroundFriction || candidate.id == StandId::kSaturation || skewed) {  // starts away
+  if (starts_away(candidate)) {
     trial.fit = judge_.judge(h, thin_out(evaluate(p_, h), channels()));
     return trial;
   }
@@ -230,7 +228,8 @@ bool Search::is_significant(const StandFit& fit) const {
   const StandInfo& info = get_stand_info(e.id);
   for (size_t i = 0; i < e.p.size(); ++i) {
     const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
-    if (std > 0 && find_prior(p_, e, i) == 0 && is_main(e.id, i) && std::abs(e.p[i] - from) > kSignificant * std) return true;
+    if (std <= 0 || find_prior(p_, e, i) > 0 || !is_main(e.id, i)) continue;
+    if (std::abs(e.p[i] - from) > kSignificant * std) return true;
   }
   return false;
 }
