@@ -33,8 +33,6 @@ struct Normal {
   std::vector<Eigen::VectorXd> blocks;   // sums of score vectors over stretches of the recordings
 };
 
-constexpr size_t kBlocks = 40;  // stretches per recording for the covariance of the scores
-
 // J^T J and J^T r of one recording from its residuals and those with each parameter moved.
 Normal make_normal(const std::vector<std::vector<double>>& residuals, const std::vector<double>& deltas, bool blocks) {
   const size_t p = deltas.size(), size = residuals[0].size();
@@ -42,7 +40,7 @@ Normal make_normal(const std::vector<std::vector<double>>& residuals, const std:
   normal.A.setZero(static_cast<long>(p), static_cast<long>(p));
   normal.b.setZero(static_cast<long>(p));
   Eigen::VectorXd row(static_cast<long>(p)), sum = Eigen::VectorXd::Zero(static_cast<long>(p));
-  const size_t stretch = size / kBlocks + 1;
+  const size_t stretch = size / kIndependent + 1;
   for (size_t k = 0; k < size; ++k) {
     const double r = residuals[0][k];
     normal.chi2 += r * r;
@@ -322,16 +320,31 @@ size_t count_channels(const Problem& problem) { return problem.view.joint < 0 ? 
 }  // namespace
 
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, std::vector<double>* residuals) {
+  const size_t r = static_cast<size_t>(recording);
+  const StartState* start = r < problem.starts.size() ? &problem.starts[r] : nullptr;
+  return calc_residuals(problem, hypothesis, recording, problem.options, start, residuals);
+}
+
+bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, const RolloutOptions& options,
+                    const StartState* start, std::vector<double>* residuals) {
   const Recording& data = problem.experiment->recordings[static_cast<size_t>(recording)];
   const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(recording)];
   const Plant plant = make_plant(*problem.experiment, hypothesis);
   std::vector<double> readings;
   const bool ok = problem.view.along ? predict_along(problem, plant, recording, &readings)
-                                     : simulate_recording(plant, data, smooth, problem.options, &readings);
+                                     : simulate_recording(plant, data, smooth, options, &readings, start);
   if (!ok) return false;
+  const bool corrected = !problem.view.along && options.until == 0.0 && static_cast<size_t>(recording) < problem.step_errors.size();
+  const std::vector<double> none, &error = corrected ? problem.step_errors[static_cast<size_t>(recording)] : none;
+  for (size_t i = 0; i < error.size(); ++i) readings[i] += error[i];
   const size_t width = problem.weights.size(), first = first_channel(problem), count = count_channels(problem);
-  residuals->assign(data.size() * count, 0.0);
-  for (size_t k = smooth.start; k < data.size(); ++k) {
+  size_t rows = data.size();
+  if (options.until > 0.0) {
+    const auto end = std::upper_bound(data.time.begin(), data.time.end(), data.time[smooth.start] + options.until);
+    rows = static_cast<size_t>(end - data.time.begin());
+  }
+  residuals->assign(rows * count, 0.0);
+  for (size_t k = options.until > 0.0 ? smooth.start : smooth.judged; k < rows; ++k) {
     for (size_t c = 0; c < count; ++c) {
       const std::vector<double>& column = data.joints[(first + c) / kQuantities].signal[(first + c) % kQuantities];
       if (column.empty() || !std::isfinite(column[k])) continue;
@@ -356,7 +369,7 @@ Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std
       const std::vector<double>& column = data.joints[(first + c) / kQuantities].signal[(first + c) % kQuantities];
       if (column.empty()) continue;
       double &chi2 = score.signal_chi2[first + c], &count = score.signal_count[first + c];
-      for (size_t k = problem.smooth[static_cast<size_t>(r)].start; k < data.size(); ++k) {
+      for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < data.size(); ++k) {
         chi2 += residuals[k * channels + c] * residuals[k * channels + c];
         count += std::isfinite(column[k]) ? 1.0 : 0.0;
       }

@@ -14,6 +14,12 @@ namespace hrp::diagnosis {
 // The paths of all joints along every recording under one hypothesis (empty for recordings nobody asked for).
 using Paths = std::vector<RobotPath>;
 
+// By recording; may be empty.
+using Starts = std::vector<StartState>;
+
+// What finer steps would add to simulated readings, by recording, laid out as the readings; may be empty, or elements be.
+using StepErrors = std::vector<std::vector<double>>;
+
 // What a prediction simulates: the whole robot; or, `along` its recorded paths, joint by joint; with `paths` those, else
 // paths made anew from the hypothesis; of one `joint` only, or of all (-1).
 struct View {
@@ -30,6 +36,8 @@ struct Problem {
   RolloutOptions options;
   int jobs = 1;
   std::vector<int> train, validate;       // indices of recordings
+  Starts starts;                          // of simulations of the whole robot; see start_state.h
+  StepErrors step_errors;                 // added to what those simulations read; see step_error.h
   Paths nominal_paths;                    // of the nominal model: slopes for all others; see prepare_paths
   View view;                              // what residuals are of
 };
@@ -60,7 +68,12 @@ struct Score {
 // Whitened residuals of one recording under a hypothesis, [sample][joint * 3 + quantity], or [sample][quantity] where
 // the view is of one joint; 0 where nothing was recorded.
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, std::vector<double>* residuals);
+// The same with other options and start than the problem's; of the samples before `until` only, where that is not 0.
+bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, const RolloutOptions& options,
+                    const StartState* start, std::vector<double>* residuals);
 Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings);
+
+constexpr size_t kIndependent = 40;  // of a recording: residuals are taken to be independent between them, not within
 
 struct FitResult {
   Hypothesis hypothesis;

@@ -81,6 +81,14 @@ std::string find_regime(const Problem& problem, int r, size_t c, const std::vect
   return best != 0 && highest < 1.5 * all / std::max(1.0, n) ? "motion" : names[best];
 }
 
+// The problem with simulations that begin where a trial's did.
+Problem start_as(const Problem& problem, const Trial& trial) {
+  Problem own = problem;
+  own.starts = trial.starts;
+  own.step_errors = trial.step_errors;
+  return own;
+}
+
 Json make_mismatch(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
   if (!outcome.mismatch) return list;
@@ -271,7 +279,7 @@ Json make_traces(const Problem& problem, int r, const Outcome& outcome, const st
     const auto& column = recording.joints[c / kQuantities].signal[c % kQuantities];
     if (column.empty()) continue;
     Json time = Json::array(), recorded = Json::array(), jb = Json::array(), ja = Json::array();
-    for (size_t k = problem.smooth[static_cast<size_t>(r)].start; k < recording.size(); k += skip) {
+    for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < recording.size(); k += skip) {
       if (!std::isfinite(column[k])) continue;
       time.push_back(round_to(recording.time[k], 6)), recorded.push_back(round_to(column[k], 6));
       jb.push_back(round_to(column[k] - before[k * width + c] / problem.weights[c], 6));
@@ -298,6 +306,7 @@ Json make_rivals(const Problem& problem, const Outcome& outcome) {
 
 Json make_series(const Problem& problem, const Outcome& outcome, const Trial& after) {
   const Experiment& e = *problem.experiment;
+  const Problem start_nominal = start_as(problem, outcome.nominal), start_after = start_as(problem, after);
   Json series{{"schema", 1}, {"experiment", e.robot.tree.name}, {"robot", e.robot.tree.name}};
   Json signals = Json::array(), recordings = Json::array();
   for (size_t c = 0; c < problem.weights.size(); ++c) {
@@ -310,7 +319,7 @@ Json make_series(const Problem& problem, const Outcome& outcome, const Trial& af
     std::vector<double> before, fitted;
     const Recording& recording = e.recordings[r];
     Json entry{{"file", recording.spec.name}, {"role", recording.spec.train ? "train" : "validate"}, {"start", recording.time.front()}, {"end", recording.time.back()}};
-    if (calc_residuals(problem, outcome.nominal.full(), static_cast<int>(r), &before) && calc_residuals(problem, after.full(), static_cast<int>(r), &fitted)) {
+    if (calc_residuals(start_nominal, outcome.nominal.full(), static_cast<int>(r), &before) && calc_residuals(start_after, after.full(), static_cast<int>(r), &fitted)) {
       entry["map"] = make_map(problem, static_cast<int>(r), before, fitted);
       entry["traces"] = make_traces(problem, static_cast<int>(r), outcome, before, fitted);
     }
@@ -355,15 +364,16 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   Json& r = reports.report;
   r["schema"] = 1;
   r["verdict"] = !outcome.mismatch ? "no_mismatch" : outcome.explained ? "explained" : outcome.partly ? "partly_explained" : "unexplained";
-  r["mismatch"] = make_mismatch(problem, outcome);
+  r["mismatch"] = make_mismatch(start_as(problem, outcome.nominal), outcome);
   r["findings"] = make_findings(problem, outcome);
   r["unexplained"] = make_unexplained(problem, outcome);
   r["not_identifiable"] = make_not_identifiable(problem, outcome);
   r["fit"] = make_fit(problem, outcome, after);
   r["prediction"] = {{"method", problem.experiment->scenario.drive == "effort"
                                     ? "simulation from the recorded efforts, drawn to the recorded motion at 8 rad/s"
-                                    : "simulation from the recording's commands over the whole recording; while a drive is at its limit the "
-                                      "simulated joint is drawn to the recorded one with the servo's gains"},
+                                    : "simulation from the recording's commands over the whole recording but its first 0.6 s (a tenth of a "
+                                      "short one), which settle the state it starts from; while a drive is at its limit the simulated joint "
+                                      "is drawn to the recorded one at 8 rad/s"},
                      {"horizon", problem.experiment->scenario.drive == "effort" ? 0.125 : problem.experiment->recordings[0].duration()}};
   r["warnings"] = problem.experiment->warnings;
   reports.series = make_series(problem, outcome, after);

@@ -10,6 +10,8 @@ namespace hrp::diagnosis {
 namespace {
 
 const double kGamma = 1.0 - 1.0 / std::sqrt(2.0);
+constexpr int kFiner = 4;      // steps for one where a joint turns around
+constexpr double kHeld = 0.02; // share of dry friction that bristles do not carry yet: slipping joints have none
 
 class Rollout {
  public:
@@ -31,15 +33,17 @@ class Rollout {
     choose_follow_gains();
   }
 
-  bool run(const RolloutOptions& options, std::vector<double>* readings, std::vector<LinkMotion>* links) {
+  bool run(const RolloutOptions& options, const StartState* start, std::vector<double>* readings, std::vector<LinkMotion>* links) {
     const size_t rows = recording_.size();
     links_ = links;
     if (links) prepare_links(rows);
     restart(smooth_.start);
+    if (start) correct(*start);
     write(smooth_.start, readings);
     double started = recording_.time[smooth_.start];
     for (size_t k = smooth_.start; k + 1 < rows; ++k) {
       const double t = recording_.time[k], dt = recording_.time[k + 1] - t;
+      if (options.until > 0.0 && t - recording_.time[smooth_.start] > options.until) break;
       if (options.horizon > 0.0 && t - started >= options.horizon) {
         restart(k);
         started = t;
@@ -49,7 +53,11 @@ class Rollout {
       const int steps = std::max(1, static_cast<int>(std::ceil(dt / longest - 1e-9)));
       near_ = k;
       for (int i = 0; i < steps; ++i) {
-        if (!step(t + dt * i / steps, dt / steps)) return false;
+        const double h = dt / steps;
+        const int finer = is_turning(h) ? kFiner : 1;
+        for (int f = 0; f < finer; ++f) {
+          if (!step(t + h * (i + static_cast<double>(f) / finer), h / finer)) return false;
+        }
       }
       near_ = k + 1;
       write(k + 1, readings);
@@ -74,6 +82,28 @@ class Rollout {
     start_bristles(k);
   }
 
+  void correct(const StartState& start) {
+    for (int j = 0; j < n_; ++j) {
+      const size_t i = index(j), m = static_cast<size_t>(motor_[j]);
+      if (!start.q.empty()) Q_[m] += start.q[i], V_[m] += start.v[i];
+      if (motor_[j] != j && !start.link_q.empty()) Q_[j] += start.link_q[i], V_[j] += start.link_v[i];
+      if (!start.bristles.empty()) B_[j] += start.bristles[i] * plant_.presliding[i];
+      if (!start.memory.empty()) Z_[j] = std::min(1.0, std::max(-1.0, start.memory[i]));
+      limit_bristles(j);
+    }
+  }
+
+  // Is a joint held by dry friction, or does it come to rest or start from it within about a step of h [s]? The force is
+  // no smooth function of time there, and no method is of order 2 across it.
+  bool is_turning(double h) const {
+    for (int j = 0; j < n_; ++j) {
+      const size_t m = static_cast<size_t>(motor_[j]);
+      if (!laws(j).has_friction()) continue;
+      if (std::abs(V_[m]) < 2.0 * h * std::abs(k1v_[m]) || bristle_slip_[j] > kHeld) return true;
+    }
+    return false;
+  }
+
   // Bent by what the drive gives and the motion does not take.
   void start_bristles(size_t k) {
     std::vector<double> tau(static_cast<size_t>(n_));
@@ -82,7 +112,7 @@ class Rollout {
       B_[j] = 0.0;
       if (!laws(j).has_friction()) continue;
       const double missing = U_[j] * laws(j).torque_scale - tau[static_cast<size_t>(j)];
-      B_[j] = missing / std::max(1e-9, calc_bristle_stiffness(j, U_[j], missing > 0.0 ? 1.0 : -1.0));
+      B_[j] = missing / std::max(1e-9, calc_bristle_stiffness(j, U_[j]));
       limit_bristles(j);
     }
   }
@@ -105,9 +135,8 @@ class Rollout {
     for (int j = 0; j < n_; ++j) q[j] = smooth_.joints[index(j)].q[smooth_.start];
     bodies_.evaluate(recording_.time[smooth_.start], smooth_.start, q.data(), zero.data(), mass_.data(), bias_.data());
     for (int j = 0; j < n_; ++j) {
-      const bool servo = laws(j).kp > 0.0 && !plant_.effort_driven;
-      follow_k_[j] = servo ? laws(j).kp : mass_[j * n_ + j] * kFollow * kFollow;
-      follow_d_[j] = servo ? laws(j).kd : 2.0 * mass_[j * n_ + j] * kFollow;
+      follow_k_[j] = mass_[j * n_ + j] * kFollow * kFollow;
+      follow_d_[j] = 2.0 * mass_[j * n_ + j] * kFollow;
     }
   }
 
@@ -149,9 +178,10 @@ class Rollout {
     return -law.viscous * v + (law.cogging_amplitude != 0.0 ? calc_cogging(law, q) : 0.0);
   }
 
-  // Stiffness of the bristles: the largest friction at rest is reached at the pre-sliding displacement.
-  double calc_bristle_stiffness(int j, double load, double direction) const {
-    return calc_static_level(laws(j), load, direction) / plant_.presliding[index(j)];
+  // Stiffness of the bristles: the largest friction at rest is reached at the pre-sliding displacement. The same both ways:
+  // bristles know how they are bent, not which way a joint at rest will go.
+  double calc_bristle_stiffness(int j, double load) const {
+    return 0.5 * (calc_static_level(laws(j), load, 1.0) + calc_static_level(laws(j), load, -1.0)) / plant_.presliding[index(j)];
   }
 
   // Dry friction as bristles that bend and slip (LuGre without bristle damping; Canudas de Wit et al., IEEE Trans. Autom.
@@ -160,7 +190,7 @@ class Rollout {
     const JointLaws& law = laws(j);
     const double direction = v > 0.0 ? 1.0 : -1.0, speed = std::abs(v);
     const double level = std::max(1e-9, calc_friction_level(law, speed, load, direction));
-    const double k = std::max(1e-9, calc_bristle_stiffness(j, load, direction));
+    const double k = std::max(1e-9, calc_bristle_stiffness(j, load));
     const double slip = speed * k / level, bend = 1.0 - direction * k * b / level, c = kGamma * h;
     fb_[j] = v - slip * b;
     bristle_k_[j] = k, bristle_a_[j] = 1.0 / (1.0 + c * slip), bristle_slip_[j] = bend;
@@ -328,7 +358,7 @@ class Rollout {
 
   // Bristles never carry more than the largest friction, whatever the step.
   void limit_bristles(int j) {
-    const double most = 1.05 * plant_.presliding[index(j)];
+    const double most = 1.05 * (1.0 + std::abs(laws(j).asymmetry)) * plant_.presliding[index(j)];
     B_[j] = std::min(most, std::max(-most, B_[j]));
   }
 
@@ -391,12 +421,12 @@ class Rollout {
 }  // namespace
 
 bool simulate_recording(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
-                        const RolloutOptions& options, std::vector<double>* readings) {
+                        const RolloutOptions& options, std::vector<double>* readings, const StartState* start) {
   readings->assign(recording.size() * plant.laws.size() * kQuantities, 0.0);
   std::vector<int> joints(plant.laws.size());
   for (size_t j = 0; j < joints.size(); ++j) joints[j] = static_cast<int>(j);
   const std::unique_ptr<Bodies> bodies = make_robot_bodies(plant, smooth);
-  if (!Rollout(plant, recording, smooth, joints, bodies.get()).run(options, readings, nullptr)) return false;
+  if (!Rollout(plant, recording, smooth, joints, bodies.get()).run(options, start, readings, nullptr)) return false;
   apply_faults(plant, recording, readings);
   return true;
 }
@@ -404,7 +434,7 @@ bool simulate_recording(const Plant& plant, const Recording& recording, const Sm
 bool simulate_joint(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const RobotPath& path, int joint,
                     const RolloutOptions& options, std::vector<double>* readings, std::vector<LinkMotion>* links) {
   const std::unique_ptr<Bodies> bodies = make_path_bodies(path[static_cast<size_t>(joint)], recording.time);
-  return Rollout(plant, recording, smooth, {joint}, bodies.get()).run(options, readings, links);
+  return Rollout(plant, recording, smooth, {joint}, bodies.get()).run(options, nullptr, readings, links);
 }
 
 void apply_faults(const Plant& plant, const Recording& recording, std::vector<double>* readings) {

@@ -8,6 +8,8 @@
 
 #include "diagnosis/drive_search.h"
 #include "diagnosis/explore.h"
+#include "diagnosis/start_state.h"
+#include "diagnosis/step_error.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -34,6 +36,10 @@ constexpr size_t kSimulated = 3;   // sets of each size that are fitted through 
 constexpr double kAlike = 1.5;         // in cost
 constexpr double kDrivesWorse = 1.2;
 constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
+constexpr double kLeastSpread = 1e-3;   // of a value
+constexpr double kRough = 20.0;         // noise deviations that steps are never to blame for
+constexpr int kFiner = 4, kFinest = 8;  // steps for one
+constexpr int kRounds = 2;             // of start states and parameters
 constexpr double kLeastDrop = 0.7; // of what is left, or adding effects is given up
 
 class Search {
@@ -41,6 +47,7 @@ class Search {
   Search(const Problem& problem, const Progress& progress)
       : problem_(problem), e_(*problem.experiment), progress_(progress),
         held_out_(problem.validate.empty() ? problem.train : problem.validate) {
+    for (size_t r = 0; r < e_.recordings.size(); ++r) all_.push_back(static_cast<int>(r));
   }
 
   Outcome run() {
@@ -59,8 +66,10 @@ class Search {
     look_wide();
     decide(&outcome);
     if (!outcome.explained && find_drives(&outcome)) return outcome;
-    add_intervals(&outcome.chosen);
+    finish(&outcome.chosen);
     drop_insignificant(&outcome);
+    outcome.explained = is_explained(outcome.chosen);
+    widen(&outcome.chosen);
     normalise(&outcome.chosen.hypothesis);
     return outcome;
   }
@@ -86,7 +95,13 @@ class Search {
     FitOptions options;
     options.max_iterations = 15;
     options.abandon_above = 25.0 * best_chi2_;
-    return fit(problem_, start, problem_.train, options);
+    problem_.starts = estimate_starts(problem_, start, all_);
+    problem_.step_errors.clear();
+    const FitResult rough = fit(problem_, start, problem_.train, options);
+    if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
+    problem_.step_errors = estimate_step_errors(problem_, rough.hypothesis, all_, kFiner);
+    const FitResult fine = fit(problem_, rough.hypothesis, problem_.train, options);
+    return fine.ok ? fine : rough;
   }
 
   Trial judge(const Hypothesis& hypothesis, const FitResult& result) const {
@@ -100,6 +115,7 @@ class Search {
       trial.refined = true;
     }
     trial.train = result.train;
+    trial.starts = problem_.starts, trial.step_errors = problem_.step_errors;
     trial.validate = calc_score(problem_, trial.full(), held_out_);
     if (!trial.validate.ok) return trial;
     trial.rms = trial.validate.rms();
@@ -207,13 +223,66 @@ class Search {
     return nominal_;
   }
 
-  void add_intervals(Trial* trial) const {
+  // Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
+  // the intervals.
+  void finish(Trial* trial) {
     if (trial->hypothesis.empty() || !trial->refined) return;
     FitOptions options;
-    options.max_iterations = 3;
-    options.intervals = true;
-    const FitResult result = fit(problem_, trial->full(), problem_.train, options);
-    if (result.ok) trial->std = result.std;
+    options.max_iterations = 8;
+    options.tolerance = 1e-7;
+    FitResult result;
+    result.hypothesis = trial->full();
+    for (int round = 0; round < kRounds; ++round) {
+      problem_.starts = estimate_starts(problem_, result.hypothesis, all_);
+      problem_.step_errors.clear();
+      const Hypothesis start = choose_presliding(result.hypothesis);
+      problem_.step_errors = estimate_step_errors(problem_, start, all_, kFinest);
+      options.intervals = round + 1 == kRounds;
+      result = fit(problem_, start, problem_.train, options);
+      if (!result.ok) return;
+    }
+    Trial better = judge(trial->hypothesis, result);
+    if (better.rms > 1.02 * trial->rms) return;
+    say("  finished: " + get_label(e_, trial->hypothesis), better);
+    better.std = result.std;
+    better.probability = trial->probability;
+    *trial = better;
+  }
+
+  // Readings are no smooth function of pre-sliding displacements, so they are tried, a factor of 3 apart.
+  Hypothesis choose_presliding(Hypothesis best) const {
+    double lowest = calc_score(problem_, best, problem_.train).chi2;
+    for (size_t i = 0; i < best.size(); ++i) {
+      const EffectInfo& info = get_effect(best[i].id);
+      for (size_t k = 0; k < info.parameters.size(); ++k) {
+        if (!info.parameters[k].scanned) continue;
+        for (double factor : {1.0 / 3.0, 3.0}) {
+          for (bool better = true; better;) {
+            Hypothesis trial = best;
+            trial[i].p[k] *= factor;
+            better = trial[i].p[k] >= info.parameters[k].low && trial[i].p[k] <= info.parameters[k].high;
+            if (!better) break;
+            const Score score = calc_score(problem_, trial, problem_.train);
+            better = score.ok && score.chi2 < lowest;
+            if (better) lowest = score.chi2, best = trial;
+          }
+        }
+      }
+    }
+    return best;
+  }
+
+  // What is left above the noise is no chance: in every stretch it could lie along a parameter and shift it. And no
+  // interval is narrower than what two integrators and two writers of a law's details agree to.
+  void widen(Trial* trial) const {
+    const double above = std::max(0.0, 1.0 - trial->train.count / std::max(1.0, trial->train.chi2));
+    const double shift = above * trial->train.count / static_cast<double>(kIndependent * std::max<size_t>(1, problem_.train.size()));
+    for (size_t i = 0; i < std::min(trial->std.size(), trial->hypothesis.size()); ++i) {
+      for (size_t k = 0; k < trial->hypothesis[i].p.size(); ++k) {
+        double& spread = trial->std[i][k];
+        spread = std::hypot(spread * std::sqrt(1.0 + shift), kLeastSpread * trial->hypothesis[i].p[k]);
+      }
+    }
   }
 
   // Value of a parameter at which its effect is absent; NaN where it only describes the effect's shape.
@@ -253,7 +322,7 @@ class Search {
       if (!t.refined || t.hypothesis.empty() || make_key(t.hypothesis) == worthless || !is_explained(t)) continue;
       outcome->chosen = t, outcome->explained = true;
       outcome->chosen.probability = 0.5;   // it did worse than what was thrown out
-      add_intervals(&outcome->chosen);
+      finish(&outcome->chosen);
       return;
     }
   }
@@ -272,7 +341,7 @@ class Search {
     say("  without what is no more than nothing: " + get_label(e_, kept), trial);
     // Without it the rest may be above the noise by the details of laws: then nothing is named.
     trial.probability = chosen.probability;
-    add_intervals(&trial);
+    finish(&trial);
     outcome->rivals.insert(outcome->rivals.begin(), trial);
     chosen = trial;
     outcome->explained = is_explained(chosen);
@@ -352,11 +421,11 @@ class Search {
     }
   }
 
-  const Problem& problem_;
+  Problem problem_;    // with the start states of the trial at work
   Problem prepared_;   // with nominal paths
   const Experiment& e_;
   Progress progress_;
-  std::vector<int> held_out_;
+  std::vector<int> all_, held_out_;
   Trial nominal_;
   std::map<Key, Trial> trials_;
   std::vector<Trial> passed_over_;   // judged along the recorded paths only

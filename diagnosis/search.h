@@ -13,6 +13,8 @@ struct Trial {
   Hypothesis hypothesis;                  // without the timing of the drive's loop
   Effect timing{EffectId::kTiming, 0, {0.0, 0.0}};
   std::vector<std::vector<double>> std;   // by effect, by parameter
+  Starts starts;                          // of all recordings, under this hypothesis
+  StepErrors step_errors;
   Score train, validate;
   double rms = 1e300;                     // on the recordings it was not fitted to
   double worst = 1e300;                   // largest root mean square of one signal there

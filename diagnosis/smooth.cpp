@@ -133,6 +133,9 @@ SmoothRecording smooth_recording(const Experiment& e, const Recording& recording
   }
   for (const SmoothJoint& joint : smooth.joints) smooth.start = std::max(smooth.start, static_cast<size_t>(joint.half_window));
   smooth.start = std::min(smooth.start, rows / 4);
+  const double settled = recording.time[smooth.start] + std::min(kSettling, 0.1 * recording.duration());
+  const auto judged = std::lower_bound(recording.time.begin(), recording.time.end(), settled);
+  smooth.judged = static_cast<size_t>(judged - recording.time.begin());
   return smooth;
 }
 

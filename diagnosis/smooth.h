@@ -8,6 +8,10 @@
 
 namespace hrp::diagnosis {
 
+// [s] after which the start of a simulation is judged no more: some periods of the slowest transmission. Of a short
+// recording a tenth at most.
+constexpr double kSettling = 0.6;
+
 struct SmoothJoint {
   std::vector<double> q, qd, qdd;     // at every sample of the recording
   double sigma_qdd = 0.0;             // [rad/s^2] noise of qdd
@@ -16,6 +20,7 @@ struct SmoothJoint {
 
 struct SmoothRecording {
   size_t start = 0;   // first sample whose smoothed state rests on samples from both sides: rollouts begin here
+  size_t judged = 0;  // first sample that predictions are compared at: what the start was uncertain by has died away
   std::vector<SmoothJoint> joints;
   std::vector<std::vector<double>> effort;     // smoothed alike; empty where none was recorded
 };
