@@ -7,6 +7,7 @@
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
 #include "common/robot/sole.h"
+#include "diagnosis/identification/attitude.h"
 #include "diagnosis/identification/smoothing.h"
 #include "servers/model_parser/robot_loader.h"
 
@@ -18,10 +19,12 @@ namespace {
 
 constexpr double kGravity = 9.81;       // [m/s^2]
 constexpr double kSmoothing = 0.03;     // [s] passes what bushes answer to (up to 6 Hz), stops the noise
-constexpr double kDriftWindow = 2.0;    // [s] where gyroscope drift and accelerometer noise are about equal
-constexpr int kDriftThinning = 20;      // the drift is slow: smoothed on every 20th sample
 constexpr int kThinning = 4;            // of the result: smoothed samples are alike
-constexpr double kSettling = 1.5;       // [s] soles may shuffle while the robot takes its first load on them
+// [s] at the start soles may shuffle while the robot takes its first load on them, and a hanging robot sags on its servos:
+// 1 mrad at the waist within 12 s would pass for 1e-4 rad/s of the gyroscope, which a turning waist makes 3e-5 rad of roll.
+constexpr double kSettling = 1.5;
+constexpr double kEnds = 2.0;           // [s] at both ends the drift smoother sees one side only: no tracks there
+constexpr double kGyroWander = 1e-6;    // [rad/s] a bias is not constant to less than this
 constexpr double kAirborne = 20.0;      // [N] less load than this: not standing
 
 Vector3d median_of(const Samples& samples) {
@@ -35,51 +38,24 @@ Vector3d median_of(const Samples& samples) {
   return median;
 }
 
-Matrix3d make_turn(const Vector3d& turn) {
-  const double angle = turn.norm();
-  if (angle < 1e-12) return Matrix3d::Identity() + skew(turn);
-  return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+// By foot: carries load all the time, but for `margin` samples at both ends.
+std::vector<bool> find_loaded(const RobotLog& log, const std::vector<SensorZero>& zeros, Eigen::Index margin) {
+  std::vector<bool> loaded;
+  for (size_t f = 0; f < log.wrenches.size(); ++f) {
+    loaded.push_back((log.wrenches[f].row(2).array() - zeros[f].bias[2]).segment(margin, log.size() - 2 * margin).minCoeff() > kAirborne);
+  }
+  return loaded;
 }
 
-// Attitude by the gyroscope alone, from any start.
-std::vector<Matrix3d> integrate_gyro(const RobotLog& log, const Vector3d& bias) {
-  const auto n = static_cast<size_t>(log.size());
-  std::vector<Matrix3d> R(n, Matrix3d::Identity());
-  for (size_t k = 1; k < n; ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    R[k] = R[k - 1] * make_turn(log.period * (0.5 * (log.gyro.col(i - 1) + log.gyro.col(i)) - bias));
-  }
-  return R;
-}
-
-// The vertical in gyroscope-integrated axes, slowly drifting: a line by least squares, then a wide smoother. `margin`
-// samples at both ends are left out, where the robot's acceleration is not known; there the drift is held.
-Samples smooth_drift(const Samples& all, Eigen::Index margin, double period) {
-  const auto u = all.middleCols(margin, all.cols() - 2 * margin);
-  const Eigen::Index n = u.cols(), m = (n + kDriftThinning - 1) / kDriftThinning;
-  Samples coarse = Samples::Zero(3, m);
-  Eigen::VectorXd centre(m);
-  for (Eigen::Index j = 0; j < m; ++j) {
-    const Eigen::Index first = j * kDriftThinning, count = std::min<Eigen::Index>(kDriftThinning, n - first);
-    coarse.col(j) = u.middleCols(first, count).rowwise().mean();
-    centre[j] = static_cast<double>(first) + 0.5 * static_cast<double>(count - 1);
-  }
-  Eigen::MatrixXd line(m, 2);
-  line << Eigen::VectorXd::Ones(m), centre;
-  const Eigen::MatrixXd trend = line.householderQr().solve(coarse.transpose());
-  const Samples rest = coarse - (line * trend).transpose();
-  const GaussianFilter wide(kDriftWindow, period * kDriftThinning);
-  Samples smooth(3, m), result(3, all.cols());
-  for (int i = 0; i < 3; ++i) smooth.row(i) = wide.apply(rest.row(i).transpose(), 0).transpose();
-  for (Eigen::Index i = 0; i < result.cols(); ++i) {
-    const Eigen::Index k = std::clamp<Eigen::Index>(i - margin, 0, n - 1);
-    const double at = std::clamp((static_cast<double>(k) - centre[0]) / kDriftThinning, 0.0, static_cast<double>(m - 1));
-    const Eigen::Index j = std::min<Eigen::Index>(static_cast<Eigen::Index>(at), std::max<Eigen::Index>(m - 2, 0));
-    const double s = m > 1 ? at - static_cast<double>(j) : 0.0;
-    result.col(i) = (1.0 - s) * smooth.col(j) + s * smooth.col(std::min(j + 1, m - 1)) +
-                    trend.row(0).transpose() + trend.row(1).transpose() * static_cast<double>(k);
-  }
-  return result;
+RobotLog leave_out_start(const RobotLog& log, double time) {
+  const Eigen::Index rest = log.size() - std::min(log.size() / 2, static_cast<Eigen::Index>(std::lround(time / log.period)));
+  RobotLog late = log;
+  late.q = log.q.rightCols(rest);
+  if (log.effort.size() > 0) late.effort = log.effort.rightCols(rest);
+  late.gyro = log.gyro.rightCols(rest);
+  late.accelerometer = log.accelerometer.rightCols(rest);
+  for (size_t f = 0; f < log.wrenches.size(); ++f) late.wrenches[f] = log.wrenches[f].rightCols(rest);
+  return late;
 }
 
 struct Angles {
@@ -109,13 +85,9 @@ struct BushObserver::Impl {
   };
   explicit Impl(const Scenario& scenario_in);
   Chain calc_chain(const RobotLog& log) const;
-  // The vertical in I, and what each error of the IMU does to it.
-  struct Vertical {
-    Samples n_I, gain[kImuErrors];
-  };
-  Vertical calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias, const std::vector<bool>& loaded) const;
+  VerticalEstimate calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias, const std::vector<bool>& loaded) const;
   Samples calc_acceleration(const RobotLog& log, const Chain& chain, const Samples& n_I, size_t foot) const;
-  void fill_foot(const RobotLog& log, const Chain& chain, const Vertical& vertical, const SensorZero& zero, size_t foot,
+  void fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical, const SensorZero& zero, size_t foot,
                  MotionTrack* track) const;
   void fill_between(const RobotLog& log, const Chain& chain, const Samples& n_I, MotionTrack* track) const;
 
@@ -204,13 +176,14 @@ Samples BushObserver::Impl::calc_acceleration(const RobotLog& log, const Chain& 
   return a;
 }
 
-BushObserver::Impl::Vertical BushObserver::Impl::calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
+VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
                                                                const std::vector<bool>& loaded) const {
-  const std::vector<Matrix3d> R = integrate_gyro(log, gyro_bias);
+  VerticalEstimate result{integrate_gyro(log, gyro_bias), Samples(3, log.size()), {}};
+  const std::vector<Matrix3d>& R = result.R;
+  Samples& n_I = result.n_I;
   const GaussianFilter filter(2.0 * kSmoothing, log.period);
   const Eigen::Index margin = filter.margin() + 1;
-  Vertical result;
-  Samples n_I(3, log.size()), acceleration = Samples::Zero(3, log.size()), u(3, log.size()), felt(3, log.size());
+  Samples acceleration = Samples::Zero(3, log.size()), u(3, log.size()), felt(3, log.size());
   // Through the filter of calc_acceleration, and in axes that do not turn: what the filter takes from one it must take
   // from the other, or the rest of a quick sway, turned by the sway itself, has a mean of 2e-4 m/s^2.
   for (Eigen::Index k = 0; k < log.size(); ++k) felt.col(k) = R[static_cast<size_t>(k)] * log.accelerometer.col(k);
@@ -232,25 +205,11 @@ BushObserver::Impl::Vertical BushObserver::Impl::calc_vertical(const RobotLog& l
     }
     if (count > 1) acceleration /= count;
   }
-  // A bias turns with the IMU, and the drift smoother sees it turn.
-  for (int i = 0; i < 3; ++i) {
-    for (Eigen::Index k = 0; k < log.size(); ++k) u.col(k) = R[static_cast<size_t>(k)].col(i) / kGravity;
-    const Samples drift = smooth_drift(u, margin, log.period);
-    result.gain[i].resize(3, log.size());
-    for (Eigen::Index k = 0; k < log.size(); ++k) result.gain[i].col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k));
-  }
-  // A late gyroscope gives R(t - delay) = R (1 - delay [w]x): the vertical lags, but for what the drift smoother mends.
-  for (Eigen::Index k = 0; k < log.size(); ++k) u.col(k) = R[static_cast<size_t>(k)] * Vector3d(log.gyro.col(k) - gyro_bias).cross(Vector3d(n_I.col(k)));
-  const Samples slow = smooth_drift(u, margin, log.period);
-  result.gain[kDelay].resize(3, log.size());
-  for (Eigen::Index k = 0; k < log.size(); ++k) {
-    result.gain[kDelay].col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(u.col(k) - slow.col(k));
-  }
-  result.n_I = n_I;
+  fill_gains(log, gyro_bias, margin, &result);
   return result;
 }
 
-void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, const Vertical& vertical, const SensorZero& zero,
+void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical, const SensorZero& zero,
                                    size_t f, MotionTrack* track) const {
   const Foot& foot = feet[f];
   const Eigen::Index n = log.size();
@@ -300,6 +259,7 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
   for (int a = 0; a < kAxes; ++a) {
     out.angle[a] = thin(angle[a], 0);
     out.rate[a] = thin(angle[a], 1);
+    out.acceleration[a] = thin(angle[a], 2);
     out.torque[a] = thin(torque[a], 0);
     out.arm[a] = thin(arm[a], 0);
     out.angle_gain[a].resize(track->time.size(), kImuErrors);
@@ -377,10 +337,13 @@ HangingAngles BushObserver::calc_hanging(size_t f, const double (&K)[kAxes], con
   return q;
 }
 
-std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& hanging, const std::vector<HangingAngles>& angles) const {
+std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& all, const std::vector<HangingAngles>& angles) const {
+  const RobotLog hanging = leave_out_start(all, kSettling);
   const Impl::Chain chain = impl_->calc_chain(hanging);
   const Vector3d gyro_bias = hanging.gyro.rowwise().mean();
   const Samples n_I = impl_->calc_vertical(hanging, chain, gyro_bias, std::vector<bool>(impl_->feet.size(), false)).n_I;
+  const double count = static_cast<double>(hanging.size());
+  const double gyro_std = std::sqrt((hanging.gyro.colwise() - gyro_bias).rowwise().squaredNorm().maxCoeff()) / count;
   std::vector<SensorZero> zeros(impl_->feet.size());
   for (size_t f = 0; f < zeros.size(); ++f) {
     // At rest the foot pulls its weight on the sensor, down; that of the sole where it has tilted to.
@@ -395,17 +358,29 @@ std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& hanging, const 
       error.col(k).tail<3>() -= p_Ucm.cross(weight);
     }
     zeros[f].gyro_bias = gyro_bias;
+    zeros[f].gyro_std = std::max(gyro_std, kGyroWander);
+    zeros[f].lift = hanging.accelerometer.rowwise().mean().norm() - kGravity;
     zeros[f].bias = error.rowwise().mean();
     const Samples rest = error.colwise() - Eigen::VectorXd(zeros[f].bias);
-    const double n = static_cast<double>(hanging.size());
-    zeros[f].covariance = rest * rest.transpose() / (n - 1.0) / n;
+    zeros[f].covariance = rest * rest.transpose() / (count - 1.0) / count;
   }
   return zeros;
 }
 
+std::vector<Matrix3d> BushObserver::calc_attitude(const RobotLog& log, const std::vector<SensorZero>& zeros) const {
+  const std::vector<bool> loaded = find_loaded(log, zeros, GaussianFilter(2.0 * kSmoothing, log.period).margin() + 1);
+  const Samples n_I = impl_->calc_vertical(log, impl_->calc_chain(log), zeros[0].gyro_bias, loaded).n_I;
+  std::vector<Matrix3d> R = integrate_gyro(log, zeros[0].gyro_bias);
+  for (Eigen::Index k = 0; k < log.size(); ++k) {
+    Matrix3d& R_k = R[static_cast<size_t>(k)];
+    R_k = Eigen::Quaterniond::FromTwoVectors(Vector3d(R_k * n_I.col(k)), Vector3d::UnitZ()).toRotationMatrix() * R_k;
+  }
+  return R;
+}
+
 MotionTrack BushObserver::observe(const RobotLog& log, const std::vector<SensorZero>& zeros) const {
-  const Eigen::Index margin = GaussianFilter(2.0 * kSmoothing, log.period).margin() + 1;
-  if (log.size() < 4 * margin) throw std::runtime_error(log.name + ": too short");
+  const auto margin = static_cast<Eigen::Index>(std::lround(kEnds / log.period));
+  if (log.size() < 3 * margin) throw std::runtime_error(log.name + ": too short: motions need at least 6 s");
   MotionTrack track;
   track.name = log.name;
   track.period = kThinning * log.period;
@@ -414,11 +389,9 @@ MotionTrack BushObserver::observe(const RobotLog& log, const std::vector<SensorZ
     track.time[j] = static_cast<double>(margin + j * kThinning) * log.period;
   }
   track.feet.resize(impl_->feet.size());
-  for (size_t f = 0; f < impl_->feet.size(); ++f) {
-    track.loaded.push_back((log.wrenches[f].row(2).array() - zeros[f].bias[2]).segment(margin, log.size() - 2 * margin).minCoeff() > kAirborne);
-  }
+  track.loaded = find_loaded(log, zeros, margin);
   const Impl::Chain chain = impl_->calc_chain(log);
-  const Impl::Vertical vertical = impl_->calc_vertical(log, chain, zeros[0].gyro_bias, track.loaded);
+  const VerticalEstimate vertical = impl_->calc_vertical(log, chain, zeros[0].gyro_bias, track.loaded);
   for (size_t f = 0; f < impl_->feet.size(); ++f) impl_->fill_foot(log, chain, vertical, zeros[f], f, &track);
   impl_->fill_between(log, chain, vertical.n_I, &track);
   return track;

@@ -11,6 +11,7 @@
 #include <memory>
 #include <vector>
 
+#include "diagnosis/identification/attitude.h"
 #include "diagnosis/identification/robot_log.h"
 
 namespace hrp::identification {
@@ -18,14 +19,11 @@ namespace hrp::identification {
 constexpr int kAxes = 2;  // roll, pitch
 extern const char* const kAxisNames[kAxes];
 
-// Errors of the IMU that all motions share: accelerometer bias x, y, z [m/s^2], delay of the gyroscope [s].
-constexpr int kImuErrors = 4;
-constexpr int kDelay = 3;
-
 // One foot's bush during one motion; smoothed and thinned.
 struct BushTrack {
   Eigen::VectorXd angle[kAxes];    // [rad]
   Eigen::VectorXd rate[kAxes];     // [rad/s]
+  Eigen::VectorXd acceleration[kAxes];  // [rad/s^2]
   Eigen::VectorXd torque[kAxes];   // [N m] that acts on U about the bush's axes: K q + C qd + O [M14 eq. 4]
   Eigen::MatrixXd angle_gain[kAxes];  // d angle / d IMU errors, sample by sample
   Eigen::MatrixXd rate_gain[kAxes];   // d rate / d IMU errors
@@ -57,6 +55,8 @@ using HangingAngles = std::array<double, kAxes>;
 struct SensorZero {
   Vector6d bias = Vector6d::Zero();  // [N; N m]
   Vector3d gyro_bias = Vector3d::Zero();  // [rad/s] of the IMU in the same record
+  double gyro_std = 5e-3;                 // [rad/s] of that; without a record, what MEMS gyroscopes are off
+  double lift = 0.0;                      // [m/s^2] what the accelerometer had beyond gravity: its bias along z
   Matrix6d covariance = Matrix6d::Zero();
 };
 
@@ -66,12 +66,14 @@ class BushObserver {
   explicit BushObserver(const Scenario& scenario);
   ~BushObserver();
   BushObserver(BushObserver&&) noexcept;
-  // Zero of the force sensors while the feet hang in the air (standing still; feet weigh what the URDF says, and soles
+  // Zero of the force sensors while the feet hang in the air (still but for the first seconds; feet weigh what the URDF says, and soles
   // hang straight unless `angles` says by foot how the bush's offset tilts them).
-  std::vector<SensorZero> calc_zeros(const RobotLog& hanging, const std::vector<HangingAngles>& angles = {}) const;
+  std::vector<SensorZero> calc_zeros(const RobotLog& all, const std::vector<HangingAngles>& angles = {}) const;
   // Tilt of a hanging sole on a bush with these stiffnesses and offsets: 0 = K q + O - moment of its weight.
   HangingAngles calc_hanging(size_t foot, const double (&K)[kAxes], const double (&O)[kAxes]) const;
   MotionTrack observe(const RobotLog& log, const std::vector<SensorZero>& zeros) const;
+  // R_WI of the IMU sample by sample, W level and, but for the gyroscope's slow drift, not turning.
+  std::vector<Matrix3d> calc_attitude(const RobotLog& log, const std::vector<SensorZero>& zeros) const;
   std::vector<Vector3d> bush_centres() const;  // [m] in the foot links
 
  private:

@@ -20,10 +20,11 @@ constexpr int kYieldRounds = 12;    // the yield angle is not linear at all
 constexpr double kBiasPrior = 0.1;          // [m/s^2]
 constexpr double kDelayPrior = 5e-3;        // [s]
 constexpr double kCompliancePrior = 1e-5;   // [m/N]
-// Systematic errors, which no residual shows, as docs/identification.md's study of the coverage has them: the mean error of
-// O about pitch is K times this angle; a damper that acts half a step late, and time stamps, limit the scale.
-constexpr double kVerticalFloor = 2e-5;     // [rad]
-constexpr double kScaleFloor = 2e-4;        // of K and C
+constexpr double kInertiaPrior = 0.01;      // [kg m^2] a whole foot of 1.6 kg about its bush
+// Systematic errors, which no residual shows (docs/identification.md, runs without noise): 1e-6 rad of the vertical are left;
+// the floor under a sole 0.136 m wide on 1e9 N/m is in series with the bush, 1e-4 of K and twice that of C.
+constexpr double kVerticalFloor = 2e-6;     // [rad]
+constexpr double kScaleFloor = 1e-4;        // of K and C
 constexpr double kYields[] = {0.002, 0.004, 0.008, 0.016, 0.032};  // [rad] where the search for a yield angle starts
 constexpr double kYieldPrior = 1.5;         // of its logarithm, about the start
 
@@ -34,18 +35,20 @@ struct Prior {
   Vector mean, precision;
 };
 
-Prior make_prior(const Layout& layout, const FitOptions& options, double yield) {
+Prior make_prior(const Layout& layout, const FitOptions& options, double gyro_std, double yield) {
   Prior prior{Vector::Zero(layout.size()), Vector::Zero(layout.size())};
   const auto set = [&](Eigen::Index i, double mean, double std) {
     prior.mean[i] = mean;
     prior.precision[i] = 1.0 / (std * std);
   };
   for (size_t f = 0; f < layout.feet; ++f) {
+    for (int a = 0; a < kAxes; ++a) set(layout.first(f, a) + 3, 0.0, kInertiaPrior);
     const bool known = f < options.compliance.size() && options.compliance[f].std > 0.0;
     set(layout.compliance(f), known ? options.compliance[f].value : 0.0, known ? options.compliance[f].std : kCompliancePrior);
   }
   for (int i = 0; i < kDelay; ++i) set(layout.imu() + i, 0.0, kBiasPrior);
   set(layout.imu() + kDelay, 0.0, kDelayPrior);
+  for (int i = 0; i < 2; ++i) set(layout.imu() + kGyroBias + i, 0.0, gyro_std);
   if (layout.law == BushLaw::kHysteresis) set(layout.yield(), std::log(yield), kYieldPrior);
   return prior;
 }
@@ -86,7 +89,12 @@ void subtract_noise(const Problem& p, const std::vector<double>& weight, Normal*
     for (int a = 0; a < kAxes; ++a) {
       const size_t i = f * kAxes + static_cast<size_t>(a);
       const Eigen::Index at = p.layout.first(f, a);
-      normal->A.block<2, 2>(at, at) -= normal->count[i] * weight[i] * p.options.noise[f][static_cast<size_t>(a)];
+      const Eigen::Index columns[3] = {at, at + 1, at + 3};  // angle, rate, acceleration
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          normal->A(columns[r], columns[c]) -= normal->count[i] * weight[i] * p.options.noise[f][static_cast<size_t>(a)](r, c);
+        }
+      }
     }
   }
 }
@@ -109,34 +117,17 @@ void add_prior(const Prior& prior, Normal* normal) {
   normal->b += prior.precision.cwiseProduct(prior.mean);
 }
 
-// Solves, with parameters that would be negative but must not held at zero (an active set; few parameters, few rounds).
-Vector solve_constrained(const Normal& normal, const Layout& layout, std::vector<Eigen::Index>* held) {
-  held->clear();
-  for (int round = 0; round <= layout.size(); ++round) {
-    Matrix A = normal.A;
-    Vector b = normal.b;
-    for (Eigen::Index i : *held) {
-      A.row(i).setZero();
-      A.col(i).setZero();
-      A(i, i) = 1.0;
-      b[i] = 0.0;
-    }
-    const Vector scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Vector theta = scale.asDiagonal() * Matrix(scale.asDiagonal() * A * scale.asDiagonal()).ldlt().solve(scale.cwiseProduct(b));
-    bool again = false;
-    for (Eigen::Index i = 0; i < layout.compliance(0); ++i) {
-      const bool free_sign = i % layout.each() == 2;  // O
-      if (free_sign || theta[i] >= 0.0 || std::count(held->begin(), held->end(), i)) continue;
-      held->push_back(i);
-      again = true;
-    }
-    if (!again) return theta;
+// Offsets and apparent inertias may have either sign, and so may all that is not of one bush.
+std::vector<bool> find_signs(const Layout& layout) {
+  std::vector<bool> may_be_negative(static_cast<size_t>(layout.size()), true);
+  for (Eigen::Index i = 0; i < layout.compliance(0); ++i) {
+    may_be_negative[static_cast<size_t>(i)] = i % layout.each() == 2 || i % layout.each() == 3;  // O, J
   }
-  return Vector::Zero(layout.size());
+  return may_be_negative;
 }
 
 // Covariance that allows for residuals that are alike over some seconds (the vertical wanders slowly), and across feet
-// and axes: sums of scores over blocks, correlated with a triangular window (Newey and West 1987).
+// and axes: sums of scores over blocks.
 Matrix calc_covariance(const Problem& p, const Vector& theta, const std::vector<double>& weight, const Normal& normal) {
   std::vector<Matrix> scores(p.tracks.size());
   p.visit(theta, [&](size_t m, size_t unit, const Rows& rows) {
@@ -155,19 +146,13 @@ Matrix calc_covariance(const Problem& p, const Vector& theta, const std::vector<
   for (const Matrix& s : scores) {
     if (s.size() == 0) continue;  // slipped
     blocks += static_cast<double>(s.cols());
-    S += s * s.transpose();
-    for (int lag = 1; lag <= lags && lag < s.cols(); ++lag) {
-      const Matrix cross = s.rightCols(s.cols() - lag) * s.leftCols(s.cols() - lag).transpose();
-      S += (1.0 - static_cast<double>(lag) / (lags + 1)) * (cross + cross.transpose());
-    }
+    S += sum_scores(s, lags);
   }
   // Few independent blocks fit their own residuals: as many as parameters are lost.
   const double effective = std::max(1.0, blocks * kBlock / p.options.error_memory);
   S *= 1.0 + static_cast<double>(p.layout.each()) / effective;
   S.diagonal() += p.prior.precision;
-  const Vector scale = normal.A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Matrix scaled = scale.asDiagonal() * normal.A * scale.asDiagonal();
-  const Matrix inverse = scale.asDiagonal() * scaled.ldlt().solve(Matrix(scale.asDiagonal()));
+  const Matrix inverse = invert_scaled(normal.A);
   return inverse * S * inverse;
 }
 
@@ -204,7 +189,7 @@ double calc_zero_variance(const SensorZero& zero, const Vector3d& p_UC, int axis
 }
 
 void name_held(const std::vector<Eigen::Index>& held, const Layout& layout, BushFit* fit) {
-  const char* const names[] = {"K", "C", "O", layout.law == BushLaw::kHardening ? "B" : "H"};
+  const char* const names[] = {"K", "C", "O", "J", layout.law == BushLaw::kHardening ? "B" : "H"};
   for (Eigen::Index i : held) {
     const Eigen::Index unit = i / layout.each();
     fit->constrained.push_back(std::string(names[i % layout.each()]) + " of foot " + std::to_string(unit / kAxes) + " " + kAxisNames[unit % kAxes]);
@@ -222,13 +207,15 @@ void fill_result(const Problem& p, const Vector& theta, const Matrix& covariance
       out.K = get(at, std::pow(kScaleFloor * theta[at], 2));
       out.C = get(at + 1, std::pow(kScaleFloor * theta[at + 1], 2));
       out.O = get(at + 2, calc_zero_variance(zeros[f], arms[f], a) + std::pow(kVerticalFloor * theta[at], 2));
-      if (p.layout.law == BushLaw::kHardening) out.cubic = get(at + 3, 0.0);
-      if (p.layout.law == BushLaw::kHysteresis) out.hysteresis = get(at + 3, 0.0);
+      out.J = get(at + 3, 0.0);
+      if (p.layout.law == BushLaw::kHardening) out.cubic = get(at + 4, 0.0);
+      if (p.layout.law == BushLaw::kHysteresis) out.hysteresis = get(at + 4, 0.0);
     }
     fit->compliance.push_back(get(p.layout.compliance(f), 0.0));
   }
   for (int i = 0; i < kDelay; ++i) fit->accelerometer_bias[i] = get(p.layout.imu() + i, 0.0);
   fit->delay = get(p.layout.imu() + kDelay, 0.0);
+  for (int i = 0; i < 2; ++i) fit->gyro_bias[i] = get(p.layout.imu() + kGyroBias + i, 0.0);
   if (p.layout.law == BushLaw::kHysteresis) {
     const Estimate log_yield = get(p.layout.yield(), 0.0);
     fit->yield = {std::exp(log_yield.value), std::exp(log_yield.value) * log_yield.std};
@@ -256,7 +243,7 @@ BushFit fit_from(const Problem& p, Vector theta, const std::vector<SensorZero>& 
     subtract_noise(p, weight, &normal);
     add_prior(p.prior, &normal);
     const Vector before = theta;
-    theta = solve_constrained(normal, p.layout, &held);
+    theta = solve_signed(normal.A, normal.b, find_signs(p.layout), &held);
     if (!theta.allFinite()) throw std::runtime_error("the motions do not tell the parameters");
     if (p.layout.law == BushLaw::kHysteresis) {  // by at most a third a round
       const Eigen::Index i = p.layout.yield();
@@ -282,11 +269,11 @@ BushFit fit_bush(const std::vector<MotionTrack>& tracks, const std::vector<Senso
   if (tracks.empty()) throw std::runtime_error("no motion to identify from");
   const Layout layout{tracks[0].feet.size(), options.law};
   if (options.law != BushLaw::kHysteresis) {
-    return fit_from({tracks, options, layout, make_prior(layout, options, 0.0)}, Vector::Zero(layout.size()), zeros, arms);
+    return fit_from({tracks, options, layout, make_prior(layout, options, zeros[0].gyro_std, 0.0)}, Vector::Zero(layout.size()), zeros, arms);
   }
   BushFit best;
   for (double yield : kYields) {
-    const Problem problem{tracks, options, layout, make_prior(layout, options, yield)};
+    const Problem problem{tracks, options, layout, make_prior(layout, options, zeros[0].gyro_std, yield)};
     BushFit fit = fit_from(problem, problem.prior.mean, zeros, arms);
     if (best.feet.empty() || calc_loss(fit) < calc_loss(best)) best = fit;
   }
@@ -297,12 +284,12 @@ Eigen::VectorXd predict_torque(const BushFit& fit, const MotionTrack& track, siz
   return calc_torque(track, foot, axis, {fit.feet.size(), fit.law}, fit.theta);
 }
 
-std::vector<std::array<Eigen::Matrix2d, kAxes>> calc_angle_noise(const MotionTrack& resting) {
-  std::vector<std::array<Eigen::Matrix2d, kAxes>> noise(resting.feet.size());
+std::vector<std::array<Matrix3d, kAxes>> calc_angle_noise(const MotionTrack& resting) {
+  std::vector<std::array<Matrix3d, kAxes>> noise(resting.feet.size());
   for (size_t f = 0; f < noise.size(); ++f) {
     for (int a = 0; a < kAxes; ++a) {
-      Matrix values(resting.time.size(), 2);
-      values << resting.feet[f].angle[a], resting.feet[f].rate[a];
+      Matrix values(resting.time.size(), 3);
+      values << resting.feet[f].angle[a], resting.feet[f].rate[a], resting.feet[f].acceleration[a];
       values.rowwise() -= values.colwise().mean().eval();
       noise[f][static_cast<size_t>(a)] = values.transpose() * values / static_cast<double>(values.rows() - 1);
     }

@@ -8,7 +8,8 @@
 // estimated vertical like an offset (turning the waist tells the two apart: the bias turns with the chest) and, along the
 // sensor's z, makes the chest seem to tilt more than it does; a late
 // gyroscope looks like damping (feet that turn while the chest is still tell them apart); the vertical compliance brings
-// the bush's axes nearer to the ankle (a horizontal force then turns the bush).
+// the bush's axes nearer to the ankle (a horizontal force then turns the bush); the inertia of what is between force sensor
+// and bush, less that of a damper that acts late, makes quick motions seem stiffer than slow ones.
 #pragma once
 
 #include <array>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "diagnosis/identification/bush_angles.h"
+#include "diagnosis/identification/least_squares.h"
 
 namespace hrp::identification {
 
@@ -24,24 +26,20 @@ enum class BushLaw { kLinear, kHardening, kHysteresis };
 constexpr int kLaws = 3;
 extern const char* const kLawNames[kLaws];
 
-struct Estimate {
-  double value = 0.0, std = 0.0;
-  double relative_std() const { return std / std::abs(value); }  // [M14] table 1
-};
-
 struct BushParameters {
   Estimate K;           // [N m/rad]
   Estimate C;           // [N m s/rad]
   Estimate O;           // [N m]
+  Estimate J;           // [kg m^2] apparent inertia between force sensor and bush, of either sign
   Estimate cubic;       // [N m/rad^3] B; zero but for the hardening law
   Estimate hysteresis;  // [N m] H; zero but for the hysteretic law
 };
 
 struct FitOptions {
   BushLaw law = BushLaw::kLinear;
-  // What noise makes of angle and rate, (angle, rate) by foot and axis: taken off the normal equations, which would
+  // What noise makes of angle and derivatives, (angle, rate, acceleration) by foot and axis: taken off the normal equations, which would
   // otherwise see noise as motion and give too small values (errors in variables). Empty: nothing is taken off.
-  std::vector<std::array<Eigen::Matrix2d, kAxes>> noise;
+  std::vector<std::array<Matrix3d, kAxes>> noise;
   double error_memory = 10.0;   // [s] window for residuals that are alike over 2 s: for the standard deviations
   double skip = 0.0;            // [s] at the start of each motion: hysteresis remembers what was before
   std::vector<Estimate> compliance;  // [m/N] vertical, by foot, where known from elsewhere (vertical.h)
@@ -52,6 +50,7 @@ struct BushFit {
   std::vector<std::array<BushParameters, kAxes>> feet;
   std::vector<Estimate> compliance;                    // [m/N] vertical, by foot
   Estimate accelerometer_bias[3];                      // [m/s^2] sensor axes; z scales how much the chest seems to tilt
+  Estimate gyro_bias[2];                               // [rad/s] x, y, beyond the hanging robot's mean
   Estimate delay;                                      // [s] of the gyroscope against encoders and force sensors
   Estimate yield;                                      // [rad] hysteretic law; std of its logarithm times it
   std::vector<std::array<double, kAxes>> residual;     // [N m] root mean square by foot and axis
@@ -68,8 +67,8 @@ BushFit fit_bush(const std::vector<MotionTrack>& tracks, const std::vector<Senso
 // Torque that a fit predicts along a track.
 Eigen::VectorXd predict_torque(const BushFit& fit, const MotionTrack& track, size_t foot, int axis);
 
-// Covariance of (angle, rate) of a robot that does not move: what noise alone does.
-std::vector<std::array<Eigen::Matrix2d, kAxes>> calc_angle_noise(const MotionTrack& resting);
+// Covariance of (angle, rate, acceleration) of a robot that does not move: what noise alone does.
+std::vector<std::array<Matrix3d, kAxes>> calc_angle_noise(const MotionTrack& resting);
 
 // Errors of a validation, tables 2 and 3 of [M14].
 struct ValidationError {

@@ -19,7 +19,7 @@ Corrected correct(const BushTrack& t, int axis, const Layout& layout, Eigen::Ind
   c.angle = t.angle[axis] - t.angle_gain[axis] * errors;
   c.rate = t.rate[axis] - t.rate_gain[axis] * errors;
   c.slope = Vector::Constant(c.angle.size(), theta[at]);
-  if (layout.law == BushLaw::kHardening) c.slope += 3.0 * theta[at + 3] * c.angle.cwiseAbs2();
+  if (layout.law == BushLaw::kHardening) c.slope += 3.0 * theta[at + 4] * c.angle.cwiseAbs2();
   if (layout.law == BushLaw::kHysteresis) c.z = calc_hysteresis(c.angle, std::exp(theta[layout.yield()]));
   return c;
 }
@@ -52,12 +52,13 @@ void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& la
   X.col(at) = c.angle;
   X.col(at + 1) = c.rate;
   X.col(at + 2).setOnes();
-  if (layout.law == BushLaw::kHardening) X.col(at + 3) = c.angle.array().cube();
+  X.col(at + 3) = t.acceleration[axis];
+  if (layout.law == BushLaw::kHardening) X.col(at + 4) = c.angle.array().cube();
   Vector y = t.torque[axis];
   if (layout.law == BushLaw::kHysteresis) {
-    X.col(at + 3) = c.z;
+    X.col(at + 4) = c.z;
     const Vector moved = calc_hysteresis(c.angle, std::exp(theta[layout.yield()] + kYieldStep));
-    X.col(layout.yield()) = theta[at + 3] * (moved - c.z) / kYieldStep;
+    X.col(layout.yield()) = theta[at + 4] * (moved - c.z) / kYieldStep;
     y += X.col(layout.yield()) * theta[layout.yield()];
   }
   X.col(layout.compliance(foot)) = -t.arm[axis];
@@ -77,8 +78,9 @@ Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, con
   const Corrected c = correct(t, axis, layout, at, theta);
   Vector torque = theta[at] * c.angle + theta[at + 1] * c.rate - theta[layout.compliance(foot)] * t.arm[axis];  // [M14 eq. 4]
   torque.array() += theta[at + 2];
-  if (layout.law == BushLaw::kHardening) torque += theta[at + 3] * c.angle.array().cube().matrix();
-  if (layout.law == BushLaw::kHysteresis) torque += theta[at + 3] * c.z;
+  torque += theta[at + 3] * t.acceleration[axis];
+  if (layout.law == BushLaw::kHardening) torque += theta[at + 4] * c.angle.array().cube().matrix();
+  if (layout.law == BushLaw::kHysteresis) torque += theta[at + 4] * c.z;
   return torque;
 }
 

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The regression rows of the bush: one foot, one axis, one motion, linearised about the last parameters.
 //
-//   measured torque + s arm = K a + C r + O (+ B a^3) (+ H z),   a = angle - gain e,   r = rate - gain' e
+//   measured torque + s arm = K a + C r + O + J r' (+ B a^3) (+ H z),   a = angle - gain e,   r = rate - gain' e
 //
-// s vertical compliance of the foot, e errors of the IMU; a hardening bush has B, a hysteretic one H z with the Bouc-Wen
-// variable z of servers/dynamics/joint_law.h.
+// s vertical compliance of the foot, e errors of the IMU, J apparent inertia; a hardening bush has B, a hysteretic one
+// H z with the Bouc-Wen variable z of servers/dynamics/joint_law.h.
 #pragma once
 
 #include "diagnosis/identification/bush_fit.h"
 
 namespace hrp::identification {
 
-// Where parameters stand: by foot and axis [K, C, O (, B or H)], by foot s, then [bias x, y, z, delay (, log yield)].
+// Where parameters stand: by foot and axis [K, C, O, J (, B or H)], by foot s, then [errors of the IMU (, log yield)].
 struct Layout {
   size_t feet = 0;
   BushLaw law = BushLaw::kLinear;
-  int each() const { return law == BushLaw::kLinear ? 3 : 4; }
+  int each() const { return law == BushLaw::kLinear ? 4 : 5; }
   int errors() const { return law == BushLaw::kHysteresis ? kImuErrors + 1 : kImuErrors; }
   Eigen::Index first(size_t foot, int axis) const { return static_cast<Eigen::Index>(foot * kAxes + static_cast<size_t>(axis)) * each(); }
   Eigen::Index compliance(size_t foot) const { return first(feet, 0) + static_cast<Eigen::Index>(foot); }

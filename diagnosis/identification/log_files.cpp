@@ -25,13 +25,15 @@ struct Sample {
 void fill_log(const std::vector<Sample>& samples, const std::vector<int>& feet, RobotLog* log) {
   const auto n = static_cast<Eigen::Index>(samples.size());
   log->q.resize(static_cast<Eigen::Index>(log->joints.size()), n);
+  log->effort.resize(log->q.rows(), n);
   log->gyro.resize(3, n);
   log->accelerometer.resize(3, n);
   log->wrenches.assign(feet.size(), Samples(6, n));
   for (Eigen::Index k = 0; k < n; ++k) {
     const SensorSample& s = samples[static_cast<size_t>(k)].sensors;
-    if (s.q.size() != log->q.rows() || s.imus.empty()) throw std::runtime_error(log->name + ": samples do not fit its robot");
+    if (s.q.size() != log->q.rows() || s.effort.size() != s.q.size() || s.imus.empty()) throw std::runtime_error(log->name + ": samples do not fit its robot");
     log->q.col(k) = s.q;
+    log->effort.col(k) = s.effort;
     log->gyro.col(k) = s.imus[0].angular_velocity;
     log->accelerometer.col(k) = s.imus[0].linear_acceleration;
     for (size_t f = 0; f < feet.size(); ++f) {
@@ -118,6 +120,11 @@ RobotLog read_table(const std::string& path, const Scenario& scenario) {
   }
   log.q.resize(static_cast<Eigen::Index>(log.joints.size()), n);
   for (size_t j = 0; j < log.joints.size(); ++j) log.q.row(static_cast<Eigen::Index>(j)) = read(head + log.joints[j] + tail);
+  const auto has_effort = [&](const std::string& joint) { return table.find(head + joint + "/effort") >= 0; };
+  if (std::all_of(log.joints.begin(), log.joints.end(), has_effort)) {
+    log.effort.resize(log.q.rows(), n);
+    for (size_t j = 0; j < log.joints.size(); ++j) log.effort.row(static_cast<Eigen::Index>(j)) = read(head + log.joints[j] + "/effort");
+  }
   log.gyro.resize(3, n);
   log.accelerometer.resize(3, n);
   if (scenario.sensors.imus.empty()) throw InputError(scenario.make_diagnostic("sensors.imu", "the bush's angles need an IMU"));

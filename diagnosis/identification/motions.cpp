@@ -49,7 +49,7 @@ Transform calc_foot(const MotionPlan& plan, int side, double t) {
   const double sign = side == 0 ? -1.0 : 1.0;
   const auto at = [&](const Waves& waves) { return sum_waves(waves, t, plan.duration); };
   Transform X_GB;
-  X_GB.R = make_rotation_from_rpy({at(plan.lean[0]), at(plan.lean[1]), 0.0});
+  X_GB.R = make_rotation_from_rpy({at(plan.lean[0]), at(plan.lean[1]), at(plan.turn)});
   X_GB.p = calc_half_sitting() + Vector3d(at(plan.pelvis[0]), at(plan.pelvis[1]), at(plan.pelvis[2]));
   Transform X_GF;  // turned about the bush's centre, on the floor under the ankle
   X_GF.R = make_rotation_from_rpy({at(plan.foot[side][0]), at(plan.foot[side][1]), 0.0});
@@ -71,8 +71,11 @@ void add_foot_waves(int number, double amplitude, MotionPlan* plan) {
     plan->foot[side][0] = both(sign * 0.8 * amplitude, 0.31 + 0.017 * number, sign * 0.4 * amplitude, 1.13, shift);
     plan->foot[side][1] = both(sign * 0.8 * amplitude, 0.23 + 0.013 * number, sign * 0.4 * amplitude, 0.97, shift + 1.0);
   }
-  // The chest turns left and right: tells the accelerometer's bias from offsets of the bush.
-  plan->upper["WAIST_Y"] = {{number % 2 == 0 ? 0.6 : -0.6, 0.05, 0.0}};
+  // Pelvis and chest turn left and right, one radian in all: tells the accelerometer's bias from offsets of the bush, the
+  // better the longer they stay turned (hence the third harmonic). The waist ends at 0.785 rad.
+  const double sign = number % 2 == 0 ? 1.0 : -1.0, once = 1.0 / plan->duration;
+  plan->upper["WAIST_Y"] = {{0.84 * sign, once, 0.0}, {0.17 * sign, 3.0 * once, 0.0}};
+  plan->turn = {{0.28 * sign, once, 0.0}, {0.056 * sign, 3.0 * once, 0.0}};
 }
 
 void add_tilts(std::vector<MotionPlan>* plans) {
@@ -138,6 +141,31 @@ void add_rest(std::vector<MotionPlan>* plans) {
   plans->push_back(bounce);
 }
 
+// All joints of the upper body at once, each with two waves of its own: tells link from link, and friction from inertia.
+void add_swings(std::vector<MotionPlan>* plans) {
+  const char* const arm[] = {"SHOULDER_P", "SHOULDER_R", "SHOULDER_Y", "ELBOW", "WRIST_Y", "WRIST_P"};
+  for (int i = 0; i < 3; ++i) {
+    MotionPlan plan;
+    plan.name = "swing" + std::to_string(i + 1);
+    plan.meaning = "arms, neck and trunk swing at random";
+    std::mt19937_64 random(static_cast<unsigned long long>(i) + 31);
+    const auto draw = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
+    const auto make = [&](double size) -> Waves {
+      return {{size * (0.6 + 0.4 * draw()), 0.15 + 0.2 * draw(), 6.0 * draw()}, {0.4 * size * (0.6 + 0.4 * draw()), 0.5 + 0.5 * draw(), 6.0 * draw()}};
+    };
+    add_foot_waves(15 + i, 0.016, &plan);
+    plan.lean[0] = make(0.005);
+    plan.lean[1] = make(0.008);
+    plan.upper["WAIST_P"] = make(0.012);
+    plan.upper["NECK_Y"] = make(0.5);
+    plan.upper["NECK_P"] = make(0.3);
+    for (const char* side : kSides) {
+      for (const char* joint : arm) plan.upper[std::string(side) + "_" + joint] = make(joint[0] == 'W' ? 0.5 : 0.2);
+    }
+    plans->push_back(plan);
+  }
+}
+
 YAML::Node make_vector(double x, double y, double z) {
   YAML::Node node;
   for (double value : {x, y, z}) node.push_back(value);
@@ -194,6 +222,7 @@ std::vector<MotionPlan> make_plans(double scale) {
   add_tilts(&plans);
   add_sways(&plans);
   add_rest(&plans);
+  add_swings(&plans);
   for (MotionPlan& plan : plans) plan.duration *= scale;
   return plans;
 }

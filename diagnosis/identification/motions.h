@@ -21,16 +21,16 @@ using Waves = std::vector<Wave>;
 
 struct MotionPlan {
   std::string name, meaning;
-  double duration = 20.0;            // [s]
+  double duration = 25.0;            // [s]
   double width = 0.0, stride = 0.0;  // [m] each foot this much further out; right foot forward, left foot back
   Waves pelvis[3];                   // [m] x, y, z
-  Waves lean[2];                     // [rad] roll, pitch of the pelvis
+  Waves lean[2], turn;               // [rad] roll, pitch of the pelvis; yaw
   Waves foot[2][2];                  // [rad] foot (right, left), roll and pitch of what is above the bush
   std::map<std::string, Waves> upper;  // [rad] joints of the upper body
   Waves push[2];                     // [N] force on the chest along x, y by an external hand
 };
 
-// The fourteen motions of the paper and one more. `scale` makes them shorter (tests): duration times scale.
+// The fourteen motions of the paper, and four more that show the vertical stiffness and the body. `scale` makes them shorter (tests): duration times scale.
 std::vector<MotionPlan> make_plans(double scale = 1.0);
 
 // Joint trajectories every 10 ms. Throws std::runtime_error when a leg does not reach.

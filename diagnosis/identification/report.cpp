@@ -3,8 +3,6 @@
 
 #include <cmath>
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -13,36 +11,16 @@
 
 #include "common/plot/svg_plot.h"
 #include "common/robot/sole.h"
+#include "diagnosis/identification/html.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp::identification {
 namespace {
 
-std::string print(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
-}
-
 // What the scenario says of a bush, where the data were simulated: roll, then pitch.
 const FootBushSpec* find_truth(const Identification& result, size_t foot) {
   const auto found = result.scenario.foot_bush.find(result.scenario.feet[foot]);
   return result.simulated && found != result.scenario.foot_bush.end() ? &found->second : nullptr;
-}
-
-std::string make_cell(const Estimate& e, const double* truth) {
-  std::string cell = print("<td>%.4g</td><td>%.4g</td><td>%.2f %%</td>", e.value, e.std, 100.0 * e.relative_std());
-  cell += truth == nullptr ? "<td></td>" : print("<td>%.4g (%+.2f %%, %+.1f &sigma;)</td>", *truth, 100.0 * (e.value / *truth - 1.0), (e.value - *truth) / e.std);
-  return cell;
 }
 
 std::string make_vertical(const Identification& r) {
@@ -208,6 +186,7 @@ std::string make_text(const Identification& r) {
   text += print("law: %s (error on motions left out: linear %.4f, hardening %.4f, hysteresis %.4f N m)\n", kLawNames[static_cast<int>(r.choice.law)],
                 r.choice.error[0], r.choice.error[1], r.choice.error[2]);
   text += print("cross-validation: worst mean error %.2f %% of the largest torque; condition number %.1f\n", 100 * worst, r.fit.condition);
+  text += make_body_text(r);
   for (const std::string& note : r.notes) text += note + "\n";
   return text;
 }
@@ -228,7 +207,7 @@ void write_report(const Identification& r, const std::string& path) {
                 r.choice.error[0], r.choice.error[1], r.choice.significance[1], r.choice.error[2], r.choice.significance[2], kLawNames[static_cast<int>(r.choice.law)]);
   if (r.fit.law == BushLaw::kHysteresis) file << print("<p>Yield angle %.2f &plusmn; %.2f mrad.</p>", 1e3 * r.fit.yield.value, 1e3 * r.fit.yield.std);
   file << make_table_1(r) << make_errors("Table 2: direct validation", r.direct, r)
-       << make_errors("Table 3: cross-validation (each motion predicted by a fit that has not seen it)", r.cross, r) << make_figures(r)
+       << make_errors("Table 3: cross-validation (each motion predicted by a fit that has not seen it)", r.cross, r) << make_body_section(r) << make_figures(r)
        << "</body></html>\n";
   if (!file) throw std::runtime_error(path + ": cannot be written");
 }

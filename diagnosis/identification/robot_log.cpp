@@ -46,6 +46,7 @@ RobotLog run_in_process(const Scenario& scenario, const std::function<void(doubl
   for (int joint : driven) log.joints.push_back(trial.robot().tree.joint(joint).name);
   const Eigen::Index n = steps / scenario.control_period;
   log.q.resize(static_cast<Eigen::Index>(driven.size()), n);
+  log.effort.resize(log.q.rows(), n);
   log.gyro.resize(3, n);
   log.accelerometer.resize(3, n);
   log.wrenches.assign(sensors.size(), Samples(6, n));
@@ -53,7 +54,10 @@ RobotLog run_in_process(const Scenario& scenario, const std::function<void(doubl
     if (!trial.step()) throw std::runtime_error(scenario.path + ": the simulation failed");
     if ((k + 1) % scenario.control_period != 0) continue;
     const SensorSample& sample = trial.engine().sensors();
-    for (size_t j = 0; j < driven.size(); ++j) log.q(static_cast<Eigen::Index>(j), at) = sample.q[driven[j]];
+    for (size_t j = 0; j < driven.size(); ++j) {
+      log.q(static_cast<Eigen::Index>(j), at) = sample.q[driven[j]];
+      log.effort(static_cast<Eigen::Index>(j), at) = sample.effort[driven[j]];
+    }
     log.gyro.col(at) = sample.imus[0].angular_velocity;
     log.accelerometer.col(at) = sample.imus[0].linear_acceleration;
     for (size_t f = 0; f < sensors.size(); ++f) {
@@ -87,6 +91,7 @@ RobotLog add_noise(const RobotLog& clean, const Scenario& scenario, unsigned lon
     for (Eigen::Index j = 0; j < log.q.rows(); ++j) {
       const double noise = encoders.position_noise * calc_noise(seed, static_cast<unsigned long long>(j), step);
       log.q(j, k) = quantise(log.q(j, k) + noise, encoders.position_quantum);
+      if (log.effort.size() > 0) log.effort(j, k) += encoders.effort_noise * calc_noise(seed, static_cast<unsigned long long>(500 + j), step);
     }
     log.gyro.col(k) = apply_errors(imu.gyro, log.gyro.col(k), seed, 1000, step);
     log.accelerometer.col(k) = apply_errors(imu.accelerometer, log.accelerometer.col(k), seed, 1010, step);

@@ -22,6 +22,7 @@ struct RobotLog {
   std::vector<std::string> joints;  // driven joints
   Samples q;                        // [rad] encoders, joints x samples
   Samples gyro, accelerometer;      // [rad/s], [m/s^2] specific force; 3 x samples, sensor axes
+  Samples effort;                   // [N m] of the drives, joints x samples; empty when it was not recorded
   std::vector<Samples> wrenches;    // by foot: force [N], torque [N m] as the sensor gives them; 6 x samples
   Eigen::Index size() const { return q.cols(); }
 };
