@@ -196,7 +196,7 @@ void write_report(const Identification& r, const std::string& path) {
   file << "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Viscoelasticity of the soles</title><style>"
           "body{font:15px/1.5 sans-serif;max-width:75em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}"
           "td,th{border:1px solid #999;padding:.2em .6em;text-align:right}.row{display:flex;flex-wrap:wrap;gap:1em}"
-          ".row svg{max-width:36em}</style></head><body><h1>Viscoelasticity of the soles</h1>";
+          ".row svg{max-width:36em;height:auto}pre{white-space:pre-wrap}</style></head><body><h1>Viscoelasticity of the soles</h1>";
   file << (r.simulated ? "<p><strong>All data in this report are simulated.</strong> " : "<p>");
   file << "Identified from joint encoders, force sensors and the chest IMU, with the grounded sole as base: torque = K angle + C rate + O.</p><pre>"
        << escape(make_text(r)) << "</pre>";
