@@ -77,6 +77,7 @@ StandFit StandJudge::judge(const StandHypothesis& h, const Evaluation& evaluatio
     fit.channel_rms.push_back(std::sqrt(square));
     if (channels_[c].kind == "gyro") count = said;
     fit.score += count * std::log(std::max(square, 1.0));
+    if (square > kMismatch * kMismatch) fit.mismatch += count * std::log(square);
   }
   for (const StandEffect& e : h) fit.score += kCorrelated * static_cast<double>(e.p.size());
   return fit;

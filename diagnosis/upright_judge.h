@@ -6,6 +6,7 @@
 
 namespace hrp::diagnosis::upright {
 
+constexpr double kMismatch = 2.0;  // a channel beyond this many noise deviations (rms) disagrees with the model
 constexpr double kCorrelated = 8;  // samples that tell as much as one: errors of neighbours are alike
 
 struct StandFit {
@@ -13,6 +14,7 @@ struct StandFit {
   std::vector<Eigen::VectorXd> std;     // by effect, by parameter
   std::vector<double> channel_rms;      // whitened, on the recordings that were not fitted
   double score = 0;                     // sum over channels of n log(rms^2), not below the noise; lower is better
+  double mismatch = 0;                  // the part of it by channels that disagree with the model
 };
 
 class StandJudge {

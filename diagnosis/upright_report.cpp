@@ -216,6 +216,9 @@ void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* ou
                       {"motion_that_would_tell", "wider and faster sweeps of the joints and of the trunk's lean"}});
     }
   }
+  out->push_back({{"effect", "restitution"}, {"where", {{"ground", "ground"}}},
+                  {"why", "feet that stay on the ground do not bounce"},
+                  {"motion_that_would_tell", "hops that land flat"}});
   const bool any_effort = std::any_of(p.effort.begin(), p.effort.end(), [](bool b) { return b; });
   if (any_effort) return;
   out->push_back({{"effect", "torque_saturation"}, {"why", "no effort was recorded; the servo law stands in for it"},

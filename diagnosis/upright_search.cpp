@@ -11,7 +11,6 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-constexpr double kMismatch = 2.0;    // a channel beyond this many noise deviations (rms) disagrees with the model
 constexpr double kSignificant = 6;   // deviations by which a parameter must differ from no effect
 constexpr double kGain = 150;        // least gain of the score; a clean recording's candidates gain below 40
 constexpr double kRicher = 40;       // the same where a law is replaced by a richer one at the same place
@@ -249,7 +248,7 @@ bool Search::add_effect() {
     progress_(text);
   }
   if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // also shown when nothing is accepted
-  if (gain < std::max(kGain, 0.02 * out_.nominal.score)) return false;
+  if (gain < std::max(kGain, 0.02 * out_.nominal.mismatch)) return false;
   const StandFit finished = finish(best.fit, best.fit.hypothesis);
   if (!is_significant(finished)) return false;
   if (!out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);
