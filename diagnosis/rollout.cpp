@@ -48,8 +48,7 @@ class Rollout {
         restart(k);
         started = t;
       }
-      // A transmission is much stiffer than a servo.
-      const double longest = N_ > n_ ? 0.5 * options.max_step : options.max_step;
+      const double longest = wants_small_steps() ? 0.5 * options.max_step : options.max_step;
       const int steps = std::max(1, static_cast<int>(std::ceil(dt / longest - 1e-9)));
       near_ = k;
       for (int i = 0; i < steps; ++i) {
@@ -92,6 +91,10 @@ class Rollout {
       limit_bristles(j);
     }
   }
+
+  // A transmission is much stiffer than a servo. Dry friction along a recorded path is cheap to follow well, and steps of
+  // 1 ms hide what else there is in the joint.
+  bool wants_small_steps() const { return N_ > n_ || (n_ == 1 && laws(0).has_friction()); }
 
   // Is a joint held by dry friction, or does it come to rest or start from it within about a step of h [s]? The force is
   // no smooth function of time there, and no method is of order 2 across it.

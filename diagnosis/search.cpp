@@ -8,6 +8,7 @@
 
 #include "diagnosis/drive_search.h"
 #include "diagnosis/explore.h"
+#include "diagnosis/presliding.h"
 #include "diagnosis/start_state.h"
 #include "diagnosis/step_error.h"
 
@@ -235,7 +236,7 @@ class Search {
     for (int round = 0; round < kRounds; ++round) {
       problem_.starts = estimate_starts(problem_, result.hypothesis, all_);
       problem_.step_errors.clear();
-      const Hypothesis start = choose_presliding(result.hypothesis);
+      const Hypothesis start = choose_presliding(problem_, result.hypothesis);
       problem_.step_errors = estimate_step_errors(problem_, start, all_, kFinest);
       options.intervals = round + 1 == kRounds;
       result = fit(problem_, start, problem_.train, options);
@@ -247,29 +248,6 @@ class Search {
     better.std = result.std;
     better.probability = trial->probability;
     *trial = better;
-  }
-
-  // Readings are no smooth function of pre-sliding displacements, so they are tried, a factor of 3 apart.
-  Hypothesis choose_presliding(Hypothesis best) const {
-    double lowest = calc_score(problem_, best, problem_.train).chi2;
-    for (size_t i = 0; i < best.size(); ++i) {
-      const EffectInfo& info = get_effect(best[i].id);
-      for (size_t k = 0; k < info.parameters.size(); ++k) {
-        if (!info.parameters[k].scanned) continue;
-        for (double factor : {1.0 / 3.0, 3.0}) {
-          for (bool better = true; better;) {
-            Hypothesis trial = best;
-            trial[i].p[k] *= factor;
-            better = trial[i].p[k] >= info.parameters[k].low && trial[i].p[k] <= info.parameters[k].high;
-            if (!better) break;
-            const Score score = calc_score(problem_, trial, problem_.train);
-            better = score.ok && score.chi2 < lowest;
-            if (better) lowest = score.chi2, best = trial;
-          }
-        }
-      }
-    }
-    return best;
   }
 
   // What is left above the noise is no chance: in every stretch it could lie along a parameter and shift it. And no
