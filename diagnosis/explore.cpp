@@ -50,6 +50,7 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
   if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
   if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
   if (name == "yield_angle") return {0.3 * effect.p[1], effect.p[1], 3.0 * effect.p[1]};
+  if (effect.id == EffectId::kDelay) return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};   // [s] of buses and of queues
   if (name == "time_constant") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};   // [s] of current loops and of gears
   const bool gap = effect.id == EffectId::kBacklash;
   if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 2.0 * effect.p[0]};
@@ -69,6 +70,52 @@ std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
   if (!order.empty()) most[order[0]] = 12;
   if (order.size() > 1) most[order[1]] = 4;
   return most;
+}
+
+constexpr double kRateShare = 0.1;   // of what is left of a velocity: less is not worth a fit
+
+// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause may
+// point the wrong way. The joint that is missed most gets those of one positive parameter in any case.
+void add_unseen(const Lead& lead, std::vector<Effect>* list) {
+  const int worst = static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
+  for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
+    const Effect effect{id, worst, {get_effect(id).parameters[0].step}};
+    if (!contains(lead.hypothesis, effect) && !contains(*list, effect) && !is_redundant(lead.hypothesis, effect)) list->push_back(effect);
+  }
+}
+
+// Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them: what
+// is left of the reading itself is regressed on 1, the velocity and its rate of change.
+void add_rate_faults(Problem problem, const Lead& lead, std::vector<Effect>* list) {
+  const Experiment& e = *problem.experiment;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const size_t joint = static_cast<size_t>(j);
+    const double sigma = e.joint_noise[joint][1].sigma;
+    double chi2 = 0.0, gram[3] = {0.0, 0.0, 0.0}, projection[3] = {0.0, 0.0, 0.0};
+    problem.view = {true, lead.paths.get(), j};
+    for (int r : problem.train) {
+      const Recording& data = e.recordings[static_cast<size_t>(r)];
+      const std::vector<double>& reading = data.joints[joint].signal[1];
+      std::vector<double> residuals;
+      if (reading.empty() || !calc_residuals(problem, lead.hypothesis, r, &residuals)) continue;
+      const SmoothJoint& smooth = problem.smooth[static_cast<size_t>(r)].joints[joint];
+      for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < data.size(); ++k) {
+        if (!std::isfinite(reading[k])) continue;
+        const double left = residuals[k * kQuantities + 1] * sigma;
+        const double columns[3] = {1.0, reading[k] - left, -smooth.qdd[k]};
+        chi2 += left * left;
+        for (int i = 0; i < 3; ++i) gram[i] += columns[i] * columns[i], projection[i] += columns[i] * left;
+      }
+    }
+    const Effect faults[3] = {{EffectId::kSensorBias, j * kQuantities + 1, {projection[0] / std::max(1e-12, gram[0])}},
+                              {EffectId::kSensorScale, j * kQuantities + 1, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
+                              {EffectId::kSensorDelay, j * kQuantities + 1, {projection[2] / std::max(1e-12, gram[2])}}};
+    for (int i = 0; i < 3; ++i) {
+      const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
+      const bool possible = i != 2 || projection[i] > 0.0;
+      if (helps && possible && !contains(lead.hypothesis, faults[i]) && !contains(*list, faults[i])) list->push_back(faults[i]);
+    }
+  }
 }
 
 constexpr size_t kKept = 12;   // leads of one size that are looked at further
@@ -126,11 +173,15 @@ std::vector<Effect> Explorer::list_starts(const Lead& lead, size_t count) const 
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
     const int joint = c.start.id == EffectId::kJointOffset ? c.start.place : find_joint(c.start);
     const size_t j = static_cast<size_t>(std::max(0, joint));
-    const bool here = joint >= 0 && there[j] < most[j] && c.gain > 0.0;
+    // Offsets of encoders look like masses of links nearby; few enough to try all once.
+    const bool offset = c.start.id == EffectId::kJointOffset && lead.hypothesis.empty();
+    const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
     if (!high && !here) continue;
     there[j] += joint >= 0 ? 1 : 0;
     list.push_back(c.start);
   }
+  if (!lead.hypothesis.empty()) add_unseen(lead, &list);
+  add_rate_faults(workers_[0], lead, &list);
   return list;
 }
 
