@@ -4,7 +4,6 @@
 // identification in its simplest form), judged by the tool's own score on the recordings it did not see. Prints JSON.
 #include <cmath>
 #include <cstdio>
-
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
@@ -104,7 +103,8 @@ nlohmann::ordered_json identify(const std::string& path) {
   for (const auto& [name, which] : {std::pair{"train", &problem.train}, std::pair{"validate", &problem.validate}}) {
     if (which->empty()) continue;
     const Score before = calc_score(problem, {}, *which), after = calc_score(problem, hypothesis, *which);
-    if (before.ok && after.ok) out["fit"][name] = {{"before", before.rms()}, {"after", after.rms()}};  // else it diverges
+    if (before.ok && after.ok)
+      out["fit"][name] = {{"before", before.rms()}, {"after", after.rms()}};  // else it diverges
   }
   return out;
 }

@@ -13,7 +13,10 @@ namespace {
 class Dynamics {
  public:
   explicit Dynamics(const Plant& plant)
-      : plant_(plant), data_(*plant.model), state_(make_state(*plant.model)), zero_(Eigen::VectorXd::Zero(plant.model->num_joints())) {
+      : plant_(plant),
+        data_(*plant.model),
+        state_(make_state(*plant.model)),
+        zero_(Eigen::VectorXd::Zero(plant.model->num_joints())) {
     if (!plant.force_W.empty()) wrenches_.resize(static_cast<size_t>(plant.model->num_links()));
   }
 
@@ -34,8 +37,10 @@ class Dynamics {
   }
 
   void calc_bias_effort(Eigen::VectorXd* bias) {
-    if (wrenches_.empty()) calc_bias(*plant_.model, &data_, bias);
-    else calc_effort(zero_, bias);
+    if (wrenches_.empty())
+      calc_bias(*plant_.model, &data_, bias);
+    else
+      calc_effort(zero_, bias);
   }
 
   const Eigen::MatrixXd& mass() { return update_mass_matrix(*plant_.model, &data_); }
@@ -89,7 +94,8 @@ class PathBodies : public Bodies {
   void evaluate(double t, size_t near, const double* q, const double* qd, double* M, double* bias) override {
     const Moment m = find_moment(time_, t, near);
     M[0] = m.of(path_.inertia);
-    bias[0] = m.of(path_.load) + m.of(path_.stiffness) * (q[0] - m.of(path_.q)) + m.of(path_.damping) * (qd[0] - m.of(path_.qd));
+    bias[0] = m.of(path_.load) + m.of(path_.stiffness) * (q[0] - m.of(path_.q)) +
+              m.of(path_.damping) * (qd[0] - m.of(path_.qd));
   }
 
   void calc_efforts(size_t k, double* tau) override { tau[0] = path_.load[k] + path_.inertia[k] * path_.qdd[k]; }
@@ -100,7 +106,8 @@ class PathBodies : public Bodies {
 };
 
 // The true motion of every joint: the recorded one less the encoder's offset, or what is known better.
-void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::vector<LinkMotion>& links, RobotPath* path) {
+void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::vector<LinkMotion>& links,
+                 RobotPath* path) {
   path->resize(smooth.joints.size());
   for (size_t j = 0; j < smooth.joints.size(); ++j) {
     JointPath& p = (*path)[j];
@@ -159,7 +166,8 @@ std::unique_ptr<Bodies> make_path_bodies(const JointPath& path, const std::vecto
   return std::make_unique<PathBodies>(path, time);
 }
 
-RobotPath calc_path(const Plant& plant, const SmoothRecording& smooth, const RobotPath* slopes, const std::vector<LinkMotion>& links) {
+RobotPath calc_path(const Plant& plant, const SmoothRecording& smooth, const RobotPath* slopes,
+                    const std::vector<LinkMotion>& links) {
   RobotPath path;
   fill_motion(plant, smooth, links, &path);
   Dynamics dynamics(plant);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The rigid-body side of a rollout: mass matrix and bias efforts of the simulated joints. Two kinds: the robot itself, and
-// one joint with all others taken as recorded, which is some twenty times cheaper and good enough to tell causes apart.
+// The rigid-body side of a rollout: mass matrix and bias efforts of the simulated joints. Two kinds: the robot itself,
+// and one joint with all others taken as recorded, which is some twenty times cheaper and good enough to tell causes
+// apart.
 #pragma once
 
 #include <memory>
@@ -22,11 +23,12 @@ class Bodies {
 };
 
 // A joint along one recording, by sample: its true (link side) motion as far as known, the inertia about it, and the
-// effort `load` that the motion of everything takes but for inertia * qdd; slopes of `load` over q and qd of this joint.
+// effort `load` that the motion of everything takes but for inertia * qdd; slopes of `load` over q and qd of this
+// joint.
 struct JointPath {
   std::vector<double> q, qd, qdd, inertia, load, stiffness, damping;
 };
-using RobotPath = std::vector<JointPath>;   // by joint
+using RobotPath = std::vector<JointPath>;  // by joint
 
 // All joints by the model of the plant.
 std::unique_ptr<Bodies> make_robot_bodies(const Plant& plant, const SmoothRecording& smooth);
@@ -39,6 +41,7 @@ std::unique_ptr<Bodies> make_path_bodies(const JointPath& path, const std::vecto
 struct LinkMotion {
   std::vector<double> q, qd, qdd;
 };
-RobotPath calc_path(const Plant& plant, const SmoothRecording& smooth, const RobotPath* slopes, const std::vector<LinkMotion>& links);
+RobotPath calc_path(const Plant& plant, const SmoothRecording& smooth, const RobotPath* slopes,
+                    const std::vector<LinkMotion>& links);
 
 }  // namespace hrp::diagnosis

@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field, const std::string& text) {
+[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
+                       const std::string& text) {
   Diagnostic d;
   d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
   throw InputError(d);

@@ -13,7 +13,7 @@ constexpr int kBins = 16;
 
 struct Sample {
   double y = 0.0;
-  double x[6] = {0, 0, 0, 0, 0, 0};   // position, velocity, direction, load, time, history
+  double x[6] = {0, 0, 0, 0, 0, 0};  // position, velocity, direction, load, time, history
 };
 
 const char* const kNames[] = {"position", "velocity", "direction", "load", "time", "history"};
@@ -43,7 +43,8 @@ std::vector<Sample> collect(const MissingEffort& m, int j) {
     s.y = missing[static_cast<size_t>(k)];
     if (k > 0) swing = 0.97 * swing + m.q(k, j) - m.q(k - 1, j);
     const double v = m.qd(k, j);
-    const double values[] = {m.q(k, j), v, v > 0.01 ? 1.0 : v < -0.01 ? -1.0 : 0.0, m.u(k, j), m.time[static_cast<size_t>(k)], swing};
+    const double values[] = {
+        m.q(k, j), v, v > 0.01 ? 1.0 : v < -0.01 ? -1.0 : 0.0, m.u(k, j), m.time[static_cast<size_t>(k)], swing};
     std::copy(values, values + 6, s.x);
     list.push_back(s);
   }
@@ -58,10 +59,13 @@ double judge(const std::vector<Sample>& train, const std::vector<Sample>& test, 
   std::vector<double> edges;
   for (int b = 1; b < kBins; ++b) edges.push_back(sorted[sorted.size() * static_cast<size_t>(b) / kBins]);
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  const auto find_bin = [&](double x) { return static_cast<size_t>(std::upper_bound(edges.begin(), edges.end(), x) - edges.begin()); };
+  const auto find_bin = [&](double x) {
+    return static_cast<size_t>(std::upper_bound(edges.begin(), edges.end(), x) - edges.begin());
+  };
   std::vector<double> sum(edges.size() + 1, 0.0), count(edges.size() + 1, 0.0);
   double mean = 0.0;
-  for (const Sample& s : train) sum[find_bin(s.x[f])] += s.y, count[find_bin(s.x[f])] += 1.0, mean += s.y / static_cast<double>(train.size());
+  for (const Sample& s : train)
+    sum[find_bin(s.x[f])] += s.y, count[find_bin(s.x[f])] += 1.0, mean += s.y / static_cast<double>(train.size());
   double left = 0.0, total = 0.0;
   for (const Sample& s : test) {
     const size_t bin = find_bin(s.x[f]);
@@ -76,12 +80,15 @@ double judge(const std::vector<Sample>& train, const std::vector<Sample>& test, 
 std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base) {
   std::vector<MissingEffort> train, test;
   for (int r : problem.train) train.push_back(calc_missing_effort(problem, base, r));
-  for (int r : problem.validate.empty() ? problem.train : problem.validate) test.push_back(calc_missing_effort(problem, base, r));
+  for (int r : problem.validate.empty() ? problem.train : problem.validate)
+    test.push_back(calc_missing_effort(problem, base, r));
   const int n = problem.experiment->num_joints();
   std::vector<std::pair<double, int>> order;
   for (int j = 0; j < n; ++j) {
     double sum = 0.0, count = 0.0;
-    for (const MissingEffort& m : train) sum += (m.missing.col(j) / m.sigma[static_cast<size_t>(j)]).squaredNorm(), count += static_cast<double>(m.missing.rows());
+    for (const MissingEffort& m : train)
+      sum += (m.missing.col(j) / m.sigma[static_cast<size_t>(j)]).squaredNorm(),
+          count += static_cast<double>(m.missing.rows());
     order.push_back({-sum / std::max(1.0, count), j});
   }
   std::sort(order.begin(), order.end());
@@ -91,8 +98,10 @@ std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis
     Dependence d;
     d.joint = item.second;
     std::vector<Sample> a, b;
-    for (const MissingEffort& m : train) for (const Sample& s : collect(m, d.joint)) a.push_back(s);
-    for (const MissingEffort& m : test) for (const Sample& s : collect(m, d.joint)) b.push_back(s);
+    for (const MissingEffort& m : train)
+      for (const Sample& s : collect(m, d.joint)) a.push_back(s);
+    for (const MissingEffort& m : test)
+      for (const Sample& s : collect(m, d.joint)) b.push_back(s);
     for (const Sample& s : a) d.effort += s.y * s.y / static_cast<double>(a.size());
     d.effort = std::sqrt(d.effort);
     std::vector<std::pair<double, int>> scores;

@@ -9,17 +9,21 @@ namespace {
 // Empty when the joints of a robot on a standing base can be simulated from the recordings, else why not.
 std::string find_obstacle(const Experiment& e) {
   if (e.scenario.floating_base) {
-    return "a floating base needs, at every foot, a recorded wrench, and an IMU with attitude, angular velocity and acceleration; this "
+    return "a floating base needs, at every foot, a recorded wrench, and an IMU with attitude, angular velocity and "
+           "acceleration; this "
            "experiment does not record them";
   }
   if (e.num_joints() == 0) return "the robot has no joints";
-  if (!e.scenario.feet.empty() && e.scenario.ground.present) return "a foot of a robot on a rail or stand touches the ground, and contact is not predicted here";
-  if (e.scenario.drive == "motion") return "the joints are taken as recorded and no other signal of a fixed base is predicted";
+  if (!e.scenario.feet.empty() && e.scenario.ground.present)
+    return "a foot of a robot on a rail or stand touches the ground, and contact is not predicted here";
+  if (e.scenario.drive == "motion")
+    return "the joints are taken as recorded and no other signal of a fixed base is predicted";
   for (const Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
       const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
       if (!r.joints[j].has(Quantity::kPosition)) return r.spec.name + " has no position of joint " + name;
-      if (e.scenario.drive == "effort" && !r.joints[j].has(Quantity::kEffort) && e.robot.tree.joint(static_cast<int>(j)).actuated) {
+      if (e.scenario.drive == "effort" && !r.joints[j].has(Quantity::kEffort) &&
+          e.robot.tree.joint(static_cast<int>(j)).actuated) {
         return r.spec.name + " has no effort of joint " + name + ", which drives it";
       }
     }

@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field, const std::string& text) {
+[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
+                       const std::string& text) {
   Diagnostic d;
   d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
   throw InputError(d);
@@ -54,13 +55,15 @@ std::vector<size_t> read_time(const Table& table, Recording* recording, std::vec
   for (size_t k : rows) recording->time.push_back(t[k]);
   shift_epoch(recording, warnings);
   if (repeated > 0) {
-    warnings->push_back(recording->spec.name + ": " + std::to_string(repeated) + " rows repeat the last time stamp and were dropped");
+    warnings->push_back(recording->spec.name + ": " + std::to_string(repeated) +
+                        " rows repeat the last time stamp and were dropped");
   }
   const double dt = recording->duration() / static_cast<double>(rows.size() - 1);
   // Four samples a second show no motion of a joint: far more likely the column is not in seconds.
   if (dt > 0.25) {
     fail(table.file, table.lines[rows[1]], column + 1, "time",
-         "samples stand " + std::to_string(dt) + " s apart: expected seconds, at most 0.25 s apart; are these milliseconds?");
+         "samples stand " + std::to_string(dt) +
+             " s apart: expected seconds, at most 0.25 s apart; are these milliseconds?");
   }
   return rows;
 }
@@ -144,8 +147,8 @@ Recording read_recording(const Experiment& experiment, const RecordingSpec& spec
       const std::string joint = name.substr(begin, name.rfind('/') - begin);
       if (std::find(names.begin(), names.end(), joint) == names.end()) {
         const std::string near = find_nearest(joint, names);
-        fail(table.file, 1, static_cast<int>(i) + 1, name, "the robot has no joint '" + joint + "'" +
-             (near.empty() ? "" : "; did you mean '" + near + "'?"));
+        fail(table.file, 1, static_cast<int>(i) + 1, name,
+             "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
       }
     }
     std::vector<double> values = take(table, static_cast<int>(i), rows);
@@ -235,7 +238,8 @@ void find_noise(Experiment* e) {
   for (int j = 0; j < e->num_joints(); ++j) {
     for (int q = 0; q < kQuantities; ++q) {
       Noise& noise = e->joint_noise[static_cast<size_t>(j)][static_cast<size_t>(q)];
-      noise.sigma = get_stated(*e, e->signal_name(j, static_cast<Quantity>(q)), get_quantity_name(static_cast<Quantity>(q)));
+      noise.sigma =
+          get_stated(*e, e->signal_name(j, static_cast<Quantity>(q)), get_quantity_name(static_cast<Quantity>(q)));
       noise.stated = noise.sigma > 0.0;
       if (noise.stated) continue;
       std::vector<double> found;
@@ -285,8 +289,13 @@ void describe_missing(Experiment* e) {
     }
   }
   if (e->num_joints() == 0) return;
-  if (!any[2]) e->warnings.push_back("no effort was recorded: faults of effort sensors cannot be told, and a wrong servo gain looks like friction or inertia");
-  if (!any[1]) e->warnings.push_back("no velocity was recorded: it is taken from the positions; effects at velocity reversal are seen less sharply");
+  if (!any[2])
+    e->warnings.push_back(
+        "no effort was recorded: faults of effort sensors cannot be told, and a wrong servo gain looks like friction "
+        "or inertia");
+  if (!any[1])
+    e->warnings.push_back(
+        "no velocity was recorded: it is taken from the positions; effects at velocity reversal are seen less sharply");
 }
 
 }  // namespace

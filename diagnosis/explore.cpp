@@ -34,11 +34,15 @@ bool contains(const Hypothesis& hypothesis, const Effect& effect) {
 bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
   const auto dry = [](EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; };
   for (const Effect& e : hypothesis) {
-    if (get_effect(e.id).place != PlaceKind::kJoint || get_effect(added.id).place != PlaceKind::kJoint || e.place != added.place) continue;
+    if (get_effect(e.id).place != PlaceKind::kJoint || get_effect(added.id).place != PlaceKind::kJoint ||
+        e.place != added.place)
+      continue;
     if (dry(e.id) && dry(added.id)) return true;
     if (moves_link(e) && moves_link(added)) return true;
-    const bool viscous_twice = (e.id == EffectId::kStribeck && added.id == EffectId::kViscous) || (added.id == EffectId::kStribeck && e.id == EffectId::kViscous);
-    const bool rotor_twice = (moves_link(e) && added.id == EffectId::kRotorInertia) || (moves_link(added) && e.id == EffectId::kRotorInertia);
+    const bool viscous_twice = (e.id == EffectId::kStribeck && added.id == EffectId::kViscous) ||
+                               (added.id == EffectId::kStribeck && e.id == EffectId::kViscous);
+    const bool rotor_twice = (moves_link(e) && added.id == EffectId::kRotorInertia) ||
+                             (moves_link(added) && e.id == EffectId::kRotorInertia);
     if (viscous_twice || rotor_twice) return true;
   }
   return false;
@@ -50,19 +54,23 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
   if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
   if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
   if (name == "yield_angle") return {0.3 * effect.p[1], effect.p[1], 3.0 * effect.p[1]};
-  if (effect.id == EffectId::kDelay) return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};   // [s] of buses and of queues
-  if (name == "time_constant") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};   // [s] of current loops and of gears
+  if (effect.id == EffectId::kDelay)
+    return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};  // [s] of buses and of queues
+  if (name == "time_constant")
+    return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};  // [s] of current loops and of gears
   const bool gap = effect.id == EffectId::kBacklash;
   if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 2.0 * effect.p[0]};
-  if (gap && name == "stiffness") return {1e3, 1e4};   // stiff beyond the gap, but no stiffer than steps can follow
+  if (gap && name == "stiffness") return {1e3, 1e4};  // stiff beyond the gap, but no stiffer than steps can follow
   if (gap && name == "rotor_inertia") return {0.2 * effect.p[3], effect.p[3], 3.0 * effect.p[3]};
-  if (effect.id == EffectId::kElasticity && name == "stiffness") return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
-  if (effect.id == EffectId::kElasticity && name == "rotor_inertia") return {0.2 * effect.p[2], effect.p[2], 3.0 * effect.p[2]};
+  if (effect.id == EffectId::kElasticity && name == "stiffness")
+    return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
+  if (effect.id == EffectId::kElasticity && name == "rotor_inertia")
+    return {0.2 * effect.p[2], effect.p[2], 3.0 * effect.p[2]};
   return {};
 }
 
-// How many effects are looked at in each joint beside those that promise most: the joint that is missed most and the one
-// after it. A second cause elsewhere is hidden by what the first one's details leave.
+// How many effects are looked at in each joint beside those that promise most: the joint that is missed most and the
+// one after it. A second cause elsewhere is hidden by what the first one's details leave.
 std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
   std::vector<size_t> order(chi2.size()), most(chi2.size(), 0);
   for (size_t j = 0; j < order.size(); ++j) order[j] = j;
@@ -72,20 +80,21 @@ std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
   return most;
 }
 
-constexpr double kRateShare = 0.1;   // of what is left of a velocity: less is not worth a fit
+constexpr double kRateShare = 0.1;  // of what is left of a velocity: less is not worth a fit
 
-// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause may
-// point the wrong way. The joint that is missed most gets those of one positive parameter in any case.
+// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
+// may point the wrong way. The joint that is missed most gets those of one positive parameter in any case.
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   const int worst = static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
   for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
     const Effect effect{id, worst, {get_effect(id).parameters[0].step}};
-    if (!contains(lead.hypothesis, effect) && !contains(*list, effect) && !is_redundant(lead.hypothesis, effect)) list->push_back(effect);
+    if (!contains(lead.hypothesis, effect) && !contains(*list, effect) && !is_redundant(lead.hypothesis, effect))
+      list->push_back(effect);
   }
 }
 
-// Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them: what
-// is left of the reading itself is regressed on 1, the velocity and its rate of change.
+// Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
+// what is left of the reading itself is regressed on 1, the velocity and its rate of change.
 void add_rate_faults(Problem problem, const Lead& lead, std::vector<Effect>* list) {
   const Experiment& e = *problem.experiment;
   for (int j = 0; j < e.num_joints(); ++j) {
@@ -107,18 +116,20 @@ void add_rate_faults(Problem problem, const Lead& lead, std::vector<Effect>* lis
         for (int i = 0; i < 3; ++i) gram[i] += columns[i] * columns[i], projection[i] += columns[i] * left;
       }
     }
-    const Effect faults[3] = {{EffectId::kSensorBias, j * kQuantities + 1, {projection[0] / std::max(1e-12, gram[0])}},
-                              {EffectId::kSensorScale, j * kQuantities + 1, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
-                              {EffectId::kSensorDelay, j * kQuantities + 1, {projection[2] / std::max(1e-12, gram[2])}}};
+    const Effect faults[3] = {
+        {EffectId::kSensorBias, j * kQuantities + 1, {projection[0] / std::max(1e-12, gram[0])}},
+        {EffectId::kSensorScale, j * kQuantities + 1, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
+        {EffectId::kSensorDelay, j * kQuantities + 1, {projection[2] / std::max(1e-12, gram[2])}}};
     for (int i = 0; i < 3; ++i) {
       const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
       const bool possible = i != 2 || projection[i] > 0.0;
-      if (helps && possible && !contains(lead.hypothesis, faults[i]) && !contains(*list, faults[i])) list->push_back(faults[i]);
+      if (helps && possible && !contains(lead.hypothesis, faults[i]) && !contains(*list, faults[i]))
+        list->push_back(faults[i]);
     }
   }
 }
 
-constexpr size_t kKept = 12;   // leads of one size that are looked at further
+constexpr size_t kKept = 12;  // leads of one size that are looked at further
 
 FitOptions quick_options() {
   FitOptions options;
@@ -131,9 +142,12 @@ FitOptions quick_options() {
 
 int find_joint(const Effect& effect) {
   switch (get_effect(effect.id).place) {
-    case PlaceKind::kJoint: return effect.id == EffectId::kJointOffset ? -1 : effect.place;
-    case PlaceKind::kJointSensor: return effect.place / kQuantities;
-    default: return -1;
+    case PlaceKind::kJoint:
+      return effect.id == EffectId::kJointOffset ? -1 : effect.place;
+    case PlaceKind::kJointSensor:
+      return effect.place / kQuantities;
+    default:
+      return -1;
   }
 }
 
@@ -157,7 +171,8 @@ void Explorer::measure(Problem& p, Lead* lead) const {
     chi2.assign(n, 0.0);
     const Score score = calc_score(p, lead->hypothesis, train ? p.train : held_);
     if (train || !held_.empty()) {
-      for (size_t c = 0; c < score.signal_chi2.size(); ++c) chi2[c / kQuantities] += score.ok ? score.signal_chi2[c] : 1e200;
+      for (size_t c = 0; c < score.signal_chi2.size(); ++c)
+        chi2[c / kQuantities] += score.ok ? score.signal_chi2[c] : 1e200;
     }
   }
   lead->cost = sum(lead->train) + sum(lead->held);
@@ -166,7 +181,7 @@ void Explorer::measure(Problem& p, Lead* lead) const {
 std::vector<Effect> Explorer::list_starts(const Lead& lead, size_t count) const {
   const Screening screening = screen(workers_[0], lead.hypothesis, lead.paths.get());
   std::vector<Effect> list;
-  std::vector<size_t> there(lead.train.size(), 0);   // candidates by joint
+  std::vector<size_t> there(lead.train.size(), 0);  // candidates by joint
   const std::vector<size_t> most = allow_by_joint(lead.train);
   for (const Candidate& c : screening.candidates) {
     if (contains(lead.hypothesis, c.start) || is_redundant(lead.hypothesis, c.start)) continue;
@@ -293,7 +308,7 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
   });
   std::vector<Task> tasks;
   std::set<std::vector<std::pair<int, int>>> seen;
-  std::vector<size_t> fresh;      // tasks that need a fit: shared ones, and local ones not known yet
+  std::vector<size_t> fresh;  // tasks that need a fit: shared ones, and local ones not known yet
   std::set<LocalKey> planned;
   for (size_t i = 0; i < from.size(); ++i) {
     for (const Effect& start : starts[i]) {
@@ -302,7 +317,8 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
       if (!seen.insert(make_set(together)).second) continue;
       tasks.push_back({i, start});
       const bool local = find_joint(start) >= 0;
-      if (!local || (!locals_.count(make_key(from[i], start)) && planned.insert(make_key(from[i], start)).second)) fresh.push_back(tasks.size() - 1);
+      if (!local || (!locals_.count(make_key(from[i], start)) && planned.insert(make_key(from[i], start)).second))
+        fresh.push_back(tasks.size() - 1);
     }
   }
   std::vector<Lead> leads(tasks.size());
@@ -310,8 +326,10 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
   parallel_for(static_cast<int>(workers_.size()), static_cast<int>(fresh.size()), [&](int i, int worker) {
     const size_t t = fresh[static_cast<size_t>(i)];
     Problem& problem = workers_[static_cast<size_t>(worker)];
-    if (find_joint(tasks[t].start) >= 0) fits[t] = fit_local(problem, from[tasks[t].parent], tasks[t].start);
-    else leads[t] = add_shared(problem, from[tasks[t].parent], tasks[t].start);
+    if (find_joint(tasks[t].start) >= 0)
+      fits[t] = fit_local(problem, from[tasks[t].parent], tasks[t].start);
+    else
+      leads[t] = add_shared(problem, from[tasks[t].parent], tasks[t].start);
   });
   for (size_t t : fresh) {
     if (find_joint(tasks[t].start) >= 0) locals_[make_key(from[tasks[t].parent], tasks[t].start)] = fits[t];

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The wide search: sets of effects, grown one effect at a time, compared along the recorded paths (bodies.h). There a
 // joint's readings depend on the effects at that joint only, and on those that all joints feel (masses, forces, encoder
-// offsets, links moved by elastic transmissions); so most fits are of one joint, and are shared by all sets alike there.
+// offsets, links moved by elastic transmissions); so most fits are of one joint, and are shared by all sets alike
+// there.
 #pragma once
 
 #include <functional>
@@ -15,9 +16,9 @@ namespace hrp::diagnosis {
 // A set of effects fitted along the paths.
 struct Lead {
   Hypothesis hypothesis;
-  std::vector<double> train, held;            // chi2 by joint, of recordings fitted to and of the others
-  std::shared_ptr<const Paths> paths;         // under this hypothesis
-  double cost = 0.0;                          // sum of all chi2
+  std::vector<double> train, held;     // chi2 by joint, of recordings fitted to and of the others
+  std::shared_ptr<const Paths> paths;  // under this hypothesis
+  double cost = 0.0;                   // sum of all chi2
 };
 
 class Explorer {
@@ -33,7 +34,7 @@ class Explorer {
 
  private:
   struct Local {
-    Hypothesis effects;   // at one joint
+    Hypothesis effects;  // at one joint
     double train = 1e300, held = 1e300;
   };
   struct Task {
@@ -51,11 +52,11 @@ class Explorer {
   void forget(const std::vector<Lead>& from, const std::vector<Lead>& leads);
   LocalKey make_key(const Lead& parent, const Effect& start) const;
 
-  std::vector<Problem> workers_;      // one a thread; coarser steps than the final fits
+  std::vector<Problem> workers_;  // one a thread; coarser steps than the final fits
   std::vector<int> held_;
   Lead nominal_;
   std::map<LocalKey, Local> locals_;
-  std::vector<std::shared_ptr<const Paths>> kept_;   // paths are keys: they must not move
+  std::vector<std::shared_ptr<const Paths>> kept_;  // paths are keys: they must not move
 };
 
 // The joint whose readings alone an effect changes along the paths, or -1 when all joints feel it.

@@ -30,7 +30,7 @@ struct Normal {
   Eigen::VectorXd b;
   double chi2 = 0.0;
   bool ok = true;
-  std::vector<Eigen::VectorXd> blocks;   // sums of score vectors over stretches of the recordings
+  std::vector<Eigen::VectorXd> blocks;  // sums of score vectors over stretches of the recordings
 };
 
 // J^T J and J^T r of one recording from its residuals and those with each parameter moved.
@@ -49,7 +49,8 @@ Normal make_normal(const std::vector<std::vector<double>>& residuals, const std:
       const double x = row[static_cast<long>(i)];
       if (x == 0.0) continue;
       normal.b[static_cast<long>(i)] += x * r;
-      for (size_t j = 0; j <= i; ++j) normal.A(static_cast<long>(i), static_cast<long>(j)) += x * row[static_cast<long>(j)];
+      for (size_t j = 0; j <= i; ++j)
+        normal.A(static_cast<long>(i), static_cast<long>(j)) += x * row[static_cast<long>(j)];
     }
     if (!blocks) continue;
     sum += row * r;
@@ -75,7 +76,10 @@ void clamp(Hypothesis* hypothesis) {
 class Fitter {
  public:
   Fitter(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings, const FitOptions& options)
-      : problem_(problem), recordings_(recordings), options_(options), hypothesis_(start),
+      : problem_(problem),
+        recordings_(recordings),
+        options_(options),
+        hypothesis_(start),
         parameters_(list_parameters(start, options.frozen)) {
     clamp(&hypothesis_);
   }
@@ -174,9 +178,10 @@ class Fitter {
     for (long i = 0; i < p; ++i) {
       const ParameterInfo& info = *parameters_[static_cast<size_t>(i)].info;
       A(i, i) += 1e-9 / (info.step * info.step);
-      // What is known beforehand of the drive's timing: somewhere between its bounds (variance of a uniform distribution).
-      // Without it a lag of the servo's rate and a rotor's inertia would be taken for the same thing.
-      if (hypothesis_[parameters_[static_cast<size_t>(i)].effect].id == EffectId::kTiming) A(i, i) += 12.0 / std::pow(info.high - info.low, 2);
+      // What is known beforehand of the drive's timing: somewhere between its bounds (variance of a uniform
+      // distribution). Without it a lag of the servo's rate and a rotor's inertia would be taken for the same thing.
+      if (hypothesis_[parameters_[static_cast<size_t>(i)].effect].id == EffectId::kTiming)
+        A(i, i) += 12.0 / std::pow(info.high - info.low, 2);
     }
     const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
     const Eigen::MatrixXd sandwich = inverse * B * inverse;
@@ -236,7 +241,8 @@ Problem make_problem(const Experiment& experiment, int jobs) {
   problem.jobs = jobs;
   problem.smooth.resize(experiment.recordings.size());
   parallel_for(jobs, static_cast<int>(experiment.recordings.size()), [&](int r) {
-    problem.smooth[static_cast<size_t>(r)] = smooth_recording(experiment, experiment.recordings[static_cast<size_t>(r)]);
+    problem.smooth[static_cast<size_t>(r)] =
+        smooth_recording(experiment, experiment.recordings[static_cast<size_t>(r)]);
   });
   for (const auto& joint : experiment.joint_noise) {
     for (const Noise& noise : joint) problem.weights.push_back(1.0 / noise.sigma);
@@ -263,7 +269,8 @@ RobotPath make_path(const Problem& problem, const Plant& plant, int recording) {
     if (!plant.laws[j].elastic) continue;
     std::vector<double> readings(data.size() * problem.weights.size(), 0.0);
     std::vector<LinkMotion> moved;
-    if (!simulate_joint(plant, data, problem.smooth[r], path, static_cast<int>(j), problem.options, &readings, &moved)) continue;
+    if (!simulate_joint(plant, data, problem.smooth[r], path, static_cast<int>(j), problem.options, &readings, &moved))
+      continue;
     links[j] = moved[j];
     for (size_t k = 0; k < problem.smooth[r].start; ++k) links[j].q[k] = path[j].q[k], links[j].qd[k] = path[j].qd[k];
     smooth_series(data.time, links[j].qd, kLinkWindow, nullptr, &links[j].qdd, nullptr);
@@ -280,18 +287,16 @@ void prepare_paths(Problem* problem) {
   const Plant plant = make_plant(*problem->experiment, {});
   problem->nominal_paths.assign(count, {});
   Paths paths(count);
-  parallel_for(problem->jobs, static_cast<int>(count), [&](int r) {
-    paths[static_cast<size_t>(r)] = make_path(*problem, plant, r);
-  });
+  parallel_for(problem->jobs, static_cast<int>(count),
+               [&](int r) { paths[static_cast<size_t>(r)] = make_path(*problem, plant, r); });
   problem->nominal_paths = std::move(paths);
 }
 
 Paths make_paths(const Problem& problem, const Hypothesis& hypothesis) {
   const Plant plant = make_plant(*problem.experiment, hypothesis);
   Paths paths(problem.smooth.size());
-  parallel_for(problem.jobs, static_cast<int>(paths.size()), [&](int r) {
-    paths[static_cast<size_t>(r)] = make_path(problem, plant, r);
-  });
+  parallel_for(problem.jobs, static_cast<int>(paths.size()),
+               [&](int r) { paths[static_cast<size_t>(r)] = make_path(problem, plant, r); });
   return paths;
 }
 
@@ -314,12 +319,15 @@ bool predict_along(const Problem& problem, const Plant& plant, int recording, st
   return true;
 }
 
-size_t first_channel(const Problem& problem) { return problem.view.joint < 0 ? 0 : static_cast<size_t>(problem.view.joint) * kQuantities; }
+size_t first_channel(const Problem& problem) {
+  return problem.view.joint < 0 ? 0 : static_cast<size_t>(problem.view.joint) * kQuantities;
+}
 size_t count_channels(const Problem& problem) { return problem.view.joint < 0 ? problem.weights.size() : kQuantities; }
 
 }  // namespace
 
-bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, std::vector<double>* residuals) {
+bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording,
+                    std::vector<double>* residuals) {
   const size_t r = static_cast<size_t>(recording);
   const StartState* start = r < problem.starts.size() ? &problem.starts[r] : nullptr;
   return calc_residuals(problem, hypothesis, recording, problem.options, start, residuals);
@@ -334,7 +342,8 @@ bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int re
   const bool ok = problem.view.along ? predict_along(problem, plant, recording, &readings)
                                      : simulate_recording(plant, data, smooth, options, &readings, start);
   if (!ok) return false;
-  const bool corrected = !problem.view.along && options.until == 0.0 && static_cast<size_t>(recording) < problem.step_errors.size();
+  const bool corrected =
+      !problem.view.along && options.until == 0.0 && static_cast<size_t>(recording) < problem.step_errors.size();
   const std::vector<double> none, &error = corrected ? problem.step_errors[static_cast<size_t>(recording)] : none;
   for (size_t i = 0; i < error.size(); ++i) readings[i] += error[i];
   const size_t width = problem.weights.size(), first = first_channel(problem), count = count_channels(problem);
@@ -381,7 +390,8 @@ Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std
   return total;
 }
 
-FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings, const FitOptions& options) {
+FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
+              const FitOptions& options) {
   return Fitter(problem, start, recordings, options).run();
 }
 

@@ -17,11 +17,12 @@ using Paths = std::vector<RobotPath>;
 // By recording; may be empty.
 using Starts = std::vector<StartState>;
 
-// What finer steps would add to simulated readings, by recording, laid out as the readings; may be empty, or elements be.
+// What finer steps would add to simulated readings, by recording, laid out as the readings; may be empty, or elements
+// be.
 using StepErrors = std::vector<std::vector<double>>;
 
-// What a prediction simulates: the whole robot; or, `along` its recorded paths, joint by joint; with `paths` those, else
-// paths made anew from the hypothesis; of one `joint` only, or of all (-1).
+// What a prediction simulates: the whole robot; or, `along` its recorded paths, joint by joint; with `paths` those,
+// else paths made anew from the hypothesis; of one `joint` only, or of all (-1).
 struct View {
   bool along = false;
   const Paths* paths = nullptr;
@@ -31,15 +32,15 @@ struct View {
 // Everything a fit reads; constant.
 struct Problem {
   const Experiment* experiment = nullptr;
-  std::vector<SmoothRecording> smooth;    // by recording
-  std::vector<double> weights;            // 1 / sigma by joint * 3 + quantity
+  std::vector<SmoothRecording> smooth;  // by recording
+  std::vector<double> weights;          // 1 / sigma by joint * 3 + quantity
   RolloutOptions options;
   int jobs = 1;
-  std::vector<int> train, validate;       // indices of recordings
-  Starts starts;                          // of simulations of the whole robot; see start_state.h
-  StepErrors step_errors;                 // added to what those simulations read; see step_error.h
-  Paths nominal_paths;                    // of the nominal model: slopes for all others; see prepare_paths
-  View view;                              // what residuals are of
+  std::vector<int> train, validate;  // indices of recordings
+  Starts starts;                     // of simulations of the whole robot; see start_state.h
+  StepErrors step_errors;            // added to what those simulations read; see step_error.h
+  Paths nominal_paths;               // of the nominal model: slopes for all others; see prepare_paths
+  View view;                         // what residuals are of
 };
 
 Problem make_problem(const Experiment& experiment, int jobs);
@@ -59,15 +60,16 @@ void parallel_for(int jobs, int count, const std::function<void(int, int)>& work
 struct Score {
   double chi2 = 0.0;
   double count = 0.0;
-  std::vector<double> signal_chi2, signal_count;   // by joint * 3 + quantity
-  bool ok = true;                                  // every rollout stayed finite
+  std::vector<double> signal_chi2, signal_count;  // by joint * 3 + quantity
+  bool ok = true;                                 // every rollout stayed finite
   double rms() const;
   void add(const Score& other);
 };
 
 // Whitened residuals of one recording under a hypothesis, [sample][joint * 3 + quantity], or [sample][quantity] where
 // the view is of one joint; 0 where nothing was recorded.
-bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, std::vector<double>* residuals);
+bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording,
+                    std::vector<double>* residuals);
 // The same with other options and start than the problem's; of the samples before `until` only, where that is not 0.
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, const RolloutOptions& options,
                     const StartState* start, std::vector<double>* residuals);
@@ -77,7 +79,7 @@ constexpr size_t kIndependent = 40;  // of a recording: residuals are taken to b
 
 struct FitResult {
   Hypothesis hypothesis;
-  std::vector<std::vector<double>> std;   // by effect, by parameter; 0 where fixed
+  std::vector<std::vector<double>> std;  // by effect, by parameter; 0 where fixed
   Score train;
   bool ok = false;
   int iterations = 0;
@@ -85,12 +87,13 @@ struct FitResult {
 
 struct FitOptions {
   int max_iterations = 12;
-  double tolerance = 1e-4;    // of chi2, relative
+  double tolerance = 1e-4;  // of chi2, relative
   bool intervals = false;
-  double abandon_above = 0.0; // chi2 above which the third step is the last; 0: never
-  std::vector<char> frozen;   // by effect: parameters stay as they are; may be shorter
+  double abandon_above = 0.0;  // chi2 above which the third step is the last; 0: never
+  std::vector<char> frozen;    // by effect: parameters stay as they are; may be shorter
 };
 
-FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings, const FitOptions& options);
+FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
+              const FitOptions& options);
 
 }  // namespace hrp::diagnosis

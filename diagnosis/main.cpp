@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // hrp-diagnose EXPERIMENT.yaml --out DIR: finds what a simulation left out.
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <thread>
-
-#include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/report.h"
 
 int main(int argc, char** argv) {
   using namespace hrp::diagnosis;
-  CLI::App app{"Compares recordings of a robot with simulation, says which physics or sensor fault was left out, fits it,\n"
-               "and writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
-               "Exit status: 0 a verdict was reached, 2 bad input (file, line and column are named), 1 a fault of the tool."};
+  CLI::App app{
+      "Compares recordings of a robot with simulation, says which physics or sensor fault was left out, fits it,\n"
+      "and writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
+      "Exit status: 0 a verdict was reached, 2 bad input (file, line and column are named), 1 a fault of the tool."};
   std::string experiment_path, out;
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
   bool quiet = false;
@@ -29,7 +29,8 @@ int main(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   const auto say = [&](const std::string& text) {
     if (quiet) return;
-    std::fprintf(stderr, "%7.1f s  %s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), text.c_str());
+    std::fprintf(stderr, "%7.1f s  %s\n",
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), text.c_str());
   };
   try {
     const Experiment experiment = load_experiment(experiment_path);
@@ -38,8 +39,10 @@ int main(int argc, char** argv) {
     const Reports reports = diagnose(problem, say);
     write_reports(experiment, out, reports);
     std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());
-    for (const auto& finding : reports.report["findings"]) std::printf("%s\n", finding["statement"].get<std::string>().c_str());
-    for (const auto& item : reports.report["unexplained"]) std::printf("%s\n", item["statement"].get<std::string>().c_str());
+    for (const auto& finding : reports.report["findings"])
+      std::printf("%s\n", finding["statement"].get<std::string>().c_str());
+    for (const auto& item : reports.report["unexplained"])
+      std::printf("%s\n", item["statement"].get<std::string>().c_str());
     return 0;
   } catch (const hrp::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -10,8 +10,8 @@ namespace hrp::diagnosis {
 constexpr double kPreslidings[] = {3e-6, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3};
 
 // The hypothesis with the displacements that suit the training recordings best: from each as it stands by factors of 3,
-// 1.5, 1.2 and 1.06 in both directions, within its bounds, as long as that helps. Off by more, what a fit then lacks near
-// standstill is made up for by friction that seems to fall with speed.
+// 1.5, 1.2 and 1.06 in both directions, within its bounds, as long as that helps. Off by more, what a fit then lacks
+// near standstill is made up for by friction that seems to fall with speed.
 Hypothesis choose_presliding(const Problem& problem, Hypothesis best);
 
 }  // namespace hrp::diagnosis

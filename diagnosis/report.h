@@ -15,8 +15,8 @@ struct Reports {
 };
 
 namespace upright {
-// A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion (upright_channels.h).
-// False when the recordings lack what that needs.
+// A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion
+// (upright_channels.h). False when the recordings lack what that needs.
 bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out);
 }  // namespace upright
 
@@ -29,7 +29,8 @@ Reports make_reports(const Problem& problem, const Outcome& outcome);
 Reports make_empty_reports(const Problem& problem, const std::string& reason);
 
 // DIR/report.json, DIR/series.json, DIR/report.html, and DIR/updated/: scenario.yaml (the experiment with the findings
-// as `effects`, replaying a recording's commands), nominal.yaml (without them). Throws std::runtime_error naming what failed.
+// as `effects`, replaying a recording's commands), nominal.yaml (without them). Throws std::runtime_error naming what
+// failed.
 void write_reports(const Experiment& experiment, const std::string& folder, Reports reports);
 
 // Parameters of one effect as the schema has them: vectors gathered under one name, nuisances left out.

@@ -10,21 +10,27 @@ namespace hrp::diagnosis {
 namespace {
 
 const double kGamma = 1.0 - 1.0 / std::sqrt(2.0);
-constexpr int kFiner = 4;      // steps for one where a joint turns around
-constexpr double kHeld = 0.02; // share of dry friction that bristles do not carry yet: slipping joints have none
+constexpr int kFiner = 4;       // steps for one where a joint turns around
+constexpr double kHeld = 0.02;  // share of dry friction that bristles do not carry yet: slipping joints have none
 
 class Rollout {
  public:
   // Simulates `joints` of the robot; `bodies` are theirs.
-  Rollout(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, std::vector<int> joints, Bodies* bodies)
-      : plant_(plant), recording_(recording), smooth_(smooth), joints_(std::move(joints)), bodies_(*bodies),
+  Rollout(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, std::vector<int> joints,
+          Bodies* bodies)
+      : plant_(plant),
+        recording_(recording),
+        smooth_(smooth),
+        joints_(std::move(joints)),
+        bodies_(*bodies),
         n_(static_cast<int>(joints_.size())) {
     N_ = n_;
     for (int j = 0; j < n_; ++j) motor_.push_back(laws(j).elastic ? N_++ : j);
     const size_t size = static_cast<size_t>(N_);
-    for (std::vector<double>* v : {&Q_, &V_, &Qs_, &Vs_, &f_, &K_, &D_, &k1q_, &k1v_, &k2q_, &k2v_, &rhs_}) v->assign(size, 0.0);
-    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_, &bias_,
-                                    &B_, &Bs_, &fb_, &k1b_, &bristle_k_, &bristle_a_, &bristle_slip_}) {
+    for (std::vector<double>* v : {&Q_, &V_, &Qs_, &Vs_, &f_, &K_, &D_, &k1q_, &k1v_, &k2q_, &k2v_, &rhs_})
+      v->assign(size, 0.0);
+    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_,
+                                   &bias_, &B_, &Bs_, &fb_, &k1b_, &bristle_k_, &bristle_a_, &bristle_slip_}) {
       v->assign(static_cast<size_t>(n_), 0.0);
     }
     couple_k_.assign(size, 0.0), couple_d_.assign(size, 0.0);
@@ -33,7 +39,8 @@ class Rollout {
     choose_follow_gains();
   }
 
-  bool run(const RolloutOptions& options, const StartState* start, std::vector<double>* readings, std::vector<LinkMotion>* links) {
+  bool run(const RolloutOptions& options, const StartState* start, std::vector<double>* readings,
+           std::vector<LinkMotion>* links) {
     const size_t rows = recording_.size();
     links_ = links;
     if (links) prepare_links(rows);
@@ -65,7 +72,7 @@ class Rollout {
   }
 
  private:
-  size_t index(int j) const { return static_cast<size_t>(joints_[static_cast<size_t>(j)]); }   // in the robot
+  size_t index(int j) const { return static_cast<size_t>(joints_[static_cast<size_t>(j)]); }  // in the robot
   const JointLaws& laws(int j) const { return plant_.laws[index(j)]; }
 
   void restart(size_t k) {
@@ -92,12 +99,12 @@ class Rollout {
     }
   }
 
-  // A transmission is much stiffer than a servo. Dry friction along a recorded path is cheap to follow well, and steps of
-  // 1 ms hide what else there is in the joint.
+  // A transmission is much stiffer than a servo. Dry friction along a recorded path is cheap to follow well, and steps
+  // of 1 ms hide what else there is in the joint.
   bool wants_small_steps() const { return N_ > n_ || (n_ == 1 && laws(0).has_friction()); }
 
-  // Is a joint held by dry friction, or does it come to rest or start from it within about a step of h [s]? The force is
-  // no smooth function of time there, and no method is of order 2 across it.
+  // Is a joint held by dry friction, or does it come to rest or start from it within about a step of h [s]? The force
+  // is no smooth function of time there, and no method is of order 2 across it.
   bool is_turning(double h) const {
     for (int j = 0; j < n_; ++j) {
       const size_t m = static_cast<size_t>(motor_[j]);
@@ -146,7 +153,8 @@ class Rollout {
   // Draws the joint to its recorded motion.
   void follow(int j, double t, double q, double v) {
     const SmoothJoint& joint = smooth_.joints[index(j)];
-    const double q_recorded = interpolate(recording_.time, joint.q, t, near_), v_recorded = interpolate(recording_.time, joint.qd, t, near_);
+    const double q_recorded = interpolate(recording_.time, joint.q, t, near_),
+                 v_recorded = interpolate(recording_.time, joint.qd, t, near_);
     const int m = motor_[j];
     f_[m] += follow_k_[j] * (q_recorded - q) + follow_d_[j] * (v_recorded - v);
     K_[m] += follow_k_[j], D_[m] += follow_d_[j];
@@ -166,7 +174,9 @@ class Rollout {
     if (columns.command.empty()) return 0.0;
     double position, rate;
     const double origin = recording_.time.front();
-    read_command(recording_.time, columns, origin + (t - origin) * (1.0 + plant_.clock_skew) - law.command_delay - plant_.command_shift, near_, &position, &rate);
+    read_command(recording_.time, columns,
+                 origin + (t - origin) * (1.0 + plant_.clock_skew) - law.command_delay - plant_.command_shift, near_,
+                 &position, &rate);
     const double u = calc_servo_effort(law, position - Q[m] - law.joint_offset, rate - V[m], 0.0);
     if (std::abs(u) > law.effort_limit) free_[j] = 1;
     if (free_[j]) return u > 0.0 ? law.effort_limit : -law.effort_limit;
@@ -181,14 +191,15 @@ class Rollout {
     return -law.viscous * v + (law.cogging_amplitude != 0.0 ? calc_cogging(law, q) : 0.0);
   }
 
-  // Stiffness of the bristles: the largest friction at rest is reached at the pre-sliding displacement. The same both ways:
-  // bristles know how they are bent, not which way a joint at rest will go.
+  // Stiffness of the bristles: the largest friction at rest is reached at the pre-sliding displacement. The same both
+  // ways: bristles know how they are bent, not which way a joint at rest will go.
   double calc_bristle_stiffness(int j, double load) const {
-    return 0.5 * (calc_static_level(laws(j), load, 1.0) + calc_static_level(laws(j), load, -1.0)) / plant_.presliding[index(j)];
+    return 0.5 * (calc_static_level(laws(j), load, 1.0) + calc_static_level(laws(j), load, -1.0)) /
+           plant_.presliding[index(j)];
   }
 
-  // Dry friction as bristles that bend and slip (LuGre without bristle damping; Canudas de Wit et al., IEEE Trans. Autom.
-  // Control 40, 1995): effort = -k b, b' = v - |v| k b / level(v).
+  // Dry friction as bristles that bend and slip (LuGre without bristle damping; Canudas de Wit et al., IEEE Trans.
+  // Autom. Control 40, 1995): effort = -k b, b' = v - |v| k b / level(v).
   double calc_dry_friction(int j, double h, double v, double load, double b, double* slope) {
     const JointLaws& law = laws(j);
     const double direction = v > 0.0 ? 1.0 : -1.0, speed = std::abs(v);
@@ -201,7 +212,8 @@ class Rollout {
     return -k * b;
   }
 
-  void calc_joint_forces(int j, double t, double h, const double* Q, const double* V, const double* U, const double* Z, const double* B) {
+  void calc_joint_forces(int j, double t, double h, const double* Q, const double* V, const double* U, const double* Z,
+                         const double* B) {
     const JointLaws& law = laws(j);
     const int m = motor_[j];
     double u = calc_drive(j, t, Q, V);
@@ -251,7 +263,8 @@ class Rollout {
   }
 
   // Forces f_, slopes K_, D_, mass matrix M_ at a state.
-  void evaluate(double t, double h, const double* Q, const double* V, const double* U, const double* Z, const double* B) {
+  void evaluate(double t, double h, const double* Q, const double* V, const double* U, const double* Z,
+                const double* B) {
     std::fill(f_.begin(), f_.end(), 0.0), std::fill(K_.begin(), K_.end(), 0.0), std::fill(D_.begin(), D_.end(), 0.0);
     for (int j = 0; j < n_; ++j) calc_joint_forces(j, t, h, Q, V, U, Z, B);
     bodies_.evaluate(t, near_, Q, V, mass_.data(), bias_.data());
@@ -356,7 +369,8 @@ class Rollout {
   }
 
   double finish_bristles(int j, double c, const double* kv) const {
-    return laws(j).has_friction() ? bristle_a_[j] * (fb_[j] + c * std::max(0.0, bristle_slip_[j]) * kv[motor_[j]]) : 0.0;
+    return laws(j).has_friction() ? bristle_a_[j] * (fb_[j] + c * std::max(0.0, bristle_slip_[j]) * kv[motor_[j]])
+                                  : 0.0;
   }
 
   // Bristles never carry more than the largest friction, whatever the step.
@@ -413,10 +427,10 @@ class Rollout {
   std::vector<LinkMotion>* links_ = nullptr;
   size_t near_ = 0;
   std::vector<double> follow_k_, follow_d_;
-  std::vector<char> free_;   // the drive does not hold the joint now
-  std::vector<int> motor_;   // coordinate of each joint's motor
+  std::vector<char> free_;  // the drive does not hold the joint now
+  std::vector<int> motor_;  // coordinate of each joint's motor
   std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_;
-  std::vector<double> B_, Bs_, fb_, k1b_, bristle_k_, bristle_a_, bristle_slip_;   // by joint; B_: deflections [rad]
+  std::vector<double> B_, Bs_, fb_, k1b_, bristle_k_, bristle_a_, bristle_slip_;  // by joint; B_: deflections [rad]
   std::vector<double> U_, Z_, Us_, Zs_, fu_, fz_, k1u_, k1z_, lag_factor_, lag_k_, lag_d_;
   std::vector<double> couple_k_, couple_d_, A_, M_, mass_, bias_;
 };
@@ -434,8 +448,9 @@ bool simulate_recording(const Plant& plant, const Recording& recording, const Sm
   return true;
 }
 
-bool simulate_joint(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const RobotPath& path, int joint,
-                    const RolloutOptions& options, std::vector<double>* readings, std::vector<LinkMotion>* links) {
+bool simulate_joint(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
+                    const RobotPath& path, int joint, const RolloutOptions& options, std::vector<double>* readings,
+                    std::vector<LinkMotion>* links) {
   const std::unique_ptr<Bodies> bodies = make_path_bodies(path[static_cast<size_t>(joint)], recording.time);
   return Rollout(plant, recording, smooth, {joint}, bodies.get()).run(options, nullptr, readings, links);
 }
@@ -452,7 +467,8 @@ void apply_faults(const Plant& plant, const Recording& recording, std::vector<do
       }
     }
     if (fault.bias == 0.0 && fault.scale == 1.0) continue;
-    for (size_t k = 0; k < rows; ++k) (*readings)[k * width + c] = fault.scale * (*readings)[k * width + c] + fault.bias;
+    for (size_t k = 0; k < rows; ++k)
+      (*readings)[k * width + c] = fault.scale * (*readings)[k * width + c] + fault.bias;
   }
 }
 

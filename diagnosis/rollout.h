@@ -27,21 +27,23 @@ struct RolloutOptions {
   double until = 0.0;        // [s] stop after this long; 0: at the recording's end
 };
 
-// Corrections of the state that a rollout begins with, by joint; empty: none. `q`, `v` are the encoder's side, `link_q`,
-// `link_v` where the link is beyond an elastic transmission; `bristles` how far those of dry friction are bent, in
-// pre-sliding displacements; `memory` the state of hysteresis, in its largest values.
+// Corrections of the state that a rollout begins with, by joint; empty: none. `q`, `v` are the encoder's side,
+// `link_q`, `link_v` where the link is beyond an elastic transmission; `bristles` how far those of dry friction are
+// bent, in pre-sliding displacements; `memory` the state of hysteresis, in its largest values.
 struct StartState {
   std::vector<double> q, v, link_q, link_v, bristles, memory;
 };
 
 // Readings [sample][joint][quantity], flat. False when the motion left the finite numbers.
 bool simulate_recording(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
-                        const RolloutOptions& options, std::vector<double>* readings, const StartState* start = nullptr);
+                        const RolloutOptions& options, std::vector<double>* readings,
+                        const StartState* start = nullptr);
 
 // One joint alone, all others as they were recorded (`path`). Fills the joint's columns of readings, which must have
 // their size already; sensor faults are not applied. With `links`, the motion of the joint's link goes there.
-bool simulate_joint(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const RobotPath& path, int joint,
-                    const RolloutOptions& options, std::vector<double>* readings, std::vector<LinkMotion>* links = nullptr);
+bool simulate_joint(const Plant& plant, const Recording& recording, const SmoothRecording& smooth,
+                    const RobotPath& path, int joint, const RolloutOptions& options, std::vector<double>* readings,
+                    std::vector<LinkMotion>* links = nullptr);
 
 // Faults of the joints' own sensors act on what would have been read.
 void apply_faults(const Plant& plant, const Recording& recording, std::vector<double>* readings);

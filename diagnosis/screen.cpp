@@ -20,10 +20,13 @@ Solution solve_columns(const Signatures& s, const std::vector<int>& columns) {
   const long p = static_cast<long>(columns.size());
   Eigen::MatrixXd G(p, p);
   Eigen::VectorXd b(p), scale(p);
-  for (long i = 0; i < p; ++i) scale[i] = 1.0 / std::sqrt(std::max(1e-300, s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(i)])));
+  for (long i = 0; i < p; ++i)
+    scale[i] =
+        1.0 / std::sqrt(std::max(1e-300, s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(i)])));
   for (long i = 0; i < p; ++i) {
     b[i] = s.projection[columns[static_cast<size_t>(i)]] * scale[i];
-    for (long j = 0; j < p; ++j) G(i, j) = s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]) * scale[i] * scale[j];
+    for (long j = 0; j < p; ++j)
+      G(i, j) = s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]) * scale[i] * scale[j];
   }
   G.diagonal().array() += 1e-6;  // directions the motion does not excite stay at zero
   Solution solution;

@@ -31,22 +31,24 @@ Key make_key(const Hypothesis& hypothesis) {
 }
 
 constexpr size_t kLargestSet = 3;
-constexpr size_t kBeam = 4;        // sets that are grown further
-constexpr size_t kCandidates = 10; // effects that may be added to each
-constexpr size_t kSimulated = 3;   // sets of each size that are fitted through the simulation
-constexpr double kAlike = 1.5;         // in cost
+constexpr size_t kBeam = 4;         // sets that are grown further
+constexpr size_t kCandidates = 10;  // effects that may be added to each
+constexpr size_t kSimulated = 3;    // sets of each size that are fitted through the simulation
+constexpr double kAlike = 1.5;      // in cost
 constexpr double kDrivesWorse = 1.2;
-constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
+constexpr double kClearlyWorse = 4.0;   // in cost: twice the error
 constexpr double kLeastSpread = 1e-3;   // of a value
 constexpr double kRough = 20.0;         // noise deviations that steps are never to blame for
 constexpr int kFiner = 4, kFinest = 8;  // steps for one
-constexpr int kRounds = 2;             // of start states and parameters
-constexpr double kLeastDrop = 0.7; // of what is left, or adding effects is given up
+constexpr int kRounds = 2;              // of start states and parameters
+constexpr double kLeastDrop = 0.7;      // of what is left, or adding effects is given up
 
 class Search {
  public:
   Search(const Problem& problem, const Progress& progress)
-      : problem_(problem), e_(*problem.experiment), progress_(progress),
+      : problem_(problem),
+        e_(*problem.experiment),
+        progress_(progress),
         held_out_(problem.validate.empty() ? problem.train : problem.validate) {
     for (size_t r = 0; r < e_.recordings.size(); ++r) all_.push_back(static_cast<int>(r));
   }
@@ -160,11 +162,12 @@ class Search {
       beam = explorer.grow(beam, kCandidates);
       if (beam.empty()) break;
       progress_(format("%.0f effects", static_cast<double>(size)));
-      for (const Lead& lead : beam) progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
+      for (const Lead& lead : beam)
+        progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
       simulate_best(beam);
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
       if (is_explained(best_refined())) break;
-      if (beam.front().cost > kLeastDrop * before) break;   // more effects do not help
+      if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
       if (beam.size() > kBeam) beam.resize(kBeam);
     }
   }
@@ -176,7 +179,9 @@ class Search {
     const double alike = kAlike * beam.front().cost;
     const auto rich = std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost > alike; });
     const double best_cost = beam.front().cost;
-    std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) { return count_parameters(a.hypothesis) < count_parameters(b.hypothesis); });
+    std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) {
+      return count_parameters(a.hypothesis) < count_parameters(b.hypothesis);
+    });
     for (size_t i = 0; i < std::min(kSimulated, beam.size()); ++i) {
       const Trial best = best_refined();
       const bool done = !best.hypothesis.empty() && is_noise(best);
@@ -199,7 +204,9 @@ class Search {
   }
 
   // In units of noise, as rms.
-  double scale(double cost) const { return std::sqrt(cost / std::max(1.0, nominal_.train.count + nominal_.validate.count)); }
+  double scale(double cost) const {
+    return std::sqrt(cost / std::max(1.0, nominal_.train.count + nominal_.validate.count));
+  }
 
   void try_fit(const Hypothesis& start) {
     Trial trial = judge(start, refine(start));
@@ -211,7 +218,9 @@ class Search {
   std::vector<Trial> sorted() const {
     std::vector<Trial> list;
     for (const auto& item : trials_) list.push_back(item.second);
-    std::stable_sort(list.begin(), list.end(), [](const Trial& a, const Trial& b) { return a.train.ok && b.train.ok ? cost(a) < cost(b) : a.train.ok; });
+    std::stable_sort(list.begin(), list.end(), [](const Trial& a, const Trial& b) {
+      return a.train.ok && b.train.ok ? cost(a) < cost(b) : a.train.ok;
+    });
     return list;
   }
 
@@ -254,7 +263,8 @@ class Search {
   // interval is narrower than what two integrators and two writers of a law's details agree to.
   void widen(Trial* trial) const {
     const double above = std::max(0.0, 1.0 - trial->train.count / std::max(1.0, trial->train.chi2));
-    const double shift = above * trial->train.count / static_cast<double>(kIndependent * std::max<size_t>(1, problem_.train.size()));
+    const double shift =
+        above * trial->train.count / static_cast<double>(kIndependent * std::max<size_t>(1, problem_.train.size()));
     for (size_t i = 0; i < std::min(trial->std.size(), trial->hypothesis.size()); ++i) {
       for (size_t k = 0; k < trial->hypothesis[i].p.size(); ++k) {
         double& spread = trial->std[i][k];
@@ -299,7 +309,7 @@ class Search {
     for (const Trial& t : sorted()) {
       if (!t.refined || t.hypothesis.empty() || make_key(t.hypothesis) == worthless || !is_explained(t)) continue;
       outcome->chosen = t, outcome->explained = true;
-      outcome->chosen.probability = 0.5;   // it did worse than what was thrown out
+      outcome->chosen.probability = 0.5;  // it did worse than what was thrown out
       finish(&outcome->chosen);
       return;
     }
@@ -365,14 +375,15 @@ class Search {
     }
   }
 
-  // Odds from the prices, a twentieth of whose difference is taken for evidence because residuals are correlated. A model
-  // that the chosen one was preferred to for its simplicity does not gain by what it has more.
+  // Odds from the prices, a twentieth of whose difference is taken for evidence because residuals are correlated. A
+  // model that the chosen one was preferred to for its simplicity does not gain by what it has more.
   template <class Price>
   static void set_probabilities(const Price& price, std::vector<Trial>* list) {
     const Trial& chosen = list->front();
     double sum = 0.0;
     for (Trial& t : *list) {
-      const double more = static_cast<double>(count_parameters(t.hypothesis)) - static_cast<double>(count_parameters(chosen.hypothesis));
+      const double more = static_cast<double>(count_parameters(t.hypothesis)) -
+                          static_cast<double>(count_parameters(chosen.hypothesis));
       const double dearer = std::max(price(t) - price(chosen), 30.0 * std::max(0.0, more));
       sum += t.probability = std::exp(-0.5 * std::min(1400.0, dearer / 20.0));
     }
@@ -385,28 +396,30 @@ class Search {
     return count;
   }
 
-  // Among models that leave noise (or details of laws) only, the one with the fewest effects, then parameters, unless a richer one removes
-  // most of what it leaves above the noise.
+  // Among models that leave noise (or details of laws) only, the one with the fewest effects, then parameters, unless a
+  // richer one removes most of what it leaves above the noise.
   void prefer_simple(std::vector<Trial>* list) const {
     const double best = list->front().rms * list->front().rms - 1.0;
     for (size_t i = 1; i < list->size(); ++i) {
       const Trial& t = (*list)[i];
       const Trial& first = list->front();
       const bool simpler = t.hypothesis.size() < first.hypothesis.size() ||
-                           (t.hypothesis.size() == first.hypothesis.size() && count_parameters(t.hypothesis) < count_parameters(first.hypothesis));
-      if (!simpler || !(is_noise(t) || is_explained(t)) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1) continue;
+                           (t.hypothesis.size() == first.hypothesis.size() &&
+                            count_parameters(t.hypothesis) < count_parameters(first.hypothesis));
+      if (!simpler || !(is_noise(t) || is_explained(t)) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1)
+        continue;
       std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
     }
   }
 
-  Problem problem_;    // with the start states of the trial at work
-  Problem prepared_;   // with nominal paths
+  Problem problem_;   // with the start states of the trial at work
+  Problem prepared_;  // with nominal paths
   const Experiment& e_;
   Progress progress_;
   std::vector<int> all_, held_out_;
   Trial nominal_;
   std::map<Key, Trial> trials_;
-  std::vector<Trial> passed_over_;   // judged along the recorded paths only
+  std::vector<Trial> passed_over_;  // judged along the recorded paths only
   double best_chi2_ = 1e300;
 };
 

@@ -14,10 +14,10 @@ namespace {
 // One recording, thinned to about independent samples.
 struct Grid {
   std::vector<size_t> samples;
-  Eigen::MatrixXd q, qd, qdd, u, c, cd;     // by kept sample, joint; u logged effort, c command
-  Eigen::MatrixXd u1, u2;                   // derivatives of u
-  Eigen::MatrixXd tau;                      // effort that the motion takes (nominal)
-  Eigen::MatrixXd servo;                    // effort that the servo should have asked for
+  Eigen::MatrixXd q, qd, qdd, u, c, cd;  // by kept sample, joint; u logged effort, c command
+  Eigen::MatrixXd u1, u2;                // derivatives of u
+  Eigen::MatrixXd tau;                   // effort that the motion takes (nominal)
+  Eigen::MatrixXd servo;                 // effort that the servo should have asked for
 };
 
 // Effort over [sample][joint] of a model along motion (q, qd, qdd).
@@ -33,7 +33,8 @@ Eigen::MatrixXd calc_effort(const Model& model, const Plant& plant, const Eigen:
     update_kinematics(model, state, &data);
     for (size_t link = 0; link < plant.force_W.size(); ++link) {
       const Transform X_WL = get_pose(data, static_cast<int>(link));
-      wrenches[link] << Vector3d((X_WL.R * plant.tree.links[link].inertia.p_LLcm_L).cross(plant.force_W[link])), plant.force_W[link];
+      wrenches[link] << Vector3d((X_WL.R * plant.tree.links[link].inertia.p_LLcm_L).cross(plant.force_W[link])),
+          plant.force_W[link];
     }
     calc_inverse_dynamics(model, a, plant.force_W.empty() ? nullptr : &wrenches, &data, &tau);
     out.row(k) = tau;
@@ -82,7 +83,9 @@ class Builder {
     Grid g;
     int half = 3;
     for (const SmoothJoint& joint : smooth.joints) half = std::max(half, joint.half_window);
-    for (size_t k = static_cast<size_t>(half) / 2; k + static_cast<size_t>(half) / 2 < recording.size(); k += static_cast<size_t>(std::max(2, half / 2))) g.samples.push_back(k);
+    for (size_t k = static_cast<size_t>(half) / 2; k + static_cast<size_t>(half) / 2 < recording.size();
+         k += static_cast<size_t>(std::max(2, half / 2)))
+      g.samples.push_back(k);
     const long rows = static_cast<long>(g.samples.size());
     for (Eigen::MatrixXd* m : {&g.q, &g.qd, &g.qdd, &g.u, &g.c, &g.cd, &g.u1, &g.u2, &g.servo}) m->setZero(rows, n_);
     for (int j = 0; j < n_; ++j) fill_joint(recording, smooth, j, &g);
@@ -138,7 +141,8 @@ class Builder {
     if (law.elastic) effort += law.motor_inertia * g.qdd(k, j);
     if (law.has_friction()) effort += calc_friction_level(law, std::abs(v), g.u(k, j), s) * s;
     if (law.cogging_amplitude != 0.0) effort -= calc_cogging(law, q);
-    effort += law.spring_stiffness * (q - law.spring_rest) + (1.0 - law.torque_scale) * g.u(k, j) + law.lag * g.u1(k, j);
+    effort +=
+        law.spring_stiffness * (q - law.spring_rest) + (1.0 - law.torque_scale) * g.u(k, j) + law.lag * g.u1(k, j);
     return effort;
   }
 
@@ -164,7 +168,8 @@ class Builder {
       const int half = p.smooth[static_cast<size_t>(p.train[0])].joints[static_cast<size_t>(j)].half_window;
       const double average = 2.25 / (2.0 * std::max(3, half) + 1.0);
       double effort = has_effort_[static_cast<size_t>(j)] ? noise[2].sigma * noise[2].sigma : 0.0;
-      const double servo = laws.kp * laws.kp * noise[0].sigma * noise[0].sigma + laws.kd * laws.kd * noise[1].sigma * noise[1].sigma;
+      const double servo =
+          laws.kp * laws.kp * noise[0].sigma * noise[0].sigma + laws.kd * laws.kd * noise[1].sigma * noise[1].sigma;
       if (!has_effort_[static_cast<size_t>(j)]) effort = servo;
       double variance = effort * average;
       for (int k = 0; k < n_; ++k) {
@@ -222,7 +227,8 @@ class Builder {
   }
 
   // Change of all efforts when joint j really is at q - delta(t): what an elastic or loose transmission does.
-  int add_motion_change(int j, const std::function<void(const Grid&, Eigen::VectorXd*, Eigen::VectorXd*, Eigen::VectorXd*)>& delta) {
+  int add_motion_change(
+      int j, const std::function<void(const Grid&, Eigen::VectorXd*, Eigen::VectorXd*, Eigen::VectorXd*)>& delta) {
     std::vector<Eigen::MatrixXd> efforts;
     for (const Grid& g : grids_) {
       Eigen::VectorXd d(g.q.rows()), d1(g.q.rows()), d2(g.q.rows());
@@ -253,46 +259,67 @@ class Builder {
     const int one = add_column(j, 0, [](const Grid&, long) { return 1.0; });
     const int rate = add_column(j, 0, [j](const Grid& g, long k) { return g.u1(k, j); });
     add_shape(EffectId::kViscous, j, {viscous}, take_positive);
-    add_shape(EffectId::kCoulomb, j, {dry}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {x[0], 0.0, kPresliding}; return x[0] > 0.0; });
-    add_shape(EffectId::kLoadFriction, j, {load}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {x[0], kPresliding}; return x[0] > 0.0; });
+    add_shape(EffectId::kCoulomb, j, {dry}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {x[0], 0.0, kPresliding};
+      return x[0] > 0.0;
+    });
+    add_shape(EffectId::kLoadFriction, j, {load}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {x[0], kPresliding};
+      return x[0] > 0.0;
+    });
     add_shape(EffectId::kRotorInertia, j, {inertia}, take_positive);
-    add_shape(EffectId::kTorqueConstant, j, {effort}, [](const std::vector<double>& x, std::vector<double>* p) { *p = {1.0 - x[0]}; return x[0] < 0.95 && x[0] > -4.0; });
+    add_shape(EffectId::kTorqueConstant, j, {effort}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {1.0 - x[0]};
+      return x[0] < 0.95 && x[0] > -4.0;
+    });
     add_shape(EffectId::kSpring, j, {position, one}, [](const std::vector<double>& x, std::vector<double>* p) {
       *p = {x[0], -x[1] / x[0]};
       return x[0] > 0.0 && std::abs(x[1] / x[0]) < 7.0;
     });
     if (!plant_.effort_driven) add_shape(EffectId::kLag, j, {rate}, take_positive);
     for (double speed : {0.02, 0.05, 0.12, 0.3}) {
-      const int bump = add_column(j, 0, [&, speed](const Grid& g, long k) { return sign(g, k) * std::exp(-std::pow(g.qd(k, j) / speed, 2)); });
-      add_shape(EffectId::kStribeck, j, {dry, bump, viscous}, [speed](const std::vector<double>& x, std::vector<double>* p) {
-        *p = {x[0], x[0] + x[1], speed, std::max(0.0, x[2]), kPresliding};
-        return x[0] > 0.0 && x[1] > 0.0;
-      });
+      const int bump = add_column(
+          j, 0, [&, speed](const Grid& g, long k) { return sign(g, k) * std::exp(-std::pow(g.qd(k, j) / speed, 2)); });
+      add_shape(EffectId::kStribeck, j, {dry, bump, viscous},
+                [speed](const std::vector<double>& x, std::vector<double>* p) {
+                  *p = {x[0], x[0] + x[1], speed, std::max(0.0, x[2]), kPresliding};
+                  return x[0] > 0.0 && x[1] > 0.0;
+                });
     }
     add_transmission(j, inertia);
     add_shapes_with_memory(j);
     add_cogging(j);
     if (!plant_.effort_driven) {
       const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
-      const int late = add_column(j, 1, [j, &laws](const Grid& g, long k) { return -(laws.kp * g.c(k, j) + laws.kd * g.cd(k, j)); });
-      add_shape(EffectId::kDelay, j, {late}, [](const std::vector<double>& x, std::vector<double>* p) { *p = x; return x[0] > 0.0 && x[0] < 0.5; });
+      const int late =
+          add_column(j, 1, [j, &laws](const Grid& g, long k) { return -(laws.kp * g.c(k, j) + laws.kd * g.cd(k, j)); });
+      add_shape(EffectId::kDelay, j, {late}, [](const std::vector<double>& x, std::vector<double>* p) {
+        *p = x;
+        return x[0] > 0.0 && x[0] < 0.5;
+      });
     }
-    const int offset = add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) { d->setOnes(), d1->setZero(), d2->setZero(); });
-    add_shape(EffectId::kJointOffset, j, {offset}, [](const std::vector<double>& x, std::vector<double>* p) { *p = x; return true; });
+    const int offset = add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1,
+                                               Eigen::VectorXd* d2) { d->setOnes(), d1->setZero(), d2->setZero(); });
+    add_shape(EffectId::kJointOffset, j, {offset}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = x;
+      return true;
+    });
   }
 
   void add_transmission(int j, int inertia) {
-    const int twist = add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
-      *d = g.u.col(j), *d1 = g.u1.col(j), *d2 = g.u2.col(j);
-    });
-    const int gap = add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
-      const double scale = 0.05 * g.u.col(j).cwiseAbs().maxCoeff() + 1e-12;
-      for (long k = 0; k < g.u.rows(); ++k) {
-        const double s = std::tanh(g.u(k, j) / scale), c = 1.0 - s * s;
-        (*d)[k] = 0.5 * s, (*d1)[k] = 0.5 * c * g.u1(k, j) / scale;
-        (*d2)[k] = 0.5 * (c * g.u2(k, j) / scale - 2.0 * s * c * std::pow(g.u1(k, j) / scale, 2));
-      }
-    });
+    const int twist =
+        add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+          *d = g.u.col(j), *d1 = g.u1.col(j), *d2 = g.u2.col(j);
+        });
+    const int gap =
+        add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+          const double scale = 0.05 * g.u.col(j).cwiseAbs().maxCoeff() + 1e-12;
+          for (long k = 0; k < g.u.rows(); ++k) {
+            const double s = std::tanh(g.u(k, j) / scale), c = 1.0 - s * s;
+            (*d)[k] = 0.5 * s, (*d1)[k] = 0.5 * c * g.u1(k, j) / scale;
+            (*d2)[k] = 0.5 * (c * g.u2(k, j) / scale - 2.0 * s * c * std::pow(g.u1(k, j) / scale, 2));
+          }
+        });
     add_shape(EffectId::kElasticity, j, {inertia, twist}, [](const std::vector<double>& x, std::vector<double>* p) {
       const double k = x[1] > 1e-7 ? 1.0 / x[1] : 1e6;
       *p = {k, 0.002 * k, std::max(0.005, x[0])};
@@ -309,8 +336,12 @@ class Builder {
     for (const Grid& g : grids_) largest = std::max(largest, g.u.col(j).cwiseAbs().maxCoeff());
     for (double share : {0.2, 0.35, 0.5, 0.65, 0.8, 0.92}) {
       const double limit = share * largest;
-      const int beyond = add_column(j, 0, [j, limit](const Grid& g, long k) { return g.u(k, j) - std::max(-limit, std::min(limit, g.u(k, j))); });
-      add_shape(EffectId::kSaturation, j, {beyond}, [limit](const std::vector<double>& x, std::vector<double>* p) { *p = {limit}; return x[0] > 0.3 && x[0] < 3.0; });
+      const int beyond = add_column(
+          j, 0, [j, limit](const Grid& g, long k) { return g.u(k, j) - std::max(-limit, std::min(limit, g.u(k, j))); });
+      add_shape(EffectId::kSaturation, j, {beyond}, [limit](const std::vector<double>& x, std::vector<double>* p) {
+        *p = {limit};
+        return x[0] > 0.3 && x[0] < 3.0;
+      });
     }
     for (double yield : {0.003, 0.01, 0.03, 0.1, 0.3}) {
       std::vector<Eigen::VectorXd> memory;
@@ -331,14 +362,18 @@ class Builder {
         return memory[static_cast<size_t>(grid)][k];
       });
       (void)last;
-      add_shape(EffectId::kHysteresis, j, {column}, [yield](const std::vector<double>& x, std::vector<double>* p) { *p = {x[0] / yield, yield}; return x[0] > 0.0; });
+      add_shape(EffectId::kHysteresis, j, {column}, [yield](const std::vector<double>& x, std::vector<double>* p) {
+        *p = {x[0] / yield, yield};
+        return x[0] > 0.0;
+      });
     }
   }
 
   // The best few spatial frequencies of the missing effort.
   void add_cogging(int j) {
     double low = 1e300, high = -1e300, fastest = 0.0;
-    for (const Grid& g : grids_) low = std::min(low, g.q.col(j).minCoeff()), high = std::max(high, g.q.col(j).maxCoeff());
+    for (const Grid& g : grids_)
+      low = std::min(low, g.q.col(j).minCoeff()), high = std::max(high, g.q.col(j).maxCoeff());
     const double range = high - low;
     if (range < 0.05) return;
     (void)fastest;
@@ -348,7 +383,8 @@ class Builder {
       long row = 0;
       for (const Grid& g : grids_) {
         for (long k = 0; k < g.q.rows(); ++k, ++row) {
-          const double r = residual_[row * 2 * n_ + j], x = std::sin(periods * g.q(k, j)), y = std::cos(periods * g.q(k, j));
+          const double r = residual_[row * 2 * n_ + j], x = std::sin(periods * g.q(k, j)),
+                       y = std::cos(periods * g.q(k, j));
           ss += x * x, sc += x * y, cc += y * y, s += x, c += y, n += 1, r0 += r, rs += r * x, rc += r * y;
         }
       }
@@ -379,17 +415,32 @@ class Builder {
       columns_.pop_back();
       return a;
     };
-    const auto accept = [](const std::vector<double>& x, std::vector<double>* p) { *p = x; return true; };
+    const auto accept = [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = x;
+      return true;
+    };
     add_shape(EffectId::kSensorBias, place, {both([](const Grid&, long) { return 1.0; })}, accept);
     add_shape(EffectId::kSensorScale, place, {both([j](const Grid& g, long k) { return g.servo(k, j); })},
-              [](const std::vector<double>& x, std::vector<double>* p) { *p = {1.0 + x[0]}; return x[0] > -0.99; });
+              [](const std::vector<double>& x, std::vector<double>* p) {
+                *p = {1.0 + x[0]};
+                return x[0] > -0.99;
+              });
     add_shape(EffectId::kSensorDelay, place, {both([j](const Grid& g, long k) { return -g.u1(k, j); })}, take_positive);
     // A fault of the position reading (the servo is not deceived) shows as a wrong servo effort.
     const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
-    add_shape(EffectId::kSensorBias, j * kQuantities, {add_column(j, 1, [&laws](const Grid&, long) { return laws.kp; })}, accept);
-    add_shape(EffectId::kSensorDelay, j * kQuantities, {add_column(j, 1, [&laws, j](const Grid& g, long k) { return -laws.kp * g.qd(k, j) - laws.kd * g.qdd(k, j); })}, take_positive);
-    add_shape(EffectId::kSensorScale, j * kQuantities, {add_column(j, 1, [&laws, j](const Grid& g, long k) { return laws.kp * g.q(k, j) + laws.kd * g.qd(k, j); })},
-              [](const std::vector<double>& x, std::vector<double>* p) { *p = {1.0 + x[0]}; return x[0] > -0.99; });
+    add_shape(EffectId::kSensorBias, j * kQuantities,
+              {add_column(j, 1, [&laws](const Grid&, long) { return laws.kp; })}, accept);
+    add_shape(
+        EffectId::kSensorDelay, j * kQuantities,
+        {add_column(j, 1, [&laws, j](const Grid& g, long k) { return -laws.kp * g.qd(k, j) - laws.kd * g.qdd(k, j); })},
+        take_positive);
+    add_shape(
+        EffectId::kSensorScale, j * kQuantities,
+        {add_column(j, 1, [&laws, j](const Grid& g, long k) { return laws.kp * g.q(k, j) + laws.kd * g.qd(k, j); })},
+        [](const std::vector<double>& x, std::vector<double>* p) {
+          *p = {1.0 + x[0]};
+          return x[0] > -0.99;
+        });
   }
 
   // Change of all efforts when the model changes.
@@ -399,7 +450,9 @@ class Builder {
     std::vector<Eigen::MatrixXd> efforts;
     const Plant nominal = make_plant(e_, {});
     for (const Grid& g : grids_) {
-      efforts.push_back((calc_effort(*changed.model, changed, g.q, g.qd, g.qdd) - calc_effort(*nominal.model, nominal, g.q, g.qd, g.qdd)) / per);
+      efforts.push_back((calc_effort(*changed.model, changed, g.q, g.qd, g.qdd) -
+                         calc_effort(*nominal.model, nominal, g.q, g.qd, g.qdd)) /
+                        per);
     }
     return add_column(efforts);
   }
@@ -409,21 +462,28 @@ class Builder {
     const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
     if (mass > 0.0) {
       add_shape(EffectId::kMassError, link, {add_model_change({EffectId::kMassError, link, {1.1}}, 0.1)},
-                [](const std::vector<double>& x, std::vector<double>* p) { *p = {1.0 + x[0]}; return x[0] > -0.95; });
+                [](const std::vector<double>& x, std::vector<double>* p) {
+                  *p = {1.0 + x[0]};
+                  return x[0] > -0.95;
+                });
       std::vector<int> shift;
       for (int i = 0; i < 3; ++i) {
         std::vector<double> p(3, 0.0);
         p[static_cast<size_t>(i)] = 1e-3;
         shift.push_back(add_model_change({EffectId::kComError, link, p}, 1e-3));
       }
-      add_shape(EffectId::kComError, link, shift, [](const std::vector<double>& x, std::vector<double>* p) { *p = x; return true; });
-      const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
-      add_shape(EffectId::kPayload, link, {at_origin, shift[0], shift[1], shift[2]}, [mass](const std::vector<double>& x, std::vector<double>* p) {
-        *p = {x[0], 0, 0, 0, 0};
-        if (!(x[0] > 1e-3)) return false;
-        for (size_t i = 0; i < 3; ++i) (*p)[i + 1] = std::max(-1.0, std::min(1.0, mass * x[i + 1] / x[0]));
+      add_shape(EffectId::kComError, link, shift, [](const std::vector<double>& x, std::vector<double>* p) {
+        *p = x;
         return true;
       });
+      const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
+      add_shape(EffectId::kPayload, link, {at_origin, shift[0], shift[1], shift[2]},
+                [mass](const std::vector<double>& x, std::vector<double>* p) {
+                  *p = {x[0], 0, 0, 0, 0};
+                  if (!(x[0] > 1e-3)) return false;
+                  for (size_t i = 0; i < 3; ++i) (*p)[i + 1] = std::max(-1.0, std::min(1.0, mass * x[i + 1] / x[0]));
+                  return true;
+                });
     }
     std::vector<int> force;
     for (int i = 0; i < 3; ++i) {
@@ -431,7 +491,10 @@ class Builder {
       p[static_cast<size_t>(i)] = 1.0;
       force.push_back(add_model_change({EffectId::kExternalForce, link, p}, 1.0));
     }
-    add_shape(EffectId::kExternalForce, link, force, [](const std::vector<double>& x, std::vector<double>* p) { *p = x; return true; });
+    add_shape(EffectId::kExternalForce, link, force, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = x;
+      return true;
+    });
   }
 
   void finish() {
@@ -446,7 +509,9 @@ class Builder {
     out_.count = static_cast<double>(residual_.size());
     out_.joint_chi2.assign(static_cast<size_t>(n_), 0.0);
     for (long row = 0; row < rows_; ++row) {
-      for (int j = 0; j < n_; ++j) out_.joint_chi2[static_cast<size_t>(j)] += std::pow(residual_[row * 2 * n_ + j], 2) / static_cast<double>(rows_);
+      for (int j = 0; j < n_; ++j)
+        out_.joint_chi2[static_cast<size_t>(j)] +=
+            std::pow(residual_[row * 2 * n_ + j], 2) / static_cast<double>(rows_);
     }
   }
 
@@ -470,6 +535,8 @@ MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base
   return Builder(problem, base, nullptr).calc_missing(recording);
 }
 
-Signatures calc_signatures(const Problem& problem, const Hypothesis& base, const Paths* paths) { return Builder(problem, base, paths).build(); }
+Signatures calc_signatures(const Problem& problem, const Hypothesis& base, const Paths* paths) {
+  return Builder(problem, base, paths).build();
+}
 
 }  // namespace hrp::diagnosis

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/smooth.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/Dense>
 
 namespace hrp::diagnosis {
 namespace {
 
 struct Source {
   const std::vector<double>* values;
-  double weight;   // 1 / sigma
-  int order;       // 0: values, 1: first derivative
+  double weight;  // 1 / sigma
+  int order;      // 0: values, 1: first derivative
 };
 
 struct LocalFit {
-  Eigen::Vector4d c = Eigen::Vector4d::Zero();   // value, rate, acceleration / 2, third / 6, in scaled time
+  Eigen::Vector4d c = Eigen::Vector4d::Zero();  // value, rate, acceleration / 2, third / 6, in scaled time
   double chi2 = 0.0;
   int count = 0;
   double second_variance = 0.0;
 };
 
-LocalFit fit_local(const std::vector<double>& time, const std::vector<Source>& sources, size_t k, int half, bool want_chi) {
+LocalFit fit_local(const std::vector<double>& time, const std::vector<Source>& sources, size_t k, int half,
+                   bool want_chi) {
   const size_t begin = k >= static_cast<size_t>(half) ? k - static_cast<size_t>(half) : 0;
   const size_t end = std::min(time.size(), k + static_cast<size_t>(half) + 1);
   const double scale = std::max(1e-9, 0.5 * (time[end - 1] - time[begin]));
@@ -35,8 +35,10 @@ LocalFit fit_local(const std::vector<double>& time, const std::vector<Source>& s
       const double y = (*source.values)[i];
       if (!std::isfinite(y)) continue;
       Eigen::Vector4d row;
-      if (source.order == 0) row << 1.0, s, s * s, s * s * s;
-      else row << 0.0, 1.0 / scale, 2.0 * s / scale, 3.0 * s * s / scale;
+      if (source.order == 0)
+        row << 1.0, s, s * s, s * s * s;
+      else
+        row << 0.0, 1.0 / scale, 2.0 * s / scale, 3.0 * s * s / scale;
       N.noalias() += source.weight * source.weight * row * row.transpose();
       b += source.weight * source.weight * y * row;
       ++fit.count;
@@ -119,7 +121,8 @@ SmoothRecording smooth_recording(const Experiment& e, const Recording& recording
     out.q.assign(rows, 0.0), out.qd.assign(rows, 0.0), out.qdd.assign(rows, 0.0);
     std::vector<Source> sources;
     if (columns.has(Quantity::kPosition)) sources.push_back({&columns.signal[0], 1.0 / e.joint_noise[j][0].sigma, 0});
-    if (columns.has(Quantity::kVelocity) && !sources.empty()) sources.push_back({&columns.signal[1], 1.0 / e.joint_noise[j][1].sigma, 1});
+    if (columns.has(Quantity::kVelocity) && !sources.empty())
+      sources.push_back({&columns.signal[1], 1.0 / e.joint_noise[j][1].sigma, 1});
     if (!sources.empty()) {
       out.half_window = choose_window(recording.time, sources, &out.sigma_qdd);
       for (size_t k = 0; k < rows; ++k) {
@@ -128,10 +131,12 @@ SmoothRecording smooth_recording(const Experiment& e, const Recording& recording
       }
     }
     if (columns.has(Quantity::kEffort)) {
-      smooth_series(recording.time, columns.signal[2], std::max(3, out.half_window), &smooth.effort[j], nullptr, nullptr);
+      smooth_series(recording.time, columns.signal[2], std::max(3, out.half_window), &smooth.effort[j], nullptr,
+                    nullptr);
     }
   }
-  for (const SmoothJoint& joint : smooth.joints) smooth.start = std::max(smooth.start, static_cast<size_t>(joint.half_window));
+  for (const SmoothJoint& joint : smooth.joints)
+    smooth.start = std::max(smooth.start, static_cast<size_t>(joint.half_window));
   smooth.start = std::min(smooth.start, rows / 4);
   const double settled = recording.time[smooth.start] + std::min(kSettling, 0.1 * recording.duration());
   const auto judged = std::lower_bound(recording.time.begin(), recording.time.end(), settled);

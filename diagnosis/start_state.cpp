@@ -7,7 +7,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kIterations = 2;   // the state enters almost linearly
+constexpr int kIterations = 2;  // the state enters almost linearly
 
 double calc_rms(const std::vector<double>& values) {
   double sum = 0.0;
@@ -25,7 +25,10 @@ struct Slot {
 class Estimator {
  public:
   Estimator(const Problem& problem, const Hypothesis& hypothesis, int recording)
-      : problem_(problem), hypothesis_(hypothesis), recording_(recording), smooth_(problem.smooth[static_cast<size_t>(recording)]) {
+      : problem_(problem),
+        hypothesis_(hypothesis),
+        recording_(recording),
+        smooth_(problem.smooth[static_cast<size_t>(recording)]) {
     options_ = problem.options;
     const std::vector<double>& time = problem.experiment->recordings[static_cast<size_t>(recording)].time;
     options_.until = time[smooth_.judged] - time[smooth_.start];
@@ -67,7 +70,8 @@ class Estimator {
       const double load = smooth_.effort[j].empty() ? servo : calc_rms(smooth_.effort[j]);
       const double twist = std::max(load / law.stiffness, 10.0 / problem_.weights[j * kQuantities]);
       slots_.push_back({&StartState::link_q, j, twist});
-      slots_.push_back({&StartState::link_v, j, std::max(rate, twist * std::sqrt(law.stiffness / std::max(1e-9, law.motor_inertia)))});
+      slots_.push_back({&StartState::link_v, j,
+                        std::max(rate, twist * std::sqrt(law.stiffness / std::max(1e-9, law.motor_inertia)))});
     }
   }
 

@@ -3,7 +3,8 @@
 
 namespace hrp::diagnosis {
 
-StepErrors estimate_step_errors(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, int finer) {
+StepErrors estimate_step_errors(const Problem& problem, const Hypothesis& hypothesis,
+                                const std::vector<int>& recordings, int finer) {
   const Plant plant = make_plant(*problem.experiment, hypothesis);
   StepErrors errors(problem.experiment->recordings.size());
   std::vector<std::vector<double>> coarse(recordings.size()), fine(recordings.size());
@@ -14,8 +15,8 @@ StepErrors estimate_step_errors(const Problem& problem, const Hypothesis& hypoth
     RolloutOptions options = problem.options;
     if (is_fine) options.max_step /= finer;
     const StartState* start = r < problem.starts.size() ? &problem.starts[r] : nullptr;
-    ok[static_cast<size_t>(task)] = simulate_recording(plant, problem.experiment->recordings[r], problem.smooth[r], options,
-                                                       is_fine ? &fine[i] : &coarse[i], start);
+    ok[static_cast<size_t>(task)] = simulate_recording(plant, problem.experiment->recordings[r], problem.smooth[r],
+                                                       options, is_fine ? &fine[i] : &coarse[i], start);
   });
   for (size_t i = 0; i < recordings.size(); ++i) {
     if (!ok[2 * i] || !ok[2 * i + 1]) continue;

@@ -11,6 +11,7 @@ namespace hrp::diagnosis {
 
 // Readings in steps of 1 / `finer` of the problem's less readings in its own, for the given recordings under a
 // hypothesis from the problem's starts; empty elements for all others, and where a rollout fails.
-StepErrors estimate_step_errors(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, int finer);
+StepErrors estimate_step_errors(const Problem& problem, const Hypothesis& hypothesis,
+                                const std::vector<int>& recordings, int finer);
 
 }  // namespace hrp::diagnosis

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings that contradict themselves: degrees for radians, exchanged joints, turned signs, encoders that stand still.
-// Whatever physics is missing, a reading in rad follows its command one to one and a drive logs its servo's law, so
-// these are told before anything is fitted, and no cause is named for them.
+// Recordings that contradict themselves: degrees for radians, exchanged joints, turned signs, encoders that stand
+// still. Whatever physics is missing, a reading in rad follows its command one to one and a drive logs its servo's law,
+// so these are told before anything is fitted, and no cause is named for them.
 #pragma once
 
 #include "diagnosis/recording.h"

@@ -8,9 +8,9 @@
 namespace hrp::identification {
 namespace {
 
-constexpr double kGravity = 9.81;       // [m/s^2]
-constexpr double kDriftWindow = 2.0;    // [s] where gyroscope drift and accelerometer noise are about equal
-constexpr int kDriftThinning = 20;      // the drift is slow: smoothed on every 20th sample
+constexpr double kGravity = 9.81;     // [m/s^2]
+constexpr double kDriftWindow = 2.0;  // [s] where gyroscope drift and accelerometer noise are about equal
+constexpr int kDriftThinning = 20;    // the drift is slow: smoothed on every 20th sample
 
 Matrix3d make_turn(const Vector3d& turn) {
   const double angle = turn.norm();
@@ -49,11 +49,12 @@ Samples smooth_drift(const Samples& all, Eigen::Index margin, double period) {
   for (int i = 0; i < 3; ++i) smooth.row(i) = wide.apply(rest.row(i).transpose(), 0).transpose();
   for (Eigen::Index i = 0; i < result.cols(); ++i) {
     const Eigen::Index k = std::clamp<Eigen::Index>(i - margin, 0, n - 1);
-    const double at = std::clamp((static_cast<double>(k) - centre[0]) / kDriftThinning, 0.0, static_cast<double>(m - 1));
+    const double at =
+        std::clamp((static_cast<double>(k) - centre[0]) / kDriftThinning, 0.0, static_cast<double>(m - 1));
     const Eigen::Index j = std::min<Eigen::Index>(static_cast<Eigen::Index>(at), std::max<Eigen::Index>(m - 2, 0));
     const double s = m > 1 ? at - static_cast<double>(j) : 0.0;
-    result.col(i) = (1.0 - s) * smooth.col(j) + s * smooth.col(std::min(j + 1, m - 1)) +
-                    trend.row(0).transpose() + trend.row(1).transpose() * static_cast<double>(k);
+    result.col(i) = (1.0 - s) * smooth.col(j) + s * smooth.col(std::min(j + 1, m - 1)) + trend.row(0).transpose() +
+                    trend.row(1).transpose() * static_cast<double>(k);
   }
   return result;
 }
@@ -76,9 +77,11 @@ void fill_gains(const RobotLog& log, const Vector3d& gyro_bias, Eigen::Index mar
     put(false, &gain[i]);
   }
   // A late gyroscope gives R(t - delay) = R (1 - delay [w]x): the vertical lags.
-  for (Eigen::Index k = 0; k < log.size(); ++k) u.col(k) = column(k) * Vector3d(log.gyro.col(k) - gyro_bias).cross(Vector3d(n_I.col(k)));
+  for (Eigen::Index k = 0; k < log.size(); ++k)
+    u.col(k) = column(k) * Vector3d(log.gyro.col(k) - gyro_bias).cross(Vector3d(n_I.col(k)));
   put(true, &gain[kDelay]);
-  // A bias b of the gyroscope turns the integrated axes by phi = integral of R b: the vertical seems to move by phi x n.
+  // A bias b of the gyroscope turns the integrated axes by phi = integral of R b: the vertical seems to move by phi x
+  // n.
   for (int i = 0; i < 2; ++i) {
     Vector3d phi = Vector3d::Zero();
     for (Eigen::Index k = 0; k < log.size(); ++k) {

@@ -118,14 +118,19 @@ std::vector<JointRows> make_joint_rows(const BodyRig& rig, const std::vector<Bod
   for (const BodyMotion& m : motions) samples += m.size();
   const Eigen::Index parameters = kInertialParameters * static_cast<Eigen::Index>(rig.robot.tree.links.size());
   std::vector<JointRows> joints(static_cast<size_t>(rig.model.num_joints()));
-  for (JointRows& j : joints) j = {Matrix::Zero(samples, kJointParameters), Vector::Zero(samples), Matrix::Zero(kJointParameters, parameters), {}};
+  for (JointRows& j : joints)
+    j = {
+        Matrix::Zero(samples, kJointParameters), Vector::Zero(samples), Matrix::Zero(kJointParameters, parameters), {}};
   return joints;
 }
 
-void add_joint_rows(const BodyMotion& m, Eigen::Index k, Eigen::Index at, const Regressor& Y, const Vector& phi, std::vector<JointRows>* joints) {
+void add_joint_rows(const BodyMotion& m, Eigen::Index k, Eigen::Index at, const Regressor& Y, const Vector& phi,
+                    std::vector<JointRows>* joints) {
   for (size_t j = 0; j < joints->size(); ++j) {
     const auto i = static_cast<Eigen::Index>(j);
-    if (!m.measured[j] || m.effort.size() == 0 || std::abs(m.qd(i, k)) < kMoving || std::abs(m.direction(i, k)) < kOneWay) continue;
+    if (!m.measured[j] || m.effort.size() == 0 || std::abs(m.qd(i, k)) < kMoving ||
+        std::abs(m.direction(i, k)) < kOneWay)
+      continue;
     JointRows& rows = (*joints)[j];
     rows.Z.row(at) = Y.Y_JJ.row(i).segment<kJointParameters>(kJointParameters * i);
     rows.y[at] = m.effort(i, k) + m.exerted(6 + i, k) - Y.Y_JI.row(i).dot(phi);
@@ -134,7 +139,8 @@ void add_joint_rows(const BodyMotion& m, Eigen::Index k, Eigen::Index at, const 
   }
 }
 
-SecondPass look_again(const BodyRig& rig, const Columns& columns, const std::vector<BodyMotion>& motions, const Solution& s, const Vector& phi) {
+SecondPass look_again(const BodyRig& rig, const Columns& columns, const std::vector<BodyMotion>& motions,
+                      const Solution& s, const Vector& phi) {
   SecondPass pass{Matrix::Zero(s.theta.size(), s.theta.size()), 0.0, make_joint_rows(rig, motions)};
   BodyEquations equations(rig);
   Eigen::Index at = 0;
@@ -163,21 +169,26 @@ bool fit_joint(const JointRows& rows, const Matrix& covariance, double period, J
   const Vector theta = solve_signed(A, rows.Z.transpose() * rows.y, std::vector<bool>(kJointParameters, false), &held);
   const auto block = static_cast<Eigen::Index>(std::lround(kBlock / period));
   Matrix scores = Matrix::Zero(kJointParameters, rows.used.back() / block + 1);
-  for (Eigen::Index k : rows.used) scores.col(k / block) += rows.Z.row(k).transpose() * (rows.y[k] - rows.Z.row(k).dot(theta));
+  for (Eigen::Index k : rows.used)
+    scores.col(k / block) += rows.Z.row(k).transpose() * (rows.y[k] - rows.Z.row(k).dot(theta));
   const Matrix gain = inverse * rows.gain;
-  const Matrix all = inverse * sum_scores(scores, static_cast<int>(kMemory / kBlock)) * inverse + gain * covariance * gain.transpose();
+  const Matrix all =
+      inverse * sum_scores(scores, static_cast<int>(kMemory / kBlock)) * inverse + gain * covariance * gain.transpose();
   for (int i = 0; i < kJointParameters; ++i) out->values[i] = {theta[i], std::sqrt(std::max(0.0, all(i, i)))};
   return true;
 }
 
 std::string name_parameter(const BodyRig& rig, const Columns& columns, Eigen::Index i) {
-  static const char* const kNames[kInertialParameters] = {"m", "m x", "m y", "m z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"};
+  static const char* const kNames[kInertialParameters] = {"m",   "m x", "m y", "m z", "Ixx",
+                                                          "Ixy", "Ixz", "Iyy", "Iyz", "Izz"};
   const int column = columns.independent[static_cast<size_t>(i)];
   const bool more = columns.T.row(i).cwiseAbs().sum() > std::abs(columns.T(i, column)) + 1e-9;
-  return rig.robot.tree.links[static_cast<size_t>(column / kInertialParameters)].name + " " + kNames[column % kInertialParameters] + (more ? " +" : "");
+  return rig.robot.tree.links[static_cast<size_t>(column / kInertialParameters)].name + " " +
+         kNames[column % kInertialParameters] + (more ? " +" : "");
 }
 
-BodyError validate_motion(const BodyRig& rig, const Columns& columns, const BodyMotion& m, const std::array<Vector, 3>& thetas) {
+BodyError validate_motion(const BodyRig& rig, const Columns& columns, const BodyMotion& m,
+                          const std::array<Vector, 3>& thetas) {
   BodyError error;
   error.motion = m.name;
   BodyEquations equations(rig);
@@ -189,7 +200,8 @@ BodyError validate_motion(const BodyRig& rig, const Columns& columns, const Body
     const Vector6d y = m.exerted.col(k).head<6>();
     for (int g = 0; g < 2; ++g) {
       error.largest[g] = std::max(error.largest[g], (y - mean).segment<3>(3 * g).cwiseAbs().maxCoeff());
-      for (size_t i = 0; i < 3; ++i) sums[i][g] += (y - X * thetas[i]).segment<3>(3 * g).cwiseAbs().mean() / static_cast<double>(m.size());
+      for (size_t i = 0; i < 3; ++i)
+        sums[i][g] += (y - X * thetas[i]).segment<3>(3 * g).cwiseAbs().mean() / static_cast<double>(m.size());
     }
   }
   return error;
@@ -197,7 +209,8 @@ BodyError validate_motion(const BodyRig& rig, const Columns& columns, const Body
 
 }  // namespace
 
-BodyFit fit_body(const BodyRig& rig, const std::vector<BodyMotion>& fitted, const std::vector<BodyMotion>& unseen, const BodyOptions& options) {
+BodyFit fit_body(const BodyRig& rig, const std::vector<BodyMotion>& fitted, const std::vector<BodyMotion>& unseen,
+                 const BodyOptions& options) {
   double time = 0.0;
   for (const BodyMotion& m : fitted) time += m.period * static_cast<double>(m.size());
   if (time < kEnough) throw std::runtime_error("too little motion that nobody pushes");
@@ -215,7 +228,10 @@ BodyFit fit_body(const BodyRig& rig, const std::vector<BodyMotion>& fitted, cons
   const Matrix covariance = lost * s.inverse * pass.S * s.inverse;
   const Vector described = columns.T * options.description, physical = columns.T * fit.physical;
   for (Eigen::Index i = 0; i < s.theta.size(); ++i) {
-    fit.parameters.push_back({name_parameter(rig, columns, i), {s.theta[i], std::sqrt(std::max(0.0, covariance(i, i)))}, described[i], physical[i]});
+    fit.parameters.push_back({name_parameter(rig, columns, i),
+                              {s.theta[i], std::sqrt(std::max(0.0, covariance(i, i)))},
+                              described[i],
+                              physical[i]});
   }
   information.diagonal() += prior.precision;
   const Matrix unknown = invert_scaled(information);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Inertial parameters of everything above the ankles without joint torques, from base wrench, encoders and IMU [M14 eq. 2];
-// rotor inertia, viscous and Coulomb friction of each joint from its effort [M14 eq. 3]; all motions one below the other
-// [M14 eq. 7]. Weighted least squares with the paper's statistics; and the bodies (positive mass, pseudo-inertia) that fit
-// best, which stay with the description where motions tell nothing.
+// Inertial parameters of everything above the ankles without joint torques, from base wrench, encoders and IMU [M14 eq.
+// 2]; rotor inertia, viscous and Coulomb friction of each joint from its effort [M14 eq. 3]; all motions one below the
+// other [M14 eq. 7]. Weighted least squares with the paper's statistics; and the bodies (positive mass, pseudo-inertia)
+// that fit best, which stay with the description where motions tell nothing.
 #pragma once
 
 #include <string>
@@ -27,25 +27,26 @@ struct BodyParameter {
 struct JointEstimate {
   std::string name;
   int joint = 0;
-  Estimate values[kJointParameters];  // rotor inertia [kg m^2], viscous [N m s/rad], Coulomb friction [N m]; none negative
+  Estimate
+      values[kJointParameters];  // rotor inertia [kg m^2], viscous [N m s/rad], Coulomb friction [N m]; none negative
 };
 
 // Mean absolute errors of the base's moments and forces along one motion, over the largest change of what was measured.
 struct BodyError {
   std::string motion;
   bool fitted = false;
-  double largest[2] = {};      // [N m], [N]
+  double largest[2] = {};  // [N m], [N]
   double described[2] = {}, estimated[2] = {}, physical[2] = {};
 };
 
 struct BodyFit {
   std::vector<BodyParameter> parameters;
-  std::vector<JointEstimate> joints;      // those that moved
+  std::vector<JointEstimate> joints;  // those that moved
   std::vector<BodyError> errors;
-  Eigen::MatrixXd T;                      // parameters from those of all links (feet: zero)
-  Eigen::VectorXd physical;               // inertial parameters of all links
-  double smallest_eigenvalue = 0.0;       // of any link's pseudo-inertia over its largest: positive
-  double residual[2] = {};                // [N m], [N] root mean square
+  Eigen::MatrixXd T;                 // parameters from those of all links (feet: zero)
+  Eigen::VectorXd physical;          // inertial parameters of all links
+  double smallest_eigenvalue = 0.0;  // of any link's pseudo-inertia over its largest: positive
+  double residual[2] = {};           // [N m], [N] root mean square
 };
 
 struct BodyOptions {
@@ -53,7 +54,9 @@ struct BodyOptions {
   double trust = 0.2;           // that is right to about this share of each link's own scale
 };
 
-// Motions of a robot that nobody touches; `unseen` are only predicted. Throws std::runtime_error when there is too little.
-BodyFit fit_body(const BodyRig& rig, const std::vector<BodyMotion>& fitted, const std::vector<BodyMotion>& unseen, const BodyOptions& options);
+// Motions of a robot that nobody touches; `unseen` are only predicted. Throws std::runtime_error when there is too
+// little.
+BodyFit fit_body(const BodyRig& rig, const std::vector<BodyMotion>& fitted, const std::vector<BodyMotion>& unseen,
+                 const BodyOptions& options);
 
 }  // namespace hrp::identification

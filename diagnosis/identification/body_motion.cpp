@@ -26,9 +26,11 @@ struct Raw {
   std::vector<Matrix3d> R_WB;
 };
 
-Raw observe_raw(const BodyRig& rig, const RobotLog& log, const std::vector<Matrix3d>& R_WI, const std::vector<SensorZero>& zeros) {
+Raw observe_raw(const BodyRig& rig, const RobotLog& log, const std::vector<Matrix3d>& R_WI,
+                const std::vector<SensorZero>& zeros) {
   const Eigen::Index n = log.size(), joints = rig.model.num_joints();
-  Raw raw{Samples::Zero(joints, n), Samples(), Samples::Zero(rig.model.nv(), n), Samples(3, n), Samples(3, n), Samples::Zero(3, n), {}};
+  Raw raw{Samples::Zero(joints, n), Samples(), Samples::Zero(rig.model.nv(), n), Samples(3, n), Samples(3, n),
+          Samples::Zero(3, n),      {}};
   if (log.effort.size() > 0) raw.effort = Samples::Zero(joints, n);
   Data data(rig.model);
   State state = make_state(rig.model);
@@ -60,7 +62,8 @@ Raw observe_raw(const BodyRig& rig, const RobotLog& log, const std::vector<Matri
     }
   }
   for (Eigen::Index k = 1; k + 1 < n; ++k) {
-    const Eigen::AngleAxisd turn(Matrix3d(raw.R_WB[static_cast<size_t>(k + 1)] * raw.R_WB[static_cast<size_t>(k - 1)].transpose()));
+    const Eigen::AngleAxisd turn(
+        Matrix3d(raw.R_WB[static_cast<size_t>(k + 1)] * raw.R_WB[static_cast<size_t>(k - 1)].transpose()));
     raw.w.col(k) = turn.angle() / (2.0 * log.period) * turn.axis();
   }
   return raw;
@@ -69,7 +72,8 @@ Raw observe_raw(const BodyRig& rig, const RobotLog& log, const std::vector<Matri
 }  // namespace
 
 BodyRig::BodyRig(const Scenario& scenario) : robot(load_robot(with_rigid_feet(scenario))), model(robot.tree) {
-  const FrameSpec& frame = robot.tree.frames.at(static_cast<size_t>(robot.tree.find_frame(scenario.sensors.imus.at(0).link)));
+  const FrameSpec& frame =
+      robot.tree.frames.at(static_cast<size_t>(robot.tree.find_frame(scenario.sensors.imus.at(0).link)));
   imu_link = frame.link;
   X_LI = frame.X_LF * Transform{Matrix3d::Identity(), scenario.sensors.imus[0].p_LS};
   for (const std::string& foot : scenario.feet) feet.push_back(robot.tree.find_link(foot));
@@ -77,11 +81,13 @@ BodyRig::BodyRig(const Scenario& scenario) : robot(load_robot(with_rigid_feet(sc
 
 bool BodyRig::is_foot(int link) const { return std::find(feet.begin(), feet.end(), link) != feet.end(); }
 
-BodyMotion observe_body(const BodyRig& rig, const BushObserver& observer, const RobotLog& log, const std::vector<SensorZero>& zeros) {
+BodyMotion observe_body(const BodyRig& rig, const BushObserver& observer, const RobotLog& log,
+                        const std::vector<SensorZero>& zeros) {
   const Raw raw = observe_raw(rig, log, observer.calc_attitude(log, zeros), zeros);
   const GaussianFilter filter(kSmoothing, log.period);
   const auto stride = static_cast<Eigen::Index>(std::max(1.0, std::round(kStride / log.period)));
-  const Eigen::Index margin = 2 * filter.margin() + 2, n = std::max<Eigen::Index>(0, (log.size() - 2 * margin) / stride);
+  const Eigen::Index margin = 2 * filter.margin() + 2,
+                     n = std::max<Eigen::Index>(0, (log.size() - 2 * margin) / stride);
   const auto smooth = [&](const Samples& rows, int order) {
     Samples out(rows.rows(), n);
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
@@ -103,7 +109,8 @@ BodyMotion observe_body(const BodyRig& rig, const BushObserver& observer, const 
   m.qd = smooth(raw.q, 1);
   if (raw.effort.size() > 0) m.effort = smooth(raw.effort, 0);
   Samples sign(raw.q.rows(), raw.q.cols());
-  for (Eigen::Index i = 0; i < sign.rows(); ++i) sign.row(i) = filter.apply(raw.q.row(i).transpose(), 1).cwiseSign().transpose();
+  for (Eigen::Index i = 0; i < sign.rows(); ++i)
+    sign.row(i) = filter.apply(raw.q.row(i).transpose(), 1).cwiseSign().transpose();
   m.direction = smooth(sign, 0);
   m.exerted = smooth(raw.exerted, 0);
   m.measured.assign(static_cast<size_t>(rig.model.num_joints()), false);
@@ -114,7 +121,8 @@ BodyMotion observe_body(const BodyRig& rig, const BushObserver& observer, const 
   return m;
 }
 
-BodyEquations::BodyEquations(const BodyRig& rig) : rig_(rig), data_(rig.model), state_(make_state(rig.model)), Y_(rig.model) {}
+BodyEquations::BodyEquations(const BodyRig& rig)
+    : rig_(rig), data_(rig.model), state_(make_state(rig.model)), Y_(rig.model) {}
 
 void BodyEquations::update(const BodyMotion& m, Eigen::Index k) {
   state_.R_WB = Eigen::Quaterniond(m.R_WB[static_cast<size_t>(k)]);

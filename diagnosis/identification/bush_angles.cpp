@@ -17,15 +17,16 @@ const char* const kAxisNames[kAxes] = {"roll", "pitch"};
 
 namespace {
 
-constexpr double kGravity = 9.81;       // [m/s^2]
-constexpr double kSmoothing = 0.03;     // [s] passes what bushes answer to (up to 6 Hz), stops the noise
-constexpr int kThinning = 4;            // of the result: smoothed samples are alike
-// [s] at the start soles may shuffle while the robot takes its first load on them, and a hanging robot sags on its servos:
-// 1 mrad at the waist within 12 s would pass for 1e-4 rad/s of the gyroscope, which a turning waist makes 3e-5 rad of roll.
+constexpr double kGravity = 9.81;    // [m/s^2]
+constexpr double kSmoothing = 0.03;  // [s] passes what bushes answer to (up to 6 Hz), stops the noise
+constexpr int kThinning = 4;         // of the result: smoothed samples are alike
+// [s] at the start soles may shuffle while the robot takes its first load on them, and a hanging robot sags on its
+// servos: 1 mrad at the waist within 12 s would pass for 1e-4 rad/s of the gyroscope, which a turning waist makes 3e-5
+// rad of roll.
 constexpr double kSettling = 1.5;
-constexpr double kEnds = 2.0;           // [s] at both ends the drift smoother sees one side only: no tracks there
-constexpr double kGyroWander = 1e-6;    // [rad/s] a bias is not constant to less than this
-constexpr double kAirborne = 20.0;      // [N] less load than this: not standing
+constexpr double kEnds = 2.0;         // [s] at both ends the drift smoother sees one side only: no tracks there
+constexpr double kGyroWander = 1e-6;  // [rad/s] a bias is not constant to less than this
+constexpr double kAirborne = 20.0;    // [N] less load than this: not standing
 
 Vector3d median_of(const Samples& samples) {
   Vector3d median;
@@ -42,13 +43,16 @@ Vector3d median_of(const Samples& samples) {
 std::vector<bool> find_loaded(const RobotLog& log, const std::vector<SensorZero>& zeros, Eigen::Index margin) {
   std::vector<bool> loaded;
   for (size_t f = 0; f < log.wrenches.size(); ++f) {
-    loaded.push_back((log.wrenches[f].row(2).array() - zeros[f].bias[2]).segment(margin, log.size() - 2 * margin).minCoeff() > kAirborne);
+    loaded.push_back(
+        (log.wrenches[f].row(2).array() - zeros[f].bias[2]).segment(margin, log.size() - 2 * margin).minCoeff() >
+        kAirborne);
   }
   return loaded;
 }
 
 RobotLog leave_out_start(const RobotLog& log, double time) {
-  const Eigen::Index rest = log.size() - std::min(log.size() / 2, static_cast<Eigen::Index>(std::lround(time / log.period)));
+  const Eigen::Index rest =
+      log.size() - std::min(log.size() / 2, static_cast<Eigen::Index>(std::lround(time / log.period)));
   RobotLog late = log;
   late.q = log.q.rightCols(rest);
   if (log.effort.size() > 0) late.effort = log.effort.rightCols(rest);
@@ -68,7 +72,8 @@ Angles calc_angles(const Vector3d& n_U) {
 }
 
 Matrix3d make_R_SU(const Angles& a) {
-  return (Eigen::AngleAxisd(-a.pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(-a.roll, Vector3d::UnitX())).toRotationMatrix();
+  return (Eigen::AngleAxisd(-a.pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(-a.roll, Vector3d::UnitX()))
+      .toRotationMatrix();
 }
 
 }  // namespace
@@ -76,19 +81,20 @@ Matrix3d make_R_SU(const Angles& a) {
 struct BushObserver::Impl {
   struct Foot {
     int link = 0;
-    Vector3d p_UC = Vector3d::Zero();    // centre of the bush
-    double mass = 0.0, upper_mass = 0.0; // [kg] of the foot, and above the bush
+    Vector3d p_UC = Vector3d::Zero();     // centre of the bush
+    double mass = 0.0, upper_mass = 0.0;  // [kg] of the foot, and above the bush
     Vector3d p_Ucm = Vector3d::Zero();
   };
-  struct Chain {                          // by sample
+  struct Chain {                               // by sample
     std::vector<std::vector<Transform>> X_UI;  // by foot
   };
   explicit Impl(const Scenario& scenario_in);
   Chain calc_chain(const RobotLog& log) const;
-  VerticalEstimate calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias, const std::vector<bool>& loaded) const;
+  VerticalEstimate calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
+                                 const std::vector<bool>& loaded) const;
   Samples calc_acceleration(const RobotLog& log, const Chain& chain, const Samples& n_I, size_t foot) const;
-  void fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical, const SensorZero& zero, size_t foot,
-                 MotionTrack* track) const;
+  void fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical, const SensorZero& zero,
+                 size_t foot, MotionTrack* track) const;
   void fill_between(const RobotLog& log, const Chain& chain, const Samples& n_I, MotionTrack* track) const;
 
   Scenario scenario;
@@ -110,7 +116,9 @@ Scenario without_bush(Scenario scenario) {
 }  // namespace
 
 BushObserver::Impl::Impl(const Scenario& s) : scenario(s), robot(load_robot(without_bush(s))), model(robot.tree) {
-  const auto fail = [&](const std::string& key, const std::string& what) { throw InputError(scenario.make_diagnostic(key, what)); };
+  const auto fail = [&](const std::string& key, const std::string& what) {
+    throw InputError(scenario.make_diagnostic(key, what));
+  };
   if (scenario.sensors.imus.empty()) fail("sensors.imu", "the bush's angles need an IMU");
   const ImuSpec& imu = scenario.sensors.imus[0];
   const int frame = robot.tree.find_frame(imu.link);
@@ -157,7 +165,8 @@ BushObserver::Impl::Chain BushObserver::Impl::calc_chain(const RobotLog& log) co
 }
 
 // [m/s^2] of the IMU in its axes, with the sole of `foot` at rest.
-Samples BushObserver::Impl::calc_acceleration(const RobotLog& log, const Chain& chain, const Samples& n_I, size_t foot) const {
+Samples BushObserver::Impl::calc_acceleration(const RobotLog& log, const Chain& chain, const Samples& n_I,
+                                              size_t foot) const {
   const GaussianFilter filter(2.0 * kSmoothing, log.period);
   Samples p(3, log.size()), a(3, log.size());
   std::vector<Matrix3d> R_IS(static_cast<size_t>(log.size()));
@@ -177,7 +186,7 @@ Samples BushObserver::Impl::calc_acceleration(const RobotLog& log, const Chain& 
 }
 
 VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
-                                                               const std::vector<bool>& loaded) const {
+                                                   const std::vector<bool>& loaded) const {
   VerticalEstimate result{integrate_gyro(log, gyro_bias), Samples(3, log.size()), {}};
   const std::vector<Matrix3d>& R = result.R;
   Samples& n_I = result.n_I;
@@ -195,7 +204,8 @@ VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Ch
       u.col(k) = (felt.col(k) - R[static_cast<size_t>(k)] * acceleration.col(k)) / kGravity;
     }
     const Samples drift = smooth_drift(u, margin, log.period);
-    for (Eigen::Index k = 0; k < log.size(); ++k) n_I.col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k)).normalized();
+    for (Eigen::Index k = 0; k < log.size(); ++k)
+      n_I.col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k)).normalized();
     acceleration.setZero();
     int count = 0;
     for (size_t f = 0; f < feet.size(); ++f) {
@@ -209,8 +219,8 @@ VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Ch
   return result;
 }
 
-void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical, const SensorZero& zero,
-                                   size_t f, MotionTrack* track) const {
+void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical,
+                                   const SensorZero& zero, size_t f, MotionTrack* track) const {
   const Foot& foot = feet[f];
   const Eigen::Index n = log.size();
   Eigen::VectorXd angle[kAxes], torque[kAxes], arm[kAxes], load(n), rise(n), height(n), gain[kAxes][kImuErrors];
@@ -248,7 +258,8 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
     zmp.col(k) << -torque[1][k] / std::max(load[k], 1.0), torque[0][k] / std::max(load[k], 1.0);
   }
   const GaussianFilter filter(kSmoothing, log.period);
-  const Eigen::Index margin = track->time.size() > 0 ? static_cast<Eigen::Index>(std::lround(track->time[0] / log.period)) : 0;
+  const Eigen::Index margin =
+      track->time.size() > 0 ? static_cast<Eigen::Index>(std::lround(track->time[0] / log.period)) : 0;
   const auto thin = [&](const Eigen::VectorXd& signal, int order) {
     const Eigen::VectorXd smooth = filter.apply(signal, order);
     Eigen::VectorXd out(track->time.size());
@@ -270,8 +281,9 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
     }
   }
   out.load = thin(load, 0);
-  // A second difference of positions is the mean of the acceleration over a triangle of two samples; the accelerometer's
-  // is as Numerov takes it, (1 10 1) / 12. Plain second derivatives would be off by 0.2 %, and the slide is a tenth of this.
+  // A second difference of positions is the mean of the acceleration over a triangle of two samples; the
+  // accelerometer's is as Numerov takes it, (1 10 1) / 12. Plain second derivatives would be off by 0.2 %, and the
+  // slide is a tenth of this.
   const auto difference = [&](const Eigen::VectorXd& x) {
     Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
     for (Eigen::Index k = 1; k + 1 < n; ++k) d[k] = (x[k + 1] - 2.0 * x[k] + x[k - 1]) / (log.period * log.period);
@@ -287,13 +299,15 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
 }
 
 // Closed chain, both soles on the same floor: what their distance and heights say.
-void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, const Samples& n_I, MotionTrack* track) const {
+void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, const Samples& n_I,
+                                      MotionTrack* track) const {
   if (feet.size() != 2 || !track->loaded[0] || !track->loaded[1]) return;
   const Eigen::Index n = log.size();
   Samples p(3, n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Transform &X_0I = chain.X_UI[0][static_cast<size_t>(k)], &X_1I = chain.X_UI[1][static_cast<size_t>(k)];
-    const Matrix3d R_S0 = make_R_SU(calc_angles(X_0I.R * n_I.col(k))), R_S1 = make_R_SU(calc_angles(X_1I.R * n_I.col(k)));
+    const Matrix3d R_S0 = make_R_SU(calc_angles(X_0I.R * n_I.col(k))),
+                   R_S1 = make_R_SU(calc_angles(X_1I.R * n_I.col(k)));
     const Transform X_01 = X_0I * X_1I.inverse();
     const Vector3d between = R_S0 * (X_01 * feet[1].p_UC - feet[0].p_UC);
     const Matrix3d turn = R_S0 * X_01.R * R_S1.transpose();
@@ -301,7 +315,8 @@ void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, c
   }
   const GaussianFilter filter(kSmoothing, log.period);
   for (int i = 0; i < 3; ++i) p.row(i) = filter.apply(p.row(i).transpose(), 0).transpose();
-  const Eigen::Index begin = std::min<Eigen::Index>(n / 2, static_cast<Eigen::Index>(std::lround(kSettling / log.period)));
+  const Eigen::Index begin =
+      std::min<Eigen::Index>(n / 2, static_cast<Eigen::Index>(std::lround(kSettling / log.period)));
   const Samples settled = p.rightCols(n - begin);
   const Vector3d middle = median_of(settled);
   track->slip = (settled.row(1).array() - middle[1]).abs().maxCoeff();
@@ -328,7 +343,7 @@ HangingAngles BushObserver::calc_hanging(size_t f, const double (&K)[kAxes], con
   const double weight = (foot.mass - foot.upper_mass) * kGravity;
   const Vector3d arm = foot.p_Ucm - foot.p_UC;  // of the sole's centre of mass, before it tilts
   HangingAngles q{};
-  for (int round = 0; round < 3; ++round) {     // weight is a tenth of what the bush carries: converges at once
+  for (int round = 0; round < 3; ++round) {  // weight is a tenth of what the bush carries: converges at once
     const Vector3d turned = make_R_SU({q[0], q[1]}).transpose() * arm;
     const Vector3d moment = turned.cross(Vector3d(0.0, 0.0, -weight));  // of the sole's weight on the bush
     // The bush turns the sole back by -K q - O.
@@ -349,7 +364,8 @@ std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& all, const std:
     // At rest the foot pulls its weight on the sensor, down; that of the sole where it has tilted to.
     const Impl::Foot& foot = impl_->feet[f];
     const double share = 1.0 - foot.upper_mass / foot.mass;
-    const Matrix3d R_US = angles.empty() ? Matrix3d::Identity() : make_R_SU({angles[f][0], angles[f][1]}).transpose().eval();
+    const Matrix3d R_US =
+        angles.empty() ? Matrix3d::Identity() : make_R_SU({angles[f][0], angles[f][1]}).transpose().eval();
     const Vector3d p_Ucm = foot.p_Ucm + share * (R_US * (foot.p_Ucm - foot.p_UC) - (foot.p_Ucm - foot.p_UC));
     Samples error = hanging.wrenches[f];
     for (Eigen::Index k = 0; k < hanging.size(); ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Angles and torques of the sole's bush from joint encoders, chest IMU and ankle force sensors, with the grounded sole as
-// base [M14]: the sole lies flat, so the vertical seen from the foot's upper part gives roll and pitch of the bush.
+// Angles and torques of the sole's bush from joint encoders, chest IMU and ankle force sensors, with the grounded sole
+// as base [M14]: the sole lies flat, so the vertical seen from the foot's upper part gives roll and pitch of the bush.
 //
 // Frames: I IMU, U upper part of a foot (the foot link above the bush, origin in the ankle), S sole: R_US = Rx(roll)
 // Ry(pitch). The vertical n in I comes from the gyroscope; its slow drift is taken out by the accelerometer, whose own
@@ -21,16 +21,16 @@ extern const char* const kAxisNames[kAxes];
 
 // One foot's bush during one motion; smoothed and thinned.
 struct BushTrack {
-  Eigen::VectorXd angle[kAxes];    // [rad]
-  Eigen::VectorXd rate[kAxes];     // [rad/s]
+  Eigen::VectorXd angle[kAxes];         // [rad]
+  Eigen::VectorXd rate[kAxes];          // [rad/s]
   Eigen::VectorXd acceleration[kAxes];  // [rad/s^2]
-  Eigen::VectorXd torque[kAxes];   // [N m] that acts on U about the bush's axes: K q + C qd + O [M14 eq. 4]
-  Eigen::MatrixXd angle_gain[kAxes];  // d angle / d IMU errors, sample by sample
-  Eigen::MatrixXd rate_gain[kAxes];   // d rate / d IMU errors
+  Eigen::VectorXd torque[kAxes];        // [N m] that acts on U about the bush's axes: K q + C qd + O [M14 eq. 4]
+  Eigen::MatrixXd angle_gain[kAxes];    // d angle / d IMU errors, sample by sample
+  Eigen::MatrixXd rate_gain[kAxes];     // d rate / d IMU errors
   // d torque / d vertical compliance [N m/(m/N)]: under load the axes come nearer to the ankle by compliance x load.
   Eigen::VectorXd arm[kAxes];
-  Eigen::VectorXd load;            // [N] vertical force on the bush
-  Eigen::Matrix2Xd zmp;            // [m] centre of pressure under the bush's centre, sole axes
+  Eigen::VectorXd load;  // [N] vertical force on the bush
+  Eigen::Matrix2Xd zmp;  // [m] centre of pressure under the bush's centre, sole axes
   // Vertical: acceleration of the slide as encoders and accelerometer have it [m/s^2] (chain less sensor), and the
   // second to fourth derivatives of the load [N/s^2], [N/s^3], [N/s^4].
   Eigen::VectorXd slide_acceleration, load_derivative[3];
@@ -39,13 +39,13 @@ struct BushTrack {
 
 struct MotionTrack {
   std::string name;
-  Eigen::VectorXd time;            // [s]
-  double period = 0.0;             // [s]
+  Eigen::VectorXd time;  // [s]
+  double period = 0.0;   // [s]
   std::vector<BushTrack> feet;
-  Eigen::VectorXd slide;           // [m] first foot's bush slide less the second's, less its mean (closed chain)
-  double slip = 0.0;               // [m] largest change of the distance between the soles from its median
-  double turn = 0.0;               // [rad] same for the yaw between them
-  std::vector<bool> loaded;        // by foot: carries load all the time
+  Eigen::VectorXd slide;     // [m] first foot's bush slide less the second's, less its mean (closed chain)
+  double slip = 0.0;         // [m] largest change of the distance between the soles from its median
+  double turn = 0.0;         // [rad] same for the yaw between them
+  std::vector<bool> loaded;  // by foot: carries load all the time
 };
 
 // How the sole hangs on its bush while the feet are in the air [rad].
@@ -53,7 +53,7 @@ using HangingAngles = std::array<double, kAxes>;
 
 // Mean error of a force sensor, from a record of the robot hanging free; covariance of that mean.
 struct SensorZero {
-  Vector6d bias = Vector6d::Zero();  // [N; N m]
+  Vector6d bias = Vector6d::Zero();       // [N; N m]
   Vector3d gyro_bias = Vector3d::Zero();  // [rad/s] of the IMU in the same record
   double gyro_std = 5e-3;                 // [rad/s] of that; without a record, what MEMS gyroscopes are off
   double lift = 0.0;                      // [m/s^2] what the accelerometer had beyond gravity: its bias along z
@@ -66,8 +66,8 @@ class BushObserver {
   explicit BushObserver(const Scenario& scenario);
   ~BushObserver();
   BushObserver(BushObserver&&) noexcept;
-  // Zero of the force sensors while the feet hang in the air (still but for the first seconds; feet weigh what the URDF says, and soles
-  // hang straight unless `angles` says by foot how the bush's offset tilts them).
+  // Zero of the force sensors while the feet hang in the air (still but for the first seconds; feet weigh what the URDF
+  // says, and soles hang straight unless `angles` says by foot how the bush's offset tilts them).
   std::vector<SensorZero> calc_zeros(const RobotLog& all, const std::vector<HangingAngles>& angles = {}) const;
   // Tilt of a hanging sole on a bush with these stiffnesses and offsets: 0 = K q + O - moment of its weight.
   HangingAngles calc_hanging(size_t foot, const double (&K)[kAxes], const double (&O)[kAxes]) const;

@@ -13,20 +13,20 @@ const char* const kLawNames[kLaws] = {"linear", "hardening", "hysteresis"};
 
 namespace {
 
-constexpr double kBlock = 0.5;      // [s] scores are summed over blocks before their correlation is looked at
-constexpr int kRounds = 5;          // K times bias: bilinear, K is known to 1 % after the first round
-constexpr int kYieldRounds = 12;    // the yield angle is not linear at all
+constexpr double kBlock = 0.5;    // [s] scores are summed over blocks before their correlation is looked at
+constexpr int kRounds = 5;        // K times bias: bilinear, K is known to 1 % after the first round
+constexpr int kYieldRounds = 12;  // the yield angle is not linear at all
 // What is known beforehand: a bad accelerometer, a slow gyroscope, rubber of at least 1e5 N/m.
-constexpr double kBiasPrior = 0.1;          // [m/s^2]
-constexpr double kDelayPrior = 5e-3;        // [s]
-constexpr double kCompliancePrior = 1e-5;   // [m/N]
-constexpr double kInertiaPrior = 0.01;      // [kg m^2] a whole foot of 1.6 kg about its bush
-// Systematic errors, which no residual shows (docs/identification.md, runs without noise): 1e-6 rad of the vertical are left;
-// the floor under a sole 0.136 m wide on 1e9 N/m is in series with the bush, 1e-4 of K and twice that of C.
-constexpr double kVerticalFloor = 2e-6;     // [rad]
-constexpr double kScaleFloor = 1e-4;        // of K and C
+constexpr double kBiasPrior = 0.1;         // [m/s^2]
+constexpr double kDelayPrior = 5e-3;       // [s]
+constexpr double kCompliancePrior = 1e-5;  // [m/N]
+constexpr double kInertiaPrior = 0.01;     // [kg m^2] a whole foot of 1.6 kg about its bush
+// Systematic errors, which no residual shows (docs/identification.md, runs without noise): 1e-6 rad of the vertical are
+// left; the floor under a sole 0.136 m wide on 1e9 N/m is in series with the bush, 1e-4 of K and twice that of C.
+constexpr double kVerticalFloor = 2e-6;                            // [rad]
+constexpr double kScaleFloor = 1e-4;                               // of K and C
 constexpr double kYields[] = {0.002, 0.004, 0.008, 0.016, 0.032};  // [rad] where the search for a yield angle starts
-constexpr double kYieldPrior = 1.5;         // of its logarithm, about the start
+constexpr double kYieldPrior = 1.5;                                // of its logarithm, about the start
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
@@ -44,7 +44,8 @@ Prior make_prior(const Layout& layout, const FitOptions& options, double gyro_st
   for (size_t f = 0; f < layout.feet; ++f) {
     for (int a = 0; a < kAxes; ++a) set(layout.first(f, a) + 3, 0.0, kInertiaPrior);
     const bool known = f < options.compliance.size() && options.compliance[f].std > 0.0;
-    set(layout.compliance(f), known ? options.compliance[f].value : 0.0, known ? options.compliance[f].std : kCompliancePrior);
+    set(layout.compliance(f), known ? options.compliance[f].value : 0.0,
+        known ? options.compliance[f].std : kCompliancePrior);
   }
   for (int i = 0; i < kDelay; ++i) set(layout.imu() + i, 0.0, kBiasPrior);
   set(layout.imu() + kDelay, 0.0, kDelayPrior);
@@ -54,9 +55,9 @@ Prior make_prior(const Layout& layout, const FitOptions& options, double gyro_st
 }
 
 struct Normal {
-  Matrix A;                    // X^T W X
-  Vector b;                    // X^T W y
-  std::vector<double> count;   // rows by foot and axis
+  Matrix A;                   // X^T W X
+  Vector b;                   // X^T W y
+  std::vector<double> count;  // rows by foot and axis
 };
 
 // One fit: what stays the same from round to round.
@@ -92,7 +93,8 @@ void subtract_noise(const Problem& p, const std::vector<double>& weight, Normal*
       const Eigen::Index columns[3] = {at, at + 1, at + 3};  // angle, rate, acceleration
       for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) {
-          normal->A(columns[r], columns[c]) -= normal->count[i] * weight[i] * p.options.noise[f][static_cast<size_t>(a)](r, c);
+          normal->A(columns[r], columns[c]) -=
+              normal->count[i] * weight[i] * p.options.noise[f][static_cast<size_t>(a)](r, c);
         }
       }
     }
@@ -100,7 +102,8 @@ void subtract_noise(const Problem& p, const std::vector<double>& weight, Normal*
 }
 
 Normal sum_up(const Problem& p, const Vector& theta, const std::vector<double>& weight) {
-  Normal normal{Matrix::Zero(p.layout.size(), p.layout.size()), Vector::Zero(p.layout.size()), std::vector<double>(weight.size(), 0.0)};
+  Normal normal{Matrix::Zero(p.layout.size(), p.layout.size()), Vector::Zero(p.layout.size()),
+                std::vector<double>(weight.size(), 0.0)};
   p.visit(theta, [&](size_t, size_t unit, const Rows& rows) {
     normal.A.noalias() += weight[unit] * rows.X.transpose() * rows.X;
     normal.b.noalias() += weight[unit] * rows.X.transpose() * rows.y;
@@ -156,7 +159,8 @@ Matrix calc_covariance(const Problem& p, const Vector& theta, const std::vector<
   return inverse * S * inverse;
 }
 
-std::vector<double> calc_weights(const Problem& p, const Vector& theta, std::vector<std::array<double, kAxes>>* residual) {
+std::vector<double> calc_weights(const Problem& p, const Vector& theta,
+                                 std::vector<std::array<double, kAxes>>* residual) {
   std::vector<double> sum(p.layout.feet * kAxes, 0.0), count(p.layout.feet * kAxes, 0.0), weight;
   p.visit(theta, [&](size_t, size_t unit, const Rows& rows) {
     sum[unit] += (rows.y - rows.X * theta).squaredNorm();
@@ -175,7 +179,8 @@ double calc_condition(const Normal& normal, const Layout& layout) {
   const Eigen::Index n = layout.compliance(0);
   const Matrix A = normal.A.topLeftCorner(n, n);
   const Vector scale = A.diagonal().cwiseSqrt().cwiseInverse();
-  const Vector values = Eigen::SelfAdjointEigenSolver<Matrix>(scale.asDiagonal() * A * scale.asDiagonal()).eigenvalues();
+  const Vector values =
+      Eigen::SelfAdjointEigenSolver<Matrix>(scale.asDiagonal() * A * scale.asDiagonal()).eigenvalues();
   return std::sqrt(values[n - 1] / std::max(values[0], 1e-300));
 }
 
@@ -192,13 +197,16 @@ void name_held(const std::vector<Eigen::Index>& held, const Layout& layout, Bush
   const char* const names[] = {"K", "C", "O", "J", layout.law == BushLaw::kHardening ? "B" : "H"};
   for (Eigen::Index i : held) {
     const Eigen::Index unit = i / layout.each();
-    fit->constrained.push_back(std::string(names[i % layout.each()]) + " of foot " + std::to_string(unit / kAxes) + " " + kAxisNames[unit % kAxes]);
+    fit->constrained.push_back(std::string(names[i % layout.each()]) + " of foot " + std::to_string(unit / kAxes) +
+                               " " + kAxisNames[unit % kAxes]);
   }
 }
 
 void fill_result(const Problem& p, const Vector& theta, const Matrix& covariance, const std::vector<SensorZero>& zeros,
                  const std::vector<Vector3d>& arms, BushFit* fit) {
-  const auto get = [&](Eigen::Index i, double more) { return Estimate{theta[i], std::sqrt(std::max(0.0, covariance(i, i)) + more)}; };
+  const auto get = [&](Eigen::Index i, double more) {
+    return Estimate{theta[i], std::sqrt(std::max(0.0, covariance(i, i)) + more)};
+  };
   fit->feet.resize(p.layout.feet);
   for (size_t f = 0; f < p.layout.feet; ++f) {
     for (int a = 0; a < kAxes; ++a) {
@@ -232,7 +240,8 @@ double calc_loss(const BushFit& fit) {
   return loss;
 }
 
-BushFit fit_from(const Problem& p, Vector theta, const std::vector<SensorZero>& zeros, const std::vector<Vector3d>& arms) {
+BushFit fit_from(const Problem& p, Vector theta, const std::vector<SensorZero>& zeros,
+                 const std::vector<Vector3d>& arms) {
   BushFit fit;
   fit.law = p.layout.law;
   std::vector<double> weight(p.layout.feet * kAxes, 1.0);
@@ -269,7 +278,8 @@ BushFit fit_bush(const std::vector<MotionTrack>& tracks, const std::vector<Senso
   if (tracks.empty()) throw std::runtime_error("no motion to identify from");
   const Layout layout{tracks[0].feet.size(), options.law};
   if (options.law != BushLaw::kHysteresis) {
-    return fit_from({tracks, options, layout, make_prior(layout, options, zeros[0].gyro_std, 0.0)}, Vector::Zero(layout.size()), zeros, arms);
+    return fit_from({tracks, options, layout, make_prior(layout, options, zeros[0].gyro_std, 0.0)},
+                    Vector::Zero(layout.size()), zeros, arms);
   }
   BushFit best;
   for (double yield : kYields) {

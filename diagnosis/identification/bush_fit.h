@@ -5,11 +5,11 @@
 //   all motions one below the other      one set of parameters        [M14 eq. 7]
 //
 // Beside them what all motions share and what would pass for these parameters: the accelerometer's bias turns the
-// estimated vertical like an offset (turning the waist tells the two apart: the bias turns with the chest) and, along the
-// sensor's z, makes the chest seem to tilt more than it does; a late
-// gyroscope looks like damping (feet that turn while the chest is still tell them apart); the vertical compliance brings
-// the bush's axes nearer to the ankle (a horizontal force then turns the bush); the inertia of what is between force sensor
-// and bush, less that of a damper that acts late, makes quick motions seem stiffer than slow ones.
+// estimated vertical like an offset (turning the waist tells the two apart: the bias turns with the chest) and, along
+// the sensor's z, makes the chest seem to tilt more than it does; a late gyroscope looks like damping (feet that turn
+// while the chest is still tell them apart); the vertical compliance brings the bush's axes nearer to the ankle (a
+// horizontal force then turns the bush); the inertia of what is between force sensor and bush, less that of a damper
+// that acts late, makes quick motions seem stiffer than slow ones.
 #pragma once
 
 #include <array>
@@ -37,26 +37,27 @@ struct BushParameters {
 
 struct FitOptions {
   BushLaw law = BushLaw::kLinear;
-  // What noise makes of angle and derivatives, (angle, rate, acceleration) by foot and axis: taken off the normal equations, which would
-  // otherwise see noise as motion and give too small values (errors in variables). Empty: nothing is taken off.
+  // What noise makes of angle and derivatives, (angle, rate, acceleration) by foot and axis: taken off the normal
+  // equations, which would otherwise see noise as motion and give too small values (errors in variables). Empty:
+  // nothing is taken off.
   std::vector<std::array<Matrix3d, kAxes>> noise;
-  double error_memory = 10.0;   // [s] window for residuals that are alike over 2 s: for the standard deviations
-  double skip = 0.0;            // [s] at the start of each motion: hysteresis remembers what was before
+  double error_memory = 10.0;        // [s] window for residuals that are alike over 2 s: for the standard deviations
+  double skip = 0.0;                 // [s] at the start of each motion: hysteresis remembers what was before
   std::vector<Estimate> compliance;  // [m/N] vertical, by foot, where known from elsewhere (vertical.h)
 };
 
 struct BushFit {
   BushLaw law = BushLaw::kLinear;
   std::vector<std::array<BushParameters, kAxes>> feet;
-  std::vector<Estimate> compliance;                    // [m/N] vertical, by foot
-  Estimate accelerometer_bias[3];                      // [m/s^2] sensor axes; z scales how much the chest seems to tilt
-  Estimate gyro_bias[2];                               // [rad/s] x, y, beyond the hanging robot's mean
-  Estimate delay;                                      // [s] of the gyroscope against encoders and force sensors
-  Estimate yield;                                      // [rad] hysteretic law; std of its logarithm times it
-  std::vector<std::array<double, kAxes>> residual;     // [N m] root mean square by foot and axis
-  double condition = 0.0;                              // of the scaled regressor
-  std::vector<std::string> constrained;                // parameters held at zero: K, C, B, H are never negative
-  Eigen::VectorXd theta;                               // all of them, for predict_torque
+  std::vector<Estimate> compliance;                 // [m/N] vertical, by foot
+  Estimate accelerometer_bias[3];                   // [m/s^2] sensor axes; z scales how much the chest seems to tilt
+  Estimate gyro_bias[2];                            // [rad/s] x, y, beyond the hanging robot's mean
+  Estimate delay;                                   // [s] of the gyroscope against encoders and force sensors
+  Estimate yield;                                   // [rad] hysteretic law; std of its logarithm times it
+  std::vector<std::array<double, kAxes>> residual;  // [N m] root mean square by foot and axis
+  double condition = 0.0;                           // of the scaled regressor
+  std::vector<std::string> constrained;             // parameters held at zero: K, C, B, H are never negative
+  Eigen::VectorXd theta;                            // all of them, for predict_torque
 };
 
 // Throws std::runtime_error when the tracks cannot tell the parameters. Tracks whose foot does not carry load all the
@@ -75,8 +76,8 @@ struct ValidationError {
   std::string motion;
   size_t foot = 0;
   int axis = 0;
-  double mean = 0.0;      // [N m] mean absolute error
-  double largest = 0.0;   // [N m] of the measured torque
+  double mean = 0.0;     // [N m] mean absolute error
+  double largest = 0.0;  // [N m] of the measured torque
   double relative() const { return mean / largest; }
 };
 std::vector<ValidationError> validate(const BushFit& fit, const std::vector<MotionTrack>& tracks);
@@ -85,8 +86,8 @@ std::vector<ValidationError> validate(const BushFit& fit, const std::vector<Moti
 // unless another one lowers the error by a tenth and one of its terms is four standard deviations from zero.
 struct LawChoice {
   BushLaw law = BushLaw::kLinear;
-  double error[kLaws] = {};        // [N m] root mean square on motions left out
-  double significance[kLaws] = {}; // largest additional term over its standard deviation
+  double error[kLaws] = {};         // [N m] root mean square on motions left out
+  double significance[kLaws] = {};  // largest additional term over its standard deviation
 };
 LawChoice choose_law(const std::vector<MotionTrack>& tracks, const std::vector<SensorZero>& zeros,
                      const std::vector<Vector3d>& arms, const FitOptions& options = {});

@@ -44,7 +44,8 @@ Eigen::VectorXd calc_hysteresis(const Eigen::VectorXd& angle, double yield) {
 }
 
 // Rows of [M14 eq. 5]: torque against angle, rate, one and what else the fit knows.
-void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta, double skip, Rows* rows) {
+void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta, double skip,
+               Rows* rows) {
   const BushTrack& t = track.feet[foot];
   const Eigen::Index at = layout.first(foot, axis), all = track.time.size();
   const Corrected c = correct(t, axis, layout, at, theta);
@@ -67,16 +68,19 @@ void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& la
     X.col(layout.imu() + i) = effect;
     y += effect * theta[layout.imu() + i];
   }
-  const Eigen::Index first = std::min(all, static_cast<Eigen::Index>(std::ceil(std::max(0.0, skip - track.time[0]) / track.period)));
+  const Eigen::Index first =
+      std::min(all, static_cast<Eigen::Index>(std::ceil(std::max(0.0, skip - track.time[0]) / track.period)));
   rows->X = X.bottomRows(all - first);
   rows->y = y.tail(all - first);
 }
 
-Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Vector& theta) {
+Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, const Layout& layout,
+                            const Vector& theta) {
   const BushTrack& t = track.feet[foot];
   const Eigen::Index at = layout.first(foot, axis);
   const Corrected c = correct(t, axis, layout, at, theta);
-  Vector torque = theta[at] * c.angle + theta[at + 1] * c.rate - theta[layout.compliance(foot)] * t.arm[axis];  // [M14 eq. 4]
+  Vector torque =
+      theta[at] * c.angle + theta[at + 1] * c.rate - theta[layout.compliance(foot)] * t.arm[axis];  // [M14 eq. 4]
   torque.array() += theta[at + 2];
   torque += theta[at + 3] * t.acceleration[axis];
   if (layout.law == BushLaw::kHardening) torque += theta[at + 4] * c.angle.array().cube().matrix();

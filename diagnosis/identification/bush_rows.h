@@ -17,7 +17,9 @@ struct Layout {
   BushLaw law = BushLaw::kLinear;
   int each() const { return law == BushLaw::kLinear ? 4 : 5; }
   int errors() const { return law == BushLaw::kHysteresis ? kImuErrors + 1 : kImuErrors; }
-  Eigen::Index first(size_t foot, int axis) const { return static_cast<Eigen::Index>(foot * kAxes + static_cast<size_t>(axis)) * each(); }
+  Eigen::Index first(size_t foot, int axis) const {
+    return static_cast<Eigen::Index>(foot * kAxes + static_cast<size_t>(axis)) * each();
+  }
   Eigen::Index compliance(size_t foot) const { return first(feet, 0) + static_cast<Eigen::Index>(foot); }
   Eigen::Index imu() const { return compliance(feet); }
   Eigen::Index yield() const { return imu() + kImuErrors; }  // kHysteresis only
@@ -32,9 +34,11 @@ struct Rows {
 // Motions whose foot slips or is not loaded all the time have no rows.
 bool is_usable(const MotionTrack& track, size_t foot);
 // Rows from `skip` seconds on.
-void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Eigen::VectorXd& theta, double skip, Rows* rows);
+void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Eigen::VectorXd& theta,
+               double skip, Rows* rows);
 // Torque that the parameters predict, all samples.
-Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Eigen::VectorXd& theta);
+Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, const Layout& layout,
+                            const Eigen::VectorXd& theta);
 
 // Bouc-Wen variable along an angle, from zero: towards the limit z' = (1 - |z|) / yield per rad, back 1 / yield per rad
 // (exact for straight pieces).

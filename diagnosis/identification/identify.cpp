@@ -10,13 +10,14 @@
 namespace hrp::identification {
 namespace {
 
-constexpr double kDistortion = 0.1;     // of a simulated robot's description
+constexpr double kDistortion = 0.1;  // of a simulated robot's description
 constexpr unsigned long long kDistortionSeed = 11;
-constexpr int kZeroRounds = 2;  // the zero moves by a hundredth of the offset: the second round changes nothing that shows
+constexpr int kZeroRounds =
+    2;  // the zero moves by a hundredth of the offset: the second round changes nothing that shows
 
 // Tracks as if observed with other zeros: the moment about the bush loses the difference.
-void move_zeros(const std::vector<SensorZero>& from, const std::vector<SensorZero>& to, const std::vector<Vector3d>& p_UC,
-                std::vector<MotionTrack>* tracks) {
+void move_zeros(const std::vector<SensorZero>& from, const std::vector<SensorZero>& to,
+                const std::vector<Vector3d>& p_UC, std::vector<MotionTrack>* tracks) {
   for (MotionTrack& track : *tracks) {
     for (size_t f = 0; f < track.feet.size(); ++f) {
       const Vector6d change = to[f].bias - from[f].bias;
@@ -45,7 +46,8 @@ void refine_zeros(const BushObserver& observer, const RobotLog& measured, Observ
 
 std::string describe_slip(const MotionTrack& track) {
   char text[160];
-  std::snprintf(text, sizeof text, "%s: a sole slipped (%.1f mm, %.1f mrad): left out", track.name.c_str(), 1e3 * track.slip, 1e3 * track.turn);
+  std::snprintf(text, sizeof text, "%s: a sole slipped (%.1f mm, %.1f mrad): left out", track.name.c_str(),
+                1e3 * track.slip, 1e3 * track.turn);
   return text;
 }
 
@@ -88,12 +90,13 @@ Observation observe(const BushObserver& observer, const std::vector<Source>& sou
   return o;
 }
 
-BodyFit identify_body(const Scenario& scenario, const std::vector<Source>& sources, const std::vector<SensorZero>& given,
-                      const BushFit& fit, bool simulated) {
+BodyFit identify_body(const Scenario& scenario, const std::vector<Source>& sources,
+                      const std::vector<SensorZero>& given, const BushFit& fit, bool simulated) {
   const BushObserver observer(scenario);
   const BodyRig rig(scenario);
   std::vector<SensorZero> zeros = given;
-  for (SensorZero& zero : zeros) zero.gyro_bias.head<2>() += Eigen::Vector2d(fit.gyro_bias[0].value, fit.gyro_bias[1].value);
+  for (SensorZero& zero : zeros)
+    zero.gyro_bias.head<2>() += Eigen::Vector2d(fit.gyro_bias[0].value, fit.gyro_bias[1].value);
   std::vector<BodyMotion> fitted, unseen;
   for (const Source& source : sources) {
     if (source.name == kHanging || source.is_pushed()) continue;
@@ -122,7 +125,8 @@ Identification identify(const Scenario& scenario, const std::vector<Source>& sou
       r.tracks.push_back(track);
     }
   }
-  if (!o.zeroed) r.notes.push_back("no recording 'hanging': the force sensors' zero is taken as it is, and offsets hold it");
+  if (!o.zeroed)
+    r.notes.push_back("no recording 'hanging': the force sensors' zero is taken as it is, and offsets hold it");
   r.choice = choose_law(o.fitted, o.zeros, arms, o.options);
   o.options.law = r.choice.law;
   r.fit = fit_bush(o.fitted, o.zeros, arms, o.options);
@@ -132,7 +136,8 @@ Identification identify(const Scenario& scenario, const std::vector<Source>& sou
   for (size_t i = 0; i < o.fitted.size() && o.fitted.size() > 1; ++i) {
     std::vector<MotionTrack> others = o.fitted;
     others.erase(others.begin() + static_cast<long>(i));
-    for (const ValidationError& e : validate(fit_bush(others, o.zeros, arms, o.options), {o.fitted[i]})) r.cross.push_back(e);
+    for (const ValidationError& e : validate(fit_bush(others, o.zeros, arms, o.options), {o.fitted[i]}))
+      r.cross.push_back(e);
   }
   for (const ValidationError& e : validate(r.fit, o.unseen)) r.cross.push_back(e);
   try {
@@ -140,7 +145,8 @@ Identification identify(const Scenario& scenario, const std::vector<Source>& sou
   } catch (const std::runtime_error& error) {
     r.notes.push_back(std::string("inertial and joint parameters were not identified: ") + error.what());
   }
-  for (const std::string& name : r.fit.constrained) r.notes.push_back(name + " would have been negative and is held at zero");
+  for (const std::string& name : r.fit.constrained)
+    r.notes.push_back(name + " would have been negative and is held at zero");
   return r;
 }
 
@@ -183,18 +189,22 @@ Coverage study_coverage(const Scenario& scenario, const std::vector<Source>& cle
 std::string make_text(const Coverage& coverage, const Scenario& scenario) {
   const char* const names[3] = {"K", "C", "O"};
   char line[256];
-  std::string text = "| foot | axis | | truth | mean error | spread | stated std | worst error | inside of " + std::to_string(coverage.seeds) + " |\n|---|---|---|---|---|---|---|---|---|\n";
+  std::string text = "| foot | axis | | truth | mean error | spread | stated std | worst error | inside of " +
+                     std::to_string(coverage.seeds) + " |\n|---|---|---|---|---|---|---|---|---|\n";
   int inside[3] = {}, count[3] = {};
   for (const Coverage::Row& row : coverage.rows) {
     const double percent = 100.0 / std::abs(row.truth);
-    std::snprintf(line, sizeof line, "| %s | %s | %s | %.4g | %+.3f %% | %.3f %% | %.3f %% | %.2f %% | %d |\n", scenario.feet[row.foot].c_str(), kAxisNames[row.axis],
-                  names[row.parameter], row.truth, percent * (row.mean - row.truth), percent * row.spread, percent * row.stated, percent * row.worst, row.inside);
+    std::snprintf(line, sizeof line, "| %s | %s | %s | %.4g | %+.3f %% | %.3f %% | %.3f %% | %.2f %% | %d |\n",
+                  scenario.feet[row.foot].c_str(), kAxisNames[row.axis], names[row.parameter], row.truth,
+                  percent * (row.mean - row.truth), percent * row.spread, percent * row.stated, percent * row.worst,
+                  row.inside);
     text += line;
     inside[row.parameter] += row.inside;
     ++count[row.parameter];
   }
   for (int i = 0; i < 3; ++i) {
-    std::snprintf(line, sizeof line, "%s: the 95 %% interval holds the truth in %.1f of 100\n", names[i], 100.0 * inside[i] / std::max(1, count[i] * coverage.seeds));
+    std::snprintf(line, sizeof line, "%s: the 95 %% interval holds the truth in %.1f of 100\n", names[i],
+                  100.0 * inside[i] / std::max(1, count[i] * coverage.seeds));
     text += line;
   }
   return text;

@@ -21,7 +21,8 @@ double calc_error_left_out(const std::vector<MotionTrack>& tracks, const std::ve
     if (others.empty() || has_slipped(tracks[out])) continue;
     const BushFit fit = fit_bush(others, zeros, arms, options);
     const MotionTrack& track = tracks[out];
-    const auto first = static_cast<Eigen::Index>(std::max(0.0, std::ceil((options.skip - track.time[0]) / track.period)));
+    const auto first =
+        static_cast<Eigen::Index>(std::max(0.0, std::ceil((options.skip - track.time[0]) / track.period)));
     for (size_t f = 0; f < track.feet.size(); ++f) {
       if (!track.loaded[f]) continue;
       for (int a = 0; a < kAxes; ++a) {
@@ -56,7 +57,8 @@ std::vector<ValidationError> validate(const BushFit& fit, const std::vector<Moti
       if (!track.loaded[f]) continue;
       for (int a = 0; a < kAxes; ++a) {
         const Eigen::VectorXd& torque = track.feet[f].torque[a];
-        errors.push_back({track.name, f, a, (torque - predict_torque(fit, track, f, a)).cwiseAbs().mean(), torque.cwiseAbs().maxCoeff()});
+        errors.push_back({track.name, f, a, (torque - predict_torque(fit, track, f, a)).cwiseAbs().mean(),
+                          torque.cwiseAbs().maxCoeff()});
       }
     }
   }
@@ -73,7 +75,8 @@ LawChoice choose_law(const std::vector<MotionTrack>& tracks, const std::vector<S
     choice.error[i] = calc_error_left_out(tracks, zeros, arms, options);
     if (i > 0) choice.significance[i] = calc_significance(fit_bush(tracks, zeros, arms, options));
     const double best = choice.error[static_cast<int>(choice.law)];
-    if (i > 0 && choice.significance[i] > kSignificance && choice.error[i] < kGain * choice.error[0] && choice.error[i] < best) {
+    if (i > 0 && choice.significance[i] > kSignificance && choice.error[i] < kGain * choice.error[0] &&
+        choice.error[i] < best) {
       choice.law = options.law;
     }
   }

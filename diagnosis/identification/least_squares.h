@@ -3,9 +3,8 @@
 // that allow for residuals that are alike.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Dense>
+#include <vector>
 
 namespace hrp::identification {
 
@@ -20,8 +19,8 @@ Eigen::MatrixXd invert_scaled(const Eigen::MatrixXd& A);
 
 // x of A x = b; entries that would be negative but may not be are held at zero (an active set; few parameters, few
 // rounds). `held` says which.
-Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const std::vector<bool>& may_be_negative,
-                             std::vector<Eigen::Index>* held);
+Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                             const std::vector<bool>& may_be_negative, std::vector<Eigen::Index>* held);
 
 // Sum of the products of scores (one column a block of time) with those up to `lags` blocks away, triangular window
 // (Newey and West 1987): the middle of the covariance A^-1 S A^-1.

@@ -31,7 +31,8 @@ void fill_log(const std::vector<Sample>& samples, const std::vector<int>& feet, 
   log->wrenches.assign(feet.size(), Samples(6, n));
   for (Eigen::Index k = 0; k < n; ++k) {
     const SensorSample& s = samples[static_cast<size_t>(k)].sensors;
-    if (s.q.size() != log->q.rows() || s.effort.size() != s.q.size() || s.imus.empty()) throw std::runtime_error(log->name + ": samples do not fit its robot");
+    if (s.q.size() != log->q.rows() || s.effort.size() != s.q.size() || s.imus.empty())
+      throw std::runtime_error(log->name + ": samples do not fit its robot");
     log->q.col(k) = s.q;
     log->effort.col(k) = s.effort;
     log->gyro.col(k) = s.imus[0].angular_velocity;
@@ -44,10 +45,12 @@ void fill_log(const std::vector<Sample>& samples, const std::vector<int>& feet, 
 }
 
 // Values of a column at times a constant period apart; gaps and missing cells are bridged by straight lines.
-Eigen::VectorXd resample(const std::vector<double>& time, const std::vector<double>& column, double period, Eigen::Index n) {
+Eigen::VectorXd resample(const std::vector<double>& time, const std::vector<double>& column, double period,
+                         Eigen::Index n) {
   std::vector<std::pair<double, double>> known;
   for (size_t i = 0; i < time.size(); ++i) {
-    if (std::isfinite(column[i]) && std::isfinite(time[i]) && (known.empty() || time[i] > known.back().first)) known.push_back({time[i], column[i]});
+    if (std::isfinite(column[i]) && std::isfinite(time[i]) && (known.empty() || time[i] > known.back().first))
+      known.push_back({time[i], column[i]});
   }
   if (known.size() < 2) throw std::runtime_error("a column holds fewer than two numbers");
   Eigen::VectorXd values(n);
@@ -110,7 +113,9 @@ RobotLog read_table(const std::string& path, const Scenario& scenario) {
   log.name = path;
   log.period = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
   const auto n = static_cast<Eigen::Index>(time.size());
-  const auto read = [&](const std::string& name) { return resample(time, column(name), log.period, n).transpose().eval(); };
+  const auto read = [&](const std::string& name) {
+    return resample(time, column(name), log.period, n).transpose().eval();
+  };
   const std::string head = "/joint_states/", tail = "/position", axes = "xyz";
   for (const std::string& name : table.names) {
     if (name.size() > head.size() + tail.size() && name.compare(0, head.size(), head) == 0 &&
@@ -119,15 +124,18 @@ RobotLog read_table(const std::string& path, const Scenario& scenario) {
     }
   }
   log.q.resize(static_cast<Eigen::Index>(log.joints.size()), n);
-  for (size_t j = 0; j < log.joints.size(); ++j) log.q.row(static_cast<Eigen::Index>(j)) = read(head + log.joints[j] + tail);
+  for (size_t j = 0; j < log.joints.size(); ++j)
+    log.q.row(static_cast<Eigen::Index>(j)) = read(head + log.joints[j] + tail);
   const auto has_effort = [&](const std::string& joint) { return table.find(head + joint + "/effort") >= 0; };
   if (std::all_of(log.joints.begin(), log.joints.end(), has_effort)) {
     log.effort.resize(log.q.rows(), n);
-    for (size_t j = 0; j < log.joints.size(); ++j) log.effort.row(static_cast<Eigen::Index>(j)) = read(head + log.joints[j] + "/effort");
+    for (size_t j = 0; j < log.joints.size(); ++j)
+      log.effort.row(static_cast<Eigen::Index>(j)) = read(head + log.joints[j] + "/effort");
   }
   log.gyro.resize(3, n);
   log.accelerometer.resize(3, n);
-  if (scenario.sensors.imus.empty()) throw InputError(scenario.make_diagnostic("sensors.imu", "the bush's angles need an IMU"));
+  if (scenario.sensors.imus.empty())
+    throw InputError(scenario.make_diagnostic("sensors.imu", "the bush's angles need an IMU"));
   const std::string imu = "/imu/" + scenario.sensors.imus[0].name;
   for (int i = 0; i < 3; ++i) {
     log.gyro.row(i) = read(imu + "/angular_velocity/" + axes[static_cast<size_t>(i)]);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // hrp-identify-foot: makes the motions, runs them, identifies the rubber in the feet, writes the report.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-
-#include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
 #include "common/robot/experiment_keys.h"
@@ -34,19 +33,26 @@ int make_scenarios(const std::string& base_path, const std::string& folder, int 
   for (MotionPlan plan : make_plans(scale)) {
     MotionCheck check;
     try {
-      if (tries > 0) plan = improve_plan(plan, base, folder, tries, &check);
-      else check = check_motion(write_motion(plan, base, folder));
+      if (tries > 0)
+        plan = improve_plan(plan, base, folder, tries, &check);
+      else
+        check = check_motion(write_motion(plan, base, folder));
       if (tries > 0) write_motion(plan, base, folder);
     } catch (const std::runtime_error& error) {
       std::printf("%-8s refused: %s\n", plan.name.c_str(), error.what());
       ++refused;
       continue;
     }
-    std::printf("%-8s %s: %s; centre of pressure stays %.0f mm inside the soles, each foot carries at least %.0f N, condition number %.1f\n",
-                plan.name.c_str(), check.ok() ? "used" : "refused", plan.meaning.c_str(), 1e3 * check.margin, check.smallest_load, check.condition);
+    std::printf(
+        "%-8s %s: %s; centre of pressure stays %.0f mm inside the soles, each foot carries at least %.0f N, condition "
+        "number %.1f\n",
+        plan.name.c_str(), check.ok() ? "used" : "refused", plan.meaning.c_str(), 1e3 * check.margin,
+        check.smallest_load, check.condition);
     std::fflush(stdout);
-    if (check.ok()) list << plan.name << "\n";
-    else ++refused;
+    if (check.ok())
+      list << plan.name << "\n";
+    else
+      ++refused;
   }
   return refused == 0 ? 0 : 1;
 }
@@ -56,7 +62,9 @@ std::vector<Source> read_folder(const std::string& folder, bool in_process) {
   std::vector<Source> sources;
   for (std::string name; std::getline(list, name);) {
     const fs::path stem = fs::path(folder) / name;
-    sources.push_back({name, in_process ? run_in_process(load_scenario(stem.string() + ".yaml")) : read_mcap(stem.string() + ".mcap"), is_training(name)});
+    sources.push_back(
+        {name, in_process ? run_in_process(load_scenario(stem.string() + ".yaml")) : read_mcap(stem.string() + ".mcap"),
+         is_training(name)});
     std::printf("%s: %ld samples\n", name.c_str(), static_cast<long>(sources.back().log.size()));
     std::fflush(stdout);
   }
@@ -68,7 +76,9 @@ std::vector<Source> read_experiment(const Scenario& scenario) {
   std::vector<Source> sources;
   for (const RecordingSpec& recording : parse_experiment_keys(scenario.text, scenario.path).recordings) {
     const fs::path path(recording.file);
-    sources.push_back({path.stem().string(), path.extension() == ".mcap" ? read_mcap(recording.file) : read_table(recording.file, scenario), recording.train});
+    sources.push_back({path.stem().string(),
+                       path.extension() == ".mcap" ? read_mcap(recording.file) : read_table(recording.file, scenario),
+                       recording.train});
   }
   if (sources.empty()) throw std::runtime_error(scenario.path + ": recordings: names none");
   return sources;
@@ -80,7 +90,8 @@ void report(const Scenario& scenario, const std::vector<Source>& sources, bool s
   const std::string page = (fs::path(out) / "report.html").string();
   write_report(result, page);
   const std::string found = write_identified_scenario(result, out);
-  std::printf("%s\nreport: %s\nscenario with the bush found: %s\n", make_text(result).c_str(), page.c_str(), found.c_str());
+  std::printf("%s\nreport: %s\nscenario with the bush found: %s\n", make_text(result).c_str(), page.c_str(),
+              found.c_str());
 }
 
 // The folder's motions without sensor errors, then with those of many seeds.
@@ -97,7 +108,8 @@ void print_coverage(const Scenario& scenario, const std::string& folder, int see
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Identifies the rubber in a robot's feet from encoders, force sensors and the chest IMU.", "hrp-identify-foot");
+  CLI::App app("Identifies the rubber in a robot's feet from encoders, force sensors and the chest IMU.",
+               "hrp-identify-foot");
   app.require_subcommand(1);
   std::string scenario, folder, out;
   int tries = 0;
@@ -109,15 +121,19 @@ int main(int argc, char** argv) {
   make->add_option("folder", folder, "where scenarios and motions go")->required();
   make->add_option("--improve", tries, "look for better amplitudes and frequencies, this many tries a motion");
   make->add_option("--scale", scale, "motions this much shorter or longer");
-  CLI::App* fit = app.add_subcommand("fit", "identifies from the runs of a folder that `make` wrote (NAME.mcap beside NAME.yaml)");
+  CLI::App* fit =
+      app.add_subcommand("fit", "identifies from the runs of a folder that `make` wrote (NAME.mcap beside NAME.yaml)");
   fit->add_option("scenario", scenario, "robot with its bush")->required();
   fit->add_option("folder", folder, "what `make` wrote")->required();
   fit->add_option("--out", out, "for report.html and identified.yaml")->required();
   fit->add_flag("--in-process", in_process, "run the scenarios here instead of reading their logs");
   CLI::App* experiment = app.add_subcommand("experiment", "identifies from an experiment's recordings (CSV or MCAP)");
-  experiment->add_option("experiment", scenario, "experiment.yaml; a recording named 'hanging' zeroes the force sensors")->required();
+  experiment
+      ->add_option("experiment", scenario, "experiment.yaml; a recording named 'hanging' zeroes the force sensors")
+      ->required();
   experiment->add_option("--out", out, "for report.html and identified.yaml")->required();
-  CLI::App* coverage = app.add_subcommand("coverage", "how often the intervals hold the truth, over many seeds of the sensors' noise");
+  CLI::App* coverage =
+      app.add_subcommand("coverage", "how often the intervals hold the truth, over many seeds of the sensors' noise");
   coverage->add_option("scenario", scenario, "robot with its bush")->required();
   coverage->add_option("folder", folder, "what `make` wrote")->required();
   coverage->add_option("--seeds", seeds, "how many")->check(CLI::Range(1, 100000));
@@ -125,9 +141,12 @@ int main(int argc, char** argv) {
   try {
     if (*make) return make_scenarios(scenario, folder, tries, scale);
     const Scenario base = load_scenario(scenario);
-    if (*coverage) print_coverage(base, folder, seeds);
-    else if (*fit) report(base, read_folder(folder, in_process), true, out);
-    else report(base, read_experiment(base), false, out);
+    if (*coverage)
+      print_coverage(base, folder, seeds);
+    else if (*fit)
+      report(base, read_folder(folder, in_process), true, out);
+    else
+      report(base, read_experiment(base), false, out);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-identify-foot: %s\n", error.what());
     return 2;

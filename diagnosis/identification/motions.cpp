@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/identification/motions.h"
 
+#include <yaml-cpp/yaml.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -9,8 +11,6 @@
 #include <random>
 #include <stdexcept>
 
-#include <yaml-cpp/yaml.h>
-
 #include "controller/motion/leg.h"
 #include "diagnosis/identification/bush_angles.h"
 
@@ -18,9 +18,9 @@ namespace hrp::identification {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kFade = 2.0;            // [s]
-constexpr double kFrame = 0.01;          // [s] of the motion file
-constexpr double kPushSlice = 0.05;      // [s] a hand's force is constant this long
+constexpr double kFade = 2.0;                                              // [s]
+constexpr double kFrame = 0.01;                                            // [s] of the motion file
+constexpr double kPushSlice = 0.05;                                        // [s] a hand's force is constant this long
 constexpr double kHip = 0.06, kAnkleOffset = 0.035, kAnkleHeight = 0.105;  // [m] models/hrp2p_like
 const LegGeometry kLegs[2] = {{0.3, 0.3, -kAnkleOffset}, {0.3, 0.3, kAnkleOffset}};  // right, left
 const char* const kSides[2] = {"R", "L"};
@@ -60,7 +60,9 @@ Transform calc_foot(const MotionPlan& plan, int side, double t) {
   return (X_GB * X_BH).inverse() * X_GF;
 }
 
-Waves both(double a1, double f1, double a2, double f2, double phase) { return {{a1, f1, phase}, {a2, f2, 2.0 * phase + 0.5}}; }
+Waves both(double a1, double f1, double a2, double f2, double phase) {
+  return {{a1, f1, phase}, {a2, f2, 2.0 * phase + 0.5}};
+}
 
 // What makes every motion tell stiffness apart from damping on all four axes: the feet turn against their soles, slowly
 // and quickly, right and left against each other, so that the robot as a whole hardly moves.
@@ -69,10 +71,11 @@ void add_foot_waves(int number, double amplitude, MotionPlan* plan) {
   for (int side = 0; side < 2; ++side) {
     const double sign = side == 0 ? 1.0 : -1.0;
     plan->foot[side][0] = both(sign * 0.8 * amplitude, 0.31 + 0.017 * number, sign * 0.4 * amplitude, 1.13, shift);
-    plan->foot[side][1] = both(sign * 0.8 * amplitude, 0.23 + 0.013 * number, sign * 0.4 * amplitude, 0.97, shift + 1.0);
+    plan->foot[side][1] =
+        both(sign * 0.8 * amplitude, 0.23 + 0.013 * number, sign * 0.4 * amplitude, 0.97, shift + 1.0);
   }
-  // Pelvis and chest turn left and right, one radian in all: tells the accelerometer's bias from offsets of the bush, the
-  // better the longer they stay turned (hence the third harmonic). The waist ends at 0.785 rad.
+  // Pelvis and chest turn left and right, one radian in all: tells the accelerometer's bias from offsets of the bush,
+  // the better the longer they stay turned (hence the third harmonic). The waist ends at 0.785 rad.
   const double sign = number % 2 == 0 ? 1.0 : -1.0, once = 1.0 / plan->duration;
   plan->upper["WAIST_Y"] = {{0.84 * sign, once, 0.0}, {0.17 * sign, 3.0 * once, 0.0}};
   plan->turn = {{0.28 * sign, once, 0.0}, {0.056 * sign, 3.0 * once, 0.0}};
@@ -83,7 +86,8 @@ void add_tilts(std::vector<MotionPlan>* plans) {
   for (int i = 0; i < 6; ++i) {
     MotionPlan plan;
     plan.name = "tilt" + std::to_string(i + 1);
-    plan.meaning = std::string("chest tilts at 0.1 Hz, ") + stances[i / 2] + " stance" + (i % 2 ? ", with vertical sway" : "");
+    plan.meaning =
+        std::string("chest tilts at 0.1 Hz, ") + stances[i / 2] + " stance" + (i % 2 ? ", with vertical sway" : "");
     plan.width = i / 2 == 1 ? 0.05 : 0.0;
     plan.stride = i / 2 == 2 ? 0.04 : 0.0;
     plan.lean[0] = {{i / 2 == 2 ? 0.01 : 0.02, 0.1, 0.4 * i}};
@@ -100,13 +104,15 @@ void add_tilts(std::vector<MotionPlan>* plans) {
 // comes nearest is most of the weight on one foot.
 void add_sways(std::vector<MotionPlan>* plans) {
   const char* const meanings[] = {"hand sways forward and back", "hand sways sideways", "hand sways around",
-                                  "hand sways, most weight on the right foot", "hand sways, most weight on the left foot"};
+                                  "hand sways, most weight on the right foot",
+                                  "hand sways, most weight on the left foot"};
   for (int i = 0; i < 5; ++i) {
     MotionPlan plan;
     plan.name = "sway" + std::to_string(i + 1);
     plan.meaning = meanings[i];
     if (i != 1) plan.push[0] = {{i >= 2 ? 2.5 : 4.0, 0.17 + 0.01 * i, 0.3 * i}, {1.5, 0.81, 0.0}};
-    if (i != 0) plan.push[1] = {{i == 1 ? 12.0 : (i == 2 ? 8.0 : 6.0), 0.21 + 0.02 * i, 0.0}, {i >= 2 ? 3.0 : 5.0, 0.71, 0.4}};
+    if (i != 0)
+      plan.push[1] = {{i == 1 ? 12.0 : (i == 2 ? 8.0 : 6.0), 0.21 + 0.02 * i, 0.0}, {i >= 2 ? 3.0 : 5.0, 0.71, 0.4}};
     if (i >= 3) plan.pelvis[1] = {{i == 3 ? -0.02 : 0.02, 0.025, 0.0}};
     add_foot_waves(6 + i, i == 1 ? 0.02 : 0.017, &plan);
     plans->push_back(plan);
@@ -123,7 +129,8 @@ void add_rest(std::vector<MotionPlan>* plans) {
     add_foot_waves(11 + i, 0.018, &plan);
     for (const char* joint : {"R_SHOULDER_P", "L_SHOULDER_P", "R_ELBOW", "L_ELBOW", "NECK_Y", "WAIST_P"}) {
       const double size = std::string(joint) == "WAIST_P" ? 0.015 : 0.2;
-      plan.upper[joint] = {{size * (0.5 + 0.5 * draw()), 0.1 + 0.2 * draw(), 6.0 * draw()}, {0.3 * size * draw(), 0.3 + 0.4 * draw(), 6.0 * draw()}};
+      plan.upper[joint] = {{size * (0.5 + 0.5 * draw()), 0.1 + 0.2 * draw(), 6.0 * draw()},
+                           {0.3 * size * draw(), 0.3 + 0.4 * draw(), 6.0 * draw()}};
     }
     plans->push_back(plan);
   }
@@ -141,7 +148,8 @@ void add_rest(std::vector<MotionPlan>* plans) {
   plans->push_back(bounce);
 }
 
-// All joints of the upper body at once, each with two waves of its own: tells link from link, and friction from inertia.
+// All joints of the upper body at once, each with two waves of its own: tells link from link, and friction from
+// inertia.
 void add_swings(std::vector<MotionPlan>* plans) {
   const char* const arm[] = {"SHOULDER_P", "SHOULDER_R", "SHOULDER_Y", "ELBOW", "WRIST_Y", "WRIST_P"};
   for (int i = 0; i < 3; ++i) {
@@ -151,7 +159,8 @@ void add_swings(std::vector<MotionPlan>* plans) {
     std::mt19937_64 random(static_cast<unsigned long long>(i) + 31);
     const auto draw = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
     const auto make = [&](double size) -> Waves {
-      return {{size * (0.6 + 0.4 * draw()), 0.15 + 0.2 * draw(), 6.0 * draw()}, {0.4 * size * (0.6 + 0.4 * draw()), 0.5 + 0.5 * draw(), 6.0 * draw()}};
+      return {{size * (0.6 + 0.4 * draw()), 0.15 + 0.2 * draw(), 6.0 * draw()},
+              {0.4 * size * (0.6 + 0.4 * draw()), 0.5 + 0.5 * draw(), 6.0 * draw()}};
     };
     add_foot_waves(15 + i, 0.016, &plan);
     plan.lean[0] = make(0.005);
@@ -182,9 +191,9 @@ YAML::Node load_base(const Scenario& base) {
 }
 
 const std::map<std::string, double>& get_arms() {
-  static const std::map<std::string, double> arms = {
-      {"R_SHOULDER_P", 0.261799}, {"R_SHOULDER_R", -0.174533}, {"R_ELBOW", -0.523599},
-      {"L_SHOULDER_P", 0.261799}, {"L_SHOULDER_R", 0.174533},  {"L_ELBOW", -0.523599}};
+  static const std::map<std::string, double> arms = {{"R_SHOULDER_P", 0.261799}, {"R_SHOULDER_R", -0.174533},
+                                                     {"R_ELBOW", -0.523599},     {"L_SHOULDER_P", 0.261799},
+                                                     {"L_SHOULDER_R", 0.174533}, {"L_ELBOW", -0.523599}};
   return arms;
 }
 
@@ -208,7 +217,8 @@ void put_pushes(const MotionPlan& plan, YAML::Node* node) {
     const double t = (k + 0.5) * kPushSlice;
     YAML::Node push;
     push["link"] = "WAIST_P_LINK";
-    push["force"] = make_vector(sum_waves(plan.push[0], t, plan.duration), sum_waves(plan.push[1], t, plan.duration), 0.0);
+    push["force"] =
+        make_vector(sum_waves(plan.push[0], t, plan.duration), sum_waves(plan.push[1], t, plan.duration), 0.0);
     push["start"] = k * kPushSlice;
     push["duration"] = kPushSlice;
     (*node)["pushes"]["hand" + std::to_string(k)] = push;
@@ -319,7 +329,8 @@ MotionCheck check_motion(const std::string& scenario_path) {
   return check;
 }
 
-MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std::string& folder, int tries, MotionCheck* check) {
+MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std::string& folder, int tries,
+                        MotionCheck* check) {
   MotionPlan best = plan;
   *check = check_motion(write_motion(plan, base, folder));
   std::mt19937_64 random(11);
@@ -335,7 +346,8 @@ MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std:
   for (int k = 0; k < tries; ++k) {
     MotionPlan other = best;
     other.name = plan.name + "_try";
-    const double gain[2] = {0.7 + 0.8 * draw(), 0.7 + 0.8 * draw()}, tempo[2] = {0.7 + 0.8 * draw(), 0.7 + 0.8 * draw()};
+    const double gain[2] = {0.7 + 0.8 * draw(), 0.7 + 0.8 * draw()},
+                 tempo[2] = {0.7 + 0.8 * draw(), 0.7 + 0.8 * draw()};
     for (int a = 0; a < 2; ++a) {
       for (auto& foot : other.foot) {
         for (Wave& wave : foot[a]) {

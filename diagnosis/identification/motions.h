@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "controller/motion/motion.h"
 #include "common/robot/scenario.h"
+#include "controller/motion/motion.h"
 
 namespace hrp::identification {
 
@@ -21,30 +21,32 @@ using Waves = std::vector<Wave>;
 
 struct MotionPlan {
   std::string name, meaning;
-  double duration = 25.0;            // [s]
-  double width = 0.0, stride = 0.0;  // [m] each foot this much further out; right foot forward, left foot back
-  Waves pelvis[3];                   // [m] x, y, z
-  Waves lean[2], turn;               // [rad] roll, pitch of the pelvis; yaw
-  Waves foot[2][2];                  // [rad] foot (right, left), roll and pitch of what is above the bush
+  double duration = 25.0;              // [s]
+  double width = 0.0, stride = 0.0;    // [m] each foot this much further out; right foot forward, left foot back
+  Waves pelvis[3];                     // [m] x, y, z
+  Waves lean[2], turn;                 // [rad] roll, pitch of the pelvis; yaw
+  Waves foot[2][2];                    // [rad] foot (right, left), roll and pitch of what is above the bush
   std::map<std::string, Waves> upper;  // [rad] joints of the upper body
-  Waves push[2];                     // [N] force on the chest along x, y by an external hand
+  Waves push[2];                       // [N] force on the chest along x, y by an external hand
 };
 
-// The fourteen motions of the paper, and four more that show the vertical stiffness and the body. `scale` makes them shorter (tests): duration times scale.
+// The fourteen motions of the paper, and four more that show the vertical stiffness and the body. `scale` makes them
+// shorter (tests): duration times scale.
 std::vector<MotionPlan> make_plans(double scale = 1.0);
 
 // Joint trajectories every 10 ms. Throws std::runtime_error when a leg does not reach.
 Motion make_motion(const MotionPlan& plan);
-// Writes PLAN.csv and PLAN.yaml (`base` with motion, pose, pushes, duration) into a folder; returns the scenario's path.
+// Writes PLAN.csv and PLAN.yaml (`base` with motion, pose, pushes, duration) into a folder; returns the scenario's
+// path.
 std::string write_motion(const MotionPlan& plan, const Scenario& base, const std::string& folder);
 // The robot hanging with its feet in the air, to zero the force sensors.
 std::string write_hanging(const Scenario& base, const std::string& folder);
 
 // A look at a motion before it is used: a run in this process without noise.
 struct MotionCheck {
-  double margin = 0.0;        // [m] smallest distance of a foot's centre of pressure from the sole's edge
-  double smallest_load = 0.0; // [N] on either foot
-  double condition = 0.0;     // of the scaled regressor [q qd 1], worst foot and axis
+  double margin = 0.0;               // [m] smallest distance of a foot's centre of pressure from the sole's edge
+  double smallest_load = 0.0;        // [N] on either foot
+  double condition = 0.0;            // of the scaled regressor [q qd 1], worst foot and axis
   double information[2][2][2] = {};  // by foot, axis: sum of squares of q, qd without their means [rad^2 s], [rad^2/s]
   bool ok() const { return margin > 0.005 && smallest_load > 30.0; }
 };
@@ -53,6 +55,7 @@ MotionCheck check_motion(const std::string& scenario_path);
 
 // Looks for amplitudes and frequencies of the feet's attitudes that tell more: the smallest condition number with the
 // margin kept, among `tries` random variations of the plan (fixed seed). Returns the better plan and its check.
-MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std::string& folder, int tries, MotionCheck* check);
+MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std::string& folder, int tries,
+                        MotionCheck* check);
 
 }  // namespace hrp::identification

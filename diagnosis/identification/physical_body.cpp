@@ -13,17 +13,18 @@ namespace {
 using Vector = Eigen::VectorXd;
 using Eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>;
 
-constexpr int kSplits = 400;        // rounds: the copies agree to 1e-4 of a link's scale after a third of them
-constexpr double kInside = 1e-3;    // smallest eigenvalue of a pseudo-inertia, over that of the description
-constexpr double kPenalty = 3.0;    // of the splitting, over the prior's precision
+constexpr int kSplits = 400;      // rounds: the copies agree to 1e-4 of a link's scale after a third of them
+constexpr double kInside = 1e-3;  // smallest eigenvalue of a pseudo-inertia, over that of the description
+constexpr double kPenalty = 3.0;  // of the splitting, over the prior's precision
 
 Eigen::Matrix4d put_inside(const Eigen::Matrix4d& P, double least) {
   const Eigenvalues solver(P);
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(least).asDiagonal() * solver.eigenvectors().transpose();
 }
 
-// A link's pseudo-inertia from parameters z in units of their own: P = S (sum of z_i unit_i P_i) S with S so that P of a
-// body is near one; `back` = S^-1. Distances between such P are what the splitting weighs, so its projection is exact.
+// A link's pseudo-inertia from parameters z in units of their own: P = S (sum of z_i unit_i P_i) S with S so that P of
+// a body is near one; `back` = S^-1. Distances between such P are what the splitting weighs, so its projection is
+// exact.
 struct PseudoMap {
   Eigen::Matrix<double, 16, kInertialParameters> L;
   Eigen::Matrix4d back;
@@ -75,9 +76,11 @@ Vector distort_bodies(const Vector& phi, double size, unsigned long long seed) {
     for (int k = 0; k < 16; ++k) {
       // Lengths are of a tenth of a metre: the entry that moves a body is that much smaller.
       const double unit = k / 4 < 3 && k % 4 == 3 ? 0.1 : k / 4 == 3 && k % 4 < 3 ? 0.0 : 1.0;
-      D(k / 4, k % 4) += unit * size * calc_noise(seed, static_cast<unsigned long long>(i), static_cast<unsigned long long>(k));
+      D(k / 4, k % 4) +=
+          unit * size * calc_noise(seed, static_cast<unsigned long long>(i), static_cast<unsigned long long>(k));
     }
-    out.segment<kInertialParameters>(i) = get_parameters(D * make_pseudo_inertia(phi.segment<kInertialParameters>(i)) * D.transpose());
+    out.segment<kInertialParameters>(i) =
+        get_parameters(D * make_pseudo_inertia(phi.segment<kInertialParameters>(i)) * D.transpose());
   }
   return out;
 }
@@ -108,21 +111,26 @@ Vector solve_bodies(const Eigen::MatrixXd& A, const Vector& b, const BodyPrior& 
   }
   const Eigen::LDLT<Eigen::MatrixXd> factor(whole);
   const Vector pull = unit.cwiseProduct(b) + prior.mean.cwiseQuotient(unit);
-  Eigen::Matrix<double, 16, Eigen::Dynamic> copies(16, links), duals = Eigen::Matrix<double, 16, Eigen::Dynamic>::Zero(16, links);
-  const auto get = [&](const Vector& z, Eigen::Index i) { return Vector(z.segment<kInertialParameters>(kInertialParameters * i)); };
+  Eigen::Matrix<double, 16, Eigen::Dynamic> copies(16, links),
+      duals = Eigen::Matrix<double, 16, Eigen::Dynamic>::Zero(16, links);
+  const auto get = [&](const Vector& z, Eigen::Index i) {
+    return Vector(z.segment<kInertialParameters>(kInertialParameters * i));
+  };
   const Vector start = prior.mean.cwiseQuotient(unit);
   for (Eigen::Index i = 0; i < links; ++i) copies.col(i) = maps[static_cast<size_t>(i)].L * get(start, i);
   const Eigen::Matrix<double, 16, Eigen::Dynamic> described = copies;
   for (int k = 0; k < kSplits; ++k) {
     Vector right = pull;
     for (Eigen::Index i = 0; i < links; ++i) {
-      right.segment<kInertialParameters>(kInertialParameters * i) += kPenalty * maps[static_cast<size_t>(i)].L.transpose() * (copies.col(i) - duals.col(i));
+      right.segment<kInertialParameters>(kInertialParameters * i) +=
+          kPenalty * maps[static_cast<size_t>(i)].L.transpose() * (copies.col(i) - duals.col(i));
     }
     const Vector z = factor.solve(right);
     for (Eigen::Index i = 0; i < links; ++i) {
       const Vector wanted = maps[static_cast<size_t>(i)].L * get(z, i) + duals.col(i);
       const Eigen::Matrix4d nominal = Eigen::Map<const Eigen::Matrix4d>(described.col(i).data());
-      const Eigen::Matrix4d inside = put_inside(Eigen::Map<const Eigen::Matrix4d>(wanted.data()), kInside * Eigenvalues(nominal).eigenvalues()[0]);
+      const Eigen::Matrix4d inside =
+          put_inside(Eigen::Map<const Eigen::Matrix4d>(wanted.data()), kInside * Eigenvalues(nominal).eigenvalues()[0]);
       copies.col(i) = Eigen::Map<const Eigen::Matrix<double, 16, 1>>(inside.data());
       duals.col(i) = wanted - copies.col(i);
     }

@@ -30,7 +30,8 @@ std::vector<int> find_foot_sensors(const Scenario& scenario) {
     for (size_t i = 0; i < scenario.sensors.wrenches.size(); ++i) {
       if (scenario.sensors.wrenches[i].link == foot) found = static_cast<int>(i);
     }
-    if (found < 0) throw InputError(scenario.make_diagnostic("sensors.wrench", "no force sensor at foot '" + foot + "'"));
+    if (found < 0)
+      throw InputError(scenario.make_diagnostic("sensors.wrench", "no force sensor at foot '" + foot + "'"));
     sensors.push_back(found);
   }
   return sensors;
@@ -91,7 +92,8 @@ RobotLog add_noise(const RobotLog& clean, const Scenario& scenario, unsigned lon
     for (Eigen::Index j = 0; j < log.q.rows(); ++j) {
       const double noise = encoders.position_noise * calc_noise(seed, static_cast<unsigned long long>(j), step);
       log.q(j, k) = quantise(log.q(j, k) + noise, encoders.position_quantum);
-      if (log.effort.size() > 0) log.effort(j, k) += encoders.effort_noise * calc_noise(seed, static_cast<unsigned long long>(500 + j), step);
+      if (log.effort.size() > 0)
+        log.effort(j, k) += encoders.effort_noise * calc_noise(seed, static_cast<unsigned long long>(500 + j), step);
     }
     log.gyro.col(k) = apply_errors(imu.gyro, log.gyro.col(k), seed, 1000, step);
     log.accelerometer.col(k) = apply_errors(imu.accelerometer, log.accelerometer.col(k), seed, 1010, step);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the sensors of a robot say during one motion, and where it comes from: a run in this process, a log of the server
-// set, or a table of an experiment folder.
+// What the sensors of a robot say during one motion, and where it comes from: a run in this process, a log of the
+// server set, or a table of an experiment folder.
 #pragma once
 
 #include <functional>

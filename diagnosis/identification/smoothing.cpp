@@ -6,7 +6,8 @@
 
 namespace hrp::identification {
 
-GaussianFilter::GaussianFilter(double width, double period) : half_(static_cast<Eigen::Index>(std::ceil(4.0 * width / period))) {
+GaussianFilter::GaussianFilter(double width, double period)
+    : half_(static_cast<Eigen::Index>(std::ceil(4.0 * width / period))) {
   const Eigen::Index size = 2 * half_ + 1;
   for (Eigen::VectorXd& kernel : kernel_) kernel.resize(size);
   for (Eigen::Index i = 0; i < size; ++i) {
@@ -16,7 +17,8 @@ GaussianFilter::GaussianFilter(double width, double period) : half_(static_cast<
     kernel_[1][i] = t * g;
     kernel_[2][i] = (t * t / (width * width) - 1.0) * g;
   }
-  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(size, -static_cast<double>(half_), static_cast<double>(half_)) * period;
+  const Eigen::VectorXd t =
+      Eigen::VectorXd::LinSpaced(size, -static_cast<double>(half_), static_cast<double>(half_)) * period;
   kernel_[0] /= kernel_[0].sum();
   // A line of slope 1 gives 1; a parabola t^2 / 2 gives 1 and a constant nothing.
   kernel_[1] /= kernel_[1].dot(t);

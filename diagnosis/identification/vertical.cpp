@@ -10,17 +10,17 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-constexpr int kParameters = 4;         // s, s T, scale error and delay of the accelerometer
+constexpr int kParameters = 4;                            // s, s T, scale error and delay of the accelerometer
 constexpr double kScalePrior = 0.01, kDelayPrior = 5e-3;  // [1], [s]
-constexpr int kRounds = 4;             // T^2 terms from the last round
+constexpr int kRounds = 4;                                // T^2 terms from the last round
 constexpr double kMemory = 0.5;        // [s] over which residuals are alike: encoder noise, differentiated
 constexpr double kSignificance = 4.0;  // standard deviations
 
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 using Covariance = Eigen::Matrix<double, kParameters, kParameters>;
 
-// Rows of one foot and motion: slide'' = s L2 - s T L3 + s T^2 L4 - (scale error) a + (delay) a' + constant (what is left
-// of the accelerometer's bias).
+// Rows of one foot and motion: slide'' = s L2 - s T L3 + s T^2 L4 - (scale error) a + (delay) a' + constant (what is
+// left of the accelerometer's bias).
 void make_vertical_rows(const BushTrack& t, double squared, Matrix* X, Vector* y) {
   X->resize(t.load.size(), kParameters);
   *X << t.load_derivative[0], -t.load_derivative[1], -t.rise, t.rise_rate;
@@ -65,7 +65,8 @@ VerticalFit fit_vertical(const std::vector<MotionTrack>& tracks) {
       A(2, 2) += variance / (kScalePrior * kScalePrior);
       A(3, 3) += variance / (kDelayPrior * kDelayPrior);
       const Parameters scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-      const Covariance inverse = scale.asDiagonal() * (scale.asDiagonal() * A * scale.asDiagonal()).inverse() * scale.asDiagonal();
+      const Covariance inverse =
+          scale.asDiagonal() * (scale.asDiagonal() * A * scale.asDiagonal()).inverse() * scale.asDiagonal();
       theta = inverse * b;
       covariance = inverse * S * inverse;
     }
