@@ -182,9 +182,10 @@ class Search {
     std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) {
       return count_parameters(a.hypothesis) < count_parameters(b.hypothesis);
     });
-    for (size_t i = 0; i < std::min(kSimulated, beam.size()); ++i) {
+    for (size_t i = 0; i < beam.size(); ++i) {
       const Trial best = best_refined();
       const bool done = !best.hypothesis.empty() && is_noise(best);
+      if (!done && i >= kSimulated) break;  // a simpler one may explain as much as one that leaves noise only
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       if (done && count_parameters(beam[i].hypothesis) >= count_parameters(best.hypothesis)) continue;
       try_fit(beam[i].hypothesis);
