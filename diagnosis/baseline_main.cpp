@@ -9,7 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
-#include "diagnosis/fit.h"
+#include "diagnosis/search/fit.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/attached_search.h"
-#include "diagnosis/impact_search.h"
-#include "diagnosis/report.h"
+#include "diagnosis/attached/search.h"
+#include "diagnosis/impact/search.h"
+#include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
 namespace {

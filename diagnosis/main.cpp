@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/report.h"
+#include "diagnosis/report/report.h"
 
 int main(int argc, char** argv) {
   using namespace hrp::diagnosis;

@@ -9,7 +9,7 @@
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
 #include "common/messages/topics.h"
-#include "diagnosis/csv.h"
+#include "diagnosis/data/csv.h"
 #include "diagnosis/identification/robot_log.h"
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/model.h"

@@ -8,7 +8,7 @@
 
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
-#include "diagnosis/attached_search.h"
+#include "diagnosis/attached/search.h"
 
 namespace hrp::diagnosis::attached {
 namespace {

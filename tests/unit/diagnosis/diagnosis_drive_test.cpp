@@ -7,7 +7,7 @@
 #include <fstream>
 #include <functional>
 
-#include "diagnosis/drive_search.h"
+#include "diagnosis/drive/search.h"
 
 namespace hrp::diagnosis {
 namespace {

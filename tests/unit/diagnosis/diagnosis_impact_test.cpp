@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "diagnosis/impact_fit.h"
+#include "diagnosis/impact/fit.h"
 
 namespace hrp::diagnosis::impact {
 namespace {

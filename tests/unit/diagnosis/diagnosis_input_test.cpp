@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/csv.h"
-#include "diagnosis/recording.h"
-#include "diagnosis/smooth.h"
+#include "diagnosis/data/csv.h"
+#include "diagnosis/data/recording.h"
+#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis {
 namespace {

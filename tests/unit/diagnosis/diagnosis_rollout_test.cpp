@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "diagnosis/report.h"
+#include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
 namespace {

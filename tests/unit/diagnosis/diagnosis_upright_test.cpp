@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/upright_dependence.h"
-#include "diagnosis/upright_findings.h"
-#include "diagnosis/upright_hints.h"
-#include "diagnosis/upright_smooth.h"
+#include "diagnosis/upright/dependence.h"
+#include "diagnosis/upright/findings.h"
+#include "diagnosis/upright/hints.h"
+#include "diagnosis/upright/smooth.h"
 
 namespace hrp::diagnosis::upright {
 namespace {

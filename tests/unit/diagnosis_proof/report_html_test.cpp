@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/report_html.h"
+#include "diagnosis/page/page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

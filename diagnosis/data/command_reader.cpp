@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/command_reader.h"
+
+#include <algorithm>
+
+namespace hrp::diagnosis {
+
+Moment find_moment(const std::vector<double>& time, double t, size_t near) {
+  Moment m;
+  m.k = std::min(near, time.size() - 2);
+  while (m.k > 0 && time[m.k] > t) --m.k;
+  while (m.k + 2 < time.size() && time[m.k + 1] <= t) ++m.k;
+  m.s = std::min(1.0, std::max(0.0, (t - time[m.k]) / (time[m.k + 1] - time[m.k])));
+  return m;
+}
+
+double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t, size_t near) {
+  return find_moment(time, t, near).of(values);
+}
+
+void read_command(const std::vector<double>& time, const JointColumns& joint, double t, size_t near, double* position,
+                  double* rate) {
+  *position = 0.0, *rate = 0.0;
+  if (joint.command.empty()) return;
+  if (t <= time.front()) {
+    *position = joint.command.front();
+    return;
+  }
+  if (t >= time.back()) {
+    *position = joint.command.back();
+    *rate = joint.command_rate.empty() ? 0.0 : joint.command_rate.back();
+    return;
+  }
+  const Moment m = find_moment(time, t, near);
+  if (joint.command_rate.empty()) {
+    *position = m.of(joint.command);
+    return;
+  }
+  const double h = time[m.k + 1] - time[m.k], s = m.s;
+  const double a = joint.command[m.k], b = joint.command[m.k + 1];
+  const double da = h * joint.command_rate[m.k], db = h * joint.command_rate[m.k + 1];
+  const double c2 = 3.0 * (b - a) - 2.0 * da - db, c3 = 2.0 * (a - b) + da + db;
+  *position = a + s * (da + s * (c2 + s * c3));
+  *rate = (da + s * (2.0 * c2 + 3.0 * s * c3)) / h;
+}
+
+}  // namespace hrp::diagnosis

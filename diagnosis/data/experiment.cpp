@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <set>
+
+#include "diagnosis/data/recording.h"
+#include "diagnosis/data/suspicions.h"
+#include "servers/model_parser/robot_loader.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
+                       const std::string& text) {
+  Diagnostic d;
+  d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
+  throw InputError(d);
+}
+
+// Stamps of the epoch (1.7e9 s) leave a double a quarter of a microsecond, too coarse for differences of differences:
+// they count from the recording's first whole second, in whole microseconds, which is all they ever held.
+void shift_epoch(Recording* recording, std::vector<std::string>* warnings) {
+  const double origin = std::floor(recording->time.front());
+  if (std::abs(origin) < 1e6) return;
+  for (double& t : recording->time) t = 1e-6 * std::round(1e6 * (t - origin));
+  char text[40];
+  std::snprintf(text, sizeof text, "%.0f", origin);
+  warnings->push_back(recording->spec.name + ": its times are said from " + text + " s on");
+}
+
+// Time stamps: finite, increasing, in seconds. Rows that repeat a stamp are dropped.
+std::vector<size_t> read_time(const Table& table, Recording* recording, std::vector<std::string>* warnings) {
+  const int column = table.find("time");
+  if (column < 0) fail(table.file, 1, 1, "time", "is missing: expected a column 'time' [s]");
+  const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
+  std::vector<size_t> rows;
+  size_t repeated = 0;
+  for (size_t k = 0; k < t.size(); ++k) {
+    if (!std::isfinite(t[k])) fail(table.file, table.lines[k], column + 1, "time", "is empty");
+    if (!rows.empty() && t[k] < t[rows.back()]) {
+      fail(table.file, table.lines[k], column + 1, "time",
+           "goes back from " + std::to_string(t[rows.back()]) + " to " + std::to_string(t[k]) + " s");
+    }
+    if (!rows.empty() && t[k] == t[rows.back()]) {
+      ++repeated;
+      continue;
+    }
+    rows.push_back(k);
+  }
+  if (rows.size() < 8) fail(table.file, 1, column + 1, "time", "has fewer than 8 different stamps");
+  for (size_t k : rows) recording->time.push_back(t[k]);
+  shift_epoch(recording, warnings);
+  if (repeated > 0) {
+    warnings->push_back(recording->spec.name + ": " + std::to_string(repeated) +
+                        " rows repeat the last time stamp and were dropped");
+  }
+  const double dt = recording->duration() / static_cast<double>(rows.size() - 1);
+  // Four samples a second show no motion of a joint: far more likely the column is not in seconds.
+  if (dt > 0.25) {
+    fail(table.file, table.lines[rows[1]], column + 1, "time",
+         "samples stand " + std::to_string(dt) +
+             " s apart: expected seconds, at most 0.25 s apart; are these milliseconds?");
+  }
+  return rows;
+}
+
+std::vector<double> take(const Table& table, int column, const std::vector<size_t>& rows) {
+  std::vector<double> values;
+  for (size_t k : rows) values.push_back(table.columns[static_cast<size_t>(column)][k]);
+  return values;
+}
+
+// False for a column without any number.
+bool any_finite(const std::vector<double>& values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+void fill_gaps(std::vector<double>* values) {
+  double last = 0.0;
+  for (double v : *values) {
+    if (std::isfinite(v)) {
+      last = v;
+      break;
+    }
+  }
+  for (double& v : *values) {
+    if (!std::isfinite(v)) v = last;
+    last = v;
+  }
+}
+
+bool is_constant(const std::vector<double>& values) {
+  double low = 1e300, high = -1e300;
+  for (double v : values) {
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  }
+  return !(high > low);
+}
+
+void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, JointColumns* joint,
+                std::set<std::string>* used, const std::string& file, std::vector<std::string>* warnings) {
+  const auto column = [&](const std::string& key, std::vector<double>* values) {
+    const int index = table.find(key);
+    if (index < 0) return;
+    used->insert(key);
+    *values = take(table, index, rows);
+    if (any_finite(*values)) return;
+    warnings->push_back(file + ": column " + key + " is empty");
+    values->clear();
+  };
+  column("/joint_commands/" + name + "/position", &joint->command);
+  column("/joint_commands/" + name + "/velocity", &joint->command_rate);
+  for (int q = 0; q < kQuantities; ++q) {
+    const std::string key = "/joint_states/" + name + "/" + get_quantity_name(static_cast<Quantity>(q));
+    column(key, &joint->signal[q]);
+    if (!joint->signal[q].empty() && is_constant(joint->signal[q])) {
+      warnings->push_back(file + ": column " + key + " is constant: " + std::to_string(joint->signal[q].front()));
+    }
+  }
+  fill_gaps(&joint->command);
+  fill_gaps(&joint->command_rate);
+}
+
+Recording read_recording(const Experiment& experiment, const RecordingSpec& spec, std::vector<std::string>* warnings) {
+  Recording recording;
+  recording.spec = spec;
+  const Table table = read_recording_table(spec.file, warnings);
+  const std::vector<size_t> rows = read_time(table, &recording, warnings);
+  std::set<std::string> used{"time"};
+  for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
+  recording.joints.resize(static_cast<size_t>(experiment.num_joints()));
+  for (int j = 0; j < experiment.num_joints(); ++j) {
+    read_joint(table, rows, experiment.robot.tree.joint(j).name, &recording.joints[static_cast<size_t>(j)], &used,
+               spec.name, warnings);
+  }
+  std::vector<std::string> names;
+  for (int j = 0; j < experiment.num_joints(); ++j) names.push_back(experiment.robot.tree.joint(j).name);
+  for (size_t i = 0; i < table.names.size(); ++i) {
+    const std::string& name = table.names[i];
+    if (used.count(name)) continue;
+    if (name.rfind("/joint_states/", 0) == 0 || name.rfind("/joint_commands/", 0) == 0) {
+      const size_t begin = name.find('/', 1) + 1;
+      const std::string joint = name.substr(begin, name.rfind('/') - begin);
+      if (std::find(names.begin(), names.end(), joint) == names.end()) {
+        const std::string near = find_nearest(joint, names);
+        fail(table.file, 1, static_cast<int>(i) + 1, name,
+             "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+      }
+    }
+    std::vector<double> values = take(table, static_cast<int>(i), rows);
+    if (any_finite(values)) recording.other[name] = std::move(values);
+  }
+  return recording;
+}
+
+}  // namespace
+
+const char* get_quantity_name(Quantity quantity) {
+  const char* const names[] = {"position", "velocity", "effort"};
+  return names[static_cast<int>(quantity)];
+}
+
+std::string Experiment::signal_name(int joint, Quantity quantity) const {
+  return "/joint_states/" + robot.tree.joint(joint).name + "/" + get_quantity_name(quantity);
+}
+
+namespace {
+
+// Step of a quantised signal: the smallest change, when most changes are whole multiples of it; 0 else.
+double find_step(const std::vector<double>& signal) {
+  std::vector<double> changes;
+  double largest = 0.0;
+  for (size_t k = 1; k < signal.size(); ++k) {
+    const double d = std::abs(signal[k] - signal[k - 1]);
+    if (std::isfinite(d)) largest = std::max(largest, std::abs(signal[k]));
+    if (std::isfinite(d) && d > 0.0) changes.push_back(d);
+  }
+  if (changes.size() < 8) return 0.0;
+  std::sort(changes.begin(), changes.end());
+  const double step = changes[changes.size() / 50];
+  if (step < 1e-5 * largest) return 0.0;  // as fine as the digits of the file
+  size_t whole = 0;
+  for (double d : changes) {
+    const double ratio = d / step;
+    whole += std::abs(ratio - std::round(ratio)) < 0.05 * std::max(1.0, 0.02 * ratio) ? 1 : 0;
+  }
+  return whole * 10 > changes.size() * 8 ? step : 0.0;
+}
+
+}  // namespace
+
+double estimate_noise(const std::vector<double>& signal) {
+  std::vector<double> third;
+  size_t zeros = 0;
+  for (size_t k = 3; k < signal.size(); ++k) {
+    const double d = signal[k] - 3.0 * signal[k - 1] + 3.0 * signal[k - 2] - signal[k - 3];
+    if (!std::isfinite(d)) continue;
+    if (d == 0.0) ++zeros;
+    third.push_back(std::abs(d));
+  }
+  if (third.size() < 8) return 0.0;
+  const size_t middle = third.size() / 2;
+  std::nth_element(third.begin(), third.begin() + static_cast<long>(middle), third.end());
+  double value = third[middle];
+  if (zeros * 4 > third.size()) {  // quantised or held: the median says nothing, the mean square still does
+    double sum = 0.0;
+    for (double d : third) sum += d * d;
+    value = 0.6745 * std::sqrt(sum / static_cast<double>(third.size()));
+  }
+  // A reading in steps is never better than its step.
+  // 1 + 9 + 9 + 1: variance of the third difference of white noise
+  return std::max(find_step(signal) / std::sqrt(12.0), value / (0.6745 * std::sqrt(20.0)));
+}
+
+namespace {
+
+double get_stated(const Experiment& e, const std::string& signal, const std::string& quantity) {
+  for (const std::string& key : {signal, quantity}) {
+    const auto it = e.keys.noise.find(key);
+    if (it != e.keys.noise.end()) return it->second;
+  }
+  return 0.0;
+}
+
+// Median over recordings of what each says.
+double estimate_over(const std::vector<double>& estimates) {
+  std::vector<double> sorted = estimates;
+  std::sort(sorted.begin(), sorted.end());
+  return sorted.empty() ? 0.0 : sorted[sorted.size() / 2];
+}
+
+void find_noise(Experiment* e) {
+  e->joint_noise.assign(static_cast<size_t>(e->num_joints()), std::vector<Noise>(kQuantities));
+  for (int j = 0; j < e->num_joints(); ++j) {
+    for (int q = 0; q < kQuantities; ++q) {
+      Noise& noise = e->joint_noise[static_cast<size_t>(j)][static_cast<size_t>(q)];
+      noise.sigma =
+          get_stated(*e, e->signal_name(j, static_cast<Quantity>(q)), get_quantity_name(static_cast<Quantity>(q)));
+      noise.stated = noise.sigma > 0.0;
+      if (noise.stated) continue;
+      std::vector<double> found;
+      for (const Recording& r : e->recordings) {
+        const auto& column = r.joints[static_cast<size_t>(j)].signal[q];
+        if (!column.empty()) found.push_back(estimate_noise(column));
+      }
+      noise.sigma = estimate_over(found);
+    }
+  }
+  for (const Recording& r : e->recordings) {
+    for (const auto& item : r.other) {
+      Noise& noise = e->other_noise[item.first];
+      if (noise.sigma > 0.0) continue;
+      const size_t cut = item.first.rfind('/');
+      noise.sigma = get_stated(*e, item.first.substr(0, cut), "");
+      noise.stated = noise.sigma > 0.0;
+      if (!noise.stated) noise.sigma = estimate_noise(item.second);
+    }
+  }
+}
+
+// A signal that never varies by more than rounding has no measurable noise: the spread of its equals stands in, so
+// that nothing is divided by zero.
+void floor_noise(Experiment* e) {
+  for (int q = 0; q < kQuantities; ++q) {
+    std::vector<double> others;
+    for (auto& joint : e->joint_noise) {
+      if (joint[static_cast<size_t>(q)].sigma > 0.0) others.push_back(joint[static_cast<size_t>(q)].sigma);
+    }
+    const double middle = estimate_over(others);
+    for (auto& joint : e->joint_noise) {
+      double& sigma = joint[static_cast<size_t>(q)].sigma;
+      if (sigma < 1e-3 * middle || sigma <= 0.0) sigma = middle > 0.0 ? middle : 1e-6;
+    }
+  }
+  for (auto& item : e->other_noise) {
+    if (item.second.sigma <= 0.0) item.second.sigma = 1e-9;
+  }
+}
+
+void describe_missing(Experiment* e) {
+  bool any[kQuantities] = {false, false, false};
+  for (const Recording& r : e->recordings) {
+    for (const JointColumns& joint : r.joints) {
+      for (int q = 0; q < kQuantities; ++q) any[q] = any[q] || !joint.signal[q].empty();
+    }
+  }
+  if (e->num_joints() == 0) return;
+  if (!any[2])
+    e->warnings.push_back(
+        "no effort was recorded: faults of effort sensors cannot be told, and a wrong servo gain looks like friction "
+        "or inertia");
+  if (!any[1])
+    e->warnings.push_back(
+        "no velocity was recorded: it is taken from the positions; effects at velocity reversal are seen less sharply");
+}
+
+}  // namespace
+
+Experiment load_experiment(const std::string& path) {
+  Experiment e;
+  e.scenario = load_scenario(path);
+  e.path = e.scenario.path;
+  e.folder = fs::path(e.path).parent_path().string();
+  e.keys = parse_experiment_keys(e.scenario.text, e.path);
+  e.robot = load_robot(e.scenario);
+  for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
+  for (const RecordingSpec& spec : e.keys.recordings) e.recordings.push_back(read_recording(e, spec, &e.warnings));
+  check_suspicions(&e);
+  std::vector<double> steps;
+  for (const Recording& r : e.recordings) {
+    for (size_t k = 1; k < r.size(); ++k) steps.push_back(r.time[k] - r.time[k - 1]);
+  }
+  std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 2), steps.end());
+  e.sample_time = steps[steps.size() / 2];
+  find_noise(&e);
+  floor_noise(&e);
+  describe_missing(&e);
+  return e;
+}
+
+}  // namespace hrp::diagnosis

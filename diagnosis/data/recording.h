@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Recordings as the tool works on them: signals by name on the recording's own time stamps.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/robot/experiment_keys.h"
+#include "common/robot/robot_description.h"
+#include "common/robot/scenario.h"
+#include "diagnosis/data/csv.h"
+
+namespace hrp::diagnosis {
+
+enum class Quantity { kPosition, kVelocity, kEffort };
+constexpr int kQuantities = 3;
+const char* get_quantity_name(Quantity quantity);
+
+// One joint's columns; empty where the recording lacks them. NaN where a sample is missing or repeats the last one.
+struct JointColumns {
+  std::vector<double> command, command_rate;  // complete (gaps interpolated)
+  std::vector<double> signal[kQuantities];
+  bool has(Quantity q) const { return !signal[static_cast<int>(q)].empty(); }
+};
+
+struct Recording {
+  RecordingSpec spec;
+  std::vector<double> time;                  // [s] increasing
+  std::vector<JointColumns> joints;          // of the model, its order
+  std::map<std::string, std::vector<double>> other;  // every other column by its name
+  std::map<std::string, int> column_of;              // number of every column in the file, from 1: for messages
+  bool has(const std::string& name) const { return other.count(name) > 0; }
+  size_t size() const { return time.size(); }
+  double duration() const { return time.back() - time.front(); }
+};
+
+// Standard deviation of a signal's noise.
+struct Noise {
+  double sigma = 0.0;
+  bool stated = false;  // in the experiment, else estimated
+};
+
+struct Experiment {
+  std::string path, folder;
+  Scenario scenario;
+  RobotDescription robot;
+  ExperimentKeys keys;
+  std::vector<Recording> recordings;
+  std::vector<std::vector<Noise>> joint_noise;  // by joint, by quantity
+  std::map<std::string, Noise> other_noise;     // by column
+  std::vector<std::string> warnings;            // about the data: clocks, held samples, missing columns, units
+  double sample_time = 0.0;                     // [s] median
+  int num_joints() const { return robot.tree.num_joints(); }
+  std::string signal_name(int joint, Quantity quantity) const;
+};
+
+// Throws InputError with everything that cannot be used: file, line, column.
+Experiment load_experiment(const std::string& path);
+
+// Noise of a signal from its high-frequency content: the median absolute third difference, with the normal
+// distribution's factor; robust against jumps and blind to anything as smooth as a cubic over four samples.
+double estimate_noise(const std::vector<double>& signal);
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a reader of the page sees first: the verdict in words, and a sentence or two.
+#pragma once
+
+#include <string>
+
+#include "diagnosis/page/text.h"
+
+namespace hrp::diagnosis::html {
+
+struct VerdictWords {
+  const char* verdict;
+  const char* badge;
+  const char* sentence;  // used when neither series nor findings say it better
+};
+const VerdictWords& find_verdict_words(const std::string& verdict);
+
+// A sentence for each effect with all its places, for what stays unexplained, and for the fit on held-out recordings.
+std::string make_lead(const json& report, const json& series);
+
+// "lab/experiment.yaml" of "/a/b/lab/experiment.yaml"; anything else unchanged.
+std::string shorten_path(const std::string& path);
+
+}  // namespace hrp::diagnosis::html

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/page/page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "diagnosis/page/lead.h"
+#include "diagnosis/page/plots.h"
+#include "diagnosis/page/style.h"
+#include "diagnosis/page/text.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using namespace html;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+std::string make_section(const char* id, const std::string& title, const std::string& body) {
+  if (body.empty()) return "";
+  return "<section aria-labelledby='" + std::string(id) + "'><h2 id='" + id + "'>" + title + "</h2>" + body +
+         "</section>\n";
+}
+
+std::string make_table(const std::vector<std::string>& head, const std::string& rows) {
+  if (rows.empty()) return "";
+  std::string out = "<div class='wide' tabindex='0'><table><thead><tr>";
+  for (const std::string& h : head) out += "<th scope='col'>" + h + "</th>";
+  return out + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
+}
+
+std::string make_row(const std::vector<std::string>& cells) {
+  std::string out = "<tr>";
+  for (const std::string& c : cells) out += "<td>" + c + "</td>";
+  return out + "</tr>";
+}
+
+std::string make_header(const json& report, const json& series) {
+  const VerdictWords& words = find_verdict_words(get_text(report, "verdict"));
+  const std::string name = shorten_path(get_text(series, "experiment")), robot = get_text(series, "robot");
+  std::string out =
+      "<header><p class='over'>Simulation against recording" + (robot.empty() ? "" : ": " + escape(robot)) + "</p>";
+  out += "<h1><span class='badge " + escape(get_text(report, "verdict")) + "'>" + words.badge + "</span> " +
+         escape(name) + "</h1>";
+  return out + make_lead(report, series) + "</header>\n";
+}
+
+std::string format_probability(double p) {
+  if (!std::isfinite(p)) return "-";
+  const std::string text = p < 0.001 ? "below 0.001" : format_number(p, 3);
+  return "<span class='num'><span class='meter' style='--p:" + format_number(std::clamp(p, 0.0, 1.0), 3) + "'></span>" +
+         text + "</span>";
+}
+
+// One row, or one for each axis where value and interval are lists.
+std::string make_parameter_rows(const std::string& effect, const std::string& place, const std::string& name,
+                                const json& p) {
+  const json& value = get(p, "value");
+  if (value.is_array()) {
+    std::string out;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      json part{{"value", value[i]}, {"unit", get(p, "unit")}};
+      for (const char* key : {"std", "ci95"}) {
+        if (get(p, key).is_array() && i < get(p, key).size()) part[key] = get(p, key)[i];
+      }
+      out += make_parameter_rows(effect, place,
+                                 name + " " + (value.size() == 3 ? std::string(1, "xyz"[i]) : std::to_string(i)), part);
+    }
+    return out;
+  }
+  const std::vector<double> ci = get_numbers(p, "ci95");
+  const double v = get_number(p, "value", kNone), low = ci.size() == 2 ? ci[0] : kNone,
+               high = ci.size() == 2 ? ci[1] : kNone;
+  return make_row(
+      {escape(effect), escape(place), escape(name), "<b>" + format_value(value) + "</b> " + escape(get_text(p, "unit")),
+       ci.size() == 2 ? format_number(low) + " to " + format_number(high) : "-", make_interval_svg(v, low, high)});
+}
+
+std::string make_findings(const json& report) {
+  std::string cards, rows;
+  for (const json& f : get_list(report, "findings")) {
+    const std::string effect = describe_effect(get_text(f, "effect")), place = describe_place(get(f, "where"));
+    cards += "<article class='card'><h3>" + escape(effect) + "<span class='place'>" + escape(place) +
+             "</span></h3><p>" + escape(get_text(f, "statement")) + "</p><p class='small'>Probability " +
+             format_probability(get_number(f, "probability", kNone)) + "</p>";
+    std::string twins;
+    for (const json& a : get_list(f, "alternatives"))
+      twins += (twins.empty() ? "" : ", ") + escape(describe_effect(get_text(a, "effect")));
+    if (!twins.empty()) cards += "<p class='small'>These recordings cannot tell it from: " + twins + ".</p>";
+    cards += "</article>";
+    for (const auto& [name, p] : get_object(f, "parameters").items()) {
+      rows += make_parameter_rows(effect, place, name, p);
+    }
+  }
+  if (cards.empty()) return "";
+  return "<div class='cards'>" + cards + "</div>" +
+         make_table({"effect", "where", "parameter", "value", "95 % interval", "against zero"}, rows);
+}
+
+std::string make_unexplained(const json& report) {
+  std::string out;
+  for (const json& u : get_list(report, "unexplained")) {
+    std::string on;
+    for (const json& d : get_list(u, "depends_on")) on += (on.empty() ? "" : ", ") + format_value(d);
+    out += "<article class='card warn'><h3>Something unknown<span class='place'>" +
+           escape(describe_place(get(u, "where"))) + "</span></h3><p>" + escape(get_text(u, "statement")) + "</p>" +
+           (on.empty() ? "" : "<p class='small'>Depends on: " + on + ".</p>") + "</article>";
+  }
+  return out.empty() ? "" : "<div class='cards'>" + out + "</div>";
+}
+
+std::string format_intervals(const json& list) {
+  std::string out;
+  int shown = 0;
+  for (const json& i : list.is_array() ? list : json::array()) {
+    if (!i.is_array() || i.size() != 2) continue;
+    if (++shown > 4) return out + ", and " + std::to_string(list.size() - 4) + " more";
+    out += (out.empty() ? "" : ", ") + format_value(i[0], 4) + " to " + format_value(i[1], 4);
+  }
+  return out.empty() ? "-" : out + " s";
+}
+
+// One row a signal: where it is worst, and in how many recordings it shows. The worst dozen first, the rest folded
+// away.
+std::string make_mismatch_table(const json& report) {
+  std::vector<const json*> worst;
+  std::map<std::string, std::set<std::string>> recordings;
+  for (const json& m : get_list(report, "mismatch")) {
+    const std::string signal = get_text(m, "signal");
+    recordings[signal].insert(get_text(m, "recording"));
+    const auto same =
+        std::find_if(worst.begin(), worst.end(), [&](const json* w) { return get_text(*w, "signal") == signal; });
+    if (same == worst.end())
+      worst.push_back(&m);
+    else if (get_number(m, "score", 0) > get_number(**same, "score", 0))
+      *same = &m;
+  }
+  std::string first, rest;
+  for (std::size_t i = 0; i < worst.size(); ++i) {
+    const json& m = *worst[i];
+    const std::string signal = get_text(m, "signal");
+    (i < 12 ? first : rest) +=
+        make_row({"<code>" + escape(signal) + "</code>", format_number(get_number(m, "score", kNone), 3),
+                  escape(get_text(m, "recording")), format_intervals(get(m, "intervals")),
+                  escape(get_text(m, "regime")), std::to_string(recordings[signal].size())});
+  }
+  const std::vector<std::string> head{"signal", "worst score [noise]", "in", "when", "regime", "recordings"};
+  if (rest.empty()) return make_table(head, first);
+  return make_table(head, first) + "<details><summary>" + std::to_string(worst.size() - 12) +
+         " more signals</summary>" + make_table(head, rest) + "</details>";
+}
+
+std::string make_legend() {
+  std::string out = "<p class='legend' aria-hidden='true'><span>1 x noise</span>";
+  for (int i = 1; i <= 9; ++i)
+    out += "<svg viewBox='0 0 20 12' class='swatch'><rect class='heat h" + std::to_string(i) +
+           "' width='20' height='12'/></svg>";
+  return out + "<span>100 x noise</span></p>";
+}
+
+std::string make_maps(const json& series) {
+  std::string out;
+  for (const json& r : get_list(series, "recordings")) {
+    const std::string before = make_map_svg(r, get(series, "signals"), "before");
+    if (before.empty()) continue;
+    const std::string role = get_text(r, "role");
+    out += "<details" + std::string(out.empty() ? " open" : "") + "><summary>" + escape(get_text(r, "file")) +
+           (role.empty() ? ""
+                         : " <span class='small'>(" + escape(role == "validate" ? "held out" : "used for fitting") +
+                               ")</span>") +
+           "</summary><div class='wide map' tabindex='0'><h4>with the nominal model</h4>" + before;
+    const std::string after = make_map_svg(r, get(series, "signals"), "after");
+    out += (after.empty() ? "" : "<h4>with what was found</h4>" + after) + "</div></details>";
+  }
+  if (out.empty()) return "";
+  return "<p>Each row is a signal, each column a stretch of time; the stronger the colour, the further the recording "
+         "is from the prediction, "
+         "in units of that signal's noise. Strips above mark what the robot was doing.</p>" +
+         make_legend() + out;
+}
+
+std::string make_rivals(const json& series) {
+  std::string rows;
+  for (const json& r : get_list(series, "rivals")) {
+    const json& chosen = get(r, "chosen");
+    const bool won = chosen.is_boolean() && chosen.get<bool>();
+    rows += std::string(won ? "<tr class='won'>" : "<tr>") + "<td>" + escape(describe_effect(get_text(r, "effect"))) +
+            (won ? " <b>chosen</b>" : "") + "</td><td>" + escape(describe_place(get(r, "where"))) + "</td><td>" +
+            format_probability(get_number(r, "probability", kNone)) + "</td><td>" +
+            format_number(get_number(r, "validate_score", kNone), 4) + "</td><td>" + escape(get_text(r, "why")) +
+            "</td></tr>";
+  }
+  return make_table({"explanation", "where", "probability", "held-out error [noise]", "why"}, rows);
+}
+
+std::string make_per_signal(const json& fit) {
+  std::string rows;
+  for (const auto& [name, s] : get_object(fit, "per_signal").items()) {
+    rows += make_row({"<code>" + escape(name) + "</code>", format_number(get_number(s, "before", kNone), 3),
+                      format_number(get_number(s, "after", kNone), 3)});
+  }
+  const std::string table = make_table({"signal", "before", "after"}, rows);
+  return table.empty()
+             ? ""
+             : "<details><summary>Every signal (error over the recording's own standard deviation)</summary>" + table +
+                   "</details>";
+}
+
+std::string make_prediction_note(const json& report, const json& series) {
+  const json& p = get(report, "prediction").is_object() ? get(report, "prediction") : get(series, "prediction");
+  const std::string method = get_text(p, "method");
+  if (method.empty()) return "";
+  const double horizon = get_number(p, "horizon", kNone);
+  return "<p class='small'>Predicted: " + escape(method) +
+         (std::isfinite(horizon) ? ", horizon " + format_number(horizon) + " s" : "") + ".</p>";
+}
+
+std::string make_traces(const json& series, const char* role) {
+  std::string out;
+  for (const json& r : get_list(series, "recordings")) {
+    if (get_text(r, "role") != role) continue;
+    std::string plots;
+    for (const json& t : get_list(r, "traces")) plots += make_trace_svg(t, get(series, "signals"));
+    if (!plots.empty()) out += "<h4>" + escape(get_text(r, "file")) + "</h4><div class='plots'>" + plots + "</div>";
+  }
+  return out;
+}
+
+std::string make_show(const json& report, const json& series) {
+  const json& fit = get(report, "fit");
+  std::string out;
+  for (const auto& [key, words] : {std::pair{"validate", "Held-out recordings, never used for fitting"},
+                                   std::pair{"train", "Recordings used for fitting"}}) {
+    const double before = get_number(get(fit, key), "before", kNone), after = get_number(get(fit, key), "after", kNone);
+    if (std::isfinite(before) || std::isfinite(after))
+      out += "<h3>" + std::string(words) + "</h3><div class='bars'>" + make_fit_svg(before, after, words) + "</div>";
+  }
+  out += make_prediction_note(report, series);
+  const std::string held = make_traces(series, "validate"), train = make_traces(series, "train");
+  if (!held.empty() || !train.empty()) {
+    out +=
+        "<p class='key'><span class='line recorded'></span> recorded <span class='line before'></span> nominal model "
+        "<span class='line after'></span> with what was found</p>";
+  }
+  out += held;
+  if (!train.empty())
+    out += "<details><summary>The same on recordings used for fitting</summary>" + train + "</details>";
+  return out + make_per_signal(fit);
+}
+
+std::string make_clouds(const json& series) {
+  std::string out;
+  for (const json& c : get_list(series, "clouds")) {
+    const std::string svg = make_cloud_svg(c);
+    if (!svg.empty())
+      out += "<figure><figcaption>" + escape(get_text(c, "title")) + "</figcaption>" + svg + "</figure>";
+  }
+  return out.empty() ? "" : "<div class='plots'>" + out + "</div>";
+}
+
+std::string make_updated(const json& series) {
+  const json& updated = get(series, "updated");
+  const std::string text = get_text(updated, "text"), command = get_text(updated, "command");
+  std::string out;
+  if (!command.empty()) out += "<p>Run it:</p><pre tabindex='0'>" + escape(command) + "</pre>";
+  if (!text.empty())
+    out += "<details><summary>" + escape(get_text(updated, "scenario", "scenario")) + "</summary><pre tabindex='0'>" +
+           escape(text) + "</pre></details>";
+  return out;
+}
+
+std::string make_limits(const json& report, const json& series) {
+  std::string rows, notes;
+  for (const json& n : get_list(report, "not_identifiable")) {
+    const std::string place = describe_place(get(n, "where"));
+    rows += make_row({escape(describe_effect(get_text(n, "effect"))) + (place.empty() ? "" : ", " + escape(place)),
+                      escape(get_text(n, "why")), escape(get_text(n, "motion_that_would_tell"))});
+  }
+  for (const json& n : get_list(series, "notes")) notes += "<li>" + format_value(n) + "</li>";
+  return make_table({"effect", "why these data cannot tell", "a motion that would"}, rows) +
+         (notes.empty() ? "" : "<ul>" + notes + "</ul>");
+}
+
+}  // namespace
+
+std::string make_html_report(const json& report, const json& series) {
+  const std::string name = shorten_path(get_text(series, "experiment", "recordings"));
+  std::string out =
+      "<!DOCTYPE html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>\n<meta name='viewport' "
+      "content='width=device-width, initial-scale=1'>\n";
+  out += "<title>" + escape(std::string(find_verdict_words(get_text(report, "verdict")).badge) + ": " + name) +
+         "</title>\n<style>" + kReportStyle + "</style>\n</head>\n<body>\n<main>\n";
+  out += make_header(report, series);
+  out += make_section("found", "What was found", make_findings(report));
+  out += make_section("unknown", "What stays unexplained", make_unexplained(report));
+  out += make_section("where", "Where and when", make_maps(series) + make_mismatch_table(report));
+  out += make_section("law", "What it depends on", make_clouds(series));
+  out += make_section("rivals", "Other explanations, and why they lost", make_rivals(series));
+  out += make_section("show", "Before and after", make_show(report, series));
+  out += make_section("updated", "The updated scenario", make_updated(series));
+  out += make_section("limits", "What the data cannot tell", make_limits(report, series));
+  return out + "</main>\n</body>\n</html>\n";
+}
+
+void write_html_report(const json& report, const json& series, const std::string& path) {
+  std::ofstream file(path, std::ios::binary);
+  file << make_html_report(report, series);
+  if (!file.flush()) throw std::runtime_error("cannot write " + path);
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/page/text.h"
+
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace hrp::diagnosis::html {
+
+std::string escape(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        // Control characters are not allowed in HTML text; tab and newline are.
+        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
+    }
+  }
+  return out;
+}
+
+std::string format_number(double value, int digits) {
+  if (!std::isfinite(value)) return "-";
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value == 0 ? 0.0 : value);
+  return buffer;
+}
+
+std::string format_value(const json& value, int digits) {
+  if (value.is_number()) return format_number(value.get<double>(), digits);
+  if (value.is_string()) return escape(value.get<std::string>());
+  if (!value.is_array())
+    return value.is_null() ? "-" : escape(value.dump(-1, ' ', false, json::error_handler_t::replace));
+  std::string out;
+  for (const json& item : value) out += (out.empty() ? "" : ", ") + format_value(item, digits);
+  return "(" + out + ")";
+}
+
+const json& get(const json& object, const char* key) {
+  static const json nothing;
+  if (!object.is_object()) return nothing;
+  const auto at = object.find(key);
+  return at == object.end() ? nothing : *at;
+}
+
+const json& get_list(const json& object, const char* key) {
+  static const json empty = json::array();
+  const json& list = get(object, key);
+  return list.is_array() ? list : empty;
+}
+
+const json& get_object(const json& object, const char* key) {
+  static const json empty = json::object();
+  const json& inner = get(object, key);
+  return inner.is_object() ? inner : empty;
+}
+
+std::string get_text(const json& object, const char* key, const std::string& fallback) {
+  const json& value = get(object, key);
+  return value.is_string() ? value.get<std::string>() : fallback;
+}
+
+double get_number(const json& object, const char* key, double fallback) {
+  const json& value = get(object, key);
+  return value.is_number() ? value.get<double>() : fallback;
+}
+
+std::vector<double> get_numbers(const json& object, const char* key) {
+  std::vector<double> out;
+  const json& list = get(object, key);
+  if (!list.is_array()) return out;
+  for (const json& item : list) {
+    out.push_back(item.is_number() ? item.get<double>() : std::numeric_limits<double>::quiet_NaN());
+  }
+  return out;
+}
+
+std::string describe_effect(const std::string& effect) {
+  std::string out = effect;
+  for (char& c : out) c = c == '_' ? ' ' : c;
+  if (!out.empty()) out[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(out[0])));
+  return out;
+}
+
+std::string describe_place(const json& where) {
+  if (where.is_string()) return where.get<std::string>();
+  std::string out;
+  if (!where.is_object()) return out;
+  for (const auto& [kind, name] : where.items()) {
+    if (name.is_string()) out += (out.empty() ? "" : ", ") + kind + " " + name.get<std::string>();
+  }
+  return out;
+}
+
+}  // namespace hrp::diagnosis::html

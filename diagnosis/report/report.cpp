@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/report/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "diagnosis/search/dependence.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+double round_to(double value, int digits) {
+  if (!std::isfinite(value)) return 0.0;
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return std::strtod(text, nullptr);
+}
+
+std::string number(double value, int digits = 4) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+double signal_rms(const Score& s, size_t c) {
+  return s.signal_count[c] > 0.0 ? std::sqrt(s.signal_chi2[c] / s.signal_count[c]) : 0.0;
+}
+
+std::string signal_name(const Experiment& e, size_t c) {
+  return e.signal_name(static_cast<int>(c) / kQuantities, static_cast<Quantity>(c % kQuantities));
+}
+
+struct Stretch {
+  double from, to;
+};
+
+// Stretches in which the residual stays above `level`, in bins of 50 samples or fewer.
+std::vector<Stretch> find_stretches(const Recording& recording, const std::vector<double>& residuals, size_t width,
+                                    size_t c, double level) {
+  std::vector<Stretch> list;
+  const size_t bin = std::max<size_t>(5, recording.size() / 200);
+  for (size_t k = 0; k < recording.size(); k += bin) {
+    double sum = 0.0;
+    const size_t end = std::min(recording.size(), k + bin);
+    for (size_t i = k; i < end; ++i) sum += residuals[i * width + c] * residuals[i * width + c];
+    if (std::sqrt(sum / static_cast<double>(end - k)) < level) continue;
+    const double from = recording.time[k], to = recording.time[end - 1];
+    if (!list.empty() && from - list.back().to < 2.5 * (to - from) + 1e-9)
+      list.back().to = to;
+    else
+      list.push_back({from, to});
+  }
+  if (list.size() > 12) list.resize(12);
+  return list;
+}
+
+// Where the mean square residual is largest in comparison.
+std::string find_regime(const Problem& problem, int r, size_t c, const std::vector<double>& residuals) {
+  const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(r)];
+  const size_t j = c / kQuantities, width = problem.weights.size();
+  const SmoothJoint& joint = smooth.joints[j];
+  const std::vector<double>& u = smooth.effort[j];
+  double fastest = 1e-12, hardest = 1e-12;
+  for (size_t k = 0; k < joint.qd.size(); ++k) {
+    fastest = std::max(fastest, std::abs(joint.qd[k]));
+    if (!u.empty()) hardest = std::max(hardest, std::abs(u[k]));
+  }
+  const char* const names[] = {"motion", "velocity reversal", "high load", "high speed"};
+  double sum[4] = {0, 0, 0, 0}, count[4] = {0, 0, 0, 0};
+  for (size_t k = smooth.start; k < joint.qd.size(); ++k) {
+    const double v = std::abs(joint.qd[k]) / fastest, load = u.empty() ? 0.0 : std::abs(u[k]) / hardest;
+    const int regime = v < 0.06 ? 1 : load > 0.75 ? 2 : v > 0.75 ? 3 : 0;
+    const double x = residuals[k * width + c];
+    sum[regime] += x * x, count[regime] += 1.0;
+  }
+  int best = 0;
+  double highest = 0.0, all = 0.0, n = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    all += sum[i], n += count[i];
+    if (count[i] >= 20.0 && sum[i] / count[i] > highest) highest = sum[i] / count[i], best = i;
+  }
+  return best != 0 && highest < 1.5 * all / std::max(1.0, n) ? "motion" : names[best];
+}
+
+// The problem with simulations that begin where a trial's did.
+Problem start_as(const Problem& problem, const Trial& trial) {
+  Problem own = problem;
+  own.starts = trial.starts;
+  own.step_errors = trial.step_errors;
+  return own;
+}
+
+Json make_mismatch(const Problem& problem, const Outcome& outcome) {
+  Json list = Json::array();
+  if (!outcome.mismatch) return list;
+  const Experiment& e = *problem.experiment;
+  struct Entry {
+    double score;
+    int r;
+    size_t c;
+  };
+  std::vector<Entry> entries;
+  std::vector<std::vector<double>> residuals(e.recordings.size());
+  const size_t width = problem.weights.size();
+  for (size_t r = 0; r < e.recordings.size(); ++r) {
+    if (!calc_residuals(problem, outcome.nominal.full(), static_cast<int>(r), &residuals[r])) continue;
+    const Score s = calc_score(problem, outcome.nominal.full(), {static_cast<int>(r)});
+    for (size_t c = 0; c < width; ++c) {
+      // 4 / sqrt(n / 50): beyond chance over all signals and recordings at a correlation length of 50 samples.
+      if (signal_rms(s, c) > 1.5 + 4.0 / std::sqrt(std::max(1.0, s.signal_count[c] / 50.0)) * 0.5)
+        entries.push_back({signal_rms(s, c), static_cast<int>(r), c});
+    }
+  }
+  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.score > b.score; });
+  if (entries.size() > 24) entries.resize(24);
+  for (const Entry& entry : entries) {
+    const Recording& recording = e.recordings[static_cast<size_t>(entry.r)];
+    const auto& x = residuals[static_cast<size_t>(entry.r)];
+    Json intervals = Json::array();
+    for (const Stretch& s : find_stretches(recording, x, width, entry.c, std::max(2.0, 0.7 * entry.score))) {
+      intervals.push_back({round_to(s.from, 6), round_to(s.to, 6)});
+    }
+    list.push_back({{"signal", signal_name(e, entry.c)},
+                    {"recording", recording.spec.name},
+                    {"score", round_to(entry.score, 4)},
+                    {"intervals", intervals},
+                    {"regime", find_regime(problem, entry.r, entry.c, x)}});
+  }
+  return list;
+}
+
+Json make_where(const Experiment& e, const Effect& effect) {
+  switch (get_effect(effect.id).place) {
+    case PlaceKind::kJoint:
+      return {{"joint", get_place_text(e, effect)}};
+    case PlaceKind::kLink:
+      return {{"link", get_place_text(e, effect)}};
+    case PlaceKind::kJointSensor:
+      return {{"sensor", get_place_text(e, effect)}};
+    case PlaceKind::kNone:
+      return {{"sensor", "clock"}};
+  }
+  return Json::object();
+}
+
+std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,
+                           const std::vector<double>& std) {
+  const Experiment& e = *problem.experiment;
+  const EffectInfo& info = get_effect(effect.id);
+  std::string text = get_place_text(e, effect) + ": " + info.phrase + ".";
+  for (size_t i = 0; i < effect.p.size(); ++i) {
+    if (info.parameters[i].nuisance) continue;
+    text += std::string(i == 0 ? " " : ", ") + info.parameters[i].name + " " + number(effect.p[i]) + " +- " +
+            number(2.0 * std[i], 2) +
+            (std::string(info.parameters[i].unit) == "1" ? "" : std::string(" ") + info.parameters[i].unit);
+  }
+  text += ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
+          " times the noise.";
+  for (const Trial& rival : outcome.rivals) {
+    if (rival.hypothesis.size() != outcome.chosen.hypothesis.size() || rival.rms < 1.05 * outcome.chosen.rms) continue;
+    text += " The next best explanation, " + get_label(e, rival.hypothesis) + ", leaves " + number(rival.rms, 3) + ".";
+    break;
+  }
+  return text;
+}
+
+// Effects of a drive that help to predict without being certain are part of the model, but no findings.
+bool is_finding(const Outcome& outcome, size_t i) { return i >= outcome.worth.size() || outcome.worth[i] > 0.0; }
+
+// What makes one of a drive's effects certain.
+std::string make_worth(const Outcome& outcome, size_t i) {
+  if (i >= outcome.worth.size()) return "";
+  return " Without it the joint's held-out error along the recorded motion is " + number(outcome.worth[i], 3) +
+         " times as large; its value agrees between recordings or halves and between slow and fast, loaded and "
+         "unloaded motion.";
+}
+
+Json make_findings(const Problem& problem, const Outcome& outcome) {
+  Json list = Json::array();
+  if (!outcome.explained && !outcome.partly) return list;
+  for (size_t i = 0; i < outcome.chosen.hypothesis.size(); ++i) {
+    if (!is_finding(outcome, i)) continue;
+    const Effect& effect = outcome.chosen.hypothesis[i];
+    const std::vector<double> std =
+        i < outcome.chosen.std.size() ? outcome.chosen.std[i] : std::vector<double>(effect.p.size(), 0.0);
+    list.push_back(
+        {{"effect", get_effect(effect.id).name},
+         {"where", make_where(*problem.experiment, effect)},
+         {"parameters", make_parameters(effect, std, true)},
+         {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
+         {"statement", make_statement(problem, outcome, effect, std) + make_worth(outcome, i)}});
+  }
+  return list;
+}
+
+Json make_fit(const Problem& problem, const Outcome& outcome, const Trial& after) {
+  const Experiment& e = *problem.experiment;
+  Json fit;
+  fit["train"] = {{"before", round_to(outcome.nominal.train.rms(), 5)}, {"after", round_to(after.train.rms(), 5)}};
+  fit["validate"] = {{"before", round_to(outcome.nominal.rms, 5)}, {"after", round_to(after.rms, 5)}};
+  Json& per_signal = fit["per_signal"] = Json::object();
+  const std::vector<int>& held_out = problem.validate.empty() ? problem.train : problem.validate;
+  for (size_t c = 0; c < problem.weights.size(); ++c) {
+    double sum = 0.0, square = 0.0, n = 0.0;
+    for (int r : held_out) {
+      for (double y : e.recordings[static_cast<size_t>(r)].joints[c / kQuantities].signal[c % kQuantities]) {
+        if (std::isfinite(y)) sum += y, square += y * y, n += 1.0;
+      }
+    }
+    if (n < 2.0) continue;
+    const double spread = std::sqrt(std::max(1e-30, square / n - sum * sum / n / n)) * problem.weights[c];
+    per_signal[signal_name(e, c)] = {{"before", round_to(signal_rms(outcome.nominal.validate, c) / spread, 4)},
+                                     {"after", round_to(signal_rms(after.validate, c) / spread, 4)}};
+  }
+  return fit;
+}
+
+// What predicts better without being known to be the cause.
+Json make_model_statement(const Outcome& outcome) {
+  return {
+      {"where", Json::object()},
+      {"depends_on", Json::array()},
+      {"statement", "A model of the drives with " + number(static_cast<double>(outcome.chosen.hypothesis.size())) +
+                        " effects, none of them certain (see not_identifiable), brings the held-out error from " +
+                        number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) + " times the noise."}};
+}
+
+Json make_unexplained(const Problem& problem, const Outcome& outcome) {
+  Json list = Json::array();
+  if (!outcome.mismatch || outcome.explained) return list;
+  const Experiment& e = *problem.experiment;
+  if (outcome.modelled && !outcome.partly) list.push_back(make_model_statement(outcome));
+  for (const Dependence& d : find_dependence(problem, outcome.partly ? outcome.chosen.hypothesis : Hypothesis{})) {
+    std::string words;
+    for (const std::string& word : d.depends_on) words += (words.empty() ? "" : ", ") + word;
+    list.push_back({{"where", {{"joint", e.robot.tree.joint(d.joint).name}}},
+                    {"depends_on", d.depends_on},
+                    {"statement",
+                     e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) +
+                         " N m (root mean square) are missing that no effect of the list explains; they follow " +
+                         (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."}});
+  }
+  return list;
+}
+
+Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
+  Json list = Json::array();
+  for (size_t i = 0; i < outcome.worth.size(); ++i) {
+    if (is_finding(outcome, i)) continue;
+    list.push_back({{"effect", get_effect(outcome.chosen.hypothesis[i].id).name},
+                    {"where", make_where(*problem.experiment, outcome.chosen.hypothesis[i])},
+                    {"why", "helps the prediction as part of the model, but is no finding: " + outcome.doubts[i]},
+                    {"motion_that_would_tell",
+                     "slow and fast sweeps of the joint over its whole range with stops in between, in postures of "
+                     "different load"}});
+  }
+  for (const Hypothesis& twin : outcome.twins) {
+    for (const Effect& effect : twin) {
+      const bool shared = std::any_of(outcome.chosen.hypothesis.begin(), outcome.chosen.hypothesis.end(),
+                                      [&](const Effect& o) { return o.id == effect.id && o.place == effect.place; });
+      if (shared) continue;
+      list.push_back({{"effect", get_effect(effect.id).name},
+                      {"where", make_where(*problem.experiment, effect)},
+                      {"why", "explains the held-out recordings about as well as what is reported"},
+                      {"motion_that_would_tell",
+                       "slow and fast sweeps of the joint over its whole range with stops in between, in postures of "
+                       "different load"}});
+    }
+  }
+  return list;
+}
+
+Json make_map(const Problem& problem, int r, const std::vector<double>& before, const std::vector<double>& after) {
+  const Recording& recording = problem.experiment->recordings[static_cast<size_t>(r)];
+  const double step = std::max(recording.duration() / 150.0, 2.0 * problem.experiment->sample_time);
+  const size_t width = problem.weights.size(), bins = static_cast<size_t>(recording.duration() / step) + 1;
+  Json rows = Json::array();
+  for (size_t c = 0; c < width; ++c) {
+    if (recording.joints[c / kQuantities].signal[c % kQuantities].empty()) continue;
+    std::vector<double> a(bins, 0.0), b(bins, 0.0), n(bins, 0.0);
+    for (size_t k = 0; k < recording.size(); ++k) {
+      const size_t bin = std::min(bins - 1, static_cast<size_t>((recording.time[k] - recording.time[0]) / step));
+      a[bin] += before[k * width + c] * before[k * width + c], b[bin] += after[k * width + c] * after[k * width + c],
+          n[bin] += 1.0;
+    }
+    Json ja = Json::array(), jb = Json::array();
+    for (size_t i = 0; i < bins; ++i) {
+      ja.push_back(round_to(std::sqrt(a[i] / std::max(1.0, n[i])), 3));
+      jb.push_back(round_to(std::sqrt(b[i] / std::max(1.0, n[i])), 3));
+    }
+    rows.push_back({{"signal", c}, {"before", ja}, {"after", jb}});
+  }
+  return {{"start", recording.time[0]}, {"step", step}, {"rows", rows}};
+}
+
+Json make_traces(const Problem& problem, int r, const Outcome& outcome, const std::vector<double>& before,
+                 const std::vector<double>& after) {
+  const Recording& recording = problem.experiment->recordings[static_cast<size_t>(r)];
+  const size_t width = problem.weights.size();
+  std::vector<std::pair<double, size_t>> order;
+  for (size_t c = 0; c < width; ++c) order.push_back({-signal_rms(outcome.nominal.validate, c), c});
+  std::sort(order.begin(), order.end());
+  Json traces = Json::array();
+  const size_t skip = recording.size() / 600 + 1;
+  for (size_t i = 0; i < std::min<size_t>(6, order.size()); ++i) {
+    const size_t c = order[i].second;
+    const auto& column = recording.joints[c / kQuantities].signal[c % kQuantities];
+    if (column.empty()) continue;
+    Json time = Json::array(), recorded = Json::array(), jb = Json::array(), ja = Json::array();
+    for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < recording.size(); k += skip) {
+      if (!std::isfinite(column[k])) continue;
+      time.push_back(round_to(recording.time[k], 6)), recorded.push_back(round_to(column[k], 6));
+      jb.push_back(round_to(column[k] - before[k * width + c] / problem.weights[c], 6));
+      ja.push_back(round_to(column[k] - after[k * width + c] / problem.weights[c], 6));
+    }
+    traces.push_back({{"signal", c}, {"time", time}, {"recorded", recorded}, {"before", jb}, {"after", ja}});
+  }
+  return traces;
+}
+
+Json make_rivals(const Problem& problem, const Outcome& outcome) {
+  Json list = Json::array();
+  for (const Trial& t : outcome.rivals) {
+    if (t.hypothesis.empty() || t.rms > 1e6) continue;
+    const bool chosen =
+        get_label(*problem.experiment, t.hypothesis) == get_label(*problem.experiment, outcome.chosen.hypothesis) &&
+        (outcome.explained || outcome.partly);
+    Json where =
+        t.hypothesis.size() == 1 ? make_where(*problem.experiment, t.hypothesis[0]) : Json{{"joint", "several"}};
+    const std::string name =
+        t.hypothesis.size() == 1 ? get_effect(t.hypothesis[0].id).name : get_label(*problem.experiment, t.hypothesis);
+    list.push_back(
+        {{"effect", name},
+         {"where", where},
+         {"probability", round_to(t.probability, 3)},
+         {"validate_score", round_to(t.rms, 4)},
+         {"complexity", t.hypothesis.size()},
+         {"chosen", chosen},
+         {"why", chosen ? "explains the recordings it was not fitted to best"
+                        : "leaves " + number(t.rms, 3) + " times the noise, " + number(t.worst, 3) + " in its worst " +
+                              (t.refined ? "signal" : "joint (along the recorded paths)")}});
+  }
+  return list;
+}
+
+Json make_series(const Problem& problem, const Outcome& outcome, const Trial& after) {
+  const Experiment& e = *problem.experiment;
+  const Problem start_nominal = start_as(problem, outcome.nominal), start_after = start_as(problem, after);
+  Json series{{"schema", 1}, {"experiment", e.robot.tree.name}, {"robot", e.robot.tree.name}};
+  Json signals = Json::array(), recordings = Json::array();
+  for (size_t c = 0; c < problem.weights.size(); ++c) {
+    const Noise& noise = e.joint_noise[c / kQuantities][c % kQuantities];
+    const bool turns = e.robot.tree.joint(static_cast<int>(c / kQuantities)).kind == JointKind::kRevolute;
+    const char* const units[2][3] = {{"m", "m/s", "N"}, {"rad", "rad/s", "N m"}};
+    signals.push_back({{"name", signal_name(e, c)},
+                       {"unit", units[turns][c % kQuantities]},
+                       {"noise", round_to(noise.sigma, 4)},
+                       {"noise_source", noise.stated ? "stated" : "estimated"}});
+  }
+  for (size_t r = 0; r < e.recordings.size(); ++r) {
+    std::vector<double> before, fitted;
+    const Recording& recording = e.recordings[r];
+    Json entry{{"file", recording.spec.name},
+               {"role", recording.spec.train ? "train" : "validate"},
+               {"start", recording.time.front()},
+               {"end", recording.time.back()}};
+    if (calc_residuals(start_nominal, outcome.nominal.full(), static_cast<int>(r), &before) &&
+        calc_residuals(start_after, after.full(), static_cast<int>(r), &fitted)) {
+      entry["map"] = make_map(problem, static_cast<int>(r), before, fitted);
+      entry["traces"] = make_traces(problem, static_cast<int>(r), outcome, before, fitted);
+    }
+    recordings.push_back(entry);
+  }
+  series["signals"] = signals, series["recordings"] = recordings;
+  series["rivals"] = make_rivals(problem, outcome);
+  series["notes"] = e.warnings;
+  return series;
+}
+
+}  // namespace
+
+Json make_parameters(const Effect& effect, const std::vector<double>& std, bool with_intervals) {
+  const EffectInfo& info = get_effect(effect.id);
+  Json parameters = Json::object();
+  std::map<std::string, std::vector<size_t>> vectors;
+  for (size_t i = 0; i < info.parameters.size(); ++i) {
+    const std::string name = info.parameters[i].name;
+    const bool axis =
+        name.size() > 2 && name[name.size() - 2] == '_' && std::string("xyz").find(name.back()) != std::string::npos;
+    if (axis) vectors[name.substr(0, name.size() - 2)].push_back(i);
+    if (axis || info.parameters[i].nuisance) continue;
+    const double value = effect.p[i], s = std[i];
+    if (!with_intervals)
+      parameters[name] = round_to(value, 8);
+    else
+      parameters[name] = {{"value", round_to(value, 8)},
+                          {"std", round_to(s, 4)},
+                          {"ci95", {round_to(value - 1.96 * s, 8), round_to(value + 1.96 * s, 8)}},
+                          {"unit", info.parameters[i].unit}};
+  }
+  for (const auto& item : vectors) {
+    Json value = Json::array(), spread = Json::array(), interval = Json::array();
+    for (size_t i : item.second) {
+      value.push_back(round_to(effect.p[i], 8)), spread.push_back(round_to(std[i], 4));
+      interval.push_back({round_to(effect.p[i] - 1.96 * std[i], 8), round_to(effect.p[i] + 1.96 * std[i], 8)});
+    }
+    if (with_intervals)
+      parameters[item.first] = {
+          {"value", value}, {"std", spread}, {"ci95", interval}, {"unit", info.parameters[item.second[0]].unit}};
+    else
+      parameters[item.first] = value;
+  }
+  return parameters;
+}
+
+Reports make_reports(const Problem& problem, const Outcome& outcome) {
+  const Trial& after = outcome.explained || outcome.partly || outcome.modelled ? outcome.chosen : outcome.nominal;
+  Reports reports;
+  Json& r = reports.report;
+  r["schema"] = 1;
+  r["verdict"] = !outcome.mismatch   ? "no_mismatch"
+                 : outcome.explained ? "explained"
+                 : outcome.partly    ? "partly_explained"
+                                     : "unexplained";
+  r["mismatch"] = make_mismatch(start_as(problem, outcome.nominal), outcome);
+  r["findings"] = make_findings(problem, outcome);
+  r["unexplained"] = make_unexplained(problem, outcome);
+  r["not_identifiable"] = make_not_identifiable(problem, outcome);
+  r["fit"] = make_fit(problem, outcome, after);
+  r["prediction"] = {
+      {"method",
+       problem.experiment->scenario.drive == "effort"
+           ? "simulation from the recorded efforts, drawn to the recorded motion at 8 rad/s"
+           : "simulation from the recording's commands over the whole recording but its first 0.6 s (a tenth of a "
+             "short one), which settle the state it starts from; while a drive is at its limit the simulated joint "
+             "is drawn to the recorded one at 8 rad/s"},
+      {"horizon",
+       problem.experiment->scenario.drive == "effort" ? 0.125 : problem.experiment->recordings[0].duration()}};
+  r["warnings"] = problem.experiment->warnings;
+  reports.series = make_series(problem, outcome, after);
+  reports.series["prediction"] = r["prediction"];
+  return reports;
+}
+
+Reports make_empty_reports(const Problem& problem, const std::string& reason) {
+  Reports reports;
+  Json& r = reports.report;
+  r["schema"] = 1, r["verdict"] = "unexplained";
+  r["mismatch"] = Json::array(), r["findings"] = Json::array();
+  const std::string statement = "The recordings could not be judged: " + reason + ".";
+  r["unexplained"] = {{{"where", Json::object()}, {"depends_on", Json::array()}, {"statement", statement}}};
+  r["not_identifiable"] = Json::array();
+  const Json nothing = {{"before", 0.0}, {"after", 0.0}};
+  r["fit"] = {{"train", nothing}, {"validate", nothing}, {"per_signal", Json::object()}};
+  r["prediction"] = {{"method", "none"}, {"horizon", 0.0}};
+  r["warnings"] = problem.experiment->warnings;
+  reports.series = {
+      {"schema", 1}, {"experiment", problem.experiment->robot.tree.name}, {"notes", problem.experiment->warnings}};
+  return reports;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From an outcome to report.json, series.json and the updated experiment.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "diagnosis/search/search.h"
+
+namespace hrp::diagnosis {
+
+using Json = nlohmann::ordered_json;
+
+struct Reports {
+  Json report, series;
+};
+
+namespace upright {
+// A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion
+// (upright_channels.h). False when the recordings lack what that needs.
+bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out);
+}  // namespace upright
+
+// The whole diagnosis, for every kind of base and drive.
+Reports diagnose(const Problem& problem, const Progress& progress);
+
+Reports make_reports(const Problem& problem, const Outcome& outcome);
+
+// For recordings that the tool cannot yet compute with: says so, names nothing.
+Reports make_empty_reports(const Problem& problem, const std::string& reason);
+
+// DIR/report.json, DIR/series.json, DIR/report.html, and DIR/updated/: scenario.yaml (the experiment with the findings
+// as `effects`, replaying a recording's commands), nominal.yaml (without them). Throws std::runtime_error naming what
+// failed.
+void write_reports(const Experiment& experiment, const std::string& folder, Reports reports);
+
+// Parameters of one effect as the schema has them: vectors gathered under one name, nuisances left out.
+Json make_parameters(const Effect& effect, const std::vector<double>& std, bool with_intervals);
+
+}  // namespace hrp::diagnosis

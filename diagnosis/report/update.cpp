@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The updated experiment: the same scenario with what was found, ready to be simulated.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "diagnosis/report/report.h"
+#include "diagnosis/page/page.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_text(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.flush();
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.10g", value);
+  return text;
+}
+
+// The experiment's text in parts: what stays as it is, what it has under `effects:`, and the top-level keys of both.
+struct ScenarioText {
+  std::string kept, effects;
+  std::set<std::string> keys;
+};
+
+// What is replaced: the robot (copied beside), the recordings, and what moved the robot.
+ScenarioText split(const std::string& text) {
+  static const std::set<std::string> dropped{"robot", "recordings", "controller", "steps", "interpolation", "logging"};
+  ScenarioText out;
+  std::istringstream in(text);
+  std::string line, key;
+  while (std::getline(in, line)) {
+    const bool top =
+        !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t' && line[0] != '\r';
+    if (top) key = line.substr(0, line.find(':'));
+    if (dropped.count(key) > 0) continue;
+    if (!key.empty()) out.keys.insert(key);
+    if (key != "effects")
+      out.kept += line + "\n";
+    else if (!top)
+      out.effects += line + "\n";
+  }
+  return out;
+}
+
+// How a sole gives in height a standing robot hardly shows, and the simulator needs a number: 3e5 N/m, and critical
+// damping of 2 kg, a tenth of what a foot of a small robot carries.
+void add_sole_height(Json* parameters) {
+  if (!parameters->contains("kz")) (*parameters)["kz"] = 3e5;
+  if (!parameters->contains("cz")) (*parameters)["cz"] = 2 * std::sqrt((*parameters)["kz"].get<double>() * 2.0);
+}
+
+// A finding without its intervals, as an element of `effects`. JSON is YAML, too, and quotes every name. What cannot
+// be, such as a negative damping that noise left over, is cut to 0.
+std::string make_effect_line(const nlohmann::json& finding) {
+  Json parameters = Json::object();
+  for (const auto& [name, p] : finding.at("parameters").items()) {
+    Json value = p.is_object() && p.contains("value") ? p.at("value") : p;
+    const bool coefficient = name[0] == 'k' || name[0] == 'c' || name == "damping" || name == "viscous";
+    if (coefficient && value.is_number() && finding.at("where").contains("foot"))
+      value = std::max(0.0, value.get<double>());
+    parameters[name] = value;
+  }
+  if (finding.at("where").contains("foot")) add_sole_height(&parameters);
+  return "  - " +
+         Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump() +
+         "\n";
+}
+
+// Every finding that the simulator has a law for; the others as comments that say why not.
+std::string make_effects(const std::string& scenario, const std::string& before, const nlohmann::json& findings,
+                         const std::string& path) {
+  std::string effects = before, notes;
+  for (const nlohmann::json& finding : findings) {
+    const std::string line = make_effect_line(finding);
+    try {
+      parse_scenario(scenario + "effects:\n" + line, path);
+      effects += line;
+    } catch (const InputError& error) {
+      std::string why = error.what();
+      std::replace(why.begin(), why.end(), '\n', ' ');
+      notes += "# not simulated: " + finding.at("effect").get<std::string>() + " (" + why + "); see report.json\n";
+    }
+  }
+  return (effects.empty() ? "" : "effects:\n" + effects) + notes;
+}
+
+// Control period of the replay [s]: whole tenths of a millisecond.
+double find_period(const Experiment& e) { return 1e-4 * std::max(1.0, std::round(1e4 * e.sample_time)); }
+
+// The motion that is replayed: commands where they were recorded, else positions; empty when there is neither.
+// A controller answers a sample with what is reached one period later, so frames stand that much ahead.
+std::string make_motion(const Experiment& e, const Recording& recording) {
+  std::string text = "time";
+  std::vector<const std::vector<double>*> columns;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const JointColumns& joint = recording.joints[static_cast<size_t>(j)];
+    const std::vector<double>& column = joint.command.empty() ? joint.signal[0] : joint.command;
+    if (column.empty()) continue;
+    text += "," + e.robot.tree.joint(j).name;
+    columns.push_back(&column);
+  }
+  if (columns.empty()) return "";
+  const double begin = recording.time[0] + find_period(e);
+  for (size_t k = 0; k < recording.size(); ++k) {
+    if (recording.time[k] < begin - 1e-9) continue;
+    std::string line = "\n" + number(std::max(0.0, recording.time[k] - begin));
+    bool complete = true;
+    for (const auto* column : columns) {
+      complete = complete && std::isfinite((*column)[k]);
+      line += "," + number((*column)[k]);
+    }
+    if (complete) text += line;
+  }
+  return text + "\n";
+}
+
+// Steps of at most one millisecond, of which the period has to be a multiple.
+std::string make_steps(const Experiment& e, const Recording& recording) {
+  const double period = find_period(e);
+  const double step = period / std::ceil(period / 1e-3 - 1e-9);
+  return "steps: {time_step: " + number(step) + ", control_period: " + number(period) +
+         ", duration: " + number(period * std::floor(recording.duration() / period)) + "}\ninterpolation: hermite\n";
+}
+
+// A recording that nothing was fitted to, where there is one.
+const Recording& find_replayed(const Experiment& e) {
+  for (const Recording& r : e.recordings) {
+    if (!r.spec.train) return r;
+  }
+  return e.recordings.front();
+}
+
+std::string write_updated(const Experiment& e, const nlohmann::json& report, const fs::path& folder) {
+  fs::create_directories(folder);
+  write_text(folder / "robot.urdf", e.robot.urdf);
+  const Recording* replayed = &find_replayed(e);
+  const ScenarioText parts = split(e.scenario.text);
+  std::string text = "# The experiment's scenario with what was found; replays " + replayed->spec.name +
+                     ".\nrobot: robot.urdf\n" + parts.kept;
+  const std::string motion = make_motion(e, *replayed);
+  if (!motion.empty()) {
+    write_text(folder / "motion.csv", motion);
+    text += "controller: {motion: motion.csv}\n";
+  }
+  text += make_steps(e, *replayed);
+  // Light soles below a bush chatter on a hard floor without a margin (docs/scenario.md).
+  if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) text += "contact: {margin: 0.001}\n";
+  write_text(folder / "nominal.yaml", text + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
+  const fs::path path = folder / "scenario.yaml";
+  text += make_effects(text, parts.effects, report.at("findings"), path.string());
+  write_text(path, text);
+  return text;
+}
+
+}  // namespace
+
+void write_reports(const Experiment& e, const std::string& folder, Reports reports) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
+  const nlohmann::json report = nlohmann::json::parse(reports.report.dump());
+  const std::string text = write_updated(e, report, fs::path(folder) / "updated");
+  reports.series["updated"] = {
+      {"folder", "updated"},
+      {"scenario", "updated/scenario.yaml"},
+      {"text", text},
+      {"replays", find_replayed(e).spec.file},
+      {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
+  write_text(fs::path(folder) / "report.json", reports.report.dump(1) + "\n");
+  write_text(fs::path(folder) / "series.json", reports.series.dump() + "\n");
+  write_html_report(report, nlohmann::json::parse(reports.series.dump()), (fs::path(folder) / "report.html").string());
+}
+
+}  // namespace hrp::diagnosis

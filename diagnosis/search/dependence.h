@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the effort that is missing at a joint depends on, when no known effect explains it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/search/fit.h"
+
+namespace hrp::diagnosis {
+
+struct Dependence {
+  int joint = 0;
+  double effort = 0.0;                      // [N m] root mean square of what is missing
+  std::vector<std::string> depends_on;      // of position, velocity, direction, load, time, history; strongest first
+};
+
+// Joints whose missing effort stands out, strongest first, at most three. Each quantity is tried as a free function
+// (means over quantiles) that is learnt on the training recordings and judged on the others.
+std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base);
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/explore.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "diagnosis/simulation/presliding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+bool moves_link(const Effect& effect) { return effect.id == EffectId::kElasticity || effect.id == EffectId::kBacklash; }
+
+double sum(const std::vector<double>& values) {
+  double total = 0.0;
+  for (double v : values) total += v;
+  return total;
+}
+
+std::vector<std::pair<int, int>> make_set(const Hypothesis& hypothesis) {
+  std::vector<std::pair<int, int>> set;
+  for (const Effect& effect : hypothesis) set.push_back({static_cast<int>(effect.id), effect.place});
+  std::sort(set.begin(), set.end());
+  return set;
+}
+
+bool contains(const Hypothesis& hypothesis, const Effect& effect) {
+  return std::any_of(hypothesis.begin(), hypothesis.end(),
+                     [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
+}
+
+// Pairs that are special cases of each other at one joint say nothing together.
+bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
+  const auto dry = [](EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; };
+  for (const Effect& e : hypothesis) {
+    if (get_effect(e.id).place != PlaceKind::kJoint || get_effect(added.id).place != PlaceKind::kJoint ||
+        e.place != added.place)
+      continue;
+    if (dry(e.id) && dry(added.id)) return true;
+    if (moves_link(e) && moves_link(added)) return true;
+    const bool viscous_twice = (e.id == EffectId::kStribeck && added.id == EffectId::kViscous) ||
+                               (added.id == EffectId::kStribeck && e.id == EffectId::kViscous);
+    const bool rotor_twice = (moves_link(e) && added.id == EffectId::kRotorInertia) ||
+                             (moves_link(added) && e.id == EffectId::kRotorInertia);
+    if (viscous_twice || rotor_twice) return true;
+  }
+  return false;
+}
+
+// Start values that a regression cannot give, because readings are no smooth function of them.
+std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo& info) {
+  const std::string name = info.name;
+  if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
+  if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
+  if (name == "yield_angle") return {0.3 * effect.p[1], effect.p[1], 3.0 * effect.p[1]};
+  if (effect.id == EffectId::kDelay)
+    return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};  // [s] of buses and of queues
+  if (name == "time_constant")
+    return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};  // [s] of current loops and of gears
+  const bool gap = effect.id == EffectId::kBacklash;
+  if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 2.0 * effect.p[0]};
+  if (gap && name == "stiffness") return {1e3, 1e4};  // stiff beyond the gap, but no stiffer than steps can follow
+  if (gap && name == "rotor_inertia") return {0.2 * effect.p[3], effect.p[3], 3.0 * effect.p[3]};
+  if (effect.id == EffectId::kElasticity && name == "stiffness")
+    return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
+  if (effect.id == EffectId::kElasticity && name == "rotor_inertia")
+    return {0.2 * effect.p[2], effect.p[2], 3.0 * effect.p[2]};
+  return {};
+}
+
+// How many effects are looked at in each joint beside those that promise most: the joint that is missed most and the
+// one after it. A second cause elsewhere is hidden by what the first one's details leave.
+std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
+  std::vector<size_t> order(chi2.size()), most(chi2.size(), 0);
+  for (size_t j = 0; j < order.size(); ++j) order[j] = j;
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return chi2[a] > chi2[b]; });
+  if (!order.empty()) most[order[0]] = 12;
+  if (order.size() > 1) most[order[1]] = 4;
+  return most;
+}
+
+constexpr double kRateShare = 0.1;  // of what is left of a velocity: less is not worth a fit
+
+// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
+// may point the wrong way. The joint that is missed most gets those of one positive parameter in any case.
+void add_unseen(const Lead& lead, std::vector<Effect>* list) {
+  const int worst = static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
+  for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
+    const Effect effect{id, worst, {get_effect(id).parameters[0].step}};
+    if (!contains(lead.hypothesis, effect) && !contains(*list, effect) && !is_redundant(lead.hypothesis, effect))
+      list->push_back(effect);
+  }
+}
+
+// Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
+// what is left of the reading itself is regressed on 1, the velocity and its rate of change.
+void add_rate_faults(Problem problem, const Lead& lead, std::vector<Effect>* list) {
+  const Experiment& e = *problem.experiment;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const size_t joint = static_cast<size_t>(j);
+    const double sigma = e.joint_noise[joint][1].sigma;
+    double chi2 = 0.0, gram[3] = {0.0, 0.0, 0.0}, projection[3] = {0.0, 0.0, 0.0};
+    problem.view = {true, lead.paths.get(), j};
+    for (int r : problem.train) {
+      const Recording& data = e.recordings[static_cast<size_t>(r)];
+      const std::vector<double>& reading = data.joints[joint].signal[1];
+      std::vector<double> residuals;
+      if (reading.empty() || !calc_residuals(problem, lead.hypothesis, r, &residuals)) continue;
+      const SmoothJoint& smooth = problem.smooth[static_cast<size_t>(r)].joints[joint];
+      for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < data.size(); ++k) {
+        if (!std::isfinite(reading[k])) continue;
+        const double left = residuals[k * kQuantities + 1] * sigma;
+        const double columns[3] = {1.0, reading[k] - left, -smooth.qdd[k]};
+        chi2 += left * left;
+        for (int i = 0; i < 3; ++i) gram[i] += columns[i] * columns[i], projection[i] += columns[i] * left;
+      }
+    }
+    const Effect faults[3] = {
+        {EffectId::kSensorBias, j * kQuantities + 1, {projection[0] / std::max(1e-12, gram[0])}},
+        {EffectId::kSensorScale, j * kQuantities + 1, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
+        {EffectId::kSensorDelay, j * kQuantities + 1, {projection[2] / std::max(1e-12, gram[2])}}};
+    for (int i = 0; i < 3; ++i) {
+      const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
+      const bool possible = i != 2 || projection[i] > 0.0;
+      if (helps && possible && !contains(lead.hypothesis, faults[i]) && !contains(*list, faults[i]))
+        list->push_back(faults[i]);
+    }
+  }
+}
+
+constexpr size_t kKept = 12;  // leads of one size that are looked at further
+
+FitOptions quick_options() {
+  FitOptions options;
+  options.max_iterations = 8;
+  options.tolerance = 2e-3;
+  return options;
+}
+
+}  // namespace
+
+int find_joint(const Effect& effect) {
+  switch (get_effect(effect.id).place) {
+    case PlaceKind::kJoint:
+      return effect.id == EffectId::kJointOffset ? -1 : effect.place;
+    case PlaceKind::kJointSensor:
+      return effect.place / kQuantities;
+    default:
+      return -1;
+  }
+}
+
+Explorer::Explorer(const Problem& problem) : held_(problem.validate) {
+  Problem worker = problem;
+  worker.options.max_step = 2.0 * problem.options.max_step;
+  worker.jobs = 1;
+  worker.view.along = true;
+  workers_.assign(static_cast<size_t>(std::max(1, problem.jobs)), worker);
+  nominal_.paths = std::make_shared<const Paths>(worker.nominal_paths);
+  kept_.push_back(nominal_.paths);
+  measure(workers_[0], &nominal_);
+}
+
+// Fills train, held and cost of a lead from its hypothesis and paths.
+void Explorer::measure(Problem& p, Lead* lead) const {
+  p.view = {true, lead->paths.get(), -1};
+  const size_t n = static_cast<size_t>(p.experiment->num_joints());
+  for (bool train : {true, false}) {
+    std::vector<double>& chi2 = train ? lead->train : lead->held;
+    chi2.assign(n, 0.0);
+    const Score score = calc_score(p, lead->hypothesis, train ? p.train : held_);
+    if (train || !held_.empty()) {
+      for (size_t c = 0; c < score.signal_chi2.size(); ++c)
+        chi2[c / kQuantities] += score.ok ? score.signal_chi2[c] : 1e200;
+    }
+  }
+  lead->cost = sum(lead->train) + sum(lead->held);
+}
+
+std::vector<Effect> Explorer::list_starts(const Lead& lead, size_t count) const {
+  const Screening screening = screen(workers_[0], lead.hypothesis, lead.paths.get());
+  std::vector<Effect> list;
+  std::vector<size_t> there(lead.train.size(), 0);  // candidates by joint
+  const std::vector<size_t> most = allow_by_joint(lead.train);
+  for (const Candidate& c : screening.candidates) {
+    if (contains(lead.hypothesis, c.start) || is_redundant(lead.hypothesis, c.start)) continue;
+    const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
+    const int joint = c.start.id == EffectId::kJointOffset ? c.start.place : find_joint(c.start);
+    const size_t j = static_cast<size_t>(std::max(0, joint));
+    // Offsets of encoders look like masses of links nearby; few enough to try all once.
+    const bool offset = c.start.id == EffectId::kJointOffset && lead.hypothesis.empty();
+    const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
+    if (!high && !here) continue;
+    there[j] += joint >= 0 ? 1 : 0;
+    list.push_back(c.start);
+  }
+  if (!lead.hypothesis.empty()) add_unseen(lead, &list);
+  add_rate_faults(workers_[0], lead, &list);
+  return list;
+}
+
+// The best of a few values of every parameter that has alternatives (or of those only that no fit moves), of all
+// combinations.
+void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const {
+  Effect& effect = (*hypothesis)[at];
+  const EffectInfo& info = get_effect(effect.id);
+  std::vector<Effect> options{effect};
+  for (size_t i = 0; i < info.parameters.size(); ++i) {
+    const std::vector<double> values = list_alternatives(effect, info.parameters[i]);
+    if (values.empty() || (scanned_only && !info.parameters[i].scanned)) continue;
+    std::vector<Effect> more;
+    for (const Effect& option : options) {
+      for (double value : values) {
+        more.push_back(option);
+        more.back().p[i] = value;
+      }
+    }
+    options = std::move(more);
+  }
+  if (options.size() < 2) return;
+  double lowest = 1e300;
+  Effect best = effect;
+  for (const Effect& option : options) {
+    effect = option;
+    const Score score = calc_score(problem, *hypothesis, {problem.train[0]});
+    if (score.ok && score.chi2 < lowest) lowest = score.chi2, best = option;
+  }
+  effect = best;
+}
+
+// `start` and the effects of the parent at its joint, fitted together; the rest of the parent frozen.
+Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect& start) const {
+  const int joint = find_joint(start);
+  p.view = {true, parent.paths.get(), joint};
+  FitOptions options = quick_options();
+  Hypothesis all;
+  for (const Effect& effect : parent.hypothesis) {
+    const bool here = find_joint(effect) == joint;
+    all.push_back(effect);
+    options.frozen.push_back(!here);
+  }
+  all.push_back(start);
+  choose_start(p, &all, all.size() - 1, false);
+  FitResult result = fit(p, all, p.train, options);
+  if (result.ok) {
+    Hypothesis again = result.hypothesis;
+    choose_start(p, &again, again.size() - 1, true);
+    if (again.back().p != result.hypothesis.back().p) result = fit(p, again, p.train, options);
+  }
+  Local local;
+  if (!result.ok) return local;
+  for (const Effect& effect : result.hypothesis) {
+    if (find_joint(effect) == joint) local.effects.push_back(effect);
+  }
+  local.train = result.train.chi2;
+  const Score held = calc_score(p, result.hypothesis, held_);
+  local.held = held.ok ? held.chi2 : 1e200;
+  return local;
+}
+
+Lead Explorer::add_local(const Lead& parent, const Effect& start, const Local& local) const {
+  Lead lead = parent;
+  const int joint = find_joint(start);
+  lead.hypothesis.clear();
+  for (const Effect& effect : parent.hypothesis) {
+    if (find_joint(effect) != joint) lead.hypothesis.push_back(effect);
+  }
+  lead.hypothesis.insert(lead.hypothesis.end(), local.effects.begin(), local.effects.end());
+  lead.train[static_cast<size_t>(joint)] = local.train;
+  lead.held[static_cast<size_t>(joint)] = held_.empty() ? 0.0 : local.held;
+  lead.cost = sum(lead.train) + sum(lead.held);
+  return lead;
+}
+
+Lead Explorer::add_shared(Problem& p, const Lead& parent, const Effect& start) const {
+  Lead lead = parent;
+  lead.cost = 1e300;
+  FitOptions options = quick_options();
+  options.max_iterations = 5;
+  const bool same_paths = start.id == EffectId::kClockSkew;
+  p.view = {true, same_paths ? parent.paths.get() : nullptr, -1};
+  for (const Effect& effect : parent.hypothesis) options.frozen.push_back(find_joint(effect) >= 0);
+  lead.hypothesis.push_back(start);
+  const FitResult result = fit(p, lead.hypothesis, p.train, options);
+  if (!result.ok) return lead;
+  lead.hypothesis = result.hypothesis;
+  if (!same_paths) lead.paths = std::make_shared<const Paths>(make_paths(p, lead.hypothesis));
+  measure(p, &lead);
+  return lead;
+}
+
+Explorer::LocalKey Explorer::make_key(const Lead& parent, const Effect& start) const {
+  const int joint = find_joint(start);
+  std::vector<int> ids{static_cast<int>(start.id) * 1000 + start.place % kQuantities};
+  for (const Effect& effect : parent.hypothesis) {
+    if (find_joint(effect) == joint) ids.push_back(static_cast<int>(effect.id) * 1000 + effect.place % kQuantities);
+    if (effect.id == EffectId::kClockSkew) ids.push_back(static_cast<int>(effect.p[0] * 1e9) + 1000000);
+  }
+  std::sort(ids.begin(), ids.end());
+  return {{parent.paths.get(), joint}, ids};
+}
+
+std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidates) {
+  std::vector<std::vector<Effect>> starts(from.size());
+  parallel_for(static_cast<int>(workers_.size()), static_cast<int>(from.size()), [&](int i, int) {
+    starts[static_cast<size_t>(i)] = list_starts(from[static_cast<size_t>(i)], candidates);
+  });
+  std::vector<Task> tasks;
+  std::set<std::vector<std::pair<int, int>>> seen;
+  std::vector<size_t> fresh;  // tasks that need a fit: shared ones, and local ones not known yet
+  std::set<LocalKey> planned;
+  for (size_t i = 0; i < from.size(); ++i) {
+    for (const Effect& start : starts[i]) {
+      Hypothesis together = from[i].hypothesis;
+      together.push_back(start);
+      if (!seen.insert(make_set(together)).second) continue;
+      tasks.push_back({i, start});
+      const bool local = find_joint(start) >= 0;
+      if (!local || (!locals_.count(make_key(from[i], start)) && planned.insert(make_key(from[i], start)).second))
+        fresh.push_back(tasks.size() - 1);
+    }
+  }
+  std::vector<Lead> leads(tasks.size());
+  std::vector<Local> fits(tasks.size());
+  parallel_for(static_cast<int>(workers_.size()), static_cast<int>(fresh.size()), [&](int i, int worker) {
+    const size_t t = fresh[static_cast<size_t>(i)];
+    Problem& problem = workers_[static_cast<size_t>(worker)];
+    if (find_joint(tasks[t].start) >= 0)
+      fits[t] = fit_local(problem, from[tasks[t].parent], tasks[t].start);
+    else
+      leads[t] = add_shared(problem, from[tasks[t].parent], tasks[t].start);
+  });
+  for (size_t t : fresh) {
+    if (find_joint(tasks[t].start) >= 0) locals_[make_key(from[tasks[t].parent], tasks[t].start)] = fits[t];
+  }
+  std::vector<size_t> moved;
+  for (size_t t = 0; t < tasks.size(); ++t) {
+    const Lead& parent = from[tasks[t].parent];
+    if (find_joint(tasks[t].start) < 0) continue;
+    leads[t] = add_local(parent, tasks[t].start, locals_[make_key(parent, tasks[t].start)]);
+    if (moves_link(tasks[t].start) && leads[t].cost < 0.9 * parent.cost) moved.push_back(t);
+  }
+  parallel_for(static_cast<int>(workers_.size()), static_cast<int>(moved.size()), [&](int i, int worker) {
+    Lead& lead = leads[moved[static_cast<size_t>(i)]];
+    lead.paths = std::make_shared<const Paths>(make_paths(workers_[static_cast<size_t>(worker)], lead.hypothesis));
+    measure(workers_[static_cast<size_t>(worker)], &lead);
+  });
+  std::stable_sort(leads.begin(), leads.end(), [](const Lead& a, const Lead& b) { return a.cost < b.cost; });
+  if (leads.size() > kKept) leads.resize(kKept);
+  forget(from, leads);
+  return leads;
+}
+
+// Keeps the fits along paths that are still in use: a freed path's address may come again.
+void Explorer::forget(const std::vector<Lead>& from, const std::vector<Lead>& leads) {
+  kept_ = {nominal_.paths};
+  for (const auto* list : {&from, &leads}) {
+    for (const Lead& lead : *list) kept_.push_back(lead.paths);
+  }
+  for (auto it = locals_.begin(); it != locals_.end();) {
+    const Paths* paths = it->first.first.first;
+    const bool alive = std::any_of(kept_.begin(), kept_.end(), [&](const auto& p) { return p.get() == paths; });
+    it = alive ? std::next(it) : locals_.erase(it);
+  }
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The wide search: sets of effects, grown one effect at a time, compared along the recorded paths (bodies.h). There a
+// joint's readings depend on the effects at that joint only, and on those that all joints feel (masses, forces, encoder
+// offsets, links moved by elastic transmissions); so most fits are of one joint, and are shared by all sets alike
+// there.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+
+#include "diagnosis/search/screen.h"
+
+namespace hrp::diagnosis {
+
+// A set of effects fitted along the paths.
+struct Lead {
+  Hypothesis hypothesis;
+  std::vector<double> train, held;     // chi2 by joint, of recordings fitted to and of the others
+  std::shared_ptr<const Paths> paths;  // under this hypothesis
+  double cost = 0.0;                   // sum of all chi2
+};
+
+class Explorer {
+ public:
+  // Needs the problem's nominal paths.
+  explicit Explorer(const Problem& problem);
+
+  // The empty set.
+  const Lead& nominal() const { return nominal_; }
+
+  // The best sets that have one effect more than one of `from`, best first, none twice.
+  std::vector<Lead> grow(const std::vector<Lead>& from, size_t candidates);
+
+ private:
+  struct Local {
+    Hypothesis effects;  // at one joint
+    double train = 1e300, held = 1e300;
+  };
+  struct Task {
+    size_t parent;
+    Effect start;
+  };
+  using LocalKey = std::pair<std::pair<const Paths*, int>, std::vector<int>>;
+
+  std::vector<Effect> list_starts(const Lead& lead, size_t count) const;
+  Local fit_local(Problem& p, const Lead& parent, const Effect& start) const;
+  Lead add_local(const Lead& parent, const Effect& start, const Local& local) const;
+  Lead add_shared(Problem& p, const Lead& parent, const Effect& start) const;
+  void measure(Problem& p, Lead* lead) const;
+  void choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const;
+  void forget(const std::vector<Lead>& from, const std::vector<Lead>& leads);
+  LocalKey make_key(const Lead& parent, const Effect& start) const;
+
+  std::vector<Problem> workers_;  // one a thread; coarser steps than the final fits
+  std::vector<int> held_;
+  Lead nominal_;
+  std::map<LocalKey, Local> locals_;
+  std::vector<std::shared_ptr<const Paths>> kept_;  // paths are keys: they must not move
+};
+
+// The joint whose readings alone an effect changes along the paths, or -1 when all joints feel it.
+int find_joint(const Effect& effect);
+
+}  // namespace hrp::diagnosis

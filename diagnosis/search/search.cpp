@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "diagnosis/drive/search.h"
+#include "diagnosis/search/explore.h"
+#include "diagnosis/simulation/presliding.h"
+#include "diagnosis/simulation/start_state.h"
+#include "diagnosis/simulation/step_error.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0) {
+  char text[120];
+  std::snprintf(text, sizeof text, pattern, a, b, c);
+  return text;
+}
+
+using Key = std::vector<std::pair<int, int>>;
+
+Key make_key(const Hypothesis& hypothesis) {
+  Key key;
+  for (const Effect& effect : hypothesis) key.push_back({static_cast<int>(effect.id), effect.place});
+  std::sort(key.begin(), key.end());
+  return key;
+}
+
+constexpr size_t kLargestSet = 3;
+constexpr size_t kBeam = 4;         // sets that are grown further
+constexpr size_t kCandidates = 10;  // effects that may be added to each
+constexpr size_t kSimulated = 3;    // sets of each size that are fitted through the simulation
+constexpr double kAlike = 1.5;      // in cost
+constexpr double kDrivesWorse = 1.2;
+constexpr double kClearlyWorse = 4.0;   // in cost: twice the error
+constexpr double kLeastSpread = 1e-3;   // of a value
+constexpr double kRough = 20.0;         // noise deviations that steps are never to blame for
+constexpr int kFiner = 4, kFinest = 8;  // steps for one
+constexpr int kRounds = 2;              // of start states and parameters
+constexpr double kLeastDrop = 0.7;      // of what is left, or adding effects is given up
+
+class Search {
+ public:
+  Search(const Problem& problem, const Progress& progress)
+      : problem_(problem),
+        e_(*problem.experiment),
+        progress_(progress),
+        held_out_(problem.validate.empty() ? problem.train : problem.validate) {
+    for (size_t r = 0; r < e_.recordings.size(); ++r) all_.push_back(static_cast<int>(r));
+  }
+
+  Outcome run() {
+    Outcome outcome;
+    outcome.nominal = judge({}, refine({}));
+    say("nominal", outcome.nominal);
+    nominal_ = outcome.nominal;
+    if (is_noise(outcome.nominal)) {
+      outcome.chosen = outcome.nominal;
+      outcome.rivals = {outcome.nominal};
+      return outcome;
+    }
+    outcome.mismatch = true;
+    trials_[{}] = outcome.nominal;
+    best_chi2_ = outcome.nominal.train.chi2;
+    look_wide();
+    decide(&outcome);
+    if (!outcome.explained && find_drives(&outcome)) return outcome;
+    finish(&outcome.chosen);
+    drop_insignificant(&outcome);
+    outcome.explained = is_explained(outcome.chosen);
+    widen(&outcome.chosen);
+    normalise(&outcome.chosen.hypothesis);
+    return outcome;
+  }
+
+ private:
+  void say(const std::string& what, const Trial& t) const {
+    progress_(what + ": train " + format("%.4g, held out %.4g, worst signal %.4g", t.train.rms(), t.rms, t.worst));
+  }
+
+  bool is_noise(const Trial& t) const { return t.rms < 1.2 && t.worst < 1.7 && t.train.rms() < 1.4; }
+
+  // What is left is noise, or so small a share of what there was that the law itself can only be a matter of detail.
+  bool is_explained(const Trial& t) const {
+    if (t.hypothesis.empty()) return false;
+    if (is_noise(t)) return true;
+    const double before = nominal_.rms * nominal_.rms - 1.0, after = t.rms * t.rms - 1.0;
+    return (t.rms < 2.0 && after < 1e-3 * before) || (t.rms < 1.2 && after < 3e-3 * before);
+  }
+
+  FitResult refine(const Hypothesis& hypothesis) {
+    Hypothesis start = hypothesis;
+    start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
+    FitOptions options;
+    options.max_iterations = 15;
+    options.abandon_above = 25.0 * best_chi2_;
+    problem_.starts = estimate_starts(problem_, start, all_);
+    problem_.step_errors.clear();
+    const FitResult rough = fit(problem_, start, problem_.train, options);
+    if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
+    problem_.step_errors = estimate_step_errors(problem_, rough.hypothesis, all_, kFiner);
+    const FitResult fine = fit(problem_, rough.hypothesis, problem_.train, options);
+    return fine.ok ? fine : rough;
+  }
+
+  Trial judge(const Hypothesis& hypothesis, const FitResult& result) const {
+    Trial trial;
+    trial.hypothesis = hypothesis;
+    if (!result.ok) return trial;
+    trial.hypothesis = result.hypothesis;
+    if (!trial.hypothesis.empty() && trial.hypothesis.back().id == EffectId::kTiming) {
+      trial.timing = trial.hypothesis.back();
+      trial.hypothesis.pop_back();
+      trial.refined = true;
+    }
+    trial.train = result.train;
+    trial.starts = problem_.starts, trial.step_errors = problem_.step_errors;
+    trial.validate = calc_score(problem_, trial.full(), held_out_);
+    if (!trial.validate.ok) return trial;
+    trial.rms = trial.validate.rms();
+    trial.worst = 0.0;
+    for (size_t c = 0; c < trial.validate.signal_chi2.size(); ++c) {
+      if (trial.validate.signal_count[c] > 0.0) {
+        trial.worst = std::max(trial.worst, std::sqrt(trial.validate.signal_chi2[c] / trial.validate.signal_count[c]));
+      }
+    }
+    return trial;
+  }
+
+  // Drives of real robots; nothing is named when a few effects of the list left much less, though not noise only.
+  bool find_drives(Outcome* outcome) {
+    Outcome drives = *outcome;
+    const double least = best_refined().rms;
+    if (!search_drives(prepared_, progress_, &drives)) return false;
+    // With nothing certain in it, it is shown for its prediction alone.
+    if (drives.chosen.rms <= (drives.partly ? kDrivesWorse : 1.0) * least) {
+      *outcome = drives;
+      return true;
+    }
+    // Shown, not named: nothing in it was checked for being the same everywhere.
+    const std::string doubt = "part of the set that predicts best, which leaves more than noise";
+    outcome->chosen = best_refined();
+    outcome->modelled = true;
+    outcome->worth.assign(outcome->chosen.hypothesis.size(), 0.0);
+    outcome->doubts.assign(outcome->chosen.hypothesis.size(), doubt);
+    return true;
+  }
+
+  // Sets of one, two, three effects along the recorded paths; the best of each size go through the simulation.
+  void look_wide() {
+    prepared_ = problem_;
+    prepare_paths(&prepared_);
+    Explorer explorer(prepared_);
+    std::vector<Lead> beam{explorer.nominal()};
+    progress_("along the recorded paths: " + format("nominal %.4g", scale(explorer.nominal().cost)));
+    for (size_t size = 1; size <= kLargestSet; ++size) {
+      const double before = beam.front().cost;
+      beam = explorer.grow(beam, kCandidates);
+      if (beam.empty()) break;
+      progress_(format("%.0f effects", static_cast<double>(size)));
+      for (const Lead& lead : beam)
+        progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
+      simulate_best(beam);
+      for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
+      if (is_explained(best_refined())) break;
+      if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
+      if (beam.size() > kBeam) beam.resize(kBeam);
+    }
+  }
+
+  // Fits the first of the sets through the simulation. Once one leaves noise only, no set that has more parameters or
+  // did clearly worse along the paths can take its place.
+  void simulate_best(std::vector<Lead> beam) {
+    // Of those that do about as well along the paths, the simple ones first: a richer one may only contain them.
+    const double alike = kAlike * beam.front().cost;
+    const auto rich = std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost > alike; });
+    const double best_cost = beam.front().cost;
+    std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) {
+      return count_parameters(a.hypothesis) < count_parameters(b.hypothesis);
+    });
+    for (size_t i = 0; i < beam.size(); ++i) {
+      const Trial best = best_refined();
+      const bool done = !best.hypothesis.empty() && is_noise(best);
+      if (!done && i >= kSimulated) break;  // a simpler one may explain as much as one that leaves noise only
+      if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
+      if (done && count_parameters(beam[i].hypothesis) >= count_parameters(best.hypothesis)) continue;
+      try_fit(beam[i].hypothesis);
+    }
+  }
+
+  // For the list of rivals: what a set leaves of the held-out recordings along the recorded paths.
+  Trial make_trial(const Lead& lead) const {
+    Trial trial;
+    trial.hypothesis = lead.hypothesis;
+    double held = 0.0, worst = 0.0;
+    for (double chi2 : lead.held) held += chi2, worst = std::max(worst, chi2);
+    const double count = std::max(1.0, nominal_.validate.count);
+    trial.rms = std::sqrt(held / count);
+    trial.worst = std::sqrt(worst / count * static_cast<double>(lead.held.size()));
+    return trial;
+  }
+
+  // In units of noise, as rms.
+  double scale(double cost) const {
+    return std::sqrt(cost / std::max(1.0, nominal_.train.count + nominal_.validate.count));
+  }
+
+  void try_fit(const Hypothesis& start) {
+    Trial trial = judge(start, refine(start));
+    if (trial.train.ok) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
+    say("  * " + get_label(e_, start), trial);
+    trials_[make_key(start)] = trial;
+  }
+
+  std::vector<Trial> sorted() const {
+    std::vector<Trial> list;
+    for (const auto& item : trials_) list.push_back(item.second);
+    std::stable_sort(list.begin(), list.end(), [](const Trial& a, const Trial& b) {
+      return a.train.ok && b.train.ok ? cost(a) < cost(b) : a.train.ok;
+    });
+    return list;
+  }
+
+  static double cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
+
+  Trial best_refined() const {
+    for (const Trial& t : sorted()) {
+      if (t.refined) return t;
+    }
+    return nominal_;
+  }
+
+  // Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
+  // the intervals.
+  void finish(Trial* trial) {
+    if (trial->hypothesis.empty() || !trial->refined) return;
+    FitOptions options;
+    options.max_iterations = 8;
+    options.tolerance = 1e-7;
+    FitResult result;
+    result.hypothesis = trial->full();
+    for (int round = 0; round < kRounds; ++round) {
+      problem_.starts = estimate_starts(problem_, result.hypothesis, all_);
+      problem_.step_errors.clear();
+      const Hypothesis start = choose_presliding(problem_, result.hypothesis);
+      problem_.step_errors = estimate_step_errors(problem_, start, all_, kFinest);
+      options.intervals = round + 1 == kRounds;
+      result = fit(problem_, start, problem_.train, options);
+      if (!result.ok) return;
+    }
+    Trial better = judge(trial->hypothesis, result);
+    if (better.rms > 1.02 * trial->rms) return;
+    say("  finished: " + get_label(e_, trial->hypothesis), better);
+    better.std = result.std;
+    better.probability = trial->probability;
+    *trial = better;
+  }
+
+  // What is left above the noise is no chance: in every stretch it could lie along a parameter and shift it. And no
+  // interval is narrower than what two integrators and two writers of a law's details agree to.
+  void widen(Trial* trial) const {
+    const double above = std::max(0.0, 1.0 - trial->train.count / std::max(1.0, trial->train.chi2));
+    const double shift =
+        above * trial->train.count / static_cast<double>(kIndependent * std::max<size_t>(1, problem_.train.size()));
+    for (size_t i = 0; i < std::min(trial->std.size(), trial->hypothesis.size()); ++i) {
+      for (size_t k = 0; k < trial->hypothesis[i].p.size(); ++k) {
+        double& spread = trial->std[i][k];
+        spread = std::hypot(spread * std::sqrt(1.0 + shift), kLeastSpread * trial->hypothesis[i].p[k]);
+      }
+    }
+  }
+
+  // Value of a parameter at which its effect is absent; NaN where it only describes the effect's shape.
+  static double find_neutral(const Effect& effect, size_t i) {
+    const EffectInfo& info = get_effect(effect.id);
+    if (std::string(info.parameters[i].name) == "scale") return 1.0;
+    const bool vector = effect.id == EffectId::kComError || effect.id == EffectId::kExternalForce;
+    return i == 0 || vector ? 0.0 : std::nan("");
+  }
+
+  // A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
+  static bool is_elastic(const Effect& effect, const std::vector<double>& std) {
+    const EffectInfo& info = get_effect(effect.id);
+    for (size_t i : {0, 2}) {
+      if (effect.p[i] < 1.01 * info.parameters[i].low || effect.p[i] > 0.99 * info.parameters[i].high) return false;
+    }
+    return effect.p[0] > 4.0 * std[0];
+  }
+
+  static bool is_significant(const Effect& effect, const std::vector<double>& std) {
+    if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
+    if (effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
+    for (size_t i = 0; i < effect.p.size(); ++i) {
+      const double neutral = find_neutral(effect, i);
+      // 1e-3 of a scale: below what any law is known to.
+      const double least = std::string(get_effect(effect.id).parameters[i].name) == "scale" ? 2e-3 : 0.0;
+      if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(4.0 * std[i], least)) return true;
+    }
+    return false;
+  }
+
+  // The best of the others, when the chosen one cannot be told from nothing.
+  void take_next(Outcome* outcome) {
+    const Key worthless = make_key(outcome->chosen.hypothesis);
+    outcome->chosen = nominal_, outcome->explained = false;
+    for (const Trial& t : sorted()) {
+      if (!t.refined || t.hypothesis.empty() || make_key(t.hypothesis) == worthless || !is_explained(t)) continue;
+      outcome->chosen = t, outcome->explained = true;
+      outcome->chosen.probability = 0.5;  // it did worse than what was thrown out
+      finish(&outcome->chosen);
+      return;
+    }
+  }
+
+  // A second effect that cannot be told from nothing only stands in for the first one's details.
+  void drop_insignificant(Outcome* outcome) {
+    Trial& chosen = outcome->chosen;
+    if (chosen.hypothesis.empty() || chosen.std.size() < chosen.hypothesis.size()) return;
+    Hypothesis kept;
+    for (size_t i = 0; i < chosen.hypothesis.size(); ++i) {
+      if (is_significant(chosen.hypothesis[i], chosen.std[i])) kept.push_back(chosen.hypothesis[i]);
+    }
+    if (kept.size() == chosen.hypothesis.size()) return;
+    if (kept.empty()) return take_next(outcome);
+    Trial trial = judge(kept, refine(kept));
+    say("  without what is no more than nothing: " + get_label(e_, kept), trial);
+    // Without it the rest may be above the noise by the details of laws: then nothing is named.
+    trial.probability = chosen.probability;
+    finish(&trial);
+    outcome->rivals.insert(outcome->rivals.begin(), trial);
+    chosen = trial;
+    outcome->explained = is_explained(chosen);
+  }
+
+  // Phases between 0 and 2 pi, amplitudes positive.
+  static void normalise(Hypothesis* hypothesis) {
+    for (Effect& effect : *hypothesis) {
+      if (effect.id != EffectId::kCogging) continue;
+      if (effect.p[0] < 0.0) effect.p[0] = -effect.p[0], effect.p[2] += M_PI;
+      effect.p[2] -= 2.0 * M_PI * std::floor(effect.p[2] / (2.0 * M_PI));
+    }
+  }
+
+  // The simplest of those that cannot be told from the best by the recordings they were not fitted to.
+  void decide(Outcome* outcome) {
+    std::vector<Trial> list;
+    for (const Trial& t : sorted()) {
+      if (t.refined) list.push_back(t);
+    }
+    if (list.empty()) list.push_back(nominal_);
+    const Trial& best = list.front();
+    // One more parameter must earn more than chance and the detail of laws can give.
+    const double unit = std::max(1.0, cost(best) / std::max(1.0, best.train.count + best.validate.count));
+    const auto price = [&](const Trial& t) {
+      double parameters = 0.0;
+      for (const Effect& effect : t.hypothesis) parameters += static_cast<double>(effect.p.size());
+      return cost(t) / unit + 60.0 * static_cast<double>(t.hypothesis.size()) + 15.0 * parameters +
+             0.004 * (best.train.count + best.validate.count) * static_cast<double>(t.hypothesis.size());
+    };
+    std::stable_sort(list.begin(), list.end(), [&](const Trial& a, const Trial& b) { return price(a) < price(b); });
+    prefer_simple(&list);
+    outcome->chosen = list.front();
+    set_probabilities(price, &list);
+    outcome->chosen.probability = list.front().probability;
+    outcome->rivals = list;
+    for (const Trial& t : passed_over_) {
+      if (!trials_.count(make_key(t.hypothesis)) && outcome->rivals.size() < 14) outcome->rivals.push_back(t);
+    }
+    outcome->explained = is_explained(outcome->chosen);
+    for (size_t i = 1; i < list.size(); ++i) {
+      if (list[i].probability > 0.1) outcome->twins.push_back(list[i].hypothesis);
+    }
+  }
+
+  // Odds from the prices, a twentieth of whose difference is taken for evidence because residuals are correlated. A
+  // model that the chosen one was preferred to for its simplicity does not gain by what it has more.
+  template <class Price>
+  static void set_probabilities(const Price& price, std::vector<Trial>* list) {
+    const Trial& chosen = list->front();
+    double sum = 0.0;
+    for (Trial& t : *list) {
+      const double more = static_cast<double>(count_parameters(t.hypothesis)) -
+                          static_cast<double>(count_parameters(chosen.hypothesis));
+      const double dearer = std::max(price(t) - price(chosen), 30.0 * std::max(0.0, more));
+      sum += t.probability = std::exp(-0.5 * std::min(1400.0, dearer / 20.0));
+    }
+    for (Trial& t : *list) t.probability /= sum;
+  }
+
+  static size_t count_parameters(const Hypothesis& hypothesis) {
+    size_t count = 0;
+    for (const Effect& effect : hypothesis) count += effect.p.size();
+    return count;
+  }
+
+  // Among models that leave noise (or details of laws) only, the one with the fewest effects, then parameters, unless a
+  // richer one removes most of what it leaves above the noise.
+  void prefer_simple(std::vector<Trial>* list) const {
+    const double best = list->front().rms * list->front().rms - 1.0;
+    for (size_t i = 1; i < list->size(); ++i) {
+      const Trial& t = (*list)[i];
+      const Trial& first = list->front();
+      const bool simpler = t.hypothesis.size() < first.hypothesis.size() ||
+                           (t.hypothesis.size() == first.hypothesis.size() &&
+                            count_parameters(t.hypothesis) < count_parameters(first.hypothesis));
+      if (!simpler || !(is_noise(t) || is_explained(t)) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1)
+        continue;
+      std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
+    }
+  }
+
+  Problem problem_;   // with the start states of the trial at work
+  Problem prepared_;  // with nominal paths
+  const Experiment& e_;
+  Progress progress_;
+  std::vector<int> all_, held_out_;
+  Trial nominal_;
+  std::map<Key, Trial> trials_;
+  std::vector<Trial> passed_over_;  // judged along the recorded paths only
+  double best_chi2_ = 1e300;
+};
+
+}  // namespace
+
+Hypothesis Trial::full() const {
+  Hypothesis all = hypothesis;
+  if (refined) all.push_back(timing);
+  return all;
+}
+
+Outcome search(const Problem& problem, const Progress& progress) { return Search(problem, progress).run(); }
+
+}  // namespace hrp::diagnosis

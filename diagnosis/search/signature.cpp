@@ -1,0 +1,542 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/signature.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/multibody/inverse_dynamics.h"
+#include "common/multibody/kinematics.h"
+#include "common/multibody/mass_matrix.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// One recording, thinned to about independent samples.
+struct Grid {
+  std::vector<size_t> samples;
+  Eigen::MatrixXd q, qd, qdd, u, c, cd;  // by kept sample, joint; u logged effort, c command
+  Eigen::MatrixXd u1, u2;                // derivatives of u
+  Eigen::MatrixXd tau;                   // effort that the motion takes (nominal)
+  Eigen::MatrixXd servo;                 // effort that the servo should have asked for
+};
+
+// Effort over [sample][joint] of a model along motion (q, qd, qdd).
+Eigen::MatrixXd calc_effort(const Model& model, const Plant& plant, const Eigen::MatrixXd& q, const Eigen::MatrixXd& qd,
+                            const Eigen::MatrixXd& qdd) {
+  Data data(model);
+  State state = make_state(model);
+  Eigen::VectorXd a(q.cols()), tau(q.cols());
+  Eigen::MatrixXd out(q.rows(), q.cols());
+  LinkWrenches wrenches(static_cast<size_t>(model.num_links()), Vector6d::Zero());
+  for (long k = 0; k < q.rows(); ++k) {
+    state.q = q.row(k), state.qd = qd.row(k), a = qdd.row(k);
+    update_kinematics(model, state, &data);
+    for (size_t link = 0; link < plant.force_W.size(); ++link) {
+      const Transform X_WL = get_pose(data, static_cast<int>(link));
+      wrenches[link] << Vector3d((X_WL.R * plant.tree.links[link].inertia.p_LLcm_L).cross(plant.force_W[link])),
+          plant.force_W[link];
+    }
+    calc_inverse_dynamics(model, a, plant.force_W.empty() ? nullptr : &wrenches, &data, &tau);
+    out.row(k) = tau;
+  }
+  return out;
+}
+
+class Builder {
+ public:
+  Builder(const Problem& problem, const Hypothesis& base, const Paths* paths)
+      : problem_(problem), e_(*problem.experiment), plant_(make_plant(e_, base)), n_(e_.num_joints()), paths_(paths) {}
+
+  Signatures build() {
+    for (int r : problem_.train) grids_.push_back(make_grid(r));
+    rows_ = 0;
+    for (const Grid& g : grids_) rows_ += g.q.rows();
+    whiten();
+    for (int j = 0; j < n_; ++j) add_joint(j);
+    if (!plant_.effort_driven) {
+      for (int j = 0; j < n_; ++j) add_sensors(j);
+    }
+    for (int link = 0; link < e_.robot.tree.num_joints() + 1; ++link) add_link(link);
+    finish();
+    return std::move(out_);
+  }
+
+  MissingEffort calc_missing(int r) {
+    grids_.push_back(make_grid(r));
+    rows_ = grids_[0].q.rows();
+    whiten();
+    MissingEffort m;
+    const Grid& g = grids_[0];
+    for (size_t k : g.samples) m.time.push_back(e_.recordings[static_cast<size_t>(r)].time[k]);
+    m.q = g.q, m.qd = g.qd, m.u = g.u, m.missing = g.u - g.tau;
+    for (int j = 0; j < n_; ++j) {
+      if (!e_.robot.tree.joint(j).actuated) m.missing.col(j).setZero();
+    }
+    m.sigma.assign(sigma_.begin(), sigma_.begin() + n_);
+    return m;
+  }
+
+ private:
+  Grid make_grid(int r) {
+    const Recording& recording = e_.recordings[static_cast<size_t>(r)];
+    const SmoothRecording& smooth = problem_.smooth[static_cast<size_t>(r)];
+    Grid g;
+    int half = 3;
+    for (const SmoothJoint& joint : smooth.joints) half = std::max(half, joint.half_window);
+    for (size_t k = static_cast<size_t>(half) / 2; k + static_cast<size_t>(half) / 2 < recording.size();
+         k += static_cast<size_t>(std::max(2, half / 2)))
+      g.samples.push_back(k);
+    const long rows = static_cast<long>(g.samples.size());
+    for (Eigen::MatrixXd* m : {&g.q, &g.qd, &g.qdd, &g.u, &g.c, &g.cd, &g.u1, &g.u2, &g.servo}) m->setZero(rows, n_);
+    for (int j = 0; j < n_; ++j) fill_joint(recording, smooth, j, &g);
+    if (paths_) take_path((*paths_)[static_cast<size_t>(r)], &g);
+    g.tau = calc_effort(*plant_.model, plant_, g.q, g.qd, g.qdd);
+    for (long k = 0; k < rows; ++k) {
+      for (int j = 0; j < n_; ++j) g.tau(k, j) += calc_law_effort(j, g, k);
+    }
+    return g;
+  }
+
+  void take_path(const RobotPath& path, Grid* g) const {
+    for (size_t i = 0; i < g->samples.size(); ++i) {
+      const size_t k = g->samples[i];
+      const long row = static_cast<long>(i);
+      for (int j = 0; j < n_; ++j) {
+        const JointPath& p = path[static_cast<size_t>(j)];
+        g->q(row, j) = p.q[k], g->qd(row, j) = p.qd[k], g->qdd(row, j) = p.qdd[k];
+      }
+    }
+  }
+
+  void fill_joint(const Recording& recording, const SmoothRecording& smooth, int j, Grid* g) {
+    const SmoothJoint& joint = smooth.joints[static_cast<size_t>(j)];
+    const JointColumns& columns = recording.joints[static_cast<size_t>(j)];
+    const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
+    std::vector<double> effort = smooth.effort[static_cast<size_t>(j)], servo(recording.size(), 0.0), u1, u2, c, cd;
+    if (!columns.command.empty()) {
+      for (size_t k = 0; k < recording.size(); ++k) {
+        const double rate = columns.command_rate.empty() ? 0.0 : columns.command_rate[k];
+        const double u = laws.kp * (columns.command[k] - joint.q[k]) + laws.kd * (rate - joint.qd[k]);
+        servo[k] = std::max(-laws.effort_limit, std::min(laws.effort_limit, u));
+      }
+      smooth_series(recording.time, columns.command, std::max(2, joint.half_window / 2), nullptr, &c, &cd);
+    }
+    has_effort_.resize(static_cast<size_t>(n_), 1);
+    if (effort.empty()) effort = servo, has_effort_[static_cast<size_t>(j)] = 0;
+    smooth_series(recording.time, effort, std::max(4, joint.half_window), nullptr, &u1, &u2);
+    for (size_t i = 0; i < g->samples.size(); ++i) {
+      const size_t k = g->samples[i];
+      const long row = static_cast<long>(i);
+      g->q(row, j) = joint.q[k], g->qd(row, j) = joint.qd[k], g->qdd(row, j) = joint.qdd[k];
+      g->u(row, j) = effort[k], g->u1(row, j) = u1[k], g->u2(row, j) = u2[k], g->servo(row, j) = servo[k];
+      if (!c.empty()) g->c(row, j) = c[k], g->cd(row, j) = cd[k];
+    }
+  }
+
+  // Friction, spring, rotor of the base hypothesis along the motion.
+  double calc_law_effort(int j, const Grid& g, long k) const {
+    const JointLaws& law = plant_.laws[static_cast<size_t>(j)];
+    const double v = g.qd(k, j), q = g.q(k, j), s = std::tanh(v / 0.02);
+    double effort = plant_.rotor[static_cast<size_t>(j)] * g.qdd(k, j) + law.viscous * v;
+    if (law.elastic) effort += law.motor_inertia * g.qdd(k, j);
+    if (law.has_friction()) effort += calc_friction_level(law, std::abs(v), g.u(k, j), s) * s;
+    if (law.cogging_amplitude != 0.0) effort -= calc_cogging(law, q);
+    effort +=
+        law.spring_stiffness * (q - law.spring_rest) + (1.0 - law.torque_scale) * g.u(k, j) + law.lag * g.u1(k, j);
+    return effort;
+  }
+
+  // Standard deviation of each row kind: effort noise after smoothing, acceleration noise through the mass matrix.
+  void whiten() {
+    const Problem& p = problem_;
+    sigma_.assign(static_cast<size_t>(2 * n_), 0.0);
+    Data data(*plant_.model);
+    State state = make_state(*plant_.model);
+    Eigen::MatrixXd M2 = Eigen::MatrixXd::Zero(n_, n_);
+    double n = 0.0;
+    for (const Grid& g : grids_) {
+      for (long k = 0; k < g.q.rows(); k += 20) {
+        state.q = g.q.row(k);
+        update_kinematics(*plant_.model, state, &data);
+        M2 += update_mass_matrix(*plant_.model, &data).cwiseAbs2(), n += 1.0;
+      }
+    }
+    M2 /= std::max(1.0, n);
+    for (int j = 0; j < n_; ++j) {
+      const auto& noise = e_.joint_noise[static_cast<size_t>(j)];
+      const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
+      const int half = p.smooth[static_cast<size_t>(p.train[0])].joints[static_cast<size_t>(j)].half_window;
+      const double average = 2.25 / (2.0 * std::max(3, half) + 1.0);
+      double effort = has_effort_[static_cast<size_t>(j)] ? noise[2].sigma * noise[2].sigma : 0.0;
+      const double servo =
+          laws.kp * laws.kp * noise[0].sigma * noise[0].sigma + laws.kd * laws.kd * noise[1].sigma * noise[1].sigma;
+      if (!has_effort_[static_cast<size_t>(j)]) effort = servo;
+      double variance = effort * average;
+      for (int k = 0; k < n_; ++k) {
+        const double s = p.smooth[static_cast<size_t>(p.train[0])].joints[static_cast<size_t>(k)].sigma_qdd;
+        variance += M2(j, k) * s * s;
+      }
+      sigma_[static_cast<size_t>(j)] = std::sqrt(variance) + 1e-12;
+      sigma_[static_cast<size_t>(n_ + j)] = std::sqrt((effort + servo) * average) + 1e-12;
+    }
+    residual_.setZero(rows_ * 2 * n_);
+    long row = 0;
+    for (const Grid& g : grids_) {
+      for (long k = 0; k < g.q.rows(); ++k, ++row) {
+        for (int j = 0; j < n_; ++j) {
+          if (!e_.robot.tree.joint(j).actuated) continue;
+          residual_[row * 2 * n_ + j] = (g.u(k, j) - g.tau(k, j)) / sigma_[static_cast<size_t>(j)];
+          if (has_effort_[static_cast<size_t>(j)] && !plant_.effort_driven) {
+            residual_[row * 2 * n_ + n_ + j] = (g.u(k, j) - g.servo(k, j)) / sigma_[static_cast<size_t>(n_ + j)];
+          }
+        }
+      }
+    }
+  }
+
+  // A column from a function of (grid, sample): value in row kind `kind` (0: motion, 1: servo) of joint j.
+  int add_column(int j, int kind, const std::function<double(const Grid&, long)>& f) {
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(rows_ * 2 * n_);
+    long row = 0;
+    for (const Grid& g : grids_) {
+      for (long k = 0; k < g.q.rows(); ++k, ++row) {
+        const long at = row * 2 * n_ + kind * n_ + j;
+        column[at] = f(g, k) / sigma_[static_cast<size_t>(kind * n_ + j)];
+      }
+    }
+    columns_.push_back(std::move(column));
+    return static_cast<int>(columns_.size()) - 1;
+  }
+
+  // A column of changed efforts [sample][joint], one matrix per grid.
+  int add_column(const std::vector<Eigen::MatrixXd>& efforts) {
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(rows_ * 2 * n_);
+    long row = 0;
+    for (size_t i = 0; i < grids_.size(); ++i) {
+      for (long k = 0; k < grids_[i].q.rows(); ++k, ++row) {
+        for (int j = 0; j < n_; ++j) column[row * 2 * n_ + j] = efforts[i](k, j) / sigma_[static_cast<size_t>(j)];
+      }
+    }
+    columns_.push_back(std::move(column));
+    return static_cast<int>(columns_.size()) - 1;
+  }
+
+  void add_shape(EffectId id, int place, std::vector<int> columns,
+                 std::function<bool(const std::vector<double>&, std::vector<double>*)> make_start) {
+    out_.shapes.push_back({id, place, std::move(columns), std::move(make_start)});
+  }
+
+  // Change of all efforts when joint j really is at q - delta(t): what an elastic or loose transmission does.
+  int add_motion_change(
+      int j, const std::function<void(const Grid&, Eigen::VectorXd*, Eigen::VectorXd*, Eigen::VectorXd*)>& delta) {
+    std::vector<Eigen::MatrixXd> efforts;
+    for (const Grid& g : grids_) {
+      Eigen::VectorXd d(g.q.rows()), d1(g.q.rows()), d2(g.q.rows());
+      delta(g, &d, &d1, &d2);
+      Eigen::MatrixXd q = g.q, qd = g.qd, qdd = g.qdd;
+      const double eps = 1e-4 / std::max(1e-12, d.cwiseAbs().maxCoeff());
+      q.col(j) -= eps * d, qd.col(j) -= eps * d1, qdd.col(j) -= eps * d2;
+      const Eigen::MatrixXd nominal = calc_effort(*plant_.model, plant_, g.q, g.qd, g.qdd);
+      efforts.push_back((calc_effort(*plant_.model, plant_, q, qd, qdd) - nominal) / eps);
+    }
+    return add_column(efforts);
+  }
+
+  static bool take_positive(const std::vector<double>& x, std::vector<double>* p) {
+    *p = x;
+    return x[0] > 0.0;
+  }
+
+  void add_joint(int j) {
+    if (!e_.robot.tree.joint(j).actuated) return;
+    const auto v = [j](const Grid& g, long k) { return g.qd(k, j); };
+    const auto sign = [j](const Grid& g, long k) { return std::tanh(g.qd(k, j) / 0.01); };
+    const int viscous = add_column(j, 0, v), dry = add_column(j, 0, sign);
+    const int inertia = add_column(j, 0, [j](const Grid& g, long k) { return g.qdd(k, j); });
+    const int load = add_column(j, 0, [&](const Grid& g, long k) { return sign(g, k) * std::abs(g.u(k, j)); });
+    const int effort = add_column(j, 0, [j](const Grid& g, long k) { return g.u(k, j); });
+    const int position = add_column(j, 0, [j](const Grid& g, long k) { return g.q(k, j); });
+    const int one = add_column(j, 0, [](const Grid&, long) { return 1.0; });
+    const int rate = add_column(j, 0, [j](const Grid& g, long k) { return g.u1(k, j); });
+    add_shape(EffectId::kViscous, j, {viscous}, take_positive);
+    add_shape(EffectId::kCoulomb, j, {dry}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {x[0], 0.0, kPresliding};
+      return x[0] > 0.0;
+    });
+    add_shape(EffectId::kLoadFriction, j, {load}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {x[0], kPresliding};
+      return x[0] > 0.0;
+    });
+    add_shape(EffectId::kRotorInertia, j, {inertia}, take_positive);
+    add_shape(EffectId::kTorqueConstant, j, {effort}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {1.0 - x[0]};
+      return x[0] < 0.95 && x[0] > -4.0;
+    });
+    add_shape(EffectId::kSpring, j, {position, one}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {x[0], -x[1] / x[0]};
+      return x[0] > 0.0 && std::abs(x[1] / x[0]) < 7.0;
+    });
+    if (!plant_.effort_driven) add_shape(EffectId::kLag, j, {rate}, take_positive);
+    for (double speed : {0.02, 0.05, 0.12, 0.3}) {
+      const int bump = add_column(
+          j, 0, [&, speed](const Grid& g, long k) { return sign(g, k) * std::exp(-std::pow(g.qd(k, j) / speed, 2)); });
+      add_shape(EffectId::kStribeck, j, {dry, bump, viscous},
+                [speed](const std::vector<double>& x, std::vector<double>* p) {
+                  *p = {x[0], x[0] + x[1], speed, std::max(0.0, x[2]), kPresliding};
+                  return x[0] > 0.0 && x[1] > 0.0;
+                });
+    }
+    add_transmission(j, inertia);
+    add_shapes_with_memory(j);
+    add_cogging(j);
+    if (!plant_.effort_driven) {
+      const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
+      const int late =
+          add_column(j, 1, [j, &laws](const Grid& g, long k) { return -(laws.kp * g.c(k, j) + laws.kd * g.cd(k, j)); });
+      add_shape(EffectId::kDelay, j, {late}, [](const std::vector<double>& x, std::vector<double>* p) {
+        *p = x;
+        return x[0] > 0.0 && x[0] < 0.5;
+      });
+    }
+    const int offset = add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1,
+                                               Eigen::VectorXd* d2) { d->setOnes(), d1->setZero(), d2->setZero(); });
+    add_shape(EffectId::kJointOffset, j, {offset}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = x;
+      return true;
+    });
+  }
+
+  void add_transmission(int j, int inertia) {
+    const int twist =
+        add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+          *d = g.u.col(j), *d1 = g.u1.col(j), *d2 = g.u2.col(j);
+        });
+    const int gap =
+        add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+          const double scale = 0.05 * g.u.col(j).cwiseAbs().maxCoeff() + 1e-12;
+          for (long k = 0; k < g.u.rows(); ++k) {
+            const double s = std::tanh(g.u(k, j) / scale), c = 1.0 - s * s;
+            (*d)[k] = 0.5 * s, (*d1)[k] = 0.5 * c * g.u1(k, j) / scale;
+            (*d2)[k] = 0.5 * (c * g.u2(k, j) / scale - 2.0 * s * c * std::pow(g.u1(k, j) / scale, 2));
+          }
+        });
+    add_shape(EffectId::kElasticity, j, {inertia, twist}, [](const std::vector<double>& x, std::vector<double>* p) {
+      const double k = x[1] > 1e-7 ? 1.0 / x[1] : 1e6;
+      *p = {k, 0.002 * k, std::max(0.005, x[0])};
+      return x[0] > 0.0 || x[1] > 0.0;
+    });
+    add_shape(EffectId::kBacklash, j, {inertia, gap}, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {std::min(0.1, std::max(0.001, x[1])), 1e4, 5.0, std::max(0.005, x[0])};
+      return x[0] > 0.0 || x[1] > 0.0;
+    });
+  }
+
+  void add_shapes_with_memory(int j) {
+    double largest = 0.0;
+    for (const Grid& g : grids_) largest = std::max(largest, g.u.col(j).cwiseAbs().maxCoeff());
+    for (double share : {0.2, 0.35, 0.5, 0.65, 0.8, 0.92}) {
+      const double limit = share * largest;
+      const int beyond = add_column(
+          j, 0, [j, limit](const Grid& g, long k) { return g.u(k, j) - std::max(-limit, std::min(limit, g.u(k, j))); });
+      add_shape(EffectId::kSaturation, j, {beyond}, [limit](const std::vector<double>& x, std::vector<double>* p) {
+        *p = {limit};
+        return x[0] > 0.3 && x[0] < 3.0;
+      });
+    }
+    for (double yield : {0.003, 0.01, 0.03, 0.1, 0.3}) {
+      std::vector<Eigen::VectorXd> memory;
+      for (const Grid& g : grids_) {
+        Eigen::VectorXd z = Eigen::VectorXd::Zero(g.q.rows());
+        for (long k = 1; k < g.q.rows(); ++k) {
+          const double step = g.q(k, j) - g.q(k - 1, j);
+          const int parts = 1 + static_cast<int>(std::abs(step) / yield / 0.2);
+          z[k] = z[k - 1];
+          for (int i = 0; i < parts; ++i) z[k] += calc_hysteresis_rate_factor(z[k], step) * step / parts / yield;
+        }
+        memory.push_back(z);
+      }
+      long grid = -1, last = 1L << 40;
+      const int column = add_column(j, 0, [&](const Grid&, long k) {
+        if (k == 0) ++grid;
+        last = k;
+        return memory[static_cast<size_t>(grid)][k];
+      });
+      (void)last;
+      add_shape(EffectId::kHysteresis, j, {column}, [yield](const std::vector<double>& x, std::vector<double>* p) {
+        *p = {x[0] / yield, yield};
+        return x[0] > 0.0;
+      });
+    }
+  }
+
+  // The best few spatial frequencies of the missing effort.
+  void add_cogging(int j) {
+    double low = 1e300, high = -1e300, fastest = 0.0;
+    for (const Grid& g : grids_)
+      low = std::min(low, g.q.col(j).minCoeff()), high = std::max(high, g.q.col(j).maxCoeff());
+    const double range = high - low;
+    if (range < 0.05) return;
+    (void)fastest;
+    std::vector<std::pair<double, double>> found;
+    for (double periods = 4.0 / range + 2.0; periods < 260.0; periods += 0.7 / range) {
+      double ss = 0, sc = 0, cc = 0, s = 0, c = 0, n = 0, r0 = 0, rs = 0, rc = 0;
+      long row = 0;
+      for (const Grid& g : grids_) {
+        for (long k = 0; k < g.q.rows(); ++k, ++row) {
+          const double r = residual_[row * 2 * n_ + j], x = std::sin(periods * g.q(k, j)),
+                       y = std::cos(periods * g.q(k, j));
+          ss += x * x, sc += x * y, cc += y * y, s += x, c += y, n += 1, r0 += r, rs += r * x, rc += r * y;
+        }
+      }
+      const double mean = r0 / n;
+      rs -= mean * s, rc -= mean * c;
+      const double det = ss * cc - sc * sc;
+      if (det > 1e-9) found.push_back({(cc * rs * rs - 2.0 * sc * rs * rc + ss * rc * rc) / det, periods});
+    }
+    std::sort(found.rbegin(), found.rend());
+    for (size_t i = 0; i < std::min<size_t>(4, found.size()); ++i) {
+      const double periods = found[i].second;
+      const int s = add_column(j, 0, [j, periods](const Grid& g, long k) { return -std::sin(periods * g.q(k, j)); });
+      const int c = add_column(j, 0, [j, periods](const Grid& g, long k) { return -std::cos(periods * g.q(k, j)); });
+      add_shape(EffectId::kCogging, j, {s, c}, [periods](const std::vector<double>& x, std::vector<double>* p) {
+        *p = {std::hypot(x[0], x[1]), periods, std::atan2(x[1], x[0])};
+        return true;
+      });
+    }
+  }
+
+  void add_sensors(int j) {
+    if (!has_effort_[static_cast<size_t>(j)]) return;
+    const int place = j * kQuantities + 2;
+    // A fault of the logged effort shows in both kinds of rows alike.
+    const auto both = [&](const std::function<double(const Grid&, long)>& f) {
+      const int a = add_column(j, 0, f), b = add_column(j, 1, f);
+      columns_[static_cast<size_t>(a)] += columns_[static_cast<size_t>(b)];
+      columns_.pop_back();
+      return a;
+    };
+    const auto accept = [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = x;
+      return true;
+    };
+    add_shape(EffectId::kSensorBias, place, {both([](const Grid&, long) { return 1.0; })}, accept);
+    add_shape(EffectId::kSensorScale, place, {both([j](const Grid& g, long k) { return g.servo(k, j); })},
+              [](const std::vector<double>& x, std::vector<double>* p) {
+                *p = {1.0 + x[0]};
+                return x[0] > -0.99;
+              });
+    add_shape(EffectId::kSensorDelay, place, {both([j](const Grid& g, long k) { return -g.u1(k, j); })}, take_positive);
+    // A fault of the position reading (the servo is not deceived) shows as a wrong servo effort.
+    const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
+    add_shape(EffectId::kSensorBias, j * kQuantities,
+              {add_column(j, 1, [&laws](const Grid&, long) { return laws.kp; })}, accept);
+    add_shape(
+        EffectId::kSensorDelay, j * kQuantities,
+        {add_column(j, 1, [&laws, j](const Grid& g, long k) { return -laws.kp * g.qd(k, j) - laws.kd * g.qdd(k, j); })},
+        take_positive);
+    add_shape(
+        EffectId::kSensorScale, j * kQuantities,
+        {add_column(j, 1, [&laws, j](const Grid& g, long k) { return laws.kp * g.q(k, j) + laws.kd * g.qd(k, j); })},
+        [](const std::vector<double>& x, std::vector<double>* p) {
+          *p = {1.0 + x[0]};
+          return x[0] > -0.99;
+        });
+  }
+
+  // Change of all efforts when the model changes.
+  int add_model_change(const Effect& change, double per) {
+    Hypothesis hypothesis{change};
+    const Plant changed = make_plant(e_, hypothesis);
+    std::vector<Eigen::MatrixXd> efforts;
+    const Plant nominal = make_plant(e_, {});
+    for (const Grid& g : grids_) {
+      efforts.push_back((calc_effort(*changed.model, changed, g.q, g.qd, g.qdd) -
+                         calc_effort(*nominal.model, nominal, g.q, g.qd, g.qdd)) /
+                        per);
+    }
+    return add_column(efforts);
+  }
+
+  void add_link(int link) {
+    if (link == 0) return;
+    const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
+    if (mass > 0.0) {
+      add_shape(EffectId::kMassError, link, {add_model_change({EffectId::kMassError, link, {1.1}}, 0.1)},
+                [](const std::vector<double>& x, std::vector<double>* p) {
+                  *p = {1.0 + x[0]};
+                  return x[0] > -0.95;
+                });
+      std::vector<int> shift;
+      for (int i = 0; i < 3; ++i) {
+        std::vector<double> p(3, 0.0);
+        p[static_cast<size_t>(i)] = 1e-3;
+        shift.push_back(add_model_change({EffectId::kComError, link, p}, 1e-3));
+      }
+      add_shape(EffectId::kComError, link, shift, [](const std::vector<double>& x, std::vector<double>* p) {
+        *p = x;
+        return true;
+      });
+      const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
+      add_shape(EffectId::kPayload, link, {at_origin, shift[0], shift[1], shift[2]},
+                [mass](const std::vector<double>& x, std::vector<double>* p) {
+                  *p = {x[0], 0, 0, 0, 0};
+                  if (!(x[0] > 1e-3)) return false;
+                  for (size_t i = 0; i < 3; ++i) (*p)[i + 1] = std::max(-1.0, std::min(1.0, mass * x[i + 1] / x[0]));
+                  return true;
+                });
+    }
+    std::vector<int> force;
+    for (int i = 0; i < 3; ++i) {
+      std::vector<double> p(3, 0.0);
+      p[static_cast<size_t>(i)] = 1.0;
+      force.push_back(add_model_change({EffectId::kExternalForce, link, p}, 1.0));
+    }
+    add_shape(EffectId::kExternalForce, link, force, [](const std::vector<double>& x, std::vector<double>* p) {
+      *p = x;
+      return true;
+    });
+  }
+
+  void finish() {
+    const long p = static_cast<long>(columns_.size());
+    Eigen::MatrixXd X(rows_ * 2 * n_, p);
+    for (long i = 0; i < p; ++i) X.col(i) = columns_[static_cast<size_t>(i)];
+    out_.gram = Eigen::MatrixXd::Zero(p, p);
+    out_.gram.selfadjointView<Eigen::Lower>().rankUpdate(X.transpose());
+    out_.gram = out_.gram.selfadjointView<Eigen::Lower>();
+    out_.projection = X.transpose() * residual_;
+    out_.chi2 = residual_.squaredNorm();
+    out_.count = static_cast<double>(residual_.size());
+    out_.joint_chi2.assign(static_cast<size_t>(n_), 0.0);
+    for (long row = 0; row < rows_; ++row) {
+      for (int j = 0; j < n_; ++j)
+        out_.joint_chi2[static_cast<size_t>(j)] +=
+            std::pow(residual_[row * 2 * n_ + j], 2) / static_cast<double>(rows_);
+    }
+  }
+
+  const Problem& problem_;
+  const Experiment& e_;
+  Plant plant_;
+  int n_;
+  const Paths* paths_;
+  long rows_ = 0;
+  std::vector<Grid> grids_;
+  std::vector<char> has_effort_;
+  std::vector<double> sigma_;
+  Eigen::VectorXd residual_;
+  std::vector<Eigen::VectorXd> columns_;
+  Signatures out_;
+};
+
+}  // namespace
+
+MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording) {
+  return Builder(problem, base, nullptr).calc_missing(recording);
+}
+
+Signatures calc_signatures(const Problem& problem, const Hypothesis& base, const Paths* paths) {
+  return Builder(problem, base, paths).build();
+}
+
+}  // namespace hrp::diagnosis

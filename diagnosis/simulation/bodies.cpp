@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/simulation/bodies.h"
+
+#include "common/multibody/inverse_dynamics.h"
+#include "common/multibody/kinematics.h"
+#include "common/multibody/mass_matrix.h"
+#include "diagnosis/data/command_reader.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// The model of a plant with the constant forces at its links.
+class Dynamics {
+ public:
+  explicit Dynamics(const Plant& plant)
+      : plant_(plant),
+        data_(*plant.model),
+        state_(make_state(*plant.model)),
+        zero_(Eigen::VectorXd::Zero(plant.model->num_joints())) {
+    if (!plant.force_W.empty()) wrenches_.resize(static_cast<size_t>(plant.model->num_links()));
+  }
+
+  void move(const double* q, const double* qd) {
+    for (long j = 0; j < zero_.size(); ++j) state_.q[j] = q[j], state_.qd[j] = qd[j];
+    update_kinematics(*plant_.model, state_, &data_);
+    for (size_t link = 0; link < wrenches_.size(); ++link) {
+      const Vector3d& force = plant_.force_W[link];
+      wrenches_[link].setZero();
+      if (force.isZero()) continue;
+      const Transform X_WL = get_pose(data_, static_cast<int>(link));
+      wrenches_[link] << Vector3d((X_WL.R * plant_.tree.links[link].inertia.p_LLcm_L).cross(force)), force;
+    }
+  }
+
+  void calc_effort(const Eigen::VectorXd& qdd, Eigen::VectorXd* tau) {
+    calc_inverse_dynamics(*plant_.model, qdd, wrenches_.empty() ? nullptr : &wrenches_, &data_, tau);
+  }
+
+  void calc_bias_effort(Eigen::VectorXd* bias) {
+    if (wrenches_.empty())
+      calc_bias(*plant_.model, &data_, bias);
+    else
+      calc_effort(zero_, bias);
+  }
+
+  const Eigen::MatrixXd& mass() { return update_mass_matrix(*plant_.model, &data_); }
+
+ private:
+  const Plant& plant_;
+  Data data_;
+  State state_;
+  Eigen::VectorXd zero_;
+  LinkWrenches wrenches_;
+};
+
+class RobotBodies : public Bodies {
+ public:
+  RobotBodies(const Plant& plant, const SmoothRecording& smooth)
+      : dynamics_(plant), plant_(plant), smooth_(smooth), bias_(Eigen::VectorXd::Zero(plant.model->num_joints())) {}
+
+  void evaluate(double, size_t, const double* q, const double* qd, double* M, double* bias) override {
+    dynamics_.move(q, qd);
+    dynamics_.calc_bias_effort(&bias_);
+    const Eigen::MatrixXd& mass = dynamics_.mass();
+    for (long i = 0; i < bias_.size(); ++i) {
+      bias[i] = bias_[i];
+      for (long j = 0; j < bias_.size(); ++j) M[i * bias_.size() + j] = mass(i, j);
+    }
+  }
+
+  void calc_efforts(size_t k, double* tau) override {
+    const long n = bias_.size();
+    Eigen::VectorXd q(n), qd(n), qdd(n);
+    for (long j = 0; j < n; ++j) {
+      const SmoothJoint& joint = smooth_.joints[static_cast<size_t>(j)];
+      q[j] = joint.q[k] - plant_.laws[static_cast<size_t>(j)].joint_offset, qd[j] = joint.qd[k], qdd[j] = joint.qdd[k];
+    }
+    dynamics_.move(q.data(), qd.data());
+    dynamics_.calc_effort(qdd, &bias_);
+    for (long j = 0; j < n; ++j) tau[j] = bias_[j];
+  }
+
+ private:
+  Dynamics dynamics_;
+  const Plant& plant_;
+  const SmoothRecording& smooth_;
+  Eigen::VectorXd bias_;
+};
+
+class PathBodies : public Bodies {
+ public:
+  PathBodies(const JointPath& path, const std::vector<double>& time) : path_(path), time_(time) {}
+
+  void evaluate(double t, size_t near, const double* q, const double* qd, double* M, double* bias) override {
+    const Moment m = find_moment(time_, t, near);
+    M[0] = m.of(path_.inertia);
+    bias[0] = m.of(path_.load) + m.of(path_.stiffness) * (q[0] - m.of(path_.q)) +
+              m.of(path_.damping) * (qd[0] - m.of(path_.qd));
+  }
+
+  void calc_efforts(size_t k, double* tau) override { tau[0] = path_.load[k] + path_.inertia[k] * path_.qdd[k]; }
+
+ private:
+  const JointPath& path_;
+  const std::vector<double>& time_;
+};
+
+// The true motion of every joint: the recorded one less the encoder's offset, or what is known better.
+void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::vector<LinkMotion>& links,
+                 RobotPath* path) {
+  path->resize(smooth.joints.size());
+  for (size_t j = 0; j < smooth.joints.size(); ++j) {
+    JointPath& p = (*path)[j];
+    if (j < links.size() && !links[j].q.empty()) {
+      p.q = links[j].q, p.qd = links[j].qd, p.qdd = links[j].qdd;
+    } else {
+      p.q = smooth.joints[j].q, p.qd = smooth.joints[j].qd, p.qdd = smooth.joints[j].qdd;
+      for (double& q : p.q) q -= plant.laws[j].joint_offset;
+    }
+    for (std::vector<double>* v : {&p.inertia, &p.load, &p.stiffness, &p.damping}) v->assign(p.q.size(), 0.0);
+  }
+}
+
+// Moves of a joint for its slopes [rad], [rad/s]: large against rounding, small against where slopes change.
+constexpr double kMove = 1e-4, kMoveRate = 1e-3;
+constexpr size_t kSlopeStride = 4;
+
+void fill_slopes(Dynamics* dynamics, RobotPath* path) {
+  const size_t n = path->size(), rows = (*path)[0].q.size();
+  Eigen::VectorXd q(n), qd(n), qdd(n), tau(n), moved(n);
+  for (size_t k = 0; k < rows; k += kSlopeStride) {
+    for (size_t j = 0; j < n; ++j) q[j] = (*path)[j].q[k], qd[j] = (*path)[j].qd[k], qdd[j] = (*path)[j].qdd[k];
+    dynamics->move(q.data(), qd.data());
+    dynamics->calc_effort(qdd, &tau);
+    for (size_t j = 0; j < n; ++j) {
+      q[j] += kMove;
+      dynamics->move(q.data(), qd.data());
+      dynamics->calc_effort(qdd, &moved);
+      (*path)[j].stiffness[k] = (moved[j] - tau[j]) / kMove;
+      q[j] -= kMove, qd[j] += kMoveRate;
+      dynamics->move(q.data(), qd.data());
+      dynamics->calc_effort(qdd, &moved);
+      (*path)[j].damping[k] = (moved[j] - tau[j]) / kMoveRate;
+      qd[j] -= kMoveRate;
+    }
+  }
+  for (JointPath& p : *path) {
+    for (std::vector<double>* v : {&p.stiffness, &p.damping}) {
+      for (size_t k = 0; k < rows; ++k) {
+        const size_t a = k / kSlopeStride * kSlopeStride, b = a + kSlopeStride;
+        if (k == a) continue;
+        const double s = static_cast<double>(k - a) / kSlopeStride;
+        (*v)[k] = b < rows ? (1.0 - s) * (*v)[a] + s * (*v)[b] : (*v)[a];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Bodies> make_robot_bodies(const Plant& plant, const SmoothRecording& smooth) {
+  return std::make_unique<RobotBodies>(plant, smooth);
+}
+
+std::unique_ptr<Bodies> make_path_bodies(const JointPath& path, const std::vector<double>& time) {
+  return std::make_unique<PathBodies>(path, time);
+}
+
+RobotPath calc_path(const Plant& plant, const SmoothRecording& smooth, const RobotPath* slopes,
+                    const std::vector<LinkMotion>& links) {
+  RobotPath path;
+  fill_motion(plant, smooth, links, &path);
+  Dynamics dynamics(plant);
+  const size_t n = path.size(), rows = path[0].q.size();
+  Eigen::VectorXd q(n), qd(n), qdd(n), tau(n);
+  for (size_t k = 0; k < rows; ++k) {
+    for (size_t j = 0; j < n; ++j) q[j] = path[j].q[k], qd[j] = path[j].qd[k], qdd[j] = path[j].qdd[k];
+    dynamics.move(q.data(), qd.data());
+    dynamics.calc_effort(qdd, &tau);
+    const Eigen::MatrixXd& M = dynamics.mass();
+    for (size_t j = 0; j < n; ++j) {
+      const long i = static_cast<long>(j);
+      path[j].inertia[k] = M(i, i);
+      path[j].load[k] = tau[i] - M(i, i) * qdd[i];
+    }
+  }
+  if (!slopes) {
+    fill_slopes(&dynamics, &path);
+  } else {
+    for (size_t j = 0; j < n; ++j) path[j].stiffness = (*slopes)[j].stiffness, path[j].damping = (*slopes)[j].damping;
+  }
+  return path;
+}
+
+}  // namespace hrp::diagnosis

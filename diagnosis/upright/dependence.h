@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the remainder of a channel depends on, when no known effect explains it.
+#pragma once
+
+#include "diagnosis/upright/fit.h"
+
+namespace hrp::diagnosis::upright {
+
+// Of position, velocity, direction, load and time, strongest first: each is tried as a free function (means over
+// quantiles; of time also a sinusoid) that is learnt on the training recordings and judged on the others.
+std::vector<std::string> find_dependence(const StandProblem& problem, const Channel& channel, size_t index,
+                                         const Evaluation& evaluation);
+
+}  // namespace hrp::diagnosis::upright

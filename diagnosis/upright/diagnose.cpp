@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/report/report.h"
+#include "diagnosis/upright/search.h"
+
+namespace hrp::diagnosis::upright {
+bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out) {
+  StandProblems stands;
+  std::string why;
+  if (!make_stand_problem(*problem.experiment, Parity::kAll, &stands.all, &why)) return false;
+  make_stand_problem(*problem.experiment, Parity::kEven, &stands.even, &why);
+  make_stand_problem(*problem.experiment, Parity::kOdd, &stands.odd, &why);
+  const StandProblem& stand = stands.all;
+  for (size_t r = 0; r < stand.recordings.size(); ++r) {  // halves are multiplied sample by sample: keep the same ones
+    stands.even.recordings[r].samples = stands.odd.recordings[r].samples = stand.recordings[r].samples;
+  }
+  if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");
+  const StandOutcome outcome = search_standing(stands, problem.jobs, progress);
+  out->report = make_stand_report(stand, outcome);
+  out->series = make_stand_series(stand, outcome);
+  out->series["experiment"] = problem.experiment->path;
+  for (const std::string& warning : problem.experiment->warnings) out->series["notes"].push_back(warning);
+  return true;
+}
+
+}  // namespace hrp::diagnosis::upright

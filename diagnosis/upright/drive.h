@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a drive's effort, its servo and its velocity reading leave unexplained, joint by joint.
+#pragma once
+
+#include "common/robot/scenario.h"
+#include "diagnosis/upright/terms.h"
+
+namespace hrp::diagnosis::upright {
+
+// One joint at one instant, as the rest of the hypothesis has it.
+struct DriveState {
+  double encoder = 0;        // [rad] what the servo reads
+  double link = 0;           // [rad] where the link truly is
+  double velocity = 0;       // [rad/s] of the motor
+  double acceleration = 0;   // [rad/s^2]
+  double torque = 0;         // [N m] by inverse dynamics
+};
+
+// [N m] Less effort than that does not hold the teeth of a loose transmission on one side.
+double find_slack(const StandProblem& problem, size_t joint);
+
+class Drives {
+ public:
+  Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms);
+
+  // Torque that the drive was asked for at sample k, with its rate: the logged effort, else the servo law.
+  double find_effort(size_t joint, size_t k, const DriveState& s, double* rate) const;
+
+  // Residuals of a joint at a sample, in the order of list_drive_channels().
+  void add(size_t joint, size_t k, const DriveState& state, std::vector<double>* out) const;
+
+ private:
+  double take_friction(size_t joint, size_t k, double v, double effort, double missing) const;
+  double calc_servo(size_t joint, size_t k, const DriveState& s, double* rate) const;
+  // A series that is read `later` seconds after sample k.
+  double read(const std::vector<double>& values, size_t k, double later) const;
+
+  const StandProblem& p_;
+  const StandRecording& r_;
+  const Terms& terms_;
+  std::vector<ServoGains> servo_;
+  std::vector<std::vector<double>> wound_;  // Bouc-Wen states by joint; empty without hysteresis
+  size_t near_ = 1;                         // samples of the recording between two kept ones
+};
+
+}  // namespace hrp::diagnosis::upright

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every effect that a standing robot's recordings may hide: how it is written, started, varied, bounded.
+#pragma once
+
+#include "diagnosis/upright/terms.h"
+
+namespace hrp::diagnosis::upright {
+
+// Where to look for effects that no linear prediction finds, or that only some motions can show (upright_hints.h).
+struct StandHints {
+  double slip_ratio = 0;                     // friction at which feet were seen to slip; 0: they were not
+  std::vector<std::vector<double>> ripples;  // by joint [1/rad]: how often the missing effort repeats
+};
+
+// [rad/(N m)] How far ground and sole may give of themselves: feet are taken as rigid above 5e4 N m/rad.
+constexpr double kContact = 2e-5;
+
+struct StandInfo {
+  StandId id;
+  const char* effect;                   // name in the report
+  std::vector<const char*> parameters;  // names; "" is a nuisance
+  std::vector<const char*> units;
+  std::vector<double> neutral;          // value that changes nothing
+  std::vector<double> step;             // for finite differences
+  bool positive = false;                // first parameter must not fall below its neutral value
+};
+const StandInfo& get_stand_info(StandId id);
+
+// What may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity, the
+// periods of cogging) come several times, with different starts.
+std::vector<StandEffect> list_candidates(const StandProblem& problem, const StandHypothesis& base,
+                                         const StandHints& hints);
+
+// Richer laws of the same kind, from where the plain one ended: no linear prediction from nothing finds them.
+std::vector<StandEffect> list_richer(const StandProblem& problem, const StandEffect& effect);
+
+// Effects without a neutral start, and starts far from it: a slope at none says nothing about them.
+bool starts_away(const StandEffect& effect);
+
+// Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
+bool is_main(StandId id, size_t parameter);
+
+// Within what can be: positive stiffness, scales that a sensor can have.
+bool is_sensible(const StandProblem& problem, const StandEffect& effect);
+bool are_sensible(const StandProblem& problem, const StandHypothesis& hypothesis);
+
+// [rad/(N m)] The most that ground and sole give about a foot's roll (axis 0) or pitch: kContact about the sole's short
+// edge, more about the long one. Straight down [m/N]: find_sinking.
+double find_give(const StandFoot& foot, int axis);
+double find_sinking(const StandFoot& foot);
+
+// Standard deviation of what is known beforehand of a nuisance about its neutral value; 0: nothing.
+double find_prior(const StandProblem& problem, const StandEffect& effect, size_t parameter);
+
+}  // namespace hrp::diagnosis::upright

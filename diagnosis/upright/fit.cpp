@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/upright/fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp::diagnosis::upright {
+namespace {
+
+constexpr double kStretch = 0.5;  // [s] errors of stretches this long are taken as independent
+
+// Normal equations of columns against residuals; `left` and `right` are the same for plain least squares.
+struct Normal {
+  Eigen::MatrixXd A, B;
+  Eigen::VectorXd b;
+};
+
+struct Side {
+  const std::vector<Derivative>& columns;
+  const Evaluation& base;
+};
+
+size_t count_rows(const StandProblem& problem, size_t recording) {
+  return problem.recordings[recording].samples.size();
+}
+
+Normal gather(const StandProblem& problem, const FitSelection& selection, const Side& x, const Side& y) {
+  const auto n = static_cast<long>(x.columns.size());
+  const size_t channels = selection.weight.size();
+  Normal normal{Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
+  for (size_t r : selection.recordings) {
+    const StandRecording& recording = problem.recordings[r];
+    const size_t rows = count_rows(problem, r);
+    const double span = recording.time[static_cast<size_t>(recording.samples.back())] -
+                        recording.time[static_cast<size_t>(recording.samples.front())];
+    const auto stretch = std::max<size_t>(1, static_cast<size_t>(kStretch * static_cast<double>(rows) / span));
+    Eigen::VectorXd score = Eigen::VectorXd::Zero(n), a(n), b(n);
+    for (size_t k = 0; k < rows; ++k) {
+      for (size_t c = 0; c < channels; ++c) {
+        const size_t at = k * channels + c;
+        for (long i = 0; i < n; ++i) {
+          a(i) = x.columns[static_cast<size_t>(i)][r][at] * selection.weight[c];
+          b(i) = y.columns[static_cast<size_t>(i)][r][at] * selection.weight[c];
+        }
+        if (a.isZero(0) && b.isZero(0)) continue;
+        normal.A.noalias() += 0.5 * (a * b.transpose() + b * a.transpose());
+        score += 0.5 * selection.weight[c] * (a * y.base[r].residuals[at] + b * x.base[r].residuals[at]);
+      }
+      if ((k + 1) % stretch == 0 || k + 1 == rows) {
+        normal.b += score, normal.B += score * score.transpose();
+        score.setZero();
+      }
+    }
+  }
+  return normal;
+}
+
+void add_priors(const StandProblem& problem, const StandHypothesis& hypothesis, Normal* normal) {
+  long at = 0;
+  for (const StandEffect& e : hypothesis) {
+    const std::vector<double>& neutral = get_stand_info(e.id).neutral;
+    for (size_t i = 0; i < e.p.size(); ++i, ++at) {
+      const double prior = find_prior(problem, e, i);
+      if (prior == 0) continue;
+      const double precision = 1 / (prior * prior);
+      normal->A(at, at) += precision, normal->B(at, at) += precision;
+      normal->b(at) += precision * (e.p[i] - neutral[i % neutral.size()]);
+    }
+  }
+}
+
+StandStep solve_normal(const Normal& normal) {
+  const long n = normal.b.size();
+  Eigen::VectorXd scale = normal.A.diagonal().cwiseMax(0).cwiseSqrt();
+  for (long i = 0; i < n; ++i) scale(i) = scale(i) > 0 ? 1 / scale(i) : 0;
+  Eigen::MatrixXd S = scale.asDiagonal() * normal.A * scale.asDiagonal();
+  S.diagonal().array() += 1e-9;
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(S);
+  StandStep step;
+  step.delta = -(scale.asDiagonal() * ldlt.solve(scale.asDiagonal() * normal.b));
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * ldlt.solve(Eigen::MatrixXd(scale.asDiagonal()));
+  const Eigen::MatrixXd sandwich = inverse * normal.B * inverse.transpose();
+  step.covariance = sandwich;
+  // Not below what white noise alone would give: few stretches can agree by chance.
+  for (long i = 0; i < n; ++i) step.covariance(i, i) = std::max(sandwich(i, i), inverse(i, i));
+  step.ok = step.delta.allFinite() && step.covariance.allFinite();
+  return step;
+}
+
+}  // namespace
+
+Evaluation evaluate(const StandProblem& problem, const StandHypothesis& hypothesis) {
+  Evaluation out(problem.recordings.size());
+  for (size_t r = 0; r < out.size(); ++r) calc_channels(problem, hypothesis, r, &out[r]);
+  return out;
+}
+
+std::vector<Derivative> differentiate(const StandProblem& problem, const StandHypothesis& hypothesis, size_t first,
+                                      const Evaluation& base, const std::vector<size_t>& recordings) {
+  std::vector<Derivative> columns;
+  for (size_t e = first; e < hypothesis.size(); ++e) {
+    const StandInfo& info = get_stand_info(hypothesis[e].id);
+    for (size_t i = 0; i < hypothesis[e].p.size(); ++i) {
+      const double step = info.step[i % info.step.size()];
+      StandHypothesis moved = hypothesis;
+      moved[e].p[i] += step;
+      Derivative column(base.size());
+      for (size_t r : recordings) {
+        const std::vector<double>& at = base[r].residuals;
+        if (step == 0) {
+          column[r].assign(at.size(), 0.0);
+          continue;
+        }
+        const bool drive = is_drive(hypothesis[e].id);
+        column[r] = drive ? calc_drive_channels(problem, moved, r, base[r], hypothesis[e].place)
+                          : calc_channels(problem, moved, r);
+        for (size_t k = 0; k < at.size(); ++k) {
+          const bool silent = column[r][k] == 0 || at[k] == 0;  // an equation that says nothing has no slope
+          column[r][k] = silent ? 0 : (column[r][k] - at[k]) / step;
+        }
+      }
+      columns.push_back(std::move(column));
+    }
+  }
+  return columns;
+}
+
+namespace {
+
+Eigen::VectorXd stack(const FitSelection& selection, const Derivative& column) {
+  const size_t channels = selection.weight.size();
+  size_t rows = 0;
+  for (size_t r : selection.recordings) rows += column[r].size();
+  Eigen::VectorXd out(static_cast<long>(rows));
+  long at = 0;
+  for (size_t r : selection.recordings) {
+    for (size_t k = 0; k < column[r].size(); ++k) out(at++) = column[r][k] * selection.weight[k % channels];
+  }
+  return out;
+}
+
+Eigen::MatrixXd stack_all(const FitSelection& selection, const std::vector<Derivative>& columns, long rows) {
+  Eigen::MatrixXd out(rows, static_cast<long>(columns.size()));
+  for (size_t i = 0; i < columns.size(); ++i) out.col(static_cast<long>(i)) = stack(selection, columns[i]);
+  return out;
+}
+
+}  // namespace
+
+SharedColumns share_columns(const FitSelection& selection, std::vector<Derivative> columns, const Evaluation& base) {
+  SharedColumns out;
+  Derivative residuals;
+  for (const StandBase& b : base) residuals.push_back(b.residuals);
+  out.residual = stack(selection, residuals);
+  out.weighted = stack_all(selection, columns, out.residual.size());
+  out.columns = std::move(columns);
+  return out;
+}
+
+Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection, const SharedColumns& shared,
+                           const StandHypothesis& hypothesis, const std::vector<Derivative>& added) {
+  const long n = shared.weighted.cols(), m = static_cast<long>(added.size());
+  const Eigen::MatrixXd C = stack_all(selection, added, shared.residual.size());
+  Normal normal{Eigen::MatrixXd(n + m, n + m), Eigen::MatrixXd::Zero(n + m, n + m), Eigen::VectorXd(n + m)};
+  normal.A.topLeftCorner(n, n) = shared.weighted.transpose() * shared.weighted;
+  normal.A.bottomLeftCorner(m, n) = C.transpose() * shared.weighted;
+  normal.A.topRightCorner(n, m) = normal.A.bottomLeftCorner(m, n).transpose();
+  normal.A.bottomRightCorner(m, m) = C.transpose() * C;
+  normal.b << shared.weighted.transpose() * shared.residual, C.transpose() * shared.residual;
+  add_priors(problem, hypothesis, &normal);
+  return solve_normal(normal).delta;
+}
+
+StandStep solve(const StandProblem& problem, const FitSelection& selection, const StandHypothesis& hypothesis,
+                const std::vector<Derivative>& columns, const Evaluation& base) {
+  const Side side{columns, base};
+  Normal normal = gather(problem, selection, side, side);
+  add_priors(problem, hypothesis, &normal);
+  return solve_normal(normal);
+}
+
+void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* hypothesis) {
+  long at = 0;
+  for (size_t e = 0; e < hypothesis->size(); ++e) {
+    for (double& p : (*hypothesis)[e].p) {
+      if (e >= first) p += delta(at);
+      ++at;
+    }
+  }
+}
+
+namespace {
+
+// A shape parameter that the data hardly see may be thrown far by one step: it stays within its bounds.
+void keep_shapes(StandHypothesis* hypothesis) {
+  for (StandEffect& e : *hypothesis) {
+    if (e.id == StandId::kStribeck) e.p[2] = std::clamp(e.p[2], 0.01, 0.5);       // [rad/s]
+    if (e.id == StandId::kHysteresis) e.p[1] = std::clamp(e.p[1], 2e-3, 0.3);    // [rad]
+    if (e.id == StandId::kJointOffset) e.p[0] = std::clamp(e.p[0], -0.3, 0.3);   // [rad]
+  }
+}
+
+}  // namespace
+
+StandHypothesis refine(const StandProblem& problem, const FitSelection& selection, StandHypothesis hypothesis,
+                       int iterations) {
+  for (int i = 0; i < iterations; ++i) {
+    const Evaluation base = evaluate(problem, hypothesis);
+    const std::vector<Derivative> columns = differentiate(problem, hypothesis, 0, base, selection.recordings);
+    const StandStep step = solve(problem, selection, hypothesis, columns, base);
+    if (!step.ok) break;
+    add_step(step.delta, 0, &hypothesis);
+    keep_shapes(&hypothesis);
+  }
+  return hypothesis;
+}
+
+bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, StandHypothesis* hypothesis,
+            Eigen::MatrixXd* covariance) {
+  StandHypothesis h = *hypothesis;
+  for (int i = 0; i <= iterations; ++i) {
+    const Evaluation even = evaluate(problems.even, h), odd = evaluate(problems.odd, h);
+    const std::vector<Derivative> by_even = differentiate(problems.even, h, 0, even, selection.recordings);
+    const std::vector<Derivative> by_odd = differentiate(problems.odd, h, 0, odd, selection.recordings);
+    Normal normal = gather(problems.all, selection, {by_even, even}, {by_odd, odd});
+    add_priors(problems.all, h, &normal);
+    const StandStep step = solve_normal(normal);
+    if (!step.ok) return false;
+    *covariance = step.covariance;
+    if (i == iterations) break;
+    add_step(step.delta, 0, &h);
+    if (!are_sensible(problems.all, h)) return false;
+  }
+  *hypothesis = h;
+  return true;
+}
+
+}  // namespace hrp::diagnosis::upright

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How well a hypothesis agrees with the recordings it was not fitted to.
+#pragma once
+
+#include "diagnosis/upright/fit.h"
+
+namespace hrp::diagnosis::upright {
+
+constexpr double kMismatch = 2.0;  // a channel beyond this many noise deviations (rms) disagrees with the model
+constexpr double kCorrelated = 8;  // samples that tell as much as one: errors of neighbours are alike
+
+struct StandFit {
+  StandHypothesis hypothesis;
+  std::vector<Eigen::VectorXd> std;     // by effect, by parameter
+  std::vector<double> channel_rms;      // whitened, on the recordings that were not fitted
+  double score = 0;                     // sum over channels of n log(rms^2), not below the noise; lower is better
+  double mismatch = 0;                  // the part of it by channels that disagree with the model
+};
+
+class StandJudge {
+ public:
+  explicit StandJudge(const StandProblem& problem);
+
+  const std::vector<Channel>& list() const { return channels_; }
+  const std::vector<double>& sigma() const { return sigma_; }   // of each channel
+  const std::vector<size_t>& train() const { return train_; }  // recordings
+
+  // Noise of each channel from the high frequencies of its residual; once more is explained it can only get smaller.
+  void update_sigma(const Evaluation& evaluation);
+
+  StandFit judge(const StandHypothesis& hypothesis, const Evaluation& evaluation) const;
+
+  // Channels that stay far from their noise count less: whatever else is missing there must not bend the parameters.
+  FitSelection select(const StandFit& so_far) const;
+
+  // What is left of a channel [noise deviations] is noise, or a thousandth (of its power) of what there was.
+  static bool is_quiet(double left, double before);
+
+ private:
+  const StandProblem* problem_;
+  std::vector<Channel> channels_;
+  std::vector<double> sigma_;
+  std::vector<size_t> train_, held_;
+};
+
+// The same problem with a third of the samples: enough to rank candidates by; and its rows of a whole evaluation.
+StandProblem make_coarse(StandProblem problem);
+Evaluation thin_out(const Evaluation& evaluation, size_t channels);
+
+// Deviation of feet's roll and pitch [rad]: their moments (rms) times what ground and sole may give, evenly up to most.
+Eigen::Vector2d find_tilting(const StandProblem& problem);
+
+}  // namespace hrp::diagnosis::upright

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How slippery the ground was, seen from the feet.
+#pragma once
+
+#include "diagnosis/upright/data.h"
+
+namespace hrp::diagnosis::upright {
+
+// Ratio of tangential to normal force at which the feet of the recordings were seen to slip: densest half of the
+// samples in which they moved against each other, and half its width. False when nothing slipped, or at ratios that
+// scatter.
+bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread);
+
+}  // namespace hrp::diagnosis::upright
