@@ -16,7 +16,7 @@ VENDORS = {
     "fastdds/": ["common/bus/fast"],
     "fastrtps/": ["common/bus/fast"],
     "fastcdr/": ["common/messages", "common/bus/fast"],
-    "urdf_": ["servers/model_parser"],
+    "urdf_": ["servers/model_parser", "diagnosis/generator"],
     "tinyxml2": ["servers/model_parser"],
     "console_bridge": ["servers/model_parser"],
     "fcl/": ["servers/collision_checker"],

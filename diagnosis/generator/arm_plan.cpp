@@ -9,37 +9,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Mass times squared distance of everything outboard, arms stretched: an upper bound of what the joint turns.
-double outboard_inertia(const RobotPlan& robot, std::size_t first) {
-  double inertia = 0, reach = 0;
-  for (std::size_t i = first; i < robot.links.size(); ++i) {
-    const LinkPlan& link = robot.links[i];
-    if (i > first) reach += std::hypot(link.joint.xyz[0], link.joint.xyz[1], link.joint.xyz[2]);
-    const double r = reach + std::hypot(link.com[0], link.com[1], link.com[2]);
-    inertia += link.mass * r * r + (link.inertia[0] + link.inertia[1] + link.inertia[2]) / 3;
-  }
-  return inertia;
-}
-
-double outboard_moment(const RobotPlan& robot, std::size_t first) {
-  double moment = 0, reach = 0;
-  for (std::size_t i = first; i < robot.links.size(); ++i) {
-    const LinkPlan& link = robot.links[i];
-    if (i > first) reach += std::hypot(link.joint.xyz[0], link.joint.xyz[1], link.joint.xyz[2]);
-    moment += link.mass * 9.81 * (reach + std::hypot(link.com[0], link.com[1], link.com[2]));
-  }
-  return moment;
-}
-
-void draw_arm_servo(RobotPlan& robot, std::size_t i, Prng& random) {
-  JointPlan& joint = robot.links[i].joint;
-  const double bandwidth = random.uniform(24, 42);  // [rad/s]
-  const double inertia = outboard_inertia(robot, i), moment = outboard_moment(robot, i);
-  joint.kp = round_to(std::max(inertia * bandwidth * bandwidth, moment * random.uniform(15, 30)), 3);
-  joint.kd = round_to(joint.kp * random.uniform(0.025, 0.045), 3);
-  joint.limit = round_to(std::max(3.0 * moment, joint.kp * random.uniform(0.15, 0.3)), 2);
-}
-
 enum class ArmKind { serial, planar, scara };
 
 ArmKind draw_kind(Prng& random) {
@@ -118,7 +87,7 @@ RobotPlan make_arm(Prng& random) {
     mass *= random.uniform(0.5, 0.78);
     length *= random.uniform(0.72, 0.98);
   }
-  for (std::size_t i = 1; i < robot.links.size(); ++i) draw_arm_servo(robot, i, random);
+  for (std::size_t i = 1; i < robot.links.size(); ++i) draw_servo(robot, i, random);
   return robot;
 }
 

@@ -64,6 +64,10 @@ int find_link(const RobotPlan& robot, const std::string& name);   // -1: none
 // An arm of 2 to 7 joints (serial, planar or SCARA-like) with random geometry, mass, names and gains.
 RobotPlan make_arm(Prng& random);
 
+// The robot of a URDF with its root link held and gains drawn; joints that do not turn are held, too. Throws
+// std::runtime_error where it cannot be read, or a link that turns has no mass.
+RobotPlan make_hung_robot(const std::string& urdf_path, Prng& random);
+
 // A standing biped with random sizes (0.55 to 1.5 of a small human): twelve leg joints, a waist, and perhaps arms.
 RobotPlan make_biped(Prng& random);
 
