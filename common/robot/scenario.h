@@ -150,6 +150,31 @@ struct PushSpec {
   double start = 0.0, duration = 0.0;  // [s]
 };
 
+// What a hand adds to its place while it sways: amplitude sin(2 pi frequency t + phase), t since the hand took hold;
+// grown and faded over `fade` at both ends by a minimum-jerk ramp.
+struct HandWave {
+  Vector3d amplitude_W = Vector3d::Zero();                     // [m]
+  double frequency = 0.0, phase = 0.0;                         // [Hz], [rad]
+  double start = 0.0, duration = 0.0, fade = 1.0;              // [s] since the hand took hold
+};
+
+// The hand is here at this time and at rest.
+struct HandPoint {
+  double time = 0.0;                           // [s] since the hand took hold
+  Vector3d p_QH_W = Vector3d::Zero();          // [m] from where it took hold
+};
+
+// A hand that holds a point Q of a link: spring and damper between Q and the moving hand H, three axes. Pulls and pushes,
+// does not turn. H starts where Q is in the initial pose.
+struct HandSpec {
+  std::string name, link;
+  Vector3d p_LQ = Vector3d::Zero();                                    // [m] link axes
+  Vector3d stiffness_W = Vector3d::Zero(), damping_W = Vector3d::Zero();  // [N/m], [N s/m] along world axes
+  double start = 0.0, duration = 0.0;                                  // [s]; duration 0: never lets go
+  std::vector<HandPoint> path;                                         // times rise
+  std::vector<HandWave> waves;
+};
+
 struct LoggingSpec {
   std::string file;              // empty: chosen by the launcher
   std::string compression = "zstd";  // none, lz4, zstd
@@ -192,6 +217,7 @@ struct Scenario {
   bool repair_inertias = false;
   VariationSpec variation;
   std::vector<PushSpec> pushes;
+  std::vector<HandSpec> hands;
   ControllerSpec controller;
   LoggingSpec logging;
   unsigned long long seed = 1;

@@ -87,6 +87,7 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   for (const ImuSpec& imu : scenario.sensors.imus) checker.check_link("sensors.imu." + imu.name + ".link", imu.link);
   for (const WrenchSpec& w : scenario.sensors.wrenches) checker.check_link("sensors.wrench." + w.name + ".link", w.link);
   for (const PushSpec& push : scenario.pushes) checker.check_link("pushes." + push.name + ".link", push.link);
+  for (const HandSpec& hand : scenario.hands) checker.check_link("hands." + hand.name + ".link", hand.link);
   if (scenario.controller.type == "walk") {
     checker.check_link("controller.walk.left_foot", scenario.controller.walk.left_foot);
     checker.check_link("controller.walk.right_foot", scenario.controller.walk.right_foot);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/robot/disturbance_section.h"
 #include "common/robot/walk_section.h"
 
 namespace hrp {
@@ -127,23 +128,6 @@ void read_controller(YamlMap& map, ControllerSpec* controller) {
   map.child("walk", [&](YamlMap& child) { read_walk(child, &controller->walk); });
 }
 
-void read_push(YamlMap& map, PushSpec* push) {
-  map.require("link", "the name of a link");
-  map.require("force", "a list of 3 numbers [N]");
-  map.require("duration", "a time [s]");
-  map.text("link", &push->link);
-  map.vector3("xyz", &push->p_LQ, Bound::kAny, "m");
-  map.vector3("force", &push->force_W, Bound::kAny, "N");
-  map.number("start", &push->start, Bound::kNotNegative, "s");
-  map.number("duration", &push->duration, Bound::kPositive, "s");
-}
-
-void read_variation(YamlMap& map, VariationSpec* variation) {
-  map.number("mass", &variation->mass, Bound::kUnitInterval, "");
-  map.number("pose", &variation->pose, Bound::kNotNegative, "rad");
-  map.integer("seed", &variation->seed);
-}
-
 void read_errors(YamlMap& map, const std::string& unit, SensorErrors* errors) {
   map.axes3("noise", &errors->noise, Bound::kNotNegative, unit);
   map.axes3("bias", &errors->bias, Bound::kAny, unit);
@@ -231,12 +215,7 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.child("contact", [&](YamlMap& child) { read_contact(child, &scenario->contact); });
   map.child("foot_bush", [&](YamlMap& child) { read_foot_bush(child, scenario); });
   map.flag("self_collision", &scenario->self_collision);
-  map.child("variation", [&](YamlMap& child) { read_variation(child, &scenario->variation); });
-  map.children("pushes", [&](const std::string& name, YamlMap& child) {
-    scenario->pushes.push_back({});
-    scenario->pushes.back().name = name;
-    read_push(child, &scenario->pushes.back());
-  });
+  read_disturbance_sections(map, scenario);
   map.children("obstacles", [&](const std::string& name, YamlMap& child) {
     scenario->obstacles.push_back({});
     scenario->obstacles.back().name = name;

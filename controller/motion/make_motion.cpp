@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/spatial/minimum_jerk.h"
 #include "controller/motion/leg.h"
 
 namespace {
@@ -13,10 +14,7 @@ const hrp::LegGeometry kLeft{0.3, 0.3, 0.035};
 const hrp::LegGeometry kRight{0.3, 0.3, -0.035};
 
 // 0 before t0, 1 after t1, two derivatives continuous.
-double calc_ramp(double t, double t0, double t1) {
-  const double s = std::fmin(std::fmax((t - t0) / (t1 - t0), 0.0), 1.0);
-  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
-}
+double calc_ramp(double t, double t0, double t1) { return hrp::calc_minimum_jerk((t - t0) / (t1 - t0)); }
 
 // Displacement of the pelvis [m]: down 8 cm and up again from 0.5 to 4.5 s, then a sway of 4 cm, period 2.5 s, to 9.5 s.
 Eigen::Vector3d calc_pelvis(double t) {

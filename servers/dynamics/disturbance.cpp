@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/dynamics/disturbance.h"
 
+#include <limits>
 #include <random>
 
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
+#include "servers/dynamics/hand.h"
 
 namespace hrp {
 namespace {
@@ -14,18 +16,33 @@ double draw(std::mt19937_64* generator) {
   return 2.0 * ((static_cast<double>((*generator)() >> 11) + 0.5) * 0x1.0p-53) - 1.0;
 }
 
-int find_link(const TreeSpec& tree, const PushSpec& push, Transform* X_LF) {
-  const int frame = tree.find_frame(push.link);
+constexpr double kTick = 1e-9;  // [s] times are sums of steps
+
+bool acts(double time, double start, double duration) {
+  return time >= start - kTick && time < start + duration - kTick;
+}
+
+int find_link(const TreeSpec& tree, const Scenario& scenario, const std::string& key, const std::string& name,
+              Transform* X_LF) {
+  const int frame = tree.find_frame(name);
   if (frame >= 0) {
     *X_LF = tree.frames[static_cast<size_t>(frame)].X_LF;
     return tree.frames[static_cast<size_t>(frame)].link;
   }
-  const int link = tree.find_link(push.link);
+  const int link = tree.find_link(name);
   if (link >= 0) return link;
-  Diagnostic diagnostic;
-  diagnostic.field = "pushes." + push.name + ".link";
-  diagnostic.message = "the robot has no link '" + push.link + "'";
-  throw InputError(diagnostic);
+  throw InputError(scenario.make_diagnostic(key + ".link", "the robot has no link '" + name + "'"));
+}
+
+// A hand acts with the state at the beginning of a step. On a free mass m that is stable for 2 c dt + k dt^2 < 4 m; a
+// point away from the centre of mass feels less than its link's mass, hence a quarter of that.
+void check_hand(const HandSpec& hand, const std::string& key, double mass, const Scenario& scenario) {
+  const double dt = scenario.time_step;
+  const double needed = dt * (2.0 * hand.damping_W.maxCoeff() + dt * hand.stiffness_W.maxCoeff());
+  if (needed <= mass) return;
+  throw InputError(scenario.make_diagnostic(
+      key, "is too stiff for a link of " + std::to_string(mass) + " kg and a step of " + std::to_string(dt) +
+               " s: 2 damping dt + stiffness dt^2 is " + std::to_string(needed) + " kg"));
 }
 
 }  // namespace
@@ -53,29 +70,57 @@ Scenario vary_scenario(const RobotDescription& robot, const Scenario& scenario) 
   return varied;
 }
 
-Pushes::Pushes(const TreeSpec& tree, const Scenario& scenario) : model_(tree), data_(model_) {
+Pushes::Pushes(const RobotDescription& robot, const Scenario& scenario) : model_(robot.tree), data_(model_) {
   for (const PushSpec& spec : scenario.pushes) {
     Transform X_LF;
-    Push push{find_link(tree, spec, &X_LF), spec};
+    Push push{find_link(robot.tree, scenario, "pushes." + spec.name, spec.link, &X_LF), spec};
     push.spec.p_LQ = X_LF * spec.p_LQ;
     pushes_.push_back(push);
   }
-  active_.reserve(pushes_.size());
+  if (!scenario.hands.empty()) add_hands(scenario, make_initial_state(robot, scenario));
+  active_.reserve(pushes_.size() + hands_.size());
+}
+
+void Pushes::add_hands(const Scenario& scenario, const State& start) {
+  update_kinematics(model_, start, &data_);
+  for (const HandSpec& spec : scenario.hands) {
+    Transform X_LF;
+    const std::string key = "hands." + spec.name;
+    Hand hand{find_link(model_.spec(), scenario, key, spec.link, &X_LF), spec, {}};
+    check_hand(spec, key, model_.spec().links[static_cast<size_t>(hand.link)].inertia.mass, scenario);
+    hand.spec.p_LQ = X_LF * spec.p_LQ;
+    hand.p_WH0 = get_pose(data_, hand.link) * hand.spec.p_LQ;
+    hands_.push_back(hand);
+  }
+}
+
+void Pushes::add(int link, const Vector3d& arm_W, const Vector3d& force_W) {
+  ExternalWrench wrench;
+  wrench.link = link;
+  wrench.F_W << arm_W.cross(force_W), force_W;
+  active_.push_back(wrench);
 }
 
 const ExternalWrenches& Pushes::find(double time, const State& state) {
   active_.clear();
   bool posed = false;
-  for (const Push& push : pushes_) {
-    constexpr double kTick = 1e-9;  // [s] times are sums of steps
-    if (time < push.spec.start - kTick || time >= push.spec.start + push.spec.duration - kTick) continue;
+  const auto pose = [&](int link) {
     if (!posed) update_kinematics(model_, state, &data_);
     posed = true;
-    const Vector3d arm = get_pose(data_, push.link).R * push.spec.p_LQ;
-    ExternalWrench wrench;
-    wrench.link = push.link;
-    wrench.F_W << arm.cross(push.spec.force_W), push.spec.force_W;
-    active_.push_back(wrench);
+    return get_pose(data_, link);
+  };
+  for (const Push& push : pushes_) {
+    if (!acts(time, push.spec.start, push.spec.duration)) continue;
+    add(push.link, pose(push.link).R * push.spec.p_LQ, push.spec.force_W);
+  }
+  for (const Hand& hand : hands_) {
+    const HandSpec& spec = hand.spec;
+    const double never = std::numeric_limits<double>::infinity();
+    if (!acts(time, spec.start, spec.duration > 0.0 ? spec.duration : never)) continue;
+    const Transform X_WL = pose(hand.link);
+    const Vector3d p_WQ = X_WL * spec.p_LQ, v_WQ = calc_point_velocity(data_, hand.link, p_WQ).tail<3>();
+    const HandPlace place = calc_hand_place(spec, time - spec.start);
+    add(hand.link, p_WQ - X_WL.p, calc_hand_force(spec, hand.p_WH0 + place.p - p_WQ, place.v - v_WQ));
   }
   return active_;
 }

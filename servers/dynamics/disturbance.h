@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a scenario does to a robot that the robot's description does not say: variations of masses and pose, pushes.
+// What a scenario does to a robot that the robot's description does not say: variations of masses and pose, pushes, hands.
 #pragma once
 
 #include "common/multibody/kinematics.h"
@@ -12,12 +12,13 @@ RobotDescription vary_robot(const RobotDescription& robot, const Scenario& scena
 // The scenario with its initial joint positions moved as Scenario::variation says. Only joints that the scenario places.
 Scenario vary_scenario(const RobotDescription& robot, const Scenario& scenario);
 
-// Scenario::pushes as wrenches.
+// Scenario::pushes and Scenario::hands as wrenches.
 class Pushes {
  public:
-  // Throws InputError: unknown link.
-  Pushes(const TreeSpec& tree, const Scenario& scenario);
-  // Those that act in the step that begins at `time`. The result lives until the next call.
+  // Throws InputError: unknown link, a hand that is too stiff for a step.
+  Pushes(const RobotDescription& robot, const Scenario& scenario);
+  // Those that act in the step that begins at `time`; a hand's force is that of the state at the step's beginning. The
+  // result lives until the next call.
   const ExternalWrenches& find(double time, const State& state);
 
  private:
@@ -25,7 +26,16 @@ class Pushes {
     int link = 0;
     PushSpec spec;
   };
+  struct Hand {
+    int link = 0;
+    HandSpec spec;
+    Vector3d p_WH0 = Vector3d::Zero();  // [m] where it takes hold
+  };
+  void add_hands(const Scenario& scenario, const State& start);
+  void add(int link, const Vector3d& arm_W, const Vector3d& force_W);
+
   std::vector<Push> pushes_;
+  std::vector<Hand> hands_;
   Model model_;
   Data data_;
   ExternalWrenches active_;

@@ -4,11 +4,11 @@
 namespace hrp {
 
 SimulatorEngine::SimulatorEngine(const RobotDescription& robot, const Scenario& scenario)
-    : simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)), pushes_(robot.tree, scenario) {}
+    : simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)),
+      pushes_(robot, vary_scenario(robot, scenario)) {}
 
 std::string SimulatorEngine::step(const ContactSet& contacts, const JointCommand& command) {
-  const StepStatus status = 
-      simulator_.step(contacts, command, pushes_.find(simulator_.time(), simulator_.state()));
+  const StepStatus status = simulator_.step(contacts, command, pushes_.find(simulator_.time(), simulator_.state()));
   if (status == StepStatus::kOk) return "";
   const std::string what = get_step_status_text(status);
   return simulator_.fault_text().empty() ? what : what + ": " + simulator_.fault_text();

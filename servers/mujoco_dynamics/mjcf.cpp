@@ -20,6 +20,8 @@ void check_supported(const Scenario& scenario) {
   if (!scenario.foot_bush.empty()) refuse(scenario, "foot_bush", std::string("a foot bush") + hint);
   if (!scenario.joint_laws.empty()) refuse(scenario, "joint_laws", std::string("an extra joint law") + hint);
   if (!scenario.link_laws.empty()) refuse(scenario, "link_laws", std::string("an effect of a link") + hint);
+  if (!scenario.pushes.empty()) refuse(scenario, "pushes", std::string("a push") + hint);
+  if (!scenario.hands.empty()) refuse(scenario, "hands", std::string("a hand") + hint);
   if (!scenario.loops.empty()) refuse(scenario, "loops", std::string("a closed chain") + hint);
 }
 

@@ -115,6 +115,13 @@ TEST(Scenario, BadInputIsNamedWithLineKeyValueAndExpectation) {
       {"robot: a.urdf\nmax_sole_points: 2", "max_sole_points: is 2, expected 3 to 16"},
       {"robot: a.urdf\nfeet: [a]\nfoot_bush: {b: {kz: 1}}", "'b' is not in the list of feet"},
       {"robot: a.urdf\nfeet: &a [*a]", "expected a word"},
+      {"robot: a.urdf\nhands: {h: {link: b}}", "hands.h.stiffness: is missing"},
+      {"robot: a.urdf\nhands:\n  h: {link: b, stiffness: -1}", "3:27: error: hands.h.stiffness: is '-1'"},
+      {"robot: a.urdf\nhands: {h: {link: b, stiffness: 1, stifness: 2}}", "did you mean 'stiffness'?"},
+      {"robot: a.urdf\nhands: {h: {link: b, stiffness: 1, path: [{time: 1, xyz: [0, 0, 0]}, {time: 1, xyz: [0, 0, 1]}]}}",
+       "hands.h.path[1].time: is not later than the point before"},
+      {"robot: a.urdf\nhands: {h: {link: b, stiffness: 1, waves: [{amplitude: [0, 0, 1]}]}}",
+       "hands.h.waves[0].frequency: is missing"},
   };
   for (const Case& c : cases) EXPECT_THAT(find_complaint(c.text), HasSubstr(c.expected)) << "text:\n" << c.text;
 }
