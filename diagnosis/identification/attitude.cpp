@@ -8,7 +8,6 @@
 namespace hrp::identification {
 namespace {
 
-constexpr double kGravity = 9.81;     // [m/s^2]
 constexpr double kDriftWindow = 2.0;  // [s] where gyroscope drift and accelerometer noise are about equal
 constexpr int kDriftThinning = 20;    // the drift is slow: smoothed on every 20th sample
 

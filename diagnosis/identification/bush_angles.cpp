@@ -6,7 +6,6 @@
 
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
-#include "common/robot/sole.h"
 #include "diagnosis/identification/attitude.h"
 #include "diagnosis/identification/smoothing.h"
 #include "servers/model_parser/robot_loader.h"
@@ -17,7 +16,6 @@ const char* const kAxisNames[kAxes] = {"roll", "pitch"};
 
 namespace {
 
-constexpr double kGravity = 9.81;    // [m/s^2]
 constexpr double kSmoothing = 0.03;  // [s] passes what bushes answer to (up to 6 Hz), stops the noise
 constexpr int kThinning = 4;         // of the result: smoothed samples are alike
 // [s] at the start soles may shuffle while the robot takes its first load on them, and a hanging robot sags on its
@@ -26,7 +24,7 @@ constexpr int kThinning = 4;         // of the result: smoothed samples are alik
 constexpr double kSettling = 1.5;
 constexpr double kEnds = 2.0;         // [s] at both ends the drift smoother sees one side only: no tracks there
 constexpr double kGyroWander = 1e-6;  // [rad/s] a bias is not constant to less than this
-constexpr double kAirborne = 20.0;    // [N] less load than this: not standing
+constexpr double kStretch = 1.0;      // [s] both feet stand for less: says nothing of slip
 
 Vector3d median_of(const Samples& samples) {
   Vector3d median;
@@ -37,17 +35,6 @@ Vector3d median_of(const Samples& samples) {
     median[i] = row[row.size() / 2];
   }
   return median;
-}
-
-// By foot: carries load all the time, but for `margin` samples at both ends.
-std::vector<bool> find_loaded(const RobotLog& log, const std::vector<SensorZero>& zeros, Eigen::Index margin) {
-  std::vector<bool> loaded;
-  for (size_t f = 0; f < log.wrenches.size(); ++f) {
-    loaded.push_back(
-        (log.wrenches[f].row(2).array() - zeros[f].bias[2]).segment(margin, log.size() - 2 * margin).minCoeff() >
-        kAirborne);
-  }
-  return loaded;
 }
 
 RobotLog leave_out_start(const RobotLog& log, double time) {
@@ -62,47 +49,28 @@ RobotLog leave_out_start(const RobotLog& log, double time) {
   return late;
 }
 
-struct Angles {
-  double roll, pitch;
-};
-
-// R_US = Rx(roll) Ry(pitch) and S level: the vertical in U is (sin p, -sin r cos p, cos r cos p).
-Angles calc_angles(const Vector3d& n_U) {
-  return {std::atan2(-n_U.y(), n_U.z()), std::asin(std::clamp(n_U.x(), -1.0, 1.0))};
-}
-
-Matrix3d make_R_SU(const Angles& a) {
-  return (Eigen::AngleAxisd(-a.pitch, Vector3d::UnitY()) * Eigen::AngleAxisd(-a.roll, Vector3d::UnitX()))
-      .toRotationMatrix();
-}
-
 }  // namespace
 
 struct BushObserver::Impl {
-  struct Foot {
-    int link = 0;
-    Vector3d p_UC = Vector3d::Zero();     // centre of the bush
-    double mass = 0.0, upper_mass = 0.0;  // [kg] of the foot, and above the bush
-    Vector3d p_Ucm = Vector3d::Zero();
-  };
   struct Chain {                               // by sample
     std::vector<std::vector<Transform>> X_UI;  // by foot
   };
   explicit Impl(const Scenario& scenario_in);
   Chain calc_chain(const RobotLog& log) const;
   VerticalEstimate calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
-                                 const std::vector<bool>& loaded) const;
+                                 const std::vector<Mask>& stands) const;
   Samples calc_acceleration(const RobotLog& log, const Chain& chain, const Samples& n_I, size_t foot) const;
   void fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical, const SensorZero& zero,
                  size_t foot, MotionTrack* track) const;
-  void fill_between(const RobotLog& log, const Chain& chain, const Samples& n_I, MotionTrack* track) const;
+  void fill_between(const RobotLog& log, const Chain& chain, const Samples& n_I, const std::vector<Mask>& stands,
+                    MotionTrack* track) const;
 
   Scenario scenario;
   RobotDescription robot;
   Model model;
   int imu_link = 0;
   Transform X_LI;
-  std::vector<Foot> feet;
+  std::vector<FootFrame> feet;
 };
 
 namespace {
@@ -125,25 +93,7 @@ BushObserver::Impl::Impl(const Scenario& s) : scenario(s), robot(load_robot(with
   if (frame < 0) fail("sensors.imu", "the robot has no link '" + imu.link + "'");
   imu_link = robot.tree.frames[static_cast<size_t>(frame)].link;
   X_LI = robot.tree.frames[static_cast<size_t>(frame)].X_LF * Transform{Matrix3d::Identity(), imu.p_LS};
-  const std::vector<Sole> soles = make_soles(robot);
-  for (const std::string& name : scenario.feet) {
-    Foot foot;
-    foot.link = robot.tree.find_link(name);
-    if (foot.link < 0) fail("feet", "the robot has no link '" + name + "'");
-    const auto bush = scenario.foot_bush.find(name);
-    for (const Sole& sole : soles) {
-      if (sole.link == foot.link) foot.p_UC = sole.p_LR;
-    }
-    const LinkInertia& inertia = robot.tree.links[static_cast<size_t>(foot.link)].inertia;
-    foot.mass = inertia.mass;
-    foot.p_Ucm = inertia.p_LLcm_L;
-    foot.upper_mass = FootBushSpec{}.upper_mass_ratio * inertia.mass;
-    if (bush != scenario.foot_bush.end()) {
-      if (bush->second.center) foot.p_UC = *bush->second.center;
-      foot.upper_mass = bush->second.upper_mass_ratio * inertia.mass;
-    }
-    feet.push_back(foot);
-  }
+  feet = make_feet(scenario, robot);
 }
 
 BushObserver::Impl::Chain BushObserver::Impl::calc_chain(const RobotLog& log) const {
@@ -186,7 +136,7 @@ Samples BushObserver::Impl::calc_acceleration(const RobotLog& log, const Chain& 
 }
 
 VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
-                                                   const std::vector<bool>& loaded) const {
+                                                   const std::vector<Mask>& stands) const {
   VerticalEstimate result{integrate_gyro(log, gyro_bias), Samples(3, log.size()), {}};
   const std::vector<Matrix3d>& R = result.R;
   Samples& n_I = result.n_I;
@@ -207,13 +157,14 @@ VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Ch
     for (Eigen::Index k = 0; k < log.size(); ++k)
       n_I.col(k) = R[static_cast<size_t>(k)].transpose() * Vector3d(drift.col(k)).normalized();
     acceleration.setZero();
-    int count = 0;
+    Eigen::ArrayXd count = Eigen::ArrayXd::Zero(log.size());
     for (size_t f = 0; f < feet.size(); ++f) {
-      if (!loaded[f]) continue;
-      acceleration += calc_acceleration(log, chain, n_I, f);
-      ++count;
+      if (!stands[f].any()) continue;
+      const Eigen::ArrayXd share = stands[f].cast<double>();
+      acceleration += calc_acceleration(log, chain, n_I, f) * share.matrix().asDiagonal();
+      count += share;
     }
-    if (count > 1) acceleration /= count;
+    acceleration.array().rowwise() /= count.max(1.0).transpose();
   }
   fill_gains(log, gyro_bias, margin, &result);
   return result;
@@ -221,7 +172,7 @@ VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Ch
 
 void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical,
                                    const SensorZero& zero, size_t f, MotionTrack* track) const {
-  const Foot& foot = feet[f];
+  const FootFrame& foot = feet[f];
   const Eigen::Index n = log.size();
   Eigen::VectorXd angle[kAxes], torque[kAxes], arm[kAxes], load(n), rise(n), height(n), gain[kAxes][kImuErrors];
   Eigen::Matrix2Xd zmp(2, n);
@@ -234,11 +185,11 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
   for (Eigen::Index k = 0; k < n; ++k) {
     const Matrix3d& R_UI = chain.X_UI[f][static_cast<size_t>(k)].R;
     const Vector3d n_U = R_UI * vertical.n_I.col(k);
-    const Angles at = calc_angles(n_U);
+    const BushAngles at = calc_angles(n_U);
     angle[0][k] = at.roll;
     angle[1][k] = at.pitch;
     for (int i = 0; i < kImuErrors; ++i) {  // angles are close to linear in the vertical
-      const Angles moved = calc_angles((n_U + 1e-4 * R_UI * vertical.gain[i].col(k)).normalized());
+      const BushAngles moved = calc_angles((n_U + 1e-4 * R_UI * vertical.gain[i].col(k)).normalized());
       gain[0][i][k] = (moved.roll - at.roll) / 1e-4;
       gain[1][i][k] = (moved.pitch - at.pitch) / 1e-4;
     }
@@ -298,10 +249,22 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
   for (int i = 0; i < 2; ++i) out.zmp.row(i) = thin(zmp.row(i).transpose(), 0).transpose();
 }
 
+namespace {
+
+void leave_out(double from, double to, MotionTrack* track) {
+  for (Eigen::Index j = 0; j < track->time.size(); ++j) {
+    if (track->time[j] < from || track->time[j] >= to) continue;
+    for (Mask& stands : track->stands) stands[j] = false;
+    track->slipped += track->period;
+  }
+}
+
+}  // namespace
+
 // Closed chain, both soles on the same floor: what their distance and heights say.
 void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, const Samples& n_I,
-                                      MotionTrack* track) const {
-  if (feet.size() != 2 || !track->loaded[0] || !track->loaded[1]) return;
+                                      const std::vector<Mask>& stands, MotionTrack* track) const {
+  if (feet.size() != 2) return;
   const Eigen::Index n = log.size();
   Samples p(3, n);
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -315,31 +278,51 @@ void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, c
   }
   const GaussianFilter filter(kSmoothing, log.period);
   for (int i = 0; i < 3; ++i) p.row(i) = filter.apply(p.row(i).transpose(), 0).transpose();
-  const Eigen::Index begin =
-      std::min<Eigen::Index>(n / 2, static_cast<Eigen::Index>(std::lround(kSettling / log.period)));
-  const Samples settled = p.rightCols(n - begin);
-  const Vector3d middle = median_of(settled);
-  track->slip = (settled.row(1).array() - middle[1]).abs().maxCoeff();
-  track->turn = (settled.row(2).array() - middle[2]).abs().maxCoeff();
-  const Eigen::Index margin = static_cast<Eigen::Index>(std::lround(track->time[0] / log.period));
+  Mask both = stands[0] && stands[1];
+  const auto samples = [&](double time) { return static_cast<Eigen::Index>(std::lround(time / log.period)); };
+  both.head(std::min(n / 2, samples(kSettling))).setConstant(false);
+  for (const auto& [first, end] : find_stretches(both)) {
+    if (end - first < samples(kStretch)) continue;
+    const Samples settled = p.middleCols(first, end - first);
+    const Vector3d middle = median_of(settled);
+    const double slip = (settled.row(1).array() - middle[1]).abs().maxCoeff();
+    const double turn = (settled.row(2).array() - middle[2]).abs().maxCoeff();
+    track->slip = std::max(track->slip, slip);
+    track->turn = std::max(track->turn, turn);
+    if (slip > kSlipDistance || turn > kSlipTurn) leave_out(static_cast<double>(first) * log.period, static_cast<double>(end) * log.period, track);
+  }
+  if (!(track->stands[0] && track->stands[1]).all()) return;
+  const Eigen::Index margin = samples(track->time[0]);
   track->slide.resize(track->time.size());
   // S is below U's bush centre by the slide: a bush that is pressed has its centre lower.
   for (Eigen::Index j = 0; j < track->slide.size(); ++j) track->slide[j] = p(0, margin + j * kThinning);
   track->slide.array() -= track->slide.mean();
 }
 
+bool has_slipped(const MotionTrack& track) { return track.slip > kSlipDistance || track.turn > kSlipTurn; }
+
+Mask MotionTrack::find_usable(size_t foot, double skip) const {
+  Mask usable = stands[foot];
+  const auto rest = static_cast<Eigen::Index>(std::ceil(skip / period));
+  for (const auto& [first, end] : find_stretches(stands[foot]))
+    usable.segment(first, std::min(rest, end - first)).setConstant(false);
+  return usable;
+}
+
 BushObserver::BushObserver(const Scenario& scenario) : impl_(std::make_unique<Impl>(scenario)) {}
 BushObserver::~BushObserver() = default;
 BushObserver::BushObserver(BushObserver&&) noexcept = default;
 
+const std::vector<FootFrame>& BushObserver::feet() const { return impl_->feet; }
+
 std::vector<Vector3d> BushObserver::bush_centres() const {
   std::vector<Vector3d> centres;
-  for (const Impl::Foot& foot : impl_->feet) centres.push_back(foot.p_UC);
+  for (const FootFrame& foot : impl_->feet) centres.push_back(foot.p_UC);
   return centres;
 }
 
 HangingAngles BushObserver::calc_hanging(size_t f, const double (&K)[kAxes], const double (&O)[kAxes]) const {
-  const Impl::Foot& foot = impl_->feet[f];
+  const FootFrame& foot = impl_->feet[f];
   const double weight = (foot.mass - foot.upper_mass) * kGravity;
   const Vector3d arm = foot.p_Ucm - foot.p_UC;  // of the sole's centre of mass, before it tilts
   HangingAngles q{};
@@ -356,13 +339,14 @@ std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& all, const std:
   const RobotLog hanging = leave_out_start(all, kSettling);
   const Impl::Chain chain = impl_->calc_chain(hanging);
   const Vector3d gyro_bias = hanging.gyro.rowwise().mean();
-  const Samples n_I = impl_->calc_vertical(hanging, chain, gyro_bias, std::vector<bool>(impl_->feet.size(), false)).n_I;
+  const std::vector<Mask> in_the_air(impl_->feet.size(), Mask::Constant(hanging.size(), false));
+  const Samples n_I = impl_->calc_vertical(hanging, chain, gyro_bias, in_the_air).n_I;
   const double count = static_cast<double>(hanging.size());
   const double gyro_std = std::sqrt((hanging.gyro.colwise() - gyro_bias).rowwise().squaredNorm().maxCoeff()) / count;
   std::vector<SensorZero> zeros(impl_->feet.size());
   for (size_t f = 0; f < zeros.size(); ++f) {
     // At rest the foot pulls its weight on the sensor, down; that of the sole where it has tilted to.
-    const Impl::Foot& foot = impl_->feet[f];
+    const FootFrame& foot = impl_->feet[f];
     const double share = 1.0 - foot.upper_mass / foot.mass;
     const Matrix3d R_US =
         angles.empty() ? Matrix3d::Identity() : make_R_SU({angles[f][0], angles[f][1]}).transpose().eval();
@@ -384,8 +368,8 @@ std::vector<SensorZero> BushObserver::calc_zeros(const RobotLog& all, const std:
 }
 
 std::vector<Matrix3d> BushObserver::calc_attitude(const RobotLog& log, const std::vector<SensorZero>& zeros) const {
-  const std::vector<bool> loaded = find_loaded(log, zeros, GaussianFilter(2.0 * kSmoothing, log.period).margin() + 1);
-  const Samples n_I = impl_->calc_vertical(log, impl_->calc_chain(log), zeros[0].gyro_bias, loaded).n_I;
+  const std::vector<Mask> stands = find_standing(log, impl_->feet, zeros);
+  const Samples n_I = impl_->calc_vertical(log, impl_->calc_chain(log), zeros[0].gyro_bias, stands).n_I;
   std::vector<Matrix3d> R = integrate_gyro(log, zeros[0].gyro_bias);
   for (Eigen::Index k = 0; k < log.size(); ++k) {
     Matrix3d& R_k = R[static_cast<size_t>(k)];
@@ -405,11 +389,15 @@ MotionTrack BushObserver::observe(const RobotLog& log, const std::vector<SensorZ
     track.time[j] = static_cast<double>(margin + j * kThinning) * log.period;
   }
   track.feet.resize(impl_->feet.size());
-  track.loaded = find_loaded(log, zeros, margin);
+  const std::vector<Mask> stands = find_standing(log, impl_->feet, zeros);
+  for (const Mask& all : stands) {
+    track.stands.push_back(Mask(track.time.size()));
+    for (Eigen::Index j = 0; j < track.time.size(); ++j) track.stands.back()[j] = all[margin + j * kThinning];
+  }
   const Impl::Chain chain = impl_->calc_chain(log);
-  const VerticalEstimate vertical = impl_->calc_vertical(log, chain, zeros[0].gyro_bias, track.loaded);
+  const VerticalEstimate vertical = impl_->calc_vertical(log, chain, zeros[0].gyro_bias, stands);
   for (size_t f = 0; f < impl_->feet.size(); ++f) impl_->fill_foot(log, chain, vertical, zeros[f], f, &track);
-  impl_->fill_between(log, chain, vertical.n_I, &track);
+  impl_->fill_between(log, chain, vertical.n_I, stands, &track);
   return track;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Angles and torques of the sole's bush from joint encoders, chest IMU and ankle force sensors, with the grounded sole
 // as base [M14]: the sole lies flat, so the vertical seen from the foot's upper part gives roll and pitch of the bush.
+// One foot on the floor or both (tree, closed chain): which, the force sensors say (standing.h).
 //
-// Frames: I IMU, U upper part of a foot (the foot link above the bush, origin in the ankle), S sole: R_US = Rx(roll)
-// Ry(pitch). The vertical n in I comes from the gyroscope; its slow drift is taken out by the accelerometer, whose own
+// Frames: I IMU, U upper part of a foot, S sole (foot_frame.h). The vertical n in I comes from the gyroscope; its slow drift is taken out by the accelerometer, whose own
 // acceleration is computed along the chain from the sole.
 #pragma once
 
@@ -13,6 +13,7 @@
 
 #include "diagnosis/identification/attitude.h"
 #include "diagnosis/identification/robot_log.h"
+#include "diagnosis/identification/standing.h"
 
 namespace hrp::identification {
 
@@ -42,11 +43,24 @@ struct MotionTrack {
   Eigen::VectorXd time;  // [s]
   double period = 0.0;   // [s]
   std::vector<BushTrack> feet;
-  Eigen::VectorXd slide;     // [m] first foot's bush slide less the second's, less its mean (closed chain)
-  double slip = 0.0;         // [m] largest change of the distance between the soles from its median
-  double turn = 0.0;         // [rad] same for the yaw between them
-  std::vector<bool> loaded;  // by foot: carries load all the time
+  Eigen::VectorXd slide;  // [m] first foot's bush slide less the second's, less its mean; empty unless both always stand
+  // In a stretch of time in which both feet stand (one that was lifted may come down elsewhere):
+  double slip = 0.0;     // [m] largest change of the distance between the soles from its median
+  double turn = 0.0;     // [rad] same for the yaw between them
+  double slipped = 0.0;  // [s] of stretches with too much of either: neither foot is taken to stand there
+  // By foot, sample by sample: stands. While it does not, its angles are not those of a level sole and its torque is that
+  // of a hanging one.
+  std::vector<Mask> stands;
+  // Of those, what began at least `skip` seconds ago, or where the track begins.
+  Mask find_usable(size_t foot, double skip) const;
+  double calc_standing_time(size_t foot) const { return period * static_cast<double>(stands[foot].count()); }  // [s]
 };
+
+// Soles that moved on the floor: their distance or the yaw between them changed more than rubber lets them. Simulated
+// soles that hold move by less than 0.1 mm and 0.1 mrad.
+constexpr double kSlipDistance = 1e-3;  // [m]
+constexpr double kSlipTurn = 0.005;     // [rad]
+bool has_slipped(const MotionTrack& track);
 
 // How the sole hangs on its bush while the feet are in the air [rad].
 using HangingAngles = std::array<double, kAxes>;
@@ -74,6 +88,7 @@ class BushObserver {
   MotionTrack observe(const RobotLog& log, const std::vector<SensorZero>& zeros) const;
   // R_WI of the IMU sample by sample, W level and, but for the gyroscope's slow drift, not turning.
   std::vector<Matrix3d> calc_attitude(const RobotLog& log, const std::vector<SensorZero>& zeros) const;
+  const std::vector<FootFrame>& feet() const;
   std::vector<Vector3d> bush_centres() const;  // [m] in the foot links
 
  private:

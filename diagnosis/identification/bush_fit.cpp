@@ -73,10 +73,9 @@ struct Problem {
     Rows rows;
     for (size_t m = 0; m < tracks.size(); ++m) {
       for (size_t f = 0; f < layout.feet; ++f) {
-        if (!is_usable(tracks[m], f)) continue;
         for (int a = 0; a < kAxes; ++a) {
           make_rows(tracks[m], f, a, layout, theta, options.skip, &rows);
-          if (rows.y.size() > 0) what(m, f * kAxes + static_cast<size_t>(a), rows);
+          if (rows.count > 0.0) what(m, f * kAxes + static_cast<size_t>(a), rows);
         }
       }
     }
@@ -107,10 +106,10 @@ Normal sum_up(const Problem& p, const Vector& theta, const std::vector<double>& 
   p.visit(theta, [&](size_t, size_t unit, const Rows& rows) {
     normal.A.noalias() += weight[unit] * rows.X.transpose() * rows.X;
     normal.b.noalias() += weight[unit] * rows.X.transpose() * rows.y;
-    normal.count[unit] += static_cast<double>(rows.y.size());
+    normal.count[unit] += rows.count;
   });
   if (*std::min_element(normal.count.begin(), normal.count.end()) < 50) {
-    throw std::runtime_error("a foot never carries load without slipping: nothing can be identified");
+    throw std::runtime_error("a foot never stands without slipping: nothing can be identified");
   }
   return normal;
 }
@@ -164,7 +163,7 @@ std::vector<double> calc_weights(const Problem& p, const Vector& theta,
   std::vector<double> sum(p.layout.feet * kAxes, 0.0), count(p.layout.feet * kAxes, 0.0), weight;
   p.visit(theta, [&](size_t, size_t unit, const Rows& rows) {
     sum[unit] += (rows.y - rows.X * theta).squaredNorm();
-    count[unit] += static_cast<double>(rows.y.size());
+    count[unit] += rows.count;
   });
   residual->assign(p.layout.feet, {});
   for (size_t i = 0; i < sum.size(); ++i) {
@@ -244,6 +243,7 @@ BushFit fit_from(const Problem& p, Vector theta, const std::vector<SensorZero>& 
                  const std::vector<Vector3d>& arms) {
   BushFit fit;
   fit.law = p.layout.law;
+  fit.skip = p.options.skip;
   std::vector<double> weight(p.layout.feet * kAxes, 1.0);
   std::vector<Eigen::Index> held;
   Normal normal;
@@ -270,8 +270,6 @@ BushFit fit_from(const Problem& p, Vector theta, const std::vector<SensorZero>& 
 }
 
 }  // namespace
-
-bool has_slipped(const MotionTrack& track) { return track.slip > kSlipDistance || track.turn > kSlipTurn; }
 
 BushFit fit_bush(const std::vector<MotionTrack>& tracks, const std::vector<SensorZero>& zeros,
                  const std::vector<Vector3d>& arms, const FitOptions& options) {

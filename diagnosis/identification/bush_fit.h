@@ -42,12 +42,13 @@ struct FitOptions {
   // nothing is taken off.
   std::vector<std::array<Matrix3d, kAxes>> noise;
   double error_memory = 10.0;        // [s] window for residuals that are alike over 2 s: for the standard deviations
-  double skip = 0.0;                 // [s] at the start of each motion: hysteresis remembers what was before
+  double skip = 0.0;  // [s] where a track begins or a foot has come down: hysteresis remembers what was before
   std::vector<Estimate> compliance;  // [m/N] vertical, by foot, where known from elsewhere (vertical.h)
 };
 
 struct BushFit {
   BushLaw law = BushLaw::kLinear;
+  double skip = 0.0;  // [s] as in the options
   std::vector<std::array<BushParameters, kAxes>> feet;
   std::vector<Estimate> compliance;                 // [m/N] vertical, by foot
   Estimate accelerometer_bias[3];                   // [m/s^2] sensor axes; z scales how much the chest seems to tilt
@@ -60,8 +61,8 @@ struct BushFit {
   Eigen::VectorXd theta;                            // all of them, for predict_torque
 };
 
-// Throws std::runtime_error when the tracks cannot tell the parameters. Tracks whose foot does not carry load all the
-// time, or slips, are left out for that foot.
+// Throws std::runtime_error when the tracks cannot tell the parameters. Tracks with slip are left out, and so is a foot
+// while it does not stand.
 BushFit fit_bush(const std::vector<MotionTrack>& tracks, const std::vector<SensorZero>& zeros,
                  const std::vector<Vector3d>& arms, const FitOptions& options = {});
 
@@ -71,11 +72,15 @@ Eigen::VectorXd predict_torque(const BushFit& fit, const MotionTrack& track, siz
 // Covariance of (angle, rate, acceleration) of a robot that does not move: what noise alone does.
 std::vector<std::array<Matrix3d, kAxes>> calc_angle_noise(const MotionTrack& resting);
 
-// Errors of a validation, tables 2 and 3 of [M14].
+// What is left out where hysteresis may still remember what no track shows [s].
+constexpr double kForget = 2.0;
+
+// Errors of a validation, tables 2 and 3 of [M14]: while the foot stands.
 struct ValidationError {
   std::string motion;
   size_t foot = 0;
   int axis = 0;
+  double time = 0.0;     // [s] that the foot stood
   double mean = 0.0;     // [N m] mean absolute error
   double largest = 0.0;  // [N m] of the measured torque
   double relative() const { return mean / largest; }
@@ -91,11 +96,5 @@ struct LawChoice {
 };
 LawChoice choose_law(const std::vector<MotionTrack>& tracks, const std::vector<SensorZero>& zeros,
                      const std::vector<Vector3d>& arms, const FitOptions& options = {});
-
-// Soles that moved on the floor: their distance or the yaw between them changed more than rubber lets them. Simulated
-// soles that hold move by less than 0.1 mm and 0.1 mrad.
-constexpr double kSlipDistance = 1e-3;  // [m]
-constexpr double kSlipTurn = 0.005;     // [rad]
-bool has_slipped(const MotionTrack& track);
 
 }  // namespace hrp::identification

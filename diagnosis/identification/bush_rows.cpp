@@ -10,8 +10,17 @@ using Vector = Eigen::VectorXd;
 constexpr double kYieldStep = 0.02;  // of log yield, for the derivative
 
 struct Corrected {
-  Vector angle, rate, z, slope;  // slope: d torque / d angle
+  Vector angle, rate, slope;  // slope: d torque / d angle
 };
+
+// A foot in the air is taken to remember what it was when it stood: what it forgets there, `skip` leaves out.
+Vector calc_memory(const Vector& angle, const Mask& stands, double yield) {
+  Vector held = angle;
+  for (Eigen::Index k = 1; k < held.size(); ++k) {
+    if (!stands[k]) held[k] = held[k - 1];
+  }
+  return calc_hysteresis(held, yield);
+}
 
 Corrected correct(const BushTrack& t, int axis, const Layout& layout, Eigen::Index at, const Vector& theta) {
   const Vector errors = theta.segment<kImuErrors>(layout.imu());
@@ -20,13 +29,10 @@ Corrected correct(const BushTrack& t, int axis, const Layout& layout, Eigen::Ind
   c.rate = t.rate[axis] - t.rate_gain[axis] * errors;
   c.slope = Vector::Constant(c.angle.size(), theta[at]);
   if (layout.law == BushLaw::kHardening) c.slope += 3.0 * theta[at + 4] * c.angle.cwiseAbs2();
-  if (layout.law == BushLaw::kHysteresis) c.z = calc_hysteresis(c.angle, std::exp(theta[layout.yield()]));
   return c;
 }
 
 }  // namespace
-
-bool is_usable(const MotionTrack& track, size_t foot) { return track.loaded[foot] && !has_slipped(track); }
 
 Eigen::VectorXd calc_hysteresis(const Eigen::VectorXd& angle, double yield) {
   Vector z = Vector::Zero(angle.size());
@@ -57,9 +63,10 @@ void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& la
   if (layout.law == BushLaw::kHardening) X.col(at + 4) = c.angle.array().cube();
   Vector y = t.torque[axis];
   if (layout.law == BushLaw::kHysteresis) {
-    X.col(at + 4) = c.z;
-    const Vector moved = calc_hysteresis(c.angle, std::exp(theta[layout.yield()] + kYieldStep));
-    X.col(layout.yield()) = theta[at + 4] * (moved - c.z) / kYieldStep;
+    const double yield = theta[layout.yield()];
+    X.col(at + 4) = calc_memory(c.angle, track.stands[foot], std::exp(yield));
+    const Vector moved = calc_memory(c.angle, track.stands[foot], std::exp(yield + kYieldStep));
+    X.col(layout.yield()) = theta[at + 4] * (moved - X.col(at + 4)) / kYieldStep;
     y += X.col(layout.yield()) * theta[layout.yield()];
   }
   X.col(layout.compliance(foot)) = -t.arm[axis];
@@ -68,10 +75,10 @@ void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& la
     X.col(layout.imu() + i) = effect;
     y += effect * theta[layout.imu() + i];
   }
-  const Eigen::Index first =
-      std::min(all, static_cast<Eigen::Index>(std::ceil(std::max(0.0, skip - track.time[0]) / track.period)));
-  rows->X = X.bottomRows(all - first);
-  rows->y = y.tail(all - first);
+  const Mask usable = track.find_usable(foot, skip);
+  rows->X = usable.cast<double>().matrix().asDiagonal() * X;
+  rows->y = usable.cast<double>().matrix().cwiseProduct(y);
+  rows->count = static_cast<double>(usable.count());
 }
 
 Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, const Layout& layout,
@@ -84,7 +91,8 @@ Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, con
   torque.array() += theta[at + 2];
   torque += theta[at + 3] * t.acceleration[axis];
   if (layout.law == BushLaw::kHardening) torque += theta[at + 4] * c.angle.array().cube().matrix();
-  if (layout.law == BushLaw::kHysteresis) torque += theta[at + 4] * c.z;
+  if (layout.law == BushLaw::kHysteresis)
+    torque += theta[at + 4] * calc_memory(c.angle, track.stands[foot], std::exp(theta[layout.yield()]));
   return torque;
 }
 

@@ -27,13 +27,12 @@ struct Layout {
 };
 
 struct Rows {
-  Eigen::MatrixXd X;  // rows x Layout::size()
-  Eigen::VectorXd y;  // [N m]
+  Eigen::MatrixXd X;   // samples x Layout::size()
+  Eigen::VectorXd y;   // [N m]
+  double count = 0.0;  // samples that say something: the others are zero, so that rows of all feet keep their times
 };
 
-// Motions whose foot slips or is not loaded all the time have no rows.
-bool is_usable(const MotionTrack& track, size_t foot);
-// Rows from `skip` seconds on.
+// Samples while the foot does not stand, or has for less than `skip` seconds, say nothing.
 void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& layout, const Eigen::VectorXd& theta,
                double skip, Rows* rows);
 // Torque that the parameters predict, all samples.

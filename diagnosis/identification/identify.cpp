@@ -46,8 +46,8 @@ void refine_zeros(const BushObserver& observer, const RobotLog& measured, Observ
 
 std::string describe_slip(const MotionTrack& track) {
   char text[160];
-  std::snprintf(text, sizeof text, "%s: a sole slipped (%.1f mm, %.1f mrad): left out", track.name.c_str(),
-                1e3 * track.slip, 1e3 * track.turn);
+  std::snprintf(text, sizeof text, "%s: a sole slipped (%.1f mm, %.1f mrad): %.1f s left out", track.name.c_str(),
+                1e3 * track.slip, 1e3 * track.turn, track.slipped);
   return text;
 }
 
@@ -129,6 +129,7 @@ Identification identify(const Scenario& scenario, const std::vector<Source>& sou
     r.notes.push_back("no recording 'hanging': the force sensors' zero is taken as it is, and offsets hold it");
   r.choice = choose_law(o.fitted, o.zeros, arms, o.options);
   o.options.law = r.choice.law;
+  if (o.options.law == BushLaw::kHysteresis) o.options.skip = kForget;
   r.fit = fit_bush(o.fitted, o.zeros, arms, o.options);
   r.vertical = o.vertical;
   for (int i = 0; i < 2; ++i) r.fit.accelerometer_bias[i].value += o.taken[i];

@@ -8,7 +8,7 @@
 namespace hrp::identification {
 namespace {
 
-constexpr double kForget = 2.0;        // [s] by then hysteresis has forgotten what was before the recording
+constexpr double kEnough = 1.0;        // [s] of standing, to say anything of a foot in a motion
 constexpr double kGain = 0.9;          // errors must fall at least to this
 constexpr double kSignificance = 4.0;  // standard deviations
 
@@ -18,18 +18,14 @@ double calc_error_left_out(const std::vector<MotionTrack>& tracks, const std::ve
   for (size_t out = 0; out < tracks.size(); ++out) {
     std::vector<MotionTrack> others = tracks;
     others.erase(others.begin() + static_cast<long>(out));
-    if (others.empty() || has_slipped(tracks[out])) continue;
+    if (others.empty()) continue;
     const BushFit fit = fit_bush(others, zeros, arms, options);
     const MotionTrack& track = tracks[out];
-    const auto first =
-        static_cast<Eigen::Index>(std::max(0.0, std::ceil((options.skip - track.time[0]) / track.period)));
     for (size_t f = 0; f < track.feet.size(); ++f) {
-      if (!track.loaded[f]) continue;
+      const Eigen::ArrayXd usable = track.find_usable(f, options.skip).cast<double>();
       for (int a = 0; a < kAxes; ++a) {
-        const Eigen::VectorXd error = track.feet[f].torque[a] - predict_torque(fit, track, f, a);
-        const Eigen::Index size = std::max<Eigen::Index>(0, error.size() - first);
-        sum += error.tail(size).squaredNorm();
-        count += static_cast<double>(size);
+        sum += ((track.feet[f].torque[a] - predict_torque(fit, track, f, a)).array() * usable).square().sum();
+        count += usable.sum();
       }
     }
   }
@@ -52,13 +48,14 @@ double calc_significance(const BushFit& fit) {
 std::vector<ValidationError> validate(const BushFit& fit, const std::vector<MotionTrack>& tracks) {
   std::vector<ValidationError> errors;
   for (const MotionTrack& track : tracks) {
-    if (has_slipped(track)) continue;
     for (size_t f = 0; f < track.feet.size(); ++f) {
-      if (!track.loaded[f]) continue;
+      const Eigen::ArrayXd usable = track.find_usable(f, fit.skip).cast<double>();
+      if (usable.sum() * track.period < kEnough) continue;
       for (int a = 0; a < kAxes; ++a) {
-        const Eigen::VectorXd& torque = track.feet[f].torque[a];
-        errors.push_back({track.name, f, a, (torque - predict_torque(fit, track, f, a)).cwiseAbs().mean(),
-                          torque.cwiseAbs().maxCoeff()});
+        const Eigen::ArrayXd torque = track.feet[f].torque[a].array() * usable;
+        const Eigen::ArrayXd error = torque - predict_torque(fit, track, f, a).array() * usable;
+        errors.push_back({track.name, f, a, usable.sum() * track.period, error.abs().sum() / usable.sum(),
+                          torque.abs().maxCoeff()});
       }
     }
   }

@@ -36,7 +36,7 @@ int make_scenarios(const std::string& base_path, const std::string& folder, int 
       if (tries > 0)
         plan = improve_plan(plan, base, folder, tries, &check);
       else
-        check = check_motion(write_motion(plan, base, folder));
+        check = check_motion(write_motion(plan, base, folder), plan.lifted);
       if (tries > 0) write_motion(plan, base, folder);
     } catch (const std::runtime_error& error) {
       std::printf("%-8s refused: %s\n", plan.name.c_str(), error.what());
@@ -44,10 +44,12 @@ int make_scenarios(const std::string& base_path, const std::string& folder, int 
       continue;
     }
     std::printf(
-        "%-8s %s: %s; centre of pressure stays %.0f mm inside the soles, each foot carries at least %.0f N, condition "
-        "number %.1f\n",
+        "%-8s %s: %s; centre of pressure stays %.0f mm inside the soles, a foot that stands carries at least %.0f N, "
+        "condition number %.1f",
         plan.name.c_str(), check.ok() ? "used" : "refused", plan.meaning.c_str(), 1e3 * check.margin,
         check.smallest_load, check.condition);
+    if (plan.lifted >= 0) std::printf(", %s foot in the air for %.1f s", plan.lifted ? "left" : "right", check.in_the_air);
+    std::printf("%s\n", check.as_planned ? "" : "; the feet do not stand as planned");
     std::fflush(stdout);
     if (check.ok())
       list << plan.name << "\n";

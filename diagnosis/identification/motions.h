@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The motions of [M14] for a robot with the legs of HRP-2: tilting of the chest in three stances with and without
-// vertical sway, sways by an external hand, random sweeps of the upper body, a squat. Soles stay on the floor; what is
+// vertical sway, sways by an external hand on two feet and on one, random sweeps of the upper body, a squat. Soles stay on the floor; what is
 // commanded is the pelvis over them, the attitude of each foot above its bush, and the upper body.
 #pragma once
 
@@ -27,16 +27,20 @@ struct MotionPlan {
   Waves lean[2], turn;                 // [rad] roll, pitch of the pelvis; yaw
   Waves foot[2][2];                    // [rad] foot (right, left), roll and pitch of what is above the bush
   std::map<std::string, Waves> upper;  // [rad] joints of the upper body
-  Waves push[2];                       // [N] force on the chest along x, y by an external hand
+  Waves push[2];                       // [N] force on the trunk along x, y by an external hand
+  // Single support: this foot (0 right, 1 left) is lifted and stays up, while a hand holds the trunk by a spring
+  // and moves by `hand` [m] along x, y.
+  int lifted = -1;
+  Waves hand[2];
 };
 
 // The fourteen motions of the paper, and four more that show the vertical stiffness and the body. `scale` makes them
-// shorter (tests): duration times scale.
+// shorter (tests): duration times scale, not below 0.5, or a foot that is lifted has no time in the air.
 std::vector<MotionPlan> make_plans(double scale = 1.0);
 
 // Joint trajectories every 10 ms. Throws std::runtime_error when a leg does not reach.
 Motion make_motion(const MotionPlan& plan);
-// Writes PLAN.csv and PLAN.yaml (`base` with motion, pose, pushes, duration) into a folder; returns the scenario's
+// Writes PLAN.csv and PLAN.yaml (`base` with motion, pose, pushes or hand, duration) into a folder; returns the scenario's
 // path.
 std::string write_motion(const MotionPlan& plan, const Scenario& base, const std::string& folder);
 // The robot hanging with its feet in the air, to zero the force sensors.
@@ -44,14 +48,17 @@ std::string write_hanging(const Scenario& base, const std::string& folder);
 
 // A look at a motion before it is used: a run in this process without noise.
 struct MotionCheck {
+  // While the feet stand that the plan wants to stand; of the foot that is lifted while it stands (standing.h).
   double margin = 0.0;               // [m] smallest distance of a foot's centre of pressure from the sole's edge
   double smallest_load = 0.0;        // [N] on either foot
+  double in_the_air = 0.0;           // [s] that the lifted foot carries nothing
+  bool as_planned = false;           // feet that should stand always do; a foot that is lifted gets into the air
   double condition = 0.0;            // of the scaled regressor [q qd 1], worst foot and axis
   double information[2][2][2] = {};  // by foot, axis: sum of squares of q, qd without their means [rad^2 s], [rad^2/s]
-  bool ok() const { return margin > 0.005 && smallest_load > 30.0; }
+  bool ok() const { return as_planned && margin > 0.005 && smallest_load > 30.0; }
 };
-struct MotionTrack;
-MotionCheck check_motion(const std::string& scenario_path);
+// lifted: as in the plan.
+MotionCheck check_motion(const std::string& scenario_path, int lifted = -1);
 
 // Looks for amplitudes and frequencies of the feet's attitudes that tell more: the smallest condition number with the
 // margin kept, among `tries` random variations of the plan (fixed seed). Returns the better plan and its check.

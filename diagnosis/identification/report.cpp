@@ -100,11 +100,11 @@ std::string make_zmp(const Identification& r, const Sole& sole, const Vector3d& 
       print("<rect x=\"20\" y=\"20\" width=\"%.1f\" height=\"%.1f\" fill=\"none\" stroke=\"gray\" stroke-width=\"2\"/>",
             size.y(), size.x());
   for (const MotionTrack& track : r.tracks) {
-    if (!track.loaded[foot]) continue;
-    svg += "<polyline fill=\"none\" stroke=\"steelblue\" stroke-width=\"0.7\" points=\"";
-    for (Eigen::Index k = 0; k < track.time.size(); k += 5)
-      svg += at(track.feet[foot].zmp(0, k), track.feet[foot].zmp(1, k));
-    svg += "\"/>";
+    for (const auto& [first, end] : find_stretches(track.stands[foot])) {
+      svg += "<polyline fill=\"none\" stroke=\"steelblue\" stroke-width=\"0.7\" points=\"";
+      for (Eigen::Index k = first; k < end; k += 5) svg += at(track.feet[foot].zmp(0, k), track.feet[foot].zmp(1, k));
+      svg += "\"/>";
+    }
   }
   return "<figure>" + svg + "</svg><figcaption>" + escape(r.scenario.feet[foot]) +
          ", toes up; the outline is the sole</figcaption></figure>";

@@ -20,13 +20,19 @@ using Parameters = Eigen::Matrix<double, kParameters, 1>;
 using Covariance = Eigen::Matrix<double, kParameters, kParameters>;
 
 // Rows of one foot and motion: slide'' = s L2 - s T L3 + s T^2 L4 - (scale error) a + (delay) a' + constant (what is
-// left of the accelerometer's bias).
-void make_vertical_rows(const BushTrack& t, double squared, Matrix* X, Vector* y) {
+// left of the accelerometer's bias). Zero where the foot does not stand. Returns the number of the others.
+double make_vertical_rows(const BushTrack& t, const Mask& stands, double squared, Matrix* X, Vector* y) {
   X->resize(t.load.size(), kParameters);
   *X << t.load_derivative[0], -t.load_derivative[1], -t.rise, t.rise_rate;
   *y = t.slide_acceleration - squared * t.load_derivative[2];
-  X->rowwise() -= X->colwise().mean().eval();
-  y->array() -= y->mean();
+  const Vector usable = stands.cast<double>();
+  const double count = usable.sum();
+  if (!(count > 0.0)) return 0.0;
+  X->rowwise() -= usable.transpose() * *X / count;
+  y->array() -= usable.dot(*y) / count;
+  *X = usable.asDiagonal() * *X;
+  *y = usable.cwiseProduct(*y);
+  return count;
 }
 
 }  // namespace
@@ -46,14 +52,14 @@ VerticalFit fit_vertical(const std::vector<MotionTrack>& tracks) {
       const Parameters last = theta;
       double squares = 0.0, count = 0.0;
       for (const MotionTrack& track : tracks) {
-        if (!track.loaded[f] || has_slipped(track)) continue;
-        make_vertical_rows(track.feet[f], squared, &X, &y);
+        const double rows = make_vertical_rows(track.feet[f], track.stands[f], squared, &X, &y);
+        if (!(rows > 0.0)) continue;
         A += X.transpose() * X;
         b += X.transpose() * y;
         const auto block = static_cast<Eigen::Index>(std::lround(kMemory / track.period));
         const Vector e = y - X * last;
         squares += e.squaredNorm();
-        count += static_cast<double>(e.size());
+        count += rows;
         for (Eigen::Index first = 0; first < e.size(); first += block) {
           const Eigen::Index size = std::min(block, e.size() - first);
           const Parameters score = X.middleRows(first, size).transpose() * e.segment(first, size);

@@ -75,7 +75,9 @@ TEST(Hand, TakesHoldWhereThePointIsAndStartsAfreshOnReset) {
   for (int round = 0; round < 2; ++round) {
     for (int i = 0; i < 1000; ++i) {
       ASSERT_EQ(engine.step({}, {}), "");
-      if (i < 199) ASSERT_TRUE(engine.state().V_WB.isZero()) << "not yet held";
+      if (i < 199) {
+        ASSERT_TRUE(engine.state().V_WB.isZero()) << "not yet held";
+      }
       if (round == 0) first.push_back(engine.state().p_WB);
       ASSERT_EQ(engine.state().p_WB, first[static_cast<size_t>(i)]);
     }
