@@ -2,6 +2,7 @@
 #include "diagnosis/attached/search.h"
 #include "diagnosis/impact/search.h"
 #include "diagnosis/report/report.h"
+#include "diagnosis/search/limbs.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -45,7 +46,9 @@ Reports diagnose(const Problem& problem, const Progress& progress) {
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }
-  return make_reports(problem, search(problem, progress));
+  Problem whole = problem;
+  split_limbs(&whole);
+  return make_reports(whole, search_limbs(whole, progress));
 }
 
 }  // namespace hrp::diagnosis

@@ -74,11 +74,7 @@ class DriveSearch {
     trial.validate = calc_score(problem_, trial.full(), held_);
     if (!trial.train.ok || !trial.validate.ok) return trial;
     trial.rms = trial.validate.rms();
-    trial.worst = 0.0;
-    for (size_t c = 0; c < trial.validate.signal_chi2.size(); ++c) {
-      if (trial.validate.signal_count[c] > 0.0)
-        trial.worst = std::max(trial.worst, std::sqrt(trial.validate.signal_chi2[c] / trial.validate.signal_count[c]));
-    }
+    trial.worst = trial.validate.worst();
     return trial;
   }
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnosis/search/dependence.h"
+#include "diagnosis/search/limbs.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -22,10 +23,6 @@ std::string number(double value, int digits = 4) {
   char text[40];
   std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
-}
-
-double signal_rms(const Score& s, size_t c) {
-  return s.signal_count[c] > 0.0 ? std::sqrt(s.signal_chi2[c] / s.signal_count[c]) : 0.0;
 }
 
 std::string signal_name(const Experiment& e, size_t c) {
@@ -84,14 +81,6 @@ std::string find_regime(const Problem& problem, int r, size_t c, const std::vect
   return best != 0 && highest < 1.5 * all / std::max(1.0, n) ? "motion" : names[best];
 }
 
-// The problem with simulations that begin where a trial's did.
-Problem start_as(const Problem& problem, const Trial& trial) {
-  Problem own = problem;
-  own.starts = trial.starts;
-  own.step_errors = trial.step_errors;
-  return own;
-}
-
 Json make_mismatch(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
   if (!outcome.mismatch) return list;
@@ -109,8 +98,8 @@ Json make_mismatch(const Problem& problem, const Outcome& outcome) {
     const Score s = calc_score(problem, outcome.nominal.full(), {static_cast<int>(r)});
     for (size_t c = 0; c < width; ++c) {
       // 4 / sqrt(n / 50): beyond chance over all signals and recordings at a correlation length of 50 samples.
-      if (signal_rms(s, c) > 1.5 + 4.0 / std::sqrt(std::max(1.0, s.signal_count[c] / 50.0)) * 0.5)
-        entries.push_back({signal_rms(s, c), static_cast<int>(r), c});
+      if (s.rms(c) > 1.5 + 4.0 / std::sqrt(std::max(1.0, s.signal_count[c] / 50.0)) * 0.5)
+        entries.push_back({s.rms(c), static_cast<int>(r), c});
     }
   }
   std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.score > b.score; });
@@ -171,7 +160,7 @@ bool is_finding(const Outcome& outcome, size_t i) { return i >= outcome.worth.si
 
 // What makes one of a drive's effects certain.
 std::string make_worth(const Outcome& outcome, size_t i) {
-  if (i >= outcome.worth.size()) return "";
+  if (i >= outcome.worth.size() || std::isinf(outcome.worth[i])) return "";
   return " Without it the joint's held-out error along the recorded motion is " + number(outcome.worth[i], 3) +
          " times as large; its value agrees between recordings or halves and between slow and fast, loaded and "
          "unloaded motion.";
@@ -211,8 +200,8 @@ Json make_fit(const Problem& problem, const Outcome& outcome, const Trial& after
     }
     if (n < 2.0) continue;
     const double spread = std::sqrt(std::max(1e-30, square / n - sum * sum / n / n)) * problem.weights[c];
-    per_signal[signal_name(e, c)] = {{"before", round_to(signal_rms(outcome.nominal.validate, c) / spread, 4)},
-                                     {"after", round_to(signal_rms(after.validate, c) / spread, 4)}};
+    per_signal[signal_name(e, c)] = {{"before", round_to(outcome.nominal.validate.rms(c) / spread, 4)},
+                                     {"after", round_to(after.validate.rms(c) / spread, 4)}};
   }
   return fit;
 }
@@ -232,7 +221,8 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
   if (!outcome.mismatch || outcome.explained) return list;
   const Experiment& e = *problem.experiment;
   if (outcome.modelled && !outcome.partly) list.push_back(make_model_statement(outcome));
-  for (const Dependence& d : find_dependence(problem, outcome.partly ? outcome.chosen.hypothesis : Hypothesis{})) {
+  const Trial& base = outcome.partly ? outcome.chosen : outcome.nominal;
+  for (const Dependence& d : find_dependence(problem, base.hypothesis, base.validate)) {
     std::string words;
     for (const std::string& word : d.depends_on) words += (words.empty() ? "" : ", ") + word;
     list.push_back({{"where", {{"joint", e.robot.tree.joint(d.joint).name}}},
@@ -300,7 +290,7 @@ Json make_traces(const Problem& problem, int r, const Outcome& outcome, const st
   const Recording& recording = problem.experiment->recordings[static_cast<size_t>(r)];
   const size_t width = problem.weights.size();
   std::vector<std::pair<double, size_t>> order;
-  for (size_t c = 0; c < width; ++c) order.push_back({-signal_rms(outcome.nominal.validate, c), c});
+  for (size_t c = 0; c < width; ++c) order.push_back({-outcome.nominal.validate.rms(c), c});
   std::sort(order.begin(), order.end());
   Json traces = Json::array();
   const size_t skip = recording.size() / 600 + 1;

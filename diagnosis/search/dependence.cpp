@@ -75,16 +75,27 @@ double judge(const std::vector<Sample>& train, const std::vector<Sample>& test, 
   return total > 0.0 ? 1.0 - left / total : 0.0;
 }
 
+// Joints whose readings are missed by a tenth or more of what the worst is missed by, as sums of squares beyond noise.
+std::vector<int> list_missed(const Score& left) {
+  std::vector<double> beyond(left.signal_chi2.size() / kQuantities, 0.0);
+  for (size_t c = 0; c < left.signal_chi2.size(); ++c)
+    beyond[c / kQuantities] += std::max(0.0, left.signal_chi2[c] - left.signal_count[c]);
+  std::vector<int> joints;
+  for (size_t j = 0; j < beyond.size(); ++j) {
+    if (beyond[j] >= 0.1 * *std::max_element(beyond.begin(), beyond.end())) joints.push_back(static_cast<int>(j));
+  }
+  return joints;
+}
+
 }  // namespace
 
-std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base) {
+std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base, const Score& left) {
   std::vector<MissingEffort> train, test;
   for (int r : problem.train) train.push_back(calc_missing_effort(problem, base, r));
   for (int r : problem.validate.empty() ? problem.train : problem.validate)
     test.push_back(calc_missing_effort(problem, base, r));
-  const int n = problem.experiment->num_joints();
   std::vector<std::pair<double, int>> order;
-  for (int j = 0; j < n; ++j) {
+  for (int j : list_missed(left)) {
     double sum = 0.0, count = 0.0;
     for (const MissingEffort& m : train)
       sum += (m.missing.col(j) / m.sigma[static_cast<size_t>(j)]).squaredNorm(),

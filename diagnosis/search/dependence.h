@@ -15,8 +15,10 @@ struct Dependence {
   std::vector<std::string> depends_on;      // of position, velocity, direction, load, time, history; strongest first
 };
 
-// Joints whose missing effort stands out, strongest first, at most three. Each quantity is tried as a free function
+// Joints whose missing effort stands out, strongest first, at most three, of those that simulation under `base` misses
+// most (`left`: what it leaves of the held-out recordings); elsewhere a heavy link's effort is only smoothed a little
+// too much. Each quantity is tried as a free function
 // (means over quantiles) that is learnt on the training recordings and judged on the others.
-std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base);
+std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base, const Score& left);
 
 }  // namespace hrp::diagnosis

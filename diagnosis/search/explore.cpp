@@ -95,31 +95,32 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
 
 // Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
 // what is left of the reading itself is regressed on 1, the velocity and its rate of change.
-void add_rate_faults(Problem problem, const Lead& lead, std::vector<Effect>* list) {
+void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* list) {
   const Experiment& e = *problem.experiment;
+  constexpr int kRate = static_cast<int>(Quantity::kVelocity);
   for (int j = 0; j < e.num_joints(); ++j) {
     const size_t joint = static_cast<size_t>(j);
-    const double sigma = e.joint_noise[joint][1].sigma;
+    const double sigma = e.joint_noise[joint][kRate].sigma;
     double chi2 = 0.0, gram[3] = {0.0, 0.0, 0.0}, projection[3] = {0.0, 0.0, 0.0};
     problem.view = {true, lead.paths.get(), j};
     for (int r : problem.train) {
       const Recording& data = e.recordings[static_cast<size_t>(r)];
-      const std::vector<double>& reading = data.joints[joint].signal[1];
+      const std::vector<double>& reading = data.joints[joint].signal[kRate];
       std::vector<double> residuals;
       if (reading.empty() || !calc_residuals(problem, lead.hypothesis, r, &residuals)) continue;
       const SmoothJoint& smooth = problem.smooth[static_cast<size_t>(r)].joints[joint];
       for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < data.size(); ++k) {
         if (!std::isfinite(reading[k])) continue;
-        const double left = residuals[k * kQuantities + 1] * sigma;
+        const double left = residuals[k * kQuantities + kRate] * sigma;
         const double columns[3] = {1.0, reading[k] - left, -smooth.qdd[k]};
         chi2 += left * left;
         for (int i = 0; i < 3; ++i) gram[i] += columns[i] * columns[i], projection[i] += columns[i] * left;
       }
     }
     const Effect faults[3] = {
-        {EffectId::kSensorBias, j * kQuantities + 1, {projection[0] / std::max(1e-12, gram[0])}},
-        {EffectId::kSensorScale, j * kQuantities + 1, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
-        {EffectId::kSensorDelay, j * kQuantities + 1, {projection[2] / std::max(1e-12, gram[2])}}};
+        {EffectId::kSensorBias, j * kQuantities + kRate, {projection[0] / std::max(1e-12, gram[0])}},
+        {EffectId::kSensorScale, j * kQuantities + kRate, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
+        {EffectId::kSensorDelay, j * kQuantities + kRate, {projection[2] / std::max(1e-12, gram[2])}}};
     for (int i = 0; i < 3; ++i) {
       const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
       const bool possible = i != 2 || projection[i] > 0.0;
@@ -178,8 +179,8 @@ void Explorer::measure(Problem& p, Lead* lead) const {
   lead->cost = sum(lead->train) + sum(lead->held);
 }
 
-std::vector<Effect> Explorer::list_starts(const Lead& lead, size_t count) const {
-  const Screening screening = screen(workers_[0], lead.hypothesis, lead.paths.get());
+std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t count) const {
+  const Screening screening = screen(p, lead.hypothesis, lead.paths.get());
   std::vector<Effect> list;
   std::vector<size_t> there(lead.train.size(), 0);  // candidates by joint
   const std::vector<size_t> most = allow_by_joint(lead.train);
@@ -196,7 +197,7 @@ std::vector<Effect> Explorer::list_starts(const Lead& lead, size_t count) const 
     list.push_back(c.start);
   }
   if (!lead.hypothesis.empty()) add_unseen(lead, &list);
-  add_rate_faults(workers_[0], lead, &list);
+  add_rate_faults(p, lead, &list);
   return list;
 }
 
@@ -303,8 +304,9 @@ Explorer::LocalKey Explorer::make_key(const Lead& parent, const Effect& start) c
 
 std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidates) {
   std::vector<std::vector<Effect>> starts(from.size());
-  parallel_for(static_cast<int>(workers_.size()), static_cast<int>(from.size()), [&](int i, int) {
-    starts[static_cast<size_t>(i)] = list_starts(from[static_cast<size_t>(i)], candidates);
+  parallel_for(static_cast<int>(workers_.size()), static_cast<int>(from.size()), [&](int i, int worker) {
+    Problem& problem = workers_[static_cast<size_t>(worker)];
+    starts[static_cast<size_t>(i)] = list_starts(problem, from[static_cast<size_t>(i)], candidates);
   });
   std::vector<Task> tasks;
   std::set<std::vector<std::pair<int, int>>> seen;

@@ -113,7 +113,7 @@ class Search {
     if (!result.ok) return trial;
     trial.hypothesis = result.hypothesis;
     if (!trial.hypothesis.empty() && trial.hypothesis.back().id == EffectId::kTiming) {
-      trial.timing = trial.hypothesis.back();
+      trial.timing = {trial.hypothesis.back()};
       trial.hypothesis.pop_back();
       trial.refined = true;
     }
@@ -122,12 +122,7 @@ class Search {
     trial.validate = calc_score(problem_, trial.full(), held_out_);
     if (!trial.validate.ok) return trial;
     trial.rms = trial.validate.rms();
-    trial.worst = 0.0;
-    for (size_t c = 0; c < trial.validate.signal_chi2.size(); ++c) {
-      if (trial.validate.signal_count[c] > 0.0) {
-        trial.worst = std::max(trial.worst, std::sqrt(trial.validate.signal_chi2[c] / trial.validate.signal_count[c]));
-      }
-    }
+    trial.worst = trial.validate.worst();
     return trial;
   }
 
@@ -153,6 +148,7 @@ class Search {
   // Sets of one, two, three effects along the recorded paths; the best of each size go through the simulation.
   void look_wide() {
     prepared_ = problem_;
+    prepared_.starts.clear(), prepared_.step_errors.clear();  // those of the nominal model
     prepare_paths(&prepared_);
     Explorer explorer(prepared_);
     std::vector<Lead> beam{explorer.nominal()};
@@ -183,7 +179,7 @@ class Search {
       return count_parameters(a.hypothesis) < count_parameters(b.hypothesis);
     });
     for (size_t i = 0; i < beam.size(); ++i) {
-      const Trial best = best_refined();
+      const Trial& best = best_refined();
       const bool done = !best.hypothesis.empty() && is_noise(best);
       if (!done && i >= kSimulated) break;  // a simpler one may explain as much as one that leaves noise only
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
@@ -216,22 +212,23 @@ class Search {
     trials_[make_key(start)] = trial;
   }
 
-  std::vector<Trial> sorted() const {
-    std::vector<Trial> list;
-    for (const auto& item : trials_) list.push_back(item.second);
-    std::stable_sort(list.begin(), list.end(), [](const Trial& a, const Trial& b) {
-      return a.train.ok && b.train.ok ? cost(a) < cost(b) : a.train.ok;
+  // Those fitted through the simulation, best first.
+  std::vector<const Trial*> sort_refined() const {
+    std::vector<const Trial*> list;
+    for (const auto& item : trials_) {
+      if (item.second.refined) list.push_back(&item.second);
+    }
+    std::stable_sort(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
+      return a->train.ok && b->train.ok ? cost(*a) < cost(*b) : a->train.ok;
     });
     return list;
   }
 
   static double cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
 
-  Trial best_refined() const {
-    for (const Trial& t : sorted()) {
-      if (t.refined) return t;
-    }
-    return nominal_;
+  const Trial& best_refined() const {
+    const std::vector<const Trial*> list = sort_refined();
+    return list.empty() ? nominal_ : *list.front();
   }
 
   // Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
@@ -307,9 +304,9 @@ class Search {
   void take_next(Outcome* outcome) {
     const Key worthless = make_key(outcome->chosen.hypothesis);
     outcome->chosen = nominal_, outcome->explained = false;
-    for (const Trial& t : sorted()) {
-      if (!t.refined || t.hypothesis.empty() || make_key(t.hypothesis) == worthless || !is_explained(t)) continue;
-      outcome->chosen = t, outcome->explained = true;
+    for (const Trial* t : sort_refined()) {
+      if (t->hypothesis.empty() || make_key(t->hypothesis) == worthless || !is_explained(*t)) continue;
+      outcome->chosen = *t, outcome->explained = true;
       outcome->chosen.probability = 0.5;  // it did worse than what was thrown out
       finish(&outcome->chosen);
       return;
@@ -348,9 +345,7 @@ class Search {
   // The simplest of those that cannot be told from the best by the recordings they were not fitted to.
   void decide(Outcome* outcome) {
     std::vector<Trial> list;
-    for (const Trial& t : sorted()) {
-      if (t.refined) list.push_back(t);
-    }
+    for (const Trial* t : sort_refined()) list.push_back(*t);
     if (list.empty()) list.push_back(nominal_);
     const Trial& best = list.front();
     // One more parameter must earn more than chance and the detail of laws can give.
@@ -428,7 +423,7 @@ class Search {
 
 Hypothesis Trial::full() const {
   Hypothesis all = hypothesis;
-  if (refined) all.push_back(timing);
+  all.insert(all.end(), timing.begin(), timing.end());
   return all;
 }
 

@@ -11,7 +11,7 @@ namespace hrp::diagnosis {
 // A hypothesis that was fitted on the training recordings and judged on the others.
 struct Trial {
   Hypothesis hypothesis;                  // without the timing of the drive's loop
-  Effect timing{EffectId::kTiming, 0, {0.0, 0.0}};
+  Hypothesis timing;                      // of the drives' loops, a limb each; empty: they take no time
   std::vector<std::vector<double>> std;   // by effect, by parameter
   Starts starts;                          // of all recordings, under this hypothesis
   StepErrors step_errors;
@@ -20,6 +20,7 @@ struct Trial {
   double worst = 1e300;                   // largest root mean square of one signal there
   double probability = 0.0;
   bool refined = false;                   // fitted to the end, with timing
+  std::vector<Trial> limbs;               // of a robot of several: starts and step errors
   Hypothesis full() const;                // with the timing
 };
 

@@ -44,17 +44,12 @@ class Rollout {
     const size_t rows = recording_.size();
     links_ = links;
     if (links) prepare_links(rows);
-    restart(smooth_.start);
+    begin(smooth_.start);
     if (start) correct(*start);
     write(smooth_.start, readings);
-    double started = recording_.time[smooth_.start];
     for (size_t k = smooth_.start; k + 1 < rows; ++k) {
       const double t = recording_.time[k], dt = recording_.time[k + 1] - t;
       if (options.until > 0.0 && t - recording_.time[smooth_.start] > options.until) break;
-      if (options.horizon > 0.0 && t - started >= options.horizon) {
-        restart(k);
-        started = t;
-      }
       const double longest = wants_small_steps() ? 0.5 * options.max_step : options.max_step;
       const int steps = std::max(1, static_cast<int>(std::ceil(dt / longest - 1e-9)));
       near_ = k;
@@ -75,7 +70,8 @@ class Rollout {
   size_t index(int j) const { return static_cast<size_t>(joints_[static_cast<size_t>(j)]); }  // in the robot
   const JointLaws& laws(int j) const { return plant_.laws[index(j)]; }
 
-  void restart(size_t k) {
+  // From what was measured at sample k.
+  void begin(size_t k) {
     for (int j = 0; j < n_; ++j) {
       const SmoothJoint& joint = smooth_.joints[index(j)];
       Q_[j] = joint.q[k] - laws(j).joint_offset;

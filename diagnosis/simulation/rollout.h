@@ -23,7 +23,6 @@ constexpr double kFollow = 8.0;  // [rad/s] natural frequency, critically damped
 
 struct RolloutOptions {
   double max_step = 0.0005;  // [s]
-  double horizon = 0.0;      // [s] restart from the measured state after this long; 0: never
   double until = 0.0;        // [s] stop after this long; 0: at the recording's end
 };
 

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Experiments whose recordings come from the tool's own rollout: what was put in must come out.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "diagnosis/search/problem.h"
+
+namespace hrp::diagnosis {
+
+// Normally distributed enough: a sum of twelve uniforms, standard deviation 1.
+class TestNoise {
+ public:
+  double draw() {
+    double s = -6.0;
+    for (int i = 0; i < 12; ++i) s += static_cast<double>((state_ = state_ * 1664525u + 1013904223u) >> 8) / 16777216.0;
+    return s;
+  }
+
+ private:
+  unsigned state_ = 12345;
+};
+
+// Smooth commands for all joints; the states' columns are replaced by simulated ones later.
+inline void write_commands(const std::filesystem::path& path, const std::vector<std::string>& joints, int recording) {
+  std::ofstream csv(path);
+  csv.precision(12);
+  csv << "time";
+  for (const std::string& j : joints) {
+    csv << ",/joint_commands/" << j << "/position,/joint_commands/" << j << "/velocity";
+    for (const char* quantity : {"position", "velocity", "effort"}) csv << ",/joint_states/" << j << "/" << quantity;
+  }
+  for (int k = 0; k < 1200; ++k) {
+    const double t = 0.005 * k;
+    csv << "\n" << t;
+    for (size_t j = 0; j < joints.size(); ++j) {
+      const double w = 1.5 + recording + 0.4 * static_cast<double>(j);
+      const double command = 0.6 * std::sin(w * t) * std::sin(0.5 * t);
+      const double rate = 0.6 * (w * std::cos(w * t) * std::sin(0.5 * t) + 0.5 * std::sin(w * t) * std::cos(0.5 * t));
+      csv << "," << command << "," << rate << "," << command << "," << rate << "," << command;
+    }
+  }
+  csv << "\n";
+}
+
+// Three recordings of 6 s at 200 Hz, the last one held out, simulated with `hidden`, with little noise. Every joint's
+// servo is 200 N m/rad, 10 N m s/rad.
+inline Experiment make_simulated_experiment(const std::string& name, const std::string& urdf,
+                                            const std::vector<std::string>& joints, const Hypothesis& hidden) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("hrp_diagnosis_" + name);
+  fs::create_directories(folder);
+  std::ofstream(folder / "robot.urdf") << urdf;
+  std::string yaml =
+      "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10, effort_limit: 50}}\n"
+      "noise: {position: 2.0e-5, velocity: 0.002, effort: 0.02}\nrecordings:\n";
+  for (int r = 0; r < 3; ++r) {
+    write_commands(folder / ("r" + std::to_string(r) + ".csv"), joints, r);
+    yaml += "- {file: r" + std::to_string(r) + ".csv, role: " + (r < 2 ? "train" : "validate") + "}\n";
+  }
+  std::ofstream(folder / "experiment.yaml") << yaml;
+  Experiment e = load_experiment((folder / "experiment.yaml").string());
+  const size_t width = static_cast<size_t>(e.num_joints()) * kQuantities;
+  for (Recording& recording : e.recordings) {
+    SmoothRecording still = smooth_recording(e, recording);
+    std::vector<double> y;
+    RolloutOptions fine;
+    fine.max_step = 0.0002;
+    still.start = 0;
+    EXPECT_TRUE(simulate_recording(make_plant(e, hidden), recording, still, fine, &y));
+    TestNoise noise;
+    const double sigma[] = {2e-5, 0.002, 0.02};
+    for (size_t k = 0; k < recording.size(); ++k) {
+      for (size_t c = 0; c < width; ++c)
+        recording.joints[c / kQuantities].signal[c % kQuantities][k] =
+            y[k * width + c] + sigma[c % kQuantities] * noise.draw();
+    }
+  }
+  return e;
+}
+
+}  // namespace hrp::diagnosis
