@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
-#include "diagnosis/data/command_reader.h"
+#include "diagnosis/upright/effects.h"
 #include "diagnosis/upright/layout.h"
+#include "diagnosis/upright/motion.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
@@ -17,34 +17,17 @@ constexpr size_t kTurning = 5;    // samples: half of the 0.3 s over which turni
 constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
 constexpr double kLoaded = 0.01;  // share of the weight that a foot must carry to count as standing
 
-class Calculator {
+class Calculator : StandMotion {
  public:
-  Calculator(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording)
-      : p_(problem),
-        r_(problem.recordings[recording]),
-        terms_(problem, hypothesis),
-        model_(terms_.tree, problem.experiment->scenario.gravity_W),
-        data_(model_),
-        state_(make_state(model_)),
-        wrenches_(terms_.tree.links.size(), Vector6d::Zero()),
-        vdot_(model_.nv()),
+  Calculator(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording, TeethOffsets offsets)
+      : StandMotion(problem, hypothesis, recording, std::move(offsets)),
         tau_(model_.nv()),
-        drives_(problem, r_, terms_),
-        joints_(static_cast<size_t>(model_.num_joints())),
-        force_(problem.feet.size()),
-        torque_(problem.feet.size()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
     for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
-    for (size_t j = 0; j < joints_.size(); ++j) slack_.push_back(terms_.joints[j].gap ? find_slack(problem, j) : 0);
   }
 
   std::vector<double> run(StandBase* base) {
-    channels_ = list_channels(p_).size();
-    out_.reserve(r_.samples.size() * channels_);
-    for (int k : r_.samples) {
-      add_sample(static_cast<size_t>(k));
-      if (base) base->states.insert(base->states.end(), joints_.begin(), joints_.end());
-    }
+    add_samples(base);
     remove_mean_places();
     add_turning();
     add_gravity();
@@ -52,113 +35,25 @@ class Calculator {
     return std::move(out_);
   }
 
+  // Samples one by one, places as they are: their means and what takes many samples are left to run().
+  std::vector<double> add_samples(StandBase* base) {
+    channels_ = list_channels(p_).size();
+    out_.reserve(r_.samples.size() * channels_);
+    for (size_t s = 0; s < r_.samples.size(); ++s) {
+      read_motion(s);
+      add_sample(static_cast<size_t>(r_.samples[s]));
+      if (base) base->states.insert(base->states.end(), joints_.begin(), joints_.end());
+    }
+    return out_;
+  }
+
  private:
-  // A sensor's series at sample k, where its readings come late or its clock runs at another rate.
-  double shifted(const Series& s, bool rate, size_t k, double delay, double skew) const {
-    const std::vector<double>& values = rate ? s.rate : s.value;
-    if (delay == 0 && skew == 0) return values[k];
-    return interpolate(r_.time, values, (r_.time[k] + delay) / (1 + skew), k);
-  }
-
-  void read_imu(size_t k) {
-    const ImuTerms& imu = terms_.imu;
-    Eigen::Vector4d q;
-    for (int i = 0; i < 4; ++i) q(i) = shifted(r_.attitude[i], false, k, imu.delay[0], imu.skew);
-    const Eigen::Quaterniond attitude = Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized();
-    Vector3d w, dw, f;
-    for (int i = 0; i < 3; ++i) {
-      w(i) = shifted(r_.gyro[i], false, k, imu.delay[1], imu.skew);
-      dw(i) = shifted(r_.gyro[i], true, k, imu.delay[1], imu.skew);
-      f(i) = shifted(r_.accelerometer[i], false, k, imu.delay[2], imu.skew);
-    }
-    const Matrix3d R_attitude = make_rotation_from_rpy(imu.rpy[0]), R_gyro = make_rotation_from_rpy(imu.rpy[1]);
-    w_ = R_gyro * Vector3d((w - imu.gyro_bias) / imu.gyro_scale), dw_ = R_gyro * Vector3d(dw / imu.gyro_scale);
-    f_ = make_rotation_from_rpy(imu.rpy[2]) * Vector3d((f - imu.accelerometer_bias) / imu.accelerometer_scale);
-    R_WI_ = attitude.toRotationMatrix() * R_attitude.transpose();
-    attitudes_.emplace_back(R_WI_), rates_.push_back(w_), turns_.push_back(dw_);
-  }
-
-  // Joints as the encoders have them, and the links behind elastic or loose transmissions.
-  void read_joints(size_t k) {
-    floats_ = false;
-    for (int j = 0; j < model_.num_joints(); ++j) {
-      const auto i = static_cast<size_t>(j);
-      const JointTerms& terms = terms_.joints[i];
-      const Series& position = r_.position[i];
-      double q = position.value[k], v = position.rate[k], a = position.second[k];
-      if (terms.position_delay != 0) {
-        const double t = r_.time[k] + terms.position_delay;
-        q = interpolate(r_.time, position.value, t, k), v = interpolate(r_.time, position.rate, t, k);
-        a = interpolate(r_.time, position.second, t, k);
-      }
-      const double scale = terms.position_scale;
-      DriveState& s = joints_[i];
-      s.encoder = (q - terms.position_bias) / scale, s.velocity = v / scale, s.acceleration = a / scale;
-      double bent = 0, bent_rate = 0, bent_second = 0;
-      if ((terms.compliance != 0 || terms.gap != 0) && p_.is_driven(i)) {
-        double rate = 0;
-        const double torque = drives_.find_effort(i, k, s, &rate) - terms.rotor * s.acceleration;
-        // Loose teeth that nothing holds on one side are in the middle, more or less.
-        const double side = terms.gap != 0 ? torque / std::max(1e-9, slack_[i]) : 0;
-        floats_ = floats_ || (terms.gap != 0 && std::abs(side) < 1);
-        bent = terms.compliance * torque + 0.5 * terms.gap * std::clamp(side, -1.0, 1.0);
-        bent_rate = terms.compliance * rate;
-        if (p_.effort[i]) bent_second = terms.compliance * r_.effort[i].second[k];
-      }
-      s.link = s.encoder - terms.offset - bent;
-      state_.q(j) = s.link, state_.qd(j) = s.velocity - bent_rate;
-      vdot_(6 + j) = s.acceleration - bent_second;
-    }
-  }
-
-  // Base attitude, rate and accelerations from the IMU, wherever in the tree it sits.
-  void find_base_motion() {
-    state_.R_WB.setIdentity(), state_.p_WB.setZero(), state_.V_WB.setZero();
-    update_kinematics(model_, state_, &data_);
-    const Matrix3d R_BI = get_pose(data_, p_.imu_link).R * p_.R_LI;
-    const Vector3d w_BL = get_velocity(data_, p_.imu_link).head<3>();
-    const Matrix3d R_WB = R_WI_ * R_BI.transpose();
-    state_.R_WB = Eigen::Quaterniond(R_WB).normalized();
-    state_.V_WB.head<3>() = R_WI_ * w_ - R_WB * w_BL;
-    update_kinematics(model_, state_, &data_);
-    const Vector3d p_WI = get_pose(data_, p_.imu_link) * p_.p_LI;
-    vdot_.head<6>().setZero();
-    update_accelerations(model_, vdot_, &data_);
-    const Vector6d a0 = calc_point_acceleration(data_, p_.imu_link, p_WI);
-    const Vector3d alpha_B = R_WI_ * dw_ - a0.head<3>();
-    const Vector3d a_I = R_WI_ * f_ + p_.experiment->scenario.gravity_W;
-    vdot_.head<3>() = alpha_B;
-    vdot_.segment<3>(3) = a_I - alpha_B.cross(p_WI) - a0.tail<3>();
-  }
-
-  void read_wrenches(size_t k) {
-    for (Vector6d& w : wrenches_) w.setZero();
-    for (size_t link = 0; link < wrenches_.size(); ++link) {
-      if (terms_.force_W[link].isZero()) continue;
-      const Matrix3d R = get_pose(data_, static_cast<int>(link)).R;
-      const Vector3d arm = R * terms_.tree.links[link].inertia.p_LLcm_L;
-      wrenches_[link] << arm.cross(terms_.force_W[link]), terms_.force_W[link];
-    }
-    for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
-      const WrenchTerms& w = terms_.wrenches[foot];
-      Vector3d force, torque;
-      for (size_t i = 0; i < 3; ++i) {
-        force(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + i], false, k, w.delay[0], w.skew);
-        torque(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + 3 + i], false, k, w.delay[1], w.skew);
-      }
-      force_[foot] = make_rotation_from_rpy(w.rpy[0]) * Vector3d((force - w.force_bias) / w.force_scale);
-      torque_[foot] = make_rotation_from_rpy(w.rpy[1]) * Vector3d((torque - w.torque_bias) / w.torque_scale);
-      const Matrix3d R = get_pose(data_, p_.feet[foot].link).R;
-      wrenches_[static_cast<size_t>(p_.feet[foot].link)] << R * torque_[foot], R * force_[foot];
-    }
-  }
-
   // Where the ground presses on the sole: at an edge the foot may roll over it, and its tilt says nothing.
   bool stands_flat(size_t foot) const {
     const StandFoot& f = p_.feet[foot];
     const Vector3d moment = torque_[foot] - f.sole.cross(force_[foot]);
     const double fz = force_[foot].z();
-    return !floats_ && fz > load_ && std::abs(moment.y() / fz) < kInside * f.size.x() / 2 &&
+    return fz > load_ && std::abs(moment.y() / fz) < kInside * f.size.x() / 2 &&
            std::abs(moment.x() / fz) < kInside * f.size.y() / 2;
   }
 
@@ -241,10 +136,7 @@ class Calculator {
   }
 
   void add_sample(size_t k) {
-    read_imu(k);
-    read_joints(k);
-    find_base_motion();
-    read_wrenches(k);
+    attitudes_.emplace_back(R_WI_), rates_.push_back(w_), turns_.push_back(dw_);
     add_feet(k);
     calc_inverse_dynamics(model_, vdot_, &wrenches_, &data_, &tau_);
     for (int i = 0; i < 6; ++i) out_.push_back(tau_(i));
@@ -342,34 +234,72 @@ class Calculator {
     }
   }
 
-  const StandProblem& p_;
-  const StandRecording& r_;
-  Terms terms_;
-  Model model_;
-  Data data_;
-  State state_;
-  LinkWrenches wrenches_;
-  Eigen::VectorXd vdot_, tau_;
-  Drives drives_;
-  std::vector<DriveState> joints_;
-  std::vector<Vector3d> force_, torque_, rolled_, gravity_;
-  Matrix3d R_WI_ = Matrix3d::Identity();
-  Vector3d w_, dw_, f_;
+  Eigen::VectorXd tau_;
+  std::vector<Vector3d> rolled_, gravity_;
   std::vector<Eigen::Quaterniond> attitudes_;
   std::vector<Vector3d> rates_, turns_, places_;
   std::vector<char> flat_, slips_;
   std::vector<double> ratios_, out_;
-  std::vector<double> slack_;  // [N m] by joint: less than that does not hold loose teeth on one side
-  bool floats_ = false;        // a link floats between the teeth: feet may be anywhere
   double load_ = 0, yaw_ = 0;  // [N], [rad]
   size_t channels_ = 0, last_ = 0;
 };
 
+// Once with the teeth in the middle, once a little to the side: what the feet say about where they lie.
+std::vector<double> place_link(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+                               TeethOffsets offsets, size_t joint, double gap, double slack) {
+  StandBase middle, aside;
+  offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
+  const std::vector<double> at = Calculator(problem, hypothesis, recording, offsets).add_samples(&middle);
+  std::fill(offsets[joint].begin(), offsets[joint].end(), kTeethStep);
+  const std::vector<double> moved = Calculator(problem, hypothesis, recording, offsets).add_samples(&aside);
+  std::vector<double> torque;
+  for (size_t k = joint; k < middle.states.size(); k += offsets.size()) torque.push_back(middle.states[k].torque);
+  const size_t places = find_places(problem), channels = list_channels(problem).size();
+  return place_teeth({at, moved, channels, places + count_places(problem), places}, problem.noise,
+                     find_sides(torque, slack), gap);
+}
+
 }  // namespace
+
+double find_play(const StandProblem& problem, const StandHypothesis& hypothesis, size_t joint) {
+  std::vector<double> seen;
+  for (size_t r = 0; r < problem.recordings.size(); ++r) {
+    if (!problem.recordings[r].train) continue;
+    const std::vector<double> one = place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint,
+                                               kMostPlay, 1e300);
+    seen.insert(seen.end(), one.begin(), one.end());
+  }
+  if (seen.empty()) return 0;
+  std::sort(seen.begin(), seen.end());
+  const size_t few = seen.size() / 20;
+  return seen[seen.size() - 1 - few] - seen[few];
+}
+
+double find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, const StandEffect& backlash) {
+  const auto joint = static_cast<size_t>(backlash.place);
+  const double half = 0.5 * backlash.p[0];
+  double low = half, high = -half, held_low = 0, held_high = 0;
+  for (size_t r = 0; r < problem.recordings.size(); ++r) {
+    const std::vector<double> one = place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint,
+                                               backlash.p[0], problem.slack[joint]);
+    for (double offset : one) {
+      low = std::min(low, offset), high = std::max(high, offset);
+      held_low += offset == -half, held_high += offset == half;
+    }
+  }
+  constexpr double kEnough = 10;  // samples
+  return held_low > kEnough && held_high > kEnough ? 0 : high - low;
+}
 
 std::vector<double> calc_channels(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
                                   StandBase* base) {
-  return Calculator(problem, hypothesis, recording).run(base);
+  TeethOffsets offsets(problem.effort.size());
+  for (const StandEffect& e : hypothesis) {
+    if (e.id != StandId::kBacklash || e.p[0] == 0 || problem.slack.empty()) continue;
+    const auto joint = static_cast<size_t>(e.place);
+    offsets[joint] = place_link(problem, hypothesis, recording, offsets, joint, e.p[0], problem.slack[joint]);
+  }
+  return Calculator(problem, hypothesis, recording, std::move(offsets)).run(base);
 }
 
 std::vector<double> calc_drive_channels(const StandProblem& problem, const StandHypothesis& hypothesis,

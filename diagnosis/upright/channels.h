@@ -34,6 +34,13 @@ struct StandBase {
 std::vector<double> calc_channels(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
                                   StandBase* base = nullptr);
 
+// [rad] How far a joint's link would have to move against its encoder, whatever the torque, for the feet to stand where
+// they stand: range of nine tenths of the training samples.
+double find_play(const StandProblem& problem, const StandHypothesis& hypothesis, size_t joint);
+
+// [rad] Range in which a free link was seen, if no torque ever held it at both ends of the gap; else 0.
+double find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, const StandEffect& backlash);
+
 // The same for a hypothesis that differs from that of `base` only in effects of one joint's drive: fast.
 std::vector<double> calc_drive_channels(const StandProblem& problem, const StandHypothesis& hypothesis,
                                         size_t recording, const StandBase& base, int joint);

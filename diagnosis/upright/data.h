@@ -56,6 +56,8 @@ struct StandProblem {
   bool attitude = true;       // recorded, else found from the base pose, or from gyroscope and accelerometer
   double attitude_error = 0;  // [rad] standard deviation of an attitude that had to be found
   bool base_pose = false;     // recorded
+  // For loose transmissions: a torque [N m] by joint that is no noise, and the noise of each channel (channels.h).
+  std::vector<double> slack, noise;
   bool is_driven(size_t joint) const { return effort[joint] || command[joint]; }
 };
 

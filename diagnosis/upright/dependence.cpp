@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/upright/dependence.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -117,6 +118,32 @@ std::vector<std::string> find_dependence(const StandProblem& p, const Channel& c
     if (share > kShare && share > 0.45 * shares[0].first) out.push_back(name);
   }
   return out;
+}
+
+bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation,
+                   int other) {
+  const int own = p.tree.find_joint(channel.joint);
+  if (own < 0 || own == other) return false;
+  std::vector<Eigen::Vector4d> rows;  // 1, own position, other's position, what is left
+  for (size_t r = 0; r < evaluation.size(); ++r) {
+    const StandRecording& recording = p.recordings[r];
+    const size_t channels = evaluation[r].residuals.size() / recording.samples.size();
+    for (size_t s = 0; s < recording.samples.size(); ++s) {
+      const auto k = static_cast<size_t>(recording.samples[s]);
+      rows.emplace_back(1, recording.position[static_cast<size_t>(own)].value[k],
+                        recording.position[static_cast<size_t>(other)].value[k],
+                        evaluation[r].residuals[s * channels + index]);
+    }
+  }
+  const auto left = [&](long columns) {
+    Eigen::MatrixXd A(static_cast<long>(rows.size()), columns);
+    Eigen::VectorXd y(A.rows());
+    for (long i = 0; i < A.rows(); ++i) {
+      A.row(i) = rows[static_cast<size_t>(i)].head(columns).transpose(), y(i) = rows[static_cast<size_t>(i)](3);
+    }
+    return (y - A * A.colPivHouseholderQr().solve(y)).squaredNorm();
+  };
+  return left(3) < 0.5 * left(2);
 }
 
 }  // namespace hrp::diagnosis::upright

@@ -11,4 +11,9 @@ namespace hrp::diagnosis::upright {
 std::vector<std::string> find_dependence(const StandProblem& problem, const Channel& channel, size_t index,
                                          const Evaluation& evaluation);
 
+// Whether what is left of a channel of one joint's effort follows the position of another joint, beside its own: then
+// something couples the two.
+bool follows_joint(const StandProblem& problem, const Channel& channel, size_t index, const Evaluation& evaluation,
+                   int other);
+
 }  // namespace hrp::diagnosis::upright

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/report/report.h"
 #include "diagnosis/upright/search.h"
+#include "diagnosis/upright/teeth.h"
 
 namespace hrp::diagnosis::upright {
 bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out) {
@@ -9,6 +10,12 @@ bool diagnose_upright(const Problem& problem, const std::function<void(const std
   if (!make_stand_problem(*problem.experiment, Parity::kAll, &stands.all, &why)) return false;
   make_stand_problem(*problem.experiment, Parity::kEven, &stands.even, &why);
   make_stand_problem(*problem.experiment, Parity::kOdd, &stands.odd, &why);
+  const Evaluation nominal = evaluate(stands.all, {});
+  StandJudge judge(stands.all);
+  judge.update_sigma(nominal, {});
+  for (StandProblem* p : {&stands.all, &stands.even, &stands.odd}) {
+    p->slack = find_slack(stands.all, nominal), p->noise = judge.sigma();
+  }
   const StandProblem& stand = stands.all;
   for (size_t r = 0; r < stand.recordings.size(); ++r) {  // halves are multiplied sample by sample: keep the same ones
     stands.even.recordings[r].samples = stands.odd.recordings[r].samples = stand.recordings[r].samples;

@@ -9,7 +9,6 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-constexpr double kSlack = 0.03;   // share of a joint's largest effort that does not hold loose teeth on one side
 constexpr double kStick = 0.004;  // [rad/s] below it a joint may be stuck: smoothed velocities have 0.001 of noise
 
 // Bouc-Wen state [rad] along a recorded position; it forgets where it began after a few yield angles.
@@ -28,14 +27,6 @@ std::vector<double> wind(const std::vector<double>& position, double yield) {
 }
 
 }  // namespace
-
-double find_slack(const StandProblem& p, size_t joint) {
-  double most = 0;
-  for (const StandRecording& r : p.recordings) {
-    for (double u : r.effort[joint].value) most = std::max(most, std::abs(u));
-  }
-  return kSlack * most;
-}
 
 Drives::Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms)
     : p_(problem), r_(recording), terms_(terms), wound_(terms.joints.size()) {

@@ -16,9 +16,6 @@ struct DriveState {
   double torque = 0;         // [N m] by inverse dynamics
 };
 
-// [N m] Less effort than that does not hold the teeth of a loose transmission on one side.
-double find_slack(const StandProblem& problem, size_t joint);
-
 class Drives {
  public:
   Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms);

@@ -9,6 +9,7 @@ namespace {
 
 using I = StandId;
 
+constexpr double kWider = 3;        // a gap is tried from there on: what nothing stops may go further than it was seen
 constexpr double kLoopStep = 2e-4;  // [s] of a drive; as large as the timing that fixed bases are granted
 
 const std::vector<StandInfo>& list_infos() {
@@ -28,7 +29,7 @@ const std::vector<StandInfo>& list_infos() {
       {I::kCommandDelay, "command_delay", {"delay"}, {"s"}, {0}, {1e-3}, true},
       {I::kActuatorLag, "actuator_lag", {"time_constant"}, {"s"}, {0}, {1e-3}, true},
       {I::kElasticity, "joint_elasticity", {}, {}, {0, 0}, {1e-6, 0.01}, true},
-      {I::kBacklash, "backlash", {"gap", "", ""}, {"rad", "", ""}, {0, 0, 0}, {1e-3, 0.01, 1e-6}, true},
+      {I::kBacklash, "backlash", {}, {}, {0, 0, 0, 0}, {1e-3, 0.01, 1e-6, 0}, true},
       {I::kJointOffset, "joint_offset", {"offset"}, {"rad"}, {0}, {1e-3}, false},
       {I::kPayload, "payload", {"mass", "", "", ""}, {"kg", "", "", ""}, {0, 0, 0, 0}, {0.1, 0.01, 0.01, 0.01}, true},
       {I::kMassError, "mass_error", {"scale"}, {"1"}, {1}, {0.01}, false},
@@ -86,6 +87,7 @@ class Lister {
   void add_joint(int j) {
     const auto i = static_cast<size_t>(j);
     for (StandId id : {I::kJointOffset, I::kPositionScale, I::kPositionDelay}) add(id, j);
+    if (hints_.play[i] > 0) add(I::kBacklash, j, {{0, kWider * hints_.play[i]}});
     if (p_.velocity[i]) {
       for (StandId id : {I::kVelocityBias, I::kVelocityScale, I::kVelocityDelay}) add(id, j);
     }
@@ -97,7 +99,6 @@ class Lister {
     for (double yield : {0.01, 0.04}) add(I::kHysteresis, j, {{1, yield}});  // [rad]
     for (double periods : hints_.ripples[i]) add(I::kCogging, j, {{2, periods}});
     add(I::kElasticity, j);
-    if (p_.effort[i]) add(I::kBacklash, j);
     for (double v : {0.03, 0.08, 0.2}) add(I::kStribeck, j, {{2, v}});     // [rad/s]
     if (p_.command[i]) add(I::kCommandDelay, j);
     if (!p_.effort[i]) return;
@@ -169,6 +170,12 @@ std::vector<StandEffect> list_candidates(const StandProblem& p, const StandHypot
 
 namespace {
 
+const ServoGains& find_servo(const StandProblem& problem, int joint) {
+  const Scenario& scenario = problem.experiment->scenario;
+  const auto at = scenario.servo_joints.find(problem.tree.joint(joint).name);
+  return at == scenario.servo_joints.end() ? scenario.servo_default : at->second;
+}
+
 // [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off.
 double find_size(const StandProblem& problem, int link) {
   return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
@@ -210,7 +217,8 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     case I::kSaturation: return e.p[0] > 0;
     // What the ground may give itself is no transmission.
     case I::kElasticity: return e.p[1] > -1e-3 && e.p[0] > 3 * kContact;
-    case I::kBacklash: return e.p[1] > -1e-3 && e.p[2] > -1e-6;  // a rotor's inertia; how far teeth bend
+    // A gap below what encoders resolve is none; a rotor's inertia; how far teeth bend is known beforehand.
+    case I::kBacklash: return e.p[0] > 1e-4 && e.p[1] > -1e-3;
     case I::kComError: return Vector3d(e.p[0], e.p[1], e.p[2]).norm() < find_size(problem, e.place);
     case I::kLoadFriction: return e.p[0] < 1;
     default: break;
@@ -242,7 +250,13 @@ std::vector<StandEffect> list_richer(const StandProblem& p, const StandEffect& e
 
 bool starts_away(const StandEffect& e) {
   const bool skew = e.id == StandId::kImuSkew || e.id == StandId::kWrenchSkew;
-  return e.id == StandId::kGroundFriction || e.id == StandId::kSaturation || (skew && e.p[0] != 0);
+  return e.id == StandId::kGroundFriction || e.id == StandId::kSaturation || e.id == StandId::kBacklash ||
+         (skew && e.p[0] != 0);
+}
+
+bool adds_noise(StandId id) {
+  return id == I::kRotorInertia || id == I::kTorqueConstant || id == I::kActuatorLag || id == I::kElasticity ||
+         id == I::kMassError || id == I::kPayload;
 }
 
 bool is_main(StandId id, size_t parameter) {
@@ -264,7 +278,16 @@ double find_sinking(const StandFoot& foot) {
   return half > 100 ? 0 : kContact * half * half;
 }
 
+double find_doubt(const StandProblem& problem, const StandEffect& e) {
+  if (!is_link(e.id)) return 0;
+  double most = 0;
+  for (const LinkSpec& link : problem.tree.links) most = std::max(most, link.inertia.mass);
+  return std::log(most / std::max(1e-6, problem.tree.links[static_cast<size_t>(e.place)].inertia.mass));
+}
+
 double find_prior(const StandProblem& problem, const StandEffect& e, size_t parameter) {
+  // [rad/(N m)] Teeth bend less than the servo that drives them gives, or it would ring.
+  if (e.id == StandId::kBacklash && parameter == 2) return 0.3 / std::max(1.0, find_servo(problem, e.place).kp);
   if (!is_foot(e.id)) return 0;
   const size_t size = get_stand_info(e.id).step.size(), at = parameter % size;
   const StandFoot& foot = problem.feet[parameter / size];

@@ -10,10 +10,13 @@ namespace hrp::diagnosis::upright {
 struct StandHints {
   double slip_ratio = 0;                     // friction at which feet were seen to slip; 0: they were not
   std::vector<std::vector<double>> ripples;  // by joint [1/rad]: how often the missing effort repeats
+  std::vector<double> play;                  // by joint [rad]: how far its link would have to move against its encoder
 };
 
 // [rad/(N m)] How far ground and sole may give of themselves: feet are taken as rigid above 5e4 N m/rad.
 constexpr double kContact = 2e-5;
+
+constexpr double kMostPlay = 0.2;  // [rad] between teeth that somebody would still call a transmission
 
 struct StandInfo {
   StandId id;
@@ -37,6 +40,9 @@ std::vector<StandEffect> list_richer(const StandProblem& problem, const StandEff
 // Effects without a neutral start, and starts far from it: a slope at none says nothing about them.
 bool starts_away(const StandEffect& effect);
 
+// Effects that multiply a noisy signal: accelerations, efforts.
+bool adds_noise(StandId id);
+
 // Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
 bool is_main(StandId id, size_t parameter);
 
@@ -48,6 +54,10 @@ bool are_sensible(const StandProblem& problem, const StandHypothesis& hypothesis
 // edge, more about the long one. Straight down [m/N]: find_sinking.
 double find_give(const StandFoot& foot, int axis);
 double find_sinking(const StandFoot& foot);
+
+// Minus the logarithm of how much likelier than here an effect of this kind is at the likeliest place, before anything is
+// recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
+double find_doubt(const StandProblem& problem, const StandEffect& effect);
 
 // Standard deviation of what is known beforehand of a nuisance about its neutral value; 0: nothing.
 double find_prior(const StandProblem& problem, const StandEffect& effect, size_t parameter);

@@ -113,6 +113,17 @@ Json make_cogging(const StandEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
+// Where no torque held the link at both ends the gap may be any that lets it go where it was seen.
+Json make_backlash(const StandEffect& e, const Eigen::VectorXd& std) {
+  Json out;
+  out["gap"] = make_value(e.p[3] > 0 ? e.p[3] : e.p[0], std(0), "rad");
+  if (e.p[3] > 0) {
+    const double rest = std::max(0.0, kMostPlay - e.p[3]);
+    out["gap"]["std"] = rest / std::sqrt(12), out["gap"]["ci95"] = {0.95 * e.p[3], e.p[3] + rest};
+  }
+  return out;
+}
+
 Json make_elasticity(const StandEffect& e, const Eigen::VectorXd& std) {
   Json out;
   out["stiffness"] = make_value(1 / e.p[0], std(0) / (e.p[0] * e.p[0]), "N m/rad");
@@ -144,6 +155,7 @@ Json make_parameters(const StandProblem& p, const StandEffect& e, const Eigen::V
     case StandId::kSpring: return make_spring(e, std);
     case StandId::kStribeck: return make_stribeck(e, std);
     case StandId::kCogging: return make_cogging(e, std);
+    case StandId::kBacklash: return make_backlash(e, std);
     case StandId::kElasticity: return make_elasticity(e, std);
     default: break;
   }
@@ -218,6 +230,8 @@ std::string describe_values(const Json& parameters) {
       out += "(";
       for (size_t i = 0; i < p["value"].size(); ++i) out += (i ? ", " : "") + number(p["value"][i].get<double>());
       out += ")";
+    } else if (p["ci95"][1].get<double>() - p["value"].get<double>() > 3 * p["std"].get<double>()) {
+      out += "at least " + number(p["value"].get<double>());  // an interval to one side
     } else {
       out += number(p["value"].get<double>()) + " +- " + number(1.96 * p["std"].get<double>(), 2);
     }

@@ -15,6 +15,8 @@
 
 namespace hrp::diagnosis::upright {
 
+constexpr double kStretch = 0.5;  // [s] errors of stretches this long are taken as independent
+
 using Evaluation = std::vector<StandBase>;                   // by recording
 using Derivative = std::vector<std::vector<double>>;         // by recording, flat as the residuals
 

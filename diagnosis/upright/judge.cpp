@@ -13,6 +13,8 @@ namespace {
 // a mismatch where nothing was fitted.
 constexpr double kLeftOver = 2.5;
 constexpr double kFew = 8;    // samples
+constexpr double kLeastNoise = 0.25;
+constexpr double kTurn = 0.3; // [s] over which a gyroscope is held against two attitudes
 constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
@@ -26,9 +28,13 @@ double find_floor(const StandProblem& p, const Channel& c) {
   if (c.kind == "stand" || c.kind == "base") return 1e-5;
   if (c.kind == "balance") return std::max(0.02, weight * tilt);
   if (c.kind == "effort") return std::max(2e-3, 0.3 * weight * tilt);
-  if (c.kind == "gyro") return 1e-4;
+  if (c.kind == "gyro") return std::max(1e-4, std::sqrt(2) * tilt / kTurn);
   if (c.kind == "velocity") return 1e-4;
   return c.kind == "gravity" ? std::max(3e-3, 9.81 * tilt) : 2e-3;
+}
+
+bool is_loose(const StandHypothesis& h) {
+  return std::any_of(h.begin(), h.end(), [](const StandEffect& e) { return e.id == StandId::kBacklash; });
 }
 
 }  // namespace
@@ -40,8 +46,9 @@ StandJudge::StandJudge(const StandProblem& problem)
   if (train_.empty()) train_ = held_;
 }
 
-void StandJudge::update_sigma(const Evaluation& evaluation) {
-  for (size_t c = 0; c < channels_.size(); ++c) {
+void StandJudge::update_sigma(const Evaluation& evaluation, const StandHypothesis& h) {
+  // Where a link is free between loose teeth its place is read off the feet: their noise is no longer all there.
+  for (size_t c = is_loose(h) ? find_places(*problem_) + count_places(*problem_) : 0; c < channels_.size(); ++c) {
     const bool sparse = channels_[c].kind == "gyro";
     std::vector<double> found;
     for (const StandBase& base : evaluation) {
@@ -60,26 +67,80 @@ void StandJudge::update_sigma(const Evaluation& evaluation) {
   }
 }
 
-StandFit StandJudge::judge(const StandHypothesis& h, const Evaluation& evaluation) const {
-  StandFit fit;
-  fit.hypothesis = h;
+// Square of the noise of each channel in the mean of even and odd samples: a quarter of the square of their difference.
+std::vector<double> StandJudge::find_noise(const Evaluation& even, const Evaluation& odd) const {
+  std::vector<double> out;
   for (size_t c = 0; c < channels_.size(); ++c) {
-    double sum = 0, count = 0, said = 0;
-    for (size_t r : held_) {
-      const std::vector<double>& residuals = evaluation[r].residuals;
-      for (size_t k = c; k < residuals.size(); k += channels_.size(), ++count) {
-        sum += residuals[k] * residuals[k];
-        said += residuals[k] != 0;  // where friction holds or a foot rolls over its edge nothing is said
+    double sum = 0, count = 0;
+    for (size_t r = 0; r < even.size(); ++r) {
+      for (size_t k = c; k < even[r].residuals.size(); k += channels_.size()) {
+        const double a = even[r].residuals[k], b = odd[r].residuals[k];
+        if (a != 0 && b != 0) sum += 0.25 * (a - b) * (a - b), ++count;
       }
     }
-    // With as many samples of noise beside them as an rms needs: few may be large by chance.
-    const double square = (sum / (sigma_[c] * sigma_[c]) + kFew) / (said + kFew);
-    fit.channel_rms.push_back(std::sqrt(square));
-    if (channels_[c].kind == "gyro") count = said;
-    fit.score += count * std::log(std::max(square, 1.0));
-    if (square > kMismatch * kMismatch) fit.mismatch += count * std::log(square);
+    out.push_back(count > 0 ? sum / count : 0);
   }
-  for (const StandEffect& e : h) fit.score += kCorrelated * static_cast<double>(e.p.size());
+  return out;
+}
+
+// As sigma_ it can only get smaller.
+void StandJudge::set_reference(const Evaluation& even, const Evaluation& odd) {
+  const std::vector<double> noise = find_noise(even, odd);
+  if (reference_.empty()) reference_ = noise;
+  for (size_t c = 0; c < noise.size(); ++c) reference_[c] = std::min(reference_[c], noise[c]);
+}
+
+std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const Evaluation& odd) const {
+  std::vector<double> out = find_noise(even, odd);
+  for (size_t c = 0; c < out.size(); ++c) out[c] = std::max(0.0, out[c] - reference_[c]);
+  return out;
+}
+
+// What noise alone leaves of a channel [square, in units of sigma_]. Third differences of samples whose windows overlap
+// make sigma_ too large by a tenth or so; below that, what is left could not be told from noise.
+double StandJudge::find_least(size_t channel) const {
+  if (reference_.empty()) return 1;
+  return std::clamp(reference_[channel] / (sigma_[channel] * sigma_[channel]), kLeastNoise, 1.0);
+}
+
+double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, const Evaluation& evaluation,
+                               double extra, StandFit* fit) const {
+  double sum = 0, count = 0, said = 0;
+  for (size_t r : recordings) {
+    const std::vector<double>& residuals = evaluation[r].residuals;
+    for (size_t k = c; k < residuals.size(); k += channels_.size(), ++count) {
+      sum += residuals[k] * residuals[k];
+      said += residuals[k] != 0;  // where friction holds or a foot rolls over its edge nothing is said
+    }
+  }
+  sum = std::max(0.0, sum - said * extra);
+  // With as many samples of noise beside them as an rms needs: few may be large by chance.
+  const double square = (sum / (sigma_[c] * sigma_[c]) + kFew) / (said + kFew);
+  if (channels_[c].kind == "gyro") count = said;
+  // A link that is free at every sample follows the noise of the feet's places: nothing is won by that.
+  const bool free = c < find_places(*problem_) + count_places(*problem_) && is_loose(fit->hypothesis);
+  fit->score += count * std::log(std::max(square, free ? 1.0 : find_least(c)));
+  if (square > kMismatch * kMismatch) fit->mismatch += count * std::log(square);
+  return std::sqrt(square);
+}
+
+// Recordings that were fitted count as well: of so many samples a few parameters cannot follow the noise. What helps
+// must help the others, too (add_effect()).
+StandFit StandJudge::judge(const StandHypothesis& h, const Evaluation& evaluation,
+                           const std::vector<double>& extra) const {
+  StandFit fit;
+  fit.hypothesis = h;
+  for (const StandEffect& e : h) {
+    fit.score += kCorrelated * (static_cast<double>(e.p.size()) + find_doubt(*problem_, e));
+  }
+  for (size_t c = 0; c < channels_.size(); ++c) {
+    fit.channel_rms.push_back(add_channel(c, held_, evaluation, extra.empty() ? 0 : extra[c], &fit));
+  }
+  fit.held_score = fit.score;
+  for (size_t c = 0; c < channels_.size() && train_ != held_; ++c) {
+    const double rms = add_channel(c, train_, evaluation, extra.empty() ? 0 : extra[c], &fit);
+    fit.train_worst = std::max(fit.train_worst, rms);
+  }
   return fit;
 }
 

@@ -13,7 +13,9 @@ struct StandFit {
   StandHypothesis hypothesis;
   std::vector<Eigen::VectorXd> std;     // by effect, by parameter
   std::vector<double> channel_rms;      // whitened, on the recordings that were not fitted
+  double train_worst = 0;               // the largest of the others
   double score = 0;                     // sum over channels of n log(rms^2), not below the noise; lower is better
+  double held_score = 0;                // the part of it by the recordings that were not fitted
   double mismatch = 0;                  // the part of it by channels that disagree with the model
 };
 
@@ -26,9 +28,17 @@ class StandJudge {
   const std::vector<size_t>& train() const { return train_; }  // recordings
 
   // Noise of each channel from the high frequencies of its residual; once more is explained it can only get smaller.
-  void update_sigma(const Evaluation& evaluation);
+  void update_sigma(const Evaluation& evaluation, const StandHypothesis& hypothesis);
 
-  StandFit judge(const StandHypothesis& hypothesis, const Evaluation& evaluation) const;
+  // `extra`: noise [squared] by channel that the hypothesis itself adds, as find_extra_noise() has it; empty: none.
+  StandFit judge(const StandHypothesis& hypothesis, const Evaluation& evaluation,
+                 const std::vector<double>& extra = {}) const;
+
+  // A heavier link turns the same acceleration's noise into more force; that is no disagreement. Even and odd samples
+  // differ by noise alone. Its square by channel, and how much more that is than under the reference.
+  std::vector<double> find_noise(const Evaluation& even, const Evaluation& odd) const;
+  std::vector<double> find_extra_noise(const Evaluation& even, const Evaluation& odd) const;
+  void set_reference(const Evaluation& even, const Evaluation& odd);
 
   // Channels that stay far from their noise count less: whatever else is missing there must not bend the parameters.
   FitSelection select(const StandFit& so_far) const;
@@ -37,9 +47,13 @@ class StandJudge {
   static bool is_quiet(double left, double before);
 
  private:
+  double find_least(size_t channel) const;
+  // Adds one channel over some recordings to a fit; returns its rms.
+  double add_channel(size_t channel, const std::vector<size_t>& recordings, const Evaluation& evaluation, double extra,
+                     StandFit* fit) const;
   const StandProblem* problem_;
   std::vector<Channel> channels_;
-  std::vector<double> sigma_;
+  std::vector<double> sigma_, reference_;  // reference_: as find_noise() has it, of the hypothesis that sigma_ is from
   std::vector<size_t> train_, held_;
 };
 

@@ -208,6 +208,13 @@ void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* ou
     out->push_back({{"effect", "foot_compliance.cz"}, {"why", "a standing robot hardly moves up and down on its soles"},
                     {"motion_that_would_tell", "short vertical bounces above 5 Hz"}});
   }
+  for (const StandEffect& e : o.chosen.hypothesis) {
+    if (e.id != StandId::kBacklash || e.p[3] == 0) continue;
+    const auto [kind, name] = find_place(p, e);
+    out->push_back({{"effect", "backlash.gap"}, {"where", {{kind, name}}},
+                    {"why", "no torque held the teeth on both sides: the gap is at least as wide as what was seen"},
+                    {"motion_that_would_tell", "loads on the joint that change their sign"}});
+  }
   for (size_t i = 0; i < o.twins.size(); ++i) {
     for (const StandEffect& e : o.twins[i]) {
       const auto [kind, name] = find_place(p, e);

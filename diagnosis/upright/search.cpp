@@ -5,14 +5,17 @@
 #include <cmath>
 
 #include "diagnosis/search/fit.h"
+#include "diagnosis/upright/dependence.h"
 #include "diagnosis/upright/hints.h"
 #include "diagnosis/upright/slip.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
 
-constexpr double kSignificant = 6;   // deviations by which a parameter must differ from no effect
-constexpr double kGain = 150;        // least gain of the score; a clean recording's candidates gain below 40
+// Some 500 candidates are looked at; one in a thousand clean robots may be wronged. For a parameter that is two in a
+// million: 4.75 normal deviations. For the score, whose eighth is a logarithm of probability, ln(500 / 1e-3).
+constexpr double kNormal = 4.75;
+constexpr double kGain = kCorrelated * 13.1;
 constexpr double kRicher = 40;       // the same where a law is replaced by a richer one at the same place
 constexpr double kTwin = 0.05;       // least probability of what is reported as not to be told apart
 constexpr size_t kRefined = 8;       // candidates that are fitted to the end in each round
@@ -25,18 +28,24 @@ bool is_same(const StandEffect& a, const StandEffect& b) { return a.id == b.id &
 class Search {
  public:
   Search(const StandProblems& problems, int jobs, const Progress& progress)
-      : problems_(problems), p_(problems.all), coarse_(make_coarse(p_)), judge_(p_), jobs_(jobs), progress_(progress) {
+      : problems_(problems),
+        p_(problems.all),
+        coarse_(make_coarse(p_)),
+        coarse_even_(make_coarse(problems.even)),
+        coarse_odd_(make_coarse(problems.odd)),
+        judge_(p_),
+        jobs_(jobs),
+        progress_(progress) {
     out_.channels = judge_.list();
     for (size_t r = 0; r < p_.recordings.size(); ++r) all_.push_back(r);
   }
 
   StandOutcome run() {
-    Evaluation base = evaluate(p_, {});
-    judge_.update_sigma(base);
-    out_.nominal = out_.chosen = judge_.judge({}, base);
+    update_noise({});
+    out_.nominal = out_.chosen = judge({});
     if (!find_slip_ratio(p_, &hints_.slip_ratio, &slip_spread_)) hints_.slip_ratio = 0;
-    hints_.ripples.resize(p_.effort.size());
-    give_ = find_tilting(p_);
+    hints_.ripples.resize(p_.effort.size()), hints_.play.resize(p_.effort.size());
+    give_ = find_tilting(p_), significant_ = find_significance();
     extend();
     if (out_.mismatch && !out_.explained) start_with_soles();
     if (!out_.explained) doubt();
@@ -57,8 +66,10 @@ class Search {
     while (is_full() && out_.chosen.hypothesis.size() < kMostAlike && add_effect()) {
     }
     enrich_effects();
-    out_.mismatch = worst(out_.nominal) > kMismatch || !out_.chosen.hypothesis.empty();
-    out_.explained = out_.mismatch && is_explained();
+    const bool found = !out_.chosen.hypothesis.empty(), quiet = is_explained();
+    const double most = std::max(worst(out_.nominal), out_.nominal.train_worst);
+    out_.mismatch = found || (most > kMismatch && !(quiet && out_.nominal.train_worst < kMismatch));
+    out_.explained = found && quiet;
   }
 
   // Soft soles beside a second effect in the feet may look impossible alone (a stiffness below zero) and are then never
@@ -72,7 +83,7 @@ class Search {
       const StandOutcome before = out_;
       const StandJudge judge_before = judge_;
       const StandHypothesis h = refine(p_, judge_.select(out_.nominal), {e}, 2);
-      out_.chosen = judge_.judge(h, evaluate(p_, h));
+      out_.chosen = judge(h);
       out_.rounds.assign(1, {});
       extend();
       const bool more = out_.chosen.hypothesis.size() > 1;
@@ -92,38 +103,57 @@ class Search {
   bool is_richer(const StandFit& fit, size_t effect) const;
   std::vector<StandEffect> list_next(const StandFit& so_far, const Evaluation& base) const;
   std::vector<StandTrial> try_candidates(const StandFit& so_far) const;
-  StandTrial screen(const StandFit& so_far, const StandEffect& candidate, const SharedColumns& shared,
-                    const Evaluation& base) const;
+  struct Screen {  // what screening of all candidates shares: the rows of what was found so far
+    Evaluation base, even, odd;
+    std::vector<double> noise;
+    double score = 0, offset = 0;  // of it; less that of all samples thinned out, whose means are others
+    SharedColumns columns;
+  };
+  StandTrial screen(const StandFit& so_far, const StandEffect& candidate, const Screen& shared) const;
+  std::vector<double> find_noise_of(const StandHypothesis& h, const Screen& shared) const;
+  StandFit judge(const StandHypothesis& h) const;
+  void update_noise(const StandHypothesis& h);
   StandFit finish(const StandFit& so_far, const StandHypothesis& hypothesis) const;
   StandFit judge_again(const StandFit& fit) const;
+  double find_significance() const;
   bool is_significant(const StandFit& fit) const;
   void exchange_effects();
   void find_twins();
   void doubt();
   bool is_consistent(size_t effect) const;
   bool explains_its_part(size_t effect) const;
+  bool is_coupled(size_t effect) const;
 
   const StandProblems& problems_;
   const StandProblem& p_;
-  StandProblem coarse_;  // a third of the samples: enough to rank candidates
+  StandProblem coarse_, coarse_even_, coarse_odd_;  // a third of the samples: enough to rank candidates
   StandJudge judge_;
   int jobs_;
   Progress progress_;
   StandOutcome out_;
   std::vector<size_t> all_;
   StandHints hints_;
-  double slip_spread_ = 0;
+  double slip_spread_ = 0, significant_ = 0;
   Eigen::Vector2d give_{0, 0};  // [rad] deviation of a foot's roll and pitch by what ground and sole may give
 };
 
 // The linear prediction of what a candidate would leave: enough to rank.
-StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, const SharedColumns& shared,
-                          const Evaluation& base) const {
+StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, const Screen& all) const {
+  const SharedColumns& shared = all.columns;
+  const Evaluation& base = all.base;
   StandTrial trial;
   StandHypothesis h = so_far.hypothesis;
   h.push_back(candidate);
+  const bool late = candidate.id == StandId::kImuDelay || candidate.id == StandId::kWrenchDelay;
+  if (candidate.id == StandId::kBacklash || late) {  // too far from linear
+    h = refine(coarse_, judge_.select(so_far), h, late ? 2 : 1);
+    trial.fit = judge_.judge(h, evaluate(coarse_, h));
+    if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+    return trial;
+  }
   if (starts_away(candidate)) {
     trial.fit = judge_.judge(h, thin_out(evaluate(p_, h), channels()));
+    trial.fit.score += all.offset;
     return trial;
   }
   const std::vector<Derivative> added = differentiate(coarse_, h, so_far.hypothesis.size(), base, all_);
@@ -139,16 +169,35 @@ StandTrial Search::screen(const StandFit& so_far, const StandEffect& candidate, 
       for (size_t k = 0; k < column.size(); ++k) predicted[r].residuals[k] += column[k] * d;
     }
   }
-  // Where loose teeth float nothing is said: no slope has that.
-  trial.fit = judge_.judge(h, candidate.id == StandId::kBacklash ? evaluate(coarse_, h) : predicted);
-  if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+  if (!are_sensible(p_, h)) {
+    trial.fit.hypothesis = h, trial.fit.score = 1e300;
+    return trial;
+  }
+  trial.fit = judge_.judge(h, predicted, adds_noise(candidate.id) ? find_noise_of(h, all) : std::vector<double>{});
   return trial;
+}
+
+// By channel the noise [squared] that the last effect of a hypothesis adds.
+std::vector<double> Search::find_noise_of(const StandHypothesis& h, const Screen& all) const {
+  const StandEffect& last = h.back();
+  const auto with = [&](const StandProblem& half, const Evaluation& without) {
+    Evaluation out(without.size());
+    for (size_t r = 0; r < out.size(); ++r) {
+      out[r].residuals = is_drive(last.id) ? calc_drive_channels(half, h, r, without[r], last.place)
+                                           : calc_channels(half, h, r);
+    }
+    return out;
+  };
+  std::vector<double> out = judge_.find_noise(with(coarse_even_, all.even), with(coarse_odd_, all.odd));
+  for (size_t c = 0; c < out.size(); ++c) out[c] = std::max(0.0, out[c] - all.noise[c]);
+  return out;
 }
 
 // What may be added: anything at first, then only what was found at other joints already.
 std::vector<StandEffect> Search::list_next(const StandFit& so_far, const Evaluation& base) const {
   StandHints hints = hints_;
   hints.ripples = find_ripples(coarse_, base);
+  for (size_t j = 0; j < hints.play.size(); ++j) hints.play[j] = find_play(coarse_, so_far.hypothesis, j);
   std::vector<StandEffect> list = list_candidates(p_, so_far.hypothesis, hints);
   if (so_far.hypothesis.size() < kMostEffects) return list;
   const auto is_new = [&](const StandEffect& candidate) {
@@ -162,19 +211,24 @@ std::vector<StandEffect> Search::list_next(const StandFit& so_far, const Evaluat
 
 // Candidates added to what was found so far, the best few of them fitted to the end; best first.
 std::vector<StandTrial> Search::try_candidates(const StandFit& so_far) const {
-  const Evaluation base = evaluate(coarse_, so_far.hypothesis);
+  Screen shared{evaluate(coarse_, so_far.hypothesis), evaluate(coarse_even_, so_far.hypothesis),
+                evaluate(coarse_odd_, so_far.hypothesis), {}, 0, 0, {}};
+  const Evaluation& base = shared.base;
+  shared.score = judge_.judge(so_far.hypothesis, base).score;
+  shared.offset =
+      shared.score - judge_.judge(so_far.hypothesis, thin_out(evaluate(p_, so_far.hypothesis), channels())).score;
+  shared.noise = judge_.find_noise(shared.even, shared.odd);
+  shared.columns = share_columns(judge_.select(so_far), differentiate(coarse_, so_far.hypothesis, 0, base, all_), base);
   const std::vector<StandEffect> candidates = list_next(so_far, base);
-  const SharedColumns shared =
-      share_columns(judge_.select(so_far), differentiate(coarse_, so_far.hypothesis, 0, base, all_), base);
   std::vector<StandTrial> trials(candidates.size());
   parallel_for(jobs_, static_cast<int>(candidates.size()), [&](int i) {
-    trials[static_cast<size_t>(i)] = screen(so_far, candidates[static_cast<size_t>(i)], shared, base);
+    trials[static_cast<size_t>(i)] = screen(so_far, candidates[static_cast<size_t>(i)], shared);
   });
   const auto better = [](const StandTrial& a, const StandTrial& b) { return a.fit.score < b.fit.score; };
   std::stable_sort(trials.begin(), trials.end(), better);
   std::vector<StandTrial> best;  // of one effect at one place only the best start
   for (const StandTrial& t : trials) {
-    if (best.size() >= kRefined || t.fit.score >= 1e299) break;
+    if (best.size() >= kRefined || t.fit.score >= shared.score) break;
     const bool known = std::any_of(best.begin(), best.end(), [&](const StandTrial& b) {
       return is_same(b.fit.hypothesis.back(), t.fit.hypothesis.back());
     });
@@ -187,7 +241,7 @@ std::vector<StandTrial> Search::try_candidates(const StandFit& so_far) const {
       StandTrial& trial = best[static_cast<size_t>(i)];
       if (iterations > 2 && trial.fit.score > within) return;
       const StandHypothesis h = refine(p_, judge_.select(so_far), trial.fit.hypothesis, iterations);
-      trial.fit = judge_.judge(h, evaluate(p_, h));
+      trial.fit = judge(h);
       if (!are_sensible(p_, h)) trial.fit.score = 1e300;
     });
     std::stable_sort(best.begin(), best.end(), better);
@@ -200,6 +254,15 @@ std::vector<StandTrial> Search::try_candidates(const StandFit& so_far) const {
   return best;
 }
 
+StandFit Search::judge(const StandHypothesis& h) const {
+  return judge_.judge(h, evaluate(p_, h), judge_.find_extra_noise(evaluate(problems_.even, h), evaluate(problems_.odd, h)));
+}
+
+void Search::update_noise(const StandHypothesis& h) {
+  judge_.update_sigma(evaluate(p_, h), h);
+  judge_.set_reference(evaluate(problems_.even, h), evaluate(problems_.odd, h));
+}
+
 // The final fit of a hypothesis, with deviations.
 StandFit Search::finish(const StandFit& so_far, const StandHypothesis& hypothesis) const {
   StandHypothesis h = hypothesis;
@@ -208,7 +271,10 @@ StandFit Search::finish(const StandFit& so_far, const StandHypothesis& hypothesi
     const Evaluation base = evaluate(p_, h);
     covariance = solve(p_, judge_.select(so_far), h, differentiate(p_, h, 0, base, judge_.train()), base).covariance;
   }
-  StandFit fit = judge_.judge(h, evaluate(p_, h));
+  for (StandEffect& e : h) {
+    if (e.id == StandId::kBacklash) e.p[3] = find_seen_play(p_, h, e);
+  }
+  StandFit fit = judge(h);
   long at = 0;
   for (const StandEffect& e : h) {
     Eigen::VectorXd std(static_cast<long>(e.p.size()));
@@ -222,13 +288,23 @@ StandFit Search::finish(const StandFit& so_far, const StandHypothesis& hypothesi
   return fit;
 }
 
+// Deviations by which a parameter must differ from no effect: those of kNormal where the deviation itself is known from
+// so many independent stretches only (Student's t by Wallace's approximation, good to 1 % from four stretches on).
+double Search::find_significance() const {
+  double stretches = 0;
+  for (size_t r : judge_.train()) stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kStretch;
+  const double n = std::max(4.0, stretches - 1), z = kNormal * (8 * n + 3) / (8 * n + 1);
+  return std::sqrt(n * (std::exp(z * z / n) - 1));
+}
+
 bool Search::is_significant(const StandFit& fit) const {
   const StandEffect& e = fit.hypothesis.back();
   const StandInfo& info = get_stand_info(e.id);
+  if (e.id == StandId::kBacklash) return true;  // how far a free link moves has no deviation; the held-out gain tells
   for (size_t i = 0; i < e.p.size(); ++i) {
     const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
     if (std <= 0 || find_prior(p_, e, i) > 0 || !is_main(e.id, i)) continue;
-    if (std::abs(e.p[i] - from) > kSignificant * std) return true;
+    if (std::abs(e.p[i] - from) > significant_ * std) return true;
   }
   return false;
 }
@@ -249,11 +325,21 @@ bool Search::add_effect() {
   }
   if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // also shown when nothing is accepted
   if (gain < std::max(kGain, 0.02 * out_.nominal.mismatch)) return false;
-  const StandFit finished = finish(best.fit, best.fit.hypothesis);
-  if (!is_significant(finished)) return false;
+  // Feet that were seen to slide need not slide again in the recordings that were not fitted; all else must help there.
+  const bool slips = best.fit.hypothesis.back().id == StandId::kGroundFriction;
+  if (!slips && best.fit.held_score >= out_.chosen.held_score) return false;
+  // Of those that explain as much the first that differs from nothing.
+  StandFit finished;
+  for (const StandTrial& t : trials) {
+    if (t.probability < kTwin) break;
+    finished = finish(t.fit, t.fit.hypothesis);
+    if (is_significant(finished)) break;
+    finished.hypothesis.clear();
+  }
+  if (finished.hypothesis.empty()) return false;
   if (!out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);
-  judge_.update_sigma(evaluate(p_, finished.hypothesis));
-  out_.nominal = judge_.judge({}, evaluate(p_, {}));
+  update_noise(finished.hypothesis);
+  out_.nominal = judge({});
   out_.chosen = finish(judge_again(finished), finished.hypothesis);
   return true;
 }
@@ -262,9 +348,9 @@ bool Search::add_effect() {
 bool Search::is_richer(const StandFit& fit, size_t effect) const {
   const StandEffect& e = fit.hypothesis[effect];
   const Eigen::VectorXd& std = fit.std[effect];
-  if (e.id == StandId::kStribeck) return e.p[1] > kSignificant * std(1);
+  if (e.id == StandId::kStribeck) return e.p[1] > significant_ * std(1);
   for (size_t at = kFootParameters; at < e.p.size(); at += kFootParameters + 1) {
-    if (e.p[at] > kSignificant * std(static_cast<long>(at))) return true;
+    if (e.p[at] > significant_ * std(static_cast<long>(at))) return true;
   }
   return false;
 }
@@ -277,7 +363,7 @@ void Search::enrich_effects() {
       StandHypothesis h = out_.chosen.hypothesis;
       h[i] = richer;
       h = refine(p_, judge_.select(out_.chosen), h, 5);
-      const StandFit fit = judge_.judge(h, evaluate(p_, h));
+      const StandFit fit = judge(h);
       if (are_sensible(p_, h) && fit.score < best.score) best = fit;
     }
     if (best.hypothesis.empty()) continue;
@@ -293,7 +379,7 @@ void Search::enrich_effects() {
 }
 
 StandFit Search::judge_again(const StandFit& fit) const {
-  StandFit out = judge_.judge(fit.hypothesis, evaluate(p_, fit.hypothesis));
+  StandFit out = judge(fit.hypothesis);
   out.std = fit.std;
   return out;
 }
@@ -304,8 +390,8 @@ void Search::exchange_effects() {
     StandHypothesis rest = out_.chosen.hypothesis;
     const StandEffect before = rest[i];
     rest.erase(rest.begin() + static_cast<long>(i));
-    const StandHypothesis refitted = refine(p_, judge_.select(out_.chosen), rest, 2);
-    const StandFit fit = judge_.judge(refitted, evaluate(p_, refitted));
+    const StandHypothesis refitted = refine(p_, judge_.select(out_.chosen), rest, 5);
+    const StandFit fit = judge(refitted);
     if (fit.score - out_.chosen.score < kGain) {  // no longer needed
       out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
       out_.chosen = finish(fit, refitted);
@@ -355,7 +441,7 @@ bool Search::is_consistent(size_t effect) const {
 bool Search::explains_its_part(size_t effect) const {
   StandHypothesis rest = out_.chosen.hypothesis;
   rest.erase(rest.begin() + static_cast<long>(effect));
-  const StandFit without = judge_.judge(rest, evaluate(p_, rest));
+  const StandFit without = judge(rest);
   size_t most = 0;
   const auto gain = [&](size_t c) { return without.channel_rms[c] - out_.chosen.channel_rms[c]; };
   for (size_t c = 0; c < channels(); ++c) {
@@ -364,16 +450,28 @@ bool Search::explains_its_part(size_t effect) const {
   return StandJudge::is_quiet(out_.chosen.channel_rms[most], without.channel_rms[most]);
 }
 
+// Whether another joint lacks what follows the position of this effect's joint: then something couples the two.
+bool Search::is_coupled(size_t effect) const {
+  const StandEffect& e = out_.chosen.hypothesis[effect];
+  if (!is_joint(e.id)) return false;
+  const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
+  for (size_t c = 0; c < channels(); ++c) {
+    if (out_.channels[c].kind != "effort" || out_.chosen.channel_rms[c] < kMismatch) continue;
+    if (follows_joint(p_, out_.channels[c], c, left, e.place)) return true;
+  }
+  return false;
+}
+
 // When not all is explained, an effect may be a stand-in for what is missing: named only if it is the same everywhere.
 void Search::doubt() {
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
-    if (is_consistent(i) && explains_its_part(i)) continue;
+    if (is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);
     out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
     out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
   }
   if (out_.doubtful.empty()) return;
-  const StandFit fit = judge_.judge(out_.chosen.hypothesis, evaluate(p_, out_.chosen.hypothesis));
+  const StandFit fit = judge(out_.chosen.hypothesis);
   out_.chosen = fit.hypothesis.empty() ? fit : finish(fit, refine(p_, judge_.select(fit), fit.hypothesis, 2));
 }
 

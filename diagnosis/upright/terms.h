@@ -40,7 +40,8 @@ inline bool is_drive(StandId id) {
 //   feet: 1/k, c/k of roll, then of pitch, 1/kz, and nuisances: where the centre of the bush truly is
 //   (x y z [m] off the nominal), and moments at rest about x and y [N m]; hardening adds one coefficient [1/rad^2]
 //   payload: mass, mass x com;  cogging: sine and cosine amplitude, periods;  elasticity: 1/stiffness, rotor inertia
-//   backlash: gap, and as nuisances rotor inertia and compliance of the teeth
+//   backlash: gap, and as nuisances rotor inertia and compliance of the teeth; what the link was seen to move where no
+//   torque ever held it at both ends (read off, not fitted), else 0
 //   Stribeck: Coulomb, static less Coulomb, velocity, viscous;  hysteresis: stiffness, yield angle
 struct StandEffect {
   StandId id;

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Standing robots: links between loose teeth, noise that a hypothesis adds by itself, links that move alike, couplings.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "diagnosis/upright/dependence.h"
+#include "diagnosis/upright/judge.h"
+#include "diagnosis/upright/teeth.h"
+
+namespace hrp::diagnosis::upright {
+namespace {
+
+TEST(LooseTeeth, LieOnASideOnlyWhereATorqueAboveTheNoiseLasts) {
+  const std::vector<double> torque{0.1, 2, 2, 2, 0.2, 3, -3, -3, -3};
+  EXPECT_EQ(find_sides(torque, 1.0), (std::vector<int>{0, 0, 1, 0, 0, 0, 0, -1, -1}));
+}
+
+// A link that swings freely within a gap of 0.01 rad and is stopped at its ends, seen by a tilt and by a place that is
+// known but for a constant.
+struct Swing {
+  std::vector<double> truth, middle, aside;
+  static constexpr double kGap = 0.01, kLever = 0.6;  // [rad], [m]
+  Swing() {
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise;
+    for (int k = 0; k < 200; ++k) {
+      const double offset = std::clamp(0.008 * std::sin(0.1 * k), -kGap / 2, kGap / 2);
+      const double tilt = offset + 6e-5 * noise(random), place = 0.2 + kLever * offset + 1e-5 * noise(random);
+      truth.push_back(offset);
+      middle.insert(middle.end(), {tilt, place});
+      aside.insert(aside.end(), {tilt - kTeethStep, place - kLever * kTeethStep});
+    }
+  }
+};
+
+TEST(LooseTeeth, AreFoundWhereTheFeetSayThoughNoTorqueHoldsThem) {
+  const Swing swing;
+  const std::vector<int> free(swing.truth.size(), 0);
+  const std::vector<double> found =
+      place_teeth({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, Swing::kGap);
+  // The place tells 1e-5 / 0.6 rad, the tilts' mean what is constant: 6e-5 / sqrt(200); six deviations of both.
+  for (size_t k = 0; k < found.size(); ++k) EXPECT_NEAR(found[k], swing.truth[k], 1.3e-4) << k;
+}
+
+TEST(LooseTeeth, OfTooSmallAGapLeaveWhatTheLinkMovesBeyondIt) {
+  const Swing swing;
+  const std::vector<int> free(swing.truth.size(), 0);
+  const std::vector<double> found = place_teeth({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, 0.004);
+  for (double offset : found) EXPECT_LE(std::abs(offset), 0.002);
+  EXPECT_GT(std::abs(swing.truth[16] - found[16]), 0.002);
+}
+
+// A trunk on one ball foot, nothing recorded of the joint: six equations of balance, gyroscope, gravity.
+StandProblem make_block() {
+  StandProblem p;
+  p.imu = "imu";
+  p.feet.push_back({"foot", "foot_ft", 1});
+  p.feet[0].kind = SoleKind::kBall;
+  LinkSpec trunk, foot;
+  trunk.name = "trunk", trunk.inertia.mass = 12;
+  foot.name = "foot", foot.inertia.mass = 3;
+  p.tree.links = {trunk, foot};
+  p.effort = p.command = p.velocity = {false};
+  p.recordings.resize(2);
+  p.recordings[1].train = false;
+  return p;
+}
+
+// White noise of a channel in even, odd and all samples.
+struct Halves {
+  Evaluation all, even, odd;
+  Halves(const StandProblem& p, double noise) : all(2), even(2), odd(2) {
+    std::mt19937 random(11);
+    std::normal_distribution<double> normal;
+    const size_t channels = list_channels(p).size();
+    for (size_t r = 0; r < 2; ++r) {
+      for (int k = 0; k < 400; ++k) {
+        for (size_t c = 0; c < channels; ++c) {
+          const double size = c == 5 ? noise : 1.0, a = size * normal(random), b = size * normal(random);
+          even[r].residuals.push_back(a), odd[r].residuals.push_back(b), all[r].residuals.push_back(0.5 * (a + b));
+        }
+      }
+    }
+  }
+};
+
+// A mass of 1.4 times the model's makes the vertical force's noise larger where the acceleration is noisy.
+TEST(StandingJudge, DoesNotCountTheNoiseThatAHypothesisAdds) {
+  const StandProblem p = make_block();
+  const Halves before(p, 1.0), after(p, 1.4);
+  StandJudge judge(p);
+  judge.update_sigma(before.all, {});
+  judge.set_reference(before.even, before.odd);
+  const double score = judge.judge({}, before.all).score, blind = judge.judge({}, after.all).score;
+  const double told = judge.judge({}, after.all, judge.find_extra_noise(after.even, after.odd)).score;
+  EXPECT_GT(blind - score, 300);  // 800 samples x ln(1.4^2) = 538, less what stays below sigma
+  // Scatter of the difference of two mean squares of 800 samples: 10 %.
+  EXPECT_LT(std::abs(told - score), 100);
+}
+
+TEST(StandingEffects, OfLinksThatMoveAlikeTheHeavyOneIsBelievedToCarryTheLoad) {
+  const StandProblem p = make_block();
+  const StandEffect trunk{StandId::kPayload, 0, {1, 0, 0, 0}}, foot{StandId::kPayload, 1, {1, 0, 0, 0}};
+  EXPECT_EQ(find_doubt(p, trunk), 0);
+  EXPECT_NEAR(find_doubt(p, foot), std::log(4), 1e-12);  // 12 kg, 3 kg
+  EXPECT_EQ(find_doubt(p, {StandId::kViscous, 0, {1}}), 0);
+}
+
+TEST(StandingDependence, OfTwoCoupledJointsIsSeenInTheOneThatLacksTheOthersPull) {
+  StandProblem p;
+  LinkSpec link;
+  for (const char* name : {"base", "hip", "knee"}) link.name = name, p.tree.links.push_back(link);
+  p.tree.links[1].parent = 0, p.tree.links[2].parent = 1;
+  p.tree.links[1].joint.name = "hip", p.tree.links[2].joint.name = "knee";
+  p.recordings.resize(1);
+  Evaluation coupled(1), own(1);
+  for (int k = 0; k < 300; ++k) {
+    p.recordings[0].samples.push_back(k);
+    const double hip = std::sin(0.05 * k), knee = std::cos(0.083 * k);
+    coupled[0].residuals.push_back(2 * (hip - knee)), own[0].residuals.push_back(2 * hip);
+    p.recordings[0].position.resize(2);
+    p.recordings[0].position[0].value.push_back(hip), p.recordings[0].position[1].value.push_back(knee);
+  }
+  const Channel channel{"effort", "", "hip", "", "", ""};
+  EXPECT_TRUE(follows_joint(p, channel, 0, coupled, 1));
+  EXPECT_FALSE(follows_joint(p, channel, 0, own, 1));
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::upright
