@@ -5,6 +5,8 @@
 #   identify_foot.sh [SCENARIO.yaml] [--out DIR] [--in-process]
 #       makes the motions for the robot (default: models/scenarios/paper_b/foot.yaml), checks them, runs each through
 #       the server set, identifies. --in-process: without servers, a few times faster, the same numbers.
+#       --rubber hardening | hysteresis: the robot gets rubber that hardens or remembers instead of the scenario's linear
+#       one, to see whether that is found.
 #       --improve N: first look for motions that tell more, N tries each.
 #   identify_foot.sh --coverage N [SCENARIO.yaml] [--out DIR]
 #       how often the 95 % intervals hold the truth: N seeds of the sensors' noise, in process; a table.
@@ -14,15 +16,16 @@
 # Afterwards: DIR/report.html, and DIR/identified.yaml, which scripts/simulate.sh runs.
 set -eu
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
-bin="${BUILD:-$here/../build}/bin"
+bin="${HRP_BUILD_DIR:-$here/../build}/bin"
 scenario="$here/../models/scenarios/paper_b/foot.yaml"
-out="" in_process="" coverage="" improve=0
+out="" in_process="" coverage="" improve=0 rubber=given
 while [ $# -gt 0 ]; do
   case "$1" in
-    -h | --help) sed -n '3,15s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '3,17s/^# \{0,1\}//p' "$0"; exit 0 ;;
     --out) [ $# -ge 2 ] || { echo "identify_foot.sh: --out needs a folder" >&2; exit 2; }; out=$2; shift ;;
     --in-process) in_process=yes ;;
     --coverage) [ $# -ge 2 ] || { echo "identify_foot.sh: --coverage needs a number of seeds" >&2; exit 2; }; coverage=$2; shift ;;
+    --rubber) [ $# -ge 2 ] || { echo "identify_foot.sh: --rubber needs hardening or hysteresis" >&2; exit 2; }; rubber=$2; shift ;;
     --improve) [ $# -ge 2 ] || { echo "identify_foot.sh: --improve needs a number of tries" >&2; exit 2; }; improve=$2; shift ;;
     -*) echo "identify_foot.sh: unknown option $1" >&2; exit 2 ;;
     *) scenario=$1 ;;
@@ -43,7 +46,8 @@ if grep -q '^recordings:' "$scenario"; then
 fi
 mkdir -p "$out/runs"
 # Exit status 1: some motion was refused; the others are used.
-"$bin/hrp-identify-foot" make "$scenario" "$out/runs" --improve "$improve" || [ $? -eq 1 ]
+"$bin/hrp-identify-foot" make "$scenario" "$out/runs" --improve "$improve" --rubber "$rubber" || [ $? -eq 1 ]
+scenario="$out/runs/robot.yaml"
 if [ -n "$coverage" ]; then
   exec "$bin/hrp-identify-foot" coverage "$scenario" "$out/runs" --seeds "$coverage"
 fi

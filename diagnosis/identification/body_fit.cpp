@@ -108,7 +108,8 @@ struct JointRows {
 };
 
 struct SecondPass {
-  Matrix S;  // of the base parameters' scores
+  Matrix S;         // of the base parameters' scores
+  Matrix zero_sum;  // X^T W times what errors of the force sensors' zeros do
   double blocks = 0.0;
   std::vector<JointRows> joints;
 };
@@ -141,7 +142,9 @@ void add_joint_rows(const BodyMotion& m, Eigen::Index k, Eigen::Index at, const 
 
 SecondPass look_again(const BodyRig& rig, const Columns& columns, const std::vector<BodyMotion>& motions,
                       const Solution& s, const Vector& phi) {
-  SecondPass pass{Matrix::Zero(s.theta.size(), s.theta.size()), 0.0, make_joint_rows(rig, motions)};
+  const auto zeros = 6 * static_cast<Eigen::Index>(rig.feet.size());
+  SecondPass pass{Matrix::Zero(s.theta.size(), s.theta.size()), Matrix::Zero(s.theta.size(), zeros), 0.0,
+                  make_joint_rows(rig, motions)};
   BodyEquations equations(rig);
   Eigen::Index at = 0;
   for (const BodyMotion& m : motions) {
@@ -153,6 +156,8 @@ SecondPass look_again(const BodyRig& rig, const Columns& columns, const std::vec
       Vector6d e = m.exerted.col(k).head<6>() - X * s.theta;
       for (int g = 0; g < 2; ++g) e.segment<3>(3 * g) *= s.weight[g];
       scores.col(k / block) += X.transpose() * e;
+      for (int g = 0; g < 2; ++g)
+        pass.zero_sum += s.weight[g] * X.middleRows<3>(3 * g).transpose() * m.zero_gain.middleRows<3>(3 * g);
       add_joint_rows(m, k, at, equations.Y(), phi, &pass.joints);
     }
     pass.S += sum_scores(scores, static_cast<int>(kMemory / kBlock));
@@ -225,7 +230,12 @@ BodyFit fit_body(const BodyRig& rig, const std::vector<BodyMotion>& fitted, cons
   const SecondPass pass = look_again(rig, columns, fitted, s, fit.physical);
   // As many blocks as parameters are lost: they fit their own residuals.
   const double lost = pass.blocks / std::max(1.0, pass.blocks - static_cast<double>(s.theta.size()));
-  const Matrix covariance = lost * s.inverse * pass.S * s.inverse;
+  Matrix covariance = lost * s.inverse * pass.S * s.inverse;
+  // The same in all motions, so no residual shows it: errors of the force sensors' zeros.
+  for (size_t f = 0; f < options.zeros.size(); ++f) {
+    const Matrix shift = s.inverse * pass.zero_sum.middleCols<6>(6 * static_cast<Eigen::Index>(f));
+    covariance += shift * options.zeros[f] * shift.transpose();
+  }
   const Vector described = columns.T * options.description, physical = columns.T * fit.physical;
   for (Eigen::Index i = 0; i < s.theta.size(); ++i) {
     fit.parameters.push_back({name_parameter(rig, columns, i),

@@ -52,6 +52,7 @@ struct BodyFit {
 struct BodyOptions {
   Eigen::VectorXd description;  // inertial parameters of all links as they are believed to be
   double trust = 0.2;           // that is right to about this share of each link's own scale
+  std::vector<Matrix6d> zeros;  // covariance of the force sensors' zeros, by foot [N; N m]
 };
 
 // Motions of a robot that nobody touches; `unseen` are only predicted. Throws std::runtime_error when there is too

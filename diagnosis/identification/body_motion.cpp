@@ -11,11 +11,12 @@ namespace hrp::identification {
 namespace {
 
 constexpr double kSmoothing = 0.04;  // [s] passes 4 Hz, stops the noise of twice differentiated encoders
+constexpr double kSticking = 0.01;   // [s] of the rate that tells whether a joint sticks
+constexpr double kStuck = 0.01;      // [rad/s] slower than this; encoder noise makes 1e-3 of it
 constexpr double kStride = 0.05;     // [s] between samples that are used
 
-Scenario with_rigid_feet(Scenario scenario) {
-  scenario.foot_bush.clear();
-  scenario.joint_laws.clear();
+Scenario with_rigid_feet(const Scenario& given) {
+  Scenario scenario = without_bush(given);
   scenario.link_laws.clear();
   return scenario;
 }
@@ -24,13 +25,21 @@ Scenario with_rigid_feet(Scenario scenario) {
 struct Raw {
   Samples q, effort, exerted, felt, arm, w;  // felt: specific force; arm: of the IMU from the base's origin; all W
   std::vector<Matrix3d> R_WB;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> zero_gain;
 };
 
 Raw observe_raw(const BodyRig& rig, const RobotLog& log, const std::vector<Matrix3d>& R_WI,
                 const std::vector<SensorZero>& zeros) {
   const Eigen::Index n = log.size(), joints = rig.model.num_joints();
-  Raw raw{Samples::Zero(joints, n), Samples(), Samples::Zero(rig.model.nv(), n), Samples(3, n), Samples(3, n),
-          Samples::Zero(3, n),      {}};
+  Raw raw{Samples::Zero(joints, n),
+          Samples(),
+          Samples::Zero(rig.model.nv(), n),
+          Samples(3, n),
+          Samples(3, n),
+          Samples::Zero(3, n),
+          {},
+          {}};
+  raw.zero_gain.setZero(6, 6 * static_cast<Eigen::Index>(rig.feet.size()));
   if (log.effort.size() > 0) raw.effort = Samples::Zero(joints, n);
   Data data(rig.model);
   State state = make_state(rig.model);
@@ -54,11 +63,13 @@ Raw observe_raw(const BodyRig& rig, const RobotLog& log, const std::vector<Matri
     for (size_t f = 0; f < rig.feet.size(); ++f) {
       const Transform X_WU = get_pose(data, rig.feet[f]);
       const Vector6d reading = log.wrenches[f].col(k) - zeros[f].bias;
-      Vector6d F_U_W;
-      F_U_W << X_WU.R * reading.tail<3>(), X_WU.R * reading.head<3>();
+      Matrix6d to_W = Matrix6d::Zero();  // from [force; torque] in U to [moment; force] in W
+      to_W.topRightCorner<3, 3>() = to_W.bottomLeftCorner<3, 3>() = X_WU.R;
       J.setZero();
       calc_point_jacobian(rig.model, data, rig.feet[f], X_WU.p, J);
-      raw.exerted.col(k) += J.transpose() * F_U_W;
+      raw.exerted.col(k) += J.transpose() * (to_W * reading);
+      raw.zero_gain.middleCols<6>(6 * static_cast<Eigen::Index>(f)) -=
+          J.leftCols<6>().transpose() * to_W / static_cast<double>(n);
     }
   }
   for (Eigen::Index k = 1; k + 1 < n; ++k) {
@@ -108,11 +119,17 @@ BodyMotion observe_body(const BodyRig& rig, const BushObserver& observer, const 
   m.q = smooth(raw.q, 0);
   m.qd = smooth(raw.q, 1);
   if (raw.effort.size() > 0) m.effort = smooth(raw.effort, 0);
+  // A joint that turns round sticks for some hundredths of a second, with less than its full friction: quicker to see
+  // than what the wide filter makes of it.
+  const GaussianFilter narrow(kSticking, log.period);
   Samples sign(raw.q.rows(), raw.q.cols());
-  for (Eigen::Index i = 0; i < sign.rows(); ++i)
-    sign.row(i) = filter.apply(raw.q.row(i).transpose(), 1).cwiseSign().transpose();
+  for (Eigen::Index i = 0; i < sign.rows(); ++i) {
+    const Eigen::ArrayXd rate = narrow.apply(raw.q.row(i).transpose(), 1).array();
+    sign.row(i) = (rate.abs() > kStuck).select(rate.sign(), 0.0).matrix().transpose();
+  }
   m.direction = smooth(sign, 0);
   m.exerted = smooth(raw.exerted, 0);
+  m.zero_gain = raw.zero_gain;
   m.measured.assign(static_cast<size_t>(rig.model.num_joints()), false);
   for (const std::string& joint : log.joints) {
     const int i = rig.robot.tree.find_joint(joint);

@@ -28,10 +28,12 @@ struct BodyMotion {
   std::string name;
   double period = 0.0;  // [s]
   std::vector<Matrix3d> R_WB;
-  Samples w, vdot;             // [rad/s] of the base, W; [alpha_W; a_W of the base's origin; qdd]
-  Samples q, qd, effort;       // joints of the model; effort is empty when it was not recorded
-  Samples direction;           // sign of qd, through the same filter: +-1 where the joint has not turned round lately
-  Samples exerted;             // J^T F of what the ankles exert: [moment about the base's origin; force; by joint]
+  Samples w, vdot;        // [rad/s] of the base, W; [alpha_W; a_W of the base's origin; qdd]
+  Samples q, qd, effort;  // joints of the model; effort is empty when it was not recorded
+  Samples direction;      // sign of qd, through the same filter: +-1 where the joint has not turned round lately
+  Samples exerted;        // J^T F of what the ankles exert: [moment about the base's origin; force; by joint]
+  // What an error of the force sensors' zeros, foot by foot [N; N m], does to the first six rows of `exerted`; mean.
+  Eigen::Matrix<double, 6, Eigen::Dynamic> zero_gain;
   std::vector<bool> measured;  // by joint: has an encoder
   Eigen::Index size() const { return q.cols(); }
 };

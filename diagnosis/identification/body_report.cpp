@@ -31,8 +31,6 @@ std::string make_cell(const Estimate& e, const double* truth) {
   return cell;
 }
 
-namespace {
-
 double sum_laws(const Scenario& scenario, const std::string& joint, const char* effect, const char* parameter) {
   double sum = 0.0;
   const auto laws = scenario.joint_laws.find(joint);
@@ -42,6 +40,8 @@ double sum_laws(const Scenario& scenario, const std::string& joint, const char* 
   }
   return sum;
 }
+
+namespace {
 
 std::string make_parameters(const Identification& r, const BodyRig& rig) {
   const Eigen::VectorXd truth = r.body->T * make_inertial_parameters(rig.model);
@@ -66,7 +66,8 @@ std::string make_joints(const Identification& r, const BodyRig& rig) {
     return "<p>No efforts were recorded, or no joint moved enough: joint parameters are not identified.</p>";
   const Eigen::VectorXd model = make_joint_parameters(rig.model);
   std::string html =
-      "<h3>Joint parameters [M14 eq. 3]</h3><table><tr><th>joint</th><th></th><th>value</th><th>std</th><th>relative "
+      "<details><summary>Joint parameters [M14 eq. "
+      "3]</summary><table><tr><th>joint</th><th></th><th>value</th><th>std</th><th>relative "
       "std</th><th>simulated truth (error)</th></tr>";
   for (const JointEstimate& joint : r.body->joints) {
     const double laws[kJointParameters] = {0.0, sum_laws(r.scenario, joint.name, "viscous_friction", "coefficient"),
@@ -77,7 +78,7 @@ std::string make_joints(const Identification& r, const BodyRig& rig) {
               make_cell(joint.values[i], r.simulated ? &truth : nullptr) + "</tr>";
     }
   }
-  return html + "</table>";
+  return html + "</table></details>";
 }
 
 std::string make_body_errors(const Identification& r) {
@@ -117,7 +118,7 @@ std::string make_body_section(const Identification& r) {
              r.simulated ? " The description it starts from is a wrong one: every body stretched, moved and made "
                            "denser by about a tenth at random."
                          : "") +
-         make_parameters(r, rig) + make_joints(r, rig) + make_body_errors(r);
+         make_parameters(r, rig) + make_body_errors(r) + make_joints(r, rig);
 }
 
 std::string make_body_text(const Identification& r) {

@@ -26,9 +26,9 @@ constexpr double kEnds = 2.0;         // [s] at both ends the drift smoother see
 constexpr double kGyroWander = 1e-6;  // [rad/s] a bias is not constant to less than this
 constexpr double kStretch = 1.0;      // [s] both feet stand for less: says nothing of slip
 
-Vector3d median_of(const Samples& samples) {
-  Vector3d median;
-  for (int i = 0; i < 3; ++i) {
+Eigen::VectorXd median_of(const Samples& samples) {
+  Eigen::VectorXd median(samples.rows());
+  for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     std::vector<double> row(static_cast<size_t>(samples.cols()));
     for (size_t k = 0; k < row.size(); ++k) row[k] = samples(i, static_cast<Eigen::Index>(k));
     std::nth_element(row.begin(), row.begin() + static_cast<long>(row.size() / 2), row.end());
@@ -72,16 +72,6 @@ struct BushObserver::Impl {
   Transform X_LI;
   std::vector<FootFrame> feet;
 };
-
-namespace {
-
-Scenario without_bush(Scenario scenario) {
-  scenario.foot_bush.clear();
-  scenario.joint_laws.clear();
-  return scenario;
-}
-
-}  // namespace
 
 BushObserver::Impl::Impl(const Scenario& s) : scenario(s), robot(load_robot(without_bush(s))), model(robot.tree) {
   const auto fail = [&](const std::string& key, const std::string& what) {
@@ -266,7 +256,7 @@ void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, c
                                       const std::vector<Mask>& stands, MotionTrack* track) const {
   if (feet.size() != 2) return;
   const Eigen::Index n = log.size();
-  Samples p(3, n);
+  Samples p(5, n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Transform &X_0I = chain.X_UI[0][static_cast<size_t>(k)], &X_1I = chain.X_UI[1][static_cast<size_t>(k)];
     const Matrix3d R_S0 = make_R_SU(calc_angles(X_0I.R * n_I.col(k))),
@@ -274,22 +264,24 @@ void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, c
     const Transform X_01 = X_0I * X_1I.inverse();
     const Vector3d between = R_S0 * (X_01 * feet[1].p_UC - feet[0].p_UC);
     const Matrix3d turn = R_S0 * X_01.R * R_S1.transpose();
-    p.col(k) << between.z(), between.head<2>().norm(), std::atan2(turn(1, 0), turn(0, 0));
+    p.col(k) << between.z(), between.head<2>().norm(), std::atan2(turn(1, 0), turn(0, 0)), between.x(), between.y();
   }
   const GaussianFilter filter(kSmoothing, log.period);
-  for (int i = 0; i < 3; ++i) p.row(i) = filter.apply(p.row(i).transpose(), 0).transpose();
+  for (int i = 0; i < 5; ++i) p.row(i) = filter.apply(p.row(i).transpose(), 0).transpose();
   Mask both = stands[0] && stands[1];
   const auto samples = [&](double time) { return static_cast<Eigen::Index>(std::lround(time / log.period)); };
   both.head(std::min(n / 2, samples(kSettling))).setConstant(false);
   for (const auto& [first, end] : find_stretches(both)) {
     if (end - first < samples(kStretch)) continue;
     const Samples settled = p.middleCols(first, end - first);
-    const Vector3d middle = median_of(settled);
+    const Eigen::VectorXd middle = median_of(settled);
+    if (track->second_sole.isZero()) track->second_sole << middle[3], middle[4], middle[2];
     const double slip = (settled.row(1).array() - middle[1]).abs().maxCoeff();
     const double turn = (settled.row(2).array() - middle[2]).abs().maxCoeff();
     track->slip = std::max(track->slip, slip);
     track->turn = std::max(track->turn, turn);
-    if (slip > kSlipDistance || turn > kSlipTurn) leave_out(static_cast<double>(first) * log.period, static_cast<double>(end) * log.period, track);
+    if (slip > kSlipDistance || turn > kSlipTurn)
+      leave_out(static_cast<double>(first) * log.period, static_cast<double>(end) * log.period, track);
   }
   if (!(track->stands[0] && track->stands[1]).all()) return;
   const Eigen::Index margin = samples(track->time[0]);

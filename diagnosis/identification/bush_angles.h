@@ -3,8 +3,8 @@
 // as base [M14]: the sole lies flat, so the vertical seen from the foot's upper part gives roll and pitch of the bush.
 // One foot on the floor or both (tree, closed chain): which, the force sensors say (standing.h).
 //
-// Frames: I IMU, U upper part of a foot, S sole (foot_frame.h). The vertical n in I comes from the gyroscope; its slow drift is taken out by the accelerometer, whose own
-// acceleration is computed along the chain from the sole.
+// Frames: I IMU, U upper part of a foot, S sole (foot_frame.h). The vertical n in I comes from the gyroscope; its slow
+// drift is taken out by the accelerometer, whose own acceleration is computed along the chain from the sole.
 #pragma once
 
 #include <array>
@@ -43,13 +43,16 @@ struct MotionTrack {
   Eigen::VectorXd time;  // [s]
   double period = 0.0;   // [s]
   std::vector<BushTrack> feet;
-  Eigen::VectorXd slide;  // [m] first foot's bush slide less the second's, less its mean; empty unless both always stand
+  Eigen::VectorXd
+      slide;  // [m] first foot's bush slide less the second's, less its mean; empty unless both always stand
+  Vector3d second_sole =
+      Vector3d::Zero();  // [m, m, rad] place of the second foot's bush on the floor, in the first sole
   // In a stretch of time in which both feet stand (one that was lifted may come down elsewhere):
   double slip = 0.0;     // [m] largest change of the distance between the soles from its median
   double turn = 0.0;     // [rad] same for the yaw between them
   double slipped = 0.0;  // [s] of stretches with too much of either: neither foot is taken to stand there
-  // By foot, sample by sample: stands. While it does not, its angles are not those of a level sole and its torque is that
-  // of a hanging one.
+  // By foot, sample by sample: stands. While it does not, its angles are not those of a level sole and its torque is
+  // that of a hanging one.
   std::vector<Mask> stands;
   // Of those, what began at least `skip` seconds ago, or where the track begins.
   Mask find_usable(size_t foot, double skip) const;

@@ -41,8 +41,8 @@ struct FitOptions {
   // equations, which would otherwise see noise as motion and give too small values (errors in variables). Empty:
   // nothing is taken off.
   std::vector<std::array<Matrix3d, kAxes>> noise;
-  double error_memory = 10.0;        // [s] window for residuals that are alike over 2 s: for the standard deviations
-  double skip = 0.0;  // [s] where a track begins or a foot has come down: hysteresis remembers what was before
+  double error_memory = 10.0;  // [s] window for residuals that are alike over 2 s: for the standard deviations
+  double skip = 0.0;           // [s] where a track begins or a foot has come down: hysteresis remembers what was before
   std::vector<Estimate> compliance;  // [m/N] vertical, by foot, where known from elsewhere (vertical.h)
 };
 

@@ -9,6 +9,12 @@
 
 namespace hrp::identification {
 
+Scenario without_bush(Scenario scenario) {
+  scenario.foot_bush.clear();
+  scenario.joint_laws.clear();
+  return scenario;
+}
+
 std::vector<FootFrame> make_feet(const Scenario& scenario, const RobotDescription& robot) {
   std::vector<FootFrame> feet;
   const std::vector<Sole> soles = make_soles(robot);

@@ -12,11 +12,14 @@ namespace hrp::identification {
 
 struct FootFrame {
   int link = 0;
-  Vector3d p_UC = Vector3d::Zero();      // [m] centre of the bush
-  double mass = 0.0, upper_mass = 0.0;   // [kg] of the foot, and above the bush
-  Vector3d p_Ucm = Vector3d::Zero();     // [m]
-  Eigen::AlignedBox2d sole;              // [m] outline about C, U's x and y; empty when the robot has no shape there
+  Vector3d p_UC = Vector3d::Zero();     // [m] centre of the bush
+  double mass = 0.0, upper_mass = 0.0;  // [kg] of the foot, and above the bush
+  Vector3d p_Ucm = Vector3d::Zero();    // [m]
+  Eigen::AlignedBox2d sole;             // [m] outline about C, U's x and y; empty when the robot has no shape there
 };
+
+// The robot as its URDF describes it: no bushes, no laws of their joints or of others.
+Scenario without_bush(Scenario scenario);
 
 // The feet of a robot without bushes; of the scenario's bushes only the place (centre, share of mass) is used. Throws
 // InputError.

@@ -107,6 +107,7 @@ BodyFit identify_body(const Scenario& scenario, const std::vector<Source>& sourc
     (source.train ? fitted : unseen).push_back(observe_body(rig, observer, log, zeros));
   }
   BodyOptions options;
+  for (const SensorZero& zero : zeros) options.zeros.push_back(zero.covariance);
   options.description = make_inertial_parameters(rig.model);
   if (simulated) options.description = distort_bodies(options.description, kDistortion, kDistortionSeed);
   return fit_body(rig, fitted, unseen, options);

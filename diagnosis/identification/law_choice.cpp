@@ -54,8 +54,8 @@ std::vector<ValidationError> validate(const BushFit& fit, const std::vector<Moti
       for (int a = 0; a < kAxes; ++a) {
         const Eigen::ArrayXd torque = track.feet[f].torque[a].array() * usable;
         const Eigen::ArrayXd error = torque - predict_torque(fit, track, f, a).array() * usable;
-        errors.push_back({track.name, f, a, usable.sum() * track.period, error.abs().sum() / usable.sum(),
-                          torque.abs().maxCoeff()});
+        errors.push_back(
+            {track.name, f, a, usable.sum() * track.period, error.abs().sum() / usable.sum(), torque.abs().maxCoeff()});
       }
     }
   }

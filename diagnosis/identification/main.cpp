@@ -22,10 +22,11 @@ bool is_training(const std::string& name) {
   return name.rfind("tilt", 0) == 0 || name.rfind("sway", 0) == 0 || name == "swing1" || name == "swing2";
 }
 
-// Scenarios of all motions into a folder, each looked at before it is used. One name a line into motions.txt.
-int make_scenarios(const std::string& base_path, const std::string& folder, int tries, double scale) {
-  const Scenario base = load_scenario(base_path);
+// Scenarios of all motions into a folder, each looked at before it is used. One name a line into motions.txt; the robot
+// into robot.yaml.
+int make_scenarios(const std::string& base_path, const std::string& folder, Rubber rubber, int tries, double scale) {
   fs::create_directories(folder);
+  const Scenario base = load_scenario(write_robot(load_scenario(base_path), rubber, folder));
   std::ofstream list(fs::path(folder) / "motions.txt");
   write_hanging(base, folder);
   list << kHanging << "\n";
@@ -48,7 +49,8 @@ int make_scenarios(const std::string& base_path, const std::string& folder, int 
         "condition number %.1f",
         plan.name.c_str(), check.ok() ? "used" : "refused", plan.meaning.c_str(), 1e3 * check.margin,
         check.smallest_load, check.condition);
-    if (plan.lifted >= 0) std::printf(", %s foot in the air for %.1f s", plan.lifted ? "left" : "right", check.in_the_air);
+    if (plan.lifted >= 0)
+      std::printf(", %s foot in the air for %.1f s", plan.lifted ? "left" : "right", check.in_the_air);
     std::printf("%s\n", check.as_planned ? "" : "; the feet do not stand as planned");
     std::fflush(stdout);
     if (check.ok())
@@ -122,6 +124,10 @@ int main(int argc, char** argv) {
   make->add_option("scenario", scenario, "robot with its bush")->required();
   make->add_option("folder", folder, "where scenarios and motions go")->required();
   make->add_option("--improve", tries, "look for better amplitudes and frequencies, this many tries a motion");
+  Rubber rubber = Rubber::kAsGiven;
+  make->add_option("--rubber", rubber, "other rubber than the scenario's: hardening, hysteresis")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{
+          {"given", Rubber::kAsGiven}, {"hardening", Rubber::kHardening}, {"hysteresis", Rubber::kHysteresis}}));
   make->add_option("--scale", scale, "motions this much shorter or longer");
   CLI::App* fit =
       app.add_subcommand("fit", "identifies from the runs of a folder that `make` wrote (NAME.mcap beside NAME.yaml)");
@@ -141,7 +147,7 @@ int main(int argc, char** argv) {
   coverage->add_option("--seeds", seeds, "how many")->check(CLI::Range(1, 100000));
   CLI11_PARSE(app, argc, argv);
   try {
-    if (*make) return make_scenarios(scenario, folder, tries, scale);
+    if (*make) return make_scenarios(scenario, folder, rubber, tries, scale);
     const Scenario base = load_scenario(scenario);
     if (*coverage)
       print_coverage(base, folder, seeds);

@@ -58,7 +58,8 @@ MotionCheck check_motion(const std::string& scenario_path, int lifted) {
     check.smallest_load = std::min(check.smallest_load, select(foot.load, use).minCoeff());
     for (int i = 0; i < 2; ++i) {
       const Eigen::ArrayXd p = select(foot.zmp.row(i).transpose(), use);
-      check.margin = std::min({check.margin, feet[f].sole.max()[i] - p.maxCoeff(), p.minCoeff() - feet[f].sole.min()[i]});
+      check.margin =
+          std::min({check.margin, feet[f].sole.max()[i] - p.maxCoeff(), p.minCoeff() - feet[f].sole.min()[i]});
     }
     if (!is_lifted) look_at_excitation(track, f, &check);
   }

@@ -16,16 +16,17 @@ namespace hrp::identification {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kFade = 2.0;                                              // [s]
-constexpr double kFrame = 0.01;                                            // [s] of the motion file
-constexpr double kPushSlice = 0.05;                                        // [s] a hand's force is constant this long
-// [s] a hand on the trunk: the pelvis goes over one foot, the other rises. It does not come down again: a sole that lands
-// on the simulator's floor of 1e9 N/m chatters, which an accelerometer read every 5 ms takes for 0.2 m/s^2.
+constexpr double kFade = 2.0;        // [s]
+constexpr double kFrame = 0.01;      // [s] of the motion file
+constexpr double kPushSlice = 0.05;  // [s] a hand's force is constant this long
+// [s] a hand on the trunk: the pelvis goes over one foot, the other rises. It does not come down again: a sole that
+// lands on the simulator's floor of 1e9 N/m chatters, which an accelerometer read every 5 ms takes for 0.2 m/s^2.
 constexpr double kShift[2] = {0.5, 3.0}, kRise[2] = {3.0, 4.5};
 constexpr double kLift = 0.04;  // [m]
-// [N/m], [N s/m] horizontal, of one arm that is not held stiff; the hand carries nothing. It holds the trunk on its yaw axis.
+// [N/m], [N s/m] horizontal, of one arm that is not held stiff; the hand carries nothing. It holds the trunk on its yaw
+// axis.
 constexpr double kHandStiffness = 800.0, kHandDamping = 80.0, kHandHeight = 0.13;
-constexpr double kHip = 0.06, kAnkleOffset = 0.035, kAnkleHeight = 0.105;  // [m] models/hrp2p_like
+constexpr double kHip = 0.06, kAnkleOffset = 0.035, kAnkleHeight = 0.105;            // [m] models/hrp2p_like
 const LegGeometry kLegs[2] = {{0.3, 0.3, -kAnkleOffset}, {0.3, 0.3, kAnkleOffset}};  // right, left
 const char* const kSides[2] = {"R", "L"};
 const char* const kLegJoints[6] = {"HIP_Y", "HIP_R", "HIP_P", "KNEE", "ANKLE_P", "ANKLE_R"};
@@ -37,9 +38,7 @@ double sum_waves(const Waves& waves, double t, double duration) {
   return fade * sum;
 }
 
-double calc_ramp(const double (&when)[2], double t) {
-  return calc_minimum_jerk((t - when[0]) / (when[1] - when[0]));
-}
+double calc_ramp(const double (&when)[2], double t) { return calc_minimum_jerk((t - when[0]) / (when[1] - when[0])); }
 
 // [m] the pelvis stands over the ankle of the foot that stays.
 double calc_shift(const MotionPlan& plan) {
@@ -204,6 +203,21 @@ std::string write_motion(const MotionPlan& plan, const Scenario& base, const std
   node["controller"]["motion"] = csv;
   node["steps"]["duration"] = plan.duration;
   return write_scenario(node, plan.name, folder);
+}
+
+std::string write_robot(const Scenario& base, Rubber rubber, const std::string& folder) {
+  YAML::Node node = YAML::Load(base.text);
+  node["robot"] = base.robot;
+  for (const std::string& foot : base.feet) {
+    if (rubber == Rubber::kHardening) node["foot_bush"][foot]["hardening_angle"] = kHardeningAngle;
+    for (const char* axis : {"_bush_roll", "_bush_pitch"}) {
+      if (rubber != Rubber::kHysteresis) continue;
+      YAML::Node law = node["joint_laws"][foot + axis]["hysteresis"];
+      law["stiffness"] = kHysteresisStiffness;
+      law["yield_angle"] = kYieldAngle;
+    }
+  }
+  return write_scenario(node, "robot", folder);
 }
 
 std::string write_hanging(const Scenario& base, const std::string& folder) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The motions of [M14] for a robot with the legs of HRP-2: tilting of the chest in three stances with and without
-// vertical sway, sways by an external hand on two feet and on one, random sweeps of the upper body, a squat. Soles stay on the floor; what is
-// commanded is the pelvis over them, the attitude of each foot above its bush, and the upper body.
+// vertical sway, sways by an external hand on two feet and on one, random sweeps of the upper body, a squat. Soles stay
+// on the floor; what is commanded is the pelvis over them, the attitude of each foot above its bush, and the upper
+// body.
 #pragma once
 
 #include <map>
@@ -40,9 +41,17 @@ std::vector<MotionPlan> make_plans(double scale = 1.0);
 
 // Joint trajectories every 10 ms. Throws std::runtime_error when a leg does not reach.
 Motion make_motion(const MotionPlan& plan);
-// Writes PLAN.csv and PLAN.yaml (`base` with motion, pose, pushes or hand, duration) into a folder; returns the scenario's
-// path.
+// Writes PLAN.csv and PLAN.yaml (`base` with motion, pose, pushes or hand, duration) into a folder; returns the
+// scenario's path.
 std::string write_motion(const MotionPlan& plan, const Scenario& base, const std::string& folder);
+// `base` with other rubber, to see whether the identification finds it; returns the scenario's path.
+//   hardening:  stiffness about roll and pitch times 1 + (angle / kHardeningAngle)^2
+//   hysteresis: a Bouc-Wen element beside the spring, about roll and pitch (joint law `hysteresis`)
+enum class Rubber { kAsGiven, kHardening, kHysteresis };
+constexpr double kHardeningAngle = 0.08;                            // [rad] a quarter stiffer at 40 mrad
+constexpr double kHysteresisStiffness = 80.0, kYieldAngle = 0.006;  // [N m/rad], [rad] a fifth of K, up to 0.48 N m
+std::string write_robot(const Scenario& base, Rubber rubber, const std::string& folder);
+
 // The robot hanging with its feet in the air, to zero the force sensors.
 std::string write_hanging(const Scenario& base, const std::string& folder);
 

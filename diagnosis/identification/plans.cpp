@@ -63,8 +63,8 @@ void add_pushed_sways(std::vector<MotionPlan>* plans) {
   }
 }
 
-// On one foot the rubber does not hold this robot (K < m g h): the hand does, and sways it. The pelvis keeps its heading:
-// the other leg would not reach.
+// On one foot the rubber does not hold this robot (K < m g h): the hand does, and sways it. The pelvis keeps its
+// heading: the other leg would not reach.
 void add_held_sways(std::vector<MotionPlan>* plans) {
   for (int i = 3; i < 5; ++i) {
     MotionPlan plan;

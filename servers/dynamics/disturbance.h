@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a scenario does to a robot that the robot's description does not say: variations of masses and pose, pushes, hands.
+// What a scenario does to a robot that the robot's description does not say: variations of masses and pose, pushes,
+// hands.
 #pragma once
 
 #include "common/multibody/kinematics.h"
@@ -9,7 +10,8 @@ namespace hrp {
 
 // The robot with each link's mass and inertia scaled as Scenario::variation says; the same without one.
 RobotDescription vary_robot(const RobotDescription& robot, const Scenario& scenario);
-// The scenario with its initial joint positions moved as Scenario::variation says. Only joints that the scenario places.
+// The scenario with its initial joint positions moved as Scenario::variation says. Only joints that the scenario
+// places.
 Scenario vary_scenario(const RobotDescription& robot, const Scenario& scenario);
 
 // Scenario::pushes and Scenario::hands as wrenches.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A hand that holds a robot: a spring and a damper to a place that moves.
+#include "servers/dynamics/hand.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,7 +9,6 @@
 
 #include "common/base/diagnostics.h"
 #include "servers/dynamics/engine.h"
-#include "servers/dynamics/hand.h"
 #include "tests/physics/rigs.h"
 
 namespace hrp {
@@ -68,8 +69,9 @@ TEST(Hand, SwingsAFreeBodyAsASpringAndDamperDo) {
 
 // Held away from the centre of mass it turns the body, too; equal inputs give equal bits, also after a reset.
 TEST(Hand, TakesHoldWhereThePointIsAndStartsAfreshOnReset) {
-  const Held held("{link: body, xyz: [0, 0.1, 0], stiffness: [80, 80, 0], damping: 1, start: 0.1, duration: 0.3, "
-                  "waves: [{amplitude: [0.05, 0, 0], frequency: 1.5, fade: 0.1}]}");
+  const Held held(
+      "{link: body, xyz: [0, 0.1, 0], stiffness: [80, 80, 0], damping: 1, start: 0.1, duration: 0.3, "
+      "waves: [{amplitude: [0.05, 0, 0], frequency: 1.5, fade: 0.1}]}");
   SimulatorEngine engine(held.robot, held.scenario);
   std::vector<Vector3d> first;
   for (int round = 0; round < 2; ++round) {

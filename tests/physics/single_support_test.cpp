@@ -2,13 +2,12 @@
 // Mikami et al. 2014 on one foot: what stands, what a hand that holds the robot is needed for, and what the bush's fit
 // says of a motion with the other foot in the air.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-
-#include <unistd.h>
 
 #include "diagnosis/identification/identify.h"
 #include "diagnosis/identification/motions.h"

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a user of scripts/identify_foot.sh does with logs of one's own: an experiment of MCAP recordings, and the scenario
-// that comes out run by the server set.
+// What a user of scripts/identify_foot.sh does with logs of one's own: an experiment of MCAP recordings, and the
+// scenario that comes out run by the server set.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include "common/robot/scenario.h"
 #include "diagnosis/identification/motions.h"
+#include "diagnosis/identification/robot_log.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {
 namespace {
 
+constexpr size_t kOneFoot = 9;  // of make_plans: a hand holds the robot, the left foot is lifted
 const char* const kScenario = HRP_SOURCE_DIR "/models/scenarios/paper_b/foot.yaml";
 
 TEST(IdentifyFoot, TakesLogsOfTheServerSetAndGivesAScenarioThatItRuns) {
@@ -25,7 +28,8 @@ TEST(IdentifyFoot, TakesLogsOfTheServerSetAndGivesAScenarioThatItRuns) {
   experiment << text << "recordings:\n";
   std::vector<std::pair<std::string, std::string>> runs = {{"hanging", identification::write_hanging(base, folder)}};
   const std::vector<identification::MotionPlan> plans = identification::make_plans(0.5);
-  for (size_t i : {size_t{0}, size_t{4}}) runs.push_back({plans[i].name, identification::write_motion(plans[i], base, folder)});
+  for (size_t i : {size_t{0}, size_t{4}, kOneFoot})
+    runs.push_back({plans[i].name, identification::write_motion(plans[i], base, folder)});
   for (const auto& [name, path] : runs) {
     ServerSet set(name, {path, "--no-plot"});
     ASSERT_EQ(set.wait(), 0) << set.output();
@@ -34,14 +38,27 @@ TEST(IdentifyFoot, TakesLogsOfTheServerSetAndGivesAScenarioThatItRuns) {
     experiment << "  - {file: " << folder << "/" << name << "/" << name << ".mcap, role: train}\n";
   }
   experiment.close();
+  // The hand that holds the robot on one foot is the same through the servers and in one process: to the bit.
+  const std::string one_foot = plans[kOneFoot].name;
+  const identification::RobotLog there = identification::read_mcap(folder + "/" + one_foot + "/" + one_foot + ".mcap"),
+                                 here = identification::run_in_process(load_scenario(runs.back().second));
+  ASSERT_EQ(there.size(), here.size());
+  EXPECT_EQ(there.q, here.q);
+  EXPECT_EQ(there.wrenches[0], here.wrenches[0]);
+  EXPECT_EQ(there.gyro, here.gyro);
   Program identify({"hrp-identify-foot", "experiment", folder + "/experiment.yaml", "--out", folder + "/out"});
   ASSERT_EQ(identify.wait(), 0) << identify.output();
   const Scenario found = load_scenario(folder + "/out/identified.yaml");
-  // Two motions of 12 s: intervals of 0.2 %.
+  // Three motions of 12 s: intervals of 0.2 %.
   EXPECT_NEAR(found.foot_bush.at(base.feet[0]).k_pitch / base.foot_bush.at(base.feet[0]).k_pitch, 1.0, 0.02);
   EXPECT_NEAR(found.foot_bush.at(base.feet[1]).k_roll / base.foot_bush.at(base.feet[1]).k_roll, 1.0, 0.02);
-  ServerSet again("identified", {folder + "/out/identified.yaml", "--no-plot", "--duration", "1"});
+  // As a user does, script and all; what it builds first is built already.
+  setenv("HRP_BUILD_DIR", HRP_BIN_DIR "/..", 1);
+  const std::string log = folder + "/identified.mcap";
+  Program again({HRP_SOURCE_DIR "/scripts/simulate.sh", folder + "/out/identified.yaml", "--no-plot", "--duration", "1",
+                 "--log", log});
   EXPECT_EQ(again.wait(), 0) << again.output();
+  EXPECT_EQ(find_last_step(log), 2000);
 }
 
 }  // namespace
