@@ -149,6 +149,7 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
           " times the noise.";
   for (const Trial& rival : outcome.rivals) {
     if (rival.hypothesis.size() != outcome.chosen.hypothesis.size() || rival.rms < 1.05 * outcome.chosen.rms) continue;
+    if (get_label(e, rival.hypothesis) == get_label(e, outcome.chosen.hypothesis)) continue;  // before it was finished
     text += " The next best explanation, " + get_label(e, rival.hypothesis) + ", leaves " + number(rival.rms, 3) + ".";
     break;
   }

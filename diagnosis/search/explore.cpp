@@ -10,6 +10,7 @@
 namespace hrp::diagnosis {
 namespace {
 
+bool is_dry(EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; }
 bool moves_link(const Effect& effect) { return effect.id == EffectId::kElasticity || effect.id == EffectId::kBacklash; }
 
 double sum(const std::vector<double>& values) {
@@ -32,12 +33,11 @@ bool contains(const Hypothesis& hypothesis, const Effect& effect) {
 
 // Pairs that are special cases of each other at one joint say nothing together.
 bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
-  const auto dry = [](EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; };
   for (const Effect& e : hypothesis) {
     if (get_effect(e.id).place != PlaceKind::kJoint || get_effect(added.id).place != PlaceKind::kJoint ||
         e.place != added.place)
       continue;
-    if (dry(e.id) && dry(added.id)) return true;
+    if (is_dry(e.id) && is_dry(added.id)) return true;
     if (moves_link(e) && moves_link(added)) return true;
     const bool viscous_twice = (e.id == EffectId::kStribeck && added.id == EffectId::kViscous) ||
                                (added.id == EffectId::kStribeck && e.id == EffectId::kViscous);
@@ -83,13 +83,20 @@ std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
 constexpr double kRateShare = 0.1;  // of what is left of a velocity: less is not worth a fit
 
 // Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
-// may point the wrong way. The joint that is missed most gets those of one positive parameter in any case.
+// may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
+// parameter in any case.
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
-  const int worst = static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
-  for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
-    const Effect effect{id, worst, {get_effect(id).parameters[0].step}};
-    if (!contains(lead.hypothesis, effect) && !contains(*list, effect) && !is_redundant(lead.hypothesis, effect))
-      list->push_back(effect);
+  std::vector<int> joints{static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin())};
+  for (const Effect& effect : lead.hypothesis) {
+    const bool there = std::find(joints.begin(), joints.end(), effect.place) != joints.end();
+    if (is_dry(effect.id) && !there) joints.push_back(effect.place);
+  }
+  for (int joint : joints) {
+    for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
+      const Effect effect{id, joint, {get_effect(id).parameters[0].step}};
+      if (!contains(lead.hypothesis, effect) && !contains(*list, effect) && !is_redundant(lead.hypothesis, effect))
+        list->push_back(effect);
+    }
   }
 }
 
@@ -130,6 +137,7 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
   }
 }
 
+constexpr size_t kBodies = 4;  // effects of links that are looked at beside joints' that promise more
 constexpr size_t kKept = 12;  // leads of one size that are looked at further
 
 FitOptions quick_options() {
@@ -184,6 +192,7 @@ std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t c
   std::vector<Effect> list;
   std::vector<size_t> there(lead.train.size(), 0);  // candidates by joint
   const std::vector<size_t> most = allow_by_joint(lead.train);
+  size_t bodies = 0;
   for (const Candidate& c : screening.candidates) {
     if (contains(lead.hypothesis, c.start) || is_redundant(lead.hypothesis, c.start)) continue;
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
@@ -192,8 +201,10 @@ std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t c
     // Offsets of encoders look like masses of links nearby; few enough to try all once.
     const bool offset = c.start.id == EffectId::kJointOffset && lead.hypothesis.empty();
     const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
-    if (!high && !here) continue;
+    const bool body = get_effect(c.start.id).place == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
+    if (!high && !here && !body) continue;
     there[j] += joint >= 0 ? 1 : 0;
+    bodies += body ? 1 : 0;
     list.push_back(c.start);
   }
   if (!lead.hypothesis.empty()) add_unseen(lead, &list);

@@ -231,10 +231,24 @@ class Search {
     return list.empty() ? nominal_ : *list.front();
   }
 
-  // Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
-  // the intervals.
   void finish(Trial* trial) {
     if (trial->hypothesis.empty() || !trial->refined) return;
+    polish(trial);
+    if (trial->std.empty()) add_intervals(trial);
+  }
+
+  // Of a trial as it is.
+  void add_intervals(Trial* trial) {
+    problem_.starts = trial->starts, problem_.step_errors = trial->step_errors;
+    FitOptions options;
+    options.max_iterations = 0;
+    options.intervals = true;
+    trial->std = fit(problem_, trial->full(), problem_.train, options).std;
+  }
+
+  // Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
+  // the intervals.
+  void polish(Trial* trial) {
     FitOptions options;
     options.max_iterations = 8;
     options.tolerance = 1e-7;

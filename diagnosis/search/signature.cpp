@@ -280,10 +280,11 @@ class Builder {
     for (double speed : {0.02, 0.05, 0.12, 0.3}) {
       const int bump = add_column(
           j, 0, [&, speed](const Grid& g, long k) { return sign(g, k) * std::exp(-std::pow(g.qd(k, j) / speed, 2)); });
+      // What is smoothed over a turn hides the bump there, or turns it over: then it starts from somewhat above the level.
       add_shape(EffectId::kStribeck, j, {dry, bump, viscous},
                 [speed](const std::vector<double>& x, std::vector<double>* p) {
-                  *p = {x[0], x[0] + x[1], speed, std::max(0.0, x[2]), kPresliding};
-                  return x[0] > 0.0 && x[1] > 0.0;
+                  *p = {x[0], std::max(x[0] + x[1], 1.3 * x[0]), speed, std::max(0.0, x[2]), kPresliding};
+                  return x[0] > 0.0;
                 });
     }
     add_transmission(j, inertia);
