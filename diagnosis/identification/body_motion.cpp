@@ -10,7 +10,7 @@
 namespace hrp::identification {
 namespace {
 
-constexpr double kSmoothing = 0.04;  // [s] passes 4 Hz, stops the noise of twice differentiated encoders
+constexpr double kBodySmoothing = 0.04;  // [s] passes 4 Hz, stops the noise of twice differentiated encoders
 constexpr double kSticking = 0.01;   // [s] of the rate that tells whether a joint sticks
 constexpr double kStuck = 0.01;      // [rad/s] slower than this; encoder noise makes 1e-3 of it
 constexpr double kStride = 0.05;     // [s] between samples that are used
@@ -95,7 +95,7 @@ bool BodyRig::is_foot(int link) const { return std::find(feet.begin(), feet.end(
 BodyMotion observe_body(const BodyRig& rig, const BushObserver& observer, const RobotLog& log,
                         const std::vector<SensorZero>& zeros) {
   const Raw raw = observe_raw(rig, log, observer.calc_attitude(log, zeros), zeros);
-  const GaussianFilter filter(kSmoothing, log.period);
+  const GaussianFilter filter(kBodySmoothing, log.period);
   const auto stride = static_cast<Eigen::Index>(std::max(1.0, std::round(kStride / log.period)));
   const Eigen::Index margin = 2 * filter.margin() + 2,
                      n = std::max<Eigen::Index>(0, (log.size() - 2 * margin) / stride);

@@ -16,8 +16,7 @@ const char* const kAxisNames[kAxes] = {"roll", "pitch"};
 
 namespace {
 
-constexpr double kSmoothing = 0.03;  // [s] passes what bushes answer to (up to 6 Hz), stops the noise
-constexpr int kThinning = 4;         // of the result: smoothed samples are alike
+constexpr double kQuick = 0.005;  // [s] halves the encoders' noise
 // [s] at the start soles may shuffle while the robot takes its first load on them, and a hanging robot sags on its
 // servos: 1 mrad at the waist within 12 s would pass for 1e-4 rad/s of the gyroscope, which a turning waist makes 3e-5
 // rad of roll.
@@ -198,18 +197,12 @@ void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, cons
     rise[k] = log.accelerometer.col(k).dot(vertical.n_I.col(k)) - kGravity;
     zmp.col(k) << -torque[1][k] / std::max(load[k], 1.0), torque[0][k] / std::max(load[k], 1.0);
   }
-  const GaussianFilter filter(kSmoothing, log.period);
-  const Eigen::Index margin =
-      track->time.size() > 0 ? static_cast<Eigen::Index>(std::lround(track->time[0] / log.period)) : 0;
-  const auto thin = [&](const Eigen::VectorXd& signal, int order) {
-    const Eigen::VectorXd smooth = filter.apply(signal, order);
-    Eigen::VectorXd out(track->time.size());
-    for (Eigen::Index j = 0; j < out.size(); ++j) out[j] = smooth[margin + j * kThinning];
-    return out;
-  };
+  const auto thin = [&](const Eigen::VectorXd& signal, int order) { return track->thin(signal, order); };
+  const GaussianFilter quick(kQuick, log.period);
   BushTrack& out = track->feet[f];
   for (int a = 0; a < kAxes; ++a) {
     out.angle[a] = thin(angle[a], 0);
+    out.quick[a] = quick.apply(angle[a], 0);
     out.rate[a] = thin(angle[a], 1);
     out.acceleration[a] = thin(angle[a], 2);
     out.torque[a] = thin(torque[a], 0);
@@ -291,16 +284,6 @@ void BushObserver::Impl::fill_between(const RobotLog& log, const Chain& chain, c
   track->slide.array() -= track->slide.mean();
 }
 
-bool has_slipped(const MotionTrack& track) { return track.slip > kSlipDistance || track.turn > kSlipTurn; }
-
-Mask MotionTrack::find_usable(size_t foot, double skip) const {
-  Mask usable = stands[foot];
-  const auto rest = static_cast<Eigen::Index>(std::ceil(skip / period));
-  for (const auto& [first, end] : find_stretches(stands[foot]))
-    usable.segment(first, std::min(rest, end - first)).setConstant(false);
-  return usable;
-}
-
 BushObserver::BushObserver(const Scenario& scenario) : impl_(std::make_unique<Impl>(scenario)) {}
 BushObserver::~BushObserver() = default;
 BushObserver::BushObserver(BushObserver&&) noexcept = default;
@@ -376,6 +359,7 @@ MotionTrack BushObserver::observe(const RobotLog& log, const std::vector<SensorZ
   MotionTrack track;
   track.name = log.name;
   track.period = kThinning * log.period;
+  track.log_period = log.period;
   track.time.resize((log.size() - 2 * margin - 1) / kThinning + 1);
   for (Eigen::Index j = 0; j < track.time.size(); ++j) {
     track.time[j] = static_cast<double>(margin + j * kThinning) * log.period;

@@ -19,10 +19,13 @@ namespace hrp::identification {
 
 constexpr int kAxes = 2;  // roll, pitch
 extern const char* const kAxisNames[kAxes];
+constexpr double kSmoothing = 0.03;  // [s] of tracks: passes what bushes answer to (up to 6 Hz), stops the noise
+constexpr int kThinning = 4;         // of tracks: smoothed samples are alike
 
 // One foot's bush during one motion; smoothed and thinned.
 struct BushTrack {
   Eigen::VectorXd angle[kAxes];         // [rad]
+  Eigen::VectorXd quick[kAxes];         // [rad] at every sample of the log, hardly smoothed: for what remembers
   Eigen::VectorXd rate[kAxes];          // [rad/s]
   Eigen::VectorXd acceleration[kAxes];  // [rad/s^2]
   Eigen::VectorXd torque[kAxes];        // [N m] that acts on U about the bush's axes: K q + C qd + O [M14 eq. 4]
@@ -40,8 +43,11 @@ struct BushTrack {
 
 struct MotionTrack {
   std::string name;
-  Eigen::VectorXd time;  // [s]
-  double period = 0.0;   // [s]
+  Eigen::VectorXd time;     // [s]
+  double period = 0.0;      // [s]
+  double log_period = 0.0;  // [s] of the log
+  // A signal of the log (or its derivative, by `order`) as all signals of a track are: smoothed and thinned.
+  Eigen::VectorXd thin(const Eigen::VectorXd& signal, int order) const;
   std::vector<BushTrack> feet;
   Eigen::VectorXd
       slide;  // [m] first foot's bush slide less the second's, less its mean; empty unless both always stand

@@ -280,7 +280,9 @@ BushFit fit_bush(const std::vector<MotionTrack>& tracks, const std::vector<Senso
                     Vector::Zero(layout.size()), zeros, arms);
   }
   BushFit best;
-  for (double yield : kYields) {
+  std::vector<double> starts(std::begin(kYields), std::end(kYields));
+  if (options.yield > 0.0) starts = {options.yield};
+  for (double yield : starts) {
     const Problem problem{tracks, options, layout, make_prior(layout, options, zeros[0].gyro_std, yield)};
     BushFit fit = fit_from(problem, problem.prior.mean, zeros, arms);
     if (best.feet.empty() || calc_loss(fit) < calc_loss(best)) best = fit;

@@ -43,6 +43,7 @@ struct FitOptions {
   std::vector<std::array<Matrix3d, kAxes>> noise;
   double error_memory = 10.0;  // [s] window for residuals that are alike over 2 s: for the standard deviations
   double skip = 0.0;           // [s] where a track begins or a foot has come down: hysteresis remembers what was before
+  double yield = 0.0;  // [rad] hysteretic law: where the search for a yield angle starts; 0: at several, the best wins
   std::vector<Estimate> compliance;  // [m/N] vertical, by foot, where known from elsewhere (vertical.h)
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/identification/bush_rows.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hrp::identification {
@@ -13,13 +14,31 @@ struct Corrected {
   Vector angle, rate, slope;  // slope: d torque / d angle
 };
 
-// A foot in the air is taken to remember what it was when it stood: what it forgets there, `skip` leaves out.
-Vector calc_memory(const Vector& angle, const Mask& stands, double yield) {
-  Vector held = angle;
-  for (Eigen::Index k = 1; k < held.size(); ++k) {
-    if (!stands[k]) held[k] = held[k - 1];
+// What is not linear in the angle must be computed of the angle as it is between the samples of a track and smoothed
+// afterwards, as the torque is: hysteresis of a smoothed angle would be 2 % too small.
+Vector calc_quick_angle(const MotionTrack& track, size_t foot, int axis, const Vector& angle) {
+  const BushTrack& t = track.feet[foot];
+  const Vector correction = angle - t.angle[axis];
+  const double stride = track.period / track.log_period, first = track.time[0] / track.log_period;
+  const auto last = static_cast<double>(correction.size() - 1);
+  Vector quick = t.quick[axis];
+  for (Eigen::Index k = 0; k < quick.size(); ++k) {
+    const double at = std::clamp((static_cast<double>(k) - first) / stride, 0.0, last);
+    const auto j = std::min(static_cast<Eigen::Index>(at), std::max<Eigen::Index>(0, correction.size() - 2));
+    const double s = at - static_cast<double>(j);
+    quick[k] += (1.0 - s) * correction[j] + s * correction[std::min(j + 1, correction.size() - 1)];
+    // A foot in the air is taken to stay as it was when it stood: what hysteresis forgets there, `skip` leaves out.
+    if (k > 0 && !track.stands[foot][j]) quick[k] = quick[k - 1];
   }
-  return calc_hysteresis(held, yield);
+  return quick;
+}
+
+// Angle^3 or the Bouc-Wen variable.
+Vector calc_cube(const MotionTrack& track, size_t foot, int axis, const Vector& angle) {
+  return track.thin(calc_quick_angle(track, foot, axis, angle).array().cube().matrix(), 0);
+}
+Vector calc_memory(const MotionTrack& track, size_t foot, int axis, const Vector& angle, double yield) {
+  return track.thin(calc_hysteresis(calc_quick_angle(track, foot, axis, angle), yield), 0);
 }
 
 Corrected correct(const BushTrack& t, int axis, const Layout& layout, Eigen::Index at, const Vector& theta) {
@@ -60,12 +79,12 @@ void make_rows(const MotionTrack& track, size_t foot, int axis, const Layout& la
   X.col(at + 1) = c.rate;
   X.col(at + 2).setOnes();
   X.col(at + 3) = t.acceleration[axis];
-  if (layout.law == BushLaw::kHardening) X.col(at + 4) = c.angle.array().cube();
+  if (layout.law == BushLaw::kHardening) X.col(at + 4) = calc_cube(track, foot, axis, c.angle);
   Vector y = t.torque[axis];
   if (layout.law == BushLaw::kHysteresis) {
     const double yield = theta[layout.yield()];
-    X.col(at + 4) = calc_memory(c.angle, track.stands[foot], std::exp(yield));
-    const Vector moved = calc_memory(c.angle, track.stands[foot], std::exp(yield + kYieldStep));
+    X.col(at + 4) = calc_memory(track, foot, axis, c.angle, std::exp(yield));
+    const Vector moved = calc_memory(track, foot, axis, c.angle, std::exp(yield + kYieldStep));
     X.col(layout.yield()) = theta[at + 4] * (moved - X.col(at + 4)) / kYieldStep;
     y += X.col(layout.yield()) * theta[layout.yield()];
   }
@@ -90,9 +109,9 @@ Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, con
       theta[at] * c.angle + theta[at + 1] * c.rate - theta[layout.compliance(foot)] * t.arm[axis];  // [M14 eq. 4]
   torque.array() += theta[at + 2];
   torque += theta[at + 3] * t.acceleration[axis];
-  if (layout.law == BushLaw::kHardening) torque += theta[at + 4] * c.angle.array().cube().matrix();
+  if (layout.law == BushLaw::kHardening) torque += theta[at + 4] * calc_cube(track, foot, axis, c.angle);
   if (layout.law == BushLaw::kHysteresis)
-    torque += theta[at + 4] * calc_memory(c.angle, track.stands[foot], std::exp(theta[layout.yield()]));
+    torque += theta[at + 4] * calc_memory(track, foot, axis, c.angle, std::exp(theta[layout.yield()]));
   return torque;
 }
 

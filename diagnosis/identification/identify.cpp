@@ -135,6 +135,7 @@ Identification identify(const Scenario& scenario, const std::vector<Source>& sou
   r.vertical = o.vertical;
   for (int i = 0; i < 2; ++i) r.fit.accelerometer_bias[i].value += o.taken[i];
   r.direct = validate(r.fit, o.fitted);
+  o.options.yield = r.fit.yield.value;
   for (size_t i = 0; i < o.fitted.size() && o.fitted.size() > 1; ++i) {
     std::vector<MotionTrack> others = o.fitted;
     others.erase(others.begin() + static_cast<long>(i));

@@ -69,8 +69,12 @@ LawChoice choose_law(const std::vector<MotionTrack>& tracks, const std::vector<S
   options.skip = kForget;
   for (int i = 0; i < kLaws; ++i) {
     options.law = static_cast<BushLaw>(i);
+    if (i > 0) {
+      const BushFit fit = fit_bush(tracks, zeros, arms, options);
+      choice.significance[i] = calc_significance(fit);
+      options.yield = fit.yield.value;
+    }
     choice.error[i] = calc_error_left_out(tracks, zeros, arms, options);
-    if (i > 0) choice.significance[i] = calc_significance(fit_bush(tracks, zeros, arms, options));
     const double best = choice.error[static_cast<int>(choice.law)];
     if (i > 0 && choice.significance[i] > kSignificance && choice.error[i] < kGain * choice.error[0] &&
         choice.error[i] < best) {

@@ -27,15 +27,21 @@ GaussianFilter::GaussianFilter(double width, double period)
 }
 
 Eigen::VectorXd GaussianFilter::apply(const Eigen::VectorXd& signal, int order) const {
+  return sample(signal, order, 0, 1, signal.size());
+}
+
+Eigen::VectorXd GaussianFilter::sample(const Eigen::VectorXd& signal, int order, Eigen::Index first,
+                                       Eigen::Index stride, Eigen::Index count) const {
   const Eigen::VectorXd& kernel = kernel_[order];
   const Eigen::Index n = signal.size();
-  Eigen::VectorXd result(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
+  Eigen::VectorXd result(count);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const Eigen::Index k = first + j * stride;
     const Eigen::Index low = std::max<Eigen::Index>(0, k - half_), high = std::min<Eigen::Index>(n - 1, k + half_);
     const auto part = kernel.segment(low - k + half_, high - low + 1);
     const double sum = part.dot(signal.segment(low, high - low + 1));
     const bool whole = part.size() == kernel.size();
-    result[k] = order > 0 || whole ? sum : sum / part.sum();
+    result[j] = order > 0 || whole ? sum : sum / part.sum();
   }
   return result;
 }

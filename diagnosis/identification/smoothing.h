@@ -14,6 +14,9 @@ class GaussianFilter {
   // order 0: smoothed; 1, 2: derivatives [1/s], [1/s^2]. Near the ends order 0 renormalises the part of the kernel that
   // is there; for derivatives and exact relations leave out margin() samples at each end.
   Eigen::VectorXd apply(const Eigen::VectorXd& signal, int order) const;
+  // The same at `count` samples only, from `first` on, `stride` apart.
+  Eigen::VectorXd sample(const Eigen::VectorXd& signal, int order, Eigen::Index first, Eigen::Index stride,
+                         Eigen::Index count) const;
   Eigen::Index margin() const { return half_; }
 
  private:
