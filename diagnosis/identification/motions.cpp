@@ -202,6 +202,7 @@ std::string write_motion(const MotionPlan& plan, const Scenario& base, const std
   put_hand(plan, &node);
   node["controller"]["motion"] = csv;
   node["steps"]["duration"] = plan.duration;
+  node["seed"] = base.seed + plan.seed;
   return write_scenario(node, plan.name, folder);
 }
 

@@ -23,6 +23,7 @@ using Waves = std::vector<Wave>;
 struct MotionPlan {
   std::string name, meaning;
   double duration = 25.0;              // [s]
+  unsigned long long seed = 0;         // beyond the scenario's: each motion has sensor noise of its own
   double width = 0.0, stride = 0.0;    // [m] each foot this much further out; right foot forward, left foot back
   Waves pelvis[3];                     // [m] x, y, z
   Waves lean[2], turn;                 // [rad] roll, pitch of the pelvis; yaw

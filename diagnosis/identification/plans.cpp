@@ -145,7 +145,10 @@ std::vector<MotionPlan> make_plans(double scale) {
   add_held_sways(&plans);
   add_rest(&plans);
   add_swings(&plans);
-  for (MotionPlan& plan : plans) plan.duration *= scale;
+  for (size_t i = 0; i < plans.size(); ++i) {
+    plans[i].duration *= scale;
+    plans[i].seed = i + 1;
+  }
   return plans;
 }
 

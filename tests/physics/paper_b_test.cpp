@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <set>
 
 #include <unistd.h>
 
@@ -156,6 +157,15 @@ TEST_F(PaperB, SeesThatABushHasHysteresis) {
       EXPECT_NEAR(p.K.value / truth[a], 1.0, 0.02);
     }
   }
+}
+
+// The same noise in all motions would not average out, and every interval would be too narrow.
+TEST_F(PaperB, GivesEachMotionNoiseOfItsOwn) {
+  base_ = load_scenario(kScenario);
+  std::set<unsigned long long> seeds = {load_scenario(write_hanging(base_, folder_)).seed};
+  const std::vector<MotionPlan> plans = make_plans(0.5);
+  for (const MotionPlan& plan : plans) seeds.insert(load_scenario(write_motion(plan, base_, folder_)).seed);
+  EXPECT_EQ(seeds.size(), plans.size() + 1);
 }
 
 TEST_F(PaperB, LeavesOutSolesThatSlip) {
