@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "common/spatial/turn.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
@@ -15,12 +16,6 @@ constexpr double kDrift = 1.0;  // [s] half the stretch in which a gyroscope's d
 
 Vector3d get(const Series (&s)[3], size_t k) { return {s[0].value[k], s[1].value[k], s[2].value[k]}; }
 Vector3d get_rate(const Series (&s)[3], size_t k) { return {s[0].rate[k], s[1].rate[k], s[2].rate[k]}; }
-
-Quaterniond turn(const Vector3d& rotation) {
-  const double angle = rotation.norm();
-  if (angle < 1e-12) return Quaterniond::Identity();
-  return Quaterniond(Eigen::AngleAxisd(angle, rotation / angle));
-}
 
 class AttitudeFinder {
  public:
@@ -93,7 +88,7 @@ class AttitudeFinder {
     attitude_.push_back(Quaterniond::FromTwoVectors(first, -Vector3d::UnitZ()));
     for (size_t k = 1; k < count(); ++k) {
       const Vector3d mean = 0.5 * (get(r_.gyro, k - 1) + get(r_.gyro, k));
-      attitude_.push_back((attitude_.back() * turn(mean * (r_.time[k] - r_.time[k - 1]))).normalized());
+      attitude_.push_back((attitude_.back() * make_turn(mean * (r_.time[k] - r_.time[k - 1]))).normalized());
     }
     std::vector<double> drift[2];
     for (size_t k = 0; k < count(); ++k) {
@@ -106,7 +101,7 @@ class AttitudeFinder {
     const Series x = smoother.run(drift[0]), y = smoother.run(drift[1]);
     double sum = 0;
     for (size_t k = 0; k < count(); ++k) {
-      attitude_[k] = turn({x.value[k], y.value[k], 0}) * attitude_[k];
+      attitude_[k] = make_turn({x.value[k], y.value[k], 0}) * attitude_[k];
       sum += std::pow(drift[0][k] - x.value[k], 2) + std::pow(drift[1][k] - y.value[k], 2);
     }
     // The drifts were smoothed before over one window; a cubic's value has 9/4 of the variance of a mean.

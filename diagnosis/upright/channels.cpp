@@ -15,6 +15,7 @@ namespace {
 constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
 constexpr size_t kTurning = 5;    // samples: half of the 0.3 s over which turning is compared
 constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
+constexpr double kNearly = 0.9;   // share of what friction holds at which a foot may slide: forces are smoothed
 constexpr double kLoaded = 0.01;  // share of the weight that a foot must carry to count as standing
 
 class Calculator : StandMotion {
@@ -23,11 +24,16 @@ class Calculator : StandMotion {
       : StandMotion(problem, hypothesis, recording, std::move(offsets)),
         tau_(model_.nv()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
+    friction_ = terms_.friction > 0 ? terms_.friction : problem.experiment->scenario.ground.friction;
     for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
   }
 
   std::vector<double> run(StandBase* base) {
     add_samples(base);
+    size_t first = find_drives(p_);
+    for (size_t j = 0; j < joints_.size(); first += count_drive_channels(p_, j++)) {
+      if (p_.is_driven(j)) take_out_memory(drives_, r_, j, first, channels_, &out_);
+    }
     remove_mean_places();
     add_turning();
     add_gravity();
@@ -101,7 +107,7 @@ class Calculator : StandMotion {
       if (p_.feet[foot].kind == SoleKind::kFlat) add_tilt(foot, normal_W, flat);
       points.push_back(find_fixed_point(foot, dt));
       const double ratio = force_[foot].head<2>().norm() / std::max(1.0, force_[foot].z());
-      slips = slips || (terms_.friction > 0 && ratio > 0.9 * terms_.friction);
+      slips = slips || ratio > kNearly * friction_;
       worst = std::max(worst, ratio);
     }
     places_.push_back(get_pose(data_, p_.imu_link) * p_.p_LI - points[0]);
@@ -149,6 +155,18 @@ class Calculator : StandMotion {
     for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // filled by add_turning and add_gravity
   }
 
+  // Whether a foot may stand elsewhere than at the sample before: between them one was lifted, or pushed along the
+  // ground nearly as hard as friction holds it.
+  bool may_have_moved(size_t k) const {
+    for (auto i = static_cast<size_t>(r_.samples[k - 1]); i <= static_cast<size_t>(r_.samples[k]); ++i) {
+      for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
+        const auto read = [&](size_t axis) { return r_.wrench[6 * foot + axis].value[i]; };
+        if (read(2) < load_ || std::hypot(read(0), read(1)) > kNearly * friction_ * read(2)) return true;
+      }
+    }
+    return false;
+  }
+
   // Places are known but for constants: the mean over the flat samples is taken out, or, where feet may have moved,
   // over each stretch in which they stood. The heading of IMU and base pose: the mean.
   void remove_mean_places() {
@@ -157,7 +175,7 @@ class Calculator : StandMotion {
     size_t count = 1;
     for (size_t k = 1; k < n; ++k) {
       const bool seen = flat_[k] && flat_[k - 1] && follows(k);
-      const bool moved = slips_[k] || slips_[k - 1] || (terms_.friction > 0 && !seen);
+      const bool moved = slips_[k] || slips_[k - 1] || (terms_.friction > 0 && !seen) || may_have_moved(k);
       stretch[k] = moved ? count++ : count - 1;
     }
     for (size_t c = first; c < first + count_places(p_); ++c) {
@@ -240,7 +258,7 @@ class Calculator : StandMotion {
   std::vector<Vector3d> rates_, turns_, places_;
   std::vector<char> flat_, slips_;
   std::vector<double> ratios_, out_;
-  double load_ = 0, yaw_ = 0;  // [N], [rad]
+  double load_ = 0, yaw_ = 0, friction_ = 0;  // [N], [rad], of the ground
   size_t channels_ = 0, last_ = 0;
 };
 
@@ -316,6 +334,9 @@ std::vector<double> calc_drive_channels(const StandProblem& problem, const Stand
     added.clear();
     drives.add(j, static_cast<size_t>(r.samples[s]), base.states[s * joints + j], &added);
     std::copy(added.begin(), added.end(), out.begin() + static_cast<long>(s * channels + first));
+  }
+  if (problem.is_driven(static_cast<size_t>(joint))) {
+    take_out_memory(drives, r, static_cast<size_t>(joint), first, channels, &out);
   }
   return out;
 }

@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/upright/attitude.h"
+#include "diagnosis/upright/sole.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
@@ -137,20 +138,6 @@ bool read_recording(const Experiment& e, const Recording& recording, Parity pari
   choose_samples(recording, problem, out);
   if (out->samples.size() <= 20) return *why = out->file + " is too short", false;
   return true;
-}
-
-void read_sole(const RobotDescription& robot, StandFoot* foot) {
-  for (const CollisionShape& shape : robot.shapes) {
-    if (shape.link != foot->link) continue;
-    if (shape.kind == ShapeKind::kSphere) {
-      foot->kind = SoleKind::kBall, foot->radius = shape.size.x(), foot->bush = shape.X_LG.p;
-      continue;
-    }
-    foot->bush.z() = shape.X_LG.p.z();
-    if (shape.kind == ShapeKind::kBox) {
-      foot->sole = shape.X_LG.p - Vector3d(0, 0, shape.size.z() / 2), foot->size = shape.size;
-    }
-  }
 }
 
 // Feet must be links of their own with a force sensor; their mass hangs below it.

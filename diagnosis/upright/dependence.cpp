@@ -146,4 +146,16 @@ bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, 
   return left(3) < 0.5 * left(2);
 }
 
+bool are_opposite(const Evaluation& evaluation, size_t channels, size_t a, size_t b) {
+  if (a >= channels || b >= channels) return false;
+  double both = 0, one = 0, other = 0;
+  for (const StandBase& base : evaluation) {
+    for (size_t k = 0; k < base.residuals.size(); k += channels) {
+      const double x = base.residuals[k + a], y = base.residuals[k + b];
+      both += (x + y) * (x + y), one += x * x, other += y * y;
+    }
+  }
+  return both < 0.3 * std::min(one, other);  // noise adds to the sum, twice
+}
+
 }  // namespace hrp::diagnosis::upright

@@ -16,4 +16,7 @@ std::vector<std::string> find_dependence(const StandProblem& problem, const Chan
 bool follows_joint(const StandProblem& problem, const Channel& channel, size_t index, const Evaluation& evaluation,
                    int other);
 
+// Whether what is left of two efforts (channels of a sample's row) is equal and opposite.
+bool are_opposite(const Evaluation& evaluation, size_t channels, size_t a, size_t b);
+
 }  // namespace hrp::diagnosis::upright

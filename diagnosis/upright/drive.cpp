@@ -12,9 +12,9 @@ namespace {
 constexpr double kStick = 0.004;  // [rad/s] below it a joint may be stuck: smoothed velocities have 0.001 of noise
 
 // Bouc-Wen state [rad] along a recorded position; it forgets where it began after a few yield angles.
-std::vector<double> wind(const std::vector<double>& position, double yield) {
-  std::vector<double> out(1, 0.0);
-  double z = 0;
+std::vector<double> wind(const std::vector<double>& position, double yield, double start) {
+  std::vector<double> out(1, start);
+  double z = start;
   const auto rate = [&](double state, double dq) {
     return dq - (std::abs(dq) * state + dq * std::abs(state)) / (2 * yield);
   };
@@ -29,7 +29,7 @@ std::vector<double> wind(const std::vector<double>& position, double yield) {
 }  // namespace
 
 Drives::Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms)
-    : p_(problem), r_(recording), terms_(terms), wound_(terms.joints.size()) {
+    : p_(problem), r_(recording), terms_(terms), wound_(terms.joints.size()), aside_(terms.joints.size()) {
   const Scenario& scenario = problem.experiment->scenario;
   for (int j = 0; j < problem.tree.num_joints(); ++j) {
     const auto at = scenario.servo_joints.find(terms.tree.joint(j).name);
@@ -37,7 +37,8 @@ Drives::Drives(const StandProblem& problem, const StandRecording& recording, con
     const auto i = static_cast<size_t>(j);
     const double yield = terms.joints[i].yield;
     if (yield <= 0) continue;
-    wound_[i] = wind(recording.position[i].value, yield);
+    wound_[i] = wind(recording.position[i].value, yield, 0);
+    aside_[i] = wind(recording.position[i].value, yield, 0.5 * yield);
   }
   near_ = static_cast<size_t>(recording.window);
 }
@@ -99,6 +100,25 @@ void Drives::add(size_t joint, size_t k, const DriveState& s, std::vector<double
   if (p_.velocity[joint]) {
     const double logged = read(r_.velocity[joint].value, k, t.velocity_delay);
     out->push_back((logged - t.velocity_bias) / t.velocity_scale - s.velocity);
+  }
+}
+
+double Drives::find_memory(size_t joint, size_t k) const {
+  if (wound_[joint].empty()) return 0;
+  return -terms_.joints[joint].hysteresis * (aside_[joint][k] - wound_[joint][k]);
+}
+
+void take_out_memory(const Drives& drives, const StandRecording& r, size_t joint, size_t first, size_t stride,
+                     std::vector<double>* rows) {
+  double a = 0, b = 0;
+  for (size_t s = 0; s < r.samples.size(); ++s) {
+    const double change = drives.find_memory(joint, static_cast<size_t>(r.samples[s]));
+    a += change * change, b -= change * (*rows)[s * stride + first];
+  }
+  if (a == 0) return;
+  const double share = std::clamp(b / a, -2.0, 2.0);  // of half a yield angle
+  for (size_t s = 0; s < r.samples.size(); ++s) {
+    (*rows)[s * stride + first] += share * drives.find_memory(joint, static_cast<size_t>(r.samples[s]));
   }
 }
 

@@ -23,6 +23,10 @@ class Drives {
   // Torque that the drive was asked for at sample k, with its rate: the logged effort, else the servo law.
   double find_effort(size_t joint, size_t k, const DriveState& s, double* rate) const;
 
+  // What a joint's missing effort at sample k would change by if its hysteresis had begun with half a yield angle more;
+  // 0 without hysteresis.
+  double find_memory(size_t joint, size_t k) const;
+
   // Residuals of a joint at a sample, in the order of list_drive_channels().
   void add(size_t joint, size_t k, const DriveState& state, std::vector<double>* out) const;
 
@@ -36,8 +40,14 @@ class Drives {
   const StandRecording& r_;
   const Terms& terms_;
   std::vector<ServoGains> servo_;
-  std::vector<std::vector<double>> wound_;  // Bouc-Wen states by joint; empty without hysteresis
+  std::vector<std::vector<double>> wound_, aside_;  // Bouc-Wen states by joint, begun unwound and half a yield angle
+                                                    // aside; empty without hysteresis
   size_t near_ = 1;                         // samples of the recording between two kept ones
 };
+
+// How a recording's hysteresis began is not known: of the missing efforts (every `stride`-th of `rows` from `first` on,
+// a sample each) what another beginning within the yield angle explains is taken out.
+void take_out_memory(const Drives& drives, const StandRecording& recording, size_t joint, size_t first, size_t stride,
+                     std::vector<double>* rows);
 
 }  // namespace hrp::diagnosis::upright

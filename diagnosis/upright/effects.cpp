@@ -10,7 +10,8 @@ namespace {
 using I = StandId;
 
 constexpr double kWider = 3;        // a gap is tried from there on: what nothing stops may go further than it was seen
-constexpr double kLoopStep = 2e-4;  // [s] of a drive; as large as the timing that fixed bases are granted
+constexpr double kLoopStep = 2e-4;      // [s] of a drive; as large as the timing that fixed bases are granted
+constexpr double kMostStamping = 2e-3;  // [s] slower logs are stamped well within their step
 
 const std::vector<StandInfo>& list_infos() {
   static const std::vector<double> foot_step{1e-5, 1e-5, 1e-5, 1e-5, 1e-8, 1e-3, 1e-3, 1e-3, 0.01, 0.01};
@@ -176,6 +177,16 @@ const ServoGains& find_servo(const StandProblem& problem, int joint) {
   return at == scenario.servo_joints.end() ? scenario.servo_default : at->second;
 }
 
+// [s] Where in its own step a log puts the stamps of velocities and efforts is no fault: a step, of fast logs.
+double find_stamping(const StandProblem& problem) {
+  double step = kLoopStep;
+  for (const StandRecording& r : problem.recordings) {
+    const double all = r.time.back() - r.time.front();
+    step = std::max(step, std::min(kMostStamping, 1.2 * all / static_cast<double>(r.time.size() - 1)));
+  }
+  return step;
+}
+
 // [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off.
 double find_size(const StandProblem& problem, int link) {
   return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
@@ -198,10 +209,9 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     return true;
   }
   switch (e.id) {
-    // Where in its own step a loop puts the stamp is no fault of a sensor.
     case I::kEffortDelay:
     case I::kVelocityDelay:
-    case I::kPositionDelay: return e.p[0] > kLoopStep;
+    case I::kPositionDelay: return e.p[0] > find_stamping(problem);
     case I::kMassError:
     case I::kTorqueConstant:
     case I::kForceScale:

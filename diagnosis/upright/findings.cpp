@@ -105,11 +105,12 @@ Json make_stribeck(const StandEffect& e, const Eigen::VectorXd& std) {
 }
 
 Json make_cogging(const StandEffect& e, const Eigen::VectorXd& std) {
+  const double phase = std::atan2(e.p[1], e.p[0]);
   const double amplitude = std::hypot(e.p[0], e.p[1]), s = std::max(std(0), std(1));
   Json out;
   out["amplitude"] = make_value(amplitude, s, "N m");
   out["periods"] = make_value(e.p[2], std(2), "1/rad");
-  out["phase"] = make_value(std::atan2(e.p[1], e.p[0]), s / std::max(1e-9, amplitude), "rad");
+  out["phase"] = make_value(phase < 0 ? phase + 2 * M_PI : phase, s / std::max(1e-9, amplitude), "rad");
   return out;
 }
 

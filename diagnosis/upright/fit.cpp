@@ -7,6 +7,8 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
+constexpr int kHalvings = 3;
+
 // Normal equations of columns against residuals; `left` and `right` are the same for plain least squares.
 struct Normal {
   Eigen::MatrixXd A, B;
@@ -199,17 +201,54 @@ void keep_shapes(StandHypothesis* hypothesis) {
   }
 }
 
+// What a fit makes small: weighted products of the residuals of two sides, and what is known beforehand.
+double calc_cost(const StandProblem& problem, const FitSelection& selection, const StandHypothesis& h,
+                 const Evaluation& x, const Evaluation& y) {
+  double cost = 0;
+  for (size_t r : selection.recordings) {
+    const std::vector<double>&a = x[r].residuals, &b = y[r].residuals;
+    const size_t channels = selection.weight.size();
+    for (size_t k = 0; k < a.size(); ++k) cost += a[k] * b[k] * std::pow(selection.weight[k % channels], 2);
+  }
+  for (const StandEffect& e : h) {
+    const std::vector<double>& neutral = get_stand_info(e.id).neutral;
+    for (size_t i = 0; i < e.p.size(); ++i) {
+      const double prior = find_prior(problem, e, i);
+      if (prior > 0) cost += std::pow((e.p[i] - neutral[i % neutral.size()]) / prior, 2);
+    }
+  }
+  return cost;
+}
+
+// Where a step leads; half of it, a quarter, an eighth where all of it makes things worse: samples that stick and slide
+// by turns let whole steps go to and fro. `judge` evaluates a hypothesis and returns its cost.
+template <class Judge>
+StandHypothesis take_step(const StandHypothesis& from, const Eigen::VectorXd& delta, double cost, Judge judge) {
+  StandHypothesis h;
+  double share = 1;
+  for (int i = 0; i <= kHalvings; ++i, share /= 2) {
+    h = from;
+    add_step(share * delta, 0, &h);
+    keep_shapes(&h);
+    if (judge(h) <= cost) break;
+  }
+  return h;
+}
+
 }  // namespace
 
 StandHypothesis refine(const StandProblem& problem, const FitSelection& selection, StandHypothesis hypothesis,
                        int iterations) {
+  Evaluation base = evaluate(problem, hypothesis);
   for (int i = 0; i < iterations; ++i) {
-    const Evaluation base = evaluate(problem, hypothesis);
     const std::vector<Derivative> columns = differentiate(problem, hypothesis, 0, base, selection.recordings);
     const StandStep step = solve(problem, selection, hypothesis, columns, base);
     if (!step.ok) break;
-    add_step(step.delta, 0, &hypothesis);
-    keep_shapes(&hypothesis);
+    const double cost = calc_cost(problem, selection, hypothesis, base, base);
+    hypothesis = take_step(hypothesis, step.delta, cost, [&](const StandHypothesis& h) {
+      base = evaluate(problem, h);
+      return calc_cost(problem, selection, h, base, base);
+    });
   }
   return hypothesis;
 }
@@ -217,8 +256,8 @@ StandHypothesis refine(const StandProblem& problem, const FitSelection& selectio
 bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, StandHypothesis* hypothesis,
             Eigen::MatrixXd* covariance) {
   StandHypothesis h = *hypothesis;
+  Evaluation even = evaluate(problems.even, h), odd = evaluate(problems.odd, h);
   for (int i = 0; i <= iterations; ++i) {
-    const Evaluation even = evaluate(problems.even, h), odd = evaluate(problems.odd, h);
     const std::vector<Derivative> by_even = differentiate(problems.even, h, 0, even, selection.recordings);
     const std::vector<Derivative> by_odd = differentiate(problems.odd, h, 0, odd, selection.recordings);
     Normal normal = gather(problems.all, selection, {by_even, even}, {by_odd, odd});
@@ -227,7 +266,11 @@ bool polish(const StandProblems& problems, const FitSelection& selection, int it
     if (!step.ok) return false;
     *covariance = step.covariance;
     if (i == iterations) break;
-    add_step(step.delta, 0, &h);
+    const double cost = calc_cost(problems.all, selection, h, even, odd);
+    h = take_step(h, step.delta, cost, [&](const StandHypothesis& moved) {
+      even = evaluate(problems.even, moved), odd = evaluate(problems.odd, moved);
+      return calc_cost(problems.all, selection, moved, even, odd);
+    });
     if (!are_sensible(problems.all, h)) return false;
   }
   *hypothesis = h;

@@ -9,9 +9,6 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-// A fit of dozens of parameters leaves the details of laws in the worst of some eighty equations; more than what makes
-// a mismatch where nothing was fitted.
-constexpr double kLeftOver = 2.5;
 constexpr double kFew = 8;    // samples
 constexpr double kLeastNoise = 0.25;
 constexpr double kTurn = 0.3; // [s] over which a gyroscope is held against two attitudes
@@ -87,7 +84,10 @@ std::vector<double> StandJudge::find_noise(const Evaluation& even, const Evaluat
 void StandJudge::set_reference(const Evaluation& even, const Evaluation& odd) {
   const std::vector<double> noise = find_noise(even, odd);
   if (reference_.empty()) reference_ = noise;
-  for (size_t c = 0; c < noise.size(); ++c) reference_[c] = std::min(reference_[c], noise[c]);
+  for (size_t c = 0; c < noise.size(); ++c) {
+    reference_[c] = std::min(reference_[c], noise[c]);
+    sigma_[c] = std::max(sigma_[c], std::sqrt(reference_[c]));  // third differences of few samples may be none
+  }
 }
 
 std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const Evaluation& odd) const {
@@ -138,9 +138,9 @@ StandFit StandJudge::judge(const StandHypothesis& h, const Evaluation& evaluatio
   }
   fit.held_score = fit.score;
   for (size_t c = 0; c < channels_.size() && train_ != held_; ++c) {
-    const double rms = add_channel(c, train_, evaluation, extra.empty() ? 0 : extra[c], &fit);
-    fit.train_worst = std::max(fit.train_worst, rms);
+    fit.train_rms.push_back(add_channel(c, train_, evaluation, extra.empty() ? 0 : extra[c], &fit));
   }
+  if (fit.train_rms.empty()) fit.train_rms = fit.channel_rms;
   return fit;
 }
 

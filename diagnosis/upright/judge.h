@@ -13,7 +13,7 @@ struct StandFit {
   StandHypothesis hypothesis;
   std::vector<Eigen::VectorXd> std;     // by effect, by parameter
   std::vector<double> channel_rms;      // whitened, on the recordings that were not fitted
-  double train_worst = 0;               // the largest of the others
+  std::vector<double> train_rms;        // the same on the others
   double score = 0;                     // sum over channels of n log(rms^2), not below the noise; lower is better
   double held_score = 0;                // the part of it by the recordings that were not fitted
   double mismatch = 0;                  // the part of it by channels that disagree with the model
@@ -21,6 +21,10 @@ struct StandFit {
 
 class StandJudge {
  public:
+  // A fit of dozens of parameters leaves the details of laws in the worst of some eighty equations; so do wide motions
+  // in the worst of the recordings that are not judged. More than what makes a mismatch where nothing was fitted.
+  static constexpr double kLeftOver = 2.5;
+
   explicit StandJudge(const StandProblem& problem);
 
   const std::vector<Channel>& list() const { return channels_; }

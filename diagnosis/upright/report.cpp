@@ -79,7 +79,8 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
   const Evaluation left = evaluate(p, o.chosen.hypothesis);
   std::vector<size_t> order(o.channels.size());
   for (size_t c = 0; c < order.size(); ++c) order[c] = c;
-  const std::vector<double>& rms = o.chosen.channel_rms;
+  std::vector<double> rms = o.chosen.channel_rms;
+  for (size_t c = 0; c < rms.size(); ++c) rms[c] = std::max(rms[c], o.chosen.train_rms[c]);
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return rms[a] > rms[b]; });
   std::vector<Json> places;
   for (size_t c : order) {
@@ -90,9 +91,11 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     std::string statement = "What is left at " + where.begin().value().get<std::string>() + " (equation: " +
                             o.channels[c].kind + ") is up to " + number(rms[c], 2) +
                             " times its noise; no known effect explains it.";
-    if (!o.doubtful.empty()) {
+    if (o.opposite) {
+      statement += " Two drives lack equal and opposite efforts: something couples them.";
+    } else if (!o.doubtful.empty()) {
       statement += " The nearest, " + spell(get_stand_info(o.doubtful.back().id).effect) +
-                   ", would have to differ from recording to recording.";
+                   ", does not leave noise where it acts, or differs from recording to recording.";
     }
     out->push_back({{"where", where}, {"depends_on", find_dependence(p, o.channels[c], c, left)},
                     {"statement", statement}});

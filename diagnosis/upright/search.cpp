@@ -48,6 +48,7 @@ class Search {
     give_ = find_tilting(p_), significant_ = find_significance();
     extend();
     if (out_.mismatch && !out_.explained) start_with_soles();
+    if (out_.explained) refuse_couplings();
     if (!out_.explained) doubt();
     find_twins();
     out_.sigma = judge_.sigma();
@@ -67,8 +68,9 @@ class Search {
     }
     enrich_effects();
     const bool found = !out_.chosen.hypothesis.empty(), quiet = is_explained();
-    const double most = std::max(worst(out_.nominal), out_.nominal.train_worst);
-    out_.mismatch = found || (most > kMismatch && !(quiet && out_.nominal.train_worst < kMismatch));
+    const std::vector<double>& train = out_.nominal.train_rms;
+    const double most = *std::max_element(train.begin(), train.end());
+    out_.mismatch = found || worst(out_.nominal) > kMismatch || most > StandJudge::kLeftOver;
     out_.explained = found && quiet;
   }
 
@@ -123,6 +125,7 @@ class Search {
   bool is_consistent(size_t effect) const;
   bool explains_its_part(size_t effect) const;
   bool is_coupled(size_t effect) const;
+  void refuse_couplings();
 
   const StandProblems& problems_;
   const StandProblem& p_;
@@ -368,7 +371,9 @@ void Search::enrich_effects() {
     }
     if (best.hypothesis.empty()) continue;
     const StandFit finished = finish(best, best.hypothesis);
-    if (!is_richer(finished, i)) continue;
+    // Parameters of a richer law are often alike (a level that falls with speed): then what it wins counts.
+    const bool wins = out_.chosen.score - best.score > kGain && best.held_score < out_.chosen.held_score;
+    if (!wins && !is_richer(finished, i)) continue;
     if (progress_) progress_(std::string("refined to ") + get_stand_info(finished.hypothesis[i].id).effect);
     if (i < out_.rounds.size() && !out_.rounds[i].empty()) {
       StandTrial& first = out_.rounds[i][0];
@@ -462,10 +467,32 @@ bool Search::is_coupled(size_t effect) const {
   return false;
 }
 
+// Two drives whose missing efforts are equal and opposite pull at each other: no effects of the one and of the other.
+void Search::refuse_couplings() {
+  const Evaluation nominal = evaluate(p_, {});
+  const StandHypothesis& h = out_.chosen.hypothesis;
+  const auto find_channel = [&](const StandEffect& e) {
+    const std::string& name = p_.tree.joint(e.place).name;
+    size_t c = 0;
+    while (c < channels() && !(out_.channels[c].kind == "effort" && out_.channels[c].joint == name)) ++c;
+    return c;
+  };
+  for (const StandEffect& a : h) {
+    for (const StandEffect& b : h) {
+      if (!is_joint(a.id) || !is_joint(b.id) || a.place >= b.place) continue;
+      if (!out_.opposite && are_opposite(nominal, channels(), find_channel(a), find_channel(b))) out_.opposite = true;
+    }
+  }
+  if (out_.opposite) out_.explained = false;
+}
+
 // When not all is explained, an effect may be a stand-in for what is missing: named only if it is the same everywhere.
 void Search::doubt() {
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
-    if (is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
+    if (!(out_.opposite && is_joint(out_.chosen.hypothesis[i].id)) && is_consistent(i) && explains_its_part(i) &&
+        !is_coupled(i)) {
+      continue;
+    }
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);
     out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
     out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));

@@ -23,6 +23,7 @@ struct StandOutcome {
   std::vector<std::vector<StandEffect>> twins;   // by chosen effect: what the data cannot tell from it
   std::vector<StandEffect> doubtful;             // found, but not the same in every recording: not named
   bool mismatch = false, explained = false;
+  bool opposite = false;                         // two drives lack equal and opposite efforts: something couples them
 };
 
 using Progress = std::function<void(const std::string&)>;
