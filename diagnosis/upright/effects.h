@@ -23,9 +23,9 @@ struct StandInfo {
   const char* effect;                   // name in the report
   std::vector<const char*> parameters;  // names; "" is a nuisance
   std::vector<const char*> units;
-  std::vector<double> neutral;          // value that changes nothing
-  std::vector<double> step;             // for finite differences
-  bool positive = false;                // first parameter must not fall below its neutral value
+  std::vector<double> neutral;  // value that changes nothing
+  std::vector<double> step;     // for finite differences
+  bool positive = false;        // first parameter must not fall below its neutral value
 };
 const StandInfo& get_stand_info(StandId id);
 
@@ -55,8 +55,8 @@ bool are_sensible(const StandProblem& problem, const StandHypothesis& hypothesis
 double find_give(const StandFoot& foot, int axis);
 double find_sinking(const StandFoot& foot);
 
-// Minus the logarithm of how much likelier than here an effect of this kind is at the likeliest place, before anything is
-// recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
+// Minus the logarithm of how much likelier than here an effect of this kind is at the likeliest place, before anything
+// is recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
 double find_doubt(const StandProblem& problem, const StandEffect& effect);
 
 // Standard deviation of what is known beforehand of a nuisance about its neutral value; 0: nothing.

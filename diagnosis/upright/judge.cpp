@@ -9,10 +9,10 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-constexpr double kFew = 8;    // samples
+constexpr double kFew = 8;  // samples
 constexpr double kLeastNoise = 0.25;
-constexpr double kTurn = 0.3; // [s] over which a gyroscope is held against two attitudes
-constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
+constexpr double kTurn = 0.3;  // [s] over which a gyroscope is held against two attitudes
+constexpr size_t kThin = 3;    // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
 // error of an attitude that was not recorded.

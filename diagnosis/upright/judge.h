@@ -11,12 +11,12 @@ constexpr double kCorrelated = 8;  // samples that tell as much as one: errors o
 
 struct StandFit {
   StandHypothesis hypothesis;
-  std::vector<Eigen::VectorXd> std;     // by effect, by parameter
-  std::vector<double> channel_rms;      // whitened, on the recordings that were not fitted
-  std::vector<double> train_rms;        // the same on the others
-  double score = 0;                     // sum over channels of n log(rms^2), not below the noise; lower is better
-  double held_score = 0;                // the part of it by the recordings that were not fitted
-  double mismatch = 0;                  // the part of it by channels that disagree with the model
+  std::vector<Eigen::VectorXd> std;  // by effect, by parameter
+  std::vector<double> channel_rms;   // whitened, on the recordings that were not fitted
+  std::vector<double> train_rms;     // the same on the others
+  double score = 0;                  // sum over channels of n log(rms^2), not below the noise; lower is better
+  double held_score = 0;             // the part of it by the recordings that were not fitted
+  double mismatch = 0;               // the part of it by channels that disagree with the model
 };
 
 class StandJudge {
@@ -28,7 +28,7 @@ class StandJudge {
   explicit StandJudge(const StandProblem& problem);
 
   const std::vector<Channel>& list() const { return channels_; }
-  const std::vector<double>& sigma() const { return sigma_; }   // of each channel
+  const std::vector<double>& sigma() const { return sigma_; }  // of each channel
   const std::vector<size_t>& train() const { return train_; }  // recordings
 
   // Noise of each channel from the high frequencies of its residual; once more is explained it can only get smaller.

@@ -24,7 +24,8 @@ void add_box(const CollisionShape& shape, std::vector<Vector3d>* points) {
 
 void add_cylinder(const CollisionShape& shape, std::vector<Vector3d>* points) {
   for (int i = 0; i < kRim; ++i) {
-    const double angle = 2 * M_PI * i / kRim, x = shape.size.x() * std::cos(angle), y = shape.size.x() * std::sin(angle);
+    const double angle = 2 * M_PI * i / kRim, x = shape.size.x() * std::cos(angle),
+                 y = shape.size.x() * std::sin(angle);
     for (const double z : {-0.5, 0.5}) points->push_back(shape.X_LG * Vector3d(x, y, z * shape.size.y()));
   }
 }

@@ -7,8 +7,8 @@
 
 namespace hrp::diagnosis::upright {
 
-// Fills kind, radius, bush, sole and size of a foot whose link is known: one sphere is a ball; else the lowest points of
-// all shapes (corners, spheres set under the corners of a sole, vertices of a mesh) span a flat sole.
+// Fills kind, radius, bush, sole and size of a foot whose link is known: one sphere is a ball; else the lowest points
+// of all shapes (corners, spheres set under the corners of a sole, vertices of a mesh) span a flat sole.
 void read_sole(const RobotDescription& robot, StandFoot* foot);
 
 }  // namespace hrp::diagnosis::upright

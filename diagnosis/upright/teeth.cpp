@@ -10,8 +10,8 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-constexpr double kSure = 4;      // deviations of noise: of some thousand samples none is taken for a torque by chance
-constexpr int kRounds = 5;       // until it is settled which samples lie at an end of the gap
+constexpr double kSure = 4;  // deviations of noise: of some thousand samples none is taken for a torque by chance
+constexpr int kRounds = 5;   // until it is settled which samples lie at an end of the gap
 constexpr double kRidge = 1e-6;
 
 // Constants of the places when every free sample lies where it fits best: of its equations only what no offset changes

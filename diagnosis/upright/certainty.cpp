@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/upright/dependence.h"
+#include "diagnosis/upright/searcher.h"
+
+namespace hrp::diagnosis::upright {
+
+StandFit StandSearcher::judge(const StandHypothesis& h) const {
+  return judge_.judge(h, evaluate(p_, h),
+                      judge_.find_extra_noise(evaluate(problems_.even, h), evaluate(problems_.odd, h)));
+}
+
+void StandSearcher::update_noise(const StandHypothesis& h) {
+  judge_.update_sigma(evaluate(p_, h), h);
+  judge_.set_reference(evaluate(problems_.even, h), evaluate(problems_.odd, h));
+}
+
+// The final fit of a hypothesis, with deviations.
+StandFit StandSearcher::finish(const StandFit& so_far, const StandHypothesis& hypothesis) const {
+  StandHypothesis h = hypothesis;
+  Eigen::MatrixXd covariance;
+  if (!polish(problems_, judge_.select(so_far), 3, &h, &covariance)) {
+    const Evaluation base = evaluate(p_, h);
+    covariance = solve(p_, judge_.select(so_far), h, differentiate(p_, h, 0, base, judge_.train()), base).covariance;
+  }
+  for (StandEffect& e : h) {
+    if (e.id == StandId::kBacklash) e.p[3] = find_seen_play(p_, h, e);
+  }
+  StandFit fit = judge(h);
+  long at = 0;
+  for (const StandEffect& e : h) {
+    Eigen::VectorXd std(static_cast<long>(e.p.size()));
+    for (long i = 0; i < std.size(); ++i, ++at) {
+      std(i) = e.id == StandId::kGroundFriction ? slip_spread_ / 3 : std::sqrt(std::max(0.0, covariance(at, at)));
+      if (e.id == StandId::kJointOffset) std(i) = std::hypot(std(i), give_.norm());
+      if (e.id == StandId::kGroundSlope) std(i) = std::hypot(std(i), give_(i));
+    }
+    fit.std.push_back(std);
+  }
+  return fit;
+}
+
+StandFit StandSearcher::judge_again(const StandFit& fit) const {
+  StandFit out = judge(fit.hypothesis);
+  out.std = fit.std;
+  return out;
+}
+
+// Whether each recording alone asks for the same parameters: what is true is the same everywhere.
+bool StandSearcher::is_consistent(size_t effect) const {
+  const StandHypothesis& h = out_.chosen.hypothesis;
+  size_t first = 0;
+  for (size_t i = 0; i < effect; ++i) first += h[i].p.size();
+  const Evaluation base = evaluate(p_, h);
+  const std::vector<Derivative> columns = differentiate(p_, h, 0, base, all_);
+  const StandInfo& info = get_stand_info(h[effect].id);
+  FitSelection selection = judge_.select(out_.chosen);
+  for (size_t r = 0; r < p_.recordings.size(); ++r) {
+    selection.recordings = {r};
+    const StandStep step = solve(p_, selection, h, columns, base);
+    if (!step.ok) continue;
+    for (size_t i = 0; i < h[effect].p.size(); ++i) {
+      if (find_prior(p_, h[effect], i) > 0 || !is_main(h[effect].id, i)) continue;
+      const auto at = static_cast<long>(first + i);
+      const double size = std::abs(h[effect].p[i] - info.neutral[i % info.neutral.size()]);
+      const double off = std::abs(step.delta(at)), std = std::sqrt(std::max(0.0, step.covariance(at, at)));
+      if (off > 4 * std + 0.2 * size && off > 4 * out_.chosen.std[effect](static_cast<long>(i))) return false;
+    }
+  }
+  return true;
+}
+
+// Whether the equation that needs an effect most is then left with noise: what stands in for something else hardly ever
+// explains all of it.
+bool StandSearcher::explains_its_part(size_t effect) const {
+  StandHypothesis rest = out_.chosen.hypothesis;
+  rest.erase(rest.begin() + static_cast<long>(effect));
+  const StandFit without = judge(rest);
+  size_t most = 0;
+  const auto gain = [&](size_t c) { return without.channel_rms[c] - out_.chosen.channel_rms[c]; };
+  for (size_t c = 0; c < channels(); ++c) {
+    if (gain(c) > gain(most)) most = c;
+  }
+  return StandJudge::is_quiet(out_.chosen.channel_rms[most], without.channel_rms[most]);
+}
+
+// Whether another joint lacks what follows the position of this effect's joint: then something couples the two.
+bool StandSearcher::is_coupled(size_t effect) const {
+  const StandEffect& e = out_.chosen.hypothesis[effect];
+  if (!is_joint(e.id)) return false;
+  const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
+  for (size_t c = 0; c < channels(); ++c) {
+    if (out_.channels[c].kind != "effort" || out_.chosen.channel_rms[c] < kMismatch) continue;
+    if (follows_joint(p_, out_.channels[c], c, left, e.place)) return true;
+  }
+  return false;
+}
+
+// Two drives whose missing efforts are equal and opposite pull at each other: no effects of the one and of the other.
+void StandSearcher::refuse_couplings() {
+  const Evaluation nominal = evaluate(p_, {});
+  const StandHypothesis& h = out_.chosen.hypothesis;
+  const auto find_channel = [&](const StandEffect& e) {
+    const std::string& name = p_.tree.joint(e.place).name;
+    size_t c = 0;
+    while (c < channels() && !(out_.channels[c].kind == "effort" && out_.channels[c].joint == name)) ++c;
+    return c;
+  };
+  for (const StandEffect& a : h) {
+    for (const StandEffect& b : h) {
+      if (!is_joint(a.id) || !is_joint(b.id) || a.place >= b.place) continue;
+      if (!out_.opposite && are_opposite(nominal, channels(), find_channel(a), find_channel(b))) out_.opposite = true;
+    }
+  }
+  if (out_.opposite) out_.explained = false;
+}
+
+// When not all is explained, an effect may be a stand-in for what is missing: named only if it is the same everywhere.
+void StandSearcher::doubt() {
+  for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
+    if (!(out_.opposite && is_joint(out_.chosen.hypothesis[i].id)) && is_consistent(i) && explains_its_part(i) &&
+        !is_coupled(i)) {
+      continue;
+    }
+    out_.doubtful.push_back(out_.chosen.hypothesis[i]);
+    out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
+    out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
+  }
+  if (out_.doubtful.empty()) return;
+  const StandFit fit = judge(out_.chosen.hypothesis);
+  out_.chosen = fit.hypothesis.empty() ? fit : finish(fit, refine(p_, judge_.select(fit), fit.hypothesis, 2));
+}
+
+}  // namespace hrp::diagnosis::upright

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/search/fit.h"
+#include "diagnosis/upright/hints.h"
+#include "diagnosis/upright/searcher.h"
+
+namespace hrp::diagnosis::upright {
+
+namespace {
+
+constexpr size_t kRefined = 8;  // candidates that are fitted to the end in each round
+
+}  // namespace
+
+// The linear prediction of what a candidate would leave: enough to rank.
+StandTrial StandSearcher::screen(const StandFit& so_far, const StandEffect& candidate, const Screen& all) const {
+  const SharedColumns& shared = all.columns;
+  const Evaluation& base = all.base;
+  StandTrial trial;
+  StandHypothesis h = so_far.hypothesis;
+  h.push_back(candidate);
+  const bool late = candidate.id == StandId::kImuDelay || candidate.id == StandId::kWrenchDelay;
+  if (candidate.id == StandId::kBacklash || late) {  // too far from linear
+    h = refine(coarse_, judge_.select(so_far), h, late ? 2 : 1);
+    trial.fit = judge_.judge(h, evaluate(coarse_, h));
+    if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+    return trial;
+  }
+  if (starts_away(candidate)) {
+    trial.fit = judge_.judge(h, thin_out(evaluate(p_, h), channels()));
+    trial.fit.score += all.offset;
+    return trial;
+  }
+  const std::vector<Derivative> added = differentiate(coarse_, h, so_far.hypothesis.size(), base, all_);
+  const Eigen::VectorXd delta = solve_with(coarse_, judge_.select(so_far), shared, h, added);
+  if (delta.allFinite()) add_step(delta, 0, &h);
+  Evaluation predicted(base.size());
+  const size_t n = shared.columns.size();
+  for (size_t r = 0; r < base.size(); ++r) {
+    predicted[r].residuals = base[r].residuals;
+    for (size_t c = 0; c < n + added.size() && delta.allFinite(); ++c) {
+      const std::vector<double>& column = c < n ? shared.columns[c][r] : added[c - n][r];
+      const double d = delta(static_cast<long>(c));
+      for (size_t k = 0; k < column.size(); ++k) predicted[r].residuals[k] += column[k] * d;
+    }
+  }
+  if (!are_sensible(p_, h)) {
+    trial.fit.hypothesis = h, trial.fit.score = 1e300;
+    return trial;
+  }
+  trial.fit = judge_.judge(h, predicted, adds_noise(candidate.id) ? find_noise_of(h, all) : std::vector<double>{});
+  return trial;
+}
+
+// By channel the noise [squared] that the last effect of a hypothesis adds.
+std::vector<double> StandSearcher::find_noise_of(const StandHypothesis& h, const Screen& all) const {
+  const StandEffect& last = h.back();
+  const auto with = [&](const StandProblem& half, const Evaluation& without) {
+    Evaluation out(without.size());
+    for (size_t r = 0; r < out.size(); ++r) {
+      out[r].residuals =
+          is_drive(last.id) ? calc_drive_channels(half, h, r, without[r], last.place) : calc_channels(half, h, r);
+    }
+    return out;
+  };
+  std::vector<double> out = judge_.find_noise(with(coarse_even_, all.even), with(coarse_odd_, all.odd));
+  for (size_t c = 0; c < out.size(); ++c) out[c] = std::max(0.0, out[c] - all.noise[c]);
+  return out;
+}
+
+// What may be added: anything at first, then only what was found at other joints already.
+std::vector<StandEffect> StandSearcher::list_next(const StandFit& so_far, const Evaluation& base) const {
+  StandHints hints = hints_;
+  hints.ripples = find_ripples(coarse_, base);
+  for (size_t j = 0; j < hints.play.size(); ++j) hints.play[j] = find_play(coarse_, so_far.hypothesis, j);
+  std::vector<StandEffect> list = list_candidates(p_, so_far.hypothesis, hints);
+  if (so_far.hypothesis.size() < kMostEffects) return list;
+  const auto is_new = [&](const StandEffect& candidate) {
+    const StandHypothesis& h = so_far.hypothesis;
+    return !is_joint(candidate.id) ||
+           std::none_of(h.begin(), h.end(), [&](const StandEffect& e) { return e.id == candidate.id; });
+  };
+  list.erase(std::remove_if(list.begin(), list.end(), is_new), list.end());
+  return list;
+}
+
+// Candidates added to what was found so far, the best few of them fitted to the end; best first.
+std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) const {
+  Screen shared{evaluate(coarse_, so_far.hypothesis),
+                evaluate(coarse_even_, so_far.hypothesis),
+                evaluate(coarse_odd_, so_far.hypothesis),
+                {},
+                0,
+                0,
+                {}};
+  const Evaluation& base = shared.base;
+  shared.score = judge_.judge(so_far.hypothesis, base).score;
+  shared.offset =
+      shared.score - judge_.judge(so_far.hypothesis, thin_out(evaluate(p_, so_far.hypothesis), channels())).score;
+  shared.noise = judge_.find_noise(shared.even, shared.odd);
+  shared.columns = share_columns(judge_.select(so_far), differentiate(coarse_, so_far.hypothesis, 0, base, all_), base);
+  const std::vector<StandEffect> candidates = list_next(so_far, base);
+  std::vector<StandTrial> trials(candidates.size());
+  parallel_for(jobs_, static_cast<int>(candidates.size()), [&](int i) {
+    trials[static_cast<size_t>(i)] = screen(so_far, candidates[static_cast<size_t>(i)], shared);
+  });
+  const auto better = [](const StandTrial& a, const StandTrial& b) { return a.fit.score < b.fit.score; };
+  std::stable_sort(trials.begin(), trials.end(), better);
+  std::vector<StandTrial> best;  // of one effect at one place only the best start
+  for (const StandTrial& t : trials) {
+    if (best.size() >= kRefined || t.fit.score >= shared.score) break;
+    const bool known = std::any_of(best.begin(), best.end(), [&](const StandTrial& b) {
+      return is_same(b.fit.hypothesis.back(), t.fit.hypothesis.back());
+    });
+    if (!known) best.push_back(t);
+  }
+  for (const int iterations : {2, 3}) {  // those that are far behind after the first two are left there
+    const double first = best.empty() ? 0 : best[0].fit.score;
+    const double within = first + 0.5 * std::abs(so_far.score - first) + kGain;
+    parallel_for(jobs_, static_cast<int>(best.size()), [&](int i) {
+      StandTrial& trial = best[static_cast<size_t>(i)];
+      if (iterations > 2 && trial.fit.score > within) return;
+      const StandHypothesis h = refine(p_, judge_.select(so_far), trial.fit.hypothesis, iterations);
+      trial.fit = judge(h);
+      if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+    });
+    std::stable_sort(best.begin(), best.end(), better);
+  }
+  double total = 0;
+  for (StandTrial& t : best) {
+    total += t.probability = std::exp(std::max(-200.0, (best[0].fit.score - t.fit.score) / kCorrelated));
+  }
+  for (StandTrial& t : best) t.probability /= total;
+  return best;
+}
+
+}  // namespace hrp::diagnosis::upright
