@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/spatial/turn.h"
 #include "diagnosis/identification/smoothing.h"
 
 namespace hrp::identification {
@@ -10,12 +11,6 @@ namespace {
 
 constexpr double kDriftWindow = 2.0;  // [s] where gyroscope drift and accelerometer noise are about equal
 constexpr int kDriftThinning = 20;    // the drift is slow: smoothed on every 20th sample
-
-Matrix3d make_turn(const Vector3d& turn) {
-  const double angle = turn.norm();
-  if (angle < 1e-12) return Matrix3d::Identity() + skew(turn);
-  return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-}
 
 }  // namespace
 

@@ -55,11 +55,13 @@ Observation observe_once(const BushObserver& observer, const std::vector<Source>
   Observation o;
   o.zeros.resize(observer.bush_centres().size());
   const RobotLog* hanging = nullptr;
+  std::optional<MotionTrack> resting;
   for (const Source& source : sources) {
     if (source.name != kHanging) continue;
     hanging = &source.log;
     o.zeros = observer.calc_zeros(*hanging);
-    o.options.noise = calc_angle_noise(observer.observe(*hanging, o.zeros));
+    resting = observer.observe(*hanging, o.zeros);
+    o.options.noise = calc_angle_noise(*resting);
     o.zeroed = true;
   }
   for (const Source& source : sources) {
@@ -70,7 +72,7 @@ Observation observe_once(const BushObserver& observer, const std::vector<Source>
   }
   std::vector<MotionTrack> all = o.fitted;
   all.insert(all.end(), o.unseen.begin(), o.unseen.end());
-  o.vertical = fit_vertical(all);
+  o.vertical = fit_vertical(all, resting);
   o.options.compliance = o.vertical.compliance;
   if (hanging != nullptr && !o.fitted.empty()) refine_zeros(observer, *hanging, &o);
   return o;

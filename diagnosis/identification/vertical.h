@@ -7,6 +7,7 @@
 // both feet down the closed chain gives the difference of the two slides itself.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "diagnosis/identification/bush_fit.h"
@@ -18,8 +19,9 @@ struct VerticalFit {
   std::vector<Estimate> stiffness;   // [N/m]
   std::vector<Estimate> damping;     // [N s/m] cz
 };
-// Empty when the motions do not show it (a compliance less than four standard deviations from zero).
-VerticalFit fit_vertical(const std::vector<MotionTrack>& tracks);
+// Empty when the motions do not show it (a compliance less than four standard deviations from zero). What noise alone
+// does to the rows is known from the hanging robot and taken off the normal equations (errors in variables).
+VerticalFit fit_vertical(const std::vector<MotionTrack>& tracks, const std::optional<MotionTrack>& hanging = {});
 
 // Slide of one foot along a motion [m], positive when pressed, from its load.
 Eigen::VectorXd calc_slide(const VerticalFit& fit, const MotionTrack& track, size_t foot);
