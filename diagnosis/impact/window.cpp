@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/spatial/turn.h"
+
 namespace hrp::diagnosis::impact {
 namespace {
 
@@ -21,8 +23,7 @@ VectorS get_start_steps(const TossProblem& problem) {
 WindowStart move_start(const WindowStart& s, const VectorS& d) {
   WindowStart out = s;
   out.ground += d.tail<3>();
-  const double angle = d.head<3>().norm();
-  if (angle > 0.0) out.R_WB = Eigen::Quaterniond(Eigen::AngleAxisd(angle, d.head<3>() / angle)) * s.R_WB;
+  out.R_WB = make_turn(d.head<3>()) * s.R_WB;
   out.R_WB.normalize();
   out.p_WB += d.segment<3>(3), out.w_WB += d.segment<3>(6), out.v_WB += d.segment<3>(9);
   return out;
@@ -50,9 +51,9 @@ bool Predictor::run(const WindowStart& start, Eigen::VectorXd* residuals, std::v
     const BodyState& x = states_[i];
     const size_t k = window_.first + i;
     const auto row = static_cast<long>(6 * i);
-    const Vector3d p = s.scale * x.p_WB + s.bias, late = s.delay * x.w_WB;
+    const Vector3d p = s.scale * x.p_WB + s.bias, late = -s.delay * x.w_WB;
     Eigen::Quaterniond R = x.R_WB * Eigen::Quaterniond(s.R);
-    if (s.delay != 0.0) R = Eigen::Quaterniond(Eigen::AngleAxisd(-late.norm(), late.normalized())) * R;
+    R = make_turn(late) * R;
     residuals->segment<3>(row) = (toss_.p[k] - p) / problem_.sigma_p;
     residuals->segment<3>(row + 3) = calc_turn(R, toss_.R[k]) / problem_.sigma_R;
   }
