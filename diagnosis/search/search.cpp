@@ -41,6 +41,7 @@ constexpr double kLeastSpread = 1e-3;   // of a value
 constexpr double kRough = 20.0;         // noise deviations that steps are never to blame for
 constexpr int kFiner = 4, kFinest = 8;  // steps for one
 constexpr int kRounds = 2;              // of start states and parameters
+constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
 constexpr double kLeastDrop = 0.7;      // of what is left, or adding effects is given up
 
 class Search {
@@ -161,6 +162,7 @@ class Search {
       for (const Lead& lead : beam)
         progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
       simulate_best(beam);
+      polish_best();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
       if (is_explained(best_refined())) break;
       if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
@@ -231,8 +233,16 @@ class Search {
     return list.empty() ? nominal_ : *list.front();
   }
 
+  // A set that is right may be kept from the noise by its start states and pre-sliding displacements alone; to try
+  // larger sets would cost ten times as much.
+  void polish_best() {
+    const Trial& best = best_refined();
+    if (best.hypothesis.empty() || is_explained(best) || best.rms > kNear) return;
+    polish(&trials_.at(make_key(best.hypothesis)));
+  }
+
   void finish(Trial* trial) {
-    if (trial->hypothesis.empty() || !trial->refined) return;
+    if (trial->hypothesis.empty() || !trial->refined || !trial->std.empty()) return;
     polish(trial);
     if (trial->std.empty()) add_intervals(trial);
   }
