@@ -44,17 +44,22 @@ std::string find_imu_part(const StandProblem& p, const StandEffect& e) {
   return imu + (e.place == 3 || accelerometer ? "/linear_acceleration" : "");
 }
 
+// What a bounded unknown adds to a deviation: its half is no chance, it may be there in full every time, so that it
+// widens an interval of 95 % by itself and not in squares. 1.9 for 1.96: what first-order propagation misses.
+double add_bounded(double std, double range) { return std + 0.5 * range / 1.9; }
+
 // Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation. Ground and sole give in
-// series with the bush, by anything up to `contact` (evenly: mean 1/2, deviation 1/sqrt(12)).
+// series with the bush, by anything up to `contact`.
 void add_bush_axis(const StandEffect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
                    Json* out) {
   const double series = std::min(contact, 0.5 * e.p[at]);
   const double a = e.p[at] - 0.5 * series, share = e.p[at] / a;
   // The bush turns by the rest of the tilt only, so its damping seems smaller than it is by the same share.
   const double b = e.p[at + 1] * share, sb = std(static_cast<long>(at) + 1) * share;
-  const double sa = std::hypot(std(static_cast<long>(at)), series / std::sqrt(12));
-  (*out)[std::string("k_") + axis] = make_value(1 / a, sa / (a * a), "N m/rad");
-  (*out)[std::string("c_") + axis] = make_value(b / a, std::hypot(sb / a, 2 * b * sa / (a * a)), "N m s/rad");
+  const double sa = std(static_cast<long>(at)), damping = std::hypot(sb / a, 2 * b * sa / (a * a));
+  (*out)[std::string("k_") + axis] = make_value(1 / a, add_bounded(sa, series) / (a * a), "N m/rad");
+  (*out)[std::string("c_") + axis] =
+      make_value(b / a, add_bounded(damping, 2 * std::abs(b) * series / (a * a)), "N m s/rad");
 }
 
 Json make_bush(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
@@ -63,7 +68,7 @@ Json make_bush(const StandProblem& p, const StandEffect& e, const Eigen::VectorX
   Json out;
   const double sink = find_sinking(p.feet[foot]);
   const double a = e.p[at + 4] - 0.5 * std::min(sink, 0.5 * e.p[at + 4]);
-  const double s = std::hypot(std(static_cast<long>(at) + 4), sink / std::sqrt(12));
+  const double s = add_bounded(std(static_cast<long>(at) + 4), sink);
   if (a > 3 * s) out["kz"] = make_value(1 / a, s / (a * a), "N/m");  // else the data do not say how far the foot sinks
   add_bush_axis(e, std, at, "roll", find_give(p.feet[foot], 0), &out);
   add_bush_axis(e, std, at + 2, "pitch", find_give(p.feet[foot], 1), &out);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Standing robots: links between loose teeth, noise that a hypothesis adds by itself, links that move alike, couplings.
+// Standing robots: links between loose teeth, noise that a hypothesis adds by itself, links that move alike, couplings,
+// soles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 
 #include "diagnosis/upright/dependence.h"
 #include "diagnosis/upright/judge.h"
+#include "diagnosis/upright/sole.h"
 #include "diagnosis/upright/teeth.h"
 
 namespace hrp::diagnosis::upright {
@@ -126,6 +128,49 @@ TEST(StandingDependence, OfTwoCoupledJointsIsSeenInTheOneThatLacksTheOthersPull)
   const Channel channel{"effort", "", "hip", "", "", ""};
   EXPECT_TRUE(follows_joint(p, channel, 0, coupled, 1));
   EXPECT_FALSE(follows_joint(p, channel, 0, own, 1));
+}
+
+CollisionShape make_sphere(int link, double x, double y, double radius) {
+  CollisionShape shape;
+  shape.link = link, shape.kind = ShapeKind::kSphere, shape.size.x() = radius;
+  shape.X_LG.p = {x, y, -0.03};
+  return shape;
+}
+
+// Four small spheres under the corners of a foot, as some makers describe soles, are no ball that rolls.
+TEST(StandingFeet, OnSpheresUnderTheCornersOfASoleStandFlat) {
+  RobotDescription robot;
+  for (const double x : {-0.05, 0.12}) {
+    for (const double y : {-0.03, 0.03}) robot.shapes.push_back(make_sphere(3, x, y, 0.005));
+  }
+  StandFoot foot;
+  foot.link = 3;
+  read_sole(robot, &foot);
+  EXPECT_EQ(foot.kind, SoleKind::kFlat);
+  EXPECT_NEAR(foot.size.x(), 0.17, 1e-12);
+  EXPECT_NEAR(foot.size.y(), 0.06, 1e-12);
+  EXPECT_NEAR((foot.sole - Vector3d(0.035, 0, -0.035)).norm(), 0, 1e-12);
+}
+
+TEST(StandingFeet, OnOneSphereRoll) {
+  RobotDescription robot;
+  robot.shapes.push_back(make_sphere(3, 0, 0, 0.02));
+  StandFoot foot;
+  foot.link = 3;
+  read_sole(robot, &foot);
+  EXPECT_EQ(foot.kind, SoleKind::kBall);
+  EXPECT_EQ(foot.radius, 0.02);
+}
+
+TEST(StandingDependence, OfAPullBetweenTwoDrivesIsEqualAndOppositeMissingEfforts) {
+  Evaluation pull(1), alike(1);
+  for (int k = 0; k < 300; ++k) {
+    const double x = std::sin(0.05 * k);
+    pull[0].residuals.insert(pull[0].residuals.end(), {x, -1.05 * x});
+    alike[0].residuals.insert(alike[0].residuals.end(), {x, x});
+  }
+  EXPECT_TRUE(are_opposite(pull, 2, 0, 1));
+  EXPECT_FALSE(are_opposite(alike, 2, 0, 1));
 }
 
 }  // namespace
