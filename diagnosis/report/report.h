@@ -2,13 +2,10 @@
 // From an outcome to report.json, series.json and the updated experiment.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
+#include "diagnosis/report/json.h"
 #include "diagnosis/search/search.h"
 
 namespace hrp::diagnosis {
-
-using Json = nlohmann::ordered_json;
 
 struct Reports {
   Json report, series;
@@ -16,7 +13,7 @@ struct Reports {
 
 namespace upright {
 // A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion
-// (upright_channels.h). False when the recordings lack what that needs.
+// (upright/channels.h). False when the recordings lack what that needs.
 bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out);
 }  // namespace upright
 

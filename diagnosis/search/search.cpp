@@ -8,6 +8,7 @@
 
 #include "diagnosis/drive/search.h"
 #include "diagnosis/search/explore.h"
+#include "diagnosis/search/significance.h"
 #include "diagnosis/simulation/presliding.h"
 #include "diagnosis/simulation/start_state.h"
 #include "diagnosis/simulation/step_error.h"
@@ -295,35 +296,6 @@ class Search {
     }
   }
 
-  // Value of a parameter at which its effect is absent; NaN where it only describes the effect's shape.
-  static double find_neutral(const Effect& effect, size_t i) {
-    const EffectInfo& info = get_effect(effect.id);
-    if (std::string(info.parameters[i].name) == "scale") return 1.0;
-    const bool vector = effect.id == EffectId::kComError || effect.id == EffectId::kExternalForce;
-    return i == 0 || vector ? 0.0 : std::nan("");
-  }
-
-  // A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
-  static bool is_elastic(const Effect& effect, const std::vector<double>& std) {
-    const EffectInfo& info = get_effect(effect.id);
-    for (size_t i : {0, 2}) {
-      if (effect.p[i] < 1.01 * info.parameters[i].low || effect.p[i] > 0.99 * info.parameters[i].high) return false;
-    }
-    return effect.p[0] > 4.0 * std[0];
-  }
-
-  static bool is_significant(const Effect& effect, const std::vector<double>& std) {
-    if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
-    if (effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
-    for (size_t i = 0; i < effect.p.size(); ++i) {
-      const double neutral = find_neutral(effect, i);
-      // 1e-3 of a scale: below what any law is known to.
-      const double least = std::string(get_effect(effect.id).parameters[i].name) == "scale" ? 2e-3 : 0.0;
-      if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(4.0 * std[i], least)) return true;
-    }
-    return false;
-  }
-
   // The best of the others, when the chosen one cannot be told from nothing.
   void take_next(Outcome* outcome) {
     const Key worthless = make_key(outcome->chosen.hypothesis);
@@ -355,15 +327,6 @@ class Search {
     outcome->rivals.insert(outcome->rivals.begin(), trial);
     chosen = trial;
     outcome->explained = is_explained(chosen);
-  }
-
-  // Phases between 0 and 2 pi, amplitudes positive.
-  static void normalise(Hypothesis* hypothesis) {
-    for (Effect& effect : *hypothesis) {
-      if (effect.id != EffectId::kCogging) continue;
-      if (effect.p[0] < 0.0) effect.p[0] = -effect.p[0], effect.p[2] += M_PI;
-      effect.p[2] -= 2.0 * M_PI * std::floor(effect.p[2] / (2.0 * M_PI));
-    }
   }
 
   // The simplest of those that cannot be told from the best by the recordings they were not fitted to.

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/report/json.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace hrp::diagnosis {
+
+double round_to(double value, int digits) {
+  if (!std::isfinite(value)) return 0.0;
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return std::strtod(text, nullptr);
+}
+
+std::string number(double value, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+std::string signal_name(const Experiment& e, size_t c) {
+  return e.signal_name(static_cast<int>(c) / kQuantities, static_cast<Quantity>(c % kQuantities));
+}
+
+Json make_where(const Experiment& e, const Effect& effect) {
+  switch (get_effect(effect.id).place) {
+    case PlaceKind::kJoint:
+      return {{"joint", get_place_text(e, effect)}};
+    case PlaceKind::kLink:
+      return {{"link", get_place_text(e, effect)}};
+    case PlaceKind::kJointSensor:
+      return {{"sensor", get_place_text(e, effect)}};
+    case PlaceKind::kNone:
+      return {{"sensor", "clock"}};
+  }
+  return Json::object();
+}
+
+}  // namespace hrp::diagnosis

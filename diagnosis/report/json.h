@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Small pieces that the reports are made of.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+
+using Json = nlohmann::ordered_json;
+
+// To so many significant digits; 0 for what is no number.
+double round_to(double value, int digits);
+std::string number(double value, int digits = 4);
+
+// Of channel c = joint * 3 + quantity: "/joint_states/elbow/effort".
+std::string signal_name(const Experiment& e, size_t c);
+
+// {"joint": ...}, {"link": ...} or {"sensor": ...}.
+Json make_where(const Experiment& e, const Effect& effect);
+
+}  // namespace hrp::diagnosis

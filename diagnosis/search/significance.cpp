@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/significance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace hrp::diagnosis {
+namespace {
+
+// Value of a parameter at which its effect is absent; NaN where it only describes the effect's shape.
+double find_neutral(const Effect& effect, size_t i) {
+  const EffectInfo& info = get_effect(effect.id);
+  if (std::string(info.parameters[i].name) == "scale") return 1.0;
+  const bool vector = effect.id == EffectId::kComError || effect.id == EffectId::kExternalForce;
+  return i == 0 || vector ? 0.0 : std::nan("");
+}
+
+// A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
+bool is_elastic(const Effect& effect, const std::vector<double>& std) {
+  const EffectInfo& info = get_effect(effect.id);
+  for (size_t i : {0, 2}) {
+    if (effect.p[i] < 1.01 * info.parameters[i].low || effect.p[i] > 0.99 * info.parameters[i].high) return false;
+  }
+  return effect.p[0] > 4.0 * std[0];
+}
+
+}  // namespace
+
+bool is_significant(const Effect& effect, const std::vector<double>& std) {
+  if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
+  if (effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
+  for (size_t i = 0; i < effect.p.size(); ++i) {
+    const double neutral = find_neutral(effect, i);
+    // 1e-3 of a scale: below what any law is known to.
+    const double least = std::string(get_effect(effect.id).parameters[i].name) == "scale" ? 2e-3 : 0.0;
+    if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(4.0 * std[i], least)) return true;
+  }
+  return false;
+}
+
+void normalise(Hypothesis* hypothesis) {
+  for (Effect& effect : *hypothesis) {
+    if (effect.id != EffectId::kCogging) continue;
+    if (effect.p[0] < 0.0) effect.p[0] = -effect.p[0], effect.p[2] += M_PI;
+    effect.p[2] -= 2.0 * M_PI * std::floor(effect.p[2] / (2.0 * M_PI));
+  }
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a fitted effect says by its parameters alone.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+
+// Does an effect differ from its absence by four standard deviations (std: of its parameters)? A transmission must
+// give within bounds; what has no absent value (saturation, a Stribeck curve) always does.
+bool is_significant(const Effect& effect, const std::vector<double>& std);
+
+// Phases between 0 and 2 pi, amplitudes positive.
+void normalise(Hypothesis* hypothesis);
+
+}  // namespace hrp::diagnosis
