@@ -147,19 +147,18 @@ const Trial& get_model(const Outcome& outcome) {
   return outcome.explained || outcome.partly || outcome.modelled ? outcome.chosen : outcome.nominal;
 }
 
-// What the limb's other explanations would make of the whole robot.
-void add_rivals(const Problem& problem, const std::vector<const Trial*>& models, size_t limb, const Outcome& own,
-                Outcome* whole) {
+// The limb's other explanations, and what each would leave of the whole robot, the other limbs as chosen.
+void add_rivals(const Problem& problem, const Trial& model, size_t limb, const Outcome& own, Outcome* whole) {
   const double count = std::max(1.0, whole->chosen.validate.count);
-  const Score& chosen = models[limb]->validate;
-  const double rest = whole->chosen.validate.chi2 - chosen.chi2;
+  const double rest = whole->chosen.validate.chi2 - model.validate.chi2;
+  const std::string chosen = get_label(*problem.limbs[limb].experiment, model.hypothesis);
   for (const Trial& rival : own.rivals) {
-    std::vector<const Trial*> parts = models;
-    parts[limb] = &rival;
-    Trial joined = join_trials(problem, parts);
-    joined.rms = std::sqrt((rest + rival.rms * rival.rms * chosen.count) / count);
-    joined.worst = rival.worst, joined.refined = rival.refined, joined.probability = rival.probability;
-    whole->rivals.push_back(std::move(joined));
+    if (get_label(*problem.limbs[limb].experiment, rival.hypothesis) == chosen) continue;
+    Trial listed;
+    listed.hypothesis = map_to_robot(rival.hypothesis, problem.limbs[limb]);
+    listed.rms = std::sqrt((rest + rival.rms * rival.rms * model.validate.count) / count);
+    listed.worst = rival.worst, listed.refined = rival.refined, listed.probability = rival.probability;
+    whole->rivals.push_back(std::move(listed));
   }
   for (const Hypothesis& twin : own.twins) whole->twins.push_back(map_to_robot(twin, problem.limbs[limb]));
 }
@@ -187,10 +186,11 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& limbs)
   }
   whole.explained = whole.explained && whole.mismatch;
   whole.nominal = join_trials(problem, nominals), whole.chosen = join_trials(problem, models);
+  if (!whole.chosen.hypothesis.empty()) whole.rivals.push_back(whole.chosen);
   keep_parts(nominals, &whole.nominal), keep_parts(models, &whole.chosen);
   for (size_t l = 0; l < limbs.size(); ++l) {
     if (!whole.explained) add_doubts(limbs[l], *models[l], &whole);
-    if (limbs[l].mismatch) add_rivals(problem, models, l, limbs[l], &whole);
+    if (limbs[l].mismatch) add_rivals(problem, *models[l], l, limbs[l], &whole);
   }
   std::stable_sort(whole.rivals.begin(), whole.rivals.end(),
                    [](const Trial& a, const Trial& b) { return a.rms < b.rms; });
