@@ -33,7 +33,7 @@ StandFit StandSearcher::finish(const StandFit& so_far, const StandHypothesis& hy
   for (const StandEffect& e : h) {
     Eigen::VectorXd std(static_cast<long>(e.p.size()));
     for (long i = 0; i < std.size(); ++i, ++at) {
-      std(i) = e.id == StandId::kGroundFriction ? slip_spread_ / 3 : std::sqrt(std::max(0.0, covariance(at, at)));
+      std(i) = e.id == StandId::kGroundFriction ? slip_spread_ / 2 : std::sqrt(std::max(0.0, covariance(at, at)));
       if (e.id == StandId::kJointOffset) std(i) = std::hypot(std(i), give_.norm());
       if (e.id == StandId::kGroundSlope) std(i) = std::hypot(std(i), give_(i));
     }

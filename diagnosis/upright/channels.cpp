@@ -106,7 +106,9 @@ class Calculator : StandMotion {
       all_flat = all_flat && flat;
       if (p_.feet[foot].kind == SoleKind::kFlat) add_tilt(foot, normal_W, flat);
       points.push_back(find_fixed_point(foot, dt));
-      const double ratio = force_[foot].head<2>().norm() / std::max(1.0, force_[foot].z());
+      // The ground also carries the foot, which hangs below its sensor.
+      const double weight = p_.feet[foot].mass * p_.experiment->scenario.gravity_W.norm();
+      const double ratio = force_[foot].head<2>().norm() / std::max(1.0, force_[foot].z() + weight);
       slips = slips || ratio > kNearly * friction_;
       worst = std::max(worst, ratio);
     }

@@ -226,7 +226,7 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     case I::kHysteresis: return e.p[1] > 1e-3 && e.p[1] < 0.5;
     case I::kSaturation: return e.p[0] > 0;
     // What the ground may give itself is no transmission.
-    case I::kElasticity: return e.p[1] > -1e-3 && e.p[0] > 3 * kContact;
+    case I::kElasticity: return e.p[1] > -1e-3 && e.p[0] > 2 * kContact;
     // A gap below what encoders resolve is none; a rotor's inertia; how far teeth bend is known beforehand.
     case I::kBacklash: return e.p[0] > 1e-4 && e.p[1] > -1e-3;
     case I::kComError: return Vector3d(e.p[0], e.p[1], e.p[2]).norm() < find_size(problem, e.place);

@@ -133,10 +133,11 @@ StandFit StandJudge::judge(const StandHypothesis& h, const Evaluation& evaluatio
   for (const StandEffect& e : h) {
     fit.score += kCorrelated * (static_cast<double>(e.p.size()) + find_doubt(*problem_, e));
   }
+  const double parameters = fit.score;
   for (size_t c = 0; c < channels_.size(); ++c) {
     fit.channel_rms.push_back(add_channel(c, held_, evaluation, extra.empty() ? 0 : extra[c], &fit));
   }
-  fit.held_score = fit.score;
+  fit.held_score = fit.score - parameters;
   for (size_t c = 0; c < channels_.size() && train_ != held_; ++c) {
     fit.train_rms.push_back(add_channel(c, train_, evaluation, extra.empty() ? 0 : extra[c], &fit));
   }
