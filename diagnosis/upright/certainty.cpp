@@ -117,13 +117,36 @@ void StandSearcher::refuse_couplings() {
   if (out_.opposite) out_.explained = false;
 }
 
+// Several effects in one joint can bend to much that is none of them: then each must be the same in every recording,
+// and what is missing no sinusoid of time.
+void StandSearcher::refuse_bundles() {
+  const StandHypothesis& h = out_.chosen.hypothesis;
+  const Evaluation nominal = evaluate(p_, {});
+  const auto is_periodic = [&](int joint) {
+    for (size_t c = 0; c < channels(); ++c) {
+      const Channel& channel = out_.channels[c];
+      if (channel.kind == "effort" && channel.joint == p_.tree.joint(joint).name) {
+        return follows_time(p_, channel, c, nominal);
+      }
+    }
+    return false;
+  };
+  for (size_t i = 0; i < h.size(); ++i) {
+    const auto beside = [&](const StandEffect& e) {
+      return &e != &h[i] && is_joint(e.id) && is_joint(h[i].id) && e.place == h[i].place;
+    };
+    if (std::none_of(h.begin(), h.end(), beside)) continue;
+    out_.periodic = out_.periodic || is_periodic(h[i].place);
+    if (out_.periodic || !is_consistent(i)) out_.explained = false;
+  }
+}
+
 // When not all is explained, an effect may be a stand-in for what is missing: named only if it is the same everywhere.
 void StandSearcher::doubt() {
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
-    if (!(out_.opposite && is_joint(out_.chosen.hypothesis[i].id)) && is_consistent(i) && explains_its_part(i) &&
-        !is_coupled(i)) {
-      continue;
-    }
+    const bool joint = is_joint(out_.chosen.hypothesis[i].id);
+    const bool refused = joint && (out_.opposite || out_.periodic);
+    if (!refused && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);
     out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
     out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));

@@ -10,7 +10,8 @@ namespace hrp::diagnosis::upright {
 namespace {
 
 constexpr size_t kBins = 12;
-constexpr double kShare = 0.12;  // least share of the held-out remainder; fixed-base dependences use the same
+constexpr double kNearlyAll = 0.7;  // share of squares; the noise of an effort that is twice its noise has a quarter
+constexpr double kShare = 0.12;     // least share of the held-out remainder; fixed-base dependences use the same
 
 struct Sample {
   double y = 0, position = 0, velocity = 0, load = 0, time = 0;
@@ -118,6 +119,15 @@ std::vector<std::string> find_dependence(const StandProblem& p, const Channel& c
     if (share > kShare && share > 0.45 * shares[0].first) out.push_back(name);
   }
   return out;
+}
+
+bool follows_time(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation) {
+  std::vector<Samples> train, test;
+  for (size_t r = 0; r < evaluation.size(); ++r) {
+    const size_t channels = evaluation[r].residuals.size() / p.recordings[r].samples.size();
+    (p.recordings[r].train ? train : test).push_back(collect(p, channel, index, channels, r, evaluation[r].residuals));
+  }
+  return !train.empty() && judge_frequency(train, test.empty() ? train : test) > kNearlyAll;
 }
 
 bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation,

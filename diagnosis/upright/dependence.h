@@ -19,4 +19,7 @@ bool follows_joint(const StandProblem& problem, const Channel& channel, size_t i
 // Whether what is left of two efforts (channels of a sample's row) is equal and opposite.
 bool are_opposite(const Evaluation& evaluation, size_t channels, size_t a, size_t b);
 
+// Whether nearly all of a channel is one sinusoid of time, whatever its amplitude and phase in each recording.
+bool follows_time(const StandProblem& problem, const Channel& channel, size_t index, const Evaluation& evaluation);
+
 }  // namespace hrp::diagnosis::upright

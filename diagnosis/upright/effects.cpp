@@ -10,7 +10,8 @@ namespace {
 using I = StandId;
 
 constexpr double kWider = 3;        // a gap is tried from there on: what nothing stops may go further than it was seen
-constexpr double kLoopStep = 2e-4;      // [s] of a drive; as large as the timing that fixed bases are granted
+constexpr double kPlumb = 0.02;     // [rad] as well as a robot's base knows where down is
+constexpr double kLoopStep = 2e-4;  // [s] of a drive; as large as the timing that fixed bases are granted
 constexpr double kMostStamping = 2e-3;  // [s] slower logs are stamped well within their step
 
 const std::vector<StandInfo>& list_infos() {
@@ -100,7 +101,7 @@ class Lister {
     for (double yield : {0.01, 0.04}) add(I::kHysteresis, j, {{1, yield}});  // [rad]
     for (double periods : hints_.ripples[i]) add(I::kCogging, j, {{2, periods}});
     add(I::kElasticity, j);
-    for (double v : {0.03, 0.08, 0.2}) add(I::kStribeck, j, {{2, v}});     // [rad/s]
+    for (double v : {0.03, 0.08, 0.2}) add(I::kStribeck, j, {{2, v}});  // [rad/s]
     if (p_.command[i]) add(I::kCommandDelay, j);
     if (!p_.effort[i]) return;
     add_limits(j);
@@ -211,7 +212,8 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
   switch (e.id) {
     case I::kEffortDelay:
     case I::kVelocityDelay:
-    case I::kPositionDelay: return e.p[0] > find_stamping(problem);
+    case I::kPositionDelay:
+      return e.p[0] > find_stamping(problem);
     case I::kMassError:
     case I::kTorqueConstant:
     case I::kForceScale:
@@ -220,18 +222,28 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     case I::kAccelerometerScale:
     case I::kEffortScale:
     case I::kVelocityScale:
-    case I::kPositionScale: return e.p[0] > 0.1 && e.p[0] < 5;
-    case I::kCoulomb: return std::abs(e.p[1]) < 1;
-    case I::kStribeck: return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
-    case I::kHysteresis: return e.p[1] > 1e-3 && e.p[1] < 0.5;
-    case I::kSaturation: return e.p[0] > 0;
+    case I::kPositionScale:
+      return e.p[0] > 0.1 && e.p[0] < 5;
+    case I::kCoulomb:
+      return std::abs(e.p[1]) < 1;
+    case I::kStribeck:
+      return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
+    case I::kHysteresis:
+      return e.p[1] > 1e-3 && e.p[1] < 0.5;
+    case I::kSaturation:
+      return e.p[0] > 0;
     // What the ground may give itself is no transmission.
-    case I::kElasticity: return e.p[1] > -1e-3 && e.p[0] > 2 * kContact;
+    case I::kElasticity:
+      return e.p[1] > -1e-3 && e.p[0] > 2 * kContact;
     // A gap below what encoders resolve is none; a rotor's inertia; how far teeth bend is known beforehand.
-    case I::kBacklash: return e.p[0] > 1e-4 && e.p[1] > -1e-3;
-    case I::kComError: return Vector3d(e.p[0], e.p[1], e.p[2]).norm() < find_size(problem, e.place);
-    case I::kLoadFriction: return e.p[0] < 1;
-    default: break;
+    case I::kBacklash:
+      return e.p[0] > 1e-4 && e.p[1] > -1e-3;
+    case I::kComError:
+      return Vector3d(e.p[0], e.p[1], e.p[2]).norm() < find_size(problem, e.place);
+    case I::kLoadFriction:
+      return e.p[0] < 1;
+    default:
+      break;
   }
   return true;
 }
@@ -292,7 +304,14 @@ double find_doubt(const StandProblem& problem, const StandEffect& e) {
   if (!is_link(e.id)) return 0;
   double most = 0;
   for (const LinkSpec& link : problem.tree.links) most = std::max(most, link.inertia.mass);
-  return std::log(most / std::max(1e-6, problem.tree.links[static_cast<size_t>(e.place)].inertia.mass));
+  double doubt = std::log(most / std::max(1e-6, problem.tree.links[static_cast<size_t>(e.place)].inertia.mass));
+  if (e.id == StandId::kExternalForce) {
+    // Of pulls from anywhere the share that is plumb within an angle is half its square; weight is plumb by itself.
+    const Vector3d force(e.p[0], e.p[1], e.p[2]);
+    const double angle = std::max(kPlumb, force.head<2>().norm() / std::max(1e-9, force.norm()));
+    doubt -= std::log(0.5 * angle * angle);
+  }
+  return doubt;
 }
 
 double find_prior(const StandProblem& problem, const StandEffect& e, size_t parameter) {

@@ -93,6 +93,8 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
                             " times its noise; no known effect explains it.";
     if (o.opposite) {
       statement += " Two drives lack equal and opposite efforts: something couples them.";
+    } else if (o.periodic) {
+      statement += " What the drive lacks is one sinusoid of time.";
     } else if (!o.doubtful.empty()) {
       statement += " The nearest, " + spell(get_stand_info(o.doubtful.back().id).effect) +
                    ", does not leave noise where it acts, or differs from recording to recording.";

@@ -18,6 +18,7 @@ StandOutcome StandSearcher::run() {
   extend();
   if (out_.mismatch && !out_.explained) start_with_soles();
   if (out_.explained) refuse_couplings();
+  if (out_.explained) refuse_bundles();
   if (!out_.explained) doubt();
   find_twins();
   out_.sigma = judge_.sigma();
@@ -104,8 +105,8 @@ bool StandSearcher::add_effect() {
   }
   if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // also shown when nothing is accepted
   if (gain < std::max(kGain, 0.02 * out_.nominal.mismatch)) return false;
-  // Feet that were seen to slide need not slide again in the recordings that were not fitted; all else must not make them
-  // worse.
+  // Feet that were seen to slide need not slide again in the recordings that were not fitted; all else must not make
+  // them worse.
   const bool slips = best.fit.hypothesis.back().id == StandId::kGroundFriction;
   if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
   // Of those that explain as much the first that differs from nothing.

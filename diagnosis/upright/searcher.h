@@ -72,6 +72,7 @@ class StandSearcher {
   bool explains_its_part(size_t effect) const;
   bool is_coupled(size_t effect) const;
   void refuse_couplings();
+  void refuse_bundles();
 
   const StandProblems& problems_;
   const StandProblem& p_;

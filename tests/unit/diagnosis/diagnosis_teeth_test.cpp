@@ -110,6 +110,13 @@ TEST(StandingEffects, OfLinksThatMoveAlikeTheHeavyOneIsBelievedToCarryTheLoad) {
   EXPECT_EQ(find_doubt(p, {StandId::kViscous, 0, {1}}), 0);
 }
 
+// Pulls come from anywhere; one that is plumb is more likely a weight.
+TEST(StandingEffects, APlumbForceIsDoubtedASlantedOneIsNot) {
+  const StandProblem p = make_block();
+  EXPECT_GT(find_doubt(p, {StandId::kExternalForce, 0, {0.02, 0, -15}}), 8);  // ln(2 / 0.02^2) = 8.5
+  EXPECT_LT(find_doubt(p, {StandId::kExternalForce, 0, {30, 20, -15}}), 2);
+}
+
 TEST(StandingDependence, OfTwoCoupledJointsIsSeenInTheOneThatLacksTheOthersPull) {
   StandProblem p;
   LinkSpec link;
