@@ -103,6 +103,8 @@ Json make_mismatch(const Problem& problem, const Outcome& outcome) {
   return list;
 }
 
+constexpr double kUnseen = 10.0;  // half an interval over its value: then the value says nothing
+
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,
                            const std::vector<double>& std) {
   const Experiment& e = *problem.experiment;
@@ -110,7 +112,12 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
   std::string text = get_place_text(e, effect) + ": " + info.phrase + ".";
   for (size_t i = 0; i < effect.p.size(); ++i) {
     if (info.parameters[i].nuisance) continue;
-    text += std::string(i == 0 ? " " : ", ") + info.parameters[i].name + " " + number(effect.p[i]) + " +- " +
+    text += std::string(i == 0 ? " " : ", ") + info.parameters[i].name;
+    if (2.0 * std[i] > kUnseen * std::abs(effect.p[i])) {
+      text += " not shown by this motion";
+      continue;
+    }
+    text += " " + number(effect.p[i]) + " +- " +
             number(2.0 * std[i], 2) +
             (std::string(info.parameters[i].unit) == "1" ? "" : std::string(" ") + info.parameters[i].unit);
   }

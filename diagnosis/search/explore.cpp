@@ -137,6 +137,7 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
   }
 }
 
+constexpr double kChanged = 0.5;  // of what was left: an effect that takes more away changes what others were fitted to
 constexpr size_t kBodies = 4;  // effects of links that are looked at beside joints' that promise more
 constexpr size_t kKept = 12;  // leads of one size that are looked at further
 
@@ -241,6 +242,18 @@ void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size
   effect = best;
 }
 
+// What friction was fitted to changes with what stands beside it now: its shape is chosen again.
+void Explorer::choose_again(const Problem& problem, const FitOptions& options, FitResult* result) const {
+  for (size_t i = 0; i + 1 < result->hypothesis.size(); ++i) {
+    if (result->hypothesis[i].id != EffectId::kStribeck || options.frozen[i]) continue;
+    Hypothesis again = result->hypothesis;
+    choose_start(problem, &again, i, false);
+    if (again[i].p == result->hypothesis[i].p) continue;
+    const FitResult other = fit(problem, again, problem.train, options);
+    if (other.ok && other.train.chi2 < result->train.chi2) *result = other;
+  }
+}
+
 // `start` and the effects of the parent at its joint, fitted together; the rest of the parent frozen.
 Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect& start) const {
   const int joint = find_joint(start);
@@ -260,6 +273,8 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
     choose_start(p, &again, again.size() - 1, true);
     if (again.back().p != result.hypothesis.back().p) result = fit(p, again, p.train, options);
   }
+  if (result.ok && result.train.chi2 < kChanged * parent.train[static_cast<size_t>(joint)])
+    choose_again(p, options, &result);
   Local local;
   if (!result.ok) return local;
   for (const Effect& effect : result.hypothesis) {

@@ -49,6 +49,7 @@ class Explorer {
   Lead add_shared(Problem& p, const Lead& parent, const Effect& start) const;
   void measure(Problem& p, Lead* lead) const;
   void choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const;
+  void choose_again(const Problem& problem, const FitOptions& options, FitResult* result) const;
   void forget(const std::vector<Lead>& from, const std::vector<Lead>& leads);
   LocalKey make_key(const Lead& parent, const Effect& start) const;
 

@@ -190,6 +190,29 @@ class Fitter {
       const double variance = std::max(inverse(i, i) * inflate, sandwich(i, i));
       result->std[parameter.effect][parameter.index] = std::sqrt(std::max(0.0, variance));
     }
+    for (size_t e = 0; e < result->hypothesis.size(); ++e)
+      result->distance.push_back(calc_distance(A, B, inflate, e));
+  }
+
+  // How far an effect as a whole is from none, in standard deviations: along the step that takes it away, the others
+  // following as suits best. A force of which no component is sure may still be there for sure.
+  double calc_distance(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, double inflate, size_t effect) const {
+    const long p = A.rows();
+    Eigen::VectorXd w = Eigen::VectorXd::Zero(p);
+    Eigen::MatrixXd others = A;
+    for (long i = 0; i < p; ++i) {
+      const FreeParameter& parameter = parameters_[static_cast<size_t>(i)];
+      if (parameter.effect == effect) w[i] = hypothesis_[effect].p[parameter.index];
+    }
+    Eigen::VectorXd pull = -A * w;
+    for (long i = 0; i < p; ++i) {
+      if (parameters_[static_cast<size_t>(i)].effect != effect) continue;
+      others.row(i).setZero(), others.col(i).setZero();
+      others(i, i) = 1.0, pull[i] = 0.0;
+    }
+    w += others.ldlt().solve(pull);
+    const double information = w.dot(A * w), variance = std::max(inflate * information, w.dot(B * w));
+    return variance > 0.0 ? information / std::sqrt(variance) : 0.0;
   }
 
   const Problem& problem_;

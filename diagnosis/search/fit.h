@@ -13,6 +13,7 @@ constexpr size_t kIndependent = 40;  // of a recording: residuals are taken to b
 struct FitResult {
   Hypothesis hypothesis;
   std::vector<std::vector<double>> std;  // by effect, by parameter; 0 where fixed
+  std::vector<double> distance;          // by effect: from all its parameters being 0, in standard deviations
   Score train;
   bool ok = false;
   int iterations = 0;

@@ -43,6 +43,7 @@ constexpr double kRough = 20.0;         // noise deviations that steps are never
 constexpr int kFiner = 4, kFinest = 8;  // steps for one
 constexpr int kRounds = 2;              // of start states and parameters
 constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
+constexpr double kDetail = 0.1;         // of the noise's power, that counts as none
 constexpr double kLeastDrop = 0.7;      // of what is left, or adding effects is given up
 
 class Search {
@@ -92,6 +93,12 @@ class Search {
     if (is_noise(t)) return true;
     const double before = nominal_.rms * nominal_.rms - 1.0, after = t.rms * t.rms - 1.0;
     return (t.rms < 2.0 && after < 1e-3 * before) || (t.rms < 1.2 && after < 3e-3 * before);
+  }
+
+  // Laws of friction, memory and play have details that no two engines share; smooth laws have none, and what one leaves
+  // above the noise has a cause of its own.
+  bool is_complete(const Trial& t) const {
+    return is_explained(t) && (t.rms * t.rms - 1.0 <= kDetail || !is_smooth(t.hypothesis));
   }
 
   FitResult refine(const Hypothesis& hypothesis) {
@@ -165,7 +172,7 @@ class Search {
       simulate_best(beam);
       polish_best();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
-      if (is_explained(best_refined())) break;
+      if (is_complete(best_refined())) break;
       if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
       if (beam.size() > kBeam) beam.resize(kBeam);
     }
@@ -254,7 +261,8 @@ class Search {
     FitOptions options;
     options.max_iterations = 0;
     options.intervals = true;
-    trial->std = fit(problem_, trial->full(), problem_.train, options).std;
+    const FitResult result = fit(problem_, trial->full(), problem_.train, options);
+    trial->std = result.std, trial->distance = result.distance;
   }
 
   // Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
@@ -277,7 +285,7 @@ class Search {
     Trial better = judge(trial->hypothesis, result);
     if (better.rms > 1.02 * trial->rms) return;
     say("  finished: " + get_label(e_, trial->hypothesis), better);
-    better.std = result.std;
+    better.std = result.std, better.distance = result.distance;
     better.probability = trial->probability;
     *trial = better;
   }
@@ -315,7 +323,7 @@ class Search {
     if (chosen.hypothesis.empty() || chosen.std.size() < chosen.hypothesis.size()) return;
     Hypothesis kept;
     for (size_t i = 0; i < chosen.hypothesis.size(); ++i) {
-      if (is_significant(chosen.hypothesis[i], chosen.std[i])) kept.push_back(chosen.hypothesis[i]);
+      if (is_significant(chosen.hypothesis[i], chosen.std[i], chosen.distance[i])) kept.push_back(chosen.hypothesis[i]);
     }
     if (kept.size() == chosen.hypothesis.size()) return;
     if (kept.empty()) return take_next(outcome);
@@ -389,7 +397,7 @@ class Search {
       const bool simpler = t.hypothesis.size() < first.hypothesis.size() ||
                            (t.hypothesis.size() == first.hypothesis.size() &&
                             count_parameters(t.hypothesis) < count_parameters(first.hypothesis));
-      if (!simpler || !(is_noise(t) || is_explained(t)) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + 0.1)
+      if (!simpler || !(is_noise(t) || is_explained(t)) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + kDetail)
         continue;
       std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
     }

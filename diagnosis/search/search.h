@@ -13,6 +13,7 @@ struct Trial {
   Hypothesis hypothesis;                  // without the timing of the drive's loop
   Hypothesis timing;                      // of the drives' loops, a limb each; empty: they take no time
   std::vector<std::vector<double>> std;   // by effect, by parameter
+  std::vector<double> distance;           // by effect, see FitResult
   Starts starts;                          // of all recordings, under this hypothesis
   StepErrors step_errors;
   Score train, validate;

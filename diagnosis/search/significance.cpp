@@ -12,8 +12,11 @@ namespace {
 double find_neutral(const Effect& effect, size_t i) {
   const EffectInfo& info = get_effect(effect.id);
   if (std::string(info.parameters[i].name) == "scale") return 1.0;
-  const bool vector = effect.id == EffectId::kComError || effect.id == EffectId::kExternalForce;
-  return i == 0 || vector ? 0.0 : std::nan("");
+  return i == 0 ? 0.0 : std::nan("");
+}
+
+bool is_vector(const Effect& effect) {
+  return effect.id == EffectId::kComError || effect.id == EffectId::kExternalForce;
 }
 
 // A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
@@ -27,9 +30,10 @@ bool is_elastic(const Effect& effect, const std::vector<double>& std) {
 
 }  // namespace
 
-bool is_significant(const Effect& effect, const std::vector<double>& std) {
+bool is_significant(const Effect& effect, const std::vector<double>& std, double distance) {
   if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
   if (effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
+  if (is_vector(effect)) return distance > 4.7;  // as improbable in three dimensions as four deviations are in one
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const double neutral = find_neutral(effect, i);
     // 1e-3 of a scale: below what any law is known to.
@@ -37,6 +41,23 @@ bool is_significant(const Effect& effect, const std::vector<double>& std) {
     if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(4.0 * std[i], least)) return true;
   }
   return false;
+}
+
+bool is_smooth(const Hypothesis& hypothesis) {
+  return std::none_of(hypothesis.begin(), hypothesis.end(), [](const Effect& effect) {
+    switch (effect.id) {
+      case EffectId::kCoulomb:
+      case EffectId::kStribeck:
+      case EffectId::kLoadFriction:
+      case EffectId::kHysteresis:
+      case EffectId::kElasticity:
+      case EffectId::kBacklash:
+      case EffectId::kSaturation:
+        return true;
+      default:
+        return false;
+    }
+  });
 }
 
 void normalise(Hypothesis* hypothesis) {

@@ -8,9 +8,13 @@
 
 namespace hrp::diagnosis {
 
-// Does an effect differ from its absence by four standard deviations (std: of its parameters)? A transmission must
-// give within bounds; what has no absent value (saturation, a Stribeck curve) always does.
-bool is_significant(const Effect& effect, const std::vector<double>& std);
+// Does an effect differ from its absence by four standard deviations (std: of its parameters; distance: of all of them
+// at once, which counts for vectors)? A transmission must give within bounds; what has no absent value (saturation, a
+// Stribeck curve) always does.
+bool is_significant(const Effect& effect, const std::vector<double>& std, double distance);
+
+// Without friction, memory, play or limits.
+bool is_smooth(const Hypothesis& hypothesis);
 
 // Phases between 0 and 2 pi, amplitudes positive.
 void normalise(Hypothesis* hypothesis);
