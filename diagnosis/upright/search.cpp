@@ -9,9 +9,6 @@
 
 namespace hrp::diagnosis::upright {
 
-// Share of the gain by which held-out recordings may get worse: that is what errors of the parameters do to them.
-constexpr double kWorse = 0.05;
-
 StandOutcome StandSearcher::run() {
   update_noise({});
   out_.nominal = out_.chosen = judge({});
@@ -111,7 +108,7 @@ bool StandSearcher::add_effect() {
   // Feet that were seen to slide need not slide again in the recordings that were not fitted; all else must not make
   // them worse.
   const bool slips = best.fit.hypothesis.back().id == StandId::kGroundFriction;
-  if (!slips && best.fit.held_score > out_.chosen.held_score + kWorse * gain) return false;
+  if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
   // Of those that explain as much the first that differs from nothing.
   StandFit finished;
   for (const StandTrial& t : trials) {
