@@ -14,6 +14,7 @@
 #include "servers/console/launcher/child_process.h"
 #include "servers/console/launcher/monitor.h"
 #include "servers/console/launcher/run_set.h"
+#include "servers/model_parser/robot_loader.h"
 
 namespace hrp {
 namespace {
@@ -68,6 +69,7 @@ class ProcessRun {
   void say_what_is_missing();
   void watch();
   void handle_end(const ChildEnd& end);
+  std::string find_refusal() const;
   void settle_pending();
   void fail(const std::string& failure);
   void show();
@@ -202,11 +204,23 @@ void ProcessRun::handle_end(const ChildEnd& end) {
        " at step " + std::to_string(monitor_->find_step_of_end(end.role)));
 }
 
+// On a busy machine the set may have refused its model and gone before this process was discovered.
+std::string ProcessRun::find_refusal() const {
+  try {
+    load_robot(load_scenario(options_.scenario));
+    return "";
+  } catch (const InputError& error) {
+    return std::string("model_parser: model refused\n") + error.what();
+  }
+}
+
 // A server that ends by itself while the run goes on, and nobody has said why.
 void ProcessRun::settle_pending() {
   if (pending_.empty() || monitor_->has_ended()) return;
   const auto& [end, since] = pending_.front();
   if (Clock::now() - since < kReasonPatience) return;
+  const std::string refusal = find_refusal();
+  if (!refusal.empty()) return fail(refusal);
   fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
        " at step " + std::to_string(monitor_->find_step_of_end(end.role)));
 }
