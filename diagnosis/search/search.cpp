@@ -116,10 +116,24 @@ class Search {
     return fine.ok ? fine : rough;
   }
 
+  // Less than two ripples over the whole motion are any smooth function of position, not cogging.
+  bool ripples(const Hypothesis& hypothesis) const {
+    return std::all_of(hypothesis.begin(), hypothesis.end(), [&](const Effect& effect) {
+      if (effect.id != EffectId::kCogging) return true;
+      double low = 1e300, high = -1e300;
+      for (int r : problem_.train) {
+        const auto& q = problem_.smooth[static_cast<size_t>(r)].joints[static_cast<size_t>(effect.place)].q;
+        low = std::min(low, *std::min_element(q.begin(), q.end()));
+        high = std::max(high, *std::max_element(q.begin(), q.end()));
+      }
+      return effect.p[1] * (high - low) > 4.0 * M_PI;
+    });
+  }
+
   Trial judge(const Hypothesis& hypothesis, const FitResult& result) const {
     Trial trial;
     trial.hypothesis = hypothesis;
-    if (!result.ok) return trial;
+    if (!result.ok || !ripples(result.hypothesis)) return trial;
     trial.hypothesis = result.hypothesis;
     if (!trial.hypothesis.empty() && trial.hypothesis.back().id == EffectId::kTiming) {
       trial.timing = {trial.hypothesis.back()};
@@ -217,7 +231,7 @@ class Search {
 
   void try_fit(const Hypothesis& start) {
     Trial trial = judge(start, refine(start));
-    if (trial.train.ok) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
+    if (trial.refined) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
     say("  * " + get_label(e_, start), trial);
     trials_[make_key(start)] = trial;
   }
