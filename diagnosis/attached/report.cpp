@@ -1,20 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "diagnosis/attached/search.h"
+#include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis::attached {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
 
 std::string get_joint(const RowProblem& problem, size_t j) {
   return problem.experiment->robot.tree.joint(static_cast<int>(j)).name;
@@ -30,10 +22,6 @@ Json make_where(const RowProblem& problem, const RowEffect& e) {
   return {{"sensor", "/wrench/" + problem.sensors[place].name + (suffix.empty() ? "" : "/" + suffix)}};
 }
 
-Json make_value(double v, double s, const std::string& unit) {
-  return {{"value", v}, {"std", s}, {"ci95", {v - 1.96 * s, v + 1.96 * s}}, {"unit", unit}};
-}
-
 Json make_parameters(const RowEffect& e, const std::vector<double>& std) {
   const RowInfo& info = get_row_info(e.id);
   Json out;
@@ -45,10 +33,7 @@ Json make_parameters(const RowEffect& e, const std::vector<double>& std) {
   }
   if (e.p.size() == 1) return {{info.parameters[0].name, make_value(e.p[0], std[0], info.parameters[0].unit)}};
   const std::string first = info.parameters[0].name;
-  Json intervals = Json::array();
-  for (size_t i = 0; i < e.p.size(); ++i) intervals.push_back({e.p[i] - 1.96 * std[i], e.p[i] + 1.96 * std[i]});
-  out[first.substr(0, first.size() - 2)] = {
-      {"value", e.p}, {"std", std}, {"ci95", intervals}, {"unit", info.parameters[0].unit}};
+  out[first.substr(0, first.size() - 2)] = make_vector(e.p, std, info.parameters[0].unit);
   return out;
 }
 
@@ -60,8 +45,8 @@ Json make_findings(const RowProblem& problem, const RowOutcome& outcome) {
     const Json where = make_where(problem, e);
     std::string values;
     for (size_t p = 0; p < e.p.size(); ++p) {
-      values += (p ? ", " : "") + std::string(info.parameters[p].name) + " " + number(e.p[p]) + " +- " +
-                number(1.96 * outcome.chosen.std[i][p]) +
+      values += (p ? ", " : "") + std::string(info.parameters[p].name) + " " + number(e.p[p], 3) + " +- " +
+                number(1.96 * outcome.chosen.std[i][p], 3) +
                 (std::string(info.parameters[p].unit) == "1" ? "" : std::string(" ") + info.parameters[p].unit);
     }
     const std::string rest = outcome.explained ? " With it what is left is noise."
@@ -135,7 +120,7 @@ Json make_unexplained(const RowProblem& problem, const RowOutcome& outcome) {
     std::string where;
     for (size_t r = 0; r < problem.recordings.size(); ++r) {
       const double here = calc_score(problem, outcome.chosen.hypothesis, j, static_cast<int>(r));
-      if (here > 0.0) where += (where.empty() ? "" : ", ") + number(here) + " in " + problem.recordings[r].file;
+      if (here > 0.0) where += (where.empty() ? "" : ", ") + number(here, 3) + " in " + problem.recordings[r].file;
     }
     list.push_back({{"where", {{"joint", get_joint(problem, j)}}},
                     {"depends_on", {"load"}},

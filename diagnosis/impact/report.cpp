@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "diagnosis/impact/search.h"
+#include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis::impact {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 const char* const kSignals[] = {"/base/pose/position/x",
                                 "/base/pose/position/y",
@@ -17,12 +15,6 @@ const char* const kSignals[] = {"/base/pose/position/x",
                                 "/base/pose/orientation (turn about x)",
                                 "/base/pose/orientation (turn about y)",
                                 "/base/pose/orientation (turn about z)"};
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
 
 Json make_where(const TossProblem& problem, const TossInfo& info) {
   if (std::string(info.kind) == "link") return {{"link", problem.nominal.body.links[0].name}};
@@ -38,7 +30,7 @@ Json make_parameters(const TossEffect& effect, const std::vector<double>& std) {
     const double v = effect.p[i], s = std[i];
     const size_t n = name.size();
     if (n < 3 || name[n - 2] != '_' || name[n - 1] < 'x') {
-      out[name] = {{"value", v}, {"std", s}, {"ci95", {v - 1.96 * s, v + 1.96 * s}}, {"unit", unit}};
+      out[name] = make_value(v, s, unit);
       continue;
     }
     Json& vector = out[name.substr(0, n - 2)];
@@ -58,13 +50,13 @@ std::string describe(const TossProblem& problem, const TossEffect& effect, const
   const TossInfo& info = get_toss_info(effect.id);
   std::string text;
   for (size_t i = 0; i < effect.p.size(); ++i) {
-    text += (i ? ", " : "") + std::string(info.parameters[i].name) + " " + number(effect.p[i]) + " +- " +
-            number(1.96 * std[i]);
+    text += (i ? ", " : "") + std::string(info.parameters[i].name) + " " + number(effect.p[i], 3) + " +- " +
+            number(1.96 * std[i], 3);
     if (std::string(info.parameters[i].unit) != "1") text += std::string(" ") + info.parameters[i].unit;
   }
   text += ", where the model has ";
   const TossEffect neutral = make_neutral(problem, effect.id);
-  for (size_t i = 0; i < neutral.p.size(); ++i) text += (i ? ", " : "") + number(neutral.p[i]);
+  for (size_t i = 0; i < neutral.p.size(); ++i) text += (i ? ", " : "") + number(neutral.p[i], 3);
   return text;
 }
 
@@ -186,7 +178,7 @@ Json make_unexplained(const TossProblem& problem, const TossOutcome& outcome, co
   for (size_t g = 0; g < 3; ++g) {
     const double score = count[g] > 0.0 ? std::sqrt(sum[g] / count[g]) : 0.0;
     if (count[g] > 0.0)
-      text += std::string(g && text.back() != ':' ? "," : "") + " " + number(score) + " in windows with " +
+      text += std::string(g && text.back() != ':' ? "," : "") + " " + number(score, 3) + " in windows with " +
               get_regime_name(static_cast<Regime>(g));
     if (count[g] > 0.0 && score > (count[worst] > 0.0 ? std::sqrt(sum[worst] / count[worst]) : 0.0)) worst = g;
   }

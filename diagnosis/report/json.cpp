@@ -20,6 +20,16 @@ std::string number(double value, int digits) {
   return text;
 }
 
+Json make_value(double value, double std, const std::string& unit) {
+  return {{"value", value}, {"std", std}, {"ci95", {value - 1.96 * std, value + 1.96 * std}}, {"unit", unit}};
+}
+
+Json make_vector(const std::vector<double>& values, const std::vector<double>& std, const std::string& unit) {
+  Json intervals = Json::array();
+  for (size_t i = 0; i < values.size(); ++i) intervals.push_back({values[i] - 1.96 * std[i], values[i] + 1.96 * std[i]});
+  return {{"value", values}, {"std", std}, {"ci95", intervals}, {"unit", unit}};
+}
+
 std::string signal_name(const Experiment& e, size_t c) {
   return e.signal_name(static_cast<int>(c) / kQuantities, static_cast<Quantity>(c % kQuantities));
 }

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "diagnosis/simulation/plant.h"
 
@@ -14,6 +15,10 @@ using Json = nlohmann::ordered_json;
 // To so many significant digits; 0 for what is no number.
 double round_to(double value, int digits);
 std::string number(double value, int digits = 4);
+
+// A parameter as the schema has it, with its 95 % interval: one number, or a vector with an interval for each axis.
+Json make_value(double value, double std, const std::string& unit);
+Json make_vector(const std::vector<double>& values, const std::vector<double>& std, const std::string& unit);
 
 // Of channel c = joint * 3 + quantity: "/joint_states/elbow/effort".
 std::string signal_name(const Experiment& e, size_t c);

@@ -2,7 +2,6 @@
 // The updated experiment: the same scenario with what was found, ready to be simulated.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -17,17 +16,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kExact = 10;  // digits of times and commands that are replayed
+
 void write_text(const fs::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.flush();
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.10g", value);
-  return text;
 }
 
 // The experiment's text in parts: what stays as it is, what it has under `effects:`, and the top-level keys of both.
@@ -117,11 +112,11 @@ std::string make_motion(const Experiment& e, const Recording& recording) {
   const double begin = recording.time[0] + find_period(e);
   for (size_t k = 0; k < recording.size(); ++k) {
     if (recording.time[k] < begin - 1e-9) continue;
-    std::string line = "\n" + number(std::max(0.0, recording.time[k] - begin));
+    std::string line = "\n" + number(std::max(0.0, recording.time[k] - begin), kExact);
     bool complete = true;
     for (const auto* column : columns) {
       complete = complete && std::isfinite((*column)[k]);
-      line += "," + number((*column)[k]);
+      line += "," + number((*column)[k], kExact);
     }
     if (complete) text += line;
   }
@@ -132,8 +127,8 @@ std::string make_motion(const Experiment& e, const Recording& recording) {
 std::string make_steps(const Experiment& e, const Recording& recording) {
   const double period = find_period(e);
   const double step = period / std::ceil(period / 1e-3 - 1e-9);
-  return "steps: {time_step: " + number(step) + ", control_period: " + number(period) +
-         ", duration: " + number(period * std::floor(recording.duration() / period)) + "}\ninterpolation: hermite\n";
+  return "steps: {time_step: " + number(step, kExact) + ", control_period: " + number(period, kExact) +
+         ", duration: " + number(period * std::floor(recording.duration() / period), kExact) + "}\ninterpolation: hermite\n";
 }
 
 // A recording that nothing was fitted to, where there is one.

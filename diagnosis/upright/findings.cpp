@@ -3,30 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 namespace hrp::diagnosis::upright {
 
-std::string number(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
-
 namespace {
-
-Json make_value(double value, double std, const char* unit) {
-  return {{"value", value}, {"std", std}, {"ci95", {value - 1.96 * std, value + 1.96 * std}}, {"unit", unit}};
-}
-
-Json make_vector(const std::vector<double>& values, const std::vector<double>& std, const char* unit) {
-  Json intervals = Json::array();
-  for (size_t i = 0; i < values.size(); ++i) {
-    intervals.push_back({values[i] - 1.96 * std[i], values[i] + 1.96 * std[i]});
-  }
-  return {{"value", values}, {"std", std}, {"ci95", intervals}, {"unit", unit}};
-}
 
 std::string find_wrench_part(const StandProblem& p, const StandEffect& e) {
   const std::string wrench = "/wrench/" + p.feet[static_cast<size_t>(e.place) % p.feet.size()].sensor;
@@ -234,12 +215,12 @@ std::string describe_values(const Json& parameters) {
     out += (out.empty() ? "" : ", ") + name + " ";
     if (p["value"].is_array()) {
       out += "(";
-      for (size_t i = 0; i < p["value"].size(); ++i) out += (i ? ", " : "") + number(p["value"][i].get<double>());
+      for (size_t i = 0; i < p["value"].size(); ++i) out += (i ? ", " : "") + number(p["value"][i].get<double>(), 3);
       out += ")";
     } else if (p["ci95"][1].get<double>() - p["value"].get<double>() > 3 * p["std"].get<double>()) {
-      out += "at least " + number(p["value"].get<double>());  // an interval to one side
+      out += "at least " + number(p["value"].get<double>(), 3);  // an interval to one side
     } else {
-      out += number(p["value"].get<double>()) + " +- " + number(1.96 * p["std"].get<double>(), 2);
+      out += number(p["value"].get<double>(), 3) + " +- " + number(1.96 * p["std"].get<double>(), 2);
     }
     const std::string unit = p["unit"].get<std::string>();
     if (unit != "1") out += " " + unit;

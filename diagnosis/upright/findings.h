@@ -2,17 +2,13 @@
 // Findings about a standing robot in the report's names, units and words.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
+#include "diagnosis/report/json.h"
 #include "diagnosis/upright/search.h"
 
 namespace hrp::diagnosis::upright {
-
-using Json = nlohmann::ordered_json;
-
-std::string number(double value, int digits = 3);
 
 // The place in the report's words: kind and name.
 std::pair<std::string, std::string> find_place(const StandProblem& problem, const StandEffect& effect);
