@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
 #include "common/multibody/mass_matrix.h"
 
@@ -16,31 +15,9 @@ struct Grid {
   std::vector<size_t> samples;
   Eigen::MatrixXd q, qd, qdd, u, c, cd;  // by kept sample, joint; u logged effort, c command
   Eigen::MatrixXd u1, u2;                // derivatives of u
-  Eigen::MatrixXd tau;                   // effort that the motion takes (nominal)
+  Eigen::MatrixXd bare, tau;             // effort that the motion takes, without and with the laws of joints
   Eigen::MatrixXd servo;                 // effort that the servo should have asked for
 };
-
-// Effort over [sample][joint] of a model along motion (q, qd, qdd).
-Eigen::MatrixXd calc_effort(const Model& model, const Plant& plant, const Eigen::MatrixXd& q, const Eigen::MatrixXd& qd,
-                            const Eigen::MatrixXd& qdd) {
-  Data data(model);
-  State state = make_state(model);
-  Eigen::VectorXd a(q.cols()), tau(q.cols());
-  Eigen::MatrixXd out(q.rows(), q.cols());
-  LinkWrenches wrenches(static_cast<size_t>(model.num_links()), Vector6d::Zero());
-  for (long k = 0; k < q.rows(); ++k) {
-    state.q = q.row(k), state.qd = qd.row(k), a = qdd.row(k);
-    update_kinematics(model, state, &data);
-    for (size_t link = 0; link < plant.force_W.size(); ++link) {
-      const Transform X_WL = get_pose(data, static_cast<int>(link));
-      wrenches[link] << Vector3d((X_WL.R * plant.tree.links[link].inertia.p_LLcm_L).cross(plant.force_W[link])),
-          plant.force_W[link];
-    }
-    calc_inverse_dynamics(model, a, plant.force_W.empty() ? nullptr : &wrenches, &data, &tau);
-    out.row(k) = tau;
-  }
-  return out;
-}
 
 class Builder {
  public:
@@ -56,6 +33,8 @@ class Builder {
     if (!plant_.effort_driven) {
       for (int j = 0; j < n_; ++j) add_sensors(j);
     }
+    const Plant nominal = make_plant(e_, {});
+    for (const Grid& g : grids_) nominal_.push_back(calc_efforts(nominal, g.q, g.qd, g.qdd));
     for (int link = 0; link < e_.robot.tree.num_joints() + 1; ++link) add_link(link);
     finish();
     return std::move(out_);
@@ -90,7 +69,7 @@ class Builder {
     for (Eigen::MatrixXd* m : {&g.q, &g.qd, &g.qdd, &g.u, &g.c, &g.cd, &g.u1, &g.u2, &g.servo}) m->setZero(rows, n_);
     for (int j = 0; j < n_; ++j) fill_joint(recording, smooth, j, &g);
     if (paths_) take_path((*paths_)[static_cast<size_t>(r)], &g);
-    g.tau = calc_effort(*plant_.model, plant_, g.q, g.qd, g.qdd);
+    g.tau = g.bare = calc_efforts(plant_, g.q, g.qd, g.qdd);
     for (long k = 0; k < rows; ++k) {
       for (int j = 0; j < n_; ++j) g.tau(k, j) += calc_law_effort(j, g, k);
     }
@@ -236,8 +215,7 @@ class Builder {
       Eigen::MatrixXd q = g.q, qd = g.qd, qdd = g.qdd;
       const double eps = 1e-4 / std::max(1e-12, d.cwiseAbs().maxCoeff());
       q.col(j) -= eps * d, qd.col(j) -= eps * d1, qdd.col(j) -= eps * d2;
-      const Eigen::MatrixXd nominal = calc_effort(*plant_.model, plant_, g.q, g.qd, g.qdd);
-      efforts.push_back((calc_effort(*plant_.model, plant_, q, qd, qdd) - nominal) / eps);
+      efforts.push_back((calc_efforts(plant_, q, qd, qdd) - g.bare) / eps);
     }
     return add_column(efforts);
   }
@@ -356,13 +334,11 @@ class Builder {
         }
         memory.push_back(z);
       }
-      long grid = -1, last = 1L << 40;
+      long grid = -1;
       const int column = add_column(j, 0, [&](const Grid&, long k) {
         if (k == 0) ++grid;
-        last = k;
         return memory[static_cast<size_t>(grid)][k];
       });
-      (void)last;
       add_shape(EffectId::kHysteresis, j, {column}, [yield](const std::vector<double>& x, std::vector<double>* p) {
         *p = {x[0] / yield, yield};
         return x[0] > 0.0;
@@ -372,12 +348,11 @@ class Builder {
 
   // The best few spatial frequencies of the missing effort.
   void add_cogging(int j) {
-    double low = 1e300, high = -1e300, fastest = 0.0;
+    double low = 1e300, high = -1e300;
     for (const Grid& g : grids_)
       low = std::min(low, g.q.col(j).minCoeff()), high = std::max(high, g.q.col(j).maxCoeff());
     const double range = high - low;
     if (range < 0.05) return;
-    (void)fastest;
     std::vector<std::pair<double, double>> found;
     for (double periods = 4.0 / range + 2.0; periods < 260.0; periods += 0.7 / range) {
       double ss = 0, sc = 0, cc = 0, s = 0, c = 0, n = 0, r0 = 0, rs = 0, rc = 0;
@@ -449,11 +424,9 @@ class Builder {
     Hypothesis hypothesis{change};
     const Plant changed = make_plant(e_, hypothesis);
     std::vector<Eigen::MatrixXd> efforts;
-    const Plant nominal = make_plant(e_, {});
-    for (const Grid& g : grids_) {
-      efforts.push_back((calc_effort(*changed.model, changed, g.q, g.qd, g.qdd) -
-                         calc_effort(*nominal.model, nominal, g.q, g.qd, g.qdd)) /
-                        per);
+    for (size_t i = 0; i < grids_.size(); ++i) {
+      const Grid& g = grids_[i];
+      efforts.push_back((calc_efforts(changed, g.q, g.qd, g.qdd) - nominal_[i]) / per);
     }
     return add_column(efforts);
   }
@@ -523,6 +496,7 @@ class Builder {
   const Paths* paths_;
   long rows_ = 0;
   std::vector<Grid> grids_;
+  std::vector<Eigen::MatrixXd> nominal_;  // by grid: efforts of the nominal bodies
   std::vector<char> has_effort_;
   std::vector<double> sigma_;
   Eigen::VectorXd residual_;

@@ -158,6 +158,20 @@ void fill_slopes(Dynamics* dynamics, RobotPath* path) {
 
 }  // namespace
 
+Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const Eigen::MatrixXd& qd,
+                             const Eigen::MatrixXd& qdd) {
+  Dynamics dynamics(plant);
+  Eigen::VectorXd position, rate, acceleration, tau(q.cols());
+  Eigen::MatrixXd efforts(q.rows(), q.cols());
+  for (long k = 0; k < q.rows(); ++k) {
+    position = q.row(k), rate = qd.row(k), acceleration = qdd.row(k);
+    dynamics.move(position.data(), rate.data());
+    dynamics.calc_effort(acceleration, &tau);
+    efforts.row(k) = tau;
+  }
+  return efforts;
+}
+
 std::unique_ptr<Bodies> make_robot_bodies(const Plant& plant, const SmoothRecording& smooth) {
   return std::make_unique<RobotBodies>(plant, smooth);
 }

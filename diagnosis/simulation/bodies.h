@@ -12,6 +12,10 @@
 
 namespace hrp::diagnosis {
 
+// Efforts [sample][joint] that a motion of the plant's bodies takes, forces at its links included, laws of joints not.
+Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const Eigen::MatrixXd& qd,
+                             const Eigen::MatrixXd& qdd);
+
 class Bodies {
  public:
   virtual ~Bodies() = default;
