@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/command_reader.h"
+#include "servers/dynamics/joint_law.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
@@ -15,9 +16,7 @@ constexpr double kStick = 0.004;  // [rad/s] below it a joint may be stuck: smoo
 std::vector<double> wind(const std::vector<double>& position, double yield, double start) {
   std::vector<double> out(1, start);
   double z = start;
-  const auto rate = [&](double state, double dq) {
-    return dq - (std::abs(dq) * state + dq * std::abs(state)) / (2 * yield);
-  };
+  const auto rate = [&](double state, double dq) { return calc_hysteresis_rate_factor(state / yield, dq) * dq; };
   for (size_t k = 1; k < position.size(); ++k) {
     const double dq = position[k] - position[k - 1];
     z += rate(z + 0.5 * rate(z, dq), dq);
