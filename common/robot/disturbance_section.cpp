@@ -65,16 +65,8 @@ void read_hand(YamlMap& map, HandSpec* hand) {
 
 void read_disturbance_sections(YamlMap& map, Scenario* scenario) {
   map.child("variation", [&](YamlMap& child) { read_variation(child, &scenario->variation); });
-  map.children("pushes", [&](const std::string& name, YamlMap& child) {
-    scenario->pushes.push_back({});
-    scenario->pushes.back().name = name;
-    read_push(child, &scenario->pushes.back());
-  });
-  map.children("hands", [&](const std::string& name, YamlMap& child) {
-    scenario->hands.push_back({});
-    scenario->hands.back().name = name;
-    read_hand(child, &scenario->hands.back());
-  });
+  map.named("pushes", &scenario->pushes, read_push);
+  map.named("hands", &scenario->hands, read_hand);
 }
 
 }  // namespace hrp

@@ -164,16 +164,8 @@ void read_encoders(YamlMap& map, EncoderSpec* encoders) {
 }
 
 void read_sensors(YamlMap& map, SensorsSpec* sensors) {
-  map.children("imu", [&](const std::string& name, YamlMap& child) {
-    sensors->imus.push_back({});
-    sensors->imus.back().name = name;
-    read_imu(child, &sensors->imus.back());
-  });
-  map.children("wrench", [&](const std::string& name, YamlMap& child) {
-    sensors->wrenches.push_back({});
-    sensors->wrenches.back().name = name;
-    read_wrench(child, &sensors->wrenches.back());
-  });
+  map.named("imu", &sensors->imus, read_imu);
+  map.named("wrench", &sensors->wrenches, read_wrench);
   map.child("encoders", [&](YamlMap& child) { read_encoders(child, &sensors->encoders); });
   map.flag("base_pose", &sensors->base_pose);
   map.ignore("base_twist");  // says in which frames a recording has its twist
@@ -216,11 +208,7 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.child("foot_bush", [&](YamlMap& child) { read_foot_bush(child, scenario); });
   map.flag("self_collision", &scenario->self_collision);
   read_disturbance_sections(map, scenario);
-  map.children("obstacles", [&](const std::string& name, YamlMap& child) {
-    scenario->obstacles.push_back({});
-    scenario->obstacles.back().name = name;
-    read_obstacle(child, &scenario->obstacles.back());
-  });
+  map.named("obstacles", &scenario->obstacles, read_obstacle);
 }
 
 void read_joint_sections(YamlMap& map, Scenario* scenario) {
@@ -230,11 +218,7 @@ void read_joint_sections(YamlMap& map, Scenario* scenario) {
   map.names("unactuated", &scenario->unactuated);
   map.numbers_by_name("rotor_inertia", &scenario->rotor_inertia, Bound::kNotNegative, "kg m^2 or kg");
   map.child("initial", [&](YamlMap& child) { read_initial(child, scenario); });
-  map.children("loops", [&](const std::string& name, YamlMap& child) {
-    scenario->loops.push_back({});
-    scenario->loops.back().name = name;
-    read_loop(child, &scenario->loops.back());
-  });
+  map.named("loops", &scenario->loops, read_loop);
   map.child("controller", [&](YamlMap& child) { read_controller(child, &scenario->controller); });
 }
 

@@ -50,6 +50,15 @@ class YamlMap {
   void child(const std::string& key, const std::function<void(YamlMap&)>& read);
   // Calls `read` for each named mapping under `key`, in the order of the file, and finishes each.
   void children(const std::string& key, const std::function<void(const std::string&, YamlMap&)>& read);
+  // children() into a list of things that have a name.
+  template <class T>
+  void named(const std::string& key, std::vector<T>* list, void (*read)(YamlMap&, T*)) {
+    children(key, [&](const std::string& name, YamlMap& map) {
+      list->push_back({});
+      list->back().name = name;
+      read(map, &list->back());
+    });
+  }
   // Calls `read` for each mapping of the list under `key` with its index, and finishes each.
   void list(const std::string& key, const std::function<void(size_t, YamlMap&)>& read);
   // As children(), for this mapping's own keys that nobody has asked for yet.
