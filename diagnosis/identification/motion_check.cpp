@@ -71,7 +71,7 @@ MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std:
   MotionPlan best = plan;
   *check = check_motion(write_motion(plan, base, folder), plan.lifted);
   std::mt19937_64 random(11);
-  const auto draw = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
+  const auto draw = [&] { return draw_share(&random); };
   // What the least known stiffness and damping would gain: information, balanced by the square of a usual rate 5 rad/s.
   const auto rate = [](const MotionCheck& c) {
     double least = 1e9;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <map>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ struct MotionPlan {
   int lifted = -1;
   Waves hand[2];
 };
+
+// Uniform in [0, 1), the same with every standard library.
+inline double draw_share(std::mt19937_64* random) { return static_cast<double>((*random)() >> 11) * 0x1.0p-53; }
 
 // The fourteen motions of the paper, and four more that show the vertical stiffness and the body. `scale` makes them
 // shorter (tests): duration times scale, not below 0.5, or a foot that is lifted has no time in the air.

@@ -86,7 +86,7 @@ void add_rest(std::vector<MotionPlan>* plans) {
     plan.name = "sweep" + std::to_string(i + 1);
     plan.meaning = "random sweep of the upper body";
     std::mt19937_64 random(static_cast<unsigned long long>(i) + 7);
-    const auto draw = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
+    const auto draw = [&] { return draw_share(&random); };
     add_foot_waves(11 + i, 0.018, &plan);
     for (const char* joint : {"R_SHOULDER_P", "L_SHOULDER_P", "R_ELBOW", "L_ELBOW", "NECK_Y", "WAIST_P"}) {
       const double size = std::string(joint) == "WAIST_P" ? 0.015 : 0.2;
@@ -118,7 +118,7 @@ void add_swings(std::vector<MotionPlan>* plans) {
     plan.name = "swing" + std::to_string(i + 1);
     plan.meaning = "arms, neck and trunk swing at random";
     std::mt19937_64 random(static_cast<unsigned long long>(i) + 31);
-    const auto draw = [&] { return static_cast<double>(random() >> 11) * 0x1.0p-53; };
+    const auto draw = [&] { return draw_share(&random); };
     const auto make = [&](double size) -> Waves {
       return {{size * (0.6 + 0.4 * draw()), 0.15 + 0.2 * draw(), 6.0 * draw()},
               {0.4 * size * (0.6 + 0.4 * draw()), 0.5 + 0.5 * draw(), 6.0 * draw()}};
