@@ -13,8 +13,9 @@ StandFit StandSearcher::judge(const StandHypothesis& h) const {
 }
 
 void StandSearcher::update_noise(const StandHypothesis& h) {
-  judge_.update_sigma(evaluate(p_, h), h);
-  judge_.set_reference(evaluate(problems_.even, h), evaluate(problems_.odd, h));
+  const StandProblems& p = problems_;
+  judge_.update_sigma(evaluate(p_, h), {evaluate(p.even, h), evaluate(p.odd, h), evaluate(p.wide_even, h),
+                                        evaluate(p.wide_odd, h)}, h);
 }
 
 // The final fit of a hypothesis, with deviations.

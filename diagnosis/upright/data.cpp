@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/upright/attitude.h"
@@ -16,6 +17,7 @@ constexpr double kWindow = 0.03;  // [s] half of it: a standing robot moves belo
 // Windows whose remainder exceeds the quiet ones' so many times are left out: of white noise in 10 samples the rms
 // scatters by a quarter of itself. A robot that shakes all the time is judged by its quieter part.
 constexpr double kRough = 3.0, kLeastShare = 0.2;
+constexpr double kHeldShare = 0.2;  // of samples equal to the one before: noise that is read anew repeats none
 
 // Columns base/x, base/y, ... smoothed; false when the recording lacks one.
 bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
@@ -113,15 +115,17 @@ void choose_samples(const Recording& recording, const StandProblem& problem, Sta
   }
 }
 
-bool read_recording(const Experiment& e, const Recording& recording, Parity parity, const StandProblem& problem,
+bool read_recording(const Experiment& e, const Recording& recording, Smoothing smoothing, const StandProblem& problem,
                     StandRecording* out, std::string* why) {
   out->file = recording.spec.name;
   out->train = recording.spec.train;
   out->time = recording.time;
   if (recording.size() < 40) return *why = out->file + " is too short", false;
   const double step = recording.duration() / static_cast<double>(recording.size() - 1);
-  const Smoother smoother(recording.time, std::max(3, static_cast<int>(std::lround(kWindow / step))), parity);
-  const Smoother wide(recording.time, std::min(3 * smoother.half(), static_cast<int>(recording.size() / 4)), parity);
+  const int half = std::max(3, static_cast<int>(std::lround(kWindow / step)));
+  const Smoother smoother(recording.time, static_cast<int>(std::ceil(smoothing.wider * half)), smoothing.parity);
+  const Smoother wide(recording.time, std::min(3 * smoother.half(), static_cast<int>(recording.size() / 4)),
+                      smoothing.parity);
   read_joints(e, recording, smoother, wide, out);
   const std::string imu = "/imu/" + problem.imu;
   if (!read_vector(recording, smoother, imu + "/angular_velocity", "xyz", out->gyro) ||
@@ -138,6 +142,29 @@ bool read_recording(const Experiment& e, const Recording& recording, Parity pari
   choose_samples(recording, problem, out);
   if (out->samples.size() <= 20) return *why = out->file + " is too short", false;
   return true;
+}
+
+// Whether many samples of a sensor are those before them, in all its columns: they were held until the next ones came.
+bool are_held(const std::vector<const std::vector<double>*>& columns) {
+  size_t same = 0;
+  const size_t size = columns.empty() ? 0 : columns[0]->size();
+  for (size_t k = 1; k < size; ++k) {
+    same += std::all_of(columns.begin(), columns.end(), [k](const auto* c) { return (*c)[k] == (*c)[k - 1]; });
+  }
+  return static_cast<double>(same) > kHeldShare * static_cast<double>(size);
+}
+
+bool has_held_samples(const Recording& recording) {
+  for (const JointColumns& joint : recording.joints) {
+    std::vector<const std::vector<double>*> columns;
+    for (Quantity q : {Quantity::kPosition, Quantity::kVelocity, Quantity::kEffort}) {
+      if (joint.has(q)) columns.push_back(&joint.signal[static_cast<int>(q)]);
+    }
+    if (are_held(columns)) return true;
+  }
+  std::map<std::string, std::vector<const std::vector<double>*>> sensors;  // by name, which the columns' begin with
+  for (const auto& [name, column] : recording.other) sensors[name.substr(0, name.rfind('/'))].push_back(&column);
+  return std::any_of(sensors.begin(), sensors.end(), [](const auto& sensor) { return are_held(sensor.second); });
 }
 
 // Feet must be links of their own with a force sensor; their mass hangs below it.
@@ -185,7 +212,7 @@ bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) 
 
 }  // namespace
 
-bool make_stand_problem(const Experiment& e, Parity parity, StandProblem* problem, std::string* why) {
+bool make_stand_problem(const Experiment& e, Smoothing smoothing, StandProblem* problem, std::string* why) {
   problem->experiment = &e;
   problem->tree = e.robot.tree;
   if (!e.scenario.floating_base) return *why = "the base is fixed", false;
@@ -199,8 +226,9 @@ bool make_stand_problem(const Experiment& e, Parity parity, StandProblem* proble
   if (!find_feet(e, problem)) return *why = "not every foot has a force sensor at its own link", false;
   for (const Recording& recording : e.recordings) {
     StandRecording out;
-    if (!read_recording(e, recording, parity, *problem, &out, why)) return false;
+    if (!read_recording(e, recording, smoothing, *problem, &out, why)) return false;
     problem->recordings.push_back(std::move(out));
+    problem->held = problem->held || has_held_samples(recording);
   }
   if (!find_columns(e, problem, why)) return false;
   if (!problem->attitude) {

@@ -56,12 +56,19 @@ struct StandProblem {
   bool attitude = true;       // recorded, else found from the base pose, or from gyroscope and accelerometer
   double attitude_error = 0;  // [rad] standard deviation of an attitude that had to be found
   bool base_pose = false;     // recorded
+  bool held = false;          // some column repeats its values: even and odd samples share their noise
   // For loose transmissions: a torque [N m] by joint that is no noise, and the noise of each channel (channels.h).
   std::vector<double> slack, noise;
   bool is_driven(size_t joint) const { return effort[joint] || command[joint]; }
 };
 
+// Which samples a recording is smoothed from, and in windows how much wider than usual.
+struct Smoothing {
+  Parity parity = Parity::kAll;
+  double wider = 1;
+};
+
 // False when the recordings lack what this needs: feet with force sensors and an IMU. `why` says what.
-bool make_stand_problem(const Experiment& experiment, Parity parity, StandProblem* problem, std::string* why);
+bool make_stand_problem(const Experiment& experiment, Smoothing smoothing, StandProblem* problem, std::string* why);
 
 }  // namespace hrp::diagnosis::upright

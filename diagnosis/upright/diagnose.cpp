@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
 #include "diagnosis/report/report.h"
 #include "diagnosis/upright/search.h"
 #include "diagnosis/upright/teeth.h"
@@ -7,18 +9,23 @@ namespace hrp::diagnosis::upright {
 bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out) {
   StandProblems stands;
   std::string why;
-  if (!make_stand_problem(*problem.experiment, Parity::kAll, &stands.all, &why)) return false;
-  make_stand_problem(*problem.experiment, Parity::kEven, &stands.even, &why);
-  make_stand_problem(*problem.experiment, Parity::kOdd, &stands.odd, &why);
+  if (!make_stand_problem(*problem.experiment, {Parity::kAll}, &stands.all, &why)) return false;
+  make_stand_problem(*problem.experiment, {Parity::kEven}, &stands.even, &why);
+  make_stand_problem(*problem.experiment, {Parity::kOdd}, &stands.odd, &why);
+  make_stand_problem(*problem.experiment, {Parity::kEven, std::sqrt(2.0)}, &stands.wide_even, &why);
+  make_stand_problem(*problem.experiment, {Parity::kOdd, std::sqrt(2.0)}, &stands.wide_odd, &why);
   const Evaluation nominal = evaluate(stands.all, {});
   StandJudge judge(stands.all);
   judge.update_sigma(nominal, {});
-  for (StandProblem* p : {&stands.all, &stands.even, &stands.odd}) {
+  const auto halves = {&stands.even, &stands.odd, &stands.wide_even, &stands.wide_odd};
+  for (StandProblem* p : {&stands.all, &stands.even, &stands.odd, &stands.wide_even, &stands.wide_odd}) {
     p->slack = find_slack(stands.all, nominal), p->noise = judge.sigma();
   }
   const StandProblem& stand = stands.all;
   for (size_t r = 0; r < stand.recordings.size(); ++r) {  // halves are multiplied sample by sample: keep the same ones
-    stands.even.recordings[r].samples = stands.odd.recordings[r].samples = stand.recordings[r].samples;
+    for (StandProblem* half : halves) {
+      half->recordings[r].samples = stand.recordings[r].samples, half->recordings[r].window = stand.recordings[r].window;
+    }
   }
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");
   const StandOutcome outcome = search_standing(stands, problem.jobs, progress);

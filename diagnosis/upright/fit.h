@@ -28,6 +28,7 @@ struct StandStep {
 
 struct StandProblems {
   StandProblem all, even, odd;
+  StandProblem wide_even, wide_odd;  // the same smoothed more: what fast motion loses by smoothing
 };
 
 // What is fitted to: recordings, and a weight for each channel.

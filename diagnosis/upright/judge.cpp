@@ -12,6 +12,7 @@ namespace {
 constexpr double kFew = 8;  // samples
 constexpr double kLeastNoise = 0.25;
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is held against two attitudes
+constexpr double kLeadingOrder = 2;  // times an error that is known to its leading order, and the same in all recordings
 constexpr size_t kThin = 3;    // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
@@ -34,6 +35,11 @@ bool is_loose(const StandHypothesis& h) {
   return std::any_of(h.begin(), h.end(), [](const StandEffect& e) { return e.id == StandId::kBacklash; });
 }
 
+// Where a link is free between loose teeth its place is read off the feet: their noise is no longer all there.
+size_t find_first_sure(const StandProblem& p, const StandHypothesis& h) {
+  return is_loose(h) ? find_places(p) + count_places(p) : 0;
+}
+
 }  // namespace
 
 StandJudge::StandJudge(const StandProblem& problem)
@@ -44,8 +50,7 @@ StandJudge::StandJudge(const StandProblem& problem)
 }
 
 void StandJudge::update_sigma(const Evaluation& evaluation, const StandHypothesis& h) {
-  // Where a link is free between loose teeth its place is read off the feet: their noise is no longer all there.
-  for (size_t c = is_loose(h) ? find_places(*problem_) + count_places(*problem_) : 0; c < channels_.size(); ++c) {
+  for (size_t c = find_first_sure(*problem_, h); c < channels_.size(); ++c) {
     const bool sparse = channels_[c].kind == "gyro";
     std::vector<double> found;
     for (const StandBase& base : evaluation) {
@@ -80,9 +85,41 @@ std::vector<double> StandJudge::find_noise(const Evaluation& even, const Evaluat
   return out;
 }
 
+// Square of what smoothing takes away from each channel. A local cubic's error grows with the square of its window, so
+// windows wider by the root of two err twice as much; the product of both halves' differences has no noise in it.
+std::vector<double> StandJudge::find_smoothed_away(const std::array<Evaluation, 4>& halves) const {
+  std::vector<double> sum(channels_.size(), 0.0), count(channels_.size(), 0.0);
+  for (size_t r = 0; r < halves[0].size(); ++r) {
+    const auto get = [&](size_t half, size_t k) { return halves[half][r].residuals[k]; };
+    for (size_t k = 0; k < halves[0][r].residuals.size(); ++k) {
+      if (get(0, k) == 0 || get(1, k) == 0 || get(2, k) == 0 || get(3, k) == 0) continue;
+      sum[k % channels_.size()] += (get(2, k) - get(0, k)) * (get(3, k) - get(1, k)), ++count[k % channels_.size()];
+    }
+  }
+  for (size_t c = 0; c < sum.size(); ++c) {
+    sum[c] = kLeadingOrder * kLeadingOrder * std::max(0.0, sum[c] / std::max(1.0, count[c]));
+  }
+  return sum;
+}
+
+void StandJudge::update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves,
+                              const StandHypothesis& h) {
+  const std::vector<double> noise = find_noise(halves[0], halves[1]), away = find_smoothed_away(halves);
+  if (problem_->held) {
+    update_sigma(all, h);
+    return set_reference(noise);
+  }
+  for (size_t c = find_first_sure(*problem_, h); c < channels_.size(); ++c) {
+    const double found = std::max(find_floor(*problem_, channels_[c]), std::sqrt(noise[c] + away[c]));
+    sigma_[c] = std::min(sigma_[c], found);
+  }
+  if (away_.empty()) away_ = away;
+  for (size_t c = 0; c < away.size(); ++c) away_[c] = std::min(away_[c], away[c]);
+  set_reference(noise);
+}
+
 // As sigma_ it can only get smaller.
-void StandJudge::set_reference(const Evaluation& even, const Evaluation& odd) {
-  const std::vector<double> noise = find_noise(even, odd);
+void StandJudge::set_reference(const std::vector<double>& noise) {
   if (reference_.empty()) reference_ = noise;
   for (size_t c = 0; c < noise.size(); ++c) {
     reference_[c] = std::min(reference_[c], noise[c]);
@@ -96,11 +133,12 @@ std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const E
   return out;
 }
 
-// What noise alone leaves of a channel [square, in units of sigma_]. Third differences of samples whose windows overlap
+// What noise and smoothing leave of a channel [square, in units of sigma_]. Third differences of samples whose windows overlap
 // make sigma_ too large by a tenth or so; below that, what is left could not be told from noise.
 double StandJudge::find_least(size_t channel) const {
   if (reference_.empty()) return 1;
-  return std::clamp(reference_[channel] / (sigma_[channel] * sigma_[channel]), kLeastNoise, 1.0);
+  const double left = reference_[channel] + (away_.empty() ? 0 : away_[channel]);
+  return std::clamp(left / (sigma_[channel] * sigma_[channel]), kLeastNoise, 1.0);
 }
 
 double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, const Evaluation& evaluation,

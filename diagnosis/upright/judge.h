@@ -2,6 +2,8 @@
 // How well a hypothesis agrees with the recordings it was not fitted to.
 #pragma once
 
+#include <array>
+
 #include "diagnosis/upright/fit.h"
 
 namespace hrp::diagnosis::upright {
@@ -31,8 +33,12 @@ class StandJudge {
   const std::vector<double>& sigma() const { return sigma_; }  // of each channel
   const std::vector<size_t>& train() const { return train_; }  // recordings
 
-  // Noise of each channel from the high frequencies of its residual; once more is explained it can only get smaller.
-  void update_sigma(const Evaluation& evaluation, const StandHypothesis& hypothesis);
+  // Noise of each channel under a hypothesis; once more is explained it can only get smaller. Even and odd samples
+  // differ by noise alone, and wide windows from narrow ones, in both halves alike, by what smoothing takes away from
+  // fast motion. Where values are held the halves share their noise: then third differences of the residual, which
+  // fast disturbances enlarge. `halves`: at even samples, at odd ones, both with wide windows.
+  void update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves, const StandHypothesis& hypothesis);
+  void update_sigma(const Evaluation& all, const StandHypothesis& hypothesis);  // by third differences
 
   // `extra`: noise [squared] by channel that the hypothesis itself adds, as find_extra_noise() has it; empty: none.
   StandFit judge(const StandHypothesis& hypothesis, const Evaluation& evaluation,
@@ -42,7 +48,6 @@ class StandJudge {
   // differ by noise alone. Its square by channel, and how much more that is than under the reference.
   std::vector<double> find_noise(const Evaluation& even, const Evaluation& odd) const;
   std::vector<double> find_extra_noise(const Evaluation& even, const Evaluation& odd) const;
-  void set_reference(const Evaluation& even, const Evaluation& odd);
 
   // Channels that stay far from their noise count less: whatever else is missing there must not bend the parameters.
   FitSelection select(const StandFit& so_far) const;
@@ -52,12 +57,15 @@ class StandJudge {
 
  private:
   double find_least(size_t channel) const;
+  void set_reference(const std::vector<double>& noise);
+  std::vector<double> find_smoothed_away(const std::array<Evaluation, 4>& halves) const;
   // Adds one channel over some recordings to a fit; returns its rms.
   double add_channel(size_t channel, const std::vector<size_t>& recordings, const Evaluation& evaluation, double extra,
                      StandFit* fit) const;
   const StandProblem* problem_;
   std::vector<Channel> channels_;
   std::vector<double> sigma_, reference_;  // reference_: as find_noise() has it, of the hypothesis that sigma_ is from
+  std::vector<double> away_;               // square of what smoothing takes away
   std::vector<size_t> train_, held_;
 };
 

@@ -93,8 +93,7 @@ TEST(StandingJudge, DoesNotCountTheNoiseThatAHypothesisAdds) {
   const StandProblem p = make_block();
   const Halves before(p, 1.0), after(p, 1.4);
   StandJudge judge(p);
-  judge.update_sigma(before.all, {});
-  judge.set_reference(before.even, before.odd);
+  judge.update_sigma(before.all, {before.even, before.odd, before.even, before.odd}, {});
   const double score = judge.judge({}, before.all).score, blind = judge.judge({}, after.all).score;
   const double told = judge.judge({}, after.all, judge.find_extra_noise(after.even, after.odd)).score;
   EXPECT_GT(blind - score, 300);  // 800 samples x ln(1.4^2) = 538, less what stays below sigma

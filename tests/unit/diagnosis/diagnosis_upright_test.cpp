@@ -2,12 +2,14 @@
 // Standing robots: what the smoothing, the hints, the intervals and the dependence finder claim.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
 #include "diagnosis/upright/dependence.h"
 #include "diagnosis/upright/findings.h"
 #include "diagnosis/upright/hints.h"
+#include "diagnosis/upright/judge.h"
 #include "diagnosis/upright/smooth.h"
 
 namespace hrp::diagnosis::upright {
@@ -120,6 +122,50 @@ TEST(StandingDependence, OfNoiseIsNothing) {
   const Evaluation left = evaluate_missing(p, [](double, double) { return 0.0; });
   EXPECT_TRUE(find_dependence(p, {"tilt", "", "", "foot", "", ""}, 0, left).empty());
 }
+
+// What a robot's equations leave by even and odd samples, then with wider windows: noise of a standard deviation of 1 of
+// its own in each half, and 20 sin(2 pi 8 Hz t), of which wide windows take a share more.
+std::array<Evaluation, 4> make_disturbed_halves(size_t channels, double taken) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  std::array<Evaluation, 4> out;
+  for (Evaluation& e : out) e.resize(1);
+  for (size_t k = 0; k < 400; ++k) {
+    const double fast = 20 * std::sin(2 * M_PI * 8 * 0.03 * static_cast<double>(k));
+    for (size_t c = 0; c < channels; ++c) {
+      for (size_t half = 0; half < 2; ++half) {
+        const double noise = normal(random);
+        out[half][0].residuals.push_back(fast + noise);
+        out[half + 2][0].residuals.push_back((1 - taken) * fast + noise);
+      }
+    }
+  }
+  return out;
+}
+
+double find_sigma(double taken, bool held) {
+  StandProblem p;
+  p.feet.resize(1), p.tree.links.resize(1), p.held = held;
+  StandRecording recording;
+  p.recordings.push_back(recording);
+  StandJudge judge(p);
+  const std::array<Evaluation, 4> halves = make_disturbed_halves(judge.list().size(), taken);
+  Evaluation all = halves[0];
+  for (size_t k = 0; k < all[0].residuals.size(); ++k) {
+    all[0].residuals[k] = 0.5 * (halves[0][0].residuals[k] + halves[1][0].residuals[k]);
+  }
+  judge.update_sigma(all, halves, {});
+  return judge.sigma()[2];  // of a balance, whose least noise is far below
+}
+
+// The mean of two halves with noise of 1 has one of 0.71. 400 samples tell it to 4 %, four deviations are 15 %.
+TEST(StandingNoise, OfADriveThatIsDisturbedFastIsNoDisturbance) {
+  EXPECT_NEAR(find_sigma(0, false), 0.71, 0.1);
+  EXPECT_GT(find_sigma(0, true), 5) << "held samples: third differences, which a fast disturbance enlarges";
+}
+
+// A tenth of 20 / sqrt(2) = 14: twice 1.4, beside the noise of 0.71, is 2.9.
+TEST(StandingNoise, HoldsWhatSmoothingTakesAwayFromFastMotion) { EXPECT_NEAR(find_sigma(0.1, false), 2.9, 0.3); }
 
 StandProblem make_soles(double length, double width) {
   StandProblem p;
