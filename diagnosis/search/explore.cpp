@@ -48,6 +48,14 @@ bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
   return false;
 }
 
+}  // namespace
+
+bool can_add(const Hypothesis& hypothesis, const Effect& added) {
+  return !contains(hypothesis, added) && !is_redundant(hypothesis, added);
+}
+
+namespace {
+
 // Start values that a regression cannot give, because readings are no smooth function of them.
 std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo& info) {
   const std::string name = info.name;
@@ -59,7 +67,7 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
   if (name == "time_constant")
     return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};  // [s] of current loops and of gears
   const bool gap = effect.id == EffectId::kBacklash;
-  if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 2.0 * effect.p[0]};
+  if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01, 0.03, 0.08};  // [rad] of gears
   if (gap && name == "stiffness") return {1e3, 1e4};  // stiff beyond the gap, but no stiffer than steps can follow
   if (gap && name == "rotor_inertia") return {0.2 * effect.p[3], effect.p[3], 3.0 * effect.p[3]};
   if (effect.id == EffectId::kElasticity && name == "stiffness")
@@ -67,6 +75,34 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
   if (effect.id == EffectId::kElasticity && name == "rotor_inertia")
     return {0.2 * effect.p[2], effect.p[2], 3.0 * effect.p[2]};
   return {};
+}
+
+// Start values of an effect: all combinations of the alternatives of its parameters. A mass far out turns into a fit
+// that does not come back when another cause had a part in the regression; so it may start nearer to the link's origin.
+std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
+  const EffectInfo& info = get_effect(effect.id);
+  std::vector<Effect> options{effect};
+  for (size_t i = 0; i < info.parameters.size(); ++i) {
+    const std::vector<double> values = list_alternatives(effect, info.parameters[i]);
+    if (values.empty() || (scanned_only && !info.parameters[i].scanned)) continue;
+    std::vector<Effect> more;
+    for (const Effect& option : options) {
+      for (double value : values) {
+        more.push_back(option);
+        more.back().p[i] = value;
+      }
+    }
+    options = std::move(more);
+  }
+  if (effect.id != EffectId::kPayload) return options;
+  for (double mass : {1.0, 0.3}) {
+    for (double lever : {0.3, 0.0}) {
+      options.push_back(effect);
+      options.back().p[0] *= mass;
+      for (size_t i = 1; i < 4; ++i) options.back().p[i] *= lever;
+    }
+  }
+  return options;
 }
 
 // How many effects are looked at in each joint beside those that promise most: the joint that is missed most and the
@@ -86,7 +122,8 @@ constexpr double kRateShare = 0.1;  // of what is left of a velocity: less is no
 // may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
 // parameter in any case.
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
-  std::vector<int> joints{static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin())};
+  std::vector<int> joints{
+      static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin())};
   for (const Effect& effect : lead.hypothesis) {
     const bool there = std::find(joints.begin(), joints.end(), effect.place) != joints.end();
     if (is_dry(effect.id) && !there) joints.push_back(effect.place);
@@ -94,8 +131,7 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   for (int joint : joints) {
     for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
       const Effect effect{id, joint, {get_effect(id).parameters[0].step}};
-      if (!contains(lead.hypothesis, effect) && !contains(*list, effect) && !is_redundant(lead.hypothesis, effect))
-        list->push_back(effect);
+      if (can_add(lead.hypothesis, effect) && !contains(*list, effect)) list->push_back(effect);
     }
   }
 }
@@ -138,8 +174,8 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
 }
 
 constexpr double kChanged = 0.5;  // of what was left: an effect that takes more away changes what others were fitted to
-constexpr size_t kBodies = 4;  // effects of links that are looked at beside joints' that promise more
-constexpr size_t kKept = 12;  // leads of one size that are looked at further
+constexpr size_t kBodies = 4;     // effects of links that are looked at beside joints' that promise more
+constexpr size_t kKept = 12;      // leads of one size that are looked at further
 
 FitOptions quick_options() {
   FitOptions options;
@@ -188,6 +224,14 @@ void Explorer::measure(Problem& p, Lead* lead) const {
   lead->cost = sum(lead->train) + sum(lead->held);
 }
 
+Lead Explorer::make_lead(const Hypothesis& hypothesis) {
+  Lead lead;
+  lead.hypothesis = hypothesis;
+  lead.paths = std::make_shared<const Paths>(make_paths(workers_[0], hypothesis));
+  measure(workers_[0], &lead);
+  return lead;
+}
+
 std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t count) const {
   const Screening screening = screen(p, lead.hypothesis, lead.paths.get());
   std::vector<Effect> list;
@@ -195,7 +239,7 @@ std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t c
   const std::vector<size_t> most = allow_by_joint(lead.train);
   size_t bodies = 0;
   for (const Candidate& c : screening.candidates) {
-    if (contains(lead.hypothesis, c.start) || is_redundant(lead.hypothesis, c.start)) continue;
+    if (!can_add(lead.hypothesis, c.start)) continue;
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
     const int joint = c.start.id == EffectId::kJointOffset ? c.start.place : find_joint(c.start);
     const size_t j = static_cast<size_t>(std::max(0, joint));
@@ -213,24 +257,10 @@ std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t c
   return list;
 }
 
-// The best of a few values of every parameter that has alternatives (or of those only that no fit moves), of all
-// combinations.
+// The best of an effect's alternatives (or of the values of those parameters only that no fit moves).
 void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const {
   Effect& effect = (*hypothesis)[at];
-  const EffectInfo& info = get_effect(effect.id);
-  std::vector<Effect> options{effect};
-  for (size_t i = 0; i < info.parameters.size(); ++i) {
-    const std::vector<double> values = list_alternatives(effect, info.parameters[i]);
-    if (values.empty() || (scanned_only && !info.parameters[i].scanned)) continue;
-    std::vector<Effect> more;
-    for (const Effect& option : options) {
-      for (double value : values) {
-        more.push_back(option);
-        more.back().p[i] = value;
-      }
-    }
-    options = std::move(more);
-  }
+  const std::vector<Effect> options = list_options(effect, scanned_only);
   if (options.size() < 2) return;
   double lowest = 1e300;
   Effect best = effect;
@@ -309,6 +339,7 @@ Lead Explorer::add_shared(Problem& p, const Lead& parent, const Effect& start) c
   p.view = {true, same_paths ? parent.paths.get() : nullptr, -1};
   for (const Effect& effect : parent.hypothesis) options.frozen.push_back(find_joint(effect) >= 0);
   lead.hypothesis.push_back(start);
+  choose_start(p, &lead.hypothesis, lead.hypothesis.size() - 1, false);
   const FitResult result = fit(p, lead.hypothesis, p.train, options);
   if (!result.ok) return lead;
   lead.hypothesis = result.hypothesis;

@@ -29,6 +29,9 @@ class Explorer {
   // The empty set.
   const Lead& nominal() const { return nominal_; }
 
+  // A set as it is.
+  Lead make_lead(const Hypothesis& hypothesis);
+
   // The best sets that have one effect more than one of `from`, best first, none twice.
   std::vector<Lead> grow(const std::vector<Lead>& from, size_t candidates);
 
@@ -59,6 +62,9 @@ class Explorer {
   std::map<LocalKey, Local> locals_;
   std::vector<std::shared_ptr<const Paths>> kept_;  // paths are keys: they must not move
 };
+
+// Whether a set says something new with the effect added: not the same twice, no special case of another at its joint.
+bool can_add(const Hypothesis& hypothesis, const Effect& added);
 
 // The joint whose readings alone an effect changes along the paths, or -1 when all joints feel it.
 int find_joint(const Effect& effect);

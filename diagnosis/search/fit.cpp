@@ -120,13 +120,9 @@ class Fitter {
     const size_t p = parameters_.size();
     std::vector<double> deltas;
     std::vector<Hypothesis> variants{hypothesis_};
-    for (const FreeParameter& parameter : parameters_) {
-      const double value = hypothesis_[parameter.effect].p[parameter.index];
-      double delta = find_difference(hypothesis_[parameter.effect].id, *parameter.info, value);
-      if (value + delta > parameter.info->high) delta = -delta;
-      variants.push_back(hypothesis_);
-      variants.back()[parameter.effect].p[parameter.index] += delta;
-      deltas.push_back(delta);
+    for (Move& move : list_moves(hypothesis_, options_.frozen)) {
+      variants.push_back(std::move(move.hypothesis));
+      deltas.push_back(move.delta);
     }
     const size_t n = recordings_.size();
     std::vector<std::vector<std::vector<double>>> residuals(n, std::vector<std::vector<double>>(p + 1));
@@ -190,8 +186,7 @@ class Fitter {
       const double variance = std::max(inverse(i, i) * inflate, sandwich(i, i));
       result->std[parameter.effect][parameter.index] = std::sqrt(std::max(0.0, variance));
     }
-    for (size_t e = 0; e < result->hypothesis.size(); ++e)
-      result->distance.push_back(calc_distance(A, B, inflate, e));
+    for (size_t e = 0; e < result->hypothesis.size(); ++e) result->distance.push_back(calc_distance(A, B, inflate, e));
   }
 
   // How far an effect as a whole is from none, in standard deviations: along the step that takes it away, the others
@@ -224,6 +219,19 @@ class Fitter {
 };
 
 }  // namespace
+
+std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
+  std::vector<Move> moves;
+  for (const FreeParameter& parameter : list_parameters(hypothesis, frozen)) {
+    const double value = hypothesis[parameter.effect].p[parameter.index];
+    double delta = find_difference(hypothesis[parameter.effect].id, *parameter.info, value);
+    if (value + delta > parameter.info->high) delta = -delta;
+    Move move{hypothesis, delta};
+    move.hypothesis[parameter.effect].p[parameter.index] += delta;
+    moves.push_back(std::move(move));
+  }
+  return moves;
+}
 
 FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
               const FitOptions& options) {

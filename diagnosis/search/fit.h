@@ -27,6 +27,13 @@ struct FitOptions {
   std::vector<char> frozen;    // by effect: parameters stay as they are; may be shorter
 };
 
+// A hypothesis with one of its parameters moved, for differences; parameters that are scanned or frozen stay.
+struct Move {
+  Hypothesis hypothesis;
+  double delta;
+};
+std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<char>& frozen = {});
+
 FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
               const FitOptions& options);
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnosis/drive/search.h"
+#include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/significance.h"
 #include "diagnosis/simulation/presliding.h"
@@ -32,18 +33,22 @@ Key make_key(const Hypothesis& hypothesis) {
 }
 
 constexpr size_t kLargestSet = 3;
-constexpr size_t kBeam = 4;         // sets that are grown further
-constexpr size_t kCandidates = 10;  // effects that may be added to each
-constexpr size_t kSimulated = 3;    // sets of each size that are fitted through the simulation
-constexpr double kAlike = 1.5;      // in cost
+constexpr size_t kBeam = 4;          // sets that are grown further
+constexpr size_t kCandidates = 10;   // effects that may be added to each
+constexpr size_t kSimulated = 3;     // sets of each size that are fitted through the simulation
+constexpr size_t kAsked = 3;         // effects that what is left asks for, that are tried
+constexpr double kAskedShare = 0.1;  // of what is left above the noise, that is worth asking for
+constexpr double kAskedAlike = 0.3;  // of the best one's gain: such may be the right one
+constexpr double kAskedTwin = 0.9;   // the same once it has left noise only
+constexpr double kAlike = 1.5;       // in cost
 constexpr double kDrivesWorse = 1.2;
+constexpr double kTwin = 1.02;          // in cost: no difference that paths can tell
 constexpr double kClearlyWorse = 4.0;   // in cost: twice the error
 constexpr double kLeastSpread = 1e-3;   // of a value
 constexpr double kRough = 20.0;         // noise deviations that steps are never to blame for
 constexpr int kFiner = 4, kFinest = 8;  // steps for one
 constexpr int kRounds = 2;              // of start states and parameters
 constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
-constexpr double kDetail = 0.1;         // of the noise's power, that counts as none
 constexpr double kLeastDrop = 0.7;      // of what is left, or adding effects is given up
 
 class Search {
@@ -74,7 +79,7 @@ class Search {
     if (!outcome.explained && find_drives(&outcome)) return outcome;
     finish(&outcome.chosen);
     drop_insignificant(&outcome);
-    outcome.explained = is_explained(outcome.chosen);
+    outcome.explained = is_explained(outcome.chosen, nominal_);
     widen(&outcome.chosen);
     normalise(&outcome.chosen.hypothesis);
     return outcome;
@@ -83,22 +88,6 @@ class Search {
  private:
   void say(const std::string& what, const Trial& t) const {
     progress_(what + ": train " + format("%.4g, held out %.4g, worst signal %.4g", t.train.rms(), t.rms, t.worst));
-  }
-
-  bool is_noise(const Trial& t) const { return t.rms < 1.2 && t.worst < 1.7 && t.train.rms() < 1.4; }
-
-  // What is left is noise, or so small a share of what there was that the law itself can only be a matter of detail.
-  bool is_explained(const Trial& t) const {
-    if (t.hypothesis.empty()) return false;
-    if (is_noise(t)) return true;
-    const double before = nominal_.rms * nominal_.rms - 1.0, after = t.rms * t.rms - 1.0;
-    return (t.rms < 2.0 && after < 1e-3 * before) || (t.rms < 1.2 && after < 3e-3 * before);
-  }
-
-  // Laws of friction, memory and play have details that no two engines share; smooth laws have none, and what one leaves
-  // above the noise has a cause of its own.
-  bool is_complete(const Trial& t) const {
-    return is_explained(t) && (t.rms * t.rms - 1.0 <= kDetail || !is_smooth(t.hypothesis));
   }
 
   FitResult refine(const Hypothesis& hypothesis) {
@@ -185,11 +174,37 @@ class Search {
         progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
       simulate_best(beam);
       polish_best();
+      bool grown = false;
+      while (look_closer()) grown = true, polish_best();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
-      if (is_complete(best_refined())) break;
+      if (is_complete(best_refined(), nominal_)) break;
+      if (grown && best_refined().hypothesis.size() < kLargestSet)
+        beam.insert(beam.begin(), explorer.make_lead(best_refined().hypothesis));
       if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
       if (beam.size() > kBeam) beam.resize(kBeam);
     }
+  }
+
+  // What the best set leaves in the simulation asks for. Whether a set with one effect more came out best.
+  bool look_closer() {
+    const Trial best = best_refined();
+    if (best.hypothesis.empty() || best.hypothesis.size() >= kLargestSet || is_complete(best, nominal_)) return false;
+    problem_.starts = best.starts, problem_.step_errors = best.step_errors;
+    const double left = calc_cost(best) - best.train.count - best.validate.count;
+    double least = kAskedShare * left;
+    size_t tried = 0;
+    for (const Addition& addition : rank_additions(problem_, best.full())) {
+      if (addition.gain < least) break;
+      if (!can_add(best.hypothesis, addition.start)) continue;
+      least = std::max(least, kAskedAlike * addition.gain);
+      Hypothesis more = best.hypothesis;
+      more.push_back(addition.start);
+      progress_("    asked for: " + get_label(e_, addition.start) + format(" by %.4g", scale(addition.gain)));
+      try_fit(more);
+      if (is_complete(best_refined(), nominal_)) least = std::max(least, kAskedTwin * addition.gain);
+      if (++tried == kAsked) break;
+    }
+    return best_refined().hypothesis.size() > best.hypothesis.size();
   }
 
   // Fits the first of the sets through the simulation. Once one leaves noise only, no set that has more parameters or
@@ -207,7 +222,8 @@ class Search {
       const bool done = !best.hypothesis.empty() && is_noise(best);
       if (!done && i >= kSimulated) break;  // a simpler one may explain as much as one that leaves noise only
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
-      if (done && count_parameters(beam[i].hypothesis) >= count_parameters(best.hypothesis)) continue;
+      const size_t more = count_parameters(beam[i].hypothesis), least = count_parameters(best.hypothesis);
+      if (done && (more > least || (more == least && beam[i].cost > kTwin * best_cost))) continue;
       try_fit(beam[i].hypothesis);
     }
   }
@@ -243,12 +259,10 @@ class Search {
       if (item.second.refined) list.push_back(&item.second);
     }
     std::stable_sort(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
-      return a->train.ok && b->train.ok ? cost(*a) < cost(*b) : a->train.ok;
+      return a->train.ok && b->train.ok ? calc_cost(*a) < calc_cost(*b) : a->train.ok;
     });
     return list;
   }
-
-  static double cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
 
   const Trial& best_refined() const {
     const std::vector<const Trial*> list = sort_refined();
@@ -259,7 +273,8 @@ class Search {
   // larger sets would cost ten times as much.
   void polish_best() {
     const Trial& best = best_refined();
-    if (best.hypothesis.empty() || is_explained(best) || best.rms > kNear) return;
+    const bool near = best.rms < kNear || is_detail(best, nominal_);
+    if (best.hypothesis.empty() || is_explained(best, nominal_) || !near) return;
     polish(&trials_.at(make_key(best.hypothesis)));
   }
 
@@ -323,7 +338,7 @@ class Search {
     const Key worthless = make_key(outcome->chosen.hypothesis);
     outcome->chosen = nominal_, outcome->explained = false;
     for (const Trial* t : sort_refined()) {
-      if (t->hypothesis.empty() || make_key(t->hypothesis) == worthless || !is_explained(*t)) continue;
+      if (t->hypothesis.empty() || make_key(t->hypothesis) == worthless || !is_explained(*t, nominal_)) continue;
       outcome->chosen = *t, outcome->explained = true;
       outcome->chosen.probability = 0.5;  // it did worse than what was thrown out
       finish(&outcome->chosen);
@@ -348,7 +363,7 @@ class Search {
     finish(&trial);
     outcome->rivals.insert(outcome->rivals.begin(), trial);
     chosen = trial;
-    outcome->explained = is_explained(chosen);
+    outcome->explained = is_explained(chosen, nominal_);
   }
 
   // The simplest of those that cannot be told from the best by the recordings they were not fitted to.
@@ -356,64 +371,15 @@ class Search {
     std::vector<Trial> list;
     for (const Trial* t : sort_refined()) list.push_back(*t);
     if (list.empty()) list.push_back(nominal_);
-    const Trial& best = list.front();
-    // One more parameter must earn more than chance and the detail of laws can give.
-    const double unit = std::max(1.0, cost(best) / std::max(1.0, best.train.count + best.validate.count));
-    const auto price = [&](const Trial& t) {
-      double parameters = 0.0;
-      for (const Effect& effect : t.hypothesis) parameters += static_cast<double>(effect.p.size());
-      return cost(t) / unit + 60.0 * static_cast<double>(t.hypothesis.size()) + 15.0 * parameters +
-             0.004 * (best.train.count + best.validate.count) * static_cast<double>(t.hypothesis.size());
-    };
-    std::stable_sort(list.begin(), list.end(), [&](const Trial& a, const Trial& b) { return price(a) < price(b); });
-    prefer_simple(&list);
+    sort_by_preference(nominal_, &list);
     outcome->chosen = list.front();
-    set_probabilities(price, &list);
-    outcome->chosen.probability = list.front().probability;
     outcome->rivals = list;
     for (const Trial& t : passed_over_) {
       if (!trials_.count(make_key(t.hypothesis)) && outcome->rivals.size() < 14) outcome->rivals.push_back(t);
     }
-    outcome->explained = is_explained(outcome->chosen);
+    outcome->explained = is_explained(outcome->chosen, nominal_);
     for (size_t i = 1; i < list.size(); ++i) {
       if (list[i].probability > 0.1) outcome->twins.push_back(list[i].hypothesis);
-    }
-  }
-
-  // Odds from the prices, a twentieth of whose difference is taken for evidence because residuals are correlated. A
-  // model that the chosen one was preferred to for its simplicity does not gain by what it has more.
-  template <class Price>
-  static void set_probabilities(const Price& price, std::vector<Trial>* list) {
-    const Trial& chosen = list->front();
-    double sum = 0.0;
-    for (Trial& t : *list) {
-      const double more = static_cast<double>(count_parameters(t.hypothesis)) -
-                          static_cast<double>(count_parameters(chosen.hypothesis));
-      const double dearer = std::max(price(t) - price(chosen), 30.0 * std::max(0.0, more));
-      sum += t.probability = std::exp(-0.5 * std::min(1400.0, dearer / 20.0));
-    }
-    for (Trial& t : *list) t.probability /= sum;
-  }
-
-  static size_t count_parameters(const Hypothesis& hypothesis) {
-    size_t count = 0;
-    for (const Effect& effect : hypothesis) count += effect.p.size();
-    return count;
-  }
-
-  // Among models that leave noise (or details of laws) only, the one with the fewest effects, then parameters, unless a
-  // richer one removes most of what it leaves above the noise.
-  void prefer_simple(std::vector<Trial>* list) const {
-    const double best = list->front().rms * list->front().rms - 1.0;
-    for (size_t i = 1; i < list->size(); ++i) {
-      const Trial& t = (*list)[i];
-      const Trial& first = list->front();
-      const bool simpler = t.hypothesis.size() < first.hypothesis.size() ||
-                           (t.hypothesis.size() == first.hypothesis.size() &&
-                            count_parameters(t.hypothesis) < count_parameters(first.hypothesis));
-      if (!simpler || !(is_noise(t) || is_explained(t)) || t.rms * t.rms - 1.0 > 2.0 * std::max(0.0, best) + kDetail)
-        continue;
-      std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
     }
   }
 
@@ -429,12 +395,6 @@ class Search {
 };
 
 }  // namespace
-
-Hypothesis Trial::full() const {
-  Hypothesis all = hypothesis;
-  all.insert(all.end(), timing.begin(), timing.end());
-  return all;
-}
 
 Outcome search(const Problem& problem, const Progress& progress) { return Search(problem, progress).run(); }
 

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/additions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "diagnosis/search/screen.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kShare = 0.01;     // of a joint's effort, that a probe is about
+constexpr double kShift = 5e-4;     // [s]
+constexpr double kLever = 0.1;      // [m] of a probing mass
+constexpr double kStiff = 1e4;      // [N m/rad] no stiffer than steps can follow
+constexpr double kCoarser = 4.0;    // steps: differences need not be as exact as readings
+constexpr double kSingular = 1e-6;  // of a column: less that is its own is none
+
+// An effect at one place: small steps of it, and its parameters from how much of each step the residual asks for.
+struct Probe {
+  std::vector<Effect> steps;
+  std::function<bool(const Eigen::VectorXd& x, std::vector<double>* p)> make_start;
+};
+
+// How much a joint does, root mean squares over the training recordings.
+struct Activity {
+  double effort = 0.0, position = 0.0, rate = 0.0, acceleration = 0.0;
+};
+
+std::vector<Activity> measure_activity(const Problem& problem) {
+  const Experiment& e = *problem.experiment;
+  const Plant plant = make_plant(e, {});
+  const long n = e.num_joints();
+  std::vector<Activity> list(static_cast<size_t>(n));
+  double count = 0.0;
+  constexpr size_t kThin = 10;
+  for (int r : problem.train) {
+    const std::vector<SmoothJoint>& joints = problem.smooth[static_cast<size_t>(r)].joints;
+    const long rows = static_cast<long>(joints[0].q.size() / kThin);
+    Eigen::MatrixXd q(rows, n), qd(rows, n), qdd(rows, n);
+    for (long k = 0; k < rows; ++k) {
+      for (long j = 0; j < n; ++j) {
+        const SmoothJoint& joint = joints[static_cast<size_t>(j)];
+        const size_t at = static_cast<size_t>(k) * kThin;
+        q(k, j) = joint.q[at], qd(k, j) = joint.qd[at], qdd(k, j) = joint.qdd[at];
+      }
+    }
+    const Eigen::MatrixXd effort = calc_efforts(plant, q, qd, qdd);
+    for (long j = 0; j < n; ++j) {
+      Activity& a = list[static_cast<size_t>(j)];
+      a.effort += effort.col(j).squaredNorm(), a.position += q.col(j).squaredNorm();
+      a.rate += qd.col(j).squaredNorm(), a.acceleration += qdd.col(j).squaredNorm();
+    }
+    count += static_cast<double>(rows);
+  }
+  for (Activity& a : list) {
+    for (double* value : {&a.effort, &a.position, &a.rate, &a.acceleration})
+      *value = std::max(1e-6, std::sqrt(*value / std::max(1.0, count)));
+  }
+  return list;
+}
+
+class Probes {
+ public:
+  explicit Probes(const Problem& problem) : e_(*problem.experiment), activity_(measure_activity(problem)) {
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      if (!e_.robot.tree.joint(j).actuated) continue;
+      add_joint(j);
+      add_sensors(j);
+    }
+    for (int link = 1; link < e_.robot.tree.num_joints() + 1; ++link) add_link(link);
+    add(EffectId::kClockSkew, 0, 0.0, 1e-4);
+  }
+
+  // Cogging has a frequency, which no small step can find: the best of the missing effort's.
+  void add_cogging(const Effect& start) {
+    if (start.p.size() < 3) return;
+    Effect sine = start;
+    sine.p[0] = kShare * activity_[static_cast<size_t>(start.place)].effort, sine.p[2] = 0.0;
+    Effect cosine = sine;
+    cosine.p[2] = M_PI_2;
+    list_.push_back({{sine, cosine}, [sine](const Eigen::VectorXd& x, std::vector<double>* p) {
+                       *p = {sine.p[0] * x.norm(), sine.p[1], std::atan2(x[1], x[0])};
+                       return true;
+                     }});
+  }
+
+  const std::vector<Probe>& list() const { return list_; }
+
+ private:
+  // One parameter; more of it (below `none` no less) than `none`.
+  void add(EffectId id, int place, double none, double step, std::vector<double> rest = {}) {
+    Effect effect{id, place, {none + step}};
+    effect.p.insert(effect.p.end(), rest.begin(), rest.end());
+    const double low = get_effect(id).parameters[0].low, high = get_effect(id).parameters[0].high;
+    list_.push_back({{effect}, [=](const Eigen::VectorXd& x, std::vector<double>* p) {
+                       *p = effect.p;
+                       (*p)[0] = none + x[0] * step;
+                       return (*p)[0] > low && (*p)[0] < high;
+                     }});
+  }
+
+  // A vector of three parameters around none.
+  void add_vector(EffectId id, int place, double step) {
+    Probe probe;
+    for (size_t i = 0; i < 3; ++i) {
+      probe.steps.push_back({id, place, {0.0, 0.0, 0.0}});
+      probe.steps.back().p[i] = step;
+    }
+    probe.make_start = [step](const Eigen::VectorXd& x, std::vector<double>* p) {
+      *p = {step * x[0], step * x[1], step * x[2]};
+      return true;
+    };
+    list_.push_back(probe);
+  }
+
+  void add_joint(int j) {
+    const Activity& a = activity_[static_cast<size_t>(j)];
+    const double effort = kShare * a.effort;
+    add(EffectId::kViscous, j, 0.0, effort / a.rate);
+    add(EffectId::kCoulomb, j, 0.0, effort, {0.0, kPresliding});
+    add(EffectId::kLoadFriction, j, 0.0, kShare, {kPresliding});
+    add(EffectId::kRotorInertia, j, 0.0, effort / a.acceleration);
+    add(EffectId::kTorqueConstant, j, 1.0, kShare);
+    add(EffectId::kLag, j, 0.0, kShift);
+    add(EffectId::kDelay, j, 0.0, kShift);
+    add(EffectId::kJointOffset, j, 0.0, 1e-3);
+    for (double yield : {0.003, 0.03, 0.3}) add(EffectId::kHysteresis, j, 0.0, effort / yield, {yield});
+    add_spring(j, effort / a.position);
+    add_transmission(j);
+  }
+
+  // A spring's pull is stiffness times position less a constant.
+  void add_spring(int j, double stiffness) {
+    constexpr double kRest = 0.5;
+    Probe probe;
+    probe.steps = {{EffectId::kSpring, j, {stiffness, 0.0}}, {EffectId::kSpring, j, {stiffness, kRest}}};
+    probe.make_start = [stiffness](const Eigen::VectorXd& x, std::vector<double>* p) {
+      const double share = x[0] + x[1];
+      *p = {stiffness * share, kRest * x[1] / share};
+      return share > 0.0 && std::abs((*p)[1]) < 7.0;
+    };
+    list_.push_back(probe);
+  }
+
+  void add_transmission(int j) {
+    const double damping = 0.002 * kStiff;
+    Probe probe;
+    probe.steps = {{EffectId::kElasticity, j, {kStiff, damping, 1e-3}}};
+    probe.make_start = [](const Eigen::VectorXd& x, std::vector<double>* p) {
+      const double stiffness = kStiff / std::max(1e-3, x[0]);
+      *p = {stiffness, 0.002 * stiffness, 1e-3};
+      return x[0] > 0.0;
+    };
+    list_.push_back(probe);
+  }
+
+  void add_sensors(int j) {
+    for (int quantity = 0; quantity < kQuantities; ++quantity) {
+      const auto& noise = e_.joint_noise[static_cast<size_t>(j)][static_cast<size_t>(quantity)];
+      if (!(noise.sigma > 0.0)) continue;
+      const int place = j * kQuantities + quantity;
+      add(EffectId::kSensorBias, place, 0.0, noise.sigma);
+      add(EffectId::kSensorScale, place, 1.0, kShare);
+      add(EffectId::kSensorDelay, place, 0.0, kShift);
+    }
+  }
+
+  void add_link(int link) {
+    const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
+    add_vector(EffectId::kExternalForce, link, 0.1);
+    if (!(mass > 0.0)) return;
+    add(EffectId::kMassError, link, 1.0, kShare);
+    add_vector(EffectId::kComError, link, 1e-3);
+    add_payload(link, kShare * mass);
+  }
+
+  // Masses at the link's origin and out along its axes: any mass anywhere, but for its own inertia.
+  void add_payload(int link, double mass) {
+    Probe probe;
+    for (size_t i = 0; i < 4; ++i) {
+      probe.steps.push_back({EffectId::kPayload, link, {mass, 0.0, 0.0, 0.0, 0.0}});
+      if (i > 0) probe.steps.back().p[i] = kLever;
+    }
+    probe.make_start = [mass](const Eigen::VectorXd& x, std::vector<double>* p) {
+      const double all = x.sum();
+      *p = {mass * all, 0.0, 0.0, 0.0, 0.0};
+      if (!(all > 0.0)) return false;
+      for (long i = 1; i < 4; ++i) (*p)[static_cast<size_t>(i)] = std::clamp(kLever * x[i] / all, -1.0, 1.0);
+      return true;
+    };
+    list_.push_back(probe);
+  }
+
+  const Experiment& e_;
+  std::vector<Activity> activity_;
+  std::vector<Probe> list_;
+};
+
+using Columns = std::vector<std::vector<double>>;
+
+// What is left and how it changes with the parameters fitted already, of one recording.
+struct Base {
+  std::vector<double> residuals, coarse;  // with the problem's steps and with coarser ones
+  Columns columns;
+};
+
+// Sums of products of [fitted parameters, steps, residual].
+struct Products {
+  Eigen::MatrixXd gram;
+  bool ok = true;
+};
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+void add_products(const Base& base, const Columns& steps, Products* products) {
+  std::vector<const std::vector<double>*> all;
+  for (const auto& column : base.columns) all.push_back(&column);
+  for (const auto& column : steps) all.push_back(&column);
+  all.push_back(&base.residuals);
+  const long size = static_cast<long>(all.size());
+  if (products->gram.size() == 0) products->gram.setZero(size, size);
+  for (long i = 0; i < size; ++i) {
+    for (long j = 0; j <= i; ++j) {
+      products->gram(i, j) += dot(*all[static_cast<size_t>(i)], *all[static_cast<size_t>(j)]);
+      products->gram(j, i) = products->gram(i, j);
+    }
+  }
+}
+
+// Least squares of the residual on the first `size` columns but those that are others' already; what it takes away.
+Eigen::VectorXd solve(const Eigen::MatrixXd& gram, long size, double* gain) {
+  const long last = gram.rows() - 1;
+  const Eigen::VectorXd scale = gram.diagonal().head(size).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd A = scale.asDiagonal() * gram.topLeftCorner(size, size) * scale.asDiagonal();
+  A.diagonal().array() += kSingular;
+  const Eigen::VectorXd b = -scale.cwiseProduct(gram.col(last).head(size));
+  const Eigen::VectorXd x = A.ldlt().solve(b);
+  *gain = x.dot(b);
+  return x.cwiseProduct(scale);
+}
+
+// By what chi2 falls with steps x.
+double calc_drop(const Eigen::MatrixXd& gram, const Eigen::VectorXd& x) {
+  const long size = x.size(), last = gram.rows() - 1;
+  return -2.0 * x.dot(gram.col(last).head(size)) - x.dot(gram.topLeftCorner(size, size) * x);
+}
+
+class Ranker {
+ public:
+  Ranker(const Problem& problem, const Hypothesis& fitted)
+      : problem_(problem), fitted_(fitted), options_(problem.options) {
+    options_.max_step *= kCoarser;
+    recordings_ = problem.train;
+    recordings_.insert(recordings_.end(), problem.validate.begin(), problem.validate.end());
+  }
+
+  std::vector<Addition> run() {
+    std::vector<Addition> ranked;
+    if (!make_base()) return ranked;
+    Probes probes(problem_);
+    for (const Candidate& c : screen(problem_, fitted_).candidates) {
+      if (c.start.id == EffectId::kCogging) probes.add_cogging(c.start);
+    }
+    std::vector<Addition> all(probes.list().size());
+    parallel_for(problem_.jobs, static_cast<int>(all.size()),
+                 [&](int i) { all[static_cast<size_t>(i)] = try_probe(probes.list()[static_cast<size_t>(i)]); });
+    for (const Addition& addition : all) {
+      if (addition.gain > 0.0) ranked.push_back(addition);
+    }
+    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+    return ranked;
+  }
+
+ private:
+  bool make_base() {
+    const std::vector<Move> moves = list_moves(fitted_);
+    bases_.resize(recordings_.size());
+    std::vector<char> ok(recordings_.size(), 1);
+    parallel_for(problem_.jobs, static_cast<int>(recordings_.size()), [&](int i) {
+      const size_t r = static_cast<size_t>(i);
+      Base& base = bases_[r];
+      base.columns.resize(moves.size());
+      ok[r] = calc_residuals(problem_, fitted_, recordings_[r], &base.residuals) && simulate(fitted_, r, &base.coarse);
+      for (size_t m = 0; m < moves.size() && ok[r]; ++m)
+        ok[r] = calc_column(moves[m].hypothesis, moves[m].delta, r, &base.columns[m]);
+    });
+    return std::all_of(ok.begin(), ok.end(), [](char c) { return c != 0; });
+  }
+
+  bool simulate(const Hypothesis& hypothesis, size_t r, std::vector<double>* residuals) const {
+    const size_t recording = static_cast<size_t>(recordings_[r]);
+    const StartState* start = problem_.starts.empty() ? nullptr : &problem_.starts[recording];
+    return calc_residuals(problem_, hypothesis, recordings_[r], options_, start, residuals);
+  }
+
+  bool calc_column(const Hypothesis& moved, double delta, size_t r, std::vector<double>* column) const {
+    if (!simulate(moved, r, column)) return false;
+    for (size_t k = 0; k < column->size(); ++k) (*column)[k] = ((*column)[k] - bases_[r].coarse[k]) / delta;
+    return true;
+  }
+
+  Addition try_probe(const Probe& probe) const {
+    Addition addition;
+    Products train, held;
+    for (size_t r = 0; r < recordings_.size(); ++r) {
+      Columns columns(probe.steps.size());
+      for (size_t i = 0; i < columns.size(); ++i) {
+        Hypothesis moved = fitted_;
+        moved.push_back(probe.steps[i]);
+        if (!calc_column(moved, 1.0, r, &columns[i])) return addition;
+      }
+      add_products(bases_[r], columns, r < problem_.train.size() ? &train : &held);
+    }
+    const long before = static_cast<long>(bases_[0].columns.size());
+    const long size = before + static_cast<long>(probe.steps.size());
+    double without = 0.0, with = 0.0;
+    const Eigen::VectorXd alone = solve(train.gram, before, &without), x = solve(train.gram, size, &with);
+    addition.start = probe.steps[0];
+    if (!probe.make_start(x.tail(size - before), &addition.start.p)) return addition;
+    double gain = with - without;
+    if (held.gram.size() > 0) {
+      const double helps = calc_drop(held.gram, x) - calc_drop(held.gram, alone);
+      if (helps < 0.0) return addition;
+      gain += helps;
+    }
+    addition.gain = gain;
+    return addition;
+  }
+
+  const Problem& problem_;
+  const Hypothesis& fitted_;
+  RolloutOptions options_;
+  std::vector<int> recordings_;
+  std::vector<Base> bases_;  // by recording
+};
+
+}  // namespace
+
+std::vector<Addition> rank_additions(const Problem& problem, const Hypothesis& fitted) {
+  return Ranker(problem, fitted).run();
+}
+
+}  // namespace hrp::diagnosis

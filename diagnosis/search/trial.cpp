@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "diagnosis/search/significance.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kDetail = 0.1;     // of the noise's power, that counts as none
+constexpr double kSurprise = 20.0;  // price of a factor of e
+constexpr double kEffectPrice = 60.0, kParameterPrice = 15.0;
+constexpr double kDetailPrice = 0.004;  // of an effect, a reading: what the details of laws can give
+constexpr double kEvidence = 20.0;      // correlated readings for one
+constexpr double kLeastDearer = 30.0;   // a parameter more
+
+// Above the noise, in its power.
+double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
+
+double count_readings(const Trial& t) { return t.train.count + t.validate.count; }
+
+// Factors that are far from one: of twins, one that has to make a mass fifty times as large is not believed.
+double calc_surprise(const Hypothesis& hypothesis) {
+  double surprise = 0.0;
+  for (const Effect& effect : hypothesis) {
+    if (get_effect(effect.id).parameters[0].name == std::string("scale"))
+      surprise += kSurprise * std::pow(std::log(effect.p[0]), 2);
+  }
+  return surprise;
+}
+
+// One more parameter must earn more than chance and the detail of laws can give. In units of the best one's noise.
+double calc_price(const Trial& t, const Trial& best) {
+  const double readings = count_readings(best), unit = std::max(1.0, calc_cost(best) / std::max(1.0, readings));
+  const double effects = static_cast<double>(t.hypothesis.size());
+  return calc_cost(t) / unit + calc_surprise(t.hypothesis) + (kEffectPrice + kDetailPrice * readings) * effects +
+         kParameterPrice * static_cast<double>(count_parameters(t.hypothesis));
+}
+
+bool is_simpler(const Hypothesis& a, const Hypothesis& b) {
+  return a.size() < b.size() || (a.size() == b.size() && count_parameters(a) < count_parameters(b));
+}
+
+// A simpler one goes first unless the richer one removes most of what it leaves above the noise.
+void prefer_simple(const Trial& nominal, std::vector<Trial>* list) {
+  const double most = 2.0 * std::max(0.0, calc_excess(list->front())) + kDetail;
+  for (size_t i = 1; i < list->size(); ++i) {
+    const Trial& t = (*list)[i];
+    const bool possible = is_noise(t) || is_explained(t, nominal);
+    if (!is_simpler(t.hypothesis, list->front().hypothesis) || !possible || calc_excess(t) > most) continue;
+    std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
+  }
+}
+
+// Odds from the prices, a twentieth of whose difference is taken for evidence because residuals are correlated. A
+// model that the first one was preferred to for its simplicity does not gain by what it has more.
+void set_probabilities(const Trial& best, std::vector<Trial>* list) {
+  const double price = calc_price(list->front(), best);
+  const double parameters = static_cast<double>(count_parameters(list->front().hypothesis));
+  double sum = 0.0;
+  for (Trial& t : *list) {
+    const double more = static_cast<double>(count_parameters(t.hypothesis)) - parameters;
+    const double dearer = std::max(calc_price(t, best) - price, kLeastDearer * std::max(0.0, more));
+    sum += t.probability = std::exp(-0.5 * std::min(1400.0, dearer / kEvidence));
+  }
+  for (Trial& t : *list) t.probability /= sum;
+}
+
+}  // namespace
+
+Hypothesis Trial::full() const {
+  Hypothesis all = hypothesis;
+  all.insert(all.end(), timing.begin(), timing.end());
+  return all;
+}
+
+double calc_cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
+
+size_t count_parameters(const Hypothesis& hypothesis) {
+  size_t count = 0;
+  for (const Effect& effect : hypothesis) count += effect.p.size();
+  return count;
+}
+
+bool is_noise(const Trial& t) { return t.rms < 1.2 && t.worst < 1.7 && t.train.rms() < 1.4; }
+
+bool is_detail(const Trial& t, const Trial& nominal) { return calc_excess(t) < 1e-3 * calc_excess(nominal); }
+
+bool is_explained(const Trial& t, const Trial& nominal) {
+  if (t.hypothesis.empty()) return false;
+  if (is_noise(t)) return true;
+  return (t.rms < 2.0 && is_detail(t, nominal)) || (t.rms < 1.2 && calc_excess(t) < 3e-3 * calc_excess(nominal));
+}
+
+bool is_complete(const Trial& t, const Trial& nominal) {
+  return is_explained(t, nominal) && (calc_excess(t) <= kDetail || !is_smooth(t.hypothesis));
+}
+
+void sort_by_preference(const Trial& nominal, std::vector<Trial>* list) {
+  const Trial best = list->front();
+  std::stable_sort(list->begin(), list->end(),
+                   [&](const Trial& a, const Trial& b) { return calc_price(a, best) < calc_price(b, best); });
+  prefer_simple(nominal, list);
+  set_probabilities(best, list);
+}
+
+}  // namespace hrp::diagnosis
