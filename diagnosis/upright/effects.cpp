@@ -232,9 +232,8 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
       return e.p[1] > 1e-3 && e.p[1] < 0.5;
     case I::kSaturation:
       return e.p[0] > 0;
-    // What the ground may give itself is no transmission.
     case I::kElasticity:
-      return e.p[1] > -1e-3 && e.p[0] > 2 * kContact;
+      return e.p[1] > -1e-3;
     // A gap below what encoders resolve is none; a rotor's inertia; how far teeth bend is known beforehand.
     case I::kBacklash:
       return e.p[0] > 1e-4 && e.p[1] > -1e-3;
@@ -298,6 +297,24 @@ double find_give(const StandFoot& foot, int axis) {
 double find_sinking(const StandFoot& foot) {
   const double half = 0.5 * foot.size.head<2>().maxCoeff();
   return half > 100 ? 0 : kContact * half * half;
+}
+
+double find_bound(const StandProblem& problem, const StandEffect& e, size_t parameter) {
+  if (is_foot(e.id)) {
+    const size_t size = get_stand_info(e.id).step.size(), at = parameter % size;
+    return at == 0 || at == 2 ? find_give(problem.feet[parameter / size], at == 0 ? 0 : 1) : 0;
+  }
+  if (e.id != StandId::kElasticity || parameter != 0) return 0;
+  for (const StandFoot& foot : problem.feet) {
+    Matrix3d R_LF = Matrix3d::Identity();  // foot in the link at hand, joints straight
+    for (int link = foot.link; link > 0; link = problem.tree.links[static_cast<size_t>(link)].parent) {
+      const JointSpec& joint = problem.tree.links[static_cast<size_t>(link)].joint;
+      const Vector3d axis = (R_LF.transpose() * joint.axis_F).cwiseAbs();
+      if (link == e.place + 1) return axis.x() * find_give(foot, 0) + axis.y() * find_give(foot, 1);
+      R_LF = joint.X_PF.R * R_LF;
+    }
+  }
+  return 0;
 }
 
 double find_doubt(const StandProblem& problem, const StandEffect& e) {

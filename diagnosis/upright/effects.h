@@ -55,6 +55,10 @@ bool are_sensible(const StandProblem& problem, const StandHypothesis& hypothesis
 double find_give(const StandFoot& foot, int axis);
 double find_sinking(const StandFoot& foot);
 
+// How much of a parameter the ground may be to blame for, whatever the recordings say: what gives under the feet looks
+// like soles, or like transmissions of the leg about the same axis. An effect is sure of what exceeds that only.
+double find_bound(const StandProblem& problem, const StandEffect& effect, size_t parameter);
+
 // Minus the logarithm of how much likelier than here an effect of this kind is at the likeliest place, before anything
 // is recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
 double find_doubt(const StandProblem& problem, const StandEffect& effect);

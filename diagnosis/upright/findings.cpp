@@ -25,32 +25,38 @@ std::string find_imu_part(const StandProblem& p, const StandEffect& e) {
   return imu + (e.place == 3 || accelerometer ? "/linear_acceleration" : "");
 }
 
-// What a bounded unknown adds to a deviation: its half is no chance, it may be there in full every time, so that it
-// widens an interval of 95 % by itself and not in squares. 1.9 for 1.96: what first-order propagation misses.
-double add_bounded(double std, double range) { return std + 0.5 * range / 1.9; }
+constexpr double kNinetyFive = 1.96;  // deviations of an interval of 95 %
+constexpr double kLaws = 1e-3;        // share to which one's laws and integrator agree with another's
 
-// Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation. Ground and sole give in
-// series with the bush, by anything up to `contact`.
+// A value with a deviation of chance, and an unknown that is not chance but anywhere between two ends, the same every
+// time: the interval holds what chance says about each end. So ranges add, not squares.
+Json make_bounded(double value, double chance, double one_end, double other_end, const char* unit) {
+  const double reach = std::max(std::abs(one_end - value), std::abs(other_end - value));
+  return make_value(value, chance + reach / kNinetyFive, unit);
+}
+
+// Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation of chance. Ground and sole
+// give in series with the bush, by anything up to `contact`, so that a is what was seen less that.
 void add_bush_axis(const StandEffect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
                    Json* out) {
-  const double series = std::min(contact, 0.5 * e.p[at]);
-  const double a = e.p[at] - 0.5 * series, share = e.p[at] / a;
+  const double seen = e.p[at], series = std::min(contact, 0.5 * seen), a = seen - 0.5 * series;
+  const double sa = std(static_cast<long>(at)), b = e.p[at + 1], sb = std(static_cast<long>(at) + 1);
   // The bush turns by the rest of the tilt only, so its damping seems smaller than it is by the same share.
-  const double b = e.p[at + 1] * share, sb = std(static_cast<long>(at) + 1) * share;
-  const double sa = std(static_cast<long>(at)), damping = std::hypot(sb / a, 2 * b * sa / (a * a));
-  (*out)[std::string("k_") + axis] = make_value(1 / a, add_bounded(sa, series) / (a * a), "N m/rad");
-  (*out)[std::string("c_") + axis] =
-      make_value(b / a, add_bounded(damping, 2 * std::abs(b) * series / (a * a)), "N m s/rad");
+  const auto damping = [&](double own) { return b * seen / (own * own); };
+  const double chance = std::hypot(sb * seen / (a * a), 2 * damping(a) * sa / a);
+  const double stiff = seen - series;
+  (*out)[std::string("k_") + axis] = make_bounded(1 / a, sa / (a * a), 1 / seen, 1 / stiff, "N m/rad");
+  (*out)[std::string("c_") + axis] = make_bounded(damping(a), chance, damping(seen), damping(stiff), "N m s/rad");
 }
 
 Json make_bush(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
   const bool hard = e.id == StandId::kFootHardening;
   const size_t at = foot * (kFootParameters + (hard ? 1 : 0));
   Json out;
-  const double sink = find_sinking(p.feet[foot]);
-  const double a = e.p[at + 4] - 0.5 * std::min(sink, 0.5 * e.p[at + 4]);
-  const double s = add_bounded(std(static_cast<long>(at) + 4), sink);
-  if (a > 3 * s) out["kz"] = make_value(1 / a, s / (a * a), "N/m");  // else the data do not say how far the foot sinks
+  const double seen = e.p[at + 4], sink = std::min(find_sinking(p.feet[foot]), 0.5 * seen), a = seen - 0.5 * sink;
+  const double s = std(static_cast<long>(at) + 4);
+  const bool told = a > 3 * (s + 0.5 * sink / kNinetyFive);  // else the data do not say how far the foot sinks
+  if (told) out["kz"] = make_bounded(1 / a, s / (a * a), 1 / seen, 1 / (seen - sink), "N/m");
   add_bush_axis(e, std, at, "roll", find_give(p.feet[foot], 0), &out);
   add_bush_axis(e, std, at + 2, "pitch", find_give(p.feet[foot], 1), &out);
   if (hard) {
@@ -133,8 +139,10 @@ std::pair<std::string, std::string> find_place(const StandProblem& p, const Stan
   return {is_foot(e.id) ? "foot" : "ground", is_foot(e.id) ? "all" : "ground"};
 }
 
-Json make_parameters(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
+Json make_parameters(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& fitted, size_t foot) {
   const StandInfo& info = get_stand_info(e.id);
+  Eigen::VectorXd std = fitted;
+  for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kLaws * e.p[static_cast<size_t>(i)]);
   switch (e.id) {
     case StandId::kFootCompliance:
     case StandId::kFootHardening: return make_bush(p, e, std, foot);

@@ -84,7 +84,7 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
   for (size_t i = 0; i < e.p.size(); ++i) {
     const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
     if (std <= 0 || find_prior(p_, e, i) > 0 || !is_main(e.id, i)) continue;
-    if (std::abs(e.p[i] - from) > significant_ * std) return true;
+    if (std::abs(e.p[i] - from) - find_bound(p_, e, i) > significant_ * std) return true;
   }
   return false;
 }
