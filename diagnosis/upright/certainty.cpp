@@ -6,6 +6,21 @@
 #include "diagnosis/upright/searcher.h"
 
 namespace hrp::diagnosis::upright {
+namespace {
+
+constexpr double kItsPart = 0.25;  // share of the largest gain from which on an equation needs an effect
+
+// What links, IMU and force sensors are blamed for is felt in the balance of the whole body: with an unknown force in it
+// none of them is sure.
+bool acts_on_balance(StandId id) { return is_link(id) || is_imu(id) || is_wrench(id); }
+
+bool follows_position(StandId id) { return id == StandId::kSpring || id == StandId::kHysteresis; }
+
+bool are_about_one_place(const Channel& a, const Channel& b) {
+  return a.kind == b.kind && a.joint == b.joint && a.foot == b.foot && a.sensor == b.sensor && a.link == b.link;
+}
+
+}  // namespace
 
 StandFit StandSearcher::judge(const StandHypothesis& h) const {
   return judge_.judge(h, evaluate(p_, h),
@@ -73,18 +88,32 @@ bool StandSearcher::is_consistent(size_t effect) const {
   return true;
 }
 
-// Whether the equation that needs an effect most is then left with noise: what stands in for something else hardly ever
-// explains all of it.
+// Whether the equations that need an effect are then left with noise: what stands in for something else hardly ever
+// explains all of it. Equations about one place count together: an unknown force on the body is felt in its balance as
+// a moment or as a force, and a displaced mass that takes away the one leaves the other.
 bool StandSearcher::explains_its_part(size_t effect) const {
   StandHypothesis rest = out_.chosen.hypothesis;
   rest.erase(rest.begin() + static_cast<long>(effect));
   const StandFit without = judge(rest);
-  size_t most = 0;
   const auto gain = [&](size_t c) { return without.channel_rms[c] - out_.chosen.channel_rms[c]; };
+  double most = 0;
+  for (size_t c = 0; c < channels(); ++c) most = std::max(most, gain(c));
   for (size_t c = 0; c < channels(); ++c) {
-    if (gain(c) > gain(most)) most = c;
+    if (gain(c) < kItsPart * most) continue;
+    for (size_t other = 0; other < channels(); ++other) {
+      if (!are_about_one_place(out_.channels[c], out_.channels[other])) continue;
+      if (!StandJudge::is_quiet(out_.chosen.channel_rms[other], without.channel_rms[other])) return false;
+    }
   }
-  return StandJudge::is_quiet(out_.chosen.channel_rms[most], without.channel_rms[most]);
+  return true;
+}
+
+bool StandSearcher::is_balanced() const {
+  for (size_t c = 0; c < channels(); ++c) {
+    const bool quiet = StandJudge::is_quiet(out_.chosen.channel_rms[c], out_.nominal.channel_rms[c]);
+    if (out_.channels[c].kind == "balance" && !quiet) return false;
+  }
+  return true;
 }
 
 // Whether another joint lacks what follows the position of this effect's joint: then something couples the two.
@@ -99,7 +128,8 @@ bool StandSearcher::is_coupled(size_t effect) const {
   return false;
 }
 
-// Two drives whose missing efforts are equal and opposite pull at each other: no effects of the one and of the other.
+// Two drives whose missing efforts are equal and opposite pull at each other, and two springs that one spring across
+// both joints explains as well are one: no effects of the one and of the other.
 void StandSearcher::refuse_couplings() {
   const Evaluation nominal = evaluate(p_, {});
   const StandHypothesis& h = out_.chosen.hypothesis;
@@ -112,10 +142,15 @@ void StandSearcher::refuse_couplings() {
   for (const StandEffect& a : h) {
     for (const StandEffect& b : h) {
       if (!is_joint(a.id) || !is_joint(b.id) || a.place >= b.place) continue;
-      if (!out_.opposite && are_opposite(nominal, channels(), find_channel(a), find_channel(b))) out_.opposite = true;
+      const size_t x = find_channel(a), y = find_channel(b);
+      if (x >= channels() || y >= channels()) continue;
+      out_.opposite = out_.opposite || are_opposite(nominal, channels(), x, y);
+      if (!follows_position(a.id) || !follows_position(b.id)) continue;
+      const SpringPair pair{{x, y}, {a.place, b.place}, {judge_.sigma()[x], judge_.sigma()[y]}};
+      out_.coupled = out_.coupled || calc_spring_gain(p_, nominal, pair) < kCorrelated * std::log(1 / kTwin);
     }
   }
-  if (out_.opposite) out_.explained = false;
+  if (out_.opposite || out_.coupled) out_.explained = false;
 }
 
 // Several effects in one joint can bend to much that is none of them: then each must be the same in every recording,
@@ -146,8 +181,9 @@ void StandSearcher::refuse_bundles() {
 void StandSearcher::doubt() {
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
     const bool joint = is_joint(out_.chosen.hypothesis[i].id);
-    const bool refused = joint && (out_.opposite || out_.periodic);
-    if (!refused && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
+    const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic);
+    const bool sure = !acts_on_balance(out_.chosen.hypothesis[i].id) || is_balanced();
+    if (!refused && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);
     out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
     out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));

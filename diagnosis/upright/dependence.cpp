@@ -156,6 +156,38 @@ bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, 
   return left(3) < 0.5 * left(2);
 }
 
+double calc_spring_gain(const StandProblem& p, const Evaluation& evaluation, const SpringPair& pair) {
+  // Both efforts one below the other; columns: their means, a slope each, one slope of the sum or the difference.
+  std::vector<Eigen::Matrix<double, 7, 1>> rows;
+  for (size_t r = 0; r < evaluation.size(); ++r) {
+    const StandRecording& recording = p.recordings[r];
+    const size_t channels = evaluation[r].residuals.size() / recording.samples.size();
+    for (size_t s = 0; s < recording.samples.size(); ++s) {
+      const auto k = static_cast<size_t>(recording.samples[s]);
+      const auto get = [&](int i) { return recording.position[static_cast<size_t>(pair.joints[i])].value[k]; };
+      for (int i = 0; i < 2; ++i) {
+        const double q = get(i), other = get(1 - i), sign = i == 0 ? 1 : -1;
+        const double left = evaluation[r].residuals[s * channels + pair.channels[i]];
+        Eigen::Matrix<double, 7, 1> row;
+        row << (i == 0), (i == 1), (i == 0 ? q : 0), (i == 1 ? q : 0), q + other, sign * (get(0) - get(1)), left;
+        if (left != 0) rows.push_back(row / pair.noise[i]);
+      }
+    }
+  }
+  const auto left = [&](const std::vector<long>& columns) {
+    Eigen::MatrixXd A(static_cast<long>(rows.size()), static_cast<long>(columns.size()));
+    Eigen::VectorXd y(A.rows());
+    for (long i = 0; i < A.rows(); ++i) {
+      const auto& row = rows[static_cast<size_t>(i)];
+      for (size_t c = 0; c < columns.size(); ++c) A(i, static_cast<long>(c)) = row(columns[c]);
+      y(i) = row(6);
+    }
+    return (y - A * A.colPivHouseholderQr().solve(y)).squaredNorm();
+  };
+  const double one = std::min(left({0, 1, 4}), left({0, 1, 5})), two = left({0, 1, 2, 3});
+  return static_cast<double>(rows.size()) * std::log(one / std::max(1e-300, two));
+}
+
 bool are_opposite(const Evaluation& evaluation, size_t channels, size_t a, size_t b) {
   if (a >= channels || b >= channels) return false;
   double both = 0, one = 0, other = 0;

@@ -19,6 +19,17 @@ bool follows_joint(const StandProblem& problem, const Channel& channel, size_t i
 // Whether what is left of two efforts (channels of a sample's row) is equal and opposite.
 bool are_opposite(const Evaluation& evaluation, size_t channels, size_t a, size_t b);
 
+// Two joints: channels of their efforts in a sample's row, joints, noise of the channels [N m].
+struct SpringPair {
+  size_t channels[2];
+  int joints[2];
+  double noise[2];
+};
+
+// n log of the squares that one spring across two joints leaves of their efforts (on the sum or the difference of their
+// positions) over those that a spring in each leaves: no more than chance where one explains as much as two.
+double calc_spring_gain(const StandProblem& problem, const Evaluation& evaluation, const SpringPair& pair);
+
 // Whether nearly all of a channel is one sinusoid of time, whatever its amplitude and phase in each recording.
 bool follows_time(const StandProblem& problem, const Channel& channel, size_t index, const Evaluation& evaluation);
 

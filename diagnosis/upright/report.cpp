@@ -93,6 +93,8 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
                             " times its noise; no known effect explains it.";
     if (o.opposite) {
       statement += " Two drives lack equal and opposite efforts: something couples them.";
+    } else if (o.coupled) {
+      statement += " One spring across two joints would explain as much as a spring in each.";
     } else if (o.periodic) {
       statement += " What the drive lacks is one sinusoid of time.";
     } else if (!o.doubtful.empty()) {

@@ -24,6 +24,7 @@ struct StandOutcome {
   std::vector<StandEffect> doubtful;             // found, but not the same in every recording: not named
   bool mismatch = false, explained = false;
   bool opposite = false;                         // two drives lack equal and opposite efforts: something couples them
+  bool coupled = false;                          // one spring across two joints explains what two springs do
   bool periodic = false;                         // what a drive lacks is a sinusoid of time
 };
 

@@ -70,6 +70,7 @@ class StandSearcher {
   void doubt();
   bool is_consistent(size_t effect) const;
   bool explains_its_part(size_t effect) const;
+  bool is_balanced() const;
   bool is_coupled(size_t effect) const;
   void refuse_couplings();
   void refuse_bundles();

@@ -204,10 +204,39 @@ TEST(StandingEffects, ACentreOfMassOutsideItsLinkIsNotBelieved) {
   EXPECT_FALSE(is_sensible(p, {StandId::kComError, 0, {0, 0, 0.6}}));
 }
 
-TEST(StandingEffects, ATransmissionThatGivesLessThanTheGroundIsNotBelieved) {
-  const StandProblem p;
-  EXPECT_TRUE(is_sensible(p, {StandId::kElasticity, 0, {1 / 3000.0, 0.1}}));
-  EXPECT_FALSE(is_sensible(p, {StandId::kElasticity, 0, {1 / 30000.0, 0.1}}));
+// Two joints with positions of their own or alike, and efforts that follow them: [joint a, joint b] a sample.
+double find_spring_gain(bool alike, double own, double across) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 0.01);
+  StandProblem p = make_columns(1);
+  StandRecording& r = p.recordings[0];
+  r.position.push_back(r.position[0]);
+  for (size_t k = 0; k < r.time.size() && !alike; ++k) r.position[1].value[k] = 0.4 * std::cos(1.7 * r.time[k]);
+  Evaluation left(1);
+  for (size_t k = 0; k < r.time.size(); ++k) {
+    const double a = r.position[0].value[k], b = r.position[1].value[k];
+    for (const double q : {a, b}) left[0].residuals.push_back(own * q + across * (a + b) + noise(random));
+  }
+  return calc_spring_gain(p, left, {{0, 1}, {0, 1}, {0.01, 0.01}});
+}
+
+TEST(StandingDependence, OneSpringAcrossTwoJointsIsToldFromASpringInEachWhereTheyMoveApart) {
+  EXPECT_GT(find_spring_gain(false, 3, 0), 1000) << "two springs";
+  EXPECT_LT(find_spring_gain(false, 0, 3), 0) << "one across both";
+  EXPECT_LT(find_spring_gain(true, 3, 0), 24) << "joints that move alike do not tell";
+}
+
+// Of a leg's transmissions what the ground may give about the same axis is not theirs; an arm's are all their own.
+TEST(StandingEffects, OfALegsTransmissionWhatTheGroundMayGiveIsNotSure) {
+  StandProblem p = make_soles(0.24, 0.12);
+  p.tree.links.resize(4);  // trunk, shank, foot; arm
+  p.tree.links[1].parent = 0, p.tree.links[2].parent = 1, p.tree.links[3].parent = 0;
+  p.tree.links[1].joint.axis_F = Vector3d::UnitY(), p.tree.links[2].joint.axis_F = Vector3d::UnitX();
+  for (StandFoot& foot : p.feet) foot.link = 2;
+  const auto find = [&](int joint) { return find_bound(p, {StandId::kElasticity, joint, {1e-3, 0.1}}, 0); };
+  EXPECT_DOUBLE_EQ(find(0), 2e-5) << "pitch: 5e4 N m/rad about the short edge";
+  EXPECT_DOUBLE_EQ(find(1), 4 * 2e-5) << "roll: about the long one, half as far away";
+  EXPECT_EQ(find(2), 0) << "an arm";
 }
 
 }  // namespace
