@@ -66,6 +66,7 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
     return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};  // [s] of buses and of queues
   if (name == "time_constant")
     return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};  // [s] of current loops and of gears
+  if (name == "limit") return {0.75 * effect.p[0], effect.p[0], 1.3 * effect.p[0]};
   const bool gap = effect.id == EffectId::kBacklash;
   if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01, 0.03, 0.08};  // [rad] of gears
   if (gap && name == "stiffness") return {1e3, 1e4};  // stiff beyond the gap, but no stiffer than steps can follow

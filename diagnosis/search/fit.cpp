@@ -11,6 +11,9 @@ namespace {
 
 using FreeParameter = Parameter<ParameterInfo>;
 
+// What creeps so far above the noise, in its deviations, will not get there: its fit is not worth many digits.
+constexpr double kFar = 5.0, kFarTolerance = 5e-3;
+
 std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
   return flatten<ParameterInfo>(
       hypothesis, [](const Effect& e) -> const auto& { return get_effect(e.id).parameters; },
@@ -90,7 +93,7 @@ class Fitter {
     for (int i = 0; i < options_.max_iterations; ++i) {
       result.iterations = i + 1;
       const double before = normal.chi2;
-      bool better = false;
+      bool better = false, far = false;
       for (int attempt = 0; attempt < 5 && !better; ++attempt) {
         const Hypothesis trial = take_step(normal, lambda);
         const Score score = calc_score(problem_, trial, recordings_);
@@ -98,12 +101,14 @@ class Fitter {
         if (better) {
           hypothesis_ = trial;
           last_ = score.chi2;
+          far = score.rms() > kFar;
         }
         lambda = better ? std::max(1e-9, lambda * 0.1) : lambda * 8.0;
       }
       if (!better) break;
       if (i >= 2 && options_.abandon_above > 0.0 && last_ > options_.abandon_above) break;
-      if (before - last_ < options_.tolerance * last_ + 0.5) break;
+      const double tolerance = far ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
+      if (before - last_ < tolerance * last_ + 0.5) break;
       normal = linearise(false);
       if (!normal.ok) break;
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <set>
 
 #include "diagnosis/drive/search.h"
 #include "diagnosis/search/additions.h"
@@ -100,29 +101,43 @@ class Search {
     problem_.step_errors.clear();
     const FitResult rough = fit(problem_, start, problem_.train, options);
     if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
-    problem_.step_errors = estimate_step_errors(problem_, rough.hypothesis, all_, kFiner);
-    const FitResult fine = fit(problem_, rough.hypothesis, problem_.train, options);
+    // What stands beside friction now may have been part of how it seemed to bend.
+    const Hypothesis bent = choose_presliding(problem_, rough.hypothesis);
+    problem_.step_errors = estimate_step_errors(problem_, bent, all_, kFiner);
+    const FitResult fine = fit(problem_, bent, problem_.train, options);
     return fine.ok ? fine : rough;
   }
 
   // Less than two ripples over the whole motion are any smooth function of position, not cogging.
-  bool ripples(const Hypothesis& hypothesis) const {
-    return std::all_of(hypothesis.begin(), hypothesis.end(), [&](const Effect& effect) {
-      if (effect.id != EffectId::kCogging) return true;
-      double low = 1e300, high = -1e300;
-      for (int r : problem_.train) {
-        const auto& q = problem_.smooth[static_cast<size_t>(r)].joints[static_cast<size_t>(effect.place)].q;
-        low = std::min(low, *std::min_element(q.begin(), q.end()));
-        high = std::max(high, *std::max_element(q.begin(), q.end()));
-      }
-      return effect.p[1] * (high - low) > 4.0 * M_PI;
+  bool ripples(const Effect& effect) const {
+    if (effect.id != EffectId::kCogging) return true;
+    double low = 1e300, high = -1e300;
+    for (int r : problem_.train) {
+      const auto& q = problem_.smooth[static_cast<size_t>(r)].joints[static_cast<size_t>(effect.place)].q;
+      low = std::min(low, *std::min_element(q.begin(), q.end()));
+      high = std::max(high, *std::max_element(q.begin(), q.end()));
+    }
+    return effect.p[1] * (high - low) > 4.0 * M_PI;
+  }
+
+  bool is_refused(const Hypothesis& hypothesis) const {
+    return std::any_of(hypothesis.begin(), hypothesis.end(), [&](const Effect& e) {
+      return refused_.count({static_cast<int>(e.id), e.place}) > 0;
     });
+  }
+
+  // A fit that turned one of its effects into something else; no set with that one is tried again.
+  bool refuse(const FitResult& result) {
+    for (const Effect& effect : result.hypothesis) {
+      if (result.ok && !ripples(effect)) refused_.insert({static_cast<int>(effect.id), effect.place});
+    }
+    return is_refused(result.hypothesis);
   }
 
   Trial judge(const Hypothesis& hypothesis, const FitResult& result) const {
     Trial trial;
     trial.hypothesis = hypothesis;
-    if (!result.ok || !ripples(result.hypothesis)) return trial;
+    if (!result.ok) return trial;
     trial.hypothesis = result.hypothesis;
     if (!trial.hypothesis.empty() && trial.hypothesis.back().id == EffectId::kTiming) {
       trial.timing = {trial.hypothesis.back()};
@@ -168,6 +183,7 @@ class Search {
     for (size_t size = 1; size <= kLargestSet; ++size) {
       const double before = beam.front().cost;
       beam = explorer.grow(beam, kCandidates);
+      drop_refused(&beam);
       if (beam.empty()) break;
       progress_(format("%.0f effects", static_cast<double>(size)));
       for (const Lead& lead : beam)
@@ -181,30 +197,65 @@ class Search {
       if (grown && best_refined().hypothesis.size() < kLargestSet)
         beam.insert(beam.begin(), explorer.make_lead(best_refined().hypothesis));
       if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
+      drop_refused(&beam);
       if (beam.size() > kBeam) beam.resize(kBeam);
     }
   }
 
-  // What the best set leaves in the simulation asks for. Whether a set with one effect more came out best.
-  bool look_closer() {
-    const Trial best = best_refined();
-    if (best.hypothesis.empty() || best.hypothesis.size() >= kLargestSet || is_complete(best, nominal_)) return false;
-    problem_.starts = best.starts, problem_.step_errors = best.step_errors;
-    const double left = calc_cost(best) - best.train.count - best.validate.count;
-    double least = kAskedShare * left;
-    size_t tried = 0;
-    for (const Addition& addition : rank_additions(problem_, best.full())) {
-      if (addition.gain < least) break;
-      if (!can_add(best.hypothesis, addition.start)) continue;
-      least = std::max(least, kAskedAlike * addition.gain);
-      Hypothesis more = best.hypothesis;
-      more.push_back(addition.start);
-      progress_("    asked for: " + get_label(e_, addition.start) + format(" by %.4g", scale(addition.gain)));
-      try_fit(more);
-      if (is_complete(best_refined(), nominal_)) least = std::max(least, kAskedTwin * addition.gain);
-      if (++tried == kAsked) break;
+  void drop_refused(std::vector<Lead>* leads) const {
+    leads->erase(std::remove_if(leads->begin(), leads->end(), [&](const Lead& l) { return is_refused(l.hypothesis); }),
+                 leads->end());
+  }
+
+  // The best sets of a size that the simulation cannot tell apart, the simplest first.
+  std::vector<Trial> list_bases() const {
+    const Trial& best = best_refined();
+    std::vector<Trial> bases;
+    for (const Trial* t : sort_refined()) {
+      if (t->hypothesis.size() == best.hypothesis.size() && calc_cost(*t) < kTwin * calc_cost(best))
+        bases.push_back(*t);
     }
-    return best_refined().hypothesis.size() > best.hypothesis.size();
+    std::stable_sort(bases.begin(), bases.end(), [](const Trial& a, const Trial& b) {
+      return count_parameters(a.hypothesis) < count_parameters(b.hypothesis);
+    });
+    return bases;
+  }
+
+  // Tries what the best set leaves in the simulation asks for. Whether a set with one effect more came out best.
+  bool look_closer() {
+    const size_t size = best_refined().hypothesis.size();
+    if (size == 0 || size >= kLargestSet || is_complete(best_refined(), nominal_)) return false;
+    const std::vector<Trial> bases = list_bases();
+    const std::vector<Effect> asked = try_asked(bases[0]);
+    for (size_t i = 1; i < bases.size(); ++i) {
+      if (asked.empty() || is_complete(best_refined(), nominal_)) break;
+      try_with(bases[i], asked[0]);
+    }
+    return best_refined().hypothesis.size() > size;
+  }
+
+  bool try_with(const Trial& base, const Effect& added) {
+    if (!can_add(base.hypothesis, added) || is_refused({added})) return false;
+    Hypothesis more = base.hypothesis;
+    more.push_back(added);
+    progress_("    asked for: " + get_label(e_, added));
+    try_fit(more);
+    return true;
+  }
+
+  // The effects that were tried beside a set, those that promise most first.
+  std::vector<Effect> try_asked(const Trial& base) {
+    std::vector<Effect> asked;
+    problem_.starts = base.starts, problem_.step_errors = base.step_errors;
+    double least = kAskedShare * (calc_cost(base) - base.train.count - base.validate.count);
+    for (const Addition& addition : rank_additions(problem_, base.full())) {
+      if (addition.gain < least || asked.size() == kAsked) break;
+      if (!try_with(base, addition.start)) continue;
+      asked.push_back(addition.start);
+      const bool done = is_complete(best_refined(), nominal_);
+      least = std::max(least, (done ? kAskedTwin : kAskedAlike) * addition.gain);
+    }
+    return asked;
   }
 
   // Fits the first of the sets through the simulation. Once one leaves noise only, no set that has more parameters or
@@ -246,7 +297,10 @@ class Search {
   }
 
   void try_fit(const Hypothesis& start) {
-    Trial trial = judge(start, refine(start));
+    if (is_refused(start)) return;
+    const FitResult result = refine(start);
+    if (refuse(result)) return progress_("  * " + get_label(e_, start) + ": too few ripples for cogging");
+    Trial trial = judge(start, result);
     if (trial.refined) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
     say("  * " + get_label(e_, start), trial);
     trials_[make_key(start)] = trial;
@@ -390,7 +444,8 @@ class Search {
   std::vector<int> all_, held_out_;
   Trial nominal_;
   std::map<Key, Trial> trials_;
-  std::vector<Trial> passed_over_;  // judged along the recorded paths only
+  std::set<std::pair<int, int>> refused_;  // effects and places
+  std::vector<Trial> passed_over_;         // judged along the recorded paths only
   double best_chi2_ = 1e300;
 };
 

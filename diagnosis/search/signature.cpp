@@ -258,7 +258,8 @@ class Builder {
     for (double speed : {0.02, 0.05, 0.12, 0.3}) {
       const int bump = add_column(
           j, 0, [&, speed](const Grid& g, long k) { return sign(g, k) * std::exp(-std::pow(g.qd(k, j) / speed, 2)); });
-      // What is smoothed over a turn hides the bump there, or turns it over: then it starts from somewhat above the level.
+      // What is smoothed over a turn hides the bump there, or turns it over: then it starts from somewhat above the
+      // level.
       add_shape(EffectId::kStribeck, j, {dry, bump, viscous},
                 [speed](const std::vector<double>& x, std::vector<double>* p) {
                   *p = {x[0], std::max(x[0] + x[1], 1.3 * x[0]), speed, std::max(0.0, x[2]), kPresliding};
@@ -313,7 +314,7 @@ class Builder {
   void add_shapes_with_memory(int j) {
     double largest = 0.0;
     for (const Grid& g : grids_) largest = std::max(largest, g.u.col(j).cwiseAbs().maxCoeff());
-    for (double share : {0.2, 0.35, 0.5, 0.65, 0.8, 0.92}) {
+    for (double share : {0.02, 0.035, 0.06, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.92}) {
       const double limit = share * largest;
       const int beyond = add_column(
           j, 0, [j, limit](const Grid& g, long k) { return g.u(k, j) - std::max(-limit, std::min(limit, g.u(k, j))); });
