@@ -70,6 +70,7 @@ void draw_biped_servos(RobotPlan& robot, double mass, Prng& random) {
 }  // namespace
 
 Vec3 level_leg(const RobotPlan& robot, double knee) {
+  if (robot.thigh == 0) return level_any_leg(robot, knee);
   const double hip = -std::atan2(robot.shank * std::sin(knee), robot.thigh + robot.shank * std::cos(knee));
   return {hip, knee, -(hip + knee)};
 }
@@ -81,6 +82,7 @@ RobotPlan make_biped(Prng& random) {
   robot.floating = true;
   robot.thigh = 0.3 * size * random.uniform(0.9, 1.1);
   robot.shank = 0.3 * size * random.uniform(0.9, 1.1);
+  robot.leg = robot.thigh + robot.shank;
   robot.links.push_back({});
   robot.links[0].name = "hips";
   set_box(robot.links[0], 10 * size * size, {0, 0, 0.04}, {0.18, 0.26 * size, 0.16});
@@ -99,6 +101,7 @@ RobotPlan make_biped(Prng& random) {
   }
   double mass = 0;
   for (const LinkPlan& link : robot.links) mass += link.mass;
+  for (std::size_t i = 1; i < robot.links.size(); ++i) robot.links[i].joint.role = robot.links[i].joint.name;
   draw_biped_servos(robot, mass, random);
   robot.imu = "trunk_imu";
   robot.imu_link = trunk;

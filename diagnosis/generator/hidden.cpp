@@ -32,7 +32,7 @@ const JointPlan& draw_joint(const RobotPlan& robot, const std::vector<std::strin
   for (int attempt = 0; attempt < 50; ++attempt) {
     const JointPlan& j = joint(robot, random.below(joint_count(robot)));
     // In a standing robot only the joints that the motions move; the waist and yaw joints hardly tell.
-    const bool moves = !robot.floating || j.name.find("yaw") == std::string::npos;
+    const bool moves = !robot.floating || (!j.role.empty() && j.role.find("yaw") == std::string::npos);
     if (moves && !contains(taken, j.name)) return j;
   }
   return joint(robot, joint_count(robot) - 1);
@@ -124,7 +124,7 @@ std::vector<Hidden> draw_foot(const std::string& effect, const RobotPlan& robot,
     return {{effect, "ground", "ground", {{"coefficient", tidy(r.uniform(0.03, 0.1) / boost)}}}};
   double weight = 0;
   for (const LinkPlan& link : robot.links) weight += link.mass * 9.81;
-  const double tilt = weight * (robot.thigh + robot.shank) * r.log_uniform(1.5, 6) / boost;
+  const double tilt = weight * robot.leg * r.log_uniform(1.5, 6) / boost;
   std::vector<Hidden> out;
   for (const FootPlan& foot : robot.feet) {
     Json p{{"kz", tidy(weight * r.uniform(350, 700))},     {"cz", tidy(weight * r.uniform(0.6, 1.1))},
@@ -192,8 +192,8 @@ Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, doub
 
 const LinkPlan& draw_link(const std::string& effect, const RobotPlan& robot, Prng& r) {
   if (robot.floating)
-    return robot.links[static_cast<std::size_t>(effect == "payload" || r.chance(0.7) ? robot.imu_link
-                                                                                     : find_link(robot, "left_thigh"))];
+    return robot.links[static_cast<std::size_t>(
+        effect == "payload" || r.chance(0.7) ? robot.imu_link : find_role(robot, "left_hip_pitch") + 1)];
   // A load sits at the end; the first link may turn about its own axis only, where its mass does not show.
   const int last = joint_count(robot);
   return robot.links[static_cast<std::size_t>(effect == "payload" ? last : 2 + r.below(last - 1))];

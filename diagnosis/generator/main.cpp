@@ -96,7 +96,8 @@ int main(int argc, char** argv) {
       "--family", family,
       "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
       "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown");
-  app.add_option("--urdf", options.urdf, "the robot of the cases on a fixed base, held by its root link (else arms are drawn)")
+  app.add_option("--urdf", options.urdf,
+                 "the robot of the cases, held by its root link or on its feet (else arms and bipeds are drawn)")
       ->check(CLI::ExistingFile);
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);

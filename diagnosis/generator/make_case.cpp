@@ -70,9 +70,9 @@ std::vector<Hidden> draw_all_hidden(const CaseRequest& request, const RobotPlan&
 Draft draw_draft(const CaseRequest& request, const CaseOptions& options, double boost, Prng random) {
   Draft draft;
   Prng body = random.fork(1), places = random.fork(2), recorder = random.fork(3), motion = random.fork(4);
-  draft.robot = request.biped            ? make_biped(body)
-                : options.urdf.empty() ? make_arm(body)
-                                       : make_hung_robot(options.urdf, body);
+  const bool drawn = options.urdf.empty();
+  draft.robot = request.biped ? (drawn ? make_biped(body) : make_standing_robot(options.urdf, body))
+                              : (drawn ? make_arm(body) : make_hung_robot(options.urdf, body));
   draft.hidden = draw_all_hidden(request, draft.robot, boost, places);
   draft.recorder = draw_recorder(draft.robot, draft.hidden, recorder);
   draw_recordings(draft, request, options, motion);

@@ -28,7 +28,7 @@ struct Case {
 
 struct CaseOptions {
   double duration = 10;    // [s] of the longest recordings; a case's own is 0.6 to 1 of it
-  std::string urdf;        // robot of the cases on a fixed base; empty: arms are drawn
+  std::string urdf;        // robot of the cases, hung up or on its feet; empty: drawn
   double noise_scale = 1;  // 0: recordings without noise (self-check)
 };
 

@@ -113,24 +113,27 @@ Curve scaled(const Curve& inner, double factor) {
   };
 }
 
-// Adds a curve to the joints whose name ends so, on both sides; `mirror` turns the right side's sign.
+void add_to(std::vector<Curve>& curves, const RobotPlan& robot, int j, const Curve& curve) {
+  const Curve before = curves[static_cast<std::size_t>(j)], added = scaled(curve, joint(robot, j).sense);
+  curves[static_cast<std::size_t>(j)] = [before, added](double t) {
+    const Point a = before(t), b = added(t);
+    return Point{a.q + b.q, a.v + b.v};
+  };
+}
+
+// Adds a curve to the joints whose role ends so, on both sides; `mirror` turns the right side's sign.
 void add_both(std::vector<Curve>& curves, const RobotPlan& robot, const std::string& suffix, const Curve& curve,
               bool mirror) {
   for (const char* side : {"left_", "right_"}) {
-    const int j = find_joint(robot, side + suffix);
-    if (j < 0) continue;
-    const Curve before = curves[static_cast<std::size_t>(j)];
-    const Curve added = mirror && side[0] == 'r' ? scaled(curve, -1) : curve;
-    curves[static_cast<std::size_t>(j)] = [before, added](double t) {
-      const Point a = before(t), b = added(t);
-      return Point{a.q + b.q, a.v + b.v};
-    };
+    const int j = find_role(robot, side + suffix);
+    if (j >= 0) add_to(curves, robot, j, mirror && side[0] == 'r' ? scaled(curve, -1) : curve);
   }
 }
 
 // Knee angle follows the curve, hip and ankle keep foot level below the hip (all relative to the start pose).
 void add_squat(std::vector<Curve>& curves, const RobotPlan& robot, const Curve& knee) {
-  const double start = joint(robot, find_joint(robot, "left_knee")).start;
+  const JointPlan& left = joint(robot, find_role(robot, "left_knee"));
+  const double start = left.sense * left.start;
   const char* names[] = {"hip_pitch", "knee", "ankle_pitch"};
   for (std::size_t i = 0; i < 3; ++i) {
     add_both(
@@ -148,7 +151,11 @@ void add_squat(std::vector<Curve>& curves, const RobotPlan& robot, const Curve& 
 void add_limbs(std::vector<Curve>& curves, const RobotPlan& robot, double size, Prng& r) {
   add_both(curves, robot, "shoulder", sum_of_sines(0.5 * size, 0.2, 1.2, 3, r), r.chance(0.5));
   add_both(curves, robot, "elbow", sum_of_sines(0.4 * size, 0.2, 1.2, 3, r), false);
-  curves[static_cast<std::size_t>(find_joint(robot, "waist"))] = sum_of_sines(0.06 * size, 0.2, 1.0, 3, r);
+  const int waist = find_role(robot, "waist");
+  if (waist >= 0) add_to(curves, robot, waist, sum_of_sines(0.06 * size, 0.2, 1.0, 3, r));
+  for (int j = 0; j < joint_count(robot); ++j) {
+    if (joint(robot, j).role == "arm") add_to(curves, robot, j, sum_of_sines(0.3 * size, 0.2, 1.2, 3, r));
+  }
 }
 
 std::vector<Curve> biped_curves(const RobotPlan& robot, const std::string& kind, Prng& r) {

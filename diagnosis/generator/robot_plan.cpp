@@ -39,6 +39,13 @@ int find_joint(const RobotPlan& robot, const std::string& name) {
   return -1;
 }
 
+int find_role(const RobotPlan& robot, const std::string& role) {
+  for (int j = 0; j < joint_count(robot); ++j) {
+    if (joint(robot, j).role == role) return j;
+  }
+  return -1;
+}
+
 int find_link(const RobotPlan& robot, const std::string& name) {
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
     if (robot.links[i].name == name) return static_cast<int>(i);

@@ -19,6 +19,10 @@ struct JointPlan {
   double kd = 0;     // [N m s/rad]
   double limit = 0;  // [N m] nominal effort limit
   double start = 0;  // [rad] nominal start position
+  // What a standing robot's joint is for: left_hip_pitch, right_knee, waist, left_shoulder, arm, ... and whether it
+  // turns as axes x forward, y left, z up have it (1) or against (-1). Motions are drawn by role.
+  std::string role;
+  double sense = 1;
 };
 
 // `inertia` are ixx iyy izz ixy ixz iyz about the centre of mass in link axes [kg m^2].
@@ -49,7 +53,9 @@ struct RobotPlan {
   Vec3 imu_xyz{};
   Vec3 base_position{};  // nominal start [m]
   double ground_friction = 0.8;
-  double thigh = 0, shank = 0;  // of a biped [m]
+  double thigh = 0, shank = 0;  // of a biped of ours [m]
+  double leg = 0;               // length of a standing robot's leg [m]
+  double sole_ahead = 0;        // of the base, kept there while the knees bend; of robots from a URDF [m]
   int name_scheme = 0;          // what a biped's parts are called outside the generator
 };
 
@@ -60,6 +66,7 @@ inline const JointPlan& joint(const RobotPlan& robot, int j) {
 }
 int find_joint(const RobotPlan& robot, const std::string& name);  // -1: none
 int find_link(const RobotPlan& robot, const std::string& name);   // -1: none
+int find_role(const RobotPlan& robot, const std::string& role);   // joint; -1: none
 
 // An arm of 2 to 7 joints (serial, planar or SCARA-like) with random geometry, mass, names and gains.
 RobotPlan make_arm(Prng& random);
@@ -68,10 +75,14 @@ RobotPlan make_arm(Prng& random);
 // std::runtime_error where it cannot be read, or a link that turns has no mass.
 RobotPlan make_hung_robot(const std::string& urdf_path, Prng& random);
 
+// The humanoid of a URDF on its feet, knees bent, with gains drawn: links as hung robots have them, soles as boxes that
+// span the lowest points of the feet's boxes and spheres. Throws where no two legs of hip, knee and ankle end in soles.
+RobotPlan make_standing_robot(const std::string& urdf_path, Prng& random);
+
 // A standing biped with random sizes (0.55 to 1.5 of a small human): twelve leg joints, a waist, and perhaps arms.
 RobotPlan make_biped(Prng& random);
 
-// Hip, knee, ankle pitch that hold the ankle below the hip and the foot level at the given knee angle [rad].
+// Hip, knee, ankle pitch (turning about y) that hold the foot level and below the hip at the given knee angle [rad].
 Vec3 level_leg(const RobotPlan& robot, double knee);
 
 }  // namespace hrp::cases

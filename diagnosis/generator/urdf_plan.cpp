@@ -15,7 +15,8 @@ namespace {
 
 Eigen::Isometry3d make_pose(const urdf::Pose& pose) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z).toRotationMatrix();
+  X.linear() =
+      Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z).toRotationMatrix();
   X.translation() = Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
   return X;
 }
@@ -53,6 +54,23 @@ void set_inertia(const Moments& moments, LinkPlan* link) {
   link->box = {0.05, 0.05, 0.05};
 }
 
+// Corners of boxes, lowest points of spheres.
+void add_points(const urdf::Link& link, const Eigen::Isometry3d& X, std::vector<Eigen::Vector3d>* points) {
+  for (const auto& shape : link.collision_array) {
+    const Eigen::Isometry3d X_G = X * make_pose(shape->origin);
+    if (const auto box = std::dynamic_pointer_cast<urdf::Box>(shape->geometry)) {
+      const Eigen::Vector3d half(box->dim.x / 2, box->dim.y / 2, box->dim.z / 2);
+      for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3d sign(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+        points->push_back(X_G * half.cwiseProduct(sign));
+      }
+    }
+    if (const auto ball = std::dynamic_pointer_cast<urdf::Sphere>(shape->geometry)) {
+      points->push_back(X_G.translation() - Eigen::Vector3d(0, 0, ball->radius));
+    }
+  }
+}
+
 // What robots look like is of no use here, and a frequent cause of warnings.
 std::string without_visuals(std::string text) {
   const std::string open = "<visual", close = "</visual>";
@@ -71,10 +89,12 @@ bool turns(const urdf::Joint& joint) {
 // The link `at` index of the plan, with everything that is fixed to it; then the links beyond turning joints.
 class Builder {
  public:
-  explicit Builder(RobotPlan* robot) : robot_(robot) {}
+  Builder(RobotPlan* robot, SolePoints* points) : robot_(robot), points_(points) {}
 
   void add(const urdf::Link& link, int index) {
     Moments moments;
+    if (points_) points_->resize(std::max(points_->size(), static_cast<std::size_t>(index) + 1));
+    at_ = index;
     std::vector<std::pair<const urdf::Joint*, Eigen::Isometry3d>> beyond;
     merge(link, Eigen::Isometry3d::Identity(), &moments, &beyond);
     LinkPlan& plan = robot_->links[static_cast<std::size_t>(index)];
@@ -95,6 +115,7 @@ class Builder {
   void merge(const urdf::Link& link, const Eigen::Isometry3d& X, Moments* moments,
              std::vector<std::pair<const urdf::Joint*, Eigen::Isometry3d>>* beyond) {
     add_link_inertia(link, X, moments);
+    if (points_) add_points(link, X, &(*points_)[static_cast<std::size_t>(at_)]);
     for (const auto& child : link.child_links) {
       const urdf::Joint& joint = *child->parent_joint;
       const Eigen::Isometry3d X_J = X * make_pose(joint.parent_to_joint_origin_transform);
@@ -107,12 +128,14 @@ class Builder {
   }
 
   RobotPlan* robot_;
+  SolePoints* points_;
+  int at_ = 0;  // link of the plan that is being merged
   std::map<const urdf::Joint*, const urdf::Link*> children_;
 };
 
 }  // namespace
 
-RobotPlan make_hung_robot(const std::string& urdf_path, Prng& random) {
+RobotPlan read_urdf_links(const std::string& urdf_path, SolePoints* points) {
   std::ifstream file(urdf_path);
   std::stringstream text;
   text << file.rdbuf();
@@ -122,8 +145,13 @@ RobotPlan make_hung_robot(const std::string& urdf_path, Prng& random) {
   robot.name = model->getName();
   robot.links.push_back({});
   robot.links[0].name = model->getRoot()->name;
-  Builder(&robot).add(*model->getRoot(), 0);
+  Builder(&robot, points).add(*model->getRoot(), 0);
   if (robot.links.size() < 3) throw std::runtime_error(urdf_path + ": fewer than two joints that turn");
+  return robot;
+}
+
+RobotPlan make_hung_robot(const std::string& urdf_path, Prng& random) {
+  RobotPlan robot = read_urdf_links(urdf_path, nullptr);
   for (std::size_t i = 1; i < robot.links.size(); ++i) {
     draw_servo(robot, i, random);
     if (random.chance(0.5)) robot.links[i].joint.start = round_to(random.uniform(-0.5, 0.5), 4);

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <set>
@@ -13,6 +14,7 @@
 
 #include "diagnosis/generator/joint_reality.h"
 #include "diagnosis/generator/make_case.h"
+#include "diagnosis/generator/robot_parts.h"
 
 namespace hrp::cases {
 namespace {
@@ -213,6 +215,89 @@ TEST(CaseGenerator, CasesDifferInRobotRateAndColumns) {
   EXPECT_GE(robots.size(), 8u);
   EXPECT_GE(rates.size(), 5u);
   EXPECT_EQ(velocity.size() + effort.size() + stated.size(), 6u);
+}
+
+// A humanoid as somebody else might write it: axes of either sense, roll before pitch, hips turned about y and knees
+// turned back, feet on four small spheres, no names that say what a joint is for.
+std::string make_foreign_humanoid() {
+  const auto link = [](const std::string& name, double mass, const std::string& more) {
+    return "<link name=\"" + name + "\"><inertial><origin xyz=\"0.01 0 -0.1\"/><mass value=\"" + std::to_string(mass) +
+           "\"/><inertia ixx=\"0.02\" iyy=\"0.02\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>" + more +
+           "</link>";
+  };
+  const auto joint = [](const std::string& parent, const std::string& child, const std::string& origin,
+                        const std::string& axis) {
+    return "<joint name=\"j" + child + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + child +
+           "\"/><origin " + origin + "/><axis xyz=\"" + axis +
+           "\"/><limit lower=\"-2\" upper=\"2\" effort=\"100\" velocity=\"9\"/></joint>";
+  };
+  std::string out = "<robot name=\"foreign\">" + link("body", 12, "") + link("chest", 15, "") +
+                    joint("body", "chest", "xyz=\"0 0 0.2\"", "0 0 -1");
+  std::string soles;
+  for (const char* at : {"0.12 0.04 -0.05", "0.12 -0.04 -0.05", "-0.06 0.04 -0.05", "-0.06 -0.04 -0.05"}) {
+    soles += "<collision><origin xyz=\"" + std::string(at) +
+             "\"/><geometry><sphere radius=\"0.005\"/></geometry></collision>";
+  }
+  for (const std::string side : {"0", "1"}) {
+    const std::string y = side == "0" ? "0.1" : "-0.1", turn = side == "0" ? "1" : "-1";
+    const auto name = [&](const char* part) { return part + side; };
+    out += link(name("a"), 1, "") + link(name("b"), 1, "") + link(name("c"), 5, "") + link(name("d"), 3, "") +
+           link(name("e"), 0.5, "") + link(name("f"), 1, soles);
+    out += joint("body", name("a"), "xyz=\"0 " + y + " 0\"", "-1 0 0") +
+           joint(name("a"), name("b"), "xyz=\"0 0 -0.05\"", "0 0 1") +
+           joint(name("b"), name("c"), "xyz=\"0 0 0\" rpy=\"0 -0.2 0\"", "0 " + turn + " 0") +
+           joint(name("c"), name("d"), "xyz=\"0 0 -0.3\" rpy=\"0 0.2 0\"", "0 -1 0") +
+           joint(name("d"), name("e"), "xyz=\"0 0 -0.3\"", "0 " + turn + " 0") +
+           joint(name("e"), name("f"), "xyz=\"0 0 -0.02\"", "1 0 0");
+  }
+  return out + "</robot>";
+}
+
+RobotPlan stand_foreign_humanoid() {
+  const auto path = std::filesystem::temp_directory_path() / "hrp_foreign_humanoid.urdf";
+  std::ofstream(path) << make_foreign_humanoid();
+  Prng random(3);
+  return make_standing_robot(path.string(), random);
+}
+
+TEST(CaseGenerator, AHumanoidOfAUrdfStandsOnLevelSolesUnderItsCentreOfMass) {
+  const RobotPlan robot = stand_foreign_humanoid();
+  std::vector<double> q;
+  for (int j = 0; j < joint_count(robot); ++j) q.push_back(joint(robot, j).start);
+  ASSERT_EQ(robot.feet.size(), 2u);
+  double mass = 0, ahead = 0;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const LinkPlan& link = robot.links[i];
+    const Eigen::Vector3d com(link.com[0], link.com[1], link.com[2]);
+    mass += link.mass, ahead += link.mass * (calc_pose(robot, static_cast<int>(i), q) * com).x();
+  }
+  for (const FootPlan& foot : robot.feet) {
+    const Eigen::Isometry3d X = calc_pose(robot, foot.link, q);
+    const Eigen::Vector3d sole = X * Eigen::Vector3d(foot.center[0], foot.center[1], foot.center[2] - foot.size[2] / 2);
+    // Angles of three joints, rounded to four digits each.
+    EXPECT_LT((X.linear() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitZ()).norm(), 3e-4);
+    EXPECT_NEAR(sole.z(), -robot.base_position[2], 2e-4);
+    EXPECT_NEAR(sole.x(), ahead / mass, 1e-3);
+    EXPECT_NEAR(foot.size[0], 0.18, 1e-6);
+  }
+}
+
+TEST(CaseGenerator, KneesOfAHumanoidOfAUrdfBendOverSolesThatStayLevelWhereTheyAre) {
+  const RobotPlan robot = stand_foreign_humanoid();
+  const char* roles[] = {"left_hip_pitch", "left_knee", "left_ankle_pitch"};
+  for (const double knee : {0.3, 0.6, 0.9}) {
+    const Vec3 leg = level_leg(robot, knee);
+    std::vector<double> q;
+    for (int j = 0; j < joint_count(robot); ++j) q.push_back(joint(robot, j).start);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int j = find_role(robot, roles[i]);
+      q[static_cast<std::size_t>(j)] = joint(robot, j).sense * leg[i];
+    }
+    const FootPlan& foot = robot.feet[0];
+    const Eigen::Isometry3d X = calc_pose(robot, foot.link, q);
+    EXPECT_NEAR(X.linear()(2, 0), 0, 1e-9) << knee;
+    EXPECT_NEAR((X * Eigen::Vector3d(foot.center[0], foot.center[1], foot.center[2])).x(), robot.sole_ahead, 1e-9);
+  }
 }
 
 }  // namespace
