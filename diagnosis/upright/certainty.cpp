@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kItsPart = 0.25;  // share of the largest gain from which on an equation needs an effect
 
-// What links, IMU and force sensors are blamed for is felt in the balance of the whole body: with an unknown force in it
-// none of them is sure.
+// What links, IMU and force sensors are blamed for is felt in the balance of the whole body: with an unknown force in
+// it none of them is sure.
 bool acts_on_balance(StandId id) { return is_link(id) || is_imu(id) || is_wrench(id); }
 
 bool follows_position(StandId id) { return id == StandId::kSpring || id == StandId::kHysteresis; }
@@ -29,8 +29,8 @@ StandFit StandSearcher::judge(const StandHypothesis& h) const {
 
 void StandSearcher::update_noise(const StandHypothesis& h) {
   const StandProblems& p = problems_;
-  judge_.update_sigma(evaluate(p_, h), {evaluate(p.even, h), evaluate(p.odd, h), evaluate(p.wide_even, h),
-                                        evaluate(p.wide_odd, h)}, h);
+  judge_.update_sigma(evaluate(p_, h),
+                      {evaluate(p.even, h), evaluate(p.odd, h), evaluate(p.wide_even, h), evaluate(p.wide_odd, h)}, h);
 }
 
 // The final fit of a hypothesis, with deviations.

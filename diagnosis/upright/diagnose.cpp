@@ -24,7 +24,8 @@ bool diagnose_upright(const Problem& problem, const std::function<void(const std
   const StandProblem& stand = stands.all;
   for (size_t r = 0; r < stand.recordings.size(); ++r) {  // halves are multiplied sample by sample: keep the same ones
     for (StandProblem* half : halves) {
-      half->recordings[r].samples = stand.recordings[r].samples, half->recordings[r].window = stand.recordings[r].window;
+      half->recordings[r].samples = stand.recordings[r].samples,
+      half->recordings[r].window = stand.recordings[r].window;
     }
   }
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");

@@ -145,14 +145,22 @@ Json make_parameters(const StandProblem& p, const StandEffect& e, const Eigen::V
   for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kLaws * e.p[static_cast<size_t>(i)]);
   switch (e.id) {
     case StandId::kFootCompliance:
-    case StandId::kFootHardening: return make_bush(p, e, std, foot);
-    case StandId::kPayload: return make_payload(e, std);
-    case StandId::kSpring: return make_spring(e, std);
-    case StandId::kStribeck: return make_stribeck(e, std);
-    case StandId::kCogging: return make_cogging(e, std);
-    case StandId::kBacklash: return make_backlash(e, std);
-    case StandId::kElasticity: return make_elasticity(e, std);
-    default: break;
+    case StandId::kFootHardening:
+      return make_bush(p, e, std, foot);
+    case StandId::kPayload:
+      return make_payload(e, std);
+    case StandId::kSpring:
+      return make_spring(e, std);
+    case StandId::kStribeck:
+      return make_stribeck(e, std);
+    case StandId::kCogging:
+      return make_cogging(e, std);
+    case StandId::kBacklash:
+      return make_backlash(e, std);
+    case StandId::kElasticity:
+      return make_elasticity(e, std);
+    default:
+      break;
   }
   Json out;
   if (info.parameters.size() == e.p.size()) {

@@ -14,7 +14,8 @@ namespace hrp::diagnosis::upright {
 std::pair<std::string, std::string> find_place(const StandProblem& problem, const StandEffect& effect);
 
 // Parameters with deviations and intervals; of a sole's compliance those of one foot.
-Json make_parameters(const StandProblem& problem, const StandEffect& effect, const Eigen::VectorXd& fitted, size_t foot);
+Json make_parameters(const StandProblem& problem, const StandEffect& effect, const Eigen::VectorXd& fitted,
+                     size_t foot);
 
 // What an effect does, as the second half of a sentence that begins with the place.
 const char* find_phrase(StandId id);

@@ -12,8 +12,9 @@ namespace {
 constexpr double kFew = 8;  // samples
 constexpr double kLeastNoise = 0.25;
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is held against two attitudes
-constexpr double kLeadingOrder = 2;  // times an error that is known to its leading order, and the same in all recordings
-constexpr size_t kThin = 3;    // one sample of so many is enough to rank candidates by
+constexpr double kLeadingOrder =
+    2;                       // times an error that is known to its leading order, and the same in all recordings
+constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
 // error of an attitude that was not recorded.
@@ -133,8 +134,8 @@ std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const E
   return out;
 }
 
-// What noise and smoothing leave of a channel [square, in units of sigma_]. Third differences of samples whose windows overlap
-// make sigma_ too large by a tenth or so; below that, what is left could not be told from noise.
+// What noise and smoothing leave of a channel [square, in units of sigma_]. Third differences of samples whose windows
+// overlap make sigma_ too large by a tenth or so; below that, what is left could not be told from noise.
 double StandJudge::find_least(size_t channel) const {
   if (reference_.empty()) return 1;
   const double left = reference_[channel] + (away_.empty() ? 0 : away_[channel]);

@@ -11,21 +11,21 @@
 namespace hrp::diagnosis::upright {
 
 struct StandTrial {
-  StandFit fit;          // with the candidate added to what was there
+  StandFit fit;  // with the candidate added to what was there
   double probability = 0;
 };
 
 struct StandOutcome {
   std::vector<Channel> channels;
-  std::vector<double> sigma;                     // of each channel
+  std::vector<double> sigma;  // of each channel
   StandFit nominal, chosen;
-  std::vector<std::vector<StandTrial>> rounds;   // by chosen effect, best first: what was tried in its place
-  std::vector<std::vector<StandEffect>> twins;   // by chosen effect: what the data cannot tell from it
-  std::vector<StandEffect> doubtful;             // found, but not the same in every recording: not named
+  std::vector<std::vector<StandTrial>> rounds;  // by chosen effect, best first: what was tried in its place
+  std::vector<std::vector<StandEffect>> twins;  // by chosen effect: what the data cannot tell from it
+  std::vector<StandEffect> doubtful;            // found, but not the same in every recording: not named
   bool mismatch = false, explained = false;
-  bool opposite = false;                         // two drives lack equal and opposite efforts: something couples them
-  bool coupled = false;                          // one spring across two joints explains what two springs do
-  bool periodic = false;                         // what a drive lacks is a sinusoid of time
+  bool opposite = false;  // two drives lack equal and opposite efforts: something couples them
+  bool coupled = false;   // one spring across two joints explains what two springs do
+  bool periodic = false;  // what a drive lacks is a sinusoid of time
 };
 
 using Progress = std::function<void(const std::string&)>;

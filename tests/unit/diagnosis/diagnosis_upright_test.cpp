@@ -94,9 +94,8 @@ TEST(StandingHints, FindARipplesPeriodsBesideFrictionAndASpring) {
   // There are no feet: with a base pose the channels of places and balance come first, as they do on a robot.
   p.base_pose = true, p.attitude = false;
   const size_t first = find_drives(p);
-  Evaluation left = evaluate_missing(p, [](double q, double v) {
-    return 0.3 * std::sin(23 * q + 0.4) + 2 * q + (v > 0 ? 0.8 : -0.8) + 0.5 * v;
-  });
+  Evaluation left = evaluate_missing(
+      p, [](double q, double v) { return 0.3 * std::sin(23 * q + 0.4) + 2 * q + (v > 0 ? 0.8 : -0.8) + 0.5 * v; });
   for (StandBase& base : left) {  // the channels before the drives' say nothing
     std::vector<double> rows;
     for (double e : base.residuals) rows.insert(rows.end(), first, 0.0), rows.push_back(e);
@@ -123,8 +122,8 @@ TEST(StandingDependence, OfNoiseIsNothing) {
   EXPECT_TRUE(find_dependence(p, {"tilt", "", "", "foot", "", ""}, 0, left).empty());
 }
 
-// What a robot's equations leave by even and odd samples, then with wider windows: noise of a standard deviation of 1 of
-// its own in each half, and 20 sin(2 pi 8 Hz t), of which wide windows take a share more.
+// What a robot's equations leave by even and odd samples, then with wider windows: noise of a standard deviation of 1
+// of its own in each half, and 20 sin(2 pi 8 Hz t), of which wide windows take a share more.
 std::array<Evaluation, 4> make_disturbed_halves(size_t channels, double taken) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
