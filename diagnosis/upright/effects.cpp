@@ -233,7 +233,7 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     case I::kSaturation:
       return e.p[0] > 0;
     case I::kElasticity:
-      return e.p[1] > -1e-3;
+      return e.p[1] > -1e-3 && e.p[0] > find_bound(problem, e, 0);
     // A gap below what encoders resolve is none; a rotor's inertia; how far teeth bend is known beforehand.
     case I::kBacklash:
       return e.p[0] > 1e-4 && e.p[1] > -1e-3;

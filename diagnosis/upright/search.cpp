@@ -89,6 +89,17 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
   return false;
 }
 
+namespace {
+
+// A transmission has a rotor, too: where what it gives is not sure the rotor alone may be, unless it is far worse.
+bool is_contained(const StandFit& simple, const StandFit& rich) {
+  const StandEffect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
+  return a.id == StandId::kRotorInertia && b.id == StandId::kElasticity && a.place == b.place &&
+         simple.score - rich.score < kRicher;
+}
+
+}  // namespace
+
 bool StandSearcher::add_effect() {
   const std::vector<StandTrial> trials = try_candidates(out_.chosen);
   if (trials.empty() || trials[0].fit.score >= 1e299) return false;
@@ -112,7 +123,7 @@ bool StandSearcher::add_effect() {
   // Of those that explain as much the first that differs from nothing.
   StandFit finished;
   for (const StandTrial& t : trials) {
-    if (t.probability < kTwin) break;
+    if (t.probability < kTwin && !is_contained(t.fit, best.fit)) continue;
     finished = finish(t.fit, t.fit.hypothesis);
     if (is_significant(finished)) break;
     finished.hypothesis.clear();
