@@ -140,7 +140,9 @@ bool read_recording(const Experiment& e, const Recording& recording, Smoothing s
   if (!read_feet(recording, smoother, problem, out, why)) return false;
   out->window = smoother.half();
   choose_samples(recording, problem, out);
-  if (out->samples.size() <= 20) return *why = out->file + " is too short", false;
+  // Halves and wide windows are looked at where the usual smoothing of all samples keeps them.
+  const bool usual = smoothing.parity == Parity::kAll && smoothing.wider == 1;
+  if (usual && out->samples.size() <= 20) return *why = out->file + " is too short", false;
   return true;
 }
 

@@ -50,7 +50,10 @@ void add_joint_sensor(const StandEffect& e, JointTerms* j) {
 }
 
 void add_link(const StandEffect& e, LinkInertia* link, Vector3d* force_W) {
-  if (e.id == StandId::kMassError) link->mass *= e.p[0], link->I_LLcm_L *= e.p[0];
+  if (e.id == StandId::kMassError) {
+    const double scale = std::max(1e-6, e.p[0]);  // a step of a fit may go too far
+    link->mass *= scale, link->I_LLcm_L *= scale;
+  }
   if (e.id == StandId::kComError) link->p_LLcm_L += get3(e.p);
   if (e.id == StandId::kExternalForce) *force_W = get3(e.p);
   if (e.id != StandId::kPayload) return;
