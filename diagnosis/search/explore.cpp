@@ -176,6 +176,7 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
 
 constexpr double kChanged = 0.5;  // of what was left: an effect that takes more away changes what others were fitted to
 constexpr size_t kBodies = 4;     // effects of links that are looked at beside joints' that promise more
+constexpr size_t kGaps = 3;       // from which a loose or elastic transmission is fitted: many minima
 constexpr size_t kKept = 12;      // leads of one size that are looked at further
 
 FitOptions quick_options() {
@@ -258,19 +259,32 @@ std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t c
   return list;
 }
 
-// The best of an effect's alternatives (or of the values of those parameters only that no fit moves).
-void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const {
-  Effect& effect = (*hypothesis)[at];
+// The best of an effect's alternatives (or of the values of those parameters only that no fit moves), the best first,
+// no two with the same first parameter.
+std::vector<Effect> Explorer::choose_starts(const Problem& problem, Hypothesis hypothesis, size_t at, bool scanned_only,
+                                            size_t count) const {
+  Effect& effect = hypothesis[at];
   const std::vector<Effect> options = list_options(effect, scanned_only);
-  if (options.size() < 2) return;
-  double lowest = 1e300;
-  Effect best = effect;
-  for (const Effect& option : options) {
-    effect = option;
-    const Score score = calc_score(problem, *hypothesis, {problem.train[0]});
-    if (score.ok && score.chi2 < lowest) lowest = score.chi2, best = option;
+  if (options.size() < 2) return {effect};
+  std::vector<std::pair<double, size_t>> order;
+  for (size_t i = 0; i < options.size(); ++i) {
+    effect = options[i];
+    const Score score = calc_score(problem, hypothesis, {problem.train[0]});
+    order.push_back({score.ok ? score.chi2 : 1e300, i});
   }
-  effect = best;
+  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Effect> best;
+  for (const auto& item : order) {
+    const Effect& option = options[item.second];
+    const bool known = std::any_of(best.begin(), best.end(), [&](const Effect& b) { return b.p[0] == option.p[0]; });
+    if (!known) best.push_back(option);
+    if (best.size() == count) break;
+  }
+  return best;
+}
+
+void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const {
+  (*hypothesis)[at] = choose_starts(problem, *hypothesis, at, scanned_only, 1)[0];
 }
 
 // What friction was fitted to changes with what stands beside it now: its shape is chosen again.
@@ -297,8 +311,12 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
     options.frozen.push_back(!here);
   }
   all.push_back(start);
-  choose_start(p, &all, all.size() - 1, false);
-  FitResult result = fit(p, all, p.train, options);
+  FitResult result;
+  for (const Effect& option : choose_starts(p, all, all.size() - 1, false, moves_link(start) ? kGaps : 1)) {
+    all.back() = option;
+    const FitResult one = fit(p, all, p.train, options);
+    if (one.ok && (!result.ok || one.train.chi2 < result.train.chi2)) result = one;
+  }
   if (result.ok) {
     Hypothesis again = result.hypothesis;
     choose_start(p, &again, again.size() - 1, true);

@@ -51,6 +51,8 @@ class Explorer {
   Lead add_local(const Lead& parent, const Effect& start, const Local& local) const;
   Lead add_shared(Problem& p, const Lead& parent, const Effect& start) const;
   void measure(Problem& p, Lead* lead) const;
+  std::vector<Effect> choose_starts(const Problem& problem, Hypothesis hypothesis, size_t at, bool scanned_only,
+                                    size_t count) const;
   void choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const;
   void choose_again(const Problem& problem, const FitOptions& options, FitResult* result) const;
   void forget(const std::vector<Lead>& from, const std::vector<Lead>& leads);

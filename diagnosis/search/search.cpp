@@ -33,6 +33,12 @@ Key make_key(const Hypothesis& hypothesis) {
   return key;
 }
 
+// [kg m^2] what is left of a transmission that does not give; 0 for other effects.
+double get_rotor(const Effect& effect) {
+  if (effect.id == EffectId::kElasticity) return effect.p[2];
+  return effect.id == EffectId::kBacklash ? effect.p[3] : 0.0;
+}
+
 constexpr size_t kLargestSet = 3;
 constexpr size_t kBeam = 4;          // sets that are grown further
 constexpr size_t kCandidates = 10;   // effects that may be added to each
@@ -193,7 +199,7 @@ class Search {
       bool grown = false;
       while (look_closer()) grown = true, polish_best();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
-      if (is_complete(best_refined(), nominal_)) break;
+      if (is_finished(best_refined())) break;
       if (grown && best_refined().hypothesis.size() < kLargestSet)
         beam.insert(beam.begin(), explorer.make_lead(best_refined().hypothesis));
       if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
@@ -205,6 +211,11 @@ class Search {
   void drop_refused(std::vector<Lead>* leads) const {
     leads->erase(std::remove_if(leads->begin(), leads->end(), [&](const Lead& l) { return is_refused(l.hypothesis); }),
                  leads->end());
+  }
+
+  // Larger sets are not looked for: noise is left, or details of which no effect would take a share.
+  bool is_finished(const Trial& t) const {
+    return is_complete(t, nominal_) || (is_explained(t, nominal_) && content_.count(make_key(t.hypothesis)) > 0);
   }
 
   // The best sets of a size that the simulation cannot tell apart, the simplest first.
@@ -224,11 +235,11 @@ class Search {
   // Tries what the best set leaves in the simulation asks for. Whether a set with one effect more came out best.
   bool look_closer() {
     const size_t size = best_refined().hypothesis.size();
-    if (size == 0 || size >= kLargestSet || is_complete(best_refined(), nominal_)) return false;
+    if (size == 0 || size >= kLargestSet || is_finished(best_refined())) return false;
     const std::vector<Trial> bases = list_bases();
     const std::vector<Effect> asked = try_asked(bases[0]);
     for (size_t i = 1; i < bases.size(); ++i) {
-      if (asked.empty() || is_complete(best_refined(), nominal_)) break;
+      if (asked.empty() || is_explained(best_refined(), nominal_)) break;
       try_with(bases[i], asked[0]);
     }
     return best_refined().hypothesis.size() > size;
@@ -255,6 +266,7 @@ class Search {
       const bool done = is_complete(best_refined(), nominal_);
       least = std::max(least, (done ? kAskedTwin : kAskedAlike) * addition.gain);
     }
+    if (asked.empty()) content_.insert(make_key(base.hypothesis));
     return asked;
   }
 
@@ -405,10 +417,17 @@ class Search {
     Trial& chosen = outcome->chosen;
     if (chosen.hypothesis.empty() || chosen.std.size() < chosen.hypothesis.size()) return;
     Hypothesis kept;
+    bool changed = false;
     for (size_t i = 0; i < chosen.hypothesis.size(); ++i) {
-      if (is_significant(chosen.hypothesis[i], chosen.std[i], chosen.distance[i])) kept.push_back(chosen.hypothesis[i]);
+      const Effect& effect = chosen.hypothesis[i];
+      const bool significant = is_significant(effect, chosen.std[i], chosen.distance[i]);
+      changed = changed || !significant;
+      if (significant)
+        kept.push_back(effect);
+      else if (get_rotor(effect) > 0.0)
+        kept.push_back({EffectId::kRotorInertia, effect.place, {get_rotor(effect)}});
     }
-    if (kept.size() == chosen.hypothesis.size()) return;
+    if (!changed) return;
     if (kept.empty()) return take_next(outcome);
     Trial trial = judge(kept, refine(kept));
     say("  without what is no more than nothing: " + get_label(e_, kept), trial);
@@ -444,6 +463,7 @@ class Search {
   std::vector<int> all_, held_out_;
   Trial nominal_;
   std::map<Key, Trial> trials_;
+  std::set<Key> content_;                  // sets whose rest asks for nothing
   std::set<std::pair<int, int>> refused_;  // effects and places
   std::vector<Trial> passed_over_;         // judged along the recorded paths only
   double best_chi2_ = 1e300;
