@@ -251,11 +251,24 @@ double calc_drop(const Eigen::MatrixXd& gram, const Eigen::VectorXd& x) {
   return -2.0 * x.dot(gram.col(last).head(size)) - x.dot(gram.topLeftCorner(size, size) * x);
 }
 
+// Of one effect at one place only the best start.
+void drop_copies(std::vector<Addition>* ranked) {
+  std::vector<Addition> kept;
+  for (const Addition& addition : *ranked) {
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Addition& k) {
+      return k.start.id == addition.start.id && k.start.place == addition.start.place;
+    });
+    if (!known) kept.push_back(addition);
+  }
+  *ranked = kept;
+}
+
 class Ranker {
  public:
   Ranker(const Problem& problem, const Hypothesis& fitted)
       : problem_(problem), fitted_(fitted), options_(problem.options) {
-    options_.max_step *= kCoarser;
+    if (std::none_of(fitted.begin(), fitted.end(), [](const Effect& e) { return sticks(e.id); }))
+      options_.max_step *= kCoarser;
     recordings_ = problem.train;
     recordings_.insert(recordings_.end(), problem.validate.begin(), problem.validate.end());
   }
@@ -274,6 +287,7 @@ class Ranker {
       if (addition.gain > 0.0) ranked.push_back(addition);
     }
     std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+    drop_copies(&ranked);
     return ranked;
   }
 
@@ -286,22 +300,27 @@ class Ranker {
       const size_t r = static_cast<size_t>(i);
       Base& base = bases_[r];
       base.columns.resize(moves.size());
-      ok[r] = calc_residuals(problem_, fitted_, recordings_[r], &base.residuals) && simulate(fitted_, r, &base.coarse);
+      ok[r] = calc_residuals(problem_, fitted_, recordings_[r], &base.residuals) &&
+              simulate(fitted_, options_, r, &base.coarse);
       for (size_t m = 0; m < moves.size() && ok[r]; ++m)
         ok[r] = calc_column(moves[m].hypothesis, moves[m].delta, r, &base.columns[m]);
     });
     return std::all_of(ok.begin(), ok.end(), [](char c) { return c != 0; });
   }
 
-  bool simulate(const Hypothesis& hypothesis, size_t r, std::vector<double>* residuals) const {
+  bool simulate(const Hypothesis& hypothesis, const RolloutOptions& options, size_t r,
+                std::vector<double>* residuals) const {
     const size_t recording = static_cast<size_t>(recordings_[r]);
     const StartState* start = problem_.starts.empty() ? nullptr : &problem_.starts[recording];
-    return calc_residuals(problem_, hypothesis, recordings_[r], options_, start, residuals);
+    return calc_residuals(problem_, hypothesis, recordings_[r], options, start, residuals);
   }
 
+  // Differences to a simulation with the same steps; dry friction is not there in coarse ones.
   bool calc_column(const Hypothesis& moved, double delta, size_t r, std::vector<double>* column) const {
-    if (!simulate(moved, r, column)) return false;
-    for (size_t k = 0; k < column->size(); ++k) (*column)[k] = ((*column)[k] - bases_[r].coarse[k]) / delta;
+    const bool fine = sticks(moved.back().id);
+    const std::vector<double>& from = fine ? bases_[r].residuals : bases_[r].coarse;
+    if (!simulate(moved, fine ? problem_.options : options_, r, column)) return false;
+    for (size_t k = 0; k < column->size(); ++k) (*column)[k] = ((*column)[k] - from[k]) / delta;
     return true;
   }
 

@@ -22,8 +22,7 @@ std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const s
 
 // Sticking and slipping make readings a jagged function of friction: differences over 2 % see its trend.
 double find_difference(EffectId id, const ParameterInfo& info, double value) {
-  const bool sticks = id == EffectId::kCoulomb || id == EffectId::kStribeck || id == EffectId::kLoadFriction;
-  return (sticks ? 0.02 : 0.005) * std::max(info.step, std::abs(value));
+  return (sticks(id) ? 0.02 : 0.005) * std::max(info.step, std::abs(value));
 }
 
 struct Normal {
@@ -224,6 +223,10 @@ class Fitter {
 };
 
 }  // namespace
+
+bool sticks(EffectId id) {
+  return id == EffectId::kCoulomb || id == EffectId::kStribeck || id == EffectId::kLoadFriction;
+}
 
 std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
   std::vector<Move> moves;

@@ -195,6 +195,8 @@ class Search {
       for (const Lead& lead : beam)
         progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
       simulate_best(beam);
+      // What paths miss by themselves may be more than a small effect.
+      if (size == 1 && calc_cost(best_refined()) > kLeastDrop * calc_cost(nominal_)) try_asked(nominal_);
       polish_best();
       bool grown = false;
       while (look_closer()) grown = true, polish_best();
