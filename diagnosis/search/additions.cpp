@@ -4,18 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
+#include "diagnosis/search/regression.h"
 #include "diagnosis/search/screen.h"
+#include "diagnosis/search/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kShare = 0.01;     // of a joint's effort, that a probe is about
-constexpr double kShift = 5e-4;     // [s]
-constexpr double kLever = 0.1;      // [m] of a probing mass
-constexpr double kStiff = 1e4;      // [N m/rad] no stiffer than steps can follow
-constexpr double kCoarser = 4.0;    // steps: differences need not be as exact as readings
-constexpr double kSingular = 1e-6;  // of a column: less that is its own is none
+constexpr double kShare = 0.01;   // of a joint's effort, that a probe is about
+constexpr double kShift = 5e-4;   // [s]
+constexpr double kLever = 0.1;    // [m] of a probing mass
+constexpr double kStiff = 1e4;    // [N m/rad] no stiffer than steps can follow
+constexpr double kCoarser = 4.0;  // steps: differences need not be as exact as readings
 
 // An effect at one place: small steps of it, and its parameters from how much of each step the residual asks for.
 struct Probe {
@@ -145,15 +147,12 @@ class Probes {
   }
 
   void add_transmission(int j) {
-    const double damping = 0.002 * kStiff;
-    Probe probe;
-    probe.steps = {{EffectId::kElasticity, j, {kStiff, damping, 1e-3}}};
-    probe.make_start = [](const Eigen::VectorXd& x, std::vector<double>* p) {
-      const double stiffness = kStiff / std::max(1e-3, x[0]);
-      *p = {stiffness, 0.002 * stiffness, 1e-3};
-      return x[0] > 0.0;
-    };
-    list_.push_back(probe);
+    const auto make = [](double stiffness) { return std::vector<double>{stiffness, 0.002 * stiffness, 1e-3}; };
+    list_.push_back(
+        {{{EffectId::kElasticity, j, make(kStiff)}}, [make](const Eigen::VectorXd& x, std::vector<double>* p) {
+           *p = make(kStiff / std::max(1e-3, x[0]));
+           return x[0] > 0.0;
+         }});
   }
 
   void add_sensors(int j) {
@@ -206,43 +205,26 @@ struct Base {
   Columns columns;
 };
 
-// Sums of products of [fitted parameters, steps, residual].
-struct Products {
-  Eigen::MatrixXd gram;
-  bool ok = true;
-};
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-  return sum;
-}
-
-void add_products(const Base& base, const Columns& steps, Products* products) {
+// Adds sums of products of [fitted parameters, steps, residual].
+void add_products(const Base& base, const Columns& steps, Eigen::MatrixXd* gram) {
   std::vector<const std::vector<double>*> all;
   for (const auto& column : base.columns) all.push_back(&column);
   for (const auto& column : steps) all.push_back(&column);
   all.push_back(&base.residuals);
   const long size = static_cast<long>(all.size());
-  if (products->gram.size() == 0) products->gram.setZero(size, size);
+  if (gram->size() == 0) gram->setZero(size, size);
   for (long i = 0; i < size; ++i) {
     for (long j = 0; j <= i; ++j) {
-      products->gram(i, j) += dot(*all[static_cast<size_t>(i)], *all[static_cast<size_t>(j)]);
-      products->gram(j, i) = products->gram(i, j);
+      const std::vector<double>&a = *all[static_cast<size_t>(i)], &b = *all[static_cast<size_t>(j)];
+      (*gram)(i, j) += std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+      (*gram)(j, i) = (*gram)(i, j);
     }
   }
 }
 
-// Least squares of the residual on the first `size` columns but those that are others' already; what it takes away.
-Eigen::VectorXd solve(const Eigen::MatrixXd& gram, long size, double* gain) {
-  const long last = gram.rows() - 1;
-  const Eigen::VectorXd scale = gram.diagonal().head(size).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  Eigen::MatrixXd A = scale.asDiagonal() * gram.topLeftCorner(size, size) * scale.asDiagonal();
-  A.diagonal().array() += kSingular;
-  const Eigen::VectorXd b = -scale.cwiseProduct(gram.col(last).head(size));
-  const Eigen::VectorXd x = A.ldlt().solve(b);
-  *gain = x.dot(b);
-  return x.cwiseProduct(scale);
+// Of the residual on the first `size` columns.
+Regression regress(const Eigen::MatrixXd& gram, long size) {
+  return solve_gram(gram.topLeftCorner(size, size), -gram.col(gram.rows() - 1).head(size));
 }
 
 // By what chi2 falls with steps x.
@@ -326,7 +308,7 @@ class Ranker {
 
   Addition try_probe(const Probe& probe) const {
     Addition addition;
-    Products train, held;
+    Eigen::MatrixXd train, held;
     for (size_t r = 0; r < recordings_.size(); ++r) {
       Columns columns(probe.steps.size());
       for (size_t i = 0; i < columns.size(); ++i) {
@@ -338,13 +320,12 @@ class Ranker {
     }
     const long before = static_cast<long>(bases_[0].columns.size());
     const long size = before + static_cast<long>(probe.steps.size());
-    double without = 0.0, with = 0.0;
-    const Eigen::VectorXd alone = solve(train.gram, before, &without), x = solve(train.gram, size, &with);
+    const Regression without = regress(train, before), with = regress(train, size);
     addition.start = probe.steps[0];
-    if (!probe.make_start(x.tail(size - before), &addition.start.p)) return addition;
-    double gain = with - without;
-    if (held.gram.size() > 0) {
-      const double helps = calc_drop(held.gram, x) - calc_drop(held.gram, alone);
+    if (!probe.make_start(with.x.tail(size - before), &addition.start.p)) return addition;
+    double gain = with.gain - without.gain;
+    if (held.size() > 0) {
+      const double helps = calc_drop(held, with.x) - calc_drop(held, without.x);
       if (helps < 0.0) return addition;
       gain += helps;
     }

@@ -5,35 +5,22 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/search/regression.h"
 #include "diagnosis/search/signature.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-struct Solution {
-  double gain = 0.0;
-  Eigen::VectorXd x;
-};
-
-// Gain and coefficients of a set of columns, from the Gram matrix.
-Solution solve_columns(const Signatures& s, const std::vector<int>& columns) {
+// Gain and coefficients of a shape's columns alone.
+Regression solve_columns(const Signatures& s, const std::vector<int>& columns) {
   const long p = static_cast<long>(columns.size());
-  Eigen::MatrixXd G(p, p);
-  Eigen::VectorXd b(p), scale(p);
-  for (long i = 0; i < p; ++i)
-    scale[i] =
-        1.0 / std::sqrt(std::max(1e-300, s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(i)])));
+  Eigen::MatrixXd gram(p, p);
+  Eigen::VectorXd projection(p);
   for (long i = 0; i < p; ++i) {
-    b[i] = s.projection[columns[static_cast<size_t>(i)]] * scale[i];
-    for (long j = 0; j < p; ++j)
-      G(i, j) = s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]) * scale[i] * scale[j];
+    projection[i] = s.projection[columns[static_cast<size_t>(i)]];
+    for (long j = 0; j < p; ++j) gram(i, j) = s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]);
   }
-  G.diagonal().array() += 1e-6;  // directions the motion does not excite stay at zero
-  Solution solution;
-  const Eigen::VectorXd x = G.ldlt().solve(b);
-  solution.gain = x.dot(b);
-  solution.x = x.cwiseProduct(scale);
-  return solution;
+  return solve_gram(gram, projection);
 }
 
 }  // namespace
@@ -44,7 +31,7 @@ Screening screen(const Problem& problem, const Hypothesis& base, const Paths* pa
   screening.chi2 = s.chi2, screening.count = s.count, screening.joint_chi2 = s.joint_chi2;
   std::map<std::pair<int, int>, Candidate> best;
   for (const Shape& shape : s.shapes) {
-    const Solution solution = solve_columns(s, shape.columns);
+    const Regression solution = solve_columns(s, shape.columns);
     std::vector<double> x(solution.x.data(), solution.x.data() + solution.x.size());
     Candidate candidate;
     candidate.start = {shape.id, shape.place, {}};

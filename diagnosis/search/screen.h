@@ -9,16 +9,16 @@
 namespace hrp::diagnosis {
 
 struct Candidate {
-  Effect start;               // with start values of its parameters
-  double gain = 0.0;          // decrease of the whitened sum of squares when it alone is added
+  Effect start;       // with start values of its parameters
+  double gain = 0.0;  // decrease of the whitened sum of squares when it alone is added
   std::vector<int> columns;
 };
 
 struct Screening {
-  std::vector<Candidate> candidates;     // by falling gain; one per effect and place
-  double chi2 = 0.0;                     // of the nominal model
+  std::vector<Candidate> candidates;  // by falling gain; one per effect and place
+  double chi2 = 0.0;                  // of the nominal model
   double count = 0.0;
-  std::vector<double> joint_chi2;        // per joint, of the missing effort, over its number of samples
+  std::vector<double> joint_chi2;  // per joint, of the missing effort, over its number of samples
 };
 
 // What is left after `base` has been taken into account; efforts of the effects in `base` are removed first.
