@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/search/parameters.h"
+#include "diagnosis/search/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -223,10 +224,6 @@ class Fitter {
 };
 
 }  // namespace
-
-bool sticks(EffectId id) {
-  return id == EffectId::kCoulomb || id == EffectId::kStribeck || id == EffectId::kLoadFriction;
-}
 
 std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
   std::vector<Move> moves;

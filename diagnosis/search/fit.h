@@ -34,9 +34,6 @@ struct Move {
 };
 std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<char>& frozen = {});
 
-// Dry friction: readings are a jagged function of it, and coarse steps miss it.
-bool sticks(EffectId id);
-
 FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
               const FitOptions& options);
 

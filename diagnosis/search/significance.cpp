@@ -43,19 +43,20 @@ bool is_significant(const Effect& effect, const std::vector<double>& std, double
   return false;
 }
 
+bool sticks(EffectId id) {
+  return id == EffectId::kCoulomb || id == EffectId::kStribeck || id == EffectId::kLoadFriction;
+}
+
 bool is_smooth(const Hypothesis& hypothesis) {
   return std::none_of(hypothesis.begin(), hypothesis.end(), [](const Effect& effect) {
     switch (effect.id) {
-      case EffectId::kCoulomb:
-      case EffectId::kStribeck:
-      case EffectId::kLoadFriction:
       case EffectId::kHysteresis:
       case EffectId::kElasticity:
       case EffectId::kBacklash:
       case EffectId::kSaturation:
         return true;
       default:
-        return false;
+        return sticks(effect.id);
     }
   });
 }

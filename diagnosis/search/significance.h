@@ -13,6 +13,9 @@ namespace hrp::diagnosis {
 // Stribeck curve) always does.
 bool is_significant(const Effect& effect, const std::vector<double>& std, double distance);
 
+// Dry friction: readings are a jagged function of it, and coarse steps miss it.
+bool sticks(EffectId id);
+
 // Without friction, memory, play or limits.
 bool is_smooth(const Hypothesis& hypothesis);
 
