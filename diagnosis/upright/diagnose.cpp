@@ -18,13 +18,13 @@ bool diagnose_upright(const Problem& problem, const std::function<void(const std
   StandJudge judge(stands.all);
   judge.update_sigma(nominal, {});
   const auto halves = {&stands.even, &stands.odd, &stands.wide_even, &stands.wide_odd};
-  for (StandProblem* p : {&stands.all, &stands.even, &stands.odd, &stands.wide_even, &stands.wide_odd}) {
-    p->slack = find_slack(stands.all, nominal), p->noise = judge.sigma();
-  }
+  stands.all.slack = find_slack(stands.all, nominal), stands.all.noise = judge.sigma();
   const StandProblem& stand = stands.all;
-  for (size_t r = 0; r < stand.recordings.size(); ++r) {  // halves are multiplied sample by sample: keep the same ones
-    for (StandProblem* half : halves) {
-      half->recordings[r].samples = stand.recordings[r].samples,
+  for (StandProblem* half : halves) {
+    half->slack = stand.slack, half->noise = stand.noise;
+    // Halves are multiplied sample by sample: keep the same ones.
+    for (size_t r = 0; r < stand.recordings.size(); ++r) {
+      half->recordings[r].samples = stand.recordings[r].samples;
       half->recordings[r].window = stand.recordings[r].window;
     }
   }
