@@ -33,7 +33,7 @@ std::vector<int> list_chain(const RobotPlan& robot, int link) {
   return chain;
 }
 
-JointPlan& joint_of(RobotPlan& robot, int link) { return robot.links[static_cast<std::size_t>(link)].joint; }
+JointPlan& joint_of(RobotPlan& robot, int link) { return joint(robot, link - 1); }
 
 // 0, 1, 2 for an axis along x, y, z with the joints at zero, else 3; and its sense.
 int find_axis(const RobotPlan& robot, int link, double* sense) {
@@ -66,16 +66,16 @@ void name_leg(RobotPlan* robot, int foot, const std::string& side) {
 
 // The two links that nothing hangs on, lowest with the joints at zero.
 std::vector<int> find_feet(const RobotPlan& robot) {
+  const std::vector<double> zero(robot.links.size(), 0.0);
   std::vector<std::pair<double, int>> ends;
   for (int i = 1; i < static_cast<int>(robot.links.size()); ++i) {
     const auto hangs = [i](const LinkPlan& link) { return link.parent == i; };
     if (std::any_of(robot.links.begin(), robot.links.end(), hangs)) continue;
-    ends.emplace_back(calc_pose(robot, i, std::vector<double>(robot.links.size(), 0.0)).translation().z(), i);
+    ends.emplace_back(calc_pose(robot, i, zero).translation().z(), i);
   }
   if (ends.size() < 2) throw std::runtime_error(robot.name + ": fewer than two limbs");
   std::sort(ends.begin(), ends.end());
   std::vector<int> feet{ends[0].second, ends[1].second};
-  const std::vector<double> zero(robot.links.size(), 0.0);
   if (calc_pose(robot, feet[0], zero).translation().y() < calc_pose(robot, feet[1], zero).translation().y()) {
     std::swap(feet[0], feet[1]);
   }
