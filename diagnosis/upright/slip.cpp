@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "diagnosis/upright/channels.h"
 
@@ -10,6 +11,8 @@ namespace hrp::diagnosis::upright {
 namespace {
 
 constexpr double kSlide = 0.01;  // [m/s] a foot that is faster slides
+constexpr double kMoved = 8;     // times what the quietest quarter of samples moves: no noise of encoders
+constexpr size_t kEnough = 20;   // samples
 
 // Distance that the feet moved against each other from each sample to the next [m], where both stand flat; else -1.
 std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
@@ -30,32 +33,41 @@ std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
 
 }  // namespace
 
+double find_rest(const std::vector<std::vector<double>>& slides) {
+  double rest = 1e300;
+  for (const std::vector<double>& one : slides) {
+    std::vector<double> sorted;
+    std::copy_if(one.begin(), one.end(), std::back_inserter(sorted), [](double s) { return s >= 0; });
+    if (sorted.size() < kEnough) continue;
+    std::sort(sorted.begin(), sorted.end());
+    rest = std::min(rest, sorted[sorted.size() / 4]);
+  }
+  return rest;
+}
+
 bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread) {
   if (problem.feet.size() < 2) return false;
-  std::vector<double> slipping;
+  std::vector<StandBase> bases(problem.recordings.size());
+  std::vector<std::vector<double>> slides;
   StandProblem whole = problem;  // feet begin and cease to slide with a jerk: those samples are not kept
-  for (size_t r = 0; r < problem.recordings.size(); ++r) {
-    StandRecording& recording = whole.recordings[r];
-    recording.samples = recording.grid;
-    StandBase base;
-    calc_channels(whole, {}, r, &base);
-    const std::vector<double> slides = find_slides(problem, base);
-    std::vector<double> sorted;
-    for (double s : slides) {
-      if (s >= 0) sorted.push_back(s);
-    }
-    if (sorted.size() < 20) continue;
-    std::sort(sorted.begin(), sorted.end());
-    const double least = std::max(kSlide * (recording.time[static_cast<size_t>(recording.samples[1])] -
-                                            recording.time[static_cast<size_t>(recording.samples[0])]),
-                                  8 * sorted[sorted.size() / 4]);  // a quarter of the samples rest: noise
-    for (size_t k = 1; k < slides.size(); ++k) {
-      if (slides[k] > least) slipping.push_back(base.ratios[k]);
+  for (size_t r = 0; r < bases.size(); ++r) {
+    whole.recordings[r].samples = whole.recordings[r].grid;
+    calc_channels(whole, {}, r, &bases[r]);
+    slides.push_back(find_slides(problem, bases[r]));
+  }
+  const double rest = find_rest(slides);
+  std::vector<double> slipping;
+  for (size_t r = 0; r < bases.size(); ++r) {
+    const StandRecording& recording = whole.recordings[r];
+    const double step = recording.time[static_cast<size_t>(recording.samples[1])] -
+                        recording.time[static_cast<size_t>(recording.samples[0])];
+    for (size_t k = 1; k < slides[r].size(); ++k) {
+      if (slides[r][k] > std::max(kSlide * step, kMoved * rest)) slipping.push_back(bases[r].ratios[k]);
     }
   }
   // The densest half: a foot that turns as it slides feels less than the whole friction, one that is about to stop too.
   const size_t n = slipping.size(), half = n / 2;
-  if (n < 20) return false;
+  if (n < kEnough) return false;
   std::sort(slipping.begin(), slipping.end());
   size_t best = 0;
   for (size_t i = 0; i + half < n; ++i) {

@@ -11,4 +11,8 @@ namespace hrp::diagnosis::upright {
 // scatter.
 bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread);
 
+// [m] What feet at rest seem to move from sample to sample: noise of encoders, the same in all recordings, so that the
+// one with the quietest quarter of samples tells; in others the feet may creep all the time. By recording; -1: unknown.
+double find_rest(const std::vector<std::vector<double>>& slides);
+
 }  // namespace hrp::diagnosis::upright

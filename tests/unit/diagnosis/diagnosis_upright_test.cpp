@@ -10,6 +10,7 @@
 #include "diagnosis/upright/findings.h"
 #include "diagnosis/upright/hints.h"
 #include "diagnosis/upright/judge.h"
+#include "diagnosis/upright/slip.h"
 #include "diagnosis/upright/smooth.h"
 
 namespace hrp::diagnosis::upright {
@@ -223,6 +224,13 @@ TEST(StandingDependence, OneSpringAcrossTwoJointsIsToldFromASpringInEachWhereThe
   EXPECT_GT(find_spring_gain(false, 3, 0), 1000) << "two springs";
   EXPECT_LT(find_spring_gain(false, 0, 3), 0) << "one across both";
   EXPECT_LT(find_spring_gain(true, 3, 0), 24) << "joints that move alike do not tell";
+}
+
+TEST(StandingFeet, ThatCreepAllThroughARecordingDoNotPassForNoise) {
+  const std::vector<double> stands(100, 3e-5);
+  std::vector<double> creeps(100, 2e-4);
+  creeps[7] = -1;  // on an edge: not known
+  EXPECT_EQ(find_rest({creeps, stands, {1e-6, -1, 1e-6}}), 3e-5) << "three samples are too few to tell";
 }
 
 // Of a leg's transmissions what the ground may give about the same axis is not theirs; an arm's are all their own.
