@@ -42,7 +42,7 @@ StandFit StandSearcher::finish(const StandFit& so_far, const StandHypothesis& hy
     covariance = solve(p_, judge_.select(so_far), h, differentiate(p_, h, 0, base, judge_.train()), base).covariance;
   }
   for (StandEffect& e : h) {
-    if (e.id == StandId::kBacklash) e.p[3] = find_seen_play(p_, h, e);
+    if (e.id == StandId::kBacklash) find_seen_play(p_, h, &e);
   }
   StandFit fit = judge(h);
   long at = 0;

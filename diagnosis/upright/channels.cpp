@@ -15,8 +15,8 @@ namespace {
 constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
 constexpr size_t kTurning = 5;    // samples: half of the 0.3 s over which turning is compared
 constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
-constexpr double kNearly = 0.9;   // share of what friction holds at which a foot may slide: forces are smoothed
-constexpr double kLoaded = 0.01;  // share of the weight that a foot must carry to count as standing
+constexpr double kNearly = 0.9;    // share of what friction holds at which a foot may slide: forces are smoothed
+constexpr double kLoaded = 0.01;   // share of the weight that a foot must carry to count as standing
 
 class Calculator : StandMotion {
  public:
@@ -264,9 +264,14 @@ class Calculator : StandMotion {
   size_t channels_ = 0, last_ = 0;
 };
 
+struct PlacedLink {
+  std::vector<int> sides;       // by sample: where the torque holds the teeth
+  std::vector<double> offsets;  // [rad]
+};
+
 // Once with the teeth in the middle, once a little to the side: what the feet say about where they lie.
-std::vector<double> place_link(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
-                               TeethOffsets offsets, size_t joint, double gap, double slack) {
+PlacedLink place_link(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+                      TeethOffsets offsets, size_t joint, double gap, double slack) {
   StandBase middle, aside;
   offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
   const std::vector<double> at = Calculator(problem, hypothesis, recording, offsets).add_samples(&middle);
@@ -275,8 +280,15 @@ std::vector<double> place_link(const StandProblem& problem, const StandHypothesi
   std::vector<double> torque;
   for (size_t k = joint; k < middle.states.size(); k += offsets.size()) torque.push_back(middle.states[k].torque);
   const size_t places = find_places(problem), channels = list_channels(problem).size();
-  return place_teeth({at, moved, channels, places + count_places(problem), places}, problem.noise,
-                     find_sides(torque, slack), gap);
+  PlacedLink out{find_sides(torque, slack), {}};
+  const TeethRows rows{at, moved, channels, places + count_places(problem), places};
+  out.offsets = place_teeth(rows, problem.noise, out.sides, gap);
+  return out;
+}
+
+// [N m] A torque that holds the teeth on one side; none does in a gap that nothing was seen to end.
+double choose_slack(const StandProblem& problem, const StandEffect& backlash) {
+  return backlash.p[0] < kMostPlay ? problem.slack[static_cast<size_t>(backlash.place)] : 1e300;
 }
 
 }  // namespace
@@ -285,8 +297,8 @@ double find_play(const StandProblem& problem, const StandHypothesis& hypothesis,
   std::vector<double> seen;
   for (size_t r = 0; r < problem.recordings.size(); ++r) {
     if (!problem.recordings[r].train) continue;
-    const std::vector<double> one = place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint,
-                                               kMostPlay, 1e300);
+    const std::vector<double> one =
+        place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint, kMostPlay, 1e300).offsets;
     seen.insert(seen.end(), one.begin(), one.end());
   }
   if (seen.empty()) return 0;
@@ -295,20 +307,27 @@ double find_play(const StandProblem& problem, const StandHypothesis& hypothesis,
   return seen[seen.size() - 1 - few] - seen[few];
 }
 
-double find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, const StandEffect& backlash) {
-  const auto joint = static_cast<size_t>(backlash.place);
-  const double half = 0.5 * backlash.p[0];
-  double low = half, high = -half, held_low = 0, held_high = 0;
-  for (size_t r = 0; r < problem.recordings.size(); ++r) {
-    const std::vector<double> one = place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint,
-                                               backlash.p[0], problem.slack[joint]);
-    for (double offset : one) {
-      low = std::min(low, offset), high = std::max(high, offset);
-      held_low += offset == -half, held_high += offset == half;
+void find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, StandEffect* backlash) {
+  const auto joint = static_cast<size_t>(backlash->place);
+  double low = kMostPlay, high = -kMostPlay;
+  long held_low = 0, held_high = 0;
+  const auto look = [&](double gap, double slack) {
+    for (size_t r = 0; r < problem.recordings.size(); ++r) {
+      const PlacedLink link =
+          place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint, gap, slack);
+      for (double offset : link.offsets) low = std::min(low, offset), high = std::max(high, offset);
+      held_low += std::count(link.sides.begin(), link.sides.end(), -1);
+      held_high += std::count(link.sides.begin(), link.sides.end(), 1);
     }
+  };
+  look(backlash->p[0], choose_slack(problem, *backlash));
+  constexpr long kEnough = 10;  // samples
+  const bool at_low = held_low > kEnough, at_high = held_high > kEnough;
+  if (!at_low && !at_high) {
+    backlash->p[0] = kMostPlay, low = kMostPlay, high = -kMostPlay;
+    look(kMostPlay, 1e300);
   }
-  constexpr double kEnough = 10;  // samples
-  return held_low > kEnough && held_high > kEnough ? 0 : high - low;
+  backlash->p[3] = at_low && at_high ? 0 : high - low;
 }
 
 std::vector<double> calc_channels(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
@@ -317,7 +336,8 @@ std::vector<double> calc_channels(const StandProblem& problem, const StandHypoth
   for (const StandEffect& e : hypothesis) {
     if (e.id != StandId::kBacklash || e.p[0] == 0 || problem.slack.empty()) continue;
     const auto joint = static_cast<size_t>(e.place);
-    offsets[joint] = place_link(problem, hypothesis, recording, offsets, joint, e.p[0], problem.slack[joint]);
+    offsets[joint] =
+        place_link(problem, hypothesis, recording, offsets, joint, e.p[0], choose_slack(problem, e)).offsets;
   }
   return Calculator(problem, hypothesis, recording, std::move(offsets)).run(base);
 }

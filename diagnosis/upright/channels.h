@@ -38,8 +38,9 @@ std::vector<double> calc_channels(const StandProblem& problem, const StandHypoth
 // they stand: range of nine tenths of the training samples.
 double find_play(const StandProblem& problem, const StandHypothesis& hypothesis, size_t joint);
 
-// [rad] Range in which a free link was seen, if no torque ever held it at both ends of the gap; else 0.
-double find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, const StandEffect& backlash);
+// [rad] Notes in a loose transmission what its free link was seen to move, if no torque ever held it at both ends of
+// the gap. Where none held it at either end the gap may be any: then the link is free wherever it is.
+void find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, StandEffect* backlash);
 
 // The same for a hypothesis that differs from that of `base` only in effects of one joint's drive: fast.
 std::vector<double> calc_drive_channels(const StandProblem& problem, const StandHypothesis& hypothesis,

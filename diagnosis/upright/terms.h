@@ -10,14 +10,52 @@ namespace hrp::diagnosis::upright {
 
 // Ordered by kind of place: joint, link, ground, force sensor, IMU, joint sensor; see the predicates below.
 enum class StandId {
-  kViscous, kCoulomb, kStribeck, kLoadFriction, kRotorInertia, kSpring, kTorqueConstant, kSaturation, kCogging,
-  kHysteresis, kCommandDelay, kActuatorLag, kElasticity, kBacklash, kJointOffset,
-  kPayload, kMassError, kComError, kExternalForce,
-  kFootCompliance, kFootHardening, kGroundSlope, kGroundFriction,
-  kForceBias, kTorqueBias, kForceScale, kTorqueScale, kWrenchDelay, kWrenchMisalignment, kWrenchSkew,
-  kGyroBias, kAccelerometerBias, kGyroScale, kAccelerometerScale, kImuDelay, kImuMisalignment, kImuSkew,
-  kEffortBias, kEffortScale, kEffortDelay, kVelocityBias, kVelocityScale, kVelocityDelay,
-  kPositionBias, kPositionScale, kPositionDelay
+  kViscous,
+  kCoulomb,
+  kStribeck,
+  kLoadFriction,
+  kRotorInertia,
+  kSpring,
+  kTorqueConstant,
+  kSaturation,
+  kCogging,
+  kHysteresis,
+  kCommandDelay,
+  kActuatorLag,
+  kElasticity,
+  kBacklash,
+  kJointOffset,
+  kPayload,
+  kMassError,
+  kComError,
+  kExternalForce,
+  kFootCompliance,
+  kFootHardening,
+  kGroundSlope,
+  kGroundFriction,
+  kForceBias,
+  kTorqueBias,
+  kForceScale,
+  kTorqueScale,
+  kWrenchDelay,
+  kWrenchMisalignment,
+  kWrenchSkew,
+  kGyroBias,
+  kAccelerometerBias,
+  kGyroScale,
+  kAccelerometerScale,
+  kImuDelay,
+  kImuMisalignment,
+  kImuSkew,
+  kEffortBias,
+  kEffortScale,
+  kEffortDelay,
+  kVelocityBias,
+  kVelocityScale,
+  kVelocityDelay,
+  kPositionBias,
+  kPositionScale,
+  kPositionDelay
 };
 
 inline bool is_joint(StandId id) { return id <= StandId::kJointOffset; }
@@ -40,8 +78,8 @@ inline bool is_drive(StandId id) {
 //   feet: 1/k, c/k of roll, then of pitch, 1/kz, and nuisances: where the centre of the bush truly is
 //   (x y z [m] off the nominal), and moments at rest about x and y [N m]; hardening adds one coefficient [1/rad^2]
 //   payload: mass, mass x com;  cogging: sine and cosine amplitude, periods;  elasticity: 1/stiffness, rotor inertia
-//   backlash: gap, and as nuisances rotor inertia and compliance of the teeth; what the link was seen to move where no
-//   torque ever held it at both ends (read off, not fitted), else 0
+//   backlash: gap (kMostPlay where no torque ever held the link at an end), and as nuisances rotor inertia and
+//   compliance of the teeth; what the link was seen to move where no torque held it at both ends (read off), else 0
 //   Stribeck: Coulomb, static less Coulomb, velocity, viscous;  hysteresis: stiffness, yield angle
 struct StandEffect {
   StandId id;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "diagnosis/upright/channels.h"
 #include "diagnosis/upright/dependence.h"
 #include "diagnosis/upright/judge.h"
 #include "diagnosis/upright/sole.h"
@@ -40,8 +41,7 @@ struct Swing {
 TEST(LooseTeeth, AreFoundWhereTheFeetSayThoughNoTorqueHoldsThem) {
   const Swing swing;
   const std::vector<int> free(swing.truth.size(), 0);
-  const std::vector<double> found =
-      place_teeth({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, Swing::kGap);
+  const std::vector<double> found = place_teeth({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, Swing::kGap);
   // The place tells 1e-5 / 0.6 rad, the tilts' mean what is constant: 6e-5 / sqrt(200); six deviations of both.
   for (size_t k = 0; k < found.size(); ++k) EXPECT_NEAR(found[k], swing.truth[k], 1.3e-4) << k;
 }
@@ -52,6 +52,58 @@ TEST(LooseTeeth, OfTooSmallAGapLeaveWhatTheLinkMovesBeyondIt) {
   const std::vector<double> found = place_teeth({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, 0.004);
   for (double offset : found) EXPECT_LE(std::abs(offset), 0.002);
   EXPECT_GT(std::abs(swing.truth[16] - found[16]), 0.002);
+}
+
+// A trunk that rocks by 0.02 rad on an ankle whose encoder does not move, over one flat foot that feels `moment`.
+struct LooseAnkle {
+  Experiment experiment;
+  StandProblem p;
+  explicit LooseAnkle(double moment) {
+    LinkSpec trunk, foot;
+    trunk.name = "trunk", trunk.inertia.mass = 12, trunk.inertia.I_LLcm_L = Matrix3d::Identity();
+    foot.name = "foot", foot.parent = 0, foot.joint.name = "ankle", foot.joint.axis_F = Vector3d::UnitY();
+    foot.inertia.mass = 1e-9, foot.inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
+    p.experiment = &experiment, p.tree.links = {trunk, foot}, p.imu_link = 0;
+    p.feet.push_back({"foot", "foot_ft", 1});
+    p.effort = p.command = p.velocity = {false}, p.slack = {0.1};
+    p.recordings.push_back(rock(moment));
+    p.noise.assign(list_channels(p).size(), 1e-4);
+  }
+
+  static StandRecording rock(double moment) {
+    StandRecording r;
+    const auto constant = [](double value) {
+      return Series{std::vector<double>(200, value), std::vector<double>(200, 0.0), std::vector<double>(200, 0.0)};
+    };
+    r.position = {constant(0)}, r.velocity = r.effort = r.command = {Series{}};
+    for (int i = 0; i < 3; ++i) r.gyro[i] = constant(0), r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
+    for (Series& s : r.attitude) s = constant(0);
+    for (int i = 0; i < 6; ++i) r.wrench.push_back(constant(i == 2 ? 12 * 9.81 : i == 4 ? moment : 0));
+    for (int k = 0; k < 200; ++k) {
+      const auto i = static_cast<size_t>(k);
+      const double half = 0.5 * 0.02 * std::sin(0.1 * k);
+      r.time.push_back(0.03 * k), r.samples.push_back(k);
+      r.attitude[0].value[i] = std::cos(half), r.attitude[2].value[i] = std::sin(half);
+    }
+    return r;
+  }
+};
+
+// What was seen is the least that the gap can be: in other recordings the link may go further.
+TEST(LooseTeeth, ThatNoTorqueEverHeldMayBeAnyDistanceApart) {
+  const LooseAnkle free(0);
+  StandEffect gap{StandId::kBacklash, 0, {0.01, 0, 0, 0}};
+  find_seen_play(free.p, {gap}, &gap);
+  EXPECT_NEAR(gap.p[3], 0.04, 1e-3);
+  const std::vector<double> left = calc_channels(free.p, {gap}, 0);
+  for (size_t k = 0; k < left.size(); k += list_channels(free.p).size()) EXPECT_NEAR(left[k + 1], 0, 1e-4) << k;
+}
+
+TEST(LooseTeeth, ThatATorqueHeldAreAsFarApartAsItSays) {
+  const LooseAnkle held(0.5);
+  StandEffect gap{StandId::kBacklash, 0, {0.01, 0, 0, 0}};
+  find_seen_play(held.p, {gap}, &gap);
+  EXPECT_EQ(gap.p[0], 0.01);
 }
 
 // A trunk on one ball foot, nothing recorded of the joint: six equations of balance, gyroscope, gravity.
