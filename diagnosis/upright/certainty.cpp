@@ -16,6 +16,10 @@ bool acts_on_balance(StandId id) { return is_link(id) || is_imu(id) || is_wrench
 
 bool follows_position(StandId id) { return id == StandId::kSpring || id == StandId::kHysteresis; }
 
+bool is_friction(StandId id) {
+  return id == StandId::kCoulomb || id == StandId::kStribeck || id == StandId::kLoadFriction;
+}
+
 bool are_about_one_place(const Channel& a, const Channel& b) {
   return a.kind == b.kind && a.joint == b.joint && a.foot == b.foot && a.sensor == b.sensor && a.link == b.link;
 }
@@ -128,23 +132,24 @@ bool StandSearcher::is_coupled(size_t effect) const {
   return false;
 }
 
+size_t StandSearcher::find_effort_channel(int joint) const {
+  const std::string& name = p_.tree.joint(joint).name;
+  size_t c = 0;
+  while (c < channels() && !(out_.channels[c].kind == "effort" && out_.channels[c].joint == name)) ++c;
+  return c;
+}
+
 // Two drives whose missing efforts are equal and opposite pull at each other, and two springs that one spring across
 // both joints explains as well are one: no effects of the one and of the other.
 void StandSearcher::refuse_couplings() {
   const Evaluation nominal = evaluate(p_, {});
   const StandHypothesis& h = out_.chosen.hypothesis;
-  const auto find_channel = [&](const StandEffect& e) {
-    const std::string& name = p_.tree.joint(e.place).name;
-    size_t c = 0;
-    while (c < channels() && !(out_.channels[c].kind == "effort" && out_.channels[c].joint == name)) ++c;
-    return c;
-  };
   for (const StandEffect& a : h) {
     for (const StandEffect& b : h) {
       if (!is_joint(a.id) || !is_joint(b.id) || a.place >= b.place) continue;
-      const size_t x = find_channel(a), y = find_channel(b);
+      const size_t x = find_effort_channel(a.place), y = find_effort_channel(b.place);
       if (x >= channels() || y >= channels()) continue;
-      out_.opposite = out_.opposite || are_opposite(nominal, channels(), x, y);
+      out_.opposite = out_.opposite || are_equal(nominal, channels(), x, y, -1);
       if (!follows_position(a.id) || !follows_position(b.id)) continue;
       const SpringPair pair{{x, y}, {a.place, b.place}, {judge_.sigma()[x], judge_.sigma()[y]}};
       out_.coupled = out_.coupled || calc_spring_gain(p_, nominal, pair) < kCorrelated * std::log(1 / kTwin);
@@ -153,19 +158,25 @@ void StandSearcher::refuse_couplings() {
   if (out_.opposite || out_.coupled) out_.explained = false;
 }
 
+// Dry friction that is another at another position is in no list.
+void StandSearcher::refuse_uneven_friction() {
+  const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
+  for (const StandEffect& e : out_.chosen.hypothesis) {
+    if (!is_friction(e.id)) continue;
+    const size_t c = find_effort_channel(e.place);
+    out_.uneven = out_.uneven || calc_uneven_gain(p_, left, c, static_cast<size_t>(e.place)) > kGain;
+  }
+  if (out_.uneven) out_.explained = false;
+}
+
 // Several effects in one joint can bend to much that is none of them: then each must be the same in every recording,
 // and what is missing no sinusoid of time.
 void StandSearcher::refuse_bundles() {
   const StandHypothesis& h = out_.chosen.hypothesis;
   const Evaluation nominal = evaluate(p_, {});
   const auto is_periodic = [&](int joint) {
-    for (size_t c = 0; c < channels(); ++c) {
-      const Channel& channel = out_.channels[c];
-      if (channel.kind == "effort" && channel.joint == p_.tree.joint(joint).name) {
-        return follows_time(p_, channel, c, nominal);
-      }
-    }
-    return false;
+    const size_t c = find_effort_channel(joint);
+    return c < channels() && follows_time(p_, out_.channels[c], c, nominal);
   };
   for (size_t i = 0; i < h.size(); ++i) {
     const auto beside = [&](const StandEffect& e) {
@@ -177,11 +188,30 @@ void StandSearcher::refuse_bundles() {
   }
 }
 
+// Whether any two drives lack equal or opposite efforts. Drives that are alike and move alike do, too: this is asked
+// only where something remains that no effect explains.
+bool StandSearcher::has_equal_drives() const {
+  const Evaluation nominal = evaluate(p_, {});
+  std::vector<size_t> lacking;
+  for (size_t c = 0; c < channels(); ++c) {
+    const bool agrees = std::max(out_.nominal.channel_rms[c], out_.nominal.train_rms[c]) < kMismatch;
+    if (out_.channels[c].kind == "effort" && !agrees) lacking.push_back(c);
+  }
+  for (size_t a : lacking) {
+    for (size_t b : lacking) {
+      if (a >= b) continue;
+      if (are_equal(nominal, channels(), a, b, 1) || are_equal(nominal, channels(), a, b, -1)) return true;
+    }
+  }
+  return false;
+}
+
 // When not all is explained, an effect may be a stand-in for what is missing: named only if it is the same everywhere.
 void StandSearcher::doubt() {
+  out_.opposite = out_.opposite || has_equal_drives();
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
     const bool joint = is_joint(out_.chosen.hypothesis[i].id);
-    const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic);
+    const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic || out_.uneven);
     const bool sure = !acts_on_balance(out_.chosen.hypothesis[i].id) || is_balanced();
     if (!refused && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);

@@ -11,6 +11,7 @@ namespace {
 
 constexpr size_t kBins = 12;
 constexpr double kNearlyAll = 0.7;  // share of squares; the noise of an effort that is twice its noise has a quarter
+constexpr double kRuns = 0.02;      // [rad/s] far from where friction holds a joint
 constexpr double kShare = 0.12;     // least share of the held-out remainder; fixed-base dependences use the same
 
 struct Sample {
@@ -188,16 +189,51 @@ double calc_spring_gain(const StandProblem& p, const Evaluation& evaluation, con
   return static_cast<double>(rows.size()) * std::log(one / std::max(1e-300, two));
 }
 
-bool are_opposite(const Evaluation& evaluation, size_t channels, size_t a, size_t b) {
-  if (a >= channels || b >= channels) return false;
-  double both = 0, one = 0, other = 0;
-  for (const StandBase& base : evaluation) {
-    for (size_t k = 0; k < base.residuals.size(); k += channels) {
-      const double x = base.residuals[k + a], y = base.residuals[k + b];
-      both += (x + y) * (x + y), one += x * x, other += y * y;
+namespace {
+
+// What friction lacks in a direction of motion, and the joint's position, where it moves.
+Eigen::Matrix<double, Eigen::Dynamic, 4> collect_friction(const StandProblem& p, const Evaluation& evaluation,
+                                                          size_t channel, size_t joint, bool train) {
+  std::vector<Eigen::Vector4d> rows;
+  for (size_t r = 0; r < evaluation.size(); ++r) {
+    if (p.recordings[r].train != train) continue;
+    const size_t n = p.recordings[r].samples.size(), channels = evaluation[r].residuals.size() / n;
+    for (size_t s = 0; s < n; ++s) {
+      const DriveState& state = evaluation[r].states[s * p.effort.size() + joint];
+      const double left = evaluation[r].residuals[s * channels + channel], q = state.encoder;
+      if (left != 0 && std::abs(state.velocity) > kRuns) {
+        rows.emplace_back(1, q, q * q, state.velocity > 0 ? left : -left);
+      }
     }
   }
-  return both < 0.3 * std::min(one, other);  // noise adds to the sum, twice
+  Eigen::Matrix<double, Eigen::Dynamic, 4> out(static_cast<long>(rows.size()), 4);
+  for (long i = 0; i < out.rows(); ++i) out.row(i) = rows[static_cast<size_t>(i)].transpose();
+  return out;
+}
+
+}  // namespace
+
+double calc_uneven_gain(const StandProblem& p, const Evaluation& evaluation, size_t channel, size_t joint) {
+  const auto train = collect_friction(p, evaluation, channel, joint, true);
+  const auto held = collect_friction(p, evaluation, channel, joint, false);
+  if (train.rows() < static_cast<long>(4 * kBins) || held.rows() < static_cast<long>(kBins)) return 0;
+  const auto left = [&](long columns) {
+    const Eigen::VectorXd x = train.leftCols(columns).colPivHouseholderQr().solve(train.col(3));
+    return (held.col(3) - held.leftCols(columns) * x).squaredNorm();
+  };
+  return static_cast<double>(held.rows()) * std::log(left(1) / std::max(1e-300, left(3)));
+}
+
+bool are_equal(const Evaluation& evaluation, size_t channels, size_t a, size_t b, double sense) {
+  if (a >= channels || b >= channels) return false;
+  double apart = 0, one = 0, other = 0;
+  for (const StandBase& base : evaluation) {
+    for (size_t k = 0; k < base.residuals.size(); k += channels) {
+      const double x = base.residuals[k + a], y = sense * base.residuals[k + b];
+      apart += (x - y) * (x - y), one += x * x, other += y * y;
+    }
+  }
+  return apart < 0.3 * std::min(one, other);  // noise adds to the difference, twice
 }
 
 }  // namespace hrp::diagnosis::upright

@@ -92,9 +92,11 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
                             o.channels[c].kind + ") is up to " + number(rms[c], 2) +
                             " times its noise; no known effect explains it.";
     if (o.opposite) {
-      statement += " Two drives lack equal and opposite efforts: something couples them.";
+      statement += " Two drives lack equal or opposite efforts: something may couple them.";
     } else if (o.coupled) {
       statement += " One spring across two joints would explain as much as a spring in each.";
+    } else if (o.uneven) {
+      statement += " Dry friction explains it only if its level follows the position.";
     } else if (o.periodic) {
       statement += " What the drive lacks is one sinusoid of time.";
     } else if (!o.doubtful.empty()) {

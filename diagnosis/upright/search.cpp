@@ -19,6 +19,7 @@ StandOutcome StandSearcher::run() {
   if (out_.mismatch && !out_.explained) start_with_soles();
   if (out_.explained) refuse_couplings();
   if (out_.explained) refuse_bundles();
+  if (out_.explained) refuse_uneven_friction();
   if (!out_.explained) doubt();
   find_twins();
   out_.sigma = judge_.sigma();

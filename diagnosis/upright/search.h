@@ -23,8 +23,9 @@ struct StandOutcome {
   std::vector<std::vector<StandEffect>> twins;  // by chosen effect: what the data cannot tell from it
   std::vector<StandEffect> doubtful;            // found, but not the same in every recording: not named
   bool mismatch = false, explained = false;
-  bool opposite = false;  // two drives lack equal and opposite efforts: something couples them
+  bool opposite = false;  // two drives lack equal or opposite efforts: something couples them
   bool coupled = false;   // one spring across two joints explains what two springs do
+  bool uneven = false;    // dry friction follows the position
   bool periodic = false;  // what a drive lacks is a sinusoid of time
 };
 

@@ -71,9 +71,12 @@ class StandSearcher {
   bool is_consistent(size_t effect) const;
   bool explains_its_part(size_t effect) const;
   bool is_balanced() const;
+  bool has_equal_drives() const;
   bool is_coupled(size_t effect) const;
   void refuse_couplings();
+  void refuse_uneven_friction();
   void refuse_bundles();
+  size_t find_effort_channel(int joint) const;  // channels() where no effort drives it
 
   const StandProblems& problems_;
   const StandProblem& p_;

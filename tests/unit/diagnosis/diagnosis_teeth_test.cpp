@@ -227,8 +227,9 @@ TEST(StandingDependence, OfAPullBetweenTwoDrivesIsEqualAndOppositeMissingEfforts
     pull[0].residuals.insert(pull[0].residuals.end(), {x, -1.05 * x});
     alike[0].residuals.insert(alike[0].residuals.end(), {x, x});
   }
-  EXPECT_TRUE(are_opposite(pull, 2, 0, 1));
-  EXPECT_FALSE(are_opposite(alike, 2, 0, 1));
+  EXPECT_TRUE(are_equal(pull, 2, 0, 1, -1));
+  EXPECT_FALSE(are_equal(alike, 2, 0, 1, -1));
+  EXPECT_TRUE(are_equal(alike, 2, 0, 1, 1)) << "a spring on the sum of two positions pulls both the same way";
 }
 
 }  // namespace

@@ -233,6 +233,18 @@ TEST(StandingFeet, ThatCreepAllThroughARecordingDoNotPassForNoise) {
   EXPECT_EQ(find_rest({creeps, stands, {1e-6, -1, 1e-6}}), 3e-5) << "three samples are too few to tell";
 }
 
+// What an even friction of 0.8 leaves of one whose level falls off where the joint is away from 0, or does not.
+double find_uneven_gain(double fall) {
+  const StandProblem p = make_columns(2);
+  const Evaluation left = evaluate_missing(p, [&](double q, double v) { return (v > 0 ? -fall : fall) * q * q; });
+  return calc_uneven_gain(p, left, 0, 0);
+}
+
+TEST(StandingDependence, OfFrictionThatFollowsThePositionIsSeenInWhatAnEvenFrictionLeaves) {
+  EXPECT_GT(find_uneven_gain(0.3), 300);
+  EXPECT_LT(find_uneven_gain(0), 24) << "an even friction leaves noise";
+}
+
 // Of a leg's transmissions what the ground may give about the same axis is not theirs; an arm's are all their own.
 TEST(StandingEffects, OfALegsTransmissionWhatTheGroundMayGiveIsNotSure) {
   StandProblem p = make_soles(0.24, 0.12);
