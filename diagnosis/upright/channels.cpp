@@ -348,8 +348,7 @@ std::vector<double> calc_drive_channels(const StandProblem& problem, const Stand
   const Terms terms(problem, hypothesis);
   const Drives drives(problem, r, terms);
   const size_t joints = terms.joints.size(), channels = base.residuals.size() / r.samples.size();
-  size_t first = find_drives(problem);
-  for (size_t j = 0; j < static_cast<size_t>(joint); ++j) first += count_drive_channels(problem, j);
+  const size_t first = find_drive(problem, static_cast<size_t>(joint));
   std::vector<double> out = base.residuals, added;
   for (size_t s = 0; s < r.samples.size(); ++s) {
     const auto j = static_cast<size_t>(joint);

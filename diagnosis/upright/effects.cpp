@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/upright/layout.h"
+
 namespace hrp::diagnosis::upright {
 namespace {
 
 using I = StandId;
 
 constexpr double kWider = 3;        // a gap is tried from there on: what nothing stops may go further than it was seen
+constexpr double kSeen = 2;         // noise deviations from which on a sample shows something
 constexpr double kPlumb = 0.02;     // [rad] as well as a robot's base knows where down is
 constexpr double kLoopStep = 2e-4;  // [s] of a drive; as large as the timing that fixed bases are granted
 constexpr double kMostStamping = 2e-3;  // [s] slower logs are stamped well within their step
@@ -188,6 +191,11 @@ double find_stamping(const StandProblem& problem) {
   return step;
 }
 
+// [N m] Of the equation of a joint's effort; 0 where it is not known yet.
+double find_noise(const StandProblem& problem, int joint) {
+  return problem.noise.empty() ? 0 : problem.noise[find_drive(problem, static_cast<size_t>(joint))];
+}
+
 // [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off.
 double find_size(const StandProblem& problem, int link) {
   return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
@@ -230,8 +238,8 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
       return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
     case I::kHysteresis:
       return e.p[1] > 1e-3 && e.p[1] < 0.5;
-    case I::kSaturation:
-      return e.p[0] > 0;
+    case I::kSaturation:  // of a drive that gives less than can be seen nothing tells what takes the rest
+      return e.p[0] > kSeen * find_noise(problem, e.place);
     case I::kElasticity:
       return e.p[1] > -1e-3 && e.p[0] > find_bound(problem, e, 0);
     // A gap below what encoders resolve is none; a rotor's inertia; how far teeth bend is known beforehand.

@@ -23,6 +23,12 @@ size_t count_drive_channels(const StandProblem& p, size_t j) {
   return (p.is_driven(j) ? 1 : 0) + (p.effort[j] && p.command[j] ? 1 : 0) + (p.velocity[j] ? 1 : 0);
 }
 
+size_t find_drive(const StandProblem& p, size_t joint) {
+  size_t first = find_drives(p);
+  for (size_t j = 0; j < joint; ++j) first += count_drive_channels(p, j);
+  return first;
+}
+
 std::vector<Channel> list_channels(const StandProblem& p) {
   std::vector<Channel> out;
   const std::string imu = "/imu/" + p.imu, attitude = imu + "/orientation", base = p.tree.links[0].name;

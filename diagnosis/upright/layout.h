@@ -23,5 +23,6 @@ size_t count_places(const StandProblem& problem);
 // First channel of the drives, and how many each joint has.
 size_t find_drives(const StandProblem& problem);
 size_t count_drive_channels(const StandProblem& problem, size_t joint);
+size_t find_drive(const StandProblem& p, size_t joint);  // first channel of a joint
 
 }  // namespace hrp::diagnosis::upright

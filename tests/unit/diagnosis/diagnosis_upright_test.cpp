@@ -204,6 +204,15 @@ TEST(StandingEffects, ACentreOfMassOutsideItsLinkIsNotBelieved) {
   EXPECT_FALSE(is_sensible(p, {StandId::kComError, 0, {0, 0, 0.6}}));
 }
 
+// Of a joint that friction holds all the time the drive seems to give nothing.
+TEST(StandingEffects, ALimitBelowTheNoiseOfTheTorqueThatItLimitsIsNotBelieved) {
+  StandProblem p = make_columns(1);
+  p.feet.resize(1);
+  p.noise.assign(find_drive(p, 0) + 1, 0.3);
+  EXPECT_FALSE(is_sensible(p, {StandId::kSaturation, 0, {0.25}}));
+  EXPECT_TRUE(is_sensible(p, {StandId::kSaturation, 0, {2.0}}));
+}
+
 // Two joints with positions of their own or alike, and efforts that follow them: [joint a, joint b] a sample.
 double find_spring_gain(bool alike, double own, double across) {
   std::mt19937 random(5);
