@@ -25,8 +25,7 @@ std::string find_imu_part(const StandProblem& p, const StandEffect& e) {
   return imu + (e.place == 3 || accelerometer ? "/linear_acceleration" : "");
 }
 
-constexpr double kNinetyFive = 1.96;  // deviations of an interval of 95 %
-constexpr double kLaws = 1e-3;        // share to which one's laws and integrator agree with another's
+constexpr double kLaws = 1e-3;  // share to which one's laws and integrator agree with another's
 
 // A value with a deviation of chance, and an unknown that is not chance but anywhere between two ends, the same every
 // time: the interval holds what chance says about each end. So ranges add, not squares.

@@ -15,10 +15,11 @@
 
 namespace hrp::diagnosis::upright {
 
-constexpr double kStretch = 0.5;  // [s] errors of stretches this long are taken as independent
+constexpr double kNinetyFive = 1.96;  // deviations of an interval of 95 %
+constexpr double kStretch = 0.5;      // [s] errors of stretches this long are taken as independent
 
-using Evaluation = std::vector<StandBase>;                   // by recording
-using Derivative = std::vector<std::vector<double>>;         // by recording, flat as the residuals
+using Evaluation = std::vector<StandBase>;            // by recording
+using Derivative = std::vector<std::vector<double>>;  // by recording, flat as the residuals
 
 struct StandStep {
   Eigen::VectorXd delta;

@@ -57,7 +57,7 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
     for (size_t f = 0; f < (is_foot(e.id) ? p.feet.size() : 1); ++f) {
       auto [kind, name] = find_place(p, e);
       if (is_foot(e.id)) name = p.feet[f].name;
-      const Json parameters = make_parameters(p, e, o.chosen.std[i], f);
+      const Json parameters = make_parameters(p, e, o.widening * o.chosen.std[i], f);
       Json finding{{"effect", get_stand_info(e.id).effect}, {"where", {{kind, name}}}, {"parameters", parameters},
                    {"probability", probability}, {"statement", make_statement(p, o, i, name, parameters)}};
       if (i < o.twins.size() && !o.twins[i].empty()) finding["alternatives"] = make_alternatives(p, o.twins[i]);

@@ -14,7 +14,7 @@ StandOutcome StandSearcher::run() {
   out_.nominal = out_.chosen = judge({});
   if (!find_slip_ratio(p_, &hints_.slip_ratio, &slip_spread_)) hints_.slip_ratio = 0;
   hints_.ripples.resize(p_.effort.size()), hints_.play.resize(p_.effort.size());
-  give_ = find_tilting(p_), significant_ = find_significance();
+  give_ = find_tilting(p_), significant_ = find_deviations(kNormal);
   extend();
   if (out_.mismatch && !out_.explained) start_with_soles();
   if (out_.explained) refuse_couplings();
@@ -23,6 +23,7 @@ StandOutcome StandSearcher::run() {
   if (!out_.explained) doubt();
   find_twins();
   out_.sigma = judge_.sigma();
+  out_.widening = find_deviations(kNinetyFive) / kNinetyFive;
   return std::move(out_);
 }
 
@@ -68,13 +69,13 @@ bool StandSearcher::is_explained() const {
   return true;
 }
 
-// Deviations by which a parameter must differ from no effect: those of kNormal where the deviation itself is known from
-// so many independent stretches only (Student's t by Wallace's approximation, good to 1 % from four stretches on).
-double StandSearcher::find_significance() const {
+// So many deviations of a normal distribution where the deviation itself is known from so many independent stretches
+// only: Student's t by Wallace's approximation, good to 1 % from four stretches on.
+double StandSearcher::find_deviations(double normal) const {
   double stretches = 0;
   for (size_t r : judge_.train())
     stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kStretch;
-  const double n = std::max(4.0, stretches - 1), z = kNormal * (8 * n + 3) / (8 * n + 1);
+  const double n = std::max(4.0, stretches - 1), z = normal * (8 * n + 3) / (8 * n + 1);
   return std::sqrt(n * (std::exp(z * z / n) - 1));
 }
 

@@ -63,7 +63,7 @@ class StandSearcher {
   void update_noise(const StandHypothesis& h);
   StandFit finish(const StandFit& so_far, const StandHypothesis& hypothesis) const;
   StandFit judge_again(const StandFit& fit) const;
-  double find_significance() const;
+  double find_deviations(double normal) const;
   bool is_significant(const StandFit& fit) const;
   void exchange_effects();
   void find_twins();
