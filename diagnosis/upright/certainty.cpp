@@ -194,19 +194,17 @@ void StandSearcher::refuse_bundles() {
   }
 }
 
-// Whether any two drives lack equal or opposite efforts. Drives that are alike and move alike do, too: this is asked
-// only where something remains that no effect explains.
+// Whether a drive that an effect was found in lacks the same effort as another, or the opposite one. Drives that are
+// alike and move alike do, too: this is asked only where something remains that no effect explains.
 bool StandSearcher::has_equal_drives() const {
   const Evaluation nominal = evaluate(p_, {});
-  std::vector<size_t> lacking;
-  for (size_t c = 0; c < channels(); ++c) {
-    const bool agrees = std::max(out_.nominal.channel_rms[c], out_.nominal.train_rms[c]) < kMismatch;
-    if (out_.channels[c].kind == "effort" && !agrees) lacking.push_back(c);
-  }
-  for (size_t a : lacking) {
-    for (size_t b : lacking) {
-      if (a >= b) continue;
-      if (are_equal(nominal, channels(), a, b, 1) || are_equal(nominal, channels(), a, b, -1)) return true;
+  for (const StandEffect& e : out_.chosen.hypothesis) {
+    if (!is_joint(e.id)) continue;
+    const size_t own = find_effort_channel(e.place);
+    for (size_t c = 0; c < channels(); ++c) {
+      const bool agrees = std::max(out_.nominal.channel_rms[c], out_.nominal.train_rms[c]) < kMismatch;
+      if (out_.channels[c].kind != "effort" || c == own || agrees) continue;
+      if (are_equal(nominal, channels(), own, c, 1) || are_equal(nominal, channels(), own, c, -1)) return true;
     }
   }
   return false;

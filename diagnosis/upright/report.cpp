@@ -92,7 +92,7 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
                             o.channels[c].kind + ") is up to " + number(rms[c], 2) +
                             " times its noise; no known effect explains it.";
     if (o.opposite) {
-      statement += " Two drives lack equal or opposite efforts: something may couple them.";
+      statement += " Two drives lack equal or opposite efforts, as if something coupled them.";
     } else if (o.coupled) {
       statement += " One spring across two joints would explain as much as a spring in each.";
     } else if (o.uneven) {
