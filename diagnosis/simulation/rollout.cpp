@@ -283,28 +283,29 @@ class Rollout {
     for (int j = 0; j < n_; ++j) {
       if (motor_[j] != j) A_[motor_[j] * N_ + j] += c * couple_d_[motor_[j]] + c * c * couple_k_[motor_[j]];
     }
+    // L D L^T, a row at a time; the diagonal holds the inverses of D.
     for (int i = 0; i < N_; ++i) {
       double* row = &A_[i * N_];
       for (int j = 0; j < i; ++j) {
-        double s = row[j];
         const double* other = &A_[j * N_];
-        for (int k = 0; k < j; ++k) s -= row[k] * other[k];
-        row[j] = s * other[j];  // the diagonal holds inverses
+        for (int k = 0; k < j; ++k) row[j] -= row[k] * other[k];
       }
-      double s = row[i];
-      for (int k = 0; k < i; ++k) s -= row[k] * row[k];
-      if (!(s > 0.0)) return false;
-      row[i] = 1.0 / std::sqrt(s);
+      double d = row[i];
+      for (int k = 0; k < i; ++k) {
+        const double scaled = row[k];
+        row[k] *= A_[k * N_ + k];
+        d -= scaled * row[k];
+      }
+      if (!(d > 0.0)) return false;
+      row[i] = 1.0 / d;
     }
     for (int i = 0; i < N_; ++i) {
-      double s = rhs_[i];
-      for (int k = 0; k < i; ++k) s -= A_[i * N_ + k] * x[k];
-      x[i] = s * A_[i * N_ + i];
+      x[i] = rhs_[i];
+      for (int k = 0; k < i; ++k) x[i] -= A_[i * N_ + k] * x[k];
     }
     for (int i = N_ - 1; i >= 0; --i) {
-      double s = x[i];
-      for (int k = i + 1; k < N_; ++k) s -= A_[k * N_ + i] * x[k];
-      x[i] = s * A_[i * N_ + i];
+      x[i] *= A_[i * N_ + i];
+      for (int k = i + 1; k < N_; ++k) x[i] -= A_[k * N_ + i] * x[k];
     }
     return std::isfinite(x[0]);
   }
