@@ -26,26 +26,27 @@ double find_difference(EffectId id, const ParameterInfo& info, double value) {
   return (sticks(id) ? 0.02 : 0.005) * std::max(info.step, std::abs(value));
 }
 
+using Residuals = std::vector<double>;  // of one recording
+
 struct Normal {
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
-  double chi2 = 0.0;
   bool ok = true;
   std::vector<Eigen::VectorXd> blocks;  // sums of score vectors over stretches of the recordings
 };
 
 // J^T J and J^T r of one recording from its residuals and those with each parameter moved.
-Normal make_normal(const std::vector<std::vector<double>>& residuals, const std::vector<double>& deltas, bool blocks) {
-  const size_t p = deltas.size(), size = residuals[0].size();
+Normal make_normal(const Residuals& residuals, const std::vector<Residuals>& moved, const std::vector<double>& deltas,
+                   bool blocks) {
+  const size_t p = deltas.size(), size = residuals.size();
   Normal normal;
   normal.A.setZero(static_cast<long>(p), static_cast<long>(p));
   normal.b.setZero(static_cast<long>(p));
   Eigen::VectorXd row(static_cast<long>(p)), sum = Eigen::VectorXd::Zero(static_cast<long>(p));
   const size_t stretch = size / kIndependent + 1;
   for (size_t k = 0; k < size; ++k) {
-    const double r = residuals[0][k];
-    normal.chi2 += r * r;
-    for (size_t i = 0; i < p; ++i) row[static_cast<long>(i)] = (residuals[i + 1][k] - r) / deltas[i];
+    const double r = residuals[k];
+    for (size_t i = 0; i < p; ++i) row[static_cast<long>(i)] = (moved[i][k] - r) / deltas[i];
     for (size_t i = 0; i < p; ++i) {
       const double x = row[static_cast<long>(i)];
       if (x == 0.0) continue;
@@ -87,54 +88,53 @@ class Fitter {
 
   FitResult run() {
     FitResult result;
+    if (!try_hypothesis(hypothesis_, 1e300)) return result;
     double lambda = 1e-3;
-    Normal normal = linearise(false);
-    if (!normal.ok) return result;
     for (int i = 0; i < options_.max_iterations; ++i) {
       result.iterations = i + 1;
-      const double before = normal.chi2;
-      bool better = false, far = false;
+      const Normal normal = linearise(false);
+      if (!normal.ok) break;
+      const double before = score_.chi2;
+      bool better = false;
       for (int attempt = 0; attempt < 5 && !better; ++attempt) {
-        const Hypothesis trial = take_step(normal, lambda);
-        const Score score = calc_score(problem_, trial, recordings_);
-        better = score.ok && score.chi2 < before;
-        if (better) {
-          hypothesis_ = trial;
-          last_ = score.chi2;
-          far = score.rms() > kFar;
-        }
+        better = try_hypothesis(take_step(normal, lambda), before);
         lambda = better ? std::max(1e-9, lambda * 0.1) : lambda * 8.0;
       }
       if (!better) break;
-      if (i >= 2 && options_.abandon_above > 0.0 && last_ > options_.abandon_above) break;
-      const double tolerance = far ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
-      if (before - last_ < tolerance * last_ + 0.5) break;
-      normal = linearise(false);
-      if (!normal.ok) break;
+      if (i >= 2 && options_.abandon_above > 0.0 && score_.chi2 > options_.abandon_above) break;
+      const double tolerance = score_.rms() > kFar ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
+      if (before - score_.chi2 < tolerance * score_.chi2 + 0.5) break;
     }
     result.hypothesis = hypothesis_;
-    result.train = calc_score(problem_, hypothesis_, recordings_);
-    result.ok = result.train.ok;
-    if (options_.intervals && result.ok) add_intervals(&result);
+    result.train = score_;
+    result.ok = true;
+    if (options_.intervals) add_intervals(&result);
     return result;
   }
 
  private:
-  // Residuals with every parameter moved, all recordings; the rollouts run in parallel.
-  Normal linearise(bool blocks) {
-    const size_t p = parameters_.size();
+  // Goes there if it leaves less than `before`.
+  bool try_hypothesis(const Hypothesis& hypothesis, double before) {
+    std::vector<Residuals> residuals;
+    const Score score = calc_score(problem_, hypothesis, recordings_, &residuals);
+    if (!score.ok || !(score.chi2 < before)) return false;
+    hypothesis_ = hypothesis;
+    score_ = score;
+    residuals_ = std::move(residuals);
+    return true;
+  }
+
+  // From the residuals with every parameter moved, all recordings; the rollouts run in parallel.
+  Normal linearise(bool blocks) const {
+    const size_t p = parameters_.size(), n = recordings_.size();
+    const std::vector<Move> moves = list_moves(hypothesis_, options_.frozen);
     std::vector<double> deltas;
-    std::vector<Hypothesis> variants{hypothesis_};
-    for (Move& move : list_moves(hypothesis_, options_.frozen)) {
-      variants.push_back(std::move(move.hypothesis));
-      deltas.push_back(move.delta);
-    }
-    const size_t n = recordings_.size();
-    std::vector<std::vector<std::vector<double>>> residuals(n, std::vector<std::vector<double>>(p + 1));
-    std::vector<char> ok(n * (p + 1), 1);
-    parallel_for(problem_.jobs, static_cast<int>(n * (p + 1)), [&](int task) {
-      const size_t r = static_cast<size_t>(task) / (p + 1), v = static_cast<size_t>(task) % (p + 1);
-      ok[static_cast<size_t>(task)] = calc_residuals(problem_, variants[v], recordings_[r], &residuals[r][v]);
+    for (const Move& move : moves) deltas.push_back(move.delta);
+    std::vector<std::vector<Residuals>> moved(n, std::vector<Residuals>(p));
+    std::vector<char> ok(n * p, 1);
+    parallel_for(problem_.jobs, static_cast<int>(n * p), [&](int task) {
+      const size_t r = static_cast<size_t>(task) / p, v = static_cast<size_t>(task) % p;
+      ok[static_cast<size_t>(task)] = calc_residuals(problem_, moves[v].hypothesis, recordings_[r], &moved[r][v]);
     });
     Normal total;
     total.A.setZero(static_cast<long>(p), static_cast<long>(p));
@@ -142,8 +142,8 @@ class Fitter {
     total.ok = std::all_of(ok.begin(), ok.end(), [](char c) { return c != 0; });
     if (!total.ok) return total;
     for (size_t r = 0; r < n; ++r) {
-      const Normal one = make_normal(residuals[r], deltas, blocks);
-      total.A += one.A, total.b += one.b, total.chi2 += one.chi2;
+      const Normal one = make_normal(residuals_[r], moved[r], deltas, blocks);
+      total.A += one.A, total.b += one.b;
       total.blocks.insert(total.blocks.end(), one.blocks.begin(), one.blocks.end());
     }
     return total;
@@ -220,7 +220,8 @@ class Fitter {
   FitOptions options_;
   Hypothesis hypothesis_;
   std::vector<FreeParameter> parameters_;
-  double last_ = 0.0;
+  Score score_;                       // of hypothesis_, and
+  std::vector<Residuals> residuals_;  // by recording
 };
 
 }  // namespace

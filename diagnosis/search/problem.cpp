@@ -180,14 +180,16 @@ bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int re
   return true;
 }
 
-Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings) {
+Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings,
+                 std::vector<std::vector<double>>* all) {
   std::vector<Score> scores(recordings.size());
+  if (all) all->resize(recordings.size());
   const size_t width = problem.weights.size(), first = first_channel(problem), channels = count_channels(problem);
   parallel_for(problem.jobs, static_cast<int>(recordings.size()), [&](int i) {
     Score& score = scores[static_cast<size_t>(i)];
     score.signal_chi2.assign(width, 0.0), score.signal_count.assign(width, 0.0);
     const int r = recordings[static_cast<size_t>(i)];
-    std::vector<double> residuals;
+    std::vector<double> own, &residuals = all ? (*all)[static_cast<size_t>(i)] : own;
     score.ok = calc_residuals(problem, hypothesis, r, &residuals);
     if (!score.ok) return;
     const Recording& data = problem.experiment->recordings[static_cast<size_t>(r)];

@@ -85,6 +85,8 @@ bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int re
 // The same with other options and start than the problem's; of the samples before `until` only, where that is not 0.
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, const RolloutOptions& options,
                     const StartState* start, std::vector<double>* residuals);
-Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings);
+// Of several recordings; their residuals go to `all`, by recording of the list, if it is given.
+Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings,
+                 std::vector<std::vector<double>>* all = nullptr);
 
 }  // namespace hrp::diagnosis
