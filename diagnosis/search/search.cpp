@@ -41,6 +41,7 @@ double get_rotor(const Effect& effect) {
 
 constexpr size_t kLargestSet = 3;
 constexpr size_t kBeam = 4;          // sets that are grown further
+constexpr size_t kLastBeam = 2;      // the same, to the largest: sets that are wrong have grown far apart by then
 constexpr size_t kCandidates = 10;   // effects that may be added to each
 constexpr size_t kSimulated = 3;     // sets of each size that are fitted through the simulation
 constexpr size_t kAsked = 3;         // effects that what is left asks for, that are tried
@@ -56,6 +57,8 @@ constexpr double kRough = 20.0;         // noise deviations that steps are never
 constexpr int kFiner = 4, kFinest = 8;  // steps for one
 constexpr int kRounds = 2;              // of start states and parameters
 constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
+constexpr double kWeak = 0.05;          // of friction: such a part may be no part
+constexpr double kFar = 10.0;           // the same, of one that no polishing will bring to it
 constexpr double kLeastDrop = 0.7;      // of what is left, or adding effects is given up
 
 class Search {
@@ -82,6 +85,7 @@ class Search {
     trials_[{}] = outcome.nominal;
     best_chi2_ = outcome.nominal.train.chi2;
     look_wide();
+    try_special_cases();
     decide(&outcome);
     if (!outcome.explained && find_drives(&outcome)) return outcome;
     finish(&outcome.chosen);
@@ -114,16 +118,40 @@ class Search {
     return fine.ok ? fine : rough;
   }
 
+  // A curve of friction with next to no dry part is viscous friction, one that hardly falls is Coulomb's: a set may
+  // have got there because another cause stood in for the rest when its first effect was chosen.
+  void try_special_cases() {
+    const Hypothesis best = best_refined().hypothesis;
+    for (size_t i = 0; i < best.size(); ++i) {
+      if (best[i].id != EffectId::kStribeck) continue;
+      const double coulomb = best[i].p[0], at_rest = best[i].p[1];
+      const double viscous = best[i].p[3] * find_range(best[i].place, &SmoothJoint::qd);
+      Hypothesis simple = best;
+      if (at_rest < kWeak * viscous)
+        simple[i] = {EffectId::kViscous, best[i].place, {best[i].p[3]}};
+      else if (at_rest - coulomb < kWeak * at_rest && viscous < kWeak * at_rest)
+        simple[i] = {EffectId::kCoulomb, best[i].place, {at_rest, 0.0, best[i].p[4]}};
+      else
+        continue;
+      if (!trials_.count(make_key(simple))) try_fit(simple);
+    }
+  }
+
+  // Between the largest and the least value of a joint's motion in the recordings that are fitted.
+  double find_range(int joint, std::vector<double> SmoothJoint::*series) const {
+    double low = 1e300, high = -1e300;
+    for (int r : problem_.train) {
+      const std::vector<double>& x = problem_.smooth[static_cast<size_t>(r)].joints[static_cast<size_t>(joint)].*series;
+      low = std::min(low, *std::min_element(x.begin(), x.end()));
+      high = std::max(high, *std::max_element(x.begin(), x.end()));
+    }
+    return high - low;
+  }
+
   // Less than two ripples over the whole motion are any smooth function of position, not cogging.
   bool ripples(const Effect& effect) const {
     if (effect.id != EffectId::kCogging) return true;
-    double low = 1e300, high = -1e300;
-    for (int r : problem_.train) {
-      const auto& q = problem_.smooth[static_cast<size_t>(r)].joints[static_cast<size_t>(effect.place)].q;
-      low = std::min(low, *std::min_element(q.begin(), q.end()));
-      high = std::max(high, *std::max_element(q.begin(), q.end()));
-    }
-    return effect.p[1] * (high - low) > 4.0 * M_PI;
+    return effect.p[1] * find_range(effect.place, &SmoothJoint::q) > 4.0 * M_PI;
   }
 
   bool is_refused(const Hypothesis& hypothesis) const {
@@ -187,8 +215,8 @@ class Search {
     std::vector<Lead> beam{explorer.nominal()};
     progress_("along the recorded paths: " + format("nominal %.4g", scale(explorer.nominal().cost)));
     for (size_t size = 1; size <= kLargestSet; ++size) {
-      const double before = beam.front().cost;
-      beam = explorer.grow(beam, kCandidates);
+      const std::vector<Lead> parents = beam;
+      beam = explorer.grow(parents, kCandidates);
       drop_refused(&beam);
       if (beam.empty()) break;
       progress_(format("%.0f effects", static_cast<double>(size)));
@@ -204,10 +232,24 @@ class Search {
       if (is_finished(best_refined())) break;
       if (grown && best_refined().hypothesis.size() < kLargestSet)
         beam.insert(beam.begin(), explorer.make_lead(best_refined().hypothesis));
-      if (beam.front().cost > kLeastDrop * before) break;  // more effects do not help
+      if (!helps(parents, beam)) break;
       drop_refused(&beam);
-      if (beam.size() > kBeam) beam.resize(kBeam);
+      const size_t most = size + 1 < kLargestSet ? kBeam : kLastBeam;
+      if (beam.size() > most) beam.resize(most);
     }
+  }
+
+  // Whether one effect more takes its share of what the best sets that have one less leave.
+  static bool helps(const std::vector<Lead>& parents, const std::vector<Lead>& leads) {
+    std::map<size_t, double> least;  // by size
+    for (const Lead& parent : parents) {
+      double& cost = least.emplace(parent.hypothesis.size(), parent.cost).first->second;
+      cost = std::min(cost, parent.cost);
+    }
+    return std::any_of(leads.begin(), leads.end(), [&](const Lead& lead) {
+      const auto before = least.find(lead.hypothesis.size() - 1);
+      return before != least.end() && lead.cost < kLeastDrop * before->second;
+    });
   }
 
   void drop_refused(std::vector<Lead>* leads) const {
@@ -240,8 +282,9 @@ class Search {
     if (size == 0 || size >= kLargestSet || is_finished(best_refined())) return false;
     const std::vector<Trial> bases = list_bases();
     const std::vector<Effect> asked = try_asked(bases[0]);
-    for (size_t i = 1; i < bases.size(); ++i) {
-      if (asked.empty() || is_explained(best_refined(), nominal_)) break;
+    const bool helped = calc_cost(best_refined()) < kLeastDrop * calc_cost(bases[0]);
+    for (size_t i = 1; helped && i < bases.size(); ++i) {
+      if (is_explained(best_refined(), nominal_)) break;
       try_with(bases[i], asked[0]);
     }
     return best_refined().hypothesis.size() > size;
@@ -346,9 +389,10 @@ class Search {
     polish(&trials_.at(make_key(best.hypothesis)));
   }
 
+  // One that is far from the noise would not come near: it is not named, and only its intervals are wanted.
   void finish(Trial* trial) {
     if (trial->hypothesis.empty() || !trial->refined || !trial->std.empty()) return;
-    polish(trial);
+    if (trial->rms < kFar || is_detail(*trial, nominal_)) polish(trial);
     if (trial->std.empty()) add_intervals(trial);
   }
 
