@@ -8,8 +8,9 @@
 namespace hrp::cases {
 namespace {
 
-constexpr double kShows =
-    4.0;  // an effect counts as present when some signal moves by this many noise deviations (rms)
+// An effect counts as present when some signal moves by this many noise deviations (rms).
+constexpr double kShows = 4.0;
+constexpr int kDraws = 200;  // of robot, effects and motion, before a case is given up
 
 struct Draft {
   RobotPlan robot;
@@ -228,7 +229,7 @@ Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions
   Prng random(seed);
   double boost = 1;
   std::string why = "too weak";
-  for (int attempt = 0; attempt < 40; ++attempt) {
+  for (int attempt = 0; attempt < kDraws; ++attempt) {
     try {
       const Draft draft = draw_draft(request, options, boost, random.fork(static_cast<std::uint64_t>(attempt)));
       const std::vector<double> strengths = calc_strengths(draft);
@@ -239,7 +240,7 @@ Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions
       boost = std::max(0.7, boost * 0.85);
     }
   }
-  throw std::runtime_error("no sane case after 40 draws (last: " + why + ")");
+  throw std::runtime_error("no sane case after " + std::to_string(kDraws) + " draws (last: " + why + ")");
 }
 
 }  // namespace hrp::cases
