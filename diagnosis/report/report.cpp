@@ -117,8 +117,7 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
       text += " not shown by this motion";
       continue;
     }
-    text += " " + number(effect.p[i]) + " +- " +
-            number(2.0 * std[i], 2) +
+    text += " " + number(effect.p[i]) + " +- " + number(2.0 * std[i], 2) +
             (std::string(info.parameters[i].unit) == "1" ? "" : std::string(" ") + info.parameters[i].unit);
   }
   text += ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
@@ -200,10 +199,9 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
   if (outcome.modelled && !outcome.partly) list.push_back(make_model_statement(outcome));
   const Trial& base = outcome.partly ? outcome.chosen : outcome.nominal;
   for (const Dependence& d : find_dependence(problem, base.hypothesis, base.validate)) {
-    std::string words;
-    for (const std::string& word : d.depends_on) words += (words.empty() ? "" : ", ") + word;
+    const std::string& words = d.relation.words;
     list.push_back({{"where", {{"joint", e.robot.tree.joint(d.joint).name}}},
-                    {"depends_on", d.depends_on},
+                    {"depends_on", d.relation.names},
                     {"statement",
                      e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) +
                          " N m (root mean square) are missing that no effect of the list explains; they follow " +

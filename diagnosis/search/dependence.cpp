@@ -3,20 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "diagnosis/search/signature.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr int kBins = 16;
-
-struct Sample {
-  double y = 0.0;
-  double x[6] = {0, 0, 0, 0, 0, 0};  // position, velocity, direction, load, time, history
-};
-
-const char* const kNames[] = {"position", "velocity", "direction", "load", "time", "history"};
 
 // Over so long [s], missing efforts are averaged: accelerations carry the noise of two derivatives, which would hide
 // what the rest follows; what changes faster than that is no function of slow quantities anyway.
@@ -34,48 +26,50 @@ std::vector<double> average(const MissingEffort& m, int j) {
   return out;
 }
 
-std::vector<Sample> collect(const MissingEffort& m, int j) {
-  std::vector<Sample> list;
-  const std::vector<double> missing = average(m, j);
-  double swing = 0.0;
-  for (long k = 0; k < m.q.rows(); ++k) {
-    Sample s;
-    s.y = missing[static_cast<size_t>(k)];
-    if (k > 0) swing = 0.97 * swing + m.q(k, j) - m.q(k - 1, j);
-    const double v = m.qd(k, j);
-    const double values[] = {
-        m.q(k, j), v, v > 0.01 ? 1.0 : v < -0.01 ? -1.0 : 0.0, m.u(k, j), m.time[static_cast<size_t>(k)], swing};
-    std::copy(values, values + 6, s.x);
-    list.push_back(s);
+// Of joint j; then the positions of the others.
+std::vector<Regressor> list_quantities(const Experiment& e, int j) {
+  std::vector<Regressor> list{{"position", "its position", "rad"},
+                              {"velocity", "its velocity", "rad/s"},
+                              {"direction", "the direction of its motion", ""},
+                              {"load", "the effort that its motion takes", "N m"},
+                              {"time", "time", "s"},
+                              {"history", "where it has been shortly before", "", false}};
+  for (int other = 0; other < e.num_joints(); ++other) {
+    if (other != j) list.push_back({"position", "the position of " + e.robot.tree.joint(other).name, ""});
   }
   return list;
 }
 
-// Share of the held-out variance that a free function of quantity f explains.
-double judge(const std::vector<Sample>& train, const std::vector<Sample>& test, int f) {
-  std::vector<double> sorted;
-  for (const Sample& s : train) sorted.push_back(s.x[f]);
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<double> edges;
-  for (int b = 1; b < kBins; ++b) edges.push_back(sorted[sorted.size() * static_cast<size_t>(b) / kBins]);
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  const auto find_bin = [&](double x) {
-    return static_cast<size_t>(std::upper_bound(edges.begin(), edges.end(), x) - edges.begin());
-  };
-  std::vector<double> sum(edges.size() + 1, 0.0), count(edges.size() + 1, 0.0);
-  double mean = 0.0;
-  for (const Sample& s : train)
-    sum[find_bin(s.x[f])] += s.y, count[find_bin(s.x[f])] += 1.0, mean += s.y / static_cast<double>(train.size());
-  double left = 0.0, total = 0.0;
-  for (const Sample& s : test) {
-    const size_t bin = find_bin(s.x[f]);
-    const double guess = count[bin] > 0.0 ? sum[bin] / count[bin] : mean;
-    left += (s.y - guess) * (s.y - guess), total += (s.y - mean) * (s.y - mean);
+Observed observe(const MissingEffort& m, int j) {
+  constexpr double kStands = 0.01;  // [rad/s]
+  Observed o;
+  o.time = m.time, o.y = average(m, j);
+  o.x.resize(6);
+  double swing = 0.0;
+  for (long k = 0; k < m.q.rows(); ++k) {
+    if (k > 0) swing = 0.97 * swing + m.q(k, j) - m.q(k - 1, j);
+    const double v = m.qd(k, j);
+    // The effort that the drive gives has what is missing in it; the one that the motion takes has not.
+    const double values[] = {m.q(k, j),
+                             v,
+                             v > kStands    ? 1.0
+                             : v < -kStands ? -1.0
+                                            : 0.0,
+                             m.u(k, j) - m.missing(k, j),
+                             m.time[static_cast<size_t>(k)],
+                             swing};
+    for (size_t i = 0; i < 6; ++i) o.x[i].push_back(values[i]);
   }
-  return total > 0.0 ? 1.0 - left / total : 0.0;
+  for (int other = 0; other < static_cast<int>(m.q.cols()); ++other) {
+    if (other == j) continue;
+    const Eigen::VectorXd q = m.q.col(other);
+    o.x.emplace_back(q.data(), q.data() + q.size());
+  }
+  return o;
 }
 
-// Joints whose readings are missed by a tenth or more of what the worst is missed by, as sums of squares beyond noise.
+// Joints whose readings are missed by a tenth or more of what the worst is missed by, as sums of squares beyond noise;
+// the worst first.
 std::vector<int> list_missed(const Score& left) {
   std::vector<double> beyond(left.signal_chi2.size() / kQuantities, 0.0);
   for (size_t c = 0; c < left.signal_chi2.size(); ++c)
@@ -84,6 +78,40 @@ std::vector<int> list_missed(const Score& left) {
   for (size_t j = 0; j < beyond.size(); ++j) {
     if (beyond[j] >= 0.1 * *std::max_element(beyond.begin(), beyond.end())) joints.push_back(static_cast<int>(j));
   }
+  std::stable_sort(joints.begin(), joints.end(),
+                   [&](int a, int b) { return beyond[static_cast<size_t>(a)] > beyond[static_cast<size_t>(b)]; });
+  return joints;
+}
+
+// By joint: mean square of the missing effort in units of what noise alone gives.
+double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
+  double sum = 0.0, count = 0.0;
+  for (const MissingEffort& m : recordings) {
+    sum += (m.missing.col(j) / m.sigma[static_cast<size_t>(j)]).squaredNorm();
+    count += static_cast<double>(m.missing.rows());
+  }
+  return sum / std::max(1.0, count);
+}
+
+// Joints to be spoken of, strongest first.
+std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, const Score& left) {
+  constexpr double kStandsOut = 4.0;  // twice the noise
+  constexpr double kShare = 0.1;      // of the strongest
+  std::vector<int> joints = list_missed(left);
+  if (joints.empty()) return joints;
+  const int worst = joints.front();
+  std::stable_sort(joints.begin(), joints.end(),
+                   [&](int a, int b) { return calc_missed(recordings, a) > calc_missed(recordings, b); });
+  const double most = calc_missed(recordings, joints.front());
+  // Efforts that are lost in the noise of accelerations still move the joint: it is known by its readings.
+  if (most < kStandsOut) return {worst};
+  size_t count = 0;
+  while (count < std::min<size_t>(3, joints.size())) {
+    const double missed = calc_missed(recordings, joints[count]);
+    if (missed < kStandsOut || missed < kShare * most) break;
+    ++count;
+  }
+  joints.resize(count);
   return joints;
 }
 
@@ -94,33 +122,20 @@ std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis
   for (int r : problem.train) train.push_back(calc_missing_effort(problem, base, r));
   for (int r : problem.validate.empty() ? problem.train : problem.validate)
     test.push_back(calc_missing_effort(problem, base, r));
-  std::vector<std::pair<double, int>> order;
-  for (int j : list_missed(left)) {
-    double sum = 0.0, count = 0.0;
-    for (const MissingEffort& m : train)
-      sum += (m.missing.col(j) / m.sigma[static_cast<size_t>(j)]).squaredNorm(),
-          count += static_cast<double>(m.missing.rows());
-    order.push_back({-sum / std::max(1.0, count), j});
-  }
-  std::sort(order.begin(), order.end());
   std::vector<Dependence> list;
-  for (const auto& item : order) {
-    if (list.size() >= 3 || -item.first < 4.0 || item.first > 0.1 * order.front().first) break;
+  for (int j : choose_joints(train, left)) {
     Dependence d;
-    d.joint = item.second;
-    std::vector<Sample> a, b;
-    for (const MissingEffort& m : train)
-      for (const Sample& s : collect(m, d.joint)) a.push_back(s);
-    for (const MissingEffort& m : test)
-      for (const Sample& s : collect(m, d.joint)) b.push_back(s);
-    for (const Sample& s : a) d.effort += s.y * s.y / static_cast<double>(a.size());
-    d.effort = std::sqrt(d.effort);
-    std::vector<std::pair<double, int>> scores;
-    for (int f = 0; f < 6; ++f) scores.push_back({-judge(a, b, f), f});
-    std::sort(scores.begin(), scores.end());
-    for (const auto& s : scores) {
-      if (-s.first > 0.12 && -s.first > 0.45 * -scores.front().first) d.depends_on.push_back(kNames[s.second]);
+    d.joint = j;
+    std::vector<Observed> a, b;
+    for (const MissingEffort& m : train) a.push_back(observe(m, j));
+    for (const MissingEffort& m : test) b.push_back(observe(m, j));
+    double squares = 0.0, count = 0.0;
+    for (const Observed& o : a) {
+      squares += std::inner_product(o.y.begin(), o.y.end(), o.y.begin(), 0.0);
+      count += static_cast<double>(o.y.size());
     }
+    d.effort = std::sqrt(squares / std::max(1.0, count));
+    d.relation = find_relation(list_quantities(*problem.experiment, j), a, b);
     list.push_back(d);
   }
   return list;
