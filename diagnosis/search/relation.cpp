@@ -117,20 +117,11 @@ double judge_oscillation(const std::vector<Observed>& recordings, double frequen
   return taken / get_squares(recordings);
 }
 
-struct Oscillation {
-  double frequency = 0.0, share = 0.0;
-};
-
-Oscillation find_oscillation(const std::vector<Observed>& train, const std::vector<Observed>& test, int factor) {
+double find_length(const std::vector<Observed>& recordings) {
   double longest = 1.0;
-  for (const Observed& o : train) longest = std::max(longest, o.time.empty() ? 0.0 : o.time.back() - o.time.front());
-  Oscillation best;
-  for (double f = 2.0 / longest; f < kHighest; f += 0.2 / longest) {
-    const double share = judge_oscillation(train, f, factor);
-    if (share > best.share) best = {f, share};
-  }
-  best.share = judge_oscillation(test, best.frequency, factor);
-  return best;
+  for (const Observed& o : recordings)
+    longest = std::max(longest, o.time.empty() ? 0.0 : o.time.back() - o.time.front());
+  return longest;
 }
 
 std::string format(const char* pattern, double a, double b = 0.0) {
@@ -191,8 +182,9 @@ class Finder {
     for (int i = 0; i < count(); ++i) alone.push_back(judge_alone(i));
     const int time = find("time"), load = find("load");
     Oscillation swing, driven;
-    if (time >= 0) swing = find_oscillation(train_, test_, -1);
-    if (time >= 0 && load >= 0) driven = find_oscillation(train_, test_, load);
+    const double lowest = 2.0 / find_length(train_);
+    if (time >= 0) swing = find_oscillation(train_, test_, lowest);
+    if (time >= 0 && load >= 0) driven = find_oscillation(train_, test_, lowest, load);
     double best = swing.share - kTie;  // a motion that oscillates makes everything oscillate
     for (double share : alone) best = std::max(best, share);
 
@@ -303,6 +295,18 @@ class Finder {
 };
 
 }  // namespace
+
+Oscillation find_oscillation(const std::vector<Observed>& train, const std::vector<Observed>& test, double lowest,
+                             int factor) {
+  Oscillation best;
+  const double step = 0.2 / find_length(train);
+  for (double f = lowest; f < kHighest; f += step) {
+    const double share = judge_oscillation(train, f, factor);
+    if (share > best.share) best = {f, share};
+  }
+  best.share = judge_oscillation(test, best.frequency, factor);
+  return best;
+}
 
 Relation find_relation(const std::vector<Regressor>& quantities, const std::vector<Observed>& train,
                        const std::vector<Observed>& test) {

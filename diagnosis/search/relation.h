@@ -27,6 +27,16 @@ struct Relation {
   std::string words;               // the same for people, with what is known of the function's shape
 };
 
+struct Oscillation {
+  double frequency = 0.0;  // [Hz]
+  double share = 0.0;      // of the held-out squares
+};
+
+// The sinusoid of time above `lowest` [Hz] that says most; in proportion to quantity `factor` where that is not -1. Its
+// frequency is learnt; amplitude and phase are each recording's own.
+Oscillation find_oscillation(const std::vector<Observed>& train, const std::vector<Observed>& test, double lowest,
+                             int factor = -1);
+
 // The relation that says most with least: a second quantity has to take away a good part of what the first one leaves.
 // Time may act as a slow change, the same in all recordings, or as an oscillation, whose frequency is theirs in common.
 Relation find_relation(const std::vector<Regressor>& quantities, const std::vector<Observed>& train,

@@ -9,126 +9,78 @@
 namespace hrp::diagnosis::upright {
 namespace {
 
-constexpr size_t kBins = 12;
+constexpr size_t kFew = 12;         // samples by which no relation is judged
 constexpr double kNearlyAll = 0.7;  // share of squares; the noise of an effort that is twice its noise has a quarter
 constexpr double kRuns = 0.02;      // [rad/s] far from where friction holds a joint
-constexpr double kShare = 0.12;     // least share of the held-out remainder; fixed-base dependences use the same
+constexpr double kOwnMotion = 1.0;  // [Hz] slower than that is how a robot sways
 
-struct Sample {
-  double y = 0, position = 0, velocity = 0, load = 0, time = 0;
-};
-using Samples = std::vector<Sample>;
-
-double get_square(const Samples& samples) {
-  double sum = 0;
-  for (const Sample& s : samples) sum += s.y * s.y;
-  return sum;
-}
-
-// Share of the squares of `test` that means of `train` over quantiles of x take away.
-template <class Get>
-double judge(const Samples& train, const Samples& test, Get x) {
-  std::vector<double> values;
-  for (const Sample& s : train) values.push_back(x(s));
-  std::sort(values.begin(), values.end());
-  std::array<double, kBins - 1> edges;
-  for (size_t b = 0; b + 1 < kBins; ++b) edges[b] = values[(b + 1) * values.size() / kBins];
-  const auto find = [&](const Sample& s) {
-    return static_cast<size_t>(std::upper_bound(edges.begin(), edges.end(), x(s)) - edges.begin());
-  };
-  std::array<double, kBins> mean{}, count{};
-  for (const Sample& s : train) mean[find(s)] += s.y, ++count[find(s)];
-  double left = 0;
-  for (const Sample& s : test) {
-    const size_t b = find(s);
-    left += std::pow(s.y - (count[b] > 0 ? mean[b] / count[b] : 0), 2);
+// That what is left at a joint may follow, or what is left elsewhere (-1).
+std::vector<Regressor> list_quantities(const StandProblem& p, int joint) {
+  if (joint < 0) return {{"load", "the vertical force", "N"}, {"time", "time", "s"}};
+  std::vector<Regressor> list{{"load", "the effort that its motion takes", "N m"},
+                              {"time", "time", "s"},
+                              {"position", "its position", "rad"},
+                              {"velocity", "its velocity", "rad/s"},
+                              {"direction", "the direction of its motion", ""}};
+  for (int other = 0; other < p.tree.num_joints(); ++other) {
+    if (other != joint) list.push_back({"position", "the position of " + p.tree.joint(other).name, ""});
   }
-  return 1 - left / std::max(1e-300, get_square(test));
+  return list;
 }
 
-// Share that a sinusoid of time takes away; its frequency is learnt, amplitude and phase are each recording's own.
-double judge_frequency(const std::vector<Samples>& train, const std::vector<Samples>& test) {
-  const auto calc_share = [](const std::vector<Samples>& all, double f) {
-    double taken = 0, total = 0;
-    for (const Samples& one : all) {
-      double c = 0, s = 0;
-      for (const Sample& x : one) {
-        c += x.y * std::cos(2 * M_PI * f * x.time), s += x.y * std::sin(2 * M_PI * f * x.time);
-      }
-      taken += 2 * (c * c + s * s) / static_cast<double>(std::max<size_t>(1, one.size())), total += get_square(one);
-    }
-    return taken / std::max(1e-300, total);
-  };
-  double best = 0, at = 0;
-  for (double f = 1.0; f < 14; f += 0.03) {  // [Hz] above the robot's own motion
-    const double share = calc_share(train, f);
-    if (share > best) best = share, at = f;
-  }
-  return calc_share(test, at);
-}
-
-Samples collect(const StandProblem& p, const Channel& channel, size_t index, size_t channels, size_t r,
-                const std::vector<double>& residuals) {
+// The remainder of a channel in one recording, and the quantities of list_quantities beside it.
+Observed observe(const StandProblem& p, const Channel& channel, size_t index, size_t r, const StandBase& base) {
   const StandRecording& recording = p.recordings[r];
+  const size_t channels = base.residuals.size() / recording.samples.size();
   const int j = p.tree.find_joint(channel.joint);
-  Samples out;
+  Observed out;
+  out.x.resize(list_quantities(p, j).size());
   for (size_t s = 0; s < recording.samples.size(); ++s) {
     const auto k = static_cast<size_t>(recording.samples[s]);
-    Sample one;
-    one.y = residuals[s * channels + index];
-    if (one.y == 0) continue;
-    one.time = recording.time[k] - recording.time[0];
-    one.load = recording.wrench[2].value[k];
+    const double y = base.residuals[s * channels + index];
+    if (y == 0) continue;
+    std::vector<double> x{recording.wrench[2].value[k], recording.time[k] - recording.time[0]};
     if (j >= 0) {
       const auto i = static_cast<size_t>(j);
-      one.position = recording.position[i].value[k], one.velocity = recording.position[i].rate[k];
-      if (!recording.effort[i].value.empty()) one.load = recording.effort[i].value[k];
+      const double velocity = recording.position[i].rate[k];
+      // The effort that was given has what is missing in it; the one that the motion takes has not.
+      if (!recording.effort[i].value.empty()) x[0] = recording.effort[i].value[k] - y;
+      x.insert(x.end(), {recording.position[i].value[k], velocity, velocity > 0 ? 1.0 : -1.0});
+      for (int other = 0; other < p.tree.num_joints(); ++other) {
+        if (other != j) x.push_back(recording.position[static_cast<size_t>(other)].value[k]);
+      }
     }
-    out.push_back(one);
+    out.time.push_back(x[1]), out.y.push_back(y);
+    for (size_t i = 0; i < x.size(); ++i) out.x[i].push_back(x[i]);
   }
   return out;
+}
+
+struct Halves {
+  std::vector<Observed> train, test;
+};
+
+Halves observe_all(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation) {
+  Halves all;
+  for (size_t r = 0; r < evaluation.size(); ++r) {
+    const Observed one = observe(p, channel, index, r, evaluation[r]);
+    if (one.y.size() >= kFew) (p.recordings[r].train ? all.train : all.test).push_back(one);
+  }
+  if (all.test.empty()) all.test = all.train;
+  return all;
 }
 
 }  // namespace
 
-std::vector<std::string> find_dependence(const StandProblem& p, const Channel& channel, size_t index,
-                                         const Evaluation& evaluation) {
-  std::vector<Samples> train, test;
-  Samples all_train, all_test;
-  for (size_t r = 0; r < evaluation.size(); ++r) {
-    const size_t channels = evaluation[r].residuals.size() / p.recordings[r].samples.size();
-    const Samples one = collect(p, channel, index, channels, r, evaluation[r].residuals);
-    (p.recordings[r].train ? train : test).push_back(one);
-    Samples& all = p.recordings[r].train ? all_train : all_test;
-    all.insert(all.end(), one.begin(), one.end());
-  }
-  if (test.empty()) test = train, all_test = all_train;
-  if (all_train.size() < 4 * kBins || all_test.empty()) return {};
-  std::vector<std::pair<double, std::string>> shares;
-  if (!channel.joint.empty()) {
-    shares.emplace_back(judge(all_train, all_test, [](const Sample& s) { return s.position; }), "position");
-    shares.emplace_back(judge(all_train, all_test, [](const Sample& s) { return s.velocity; }), "velocity");
-    shares.emplace_back(judge(all_train, all_test, [](const Sample& s) { return s.velocity > 0 ? 1.0 : -1.0; }),
-                        "direction");
-  }
-  shares.emplace_back(judge(all_train, all_test, [](const Sample& s) { return s.load; }), "load");
-  const double slow = judge(all_train, all_test, [](const Sample& s) { return s.time; });
-  shares.emplace_back(std::max(slow, judge_frequency(train, test)), "time");
-  std::stable_sort(shares.begin(), shares.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<std::string> out;
-  for (const auto& [share, name] : shares) {
-    if (share > kShare && share > 0.45 * shares[0].first) out.push_back(name);
-  }
-  return out;
+Relation find_dependence(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation) {
+  const Halves all = observe_all(p, channel, index, evaluation);
+  if (all.train.empty()) return {};
+  return find_relation(list_quantities(p, p.tree.find_joint(channel.joint)), all.train, all.test);
 }
 
 bool follows_time(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation) {
-  std::vector<Samples> train, test;
-  for (size_t r = 0; r < evaluation.size(); ++r) {
-    const size_t channels = evaluation[r].residuals.size() / p.recordings[r].samples.size();
-    (p.recordings[r].train ? train : test).push_back(collect(p, channel, index, channels, r, evaluation[r].residuals));
-  }
-  return !train.empty() && judge_frequency(train, test.empty() ? train : test) > kNearlyAll;
+  const Halves all = observe_all(p, channel, index, evaluation);
+  return !all.train.empty() && find_oscillation(all.train, all.test, kOwnMotion).share > kNearlyAll;
 }
 
 bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation,
@@ -216,7 +168,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> collect_friction(const StandProblem& p,
 double calc_uneven_gain(const StandProblem& p, const Evaluation& evaluation, size_t channel, size_t joint) {
   const auto train = collect_friction(p, evaluation, channel, joint, true);
   const auto held = collect_friction(p, evaluation, channel, joint, false);
-  if (train.rows() < static_cast<long>(4 * kBins) || held.rows() < static_cast<long>(kBins)) return 0;
+  if (train.rows() < static_cast<long>(4 * kFew) || held.rows() < static_cast<long>(kFew)) return 0;
   const auto left = [&](long columns) {
     const Eigen::VectorXd x = train.leftCols(columns).colPivHouseholderQr().solve(train.col(3));
     return (held.col(3) - held.leftCols(columns) * x).squaredNorm();

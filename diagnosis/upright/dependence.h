@@ -2,14 +2,14 @@
 // What the remainder of a channel depends on, when no known effect explains it.
 #pragma once
 
+#include "diagnosis/search/relation.h"
 #include "diagnosis/upright/fit.h"
 
 namespace hrp::diagnosis::upright {
 
-// Of position, velocity, direction, load and time, strongest first: each is tried as a free function (means over
-// quantiles; of time also a sinusoid) that is learnt on the training recordings and judged on the others.
-std::vector<std::string> find_dependence(const StandProblem& problem, const Channel& channel, size_t index,
-                                         const Evaluation& evaluation);
+// To position, velocity, direction, load and time.
+Relation find_dependence(const StandProblem& problem, const Channel& channel, size_t index,
+                         const Evaluation& evaluation);
 
 // Whether what is left of a channel of one joint's effort follows the position of another joint, beside its own: then
 // something couples the two.

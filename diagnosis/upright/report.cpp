@@ -58,8 +58,11 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
       auto [kind, name] = find_place(p, e);
       if (is_foot(e.id)) name = p.feet[f].name;
       const Json parameters = make_parameters(p, e, o.widening * o.chosen.std[i], f);
-      Json finding{{"effect", get_stand_info(e.id).effect}, {"where", {{kind, name}}}, {"parameters", parameters},
-                   {"probability", probability}, {"statement", make_statement(p, o, i, name, parameters)}};
+      Json finding{{"effect", get_stand_info(e.id).effect},
+                   {"where", {{kind, name}}},
+                   {"parameters", parameters},
+                   {"probability", probability},
+                   {"statement", make_statement(p, o, i, name, parameters)}};
       if (i < o.twins.size() && !o.twins[i].empty()) finding["alternatives"] = make_alternatives(p, o.twins[i]);
       findings->push_back(finding);
     }
@@ -88,8 +91,8 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     if (places.size() >= 3 || (!places.empty() && (rms[c] < 2 || rms[c] < 0.5 * rms[order[0]]))) break;
     if (std::find(places.begin(), places.end(), where) != places.end()) continue;
     places.push_back(where);
-    std::string statement = "What is left at " + where.begin().value().get<std::string>() + " (equation: " +
-                            o.channels[c].kind + ") is up to " + number(rms[c], 2) +
+    std::string statement = "What is left at " + where.begin().value().get<std::string>() +
+                            " (equation: " + o.channels[c].kind + ") is up to " + number(rms[c], 2) +
                             " times its noise; no known effect explains it.";
     if (o.opposite) {
       statement += " Two drives lack equal or opposite efforts, as if something coupled them.";
@@ -103,8 +106,9 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
       statement += " The nearest, " + spell(get_stand_info(o.doubtful.back().id).effect) +
                    ", does not leave noise where it acts, or differs from recording to recording.";
     }
-    out->push_back({{"where", where}, {"depends_on", find_dependence(p, o.channels[c], c, left)},
-                    {"statement", statement}});
+    const Relation follows = find_dependence(p, o.channels[c], c, left);
+    if (!follows.names.empty()) statement += " It follows " + follows.words + ".";
+    out->push_back({{"where", where}, {"depends_on", follows.names}, {"statement", statement}});
   }
 }
 
@@ -161,7 +165,7 @@ Json make_signals(const StandProblem& p, const StandOutcome& o) {
     const Channel& channel = o.channels[c];
     double spread = calc_spread(p, channel.signal, held);
     if (channel.kind == "tilt" || channel.kind == "base") spread *= 2;  // a quaternion's part is half an angle
-    if (spread == 0 || channel.kind == "gap") continue;                  // a gap has no recorded signal in metres
+    if (spread == 0 || channel.kind == "gap") continue;                 // a gap has no recorded signal in metres
     const double unit = o.sigma[c] / spread;
     const double before = o.nominal.channel_rms[c] * unit, after = o.chosen.channel_rms[c] * unit;
     if (out.contains(channel.signal) && out[channel.signal]["before"].get<double>() >= before) continue;
@@ -202,42 +206,50 @@ void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
       if (begin >= 0) intervals.push_back({begin, end});
       const double score = std::sqrt(sum / count);
       if (score < 2) continue;
-      out->push_back({{"signal", o.channels[c].signal}, {"recording", recording.file}, {"score", score},
-                      {"intervals", intervals}, {"regime", "stance"}, {"equation", o.channels[c].kind}});
+      out->push_back({{"signal", o.channels[c].signal},
+                      {"recording", recording.file},
+                      {"score", score},
+                      {"intervals", intervals},
+                      {"regime", "stance"},
+                      {"equation", o.channels[c].kind}});
     }
   }
-  std::stable_sort(out->begin(), out->end(), [](const Json& a, const Json& b) {
-    return a["score"].get<double>() > b["score"].get<double>();
-  });
+  std::stable_sort(out->begin(), out->end(),
+                   [](const Json& a, const Json& b) { return a["score"].get<double>() > b["score"].get<double>(); });
 }
 
 void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* out) {
   for (const StandEffect& e : o.chosen.hypothesis) {
     if (!is_foot(e.id)) continue;
-    out->push_back({{"effect", "foot_compliance.cz"}, {"why", "a standing robot hardly moves up and down on its soles"},
+    out->push_back({{"effect", "foot_compliance.cz"},
+                    {"why", "a standing robot hardly moves up and down on its soles"},
                     {"motion_that_would_tell", "short vertical bounces above 5 Hz"}});
   }
   for (const StandEffect& e : o.chosen.hypothesis) {
     if (e.id != StandId::kBacklash || e.p[3] == 0) continue;
     const auto [kind, name] = find_place(p, e);
-    out->push_back({{"effect", "backlash.gap"}, {"where", {{kind, name}}},
+    out->push_back({{"effect", "backlash.gap"},
+                    {"where", {{kind, name}}},
                     {"why", "no torque held the teeth on both sides: the gap is at least as wide as what was seen"},
                     {"motion_that_would_tell", "loads on the joint that change their sign"}});
   }
   for (size_t i = 0; i < o.twins.size(); ++i) {
     for (const StandEffect& e : o.twins[i]) {
       const auto [kind, name] = find_place(p, e);
-      out->push_back({{"effect", get_stand_info(e.id).effect}, {"where", {{kind, name}}},
+      out->push_back({{"effect", get_stand_info(e.id).effect},
+                      {"where", {{kind, name}}},
                       {"why", "explains the held-out recordings about as well as what is reported"},
                       {"motion_that_would_tell", "wider and faster sweeps of the joints and of the trunk's lean"}});
     }
   }
-  out->push_back({{"effect", "restitution"}, {"where", {{"ground", "ground"}}},
+  out->push_back({{"effect", "restitution"},
+                  {"where", {{"ground", "ground"}}},
                   {"why", "feet that stay on the ground do not bounce"},
                   {"motion_that_would_tell", "hops that land flat"}});
   const bool any_effort = std::any_of(p.effort.begin(), p.effort.end(), [](bool b) { return b; });
   if (any_effort) return;
-  out->push_back({{"effect", "torque_saturation"}, {"why", "no effort was recorded; the servo law stands in for it"},
+  out->push_back({{"effect", "torque_saturation"},
+                  {"why", "no effort was recorded; the servo law stands in for it"},
                   {"motion_that_would_tell", "any, with the drives' efforts recorded"}});
 }
 
@@ -250,15 +262,20 @@ std::string find_verdict(const StandOutcome& o) {
 }  // namespace
 
 Json make_stand_report(const StandProblem& p, const StandOutcome& o) {
-  Json out{{"schema", 1}, {"verdict", find_verdict(o)}, {"mismatch", Json::array()}, {"findings", Json::array()},
-           {"unexplained", Json::array()}, {"not_identifiable", Json::array()}};
+  Json out{{"schema", 1},
+           {"verdict", find_verdict(o)},
+           {"mismatch", Json::array()},
+           {"findings", Json::array()},
+           {"unexplained", Json::array()},
+           {"not_identifiable", Json::array()}};
   if (o.mismatch) add_mismatch(p, o, &out["mismatch"]);
   add_findings(p, o, &out["findings"]);
   if (o.mismatch && !o.explained) add_unexplained(p, o, &out["unexplained"]);
   add_not_identifiable(p, o, &out["not_identifiable"]);
   out["fit"] = make_fit(p, o);
-  out["prediction"] = {{"method", "equations of motion along the recorded motion: attitude and encoders against foot "
-                                  "sensors, efforts and servo law; fit in units of each equation's noise"},
+  out["prediction"] = {{"method",
+                        "equations of motion along the recorded motion: attitude and encoders against foot "
+                        "sensors, efforts and servo law; fit in units of each equation's noise"},
                        {"horizon", 0.0}};
   return out;
 }
