@@ -13,7 +13,7 @@ namespace hrp::diagnosis::upright {
 namespace {
 
 constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
-constexpr size_t kTurning = 5;    // samples: half of the 0.3 s over which turning is compared
+constexpr int kTurning = 5;       // windows: half of the 0.3 s over which turning is compared
 constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
 constexpr double kNearly = 0.9;    // share of what friction holds at which a foot may slide: forces are smoothed
 constexpr double kLoaded = 0.01;   // share of the weight that a foot must carry to count as standing
@@ -198,24 +198,25 @@ class Calculator : StandMotion {
   // be far noisier. One stretch after the other, so that their errors are independent; between them nothing is said.
   // The trapezoidal rule with its end correction (Euler-Maclaurin): alone it errs by 1 % at 2 Hz and 30 ms a sample.
   void add_turning() {
-    for (size_t s = kTurning; s + kTurning < r_.samples.size(); s += 2 * kTurning) {
+    const auto half = static_cast<size_t>((kTurning * r_.window + r_.step - 1) / r_.step);  // samples
+    for (size_t s = half; s + half < r_.samples.size(); s += 2 * half) {
       const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
-      const int span = r_.samples[s + kTurning] - r_.samples[s - kTurning];
-      if (span > 2 * static_cast<int>(kTurning) * r_.window) continue;  // samples between are left out
+      const int span = r_.samples[s + half] - r_.samples[s - half];
+      if (span > 2 * static_cast<int>(half) * r_.step) continue;  // samples between are left out
       Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
-      for (size_t k = s - kTurning; k < s + kTurning; ++k) {
+      for (size_t k = s - half; k < s + half; ++k) {
         const double dt = time(k + 1) - time(k);
         const Vector3d step = 0.5 * dt * (rates_[k] + rates_[k + 1]) + dt * dt / 12 * (turns_[k] - turns_[k + 1]);
         turned = turned * Eigen::Quaterniond(1, step.x() / 2, step.y() / 2, step.z() / 2).normalized();
       }
-      const Eigen::Quaterniond seen = attitudes_[s - kTurning].conjugate() * attitudes_[s + kTurning];
+      const Eigen::Quaterniond seen = attitudes_[s - half].conjugate() * attitudes_[s + half];
       const Eigen::Quaterniond off = turned.conjugate() * seen;
-      const Vector3d rate = (off.w() < 0 ? -2.0 : 2.0) * off.vec() / (time(s + kTurning) - time(s - kTurning));
+      const Vector3d rate = (off.w() < 0 ? -2.0 : 2.0) * off.vec() / (time(s + half) - time(s - half));
       for (size_t i = 0; i < 3; ++i) out_[s * channels_ + channels_ - 6 + i] = rate(static_cast<long>(i));
     }
   }
 
-  // No sample is left out before the k-th.
+  // No sample is left out before the k-th. Never so where samples are thinned out: what takes a whole run is silent.
   bool follows(size_t k) const { return r_.samples[k] - r_.samples[k - 1] <= r_.window; }
 
   // First and end of the longest run of samples without a gap or a slip.

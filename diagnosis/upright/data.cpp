@@ -138,7 +138,7 @@ bool read_recording(const Experiment& e, const Recording& recording, Smoothing s
     out->base_attitude[0] = {};
   }
   if (!read_feet(recording, smoother, problem, out, why)) return false;
-  out->window = smoother.half();
+  out->window = out->step = smoother.half();
   choose_samples(recording, problem, out);
   // Halves and wide windows are looked at where the usual smoothing of all samples keeps them.
   const bool usual = smoothing.parity == Parity::kAll && smoothing.wider == 1;

@@ -25,7 +25,7 @@ bool diagnose_upright(const Problem& problem, const std::function<void(const std
     // Halves are multiplied sample by sample: keep the same ones.
     for (size_t r = 0; r < stand.recordings.size(); ++r) {
       half->recordings[r].samples = stand.recordings[r].samples;
-      half->recordings[r].window = stand.recordings[r].window;
+      half->recordings[r].window = stand.recordings[r].window, half->recordings[r].step = stand.recordings[r].step;
     }
   }
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");

@@ -200,7 +200,7 @@ StandProblem make_coarse(StandProblem problem) {
   for (StandRecording& r : problem.recordings) {
     std::vector<int> few;
     for (size_t s = kThin / 2; s < r.samples.size(); s += kThin) few.push_back(r.samples[s]);
-    r.samples = few;
+    r.samples = few, r.step *= static_cast<int>(kThin);
   }
   return problem;
 }

@@ -106,6 +106,18 @@ TEST(LooseTeeth, ThatATorqueHeldAreAsFarApartAsItSays) {
   EXPECT_EQ(gap.p[0], 0.01);
 }
 
+// The attitude turns by up to 0.02 rad x 0.1 / 0.03 s; the gyroscope says nothing.
+TEST(StandingChannels, OfThinnedOutSamplesStillHoldTheGyroscopeAgainstTheAttitude) {
+  const LooseAnkle robot(0);
+  for (const StandProblem& p : {robot.p, make_coarse(robot.p)}) {
+    const std::vector<double> rows = calc_channels(p, {}, 0);
+    const size_t channels = list_channels(p).size();
+    double most = 0;
+    for (size_t k = channels - 5; k < rows.size(); k += channels) most = std::max(most, std::abs(rows[k]));
+    EXPECT_NEAR(most, 0.067, 0.007);  // of a mean over 0.3 s sin(0.5) / 0.5 = 0.96 is left, and it need not be a crest
+  }
+}
+
 // A trunk on one ball foot, nothing recorded of the joint: six equations of balance, gyroscope, gravity.
 StandProblem make_block() {
   StandProblem p;
