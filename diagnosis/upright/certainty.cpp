@@ -176,7 +176,7 @@ void StandSearcher::refuse_uneven_friction() {
 }
 
 // Several effects in one joint can bend to much that is none of them: then each must be the same in every recording,
-// and what is missing no sinusoid of time.
+// what is missing no sinusoid of time, and what they leave noise.
 void StandSearcher::refuse_bundles() {
   const StandHypothesis& h = out_.chosen.hypothesis;
   const Evaluation nominal = evaluate(p_, {});
@@ -190,7 +190,11 @@ void StandSearcher::refuse_bundles() {
     };
     if (std::none_of(h.begin(), h.end(), beside)) continue;
     out_.periodic = out_.periodic || is_periodic(h[i].place);
-    if (out_.periodic || !is_consistent(i)) out_.explained = false;
+    // A thousandth of what there was, which details of a law may leave, is not enough here.
+    const size_t c = find_effort_channel(h[i].place);
+    const bool noise = c >= channels() || out_.chosen.channel_rms[c] < StandJudge::kLeftOver;
+    out_.bent = out_.bent || !noise;
+    if (out_.periodic || out_.bent || !is_consistent(i)) out_.explained = false;
   }
 }
 
@@ -215,7 +219,7 @@ void StandSearcher::doubt() {
   out_.opposite = out_.opposite || has_equal_drives();
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
     const bool joint = is_joint(out_.chosen.hypothesis[i].id);
-    const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic || out_.uneven);
+    const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic || out_.uneven || out_.bent);
     const bool sure = !acts_on_balance(out_.chosen.hypothesis[i].id) || is_balanced();
     if (!refused && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);

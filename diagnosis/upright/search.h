@@ -27,6 +27,7 @@ struct StandOutcome {
   bool opposite = false;  // two drives lack equal or opposite efforts: something couples them
   bool coupled = false;   // one spring across two joints explains what two springs do
   bool uneven = false;    // dry friction follows the position
+  bool bent = false;      // several effects in one joint leave more than noise
   bool periodic = false;  // what a drive lacks is a sinusoid of time
 };
 
