@@ -234,14 +234,18 @@ Lead Explorer::make_lead(const Hypothesis& hypothesis) {
   return lead;
 }
 
-std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t count) const {
+std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t count,
+                                          const std::vector<char>& quiet) const {
+  const auto is_quiet = [&](const Effect& effect) {
+    return find_joint(effect) >= 0 && quiet[static_cast<size_t>(find_joint(effect))];
+  };
   const Screening screening = screen(p, lead.hypothesis, lead.paths.get());
   std::vector<Effect> list;
   std::vector<size_t> there(lead.train.size(), 0);  // candidates by joint
   const std::vector<size_t> most = allow_by_joint(lead.train);
   size_t bodies = 0;
   for (const Candidate& c : screening.candidates) {
-    if (!can_add(lead.hypothesis, c.start)) continue;
+    if (!can_add(lead.hypothesis, c.start) || is_quiet(c.start)) continue;
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
     const int joint = c.start.id == EffectId::kJointOffset ? c.start.place : find_joint(c.start);
     const size_t j = static_cast<size_t>(std::max(0, joint));
@@ -256,6 +260,7 @@ std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t c
   }
   if (!lead.hypothesis.empty()) add_unseen(lead, &list);
   add_rate_faults(p, lead, &list);
+  list.erase(std::remove_if(list.begin(), list.end(), is_quiet), list.end());
   return list;
 }
 
@@ -378,11 +383,11 @@ Explorer::LocalKey Explorer::make_key(const Lead& parent, const Effect& start) c
   return {{parent.paths.get(), joint}, ids};
 }
 
-std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidates) {
+std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidates, const std::vector<char>& quiet) {
   std::vector<std::vector<Effect>> starts(from.size());
   parallel_for(static_cast<int>(workers_.size()), static_cast<int>(from.size()), [&](int i, int worker) {
     Problem& problem = workers_[static_cast<size_t>(worker)];
-    starts[static_cast<size_t>(i)] = list_starts(problem, from[static_cast<size_t>(i)], candidates);
+    starts[static_cast<size_t>(i)] = list_starts(problem, from[static_cast<size_t>(i)], candidates, quiet);
   });
   std::vector<Task> tasks;
   std::set<std::vector<std::pair<int, int>>> seen;

@@ -32,8 +32,9 @@ class Explorer {
   // A set as it is.
   Lead make_lead(const Hypothesis& hypothesis);
 
-  // The best sets that have one effect more than one of `from`, best first, none twice.
-  std::vector<Lead> grow(const std::vector<Lead>& from, size_t candidates);
+  // The best sets that have one effect more than one of `from`, best first, none twice; at `quiet` joints (by joint)
+  // none is added that would show in their readings alone.
+  std::vector<Lead> grow(const std::vector<Lead>& from, size_t candidates, const std::vector<char>& quiet);
 
  private:
   struct Local {
@@ -46,7 +47,7 @@ class Explorer {
   };
   using LocalKey = std::pair<std::pair<const Paths*, int>, std::vector<int>>;
 
-  std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count) const;
+  std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, const std::vector<char>& quiet) const;
   Local fit_local(Problem& p, const Lead& parent, const Effect& start) const;
   Lead add_local(const Lead& parent, const Effect& start, const Local& local) const;
   Lead add_shared(Problem& p, const Lead& parent, const Effect& start) const;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "diagnosis/drive/search.h"
@@ -57,8 +58,11 @@ constexpr double kRough = 20.0;         // noise deviations that steps are never
 constexpr int kFiner = 4, kFinest = 8;  // steps for one
 constexpr int kRounds = 2;              // of start states and parameters
 constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
+constexpr double kQuiet = 1.5;          // noise deviations: what a joint feels of others that are not explained yet
+constexpr double kQuietShare = 0.005;   // of what is left above the noise
 constexpr double kWeak = 0.05;          // of friction: such a part may be no part
 constexpr double kFar = 10.0;           // the same, of one that no polishing will bring to it
+constexpr double kLeastGain = 0.95;     // in cost, of the sets of two that are simulated
 constexpr double kLeastDrop = 0.7;      // of what is left, or adding effects is given up
 
 class Search {
@@ -216,7 +220,8 @@ class Search {
     progress_("along the recorded paths: " + format("nominal %.4g", scale(explorer.nominal().cost)));
     for (size_t size = 1; size <= kLargestSet; ++size) {
       const std::vector<Lead> parents = beam;
-      beam = explorer.grow(parents, kCandidates);
+      const double before = calc_cost(best_refined());
+      beam = explorer.grow(parents, kCandidates, list_quiet(best_refined()));
       drop_refused(&beam);
       if (beam.empty()) break;
       progress_(format("%.0f effects", static_cast<double>(size)));
@@ -232,11 +237,27 @@ class Search {
       if (is_finished(best_refined())) break;
       if (grown && best_refined().hypothesis.size() < kLargestSet)
         beam.insert(beam.begin(), explorer.make_lead(best_refined().hypothesis));
-      if (!helps(parents, beam)) break;
+      if (!helps(parents, beam) || (size > 1 && calc_cost(best_refined()) > kLeastGain * before)) break;
       drop_refused(&beam);
       const size_t most = size + 1 < kLargestSet ? kBeam : kLastBeam;
       if (beam.size() > most) beam.resize(most);
     }
+  }
+
+  // By joint: whether the simulation leaves nothing but noise of its readings. Along the paths such a joint may still
+  // be missed: its motion is driven by recorded accelerations of others.
+  std::vector<char> list_quiet(const Trial& t) const {
+    std::vector<double> excess(static_cast<size_t>(e_.num_joints()), 0.0);
+    std::vector<char> quiet(excess.size(), 1);
+    for (const Score* score : {&t.train, &t.validate}) {
+      for (size_t c = 0; c < score->signal_chi2.size(); ++c) {
+        excess[c / kQuantities] += std::max(0.0, score->signal_chi2[c] - score->signal_count[c]);
+        quiet[c / kQuantities] = quiet[c / kQuantities] && score->ok && score->rms(c) < kQuiet;
+      }
+    }
+    const double most = kQuietShare * std::accumulate(excess.begin(), excess.end(), 0.0);
+    for (size_t j = 0; j < quiet.size(); ++j) quiet[j] = quiet[j] && excess[j] <= most;
+    return quiet;
   }
 
   // Whether one effect more takes its share of what the best sets that have one less leave.
