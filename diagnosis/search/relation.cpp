@@ -226,11 +226,18 @@ class Finder {
     return share;
   }
 
+  bool is(int i, const char* name) const { return quantities_[static_cast<size_t>(i)].name == name; }
+
+  bool is_other_joint(int i) const { return is(i, "position") && quantities_[static_cast<size_t>(i)].unit.empty(); }
+
   bool is_pair(int i, int j) const {
-    const auto is = [&](int at, const char* name) { return quantities_[static_cast<size_t>(at)].name == name; };
-    const bool same = (is(i, "direction") && is(j, "velocity")) || (is(i, "velocity") && is(j, "direction"));
-    return i != j && !same && quantities_[static_cast<size_t>(i)].pairs && quantities_[static_cast<size_t>(j)].pairs;
+    if (i == j || (is(i, "direction") && is(j, "velocity")) || (is(i, "velocity") && is(j, "direction"))) return false;
+    // A coupling acts on both positions.
+    if (is_other_joint(i) || is_other_joint(j)) return is(i, "position") && is(j, "position") && !both_other(i, j);
+    return quantities_[static_cast<size_t>(i)].pairs && quantities_[static_cast<size_t>(j)].pairs;
   }
+
+  bool both_other(int i, int j) const { return is_other_joint(i) && is_other_joint(j); }
 
   Relation find_pair() const {
     Relation best;

@@ -17,7 +17,7 @@ struct Observed {
 struct Regressor {
   std::string name;   // as reported: position, velocity, direction, load, time, history
   std::string words;  // in a sentence
-  std::string unit;   // of its values; empty where a range of them says nothing
+  std::string unit;   // of its values; empty where a range of them says nothing, and of another joint's position
   bool pairs = true;  // whether it may stand beside another
 };
 
