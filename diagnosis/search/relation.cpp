@@ -18,6 +18,7 @@ constexpr double kSecondShare = 0.05;    // and to take away more than that
 constexpr double kHighest = 14.0;        // [Hz] of oscillations: faster ones are averaged away
 constexpr double kActive = 0.25;         // of a function's height: where it is more, it acts
 constexpr double kNarrow = 0.45;         // of the range: what acts in less acts there only
+constexpr double kRepeats = 0.5;         // of a held-out motion's squares: it repeats, or swings like the series
 constexpr double kStraight = 0.9;        // of the variance of logarithms: then it is a power
 
 double get_squares(const std::vector<Observed>& recordings) {
@@ -178,12 +179,14 @@ class Finder {
       : quantities_(quantities), train_(train), test_(test) {}
 
   Relation run() {
-    std::vector<double> alone;
-    for (int i = 0; i < count(); ++i) alone.push_back(judge_alone(i));
     const int time = find("time"), load = find("load");
+    repeats_ = does_repeat();
+    std::vector<double> alone;
+    for (int i = 0; i < count(); ++i) alone.push_back(repeats_ && i == time ? 0.0 : judge_alone(i));
     Oscillation swing, driven;
     const double lowest = 2.0 / find_length(train_);
     if (time >= 0) swing = find_oscillation(train_, test_, lowest);
+    if (moves_like(swing)) swing.share = 0.0;
     if (time >= 0 && load >= 0) driven = find_oscillation(train_, test_, lowest, load);
     double best = swing.share - kTie;  // a motion that oscillates makes everything oscillate
     for (double share : alone) best = std::max(best, share);
@@ -218,6 +221,33 @@ class Finder {
     return -1;
   }
 
+  // The recordings with a quantity, less its mean, in the place of the series.
+  static std::vector<Observed> take(std::vector<Observed> recordings, int quantity) {
+    for (Observed& o : recordings) {
+      o.y = o.x[static_cast<size_t>(quantity)];
+      const double mean =
+          std::accumulate(o.y.begin(), o.y.end(), 0.0) / static_cast<double>(std::max<size_t>(1, o.y.size()));
+      for (double& y : o.y) y -= mean;
+    }
+    return recordings;
+  }
+
+  // Whether all recordings are of one motion: then time stands for all that the motion is.
+  bool does_repeat() const {
+    const int time = find("time"), position = find("position");
+    if (time < 0 || position < 0) return false;
+    return Table(take(train_, position), time, kFine).judge(take(test_, position)) > kRepeats;
+  }
+
+  // Whether the joint itself moves at that frequency: then the oscillation may be of whatever follows the motion.
+  bool moves_like(const Oscillation& o) const {
+    for (const char* name : {"position", "velocity"}) {
+      const int quantity = find(name);
+      if (quantity >= 0 && judge_oscillation(take(test_, quantity), o.frequency, -1) > kRepeats * o.share) return true;
+    }
+    return false;
+  }
+
   double judge_alone(int i) const {
     double share = std::max(Table(train_, i, kCoarse).judge(test_), Table(train_, i, kFine).judge(test_));
     // A direction says nothing that its velocity does not.
@@ -232,6 +262,7 @@ class Finder {
 
   bool is_pair(int i, int j) const {
     if (i == j || (is(i, "direction") && is(j, "velocity")) || (is(i, "velocity") && is(j, "direction"))) return false;
+    if (repeats_ && (is(i, "time") || is(j, "time"))) return false;
     // A coupling acts on both positions.
     if (is_other_joint(i) || is_other_joint(j)) return is(i, "position") && is(j, "position") && !both_other(i, j);
     return quantities_[static_cast<size_t>(i)].pairs && quantities_[static_cast<size_t>(j)].pairs;
@@ -299,6 +330,7 @@ class Finder {
 
   const std::vector<Regressor>& quantities_;
   const std::vector<Observed>&train_, &test_;
+  bool repeats_ = false;
 };
 
 }  // namespace

@@ -34,13 +34,14 @@ Observed observe(double phase, const Law& law, double noise) {
   return o;
 }
 
+const std::vector<Regressor> kQuantities{{"position", "its position", "rad"},
+                                         {"velocity", "its velocity", "rad/s"},
+                                         {"direction", "its direction", ""},
+                                         {"load", "its load", "N m"},
+                                         {"time", "time", "s"}};
+
 Relation find(const Law& law, double noise = 0.02) {
-  const std::vector<Regressor> list{{"position", "its position", "rad"},
-                                    {"velocity", "its velocity", "rad/s"},
-                                    {"direction", "its direction", ""},
-                                    {"load", "its load", "N m"},
-                                    {"time", "time", "s"}};
-  return find_relation(list, {observe(0.0, law, noise), observe(0.7, law, noise), observe(1.9, law, noise)},
+  return find_relation(kQuantities, {observe(0.0, law, noise), observe(0.7, law, noise), observe(1.9, law, noise)},
                        {observe(2.6, law, noise), observe(4.0, law, noise)});
 }
 
@@ -71,6 +72,12 @@ TEST(Relation, AnOscillationFollowsTimeAtItsOwnFrequencyWhateverItsPhase) {
 TEST(Relation, AMotorThatWeakensWithTimeFollowsLoadAndTime) {
   const Relation r = find([](const Swing& s) { return 0.2 * s.load * s.t / 6.0; });
   EXPECT_EQ(Names(r.names), (r.names[0] == "load" ? Names{"load", "time"} : Names{"time", "load"}));
+}
+
+TEST(Relation, TimeIsNoCauseWhereEveryRecordingRepeatsTheMotion) {
+  const Law drag = [](const Swing& s) { return 0.4 * s.v * std::abs(s.v); };
+  const std::vector<Observed> same{observe(0.7, drag, 0.02), observe(0.7, drag, 0.02)};
+  EXPECT_EQ(find_relation(kQuantities, same, same).names, Names{"velocity"});
 }
 
 TEST(Relation, NoiseFollowsNothing) {
