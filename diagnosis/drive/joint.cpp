@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/search/significance.h"
 #include "diagnosis/simulation/presliding.h"
 
 namespace hrp::diagnosis {
@@ -14,8 +15,6 @@ constexpr double kEarns = 0.97;  // of the error that an effect must leave at mo
 constexpr double kWound = 0.01;  // [rad] displacement before slipping that is tried first: gears with play and rubber
 constexpr double kExcess = 0.05;  // share that breaking away must take more than sliding to be a law of its own
 constexpr size_t kRounds = 5, kTried = 3;
-
-bool is_dry(EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; }
 
 size_t find(const Hypothesis& effects, EffectId id, int place) {
   size_t i = 0;

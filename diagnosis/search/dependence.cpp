@@ -83,7 +83,7 @@ std::vector<int> list_missed(const Score& left) {
   return joints;
 }
 
-// By joint: mean square of the missing effort in units of what noise alone gives.
+// Mean square of the missing effort in units of what noise alone gives.
 double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
   double sum = 0.0, count = 0.0;
   for (const MissingEffort& m : recordings) {
@@ -97,21 +97,19 @@ double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
 std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, const Score& left) {
   constexpr double kStandsOut = 4.0;  // twice the noise
   constexpr double kShare = 0.1;      // of the strongest
-  std::vector<int> joints = list_missed(left);
-  if (joints.empty()) return joints;
-  const int worst = joints.front();
-  std::stable_sort(joints.begin(), joints.end(),
-                   [&](int a, int b) { return calc_missed(recordings, a) > calc_missed(recordings, b); });
-  const double most = calc_missed(recordings, joints.front());
+  constexpr size_t kMost = 3;
+  std::vector<std::pair<double, int>> missed;
+  for (int j : list_missed(left)) missed.push_back({calc_missed(recordings, j), j});
+  if (missed.empty()) return {};
+  const int worst = missed.front().second;
+  std::stable_sort(missed.begin(), missed.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   // Efforts that are lost in the noise of accelerations still move the joint: it is known by its readings.
-  if (most < kStandsOut) return {worst};
-  size_t count = 0;
-  while (count < std::min<size_t>(3, joints.size())) {
-    const double missed = calc_missed(recordings, joints[count]);
-    if (missed < kStandsOut || missed < kShare * most) break;
-    ++count;
+  if (missed.front().first < kStandsOut) return {worst};
+  std::vector<int> joints;
+  for (const auto& [square, j] : missed) {
+    const bool speaks = square >= kStandsOut && square >= kShare * missed.front().first;
+    if (speaks && joints.size() < kMost) joints.push_back(j);
   }
-  joints.resize(count);
   return joints;
 }
 

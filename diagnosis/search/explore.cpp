@@ -5,12 +5,12 @@
 #include <cmath>
 #include <set>
 
+#include "diagnosis/search/significance.h"
 #include "diagnosis/simulation/presliding.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-bool is_dry(EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; }
 bool moves_link(const Effect& effect) { return effect.id == EffectId::kElasticity || effect.id == EffectId::kBacklash; }
 
 double sum(const std::vector<double>& values) {

@@ -43,9 +43,9 @@ bool is_significant(const Effect& effect, const std::vector<double>& std, double
   return false;
 }
 
-bool sticks(EffectId id) {
-  return id == EffectId::kCoulomb || id == EffectId::kStribeck || id == EffectId::kLoadFriction;
-}
+bool is_dry(EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; }
+
+bool sticks(EffectId id) { return is_dry(id) || id == EffectId::kLoadFriction; }
 
 bool is_smooth(const Hypothesis& hypothesis) {
   return std::none_of(hypothesis.begin(), hypothesis.end(), [](const Effect& effect) {

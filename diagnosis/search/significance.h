@@ -13,7 +13,10 @@ namespace hrp::diagnosis {
 // Stribeck curve) always does.
 bool is_significant(const Effect& effect, const std::vector<double>& std, double distance);
 
-// Dry friction: readings are a jagged function of it, and coarse steps miss it.
+// Friction with a dry part of its own: there is one of these in a joint.
+bool is_dry(EffectId id);
+
+// Dry friction, also in proportion to the load: readings are a jagged function of it, and coarse steps miss it.
 bool sticks(EffectId id);
 
 // Without friction, memory, play or limits.

@@ -170,6 +170,7 @@ void StandSearcher::refuse_uneven_friction() {
   for (const StandEffect& e : out_.chosen.hypothesis) {
     if (!is_friction(e.id)) continue;
     const size_t c = find_effort_channel(e.place);
+    if (c >= channels()) continue;  // no effort was recorded
     out_.uneven = out_.uneven || calc_uneven_gain(p_, left, c, static_cast<size_t>(e.place)) > kGain;
   }
   if (out_.uneven) out_.explained = false;

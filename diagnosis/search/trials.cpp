@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/trials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "diagnosis/simulation/presliding.h"
+#include "diagnosis/simulation/start_state.h"
+#include "diagnosis/simulation/step_error.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kRough = 20.0;         // noise deviations that steps are never to blame for
+constexpr int kFiner = 4, kFinest = 8;  // steps for one
+constexpr int kRounds = 2;              // of start states and parameters
+constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
+constexpr double kFar = 10.0;           // the same, of one that no polishing will bring to it
+
+}  // namespace
+
+Key make_key(const Hypothesis& hypothesis) {
+  Key key;
+  for (const Effect& effect : hypothesis) key.push_back({static_cast<int>(effect.id), effect.place});
+  std::sort(key.begin(), key.end());
+  return key;
+}
+
+std::string format(const char* pattern, double a, double b, double c) {
+  char text[120];
+  std::snprintf(text, sizeof text, pattern, a, b, c);
+  return text;
+}
+
+std::string describe(const Trial& trial) {
+  return ": train " + format("%.4g, held out %.4g, worst signal %.4g", trial.train.rms(), trial.rms, trial.worst);
+}
+
+Trials::Trials(const Problem& problem, const Progress& progress)
+    : problem_(problem), progress_(progress), held_out_(problem.validate.empty() ? problem.train : problem.validate) {
+  for (size_t r = 0; r < problem.experiment->recordings.size(); ++r) all_.push_back(static_cast<int>(r));
+  nominal_ = judge({}, refine({}));
+  progress_("nominal" + describe(nominal_));
+  trials_[{}] = nominal_;
+  best_chi2_ = nominal_.train.chi2;
+}
+
+std::vector<const Trial*> Trials::sort() const {
+  std::vector<const Trial*> list;
+  for (const auto& item : trials_) {
+    if (item.second.refined) list.push_back(&item.second);
+  }
+  std::stable_sort(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
+    return a->train.ok && b->train.ok ? calc_cost(*a) < calc_cost(*b) : a->train.ok;
+  });
+  return list;
+}
+
+const Trial& Trials::best() const {
+  const std::vector<const Trial*> list = sort();
+  return list.empty() ? nominal_ : *list.front();
+}
+
+bool Trials::is_refused(const Hypothesis& hypothesis) const {
+  return std::any_of(hypothesis.begin(), hypothesis.end(), [&](const Effect& e) {
+    return refused_.count({static_cast<int>(e.id), e.place}) > 0;
+  });
+}
+
+void Trials::add(const Hypothesis& start) {
+  if (is_refused(start)) return;
+  const FitResult result = refine(start);
+  if (refuse(result))
+    return progress_("  * " + get_label(*problem_.experiment, start) + ": too few ripples for cogging");
+  Trial trial = judge(start, result);
+  if (trial.refined) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
+  progress_("  * " + get_label(*problem_.experiment, start) + describe(trial));
+  trials_[make_key(start)] = trial;
+}
+
+Trial Trials::fit_aside(const Hypothesis& start) { return judge(start, refine(start)); }
+
+const Problem& Trials::take_up(const Trial& trial) {
+  problem_.starts = trial.starts, problem_.step_errors = trial.step_errors;
+  return problem_;
+}
+
+// A set that is right may be kept from the noise by its start states and pre-sliding displacements alone; to try
+// larger sets would cost ten times as much.
+void Trials::polish_best() {
+  const Trial& first = best();
+  const bool near = first.rms < kNear || is_detail(first, nominal_);
+  if (first.hypothesis.empty() || is_explained(first, nominal_) || !near) return;
+  polish(&trials_.at(make_key(first.hypothesis)));
+}
+
+// One that is far from the noise would not come near: it is not named, and only its intervals are wanted.
+void Trials::finish(Trial* trial) {
+  if (trial->hypothesis.empty() || !trial->refined || !trial->std.empty()) return;
+  if (trial->rms < kFar || is_detail(*trial, nominal_)) polish(trial);
+  if (trial->std.empty()) add_intervals(trial);
+}
+
+double Trials::find_range(int joint, std::vector<double> SmoothJoint::*series) const {
+  double low = 1e300, high = -1e300;
+  for (int r : problem_.train) {
+    const std::vector<double>& x = problem_.smooth[static_cast<size_t>(r)].joints[static_cast<size_t>(joint)].*series;
+    low = std::min(low, *std::min_element(x.begin(), x.end()));
+    high = std::max(high, *std::max_element(x.begin(), x.end()));
+  }
+  return high - low;
+}
+
+FitResult Trials::refine(const Hypothesis& hypothesis) {
+  Hypothesis start = hypothesis;
+  start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
+  FitOptions options;
+  options.max_iterations = 15;
+  options.abandon_above = 25.0 * best_chi2_;
+  problem_.starts = estimate_starts(problem_, start, all_);
+  problem_.step_errors.clear();
+  const FitResult rough = fit(problem_, start, problem_.train, options);
+  if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
+  // What stands beside friction now may have been part of how it seemed to bend.
+  const Hypothesis bent = choose_presliding(problem_, rough.hypothesis);
+  problem_.step_errors = estimate_step_errors(problem_, bent, all_, kFiner);
+  const FitResult fine = fit(problem_, bent, problem_.train, options);
+  return fine.ok ? fine : rough;
+}
+
+Trial Trials::judge(const Hypothesis& hypothesis, const FitResult& result) const {
+  Trial trial;
+  trial.hypothesis = hypothesis;
+  if (!result.ok) return trial;
+  trial.hypothesis = result.hypothesis;
+  if (!trial.hypothesis.empty() && trial.hypothesis.back().id == EffectId::kTiming) {
+    trial.timing = {trial.hypothesis.back()};
+    trial.hypothesis.pop_back();
+    trial.refined = true;
+  }
+  trial.train = result.train;
+  trial.starts = problem_.starts, trial.step_errors = problem_.step_errors;
+  trial.validate = calc_score(problem_, trial.full(), held_out_);
+  if (!trial.validate.ok) return trial;
+  trial.rms = trial.validate.rms();
+  trial.worst = trial.validate.worst();
+  return trial;
+}
+
+// Less than two ripples over the whole motion are any smooth function of position, not cogging.
+bool Trials::ripples(const Effect& effect) const {
+  if (effect.id != EffectId::kCogging) return true;
+  return effect.p[1] * find_range(effect.place, &SmoothJoint::q) > 4.0 * M_PI;
+}
+
+// A fit that turned one of its effects into something else; no set with that one is tried again.
+bool Trials::refuse(const FitResult& result) {
+  for (const Effect& effect : result.hypothesis) {
+    if (result.ok && !ripples(effect)) refused_.insert({static_cast<int>(effect.id), effect.place});
+  }
+  return is_refused(result.hypothesis);
+}
+
+// Of a trial as it is.
+void Trials::add_intervals(Trial* trial) {
+  problem_.starts = trial->starts, problem_.step_errors = trial->step_errors;
+  FitOptions options;
+  options.max_iterations = 0;
+  options.intervals = true;
+  const FitResult result = fit(problem_, trial->full(), problem_.train, options);
+  trial->std = result.std, trial->distance = result.distance;
+}
+
+// Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
+// the intervals.
+void Trials::polish(Trial* trial) {
+  FitOptions options;
+  options.max_iterations = 8;
+  options.tolerance = 1e-7;
+  FitResult result;
+  result.hypothesis = trial->full();
+  for (int round = 0; round < kRounds; ++round) {
+    problem_.starts = estimate_starts(problem_, result.hypothesis, all_);
+    problem_.step_errors.clear();
+    const Hypothesis start = choose_presliding(problem_, result.hypothesis);
+    problem_.step_errors = estimate_step_errors(problem_, start, all_, kFinest);
+    options.intervals = round + 1 == kRounds;
+    result = fit(problem_, start, problem_.train, options);
+    if (!result.ok) return;
+  }
+  Trial better = judge(trial->hypothesis, result);
+  if (better.rms > 1.02 * trial->rms) return;
+  progress_("  finished: " + get_label(*problem_.experiment, trial->hypothesis) + describe(better));
+  better.std = result.std, better.distance = result.distance;
+  better.probability = trial->probability;
+  *trial = better;
+}
+
+}  // namespace hrp::diagnosis
