@@ -53,8 +53,7 @@ double Drives::calc_servo(size_t joint, size_t k, const DriveState& s, double* r
   const double c = read(command.value, k, -late), cd = read(command.rate, k, -late);
   const double effort = servo.kp * (c - s.encoder) + servo.kd * (cd - s.velocity);
   const bool limited = std::abs(effort) > servo.effort_limit;
-  *rate = limited ? 0
-                  : servo.kp * (cd - s.velocity) + servo.kd * (read(command.second, k, -late) - s.acceleration);
+  *rate = limited ? 0 : servo.kp * (cd - s.velocity) + servo.kd * (read(command.second, k, -late) - s.acceleration);
   return std::clamp(effort, -servo.effort_limit, servo.effort_limit);
 }
 

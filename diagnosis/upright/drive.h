@@ -9,11 +9,11 @@ namespace hrp::diagnosis::upright {
 
 // One joint at one instant, as the rest of the hypothesis has it.
 struct DriveState {
-  double encoder = 0;        // [rad] what the servo reads
-  double link = 0;           // [rad] where the link truly is
-  double velocity = 0;       // [rad/s] of the motor
-  double acceleration = 0;   // [rad/s^2]
-  double torque = 0;         // [N m] by inverse dynamics
+  double encoder = 0;       // [rad] what the servo reads
+  double link = 0;          // [rad] where the link truly is
+  double velocity = 0;      // [rad/s] of the motor
+  double acceleration = 0;  // [rad/s^2]
+  double torque = 0;        // [N m] by inverse dynamics
 };
 
 class Drives {
@@ -42,7 +42,7 @@ class Drives {
   std::vector<ServoGains> servo_;
   std::vector<std::vector<double>> wound_, aside_;  // Bouc-Wen states by joint, begun unwound and half a yield angle
                                                     // aside; empty without hysteresis
-  size_t near_ = 1;                         // samples of the recording between two kept ones
+  size_t near_ = 1;                                 // samples of the recording between two kept ones
 };
 
 // How a recording's hysteresis began is not known: of the missing efforts (every `stride`-th of `rows` from `first` on,

@@ -194,10 +194,10 @@ namespace {
 // A shape parameter that the data hardly see may be thrown far by one step: it stays within its bounds.
 void keep_shapes(StandHypothesis* hypothesis) {
   for (StandEffect& e : *hypothesis) {
-    if (e.id == StandId::kStribeck) e.p[2] = std::clamp(e.p[2], 0.01, 0.5);       // [rad/s]
-    if (e.id == StandId::kHysteresis) e.p[1] = std::clamp(e.p[1], 2e-3, 0.3);    // [rad]
-    if (e.id == StandId::kBacklash) e.p[1] = std::max(e.p[1], 0.0);               // [kg m^2]
-    if (e.id == StandId::kJointOffset) e.p[0] = std::clamp(e.p[0], -0.3, 0.3);   // [rad]
+    if (e.id == StandId::kStribeck) e.p[2] = std::clamp(e.p[2], 0.01, 0.5);     // [rad/s]
+    if (e.id == StandId::kHysteresis) e.p[1] = std::clamp(e.p[1], 2e-3, 0.3);   // [rad]
+    if (e.id == StandId::kBacklash) e.p[1] = std::max(e.p[1], 0.0);             // [kg m^2]
+    if (e.id == StandId::kJointOffset) e.p[0] = std::clamp(e.p[0], -0.3, 0.3);  // [rad]
   }
 }
 

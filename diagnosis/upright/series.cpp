@@ -96,7 +96,8 @@ Json make_steps(const StandProblem& p, const StandOutcome& o) {
       const auto [kind, name] = find_place(p, h.back());
       where = {{kind, name}};
     }
-    out.push_back({{"effect", i > 0 ? get_stand_info(h.back().id).effect : ""}, {"where", where},
+    out.push_back({{"effect", i > 0 ? get_stand_info(h.back().id).effect : ""},
+                   {"where", where},
                    {"held_out", calc_fit(p, o, evaluate(p, h), none_held)}});
   }
   return out;
@@ -105,7 +106,10 @@ Json make_steps(const StandProblem& p, const StandOutcome& o) {
 }  // namespace
 
 Json make_stand_series(const StandProblem& p, const StandOutcome& o) {
-  Json out{{"schema", 1}, {"robot", p.tree.name}, {"signals", Json::array()}, {"recordings", Json::array()},
+  Json out{{"schema", 1},
+           {"robot", p.tree.name},
+           {"signals", Json::array()},
+           {"recordings", Json::array()},
            {"rivals", Json::array()}};
   for (size_t c = 0; c < o.channels.size(); ++c) {
     const Channel& channel = o.channels[c];

@@ -10,10 +10,18 @@ Vector3d get3(const std::vector<double>& p, size_t at = 0) { return {p[at], p[at
 
 void add_friction(const StandEffect& e, JointTerms* j) {
   switch (e.id) {
-    case StandId::kViscous: j->viscous += e.p[0]; break;
-    case StandId::kCoulomb: j->coulomb += e.p[0], j->asymmetry = e.p[1]; break;
-    case StandId::kLoadFriction: j->load = e.p[0]; break;
-    case StandId::kHysteresis: j->hysteresis = e.p[0], j->yield = e.p[1]; break;
+    case StandId::kViscous:
+      j->viscous += e.p[0];
+      break;
+    case StandId::kCoulomb:
+      j->coulomb += e.p[0], j->asymmetry = e.p[1];
+      break;
+    case StandId::kLoadFriction:
+      j->load = e.p[0];
+      break;
+    case StandId::kHysteresis:
+      j->hysteresis = e.p[0], j->yield = e.p[1];
+      break;
     default:  // Stribeck
       j->coulomb += e.p[0], j->excess = e.p[1], j->stribeck_velocity = e.p[2], j->viscous += e.p[3];
   }
@@ -21,31 +29,69 @@ void add_friction(const StandEffect& e, JointTerms* j) {
 
 void add_drive(const StandEffect& e, JointTerms* j) {
   switch (e.id) {
-    case StandId::kRotorInertia: j->rotor += e.p[0]; break;
-    case StandId::kSpring: j->spring = e.p[0], j->moment = e.p[1]; break;
-    case StandId::kTorqueConstant: j->torque_scale = e.p[0]; break;
-    case StandId::kSaturation: j->limit = e.p[0]; break;
-    case StandId::kCogging: j->cogging_sin = e.p[0], j->cogging_cos = e.p[1], j->periods = e.p[2]; break;
-    case StandId::kCommandDelay: j->delay = e.p[0]; break;
-    case StandId::kActuatorLag: j->lag = e.p[0]; break;
-    case StandId::kElasticity: j->compliance = e.p[0], j->rotor += e.p[1]; break;
-    case StandId::kBacklash: j->gap = e.p[0], j->rotor += e.p[1], j->compliance += e.p[2]; break;
-    case StandId::kJointOffset: j->offset = e.p[0]; break;
-    default: add_friction(e, j);
+    case StandId::kRotorInertia:
+      j->rotor += e.p[0];
+      break;
+    case StandId::kSpring:
+      j->spring = e.p[0], j->moment = e.p[1];
+      break;
+    case StandId::kTorqueConstant:
+      j->torque_scale = e.p[0];
+      break;
+    case StandId::kSaturation:
+      j->limit = e.p[0];
+      break;
+    case StandId::kCogging:
+      j->cogging_sin = e.p[0], j->cogging_cos = e.p[1], j->periods = e.p[2];
+      break;
+    case StandId::kCommandDelay:
+      j->delay = e.p[0];
+      break;
+    case StandId::kActuatorLag:
+      j->lag = e.p[0];
+      break;
+    case StandId::kElasticity:
+      j->compliance = e.p[0], j->rotor += e.p[1];
+      break;
+    case StandId::kBacklash:
+      j->gap = e.p[0], j->rotor += e.p[1], j->compliance += e.p[2];
+      break;
+    case StandId::kJointOffset:
+      j->offset = e.p[0];
+      break;
+    default:
+      add_friction(e, j);
   }
 }
 
 void add_joint_sensor(const StandEffect& e, JointTerms* j) {
   switch (e.id) {
-    case StandId::kEffortBias: j->effort_bias = e.p[0]; break;
-    case StandId::kEffortScale: j->effort_scale = e.p[0]; break;
-    case StandId::kEffortDelay: j->effort_delay = e.p[0]; break;
-    case StandId::kVelocityBias: j->velocity_bias = e.p[0]; break;
-    case StandId::kVelocityScale: j->velocity_scale = e.p[0]; break;
-    case StandId::kVelocityDelay: j->velocity_delay = e.p[0]; break;
-    case StandId::kPositionBias: j->position_bias = e.p[0]; break;
-    case StandId::kPositionScale: j->position_scale = e.p[0]; break;
-    default: j->position_delay = e.p[0];
+    case StandId::kEffortBias:
+      j->effort_bias = e.p[0];
+      break;
+    case StandId::kEffortScale:
+      j->effort_scale = e.p[0];
+      break;
+    case StandId::kEffortDelay:
+      j->effort_delay = e.p[0];
+      break;
+    case StandId::kVelocityBias:
+      j->velocity_bias = e.p[0];
+      break;
+    case StandId::kVelocityScale:
+      j->velocity_scale = e.p[0];
+      break;
+    case StandId::kVelocityDelay:
+      j->velocity_delay = e.p[0];
+      break;
+    case StandId::kPositionBias:
+      j->position_bias = e.p[0];
+      break;
+    case StandId::kPositionScale:
+      j->position_scale = e.p[0];
+      break;
+    default:
+      j->position_delay = e.p[0];
   }
 }
 
@@ -71,12 +117,23 @@ void add_wrench(const StandEffect& e, size_t feet, std::vector<WrenchTerms>* wre
     if (e.id == StandId::kWrenchMisalignment) w.rpy[i] = get3(e.p);
   }
   switch (e.id) {
-    case StandId::kForceBias: w.force_bias = get3(e.p); break;
-    case StandId::kTorqueBias: w.torque_bias = get3(e.p); break;
-    case StandId::kForceScale: w.force_scale = e.p[0]; break;
-    case StandId::kTorqueScale: w.torque_scale = e.p[0]; break;
-    case StandId::kWrenchSkew: w.skew = e.p[0]; break;
-    default: break;
+    case StandId::kForceBias:
+      w.force_bias = get3(e.p);
+      break;
+    case StandId::kTorqueBias:
+      w.torque_bias = get3(e.p);
+      break;
+    case StandId::kForceScale:
+      w.force_scale = e.p[0];
+      break;
+    case StandId::kTorqueScale:
+      w.torque_scale = e.p[0];
+      break;
+    case StandId::kWrenchSkew:
+      w.skew = e.p[0];
+      break;
+    default:
+      break;
   }
 }
 
@@ -87,12 +144,23 @@ void add_imu(const StandEffect& e, ImuTerms* imu) {
     if (e.id == StandId::kImuMisalignment) imu->rpy[i] = get3(e.p);
   }
   switch (e.id) {
-    case StandId::kGyroBias: imu->gyro_bias = get3(e.p); break;
-    case StandId::kAccelerometerBias: imu->accelerometer_bias = get3(e.p); break;
-    case StandId::kGyroScale: imu->gyro_scale = e.p[0]; break;
-    case StandId::kAccelerometerScale: imu->accelerometer_scale = e.p[0]; break;
-    case StandId::kImuSkew: imu->skew = e.p[0]; break;
-    default: break;
+    case StandId::kGyroBias:
+      imu->gyro_bias = get3(e.p);
+      break;
+    case StandId::kAccelerometerBias:
+      imu->accelerometer_bias = get3(e.p);
+      break;
+    case StandId::kGyroScale:
+      imu->gyro_scale = e.p[0];
+      break;
+    case StandId::kAccelerometerScale:
+      imu->accelerometer_scale = e.p[0];
+      break;
+    case StandId::kImuSkew:
+      imu->skew = e.p[0];
+      break;
+    default:
+      break;
   }
 }
 
