@@ -158,13 +158,16 @@ void add_limbs(std::vector<Curve>& curves, const RobotPlan& robot, double size, 
   }
 }
 
+bool has_ankle_rolls(const RobotPlan& robot) { return find_role(robot, "left_ankle_roll") >= 0; }
+
 std::vector<Curve> biped_curves(const RobotPlan& robot, const std::string& kind, Prng& r) {
   std::vector<Curve> curves(static_cast<std::size_t>(joint_count(robot)), [](double) { return Point{}; });
   if (kind == "release") return curves;
   if (kind == "squat") add_squat(curves, robot, sum_of_sines(0.2, 0.15, 0.6, 3, r));
+  const bool rolls = has_ankle_rolls(robot);  // else soles stand on their edges as soon as hips roll
   if (kind == "spread") add_both(curves, robot, "hip_roll", sum_of_sines(0.035, 0.15, 0.8, 3, r), true);
   if (kind == "limbs") add_limbs(curves, robot, 1.0, r);
-  if (kind == "sway" || kind == "squat") {
+  if (rolls && (kind == "sway" || kind == "squat")) {
     const Curve roll = sum_of_sines(kind == "sway" ? 0.05 : 0.03, 0.15, 0.7, 3, r);
     add_both(curves, robot, "hip_roll", roll, false);
     add_both(curves, robot, "ankle_roll", scaled(roll, -1), false);
@@ -214,7 +217,8 @@ Commands make_commands(const RobotPlan& robot, const std::string& kind, const st
 std::vector<std::string> draw_motion_kinds(const RobotPlan& robot, Prng& random) {
   if (robot.floating) {
     const std::string last = random.chance(0.5) ? "limbs" : "squat";
-    return {"sway", "squat", random.chance(0.5) ? "release" : "spread", "sway", last};
+    const bool spreads = random.chance(0.5) && has_ankle_rolls(robot);
+    return {"sway", "squat", spreads ? "spread" : "release", "sway", last};
   }
   std::vector<std::string> kinds{"multisine", "multisine", "trapezoid", "slow", "step"};
   random.shuffle(kinds);

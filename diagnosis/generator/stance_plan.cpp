@@ -55,12 +55,13 @@ void name_leg(RobotPlan* robot, int foot, const std::string& side) {
     joint_of(*robot, link).sense = sense;
   }
   const auto& [roll, pitch, yaw, other] = around;
-  if (roll.size() != 2 || pitch.size() != 3 || !other.empty()) {
+  if (roll.empty() || roll.size() > 2 || pitch.size() != 3 || !other.empty()) {
     throw std::runtime_error(robot->name + ": a leg is not of hip, knee and ankle");
   }
   const char* names[] = {"hip_pitch", "knee", "ankle_pitch"};
   for (std::size_t i = 0; i < 3; ++i) joint_of(*robot, pitch[i]).role = side + names[i];
-  joint_of(*robot, roll[0]).role = side + "hip_roll", joint_of(*robot, roll[1]).role = side + "ankle_roll";
+  joint_of(*robot, roll[0]).role = side + "hip_roll";
+  if (roll.size() > 1) joint_of(*robot, roll[1]).role = side + "ankle_roll";
   for (int link : yaw) joint_of(*robot, link).role = side + "hip_yaw";
 }
 
@@ -91,7 +92,7 @@ FootPlan make_foot(const RobotPlan& robot, int link, const std::vector<Vector3d>
   }
   const Vector3d size = high - low;
   if (points.empty() || std::min(size.x(), size.y()) < 0.02) {
-    throw std::runtime_error(robot.name + ": no flat sole of boxes or spheres");
+    throw std::runtime_error(robot.name + ": no flat sole of boxes, spheres or meshes");
   }
   FootPlan foot;
   foot.link = link, foot.wrench = robot.links[static_cast<std::size_t>(link)].name + "_ft";

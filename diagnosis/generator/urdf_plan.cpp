@@ -8,7 +8,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/robot/mesh.h"
 #include "diagnosis/generator/robot_parts.h"
+#include "servers/model_parser/mesh_path.h"
 
 namespace hrp::cases {
 namespace {
@@ -54,8 +56,18 @@ void set_inertia(const Moments& moments, LinkPlan* link) {
   link->box = {0.05, 0.05, 0.05};
 }
 
-// Corners of boxes, lowest points of spheres.
-void add_points(const urdf::Link& link, const Eigen::Isometry3d& X, std::vector<Eigen::Vector3d>* points) {
+// A mesh that is not there has no points.
+void add_mesh(const urdf::Mesh& mesh, const std::string& urdf_path, const Eigen::Isometry3d& X,
+              std::vector<Eigen::Vector3d>* points) {
+  const std::string path = find_mesh(mesh.filename, urdf_path);
+  if (path.empty()) return;
+  const Eigen::Vector3d scale(mesh.scale.x, mesh.scale.y, mesh.scale.z);
+  for (const Eigen::Vector3d& v : load_mesh(path, scale).vertices) points->push_back(X * v);
+}
+
+// Corners of boxes, lowest points of spheres, vertices of meshes.
+void add_points(const urdf::Link& link, const std::string& urdf_path, const Eigen::Isometry3d& X,
+                std::vector<Eigen::Vector3d>* points) {
   for (const auto& shape : link.collision_array) {
     const Eigen::Isometry3d X_G = X * make_pose(shape->origin);
     if (const auto box = std::dynamic_pointer_cast<urdf::Box>(shape->geometry)) {
@@ -68,16 +80,26 @@ void add_points(const urdf::Link& link, const Eigen::Isometry3d& X, std::vector<
     if (const auto ball = std::dynamic_pointer_cast<urdf::Sphere>(shape->geometry)) {
       points->push_back(X_G.translation() - Eigen::Vector3d(0, 0, ball->radius));
     }
+    if (const auto mesh = std::dynamic_pointer_cast<urdf::Mesh>(shape->geometry)) {
+      add_mesh(*mesh, urdf_path, X_G, points);
+    }
   }
 }
 
-// What robots look like is of no use here, and a frequent cause of warnings.
+// What robots look like is of no use here, and a frequent cause of warnings. <visualize> is another thing.
 std::string without_visuals(std::string text) {
   const std::string open = "<visual", close = "</visual>";
-  for (std::size_t begin; (begin = text.find(open)) != std::string::npos;) {
-    const std::size_t end = text.find(close, begin);
-    if (end == std::string::npos) break;
-    text.erase(begin, end + close.size() - begin);
+  std::size_t begin = 0;
+  while ((begin = text.find(open, begin)) != std::string::npos) {
+    const std::size_t after = begin + open.size(), tag = text.find('>', after);
+    if (tag == std::string::npos) break;
+    if (std::string(" \t\r\n/>").find(text[after]) == std::string::npos) {
+      begin = after;
+      continue;
+    }
+    const std::size_t end = text[tag - 1] == '/' ? tag + 1 : text.find(close, tag) + close.size();
+    if (end < tag) break;  // no closing tag
+    text.erase(begin, end - begin);
   }
   return text;
 }
@@ -89,7 +111,8 @@ bool turns(const urdf::Joint& joint) {
 // The link `at` index of the plan, with everything that is fixed to it; then the links beyond turning joints.
 class Builder {
  public:
-  Builder(RobotPlan* robot, SolePoints* points) : robot_(robot), points_(points) {}
+  Builder(RobotPlan* robot, const std::string& urdf_path, SolePoints* points)
+      : robot_(robot), urdf_path_(urdf_path), points_(points) {}
 
   void add(const urdf::Link& link, int index) {
     Moments moments;
@@ -115,7 +138,7 @@ class Builder {
   void merge(const urdf::Link& link, const Eigen::Isometry3d& X, Moments* moments,
              std::vector<std::pair<const urdf::Joint*, Eigen::Isometry3d>>* beyond) {
     add_link_inertia(link, X, moments);
-    if (points_) add_points(link, X, &(*points_)[static_cast<std::size_t>(at_)]);
+    if (points_) add_points(link, urdf_path_, X, &(*points_)[static_cast<std::size_t>(at_)]);
     for (const auto& child : link.child_links) {
       const urdf::Joint& joint = *child->parent_joint;
       const Eigen::Isometry3d X_J = X * make_pose(joint.parent_to_joint_origin_transform);
@@ -128,6 +151,7 @@ class Builder {
   }
 
   RobotPlan* robot_;
+  std::string urdf_path_;
   SolePoints* points_;
   int at_ = 0;  // link of the plan that is being merged
   std::map<const urdf::Joint*, const urdf::Link*> children_;
@@ -145,7 +169,7 @@ RobotPlan read_urdf_links(const std::string& urdf_path, SolePoints* points) {
   robot.name = model->getName();
   robot.links.push_back({});
   robot.links[0].name = model->getRoot()->name;
-  Builder(&robot, points).add(*model->getRoot(), 0);
+  Builder(&robot, urdf_path, points).add(*model->getRoot(), 0);
   if (robot.links.size() < 3) throw std::runtime_error(urdf_path + ": fewer than two joints that turn");
   return robot;
 }

@@ -218,26 +218,21 @@ TEST(CaseGenerator, CasesDifferInRobotRateAndColumns) {
 }
 
 // A humanoid as somebody else might write it: axes of either sense, roll before pitch, hips turned about y and knees
-// turned back, feet on four small spheres, no names that say what a joint is for.
-std::string make_foreign_humanoid() {
+// turned back, no names that say what a joint is for.
+std::string make_foreign_humanoid(const std::string& soles, const std::string& ankle_roll) {
   const auto link = [](const std::string& name, double mass, const std::string& more) {
     return "<link name=\"" + name + "\"><inertial><origin xyz=\"0.01 0 -0.1\"/><mass value=\"" + std::to_string(mass) +
            "\"/><inertia ixx=\"0.02\" iyy=\"0.02\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>" + more +
            "</link>";
   };
   const auto joint = [](const std::string& parent, const std::string& child, const std::string& origin,
-                        const std::string& axis) {
-    return "<joint name=\"j" + child + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + child +
-           "\"/><origin " + origin + "/><axis xyz=\"" + axis +
+                        const std::string& axis, const std::string& type = "revolute") {
+    return "<joint name=\"j" + child + "\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" +
+           child + "\"/><origin " + origin + "/><axis xyz=\"" + axis +
            "\"/><limit lower=\"-2\" upper=\"2\" effort=\"100\" velocity=\"9\"/></joint>";
   };
   std::string out = "<robot name=\"foreign\">" + link("body", 12, "") + link("chest", 15, "") +
                     joint("body", "chest", "xyz=\"0 0 0.2\"", "0 0 -1");
-  std::string soles;
-  for (const char* at : {"0.12 0.04 -0.05", "0.12 -0.04 -0.05", "-0.06 0.04 -0.05", "-0.06 -0.04 -0.05"}) {
-    soles += "<collision><origin xyz=\"" + std::string(at) +
-             "\"/><geometry><sphere radius=\"0.005\"/></geometry></collision>";
-  }
   for (const std::string side : {"0", "1"}) {
     const std::string y = side == "0" ? "0.1" : "-0.1", turn = side == "0" ? "1" : "-1";
     const auto name = [&](const char* part) { return part + side; };
@@ -248,16 +243,41 @@ std::string make_foreign_humanoid() {
            joint(name("b"), name("c"), "xyz=\"0 0 0\" rpy=\"0 -0.2 0\"", "0 " + turn + " 0") +
            joint(name("c"), name("d"), "xyz=\"0 0 -0.3\" rpy=\"0 0.2 0\"", "0 -1 0") +
            joint(name("d"), name("e"), "xyz=\"0 0 -0.3\"", "0 " + turn + " 0") +
-           joint(name("e"), name("f"), "xyz=\"0 0 -0.02\"", "1 0 0");
+           joint(name("e"), name("f"), "xyz=\"0 0 -0.02\"", "1 0 0", ankle_roll);
   }
   return out + "</robot>";
 }
 
-RobotPlan stand_foreign_humanoid() {
+std::string make_spheres() {
+  std::string soles;
+  for (const char* at : {"0.12 0.04 -0.05", "0.12 -0.04 -0.05", "-0.06 0.04 -0.05", "-0.06 -0.04 -0.05"}) {
+    soles += "<collision><origin xyz=\"" + std::string(at) +
+             "\"/><geometry><sphere radius=\"0.005\"/></geometry></collision>";
+  }
+  return soles;
+}
+
+RobotPlan stand_humanoid(const std::string& urdf) {
   const auto path = std::filesystem::temp_directory_path() / "hrp_foreign_humanoid.urdf";
-  std::ofstream(path) << make_foreign_humanoid();
+  std::ofstream(path) << urdf;
   Prng random(3);
   return make_standing_robot(path.string(), random);
+}
+
+RobotPlan stand_foreign_humanoid() { return stand_humanoid(make_foreign_humanoid(make_spheres(), "revolute")); }
+
+// Two triangles in millimetres, as meshes often are.
+std::string make_mesh_sole() {
+  const auto path = std::filesystem::temp_directory_path() / "hrp_foreign_sole.stl";
+  std::ofstream file(path);
+  file << "solid sole\n";
+  for (const char* last : {"120 -40 -55", "-60 40 -55"}) {
+    file << "facet normal 0 0 -1\nouter loop\nvertex 120 40 -55\nvertex " << last
+         << "\nvertex -60 -40 -55\nendloop\nendfacet\n";
+  }
+  file << "endsolid sole\n";
+  return "<collision><geometry><mesh filename=\"" + path.filename().string() +
+         "\" scale=\"0.001 0.001 0.001\"/></geometry></collision>";
 }
 
 TEST(CaseGenerator, AHumanoidOfAUrdfStandsOnLevelSolesUnderItsCentreOfMass) {
@@ -279,6 +299,23 @@ TEST(CaseGenerator, AHumanoidOfAUrdfStandsOnLevelSolesUnderItsCentreOfMass) {
     EXPECT_NEAR(sole.z(), -robot.base_position[2], 2e-4);
     EXPECT_NEAR(sole.x(), ahead / mass, 1e-3);
     EXPECT_NEAR(foot.size[0], 0.18, 1e-6);
+  }
+}
+
+TEST(CaseGenerator, AHumanoidMayStandOnMeshesWithoutAnkleRolls) {
+  std::string urdf = make_foreign_humanoid(make_mesh_sole(), "fixed");
+  urdf.replace(urdf.rfind("</robot>"), 8, "<gazebo><sensor><visualize>true</visualize></sensor></gazebo></robot>");
+  const RobotPlan robot = stand_humanoid(urdf);
+  ASSERT_EQ(robot.feet.size(), 2u);
+  for (const FootPlan& foot : robot.feet) {
+    EXPECT_NEAR(foot.size[0], 0.18, 1e-6);
+    EXPECT_NEAR(foot.size[1], 0.08, 1e-6);
+  }
+  EXPECT_EQ(find_role(robot, "left_ankle_roll"), -1);
+  Prng random(5);
+  const Commands swaying = make_commands(robot, "sway", {0.0, 1.0, 2.0}, random);
+  for (double q : swaying.position[static_cast<std::size_t>(find_role(robot, "left_hip_roll"))]) {
+    EXPECT_EQ(q, joint(robot, find_role(robot, "left_hip_roll")).start) << "a hip that rolls lifts the sole's edge";
   }
 }
 
