@@ -217,6 +217,11 @@ Evaluation thin_out(const Evaluation& evaluation, size_t channels) {
   return out;
 }
 
+double find_student(double normal, double degrees) {
+  const double n = std::max(4.0, degrees), z = normal * (8 * n + 3) / (8 * n + 1);
+  return std::sqrt(n * (std::exp(z * z / n) - 1));
+}
+
 Eigen::Vector2d find_tilting(const StandProblem& p) {
   Eigen::Vector2d sum(0, 0);
   double count = 0;

@@ -69,14 +69,11 @@ bool StandSearcher::is_explained() const {
   return true;
 }
 
-// So many deviations of a normal distribution where the deviation itself is known from so many independent stretches
-// only: Student's t by Wallace's approximation, good to 1 % from four stretches on.
 double StandSearcher::find_deviations(double normal) const {
   double stretches = 0;
   for (size_t r : judge_.train())
     stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kStretch;
-  const double n = std::max(4.0, stretches - 1), z = normal * (8 * n + 3) / (8 * n + 1);
-  return std::sqrt(n * (std::exp(z * z / n) - 1));
+  return find_student(normal, stretches - 1);
 }
 
 bool StandSearcher::is_significant(const StandFit& fit) const {

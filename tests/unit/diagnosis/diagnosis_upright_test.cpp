@@ -189,6 +189,14 @@ TEST(StandingIntervals, OfAStiffnessHoldItWhateverTheGroundGives) {
   }
 }
 
+// Tables of Student's t for 95 and 99.9 %.
+TEST(StandingIntervals, AreWiderWhereFewStretchesTellTheDeviation) {
+  EXPECT_NEAR(find_student(1.960, 4), 2.776, 0.03);
+  EXPECT_NEAR(find_student(1.960, 20), 2.086, 0.01);
+  EXPECT_NEAR(find_student(3.291, 10), 4.587, 0.03);
+  EXPECT_NEAR(find_student(1.960, 1e4), 1.960, 1e-3);
+}
+
 // The same ground gives more about the long edge of a sole: its lever is shorter.
 TEST(StandingIntervals, AreWiderAboutTheLongEdgeOfASole) {
   const StandFoot foot = make_soles(0.24, 0.12).feet[0];

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Standing robots: what the whole search names, of a trunk on one foot that stands still and swings its arms.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "diagnosis/upright/channels.h"
+#include "diagnosis/upright/search.h"
+
+namespace hrp::diagnosis::upright {
+namespace {
+
+constexpr int kSamples = 400;
+constexpr double kStep = 0.03, kNoise = 0.01;  // [s], [N m] of an effort
+
+// What a drive lacks: of its joint's position [rad] and velocity [rad/s], of time [s] and of the recording.
+using Missing = std::function<double(double, double, double, size_t)>;
+
+struct Arm {
+  double reach[3];  // [rad] by recording
+  Missing missing;
+};
+
+class Stander {
+ public:
+  explicit Stander(const std::vector<Arm>& arms) : arms_(arms) {
+    std::mt19937 random(17);
+    p_.even = make(&random), p_.odd = make(&random), p_.all = p_.even;
+    for (size_t r = 0; r < 3; ++r) {
+      const StandRecording &even = p_.even.recordings[r], &odd = p_.odd.recordings[r];
+      for (size_t i = 0; i < 6; ++i) p_.all.recordings[r].wrench[i] = average(even.wrench[i], odd.wrench[i]);
+      for (size_t j = 1; j < even.effort.size(); ++j) {
+        p_.all.recordings[r].effort[j] = average(even.effort[j], odd.effort[j]);
+      }
+    }
+    p_.wide_even = p_.even, p_.wide_odd = p_.odd;
+  }
+
+  StandOutcome search() const { return search_standing(p_, 1, {}); }
+
+ private:
+  static Series average(const Series& a, const Series& b) {
+    Series out = a;
+    for (size_t k = 0; k < a.value.size(); ++k) out.value[k] = 0.5 * (a.value[k] + b.value[k]);
+    return out;
+  }
+
+  static Series constant(double value) {
+    return {std::vector<double>(kSamples, value), std::vector<double>(kSamples, 0.0),
+            std::vector<double>(kSamples, 0.0)};
+  }
+
+  static LinkSpec make_link(const std::string& name, int parent, double mass) {
+    LinkSpec link;
+    link.name = name, link.parent = parent, link.joint.name = name, link.joint.axis_F = Vector3d::UnitY();
+    link.inertia.mass = mass, link.inertia.I_LLcm_L = 0.08 * mass * Matrix3d::Identity();
+    return link;
+  }
+
+  StandProblem make(std::mt19937* random) const {
+    StandProblem p;
+    p.experiment = &experiment_, p.imu = "imu", p.imu_link = 0;
+    p.tree.links = {make_link("trunk", -1, 12), make_link("foot", 0, 1e-9)};
+    p.effort = {false};
+    p.feet.push_back({"foot", "foot_ft", 1});
+    for (size_t i = 0; i < arms_.size(); ++i) {
+      p.tree.links.push_back(make_link("arm_" + std::to_string(i), 0, 2)), p.effort.push_back(true);
+      p.tree.links.back().inertia.p_LLcm_L = {0, 0, -0.3};
+    }
+    p.command = p.velocity = std::vector<bool>(p.effort.size(), false), p.slack.assign(p.effort.size(), 0.1);
+    for (size_t r = 0; r < 3; ++r) {
+      p.recordings.push_back(move(r));
+      balance(r, &p, random);
+    }
+    return p;
+  }
+
+  // Wrenches and efforts that the motion asks for, and noise.
+  void balance(size_t recording, StandProblem* p, std::mt19937* random) const {
+    std::normal_distribution<double> normal;
+    StandRecording& r = p->recordings[recording];
+    const std::vector<double> rows = calc_channels(*p, {}, recording);
+    const size_t channels = list_channels(*p).size(), first = find_places(*p) + count_places(*p);
+    for (size_t k = 0; k < kSamples; ++k) {
+      for (size_t i = 0; i < 6; ++i) {
+        r.wrench[(i + 3) % 6].value[k] = rows[k * channels + first + i] + (i < 3 ? 0.03 : 0.3) * normal(*random);
+      }
+      for (size_t j = 1; j < r.effort.size(); ++j) {
+        const double q = r.position[j].value[k], v = r.position[j].rate[k];
+        r.effort[j].value[k] = arms_[j - 1].missing(q, v, r.time[k], recording) -
+                               rows[k * channels + find_drive(*p, j)] + std::sqrt(2.0) * kNoise * normal(*random);
+      }
+    }
+  }
+
+  StandRecording move(size_t recording) const {
+    StandRecording r;
+    r.train = recording < 2;
+    for (int k = 0; k < kSamples; ++k) r.time.push_back(kStep * k), r.samples.push_back(k);
+    r.grid = r.samples;
+    for (int i = 0; i < 3; ++i) r.gyro[i] = constant(0), r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
+    for (size_t i = 0; i < 4; ++i) r.attitude[i] = constant(i == 0 ? 1 : 0);
+    r.wrench.assign(6, constant(0)), r.position = {constant(0)}, r.effort = {Series{}};
+    for (const Arm& arm : arms_) {
+      Series q = constant(0);
+      for (size_t k = 0; k < q.value.size(); ++k) {
+        const double w = 1.1 + 0.3 * static_cast<double>(recording), size = 0.5 * arm.reach[recording];
+        for (const double rate : {w, 2.7 * w}) {
+          const double angle = rate * r.time[k];
+          q.value[k] += size * std::sin(angle), q.rate[k] += size * rate * std::cos(angle);
+          q.second[k] -= size * rate * rate * std::sin(angle);
+        }
+      }
+      r.position.push_back(q), r.effort.push_back(constant(0));
+    }
+    r.command = r.velocity = std::vector<Series>(r.position.size());
+    return r;
+  }
+
+  std::vector<Arm> arms_;
+  Experiment experiment_;
+  StandProblems p_;
+};
+
+bool is_named(const StandOutcome& o, StandId id, int joint) {
+  const StandHypothesis& h = o.chosen.hypothesis;
+  return std::any_of(h.begin(), h.end(), [&](const StandEffect& e) { return e.id == id && e.place == joint; });
+}
+
+// Pushed by somebody: neither repeats nor follows the arm.
+double push(double t, size_t recording) {
+  const double r = static_cast<double>(recording);
+  return std::sin((1.9 + r) * t + r) + std::sin((3.1 - 0.4 * r) * t) + std::sin(0.7 * (1 + r) * t * t / 6);
+}
+
+TEST(StandingSearch, NamesFrictionBesideASpringThatLeaveNoise) {
+  const auto law = [](double q, double v, double, size_t) { return 10 * (v > 0 ? 1.0 : -1.0) + 20 * q; };
+  const StandOutcome o = Stander({{{0.5, 0.5, 0.5}, law}}).search();
+  EXPECT_TRUE(o.explained);
+  EXPECT_TRUE(is_named(o, StandId::kCoulomb, 1));
+  EXPECT_TRUE(is_named(o, StandId::kSpring, 1));
+}
+
+// The same with a push of ten noise deviations: a ten thousandth of the power that was missing.
+TEST(StandingSearch, SeveralEffectsInOneJointMustLeaveNoise) {
+  const auto law = [](double q, double v, double t, size_t r) {
+    return 10 * (v > 0 ? 1.0 : -1.0) + 20 * q + 0.08 * push(t, r);
+  };
+  const StandOutcome o = Stander({{{0.5, 0.5, 0.5}, law}}).search();
+  EXPECT_TRUE(o.bent);
+  EXPECT_FALSE(o.explained);
+}
+
+// One arm moves in training only, the other is pushed, which nothing explains.
+TEST(StandingSearch, NamesWhatOnlyTrainingShowsBesideSomethingUnexplainedElsewhere) {
+  const auto viscous = [](double, double v, double, size_t) { return 2 * v; };
+  const auto pushed = [](double, double, double t, size_t r) { return 0.1 * push(t, r); };
+  const StandOutcome o = Stander({{{0.5, 0.5, 0.0}, viscous}, {{0.3, 0.3, 0.3}, pushed}}).search();
+  EXPECT_FALSE(o.explained);
+  EXPECT_TRUE(is_named(o, StandId::kViscous, 1));
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::upright
