@@ -73,8 +73,8 @@ class StandJudge {
 StandProblem make_coarse(StandProblem problem);
 Evaluation thin_out(const Evaluation& evaluation, size_t channels);
 
-// So many deviations of a normal distribution, where the deviation itself is known from so many independent errors only:
-// Student's t by Wallace's approximation, good to 1 % from four on.
+// So many deviations of a normal distribution, where the deviation itself is known from so many independent errors
+// only: Student's t by Wallace's approximation, good to 1 % from four on.
 double find_student(double normal, double degrees);
 
 // Deviation of feet's roll and pitch [rad]: their moments (rms) times what ground and sole may give, evenly up to most.
