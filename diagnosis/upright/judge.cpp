@@ -13,7 +13,11 @@ constexpr double kFew = 8;  // samples
 constexpr double kLeastNoise = 0.25;
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is held against two attitudes
 constexpr double kLeadingOrder =
-    2;                       // times an error that is known to its leading order, and the same in all recordings
+    2;  // times an error that is known to its leading order, and the same in all recordings
+constexpr double kLeastShared = 0.25;  // square of what is worth telling, in squares of the noise
+// Of a product's sum over the root of its squares' sum: products of two independent errors are as often negative, so
+// that this is exceeded with a probability below exp(-4.75^2 / 2), in one equation of 80 of one robot of a thousand.
+constexpr double kNoChance = 4.75;
 constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
@@ -126,6 +130,26 @@ void StandJudge::set_reference(const std::vector<double>& noise) {
     reference_[c] = std::min(reference_[c], noise[c]);
     sigma_[c] = std::max(sigma_[c], std::sqrt(reference_[c]));  // third differences of few samples may be none
   }
+}
+
+std::vector<double> StandJudge::find_shared(const Evaluation& even, const Evaluation& odd) const {
+  std::vector<double> out(channels_.size(), 0.0);
+  for (size_t c = 0; c < channels_.size() && !problem_->held; ++c) {
+    if (channels_[c].kind == "gravity") continue;  // one number a recording
+    const double square = sigma_[c] * sigma_[c], floor = find_floor(*problem_, channels_[c]);
+    const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / square;
+    double sum = 0, squares = 0, count = 0;
+    for (size_t r = 0; r < even.size(); ++r) {
+      for (size_t k = c; k < even[r].residuals.size(); k += channels_.size()) {
+        const double a = even[r].residuals[k], b = odd[r].residuals[k];
+        if (a == 0 || b == 0) continue;
+        const double product = a * b / square - granted;
+        sum += product, squares += product * product, ++count;
+      }
+    }
+    if (sum > kLeastShared * count && sum > kNoChance * std::sqrt(squares)) out[c] = std::sqrt(sum / count);
+  }
+  return out;
 }
 
 std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const Evaluation& odd) const {

@@ -82,18 +82,22 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
   const Evaluation left = evaluate(p, o.chosen.hypothesis);
   std::vector<size_t> order(o.channels.size());
   for (size_t c = 0; c < order.size(); ++c) order[c] = c;
-  std::vector<double> rms = o.chosen.channel_rms;
-  for (size_t c = 0; c < rms.size(); ++c) rms[c] = std::max(rms[c], o.chosen.train_rms[c]);
+  std::vector<double> rms = o.shared;
+  for (size_t c = 0; o.shared.empty() && c < order.size(); ++c) {
+    rms.push_back(std::max(o.chosen.channel_rms[c], o.chosen.train_rms[c]));
+  }
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return rms[a] > rms[b]; });
   std::vector<Json> places;
   for (size_t c : order) {
     const Json where = make_where(o.channels[c]);
-    if (places.size() >= 3 || (!places.empty() && (rms[c] < 2 || rms[c] < 0.5 * rms[order[0]]))) break;
+    const bool loud = o.shared.empty() ? rms[c] >= 2 : rms[c] > 0;
+    if (places.size() >= 3 || (!places.empty() && (!loud || rms[c] < 0.5 * rms[order[0]]))) break;
     if (std::find(places.begin(), places.end(), where) != places.end()) continue;
     places.push_back(where);
     std::string statement = "What is left at " + where.begin().value().get<std::string>() +
                             " (equation: " + o.channels[c].kind + ") is up to " + number(rms[c], 2) +
                             " times its noise; no known effect explains it.";
+    if (!o.shared.empty()) statement += " It hardly shows, but even and odd samples have it in common.";
     if (o.opposite) {
       statement += " Two drives lack equal or opposite efforts, as if something coupled them.";
     } else if (o.coupled) {
@@ -188,7 +192,8 @@ Json make_fit(const StandProblem& p, const StandOutcome& o) {
 void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
   const Evaluation nominal = evaluate(p, {});
   for (size_t c = 0; c < o.channels.size(); ++c) {
-    for (size_t r = 0; o.nominal.channel_rms[c] >= 2 && r < p.recordings.size(); ++r) {
+    const bool shared = !o.shared.empty() && o.shared[c] > 0;
+    for (size_t r = 0; (shared || o.nominal.channel_rms[c] >= 2) && r < p.recordings.size(); ++r) {
       const StandRecording& recording = p.recordings[r];
       double sum = 0, count = 0, begin = -1, end = -1;
       Json intervals = Json::array();
@@ -205,7 +210,7 @@ void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
       }
       if (begin >= 0) intervals.push_back({begin, end});
       const double score = std::sqrt(sum / count);
-      if (score < 2) continue;
+      if (!shared && score < 2) continue;
       out->push_back({{"signal", o.channels[c].signal},
                       {"recording", recording.file},
                       {"score", score},

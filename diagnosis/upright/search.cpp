@@ -21,10 +21,18 @@ StandOutcome StandSearcher::run() {
   if (out_.explained) refuse_bundles();
   if (out_.explained) refuse_uneven_friction();
   if (!out_.explained) doubt();
+  if (!out_.mismatch) look_below_noise();
   find_twins();
   out_.sigma = judge_.sigma();
   out_.widening = find_deviations(kNinetyFive) / kNinetyFive;
   return std::move(out_);
+}
+
+// No equation stands out and nothing was found: what even and odd samples share all the same is there, and no effect of
+// the list is it.
+void StandSearcher::look_below_noise() {
+  out_.shared = judge_.find_shared(evaluate(problems_.even, {}), evaluate(problems_.odd, {}));
+  out_.mismatch = std::any_of(out_.shared.begin(), out_.shared.end(), [](double s) { return s > 0; });
 }
 
 bool StandSearcher::is_full() const { return out_.chosen.hypothesis.size() >= kMostEffects; }

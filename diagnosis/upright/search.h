@@ -19,6 +19,7 @@ struct StandOutcome {
   std::vector<Channel> channels;
   std::vector<double> sigma;  // of each channel
   StandFit nominal, chosen;
+  std::vector<double> shared;                   // [noise deviations] by channel what even and odd samples share
   double widening = 1;                          // of intervals, because so few stretches tell the deviations
   std::vector<std::vector<StandTrial>> rounds;  // by chosen effect, best first: what was tried in its place
   std::vector<std::vector<StandEffect>> twins;  // by chosen effect: what the data cannot tell from it

@@ -66,6 +66,7 @@ class StandSearcher {
   double find_deviations(double normal) const;
   bool is_significant(const StandFit& fit) const;
   void exchange_effects();
+  void look_below_noise();
   void find_twins();
   void doubt();
   bool is_consistent(size_t effect) const;

@@ -163,5 +163,21 @@ TEST(StandingSearch, NamesWhatOnlyTrainingShowsBesideSomethingUnexplainedElsewhe
   EXPECT_TRUE(is_named(o, StandId::kViscous, 1));
 }
 
+// A push of as much as the noise: no equation stands out, but even and odd samples both show it.
+TEST(StandingSearch, SeesWhatIsBelowTheNoiseAndNamesNoCauseForIt) {
+  const auto pushed = [](double, double, double t, size_t r) { return 0.01 * push(t, r); };
+  const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, pushed}}).search();
+  EXPECT_LT(*std::max_element(o.nominal.train_rms.begin(), o.nominal.train_rms.end()), kMismatch);
+  EXPECT_TRUE(o.mismatch);
+  EXPECT_TRUE(o.chosen.hypothesis.empty());
+  ASSERT_EQ(o.shared.size(), o.channels.size());
+  for (size_t c = 0; c < o.channels.size(); ++c) EXPECT_EQ(o.shared[c] > 0, o.channels[c].kind == "effort") << c;
+}
+
+TEST(StandingSearch, FindsNothingInNoise) {
+  const auto nothing = [](double, double, double, size_t) { return 0.0; };
+  EXPECT_FALSE(Stander({{{0.3, 0.3, 0.3}, nothing}}).search().mismatch);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::upright
