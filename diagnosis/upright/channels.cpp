@@ -55,12 +55,10 @@ class Calculator : StandMotion {
 
  private:
   // Where the ground presses on the sole: at an edge the foot may roll over it, and its tilt says nothing.
-  bool stands_flat(size_t foot) const {
-    const StandFoot& f = p_.feet[foot];
-    const Vector3d moment = torque_[foot] - f.sole.cross(force_[foot]);
-    const double fz = force_[foot].z();
-    return fz > load_ && std::abs(moment.y() / fz) < kInside * f.size.x() / 2 &&
-           std::abs(moment.x() / fz) < kInside * f.size.y() / 2;
+  bool presses_flat(const StandFoot& foot, const Vector3d& force, const Vector3d& torque) const {
+    const Vector3d moment = torque - foot.sole.cross(force);
+    return force.z() > load_ && std::abs(moment.y() / force.z()) < kInside * foot.size.x() / 2 &&
+           std::abs(moment.x() / force.z()) < kInside * foot.size.y() / 2;
   }
 
   // Tilt of a flat foot against the ground, less what its bush gives.
@@ -102,7 +100,7 @@ class Calculator : StandMotion {
     bool all_flat = true, slips = false;
     double worst = 0;
     for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
-      const bool flat = stands_flat(foot);
+      const bool flat = presses_flat(p_.feet[foot], force_[foot], torque_[foot]);
       all_flat = all_flat && flat;
       if (p_.feet[foot].kind == SoleKind::kFlat) add_tilt(foot, normal_W, flat);
       points.push_back(find_fixed_point(foot, dt));
@@ -157,13 +155,15 @@ class Calculator : StandMotion {
     for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // filled by add_turning and add_gravity
   }
 
-  // Whether a foot may stand elsewhere than at the sample before: between them one was lifted, or pushed along the
-  // ground nearly as hard as friction holds it.
+  // Whether a foot may stand elsewhere than at the sample before: between them one was lifted, stood on an edge of its
+  // sole, where it turns and creeps, or was pushed along the ground nearly as hard as friction holds it.
   bool may_have_moved(size_t k) const {
     for (auto i = static_cast<size_t>(r_.samples[k - 1]); i <= static_cast<size_t>(r_.samples[k]); ++i) {
       for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
         const auto read = [&](size_t axis) { return r_.wrench[6 * foot + axis].value[i]; };
-        if (read(2) < load_ || std::hypot(read(0), read(1)) > kNearly * friction_ * read(2)) return true;
+        const Vector3d force(read(0), read(1), read(2)), torque(read(3), read(4), read(5));
+        const bool slides = force.head<2>().norm() > kNearly * friction_ * force.z();
+        if (slides || !presses_flat(p_.feet[foot], force, torque)) return true;
       }
     }
     return false;
