@@ -241,6 +241,14 @@ void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* ou
   for (size_t i = 0; i < o.twins.size(); ++i) {
     for (const StandEffect& e : o.twins[i]) {
       const auto [kind, name] = find_place(p, e);
+      if (e.id == StandId::kBacklash && o.chosen.hypothesis[i].id == StandId::kJointOffset) {
+        out->push_back({{"effect", get_stand_info(e.id).effect},
+                        {"where", {{kind, name}}},
+                        {"why", "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
+                                    " rad apart would look like the offset"},
+                        {"motion_that_would_tell", "loads on the joint that change their sign"}});
+        continue;
+      }
       out->push_back({{"effect", get_stand_info(e.id).effect},
                       {"where", {{kind, name}}},
                       {"why", "explains the held-out recordings about as well as what is reported"},

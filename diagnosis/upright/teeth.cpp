@@ -36,6 +36,12 @@ Eigen::VectorXd find_means(const Eigen::MatrixXd& at, const Eigen::MatrixXd& slo
   return A.ldlt().solve(b);
 }
 
+std::vector<double> list_torques(const StandBase& base, size_t joint, size_t joints) {
+  std::vector<double> out;
+  for (size_t at = joint; at < base.states.size(); at += joints) out.push_back(base.states[at].torque);
+  return out;
+}
+
 }  // namespace
 
 std::vector<double> find_slack(const StandProblem& problem, const std::vector<StandBase>& nominal) {
@@ -43,11 +49,7 @@ std::vector<double> find_slack(const StandProblem& problem, const std::vector<St
   std::vector<double> out;
   for (size_t j = 0; j < joints; ++j) {
     std::vector<double> found;
-    for (const StandBase& base : nominal) {
-      std::vector<double> torque;
-      for (size_t at = j; at < base.states.size(); at += joints) torque.push_back(base.states[at].torque);
-      found.push_back(estimate_noise(torque));
-    }
+    for (const StandBase& base : nominal) found.push_back(estimate_noise(list_torques(base, j, joints)));
     std::sort(found.begin(), found.end());
     out.push_back(found.empty() ? 0 : kSure * found[found.size() / 2]);
   }
@@ -63,6 +65,17 @@ std::vector<int> find_sides(const std::vector<double>& torque, double slack) {
     if (side(before) == side(k) && side(after) == side(k)) out[k] = side(k);
   }
   return out;
+}
+
+bool may_be_teeth(const StandProblem& problem, const std::vector<StandBase>& evaluation, size_t joint, double offset) {
+  const int own = offset > 0 ? 1 : -1;
+  for (const StandBase& base : evaluation) {
+    const std::vector<double> torque = list_torques(base, joint, problem.effort.size());
+    const std::vector<int> sides = find_sides(torque, problem.slack[joint]);
+    const auto count = [&](int side) { return std::count(sides.begin(), sides.end(), side); };
+    if (count(own) == 0 || count(-own) > 0) return false;
+  }
+  return true;
 }
 
 std::vector<double> place_teeth(const TeethRows& rows, const std::vector<double>& noise, const std::vector<int>& sides,

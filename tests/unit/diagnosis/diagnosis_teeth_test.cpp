@@ -9,6 +9,7 @@
 #include "diagnosis/upright/channels.h"
 #include "diagnosis/upright/dependence.h"
 #include "diagnosis/upright/judge.h"
+#include "diagnosis/upright/layout.h"
 #include "diagnosis/upright/sole.h"
 #include "diagnosis/upright/teeth.h"
 
@@ -106,6 +107,20 @@ TEST(LooseTeeth, ThatATorqueHeldAreAsFarApartAsItSays) {
   EXPECT_EQ(gap.p[0], 0.01);
 }
 
+TEST(LooseTeeth, LookLikeAnOffsetWhereATorqueHoldsThemOnItsSideAllTheTime) {
+  StandProblem p;
+  p.effort = {true}, p.slack = {0.5};
+  const auto may_be = [&](const std::vector<double>& torques, double offset) {
+    StandBase base;
+    for (double torque : torques) base.states.push_back({0, 0, 0, 0, torque});
+    return may_be_teeth(p, {base}, 0, offset);
+  };
+  EXPECT_TRUE(may_be({2, 3, 2}, 0.01));
+  EXPECT_FALSE(may_be({2, 3, 2}, -0.01)) << "they give way to the torque";
+  EXPECT_FALSE(may_be({2, 3, 2, -2, -3, -2}, 0.01)) << "the link would have gone to the other side";
+  EXPECT_FALSE(may_be({0.1, 0.2, 0.1}, 0.01)) << "nothing held it";
+}
+
 // The attitude turns by up to 0.02 rad x 0.1 / 0.03 s; the gyroscope says nothing.
 TEST(StandingChannels, OfThinnedOutSamplesStillHoldTheGyroscopeAgainstTheAttitude) {
   const LooseAnkle robot(0);
@@ -116,6 +131,29 @@ TEST(StandingChannels, OfThinnedOutSamplesStillHoldTheGyroscopeAgainstTheAttitud
     for (size_t k = channels - 5; k < rows.size(); k += channels) most = std::max(most, std::abs(rows[k]));
     EXPECT_NEAR(most, 0.067, 0.007);  // of a mean over 0.3 s sin(0.5) / 0.5 = 0.96 is left, and it need not be a crest
   }
+}
+
+// A foot that stood on its edge for a third of a second, a tenth of a millimetre further forward since.
+TEST(StandingChannels, DoNotMissAFootWhereItStoodBeforeItStoodOnItsEdge) {
+  LooseAnkle robot(0);
+  StandProblem& p = robot.p;
+  StandRecording& r = p.recordings[0];
+  p.base_pose = true, p.feet[0].size = {0.2, 0.1, 0.02};
+  for (size_t i = 0; i < 4; ++i) {
+    r.base_attitude[i] = r.attitude[i];
+    if (i < 3) r.base_position[i] = r.gyro[i];  // zeros
+  }
+  const size_t channels = list_channels(p).size(), stand = find_places(p);
+  const auto find_most = [&] {
+    const std::vector<double> rows = calc_channels(p, {}, 0);
+    double most = 0;
+    for (size_t k = stand; k < rows.size(); k += channels) most = std::max(most, std::abs(rows[k]));
+    return most;
+  };
+  for (size_t k = 100; k < 200; ++k) r.base_position[0].value[k] = 1e-4;
+  EXPECT_NEAR(find_most(), 5e-5, 1e-6) << "half of it to both sides of its mean";
+  for (size_t k = 95; k < 105; ++k) r.wrench[4].value[k] = 0.095 * 12 * 9.81;
+  EXPECT_NEAR(find_most(), 0, 1e-9);
 }
 
 // A trunk on one ball foot, nothing recorded of the joint: six equations of balance, gyroscope, gravity.
