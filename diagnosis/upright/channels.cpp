@@ -37,6 +37,10 @@ class Calculator : StandMotion {
     remove_mean_places();
     add_turning();
     add_gravity();
+    for (size_t s = 0; s < known_samples_.size(); ++s) {
+      const auto row = out_.begin() + static_cast<long>(s * channels_);
+      if (!known_samples_[s]) std::fill(row, row + static_cast<long>(channels_), 0.0);
+    }
     if (base) base->residuals = out_, base->flat = flat_, base->ratios = ratios_;
     return std::move(out_);
   }
@@ -100,7 +104,7 @@ class Calculator : StandMotion {
     bool all_flat = true, slips = false;
     double worst = 0;
     for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
-      const bool flat = presses_flat(p_.feet[foot], force_[foot], torque_[foot]);
+      const bool flat = known_ && presses_flat(p_.feet[foot], force_[foot], torque_[foot]);
       all_flat = all_flat && flat;
       if (p_.feet[foot].kind == SoleKind::kFlat) add_tilt(foot, normal_W, flat);
       points.push_back(find_fixed_point(foot, dt));
@@ -142,6 +146,7 @@ class Calculator : StandMotion {
   }
 
   void add_sample(size_t k) {
+    known_samples_.push_back(known_);
     attitudes_.emplace_back(R_WI_), rates_.push_back(w_), turns_.push_back(dw_);
     add_feet(k);
     calc_inverse_dynamics(model_, vdot_, &wrenches_, &data_, &tau_);
@@ -259,7 +264,7 @@ class Calculator : StandMotion {
   std::vector<Vector3d> rolled_, gravity_;
   std::vector<Eigen::Quaterniond> attitudes_;
   std::vector<Vector3d> rates_, turns_, places_;
-  std::vector<char> flat_, slips_;
+  std::vector<char> known_samples_, flat_, slips_;
   std::vector<double> ratios_, out_;
   double load_ = 0, yaw_ = 0, friction_ = 0;  // [N], [rad], of the ground
   size_t channels_ = 0, last_ = 0;

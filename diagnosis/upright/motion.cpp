@@ -25,10 +25,12 @@ StandMotion::StandMotion(const StandProblem& problem, const StandHypothesis& hyp
       offsets_(std::move(offsets)) {}
 
 // A sensor's series at sample k, where its readings come late or its clock runs at another rate.
-double StandMotion::shifted(const Series& s, bool rate, size_t k, double delay, double skew) const {
+double StandMotion::shifted(const Series& s, bool rate, size_t k, double delay, double skew) {
   const std::vector<double>& values = rate ? s.rate : s.value;
   if (delay == 0 && skew == 0) return values[k];
-  return interpolate(r_.time, values, (r_.time[k] + delay) / (1 + skew), k);
+  const double t = (r_.time[k] + delay) / (1 + skew);
+  known_ = known_ && t >= r_.time.front() && t <= r_.time.back();
+  return interpolate(r_.time, values, t, k);
 }
 
 void StandMotion::read_imu(size_t k) {
@@ -79,6 +81,7 @@ void StandMotion::read_joints(size_t k, size_t sample) {
 
 void StandMotion::read_motion(size_t sample) {
   const auto k = static_cast<size_t>(r_.samples[sample]);
+  known_ = true;
   read_imu(k);
   read_joints(k, sample);
   find_base_motion();

@@ -30,13 +30,14 @@ class StandMotion {
   std::vector<Vector3d> force_, torque_;  // by foot, in the foot's axes
   Matrix3d R_WI_ = Matrix3d::Identity();
   Vector3d w_, dw_, f_;  // of the IMU in its axes: rate, its derivative, specific force
+  bool known_ = true;    // false where a late sensor's reading, or that of a wrong clock, is not in the recording
 
  private:
   void read_imu(size_t k);
   void read_joints(size_t k, size_t sample);
   void find_base_motion();
   void read_wrenches(size_t k);
-  double shifted(const Series& s, bool rate, size_t k, double delay, double skew) const;
+  double shifted(const Series& s, bool rate, size_t k, double delay, double skew);
 
   TeethOffsets offsets_;
 };
