@@ -21,16 +21,14 @@ constexpr double kNoChance = 4.75;
 constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
-// error of an attitude that was not recorded.
+// error of an attitude that was not recorded. Balance and efforts have none of that: IMU, encoders and force sensors
+// tell all of it in the robot's own axes.
 double find_floor(const StandProblem& p, const Channel& c) {
   const double tilt = p.attitude_error;
-  double weight = 0;
-  for (const LinkSpec& link : p.tree.links) weight += 9.81 * link.inertia.mass;
   if (c.kind == "tilt") return std::max(2e-5, tilt);
   if (c.kind == "gap") return std::max(5e-6, 0.3 * tilt);  // feet some 0.3 m apart
   if (c.kind == "stand" || c.kind == "base") return 1e-5;
-  if (c.kind == "balance") return std::max(0.02, weight * tilt);
-  if (c.kind == "effort") return std::max(2e-3, 0.3 * weight * tilt);
+  if (c.kind == "balance") return 0.02;
   if (c.kind == "gyro") return std::max(1e-4, std::sqrt(2) * tilt / kTurn);
   if (c.kind == "velocity") return 1e-4;
   return c.kind == "gravity" ? std::max(3e-3, 9.81 * tilt) : 2e-3;

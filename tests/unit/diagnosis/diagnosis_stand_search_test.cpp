@@ -8,6 +8,7 @@
 #include <random>
 
 #include "diagnosis/upright/channels.h"
+#include "diagnosis/upright/layout.h"
 #include "diagnosis/upright/search.h"
 
 namespace hrp::diagnosis::upright {
@@ -40,6 +41,7 @@ class Stander {
   }
 
   StandOutcome search() const { return search_standing(p_, 1, {}); }
+  StandProblem get_problem() const { return p_.all; }
 
  private:
   static Series average(const Series& a, const Series& b) {
@@ -172,6 +174,26 @@ TEST(StandingSearch, SeesWhatIsBelowTheNoiseAndNamesNoCauseForIt) {
   EXPECT_TRUE(o.chosen.hypothesis.empty());
   ASSERT_EQ(o.shared.size(), o.channels.size());
   for (size_t c = 0; c < o.channels.size(); ++c) EXPECT_EQ(o.shared[c] > 0, o.channels[c].kind == "effort") << c;
+}
+
+// An attitude that had to be found may err; what the robot's own sensors tell of its efforts does not depend on it.
+TEST(StandingChannels, OfEffortsAndBalanceStayAsTheyAreWhereTheAttitudeErrs) {
+  const auto viscous = [](double, double v, double, size_t) { return 2 * v; };
+  StandProblem p = Stander({{{0.5, 0.5, 0.5}, viscous}}).get_problem();
+  const std::vector<double> before = calc_channels(p, {}, 0);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.05, Vector3d(0.6, 0.8, 0)));
+  const double parts[] = {turn.w(), turn.x(), turn.y(), turn.z()};
+  for (size_t i = 0; i < 4; ++i)
+    std::fill(p.recordings[0].attitude[i].value.begin(), p.recordings[0].attitude[i].value.end(), parts[i]);
+  const std::vector<double> after = calc_channels(p, {}, 0);
+  const size_t channels = list_channels(p).size(), balance = find_places(p) + count_places(p);
+  const auto force = [&](const std::vector<double>& rows, size_t k) {
+    return std::hypot(rows[k + balance + 3], rows[k + balance + 4], rows[k + balance + 5]);
+  };
+  for (size_t k = 0; k < before.size(); k += channels) {
+    EXPECT_NEAR(before[k + find_drive(p, 1)], after[k + find_drive(p, 1)], 1e-9);
+    EXPECT_NEAR(force(before, k), force(after, k), 1e-9);
+  }
 }
 
 TEST(StandingSearch, FindsNothingInNoise) {
