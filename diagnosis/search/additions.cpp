@@ -13,11 +13,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kShare = 0.01;   // of a joint's effort, that a probe is about
-constexpr double kShift = 5e-4;   // [s]
-constexpr double kLever = 0.1;    // [m] of a probing mass
-constexpr double kStiff = 1e4;    // [N m/rad] no stiffer than steps can follow
-constexpr double kCoarser = 4.0;  // steps: differences need not be as exact as readings
+constexpr double kShare = 0.01;          // of a joint's effort, that a probe is about
+constexpr double kShift = 5e-4;          // [s]
+constexpr double kLever = 0.1;           // [m] of a probing mass
+constexpr double kStiff = 1e4;           // [N m/rad] no stiffer than steps can follow
+constexpr double kCoarser = 4.0;         // steps: differences need not be as exact as readings
+constexpr size_t kTrain = 2, kHeld = 1;  // recordings: enough to say what to try
 
 // An effect at one place: small steps of it, and its parameters from how much of each step the residual asks for.
 struct Probe {
@@ -251,8 +252,9 @@ class Ranker {
       : problem_(problem), fitted_(fitted), options_(problem.options) {
     if (std::none_of(fitted.begin(), fitted.end(), [](const Effect& e) { return sticks(e.id); }))
       options_.max_step *= kCoarser;
-    recordings_ = problem.train;
-    recordings_.insert(recordings_.end(), problem.validate.begin(), problem.validate.end());
+    take(problem.train, kTrain);
+    trained_ = recordings_.size();
+    take(problem.validate, kHeld);
   }
 
   std::vector<Addition> run() {
@@ -274,6 +276,15 @@ class Ranker {
   }
 
  private:
+  void take(const std::vector<int>& from, size_t most) {
+    recordings_.insert(recordings_.end(), from.begin(), from.begin() + static_cast<long>(std::min(most, from.size())));
+  }
+
+  // Of a sum over some recordings: what all of them would give.
+  static double scale_up(const std::vector<int>& all, size_t used) {
+    return used == 0 ? 0.0 : static_cast<double>(all.size()) / static_cast<double>(used);
+  }
+
   bool make_base() {
     const std::vector<Move> moves = list_moves(fitted_);
     bases_.resize(recordings_.size());
@@ -316,18 +327,18 @@ class Ranker {
         moved.push_back(probe.steps[i]);
         if (!calc_column(moved, 1.0, r, &columns[i])) return addition;
       }
-      add_products(bases_[r], columns, r < problem_.train.size() ? &train : &held);
+      add_products(bases_[r], columns, r < trained_ ? &train : &held);
     }
     const long before = static_cast<long>(bases_[0].columns.size());
     const long size = before + static_cast<long>(probe.steps.size());
     const Regression without = regress(train, before), with = regress(train, size);
     addition.start = probe.steps[0];
     if (!probe.make_start(with.x.tail(size - before), &addition.start.p)) return addition;
-    double gain = with.gain - without.gain;
+    double gain = scale_up(problem_.train, trained_) * (with.gain - without.gain);
     if (held.size() > 0) {
       const double helps = calc_drop(held, with.x) - calc_drop(held, without.x);
       if (helps < 0.0) return addition;
-      gain += helps;
+      gain += scale_up(problem_.validate, recordings_.size() - trained_) * helps;
     }
     addition.gain = gain;
     return addition;
@@ -337,6 +348,7 @@ class Ranker {
   const Hypothesis& fitted_;
   RolloutOptions options_;
   std::vector<int> recordings_;
+  size_t trained_ = 0;       // of them, the first
   std::vector<Base> bases_;  // by recording
 };
 

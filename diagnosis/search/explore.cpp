@@ -56,6 +56,13 @@ bool can_add(const Hypothesis& hypothesis, const Effect& added) {
 
 namespace {
 
+constexpr double kGearing[] = {25.0, 80.0, 250.0};  // [Hz] of rotors against their links
+
+// [N m/rad] that lets a rotor swing against its link at a frequency [Hz].
+double calc_stiffness(double rotor_inertia, double frequency) {
+  return rotor_inertia * std::pow(2.0 * M_PI * frequency, 2);
+}
+
 // Start values that a regression cannot give, because readings are no smooth function of them.
 std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo& info) {
   const std::string name = info.name;
@@ -69,7 +76,11 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
   if (name == "limit") return {0.75 * effect.p[0], effect.p[0], 1.3 * effect.p[0]};
   const bool gap = effect.id == EffectId::kBacklash;
   if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01, 0.03, 0.08};  // [rad] of gears
-  if (gap && name == "stiffness") return {1e3, 1e4};  // stiff beyond the gap, but no stiffer than steps can follow
+  if (gap && name == "stiffness") {
+    std::vector<double> values;
+    for (double frequency : kGearing) values.push_back(calc_stiffness(effect.p[3], frequency));
+    return values;
+  }
   if (gap && name == "rotor_inertia") return {0.2 * effect.p[3], effect.p[3], 3.0 * effect.p[3]};
   if (effect.id == EffectId::kElasticity && name == "stiffness")
     return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
@@ -135,6 +146,22 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
       if (can_add(lead.hypothesis, effect) && !contains(*list, effect)) list->push_back(effect);
     }
   }
+}
+
+// A rotor, one behind a transmission that gives, and one behind play look alike to a regression, which may find one and
+// miss the others.
+void add_twins(const Lead& lead, std::vector<Effect>* list) {
+  std::vector<Effect> twins;
+  for (const Effect& effect : *list) {
+    const double rotor = get_rotor(effect);
+    if (rotor <= 0.0) continue;
+    const double stiffness = calc_stiffness(rotor, kGearing[0]), damping = 0.002 * stiffness;
+    for (const Effect& twin : {Effect{EffectId::kElasticity, effect.place, {stiffness, damping, rotor}},
+                               Effect{EffectId::kBacklash, effect.place, {0.01, stiffness, damping, rotor}}}) {
+      if (!contains(*list, twin) && !contains(twins, twin) && can_add(lead.hypothesis, twin)) twins.push_back(twin);
+    }
+  }
+  list->insert(list->end(), twins.begin(), twins.end());
 }
 
 // Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
@@ -260,6 +287,7 @@ std::vector<Effect> Explorer::list_starts(Problem& p, const Lead& lead, size_t c
   }
   if (!lead.hypothesis.empty()) add_unseen(lead, &list);
   add_rate_faults(p, lead, &list);
+  add_twins(lead, &list);
   list.erase(std::remove_if(list.begin(), list.end(), is_quiet), list.end());
   return list;
 }

@@ -47,6 +47,19 @@ bool is_dry(EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kS
 
 bool sticks(EffectId id) { return is_dry(id) || id == EffectId::kLoadFriction; }
 
+double get_rotor(const Effect& effect) {
+  switch (effect.id) {
+    case EffectId::kRotorInertia:
+      return effect.p[0];
+    case EffectId::kElasticity:
+      return effect.p[2];
+    case EffectId::kBacklash:
+      return effect.p[3];
+    default:
+      return 0.0;
+  }
+}
+
 bool is_smooth(const Hypothesis& hypothesis) {
   return std::none_of(hypothesis.begin(), hypothesis.end(), [](const Effect& effect) {
     switch (effect.id) {

@@ -19,6 +19,9 @@ bool is_dry(EffectId id);
 // Dry friction, also in proportion to the load: readings are a jagged function of it, and coarse steps miss it.
 bool sticks(EffectId id);
 
+// [kg m^2] of a rotor, also behind a transmission; 0 for other effects.
+double get_rotor(const Effect& effect);
+
 // Without friction, memory, play or limits.
 bool is_smooth(const Hypothesis& hypothesis);
 

@@ -11,6 +11,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kDetail = 0.1;     // of the noise's power, that counts as none
+constexpr double kBent = 3.0;       // above the noise, of recordings not fitted to over the others
 constexpr double kSurprise = 20.0;  // price of a factor of e
 constexpr double kEffectPrice = 60.0, kParameterPrice = 15.0;
 constexpr double kDetailPrice = 0.004;  // of an effect, a reading: what the details of laws can give
@@ -21,6 +22,12 @@ constexpr double kLeastDearer = 30.0;   // a parameter more
 double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
 
 double count_readings(const Trial& t) { return t.train.count + t.validate.count; }
+
+// Several smooth effects can bend to what is none of them: then they leave more of recordings they were not fitted to.
+bool is_bent(const Trial& t) {
+  const double fitted = std::max(0.0, std::pow(t.train.rms(), 2) - 1.0);
+  return t.hypothesis.size() > 1 && is_smooth(t.hypothesis) && calc_excess(t) > kBent * fitted + kDetail;
+}
 
 // Factors that are far from one: of twins, one that has to make a mass fifty times as large is not believed.
 double calc_surprise(const Hypothesis& hypothesis) {
@@ -92,6 +99,7 @@ bool is_detail(const Trial& t, const Trial& nominal) { return calc_excess(t) < 1
 bool is_explained(const Trial& t, const Trial& nominal) {
   if (t.hypothesis.empty()) return false;
   if (is_noise(t)) return true;
+  if (is_bent(t)) return false;
   return (t.rms < 2.0 && is_detail(t, nominal)) || (t.rms < 1.2 && calc_excess(t) < 3e-3 * calc_excess(nominal));
 }
 
