@@ -16,12 +16,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// [kg m^2] what is left of a transmission that does not give; 0 for other effects.
-double get_rotor(const Effect& effect) {
-  if (effect.id == EffectId::kElasticity) return effect.p[2];
-  return effect.id == EffectId::kBacklash ? effect.p[3] : 0.0;
-}
-
 constexpr size_t kLargestSet = 3;
 constexpr size_t kBeam = 4;          // sets that are grown further
 constexpr size_t kLastBeam = 2;      // the same, to the largest: sets that are wrong have grown far apart by then
@@ -39,6 +33,7 @@ constexpr double kLeastSpread = 1e-3;  // of a value
 constexpr double kQuiet = 1.5;         // noise deviations: what a joint feels of others that are not explained yet
 constexpr double kQuietShare = 0.005;  // of what is left above the noise
 constexpr double kWeak = 0.05;         // of friction: such a part may be no part
+constexpr double kAlmost = 0.01;       // of what the nominal model leaves, by a set in which one effect may be wrong
 constexpr double kLeastGain = 0.95;    // in cost, of the sets of two that are simulated
 constexpr double kLeastDrop = 0.7;     // of what is left, or adding effects is given up
 
@@ -142,11 +137,13 @@ class Search {
       trials_.polish_best();
       bool grown = false;
       while (look_closer()) grown = true, trials_.polish_best();
+      exchange();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
       if (is_finished(trials_.best())) break;
       if (grown && trials_.best().hypothesis.size() < kLargestSet)
         beam.insert(beam.begin(), explorer.make_lead(trials_.best().hypothesis));
-      if (!helps(parents, beam) || (size > 1 && calc_cost(trials_.best()) > kLeastGain * before)) break;
+      const bool idle = trials_.best().hypothesis.size() <= size && calc_cost(trials_.best()) > kLeastGain * before;
+      if (!helps(parents, beam) || (size > 1 && idle)) break;
       drop_refused(&beam);
       const size_t most = size + 1 < kLargestSet ? kBeam : kLastBeam;
       if (beam.size() > most) beam.resize(most);
@@ -221,10 +218,33 @@ class Search {
     return trials_.best().hypothesis.size() > size;
   }
 
+  // What is chosen first may stand for two causes that are not there yet: once they are, another may do better in its
+  // place.
+  void exchange() {
+    while (exchange_one()) trials_.polish_best();
+  }
+
+  // Whether the best set came out better with another effect in the place of one.
+  bool exchange_one() {
+    const Trial best = trials_.best();
+    const bool near = calc_cost(best) < kAlmost * calc_cost(nominal_);
+    if (best.hypothesis.size() < 2 || !near || is_finished(best)) return false;
+    if (!exchanged_.insert(make_key(best.hypothesis)).second) return false;
+    for (size_t i = 0; i + 1 < best.hypothesis.size(); ++i) {
+      progress_("    without " + get_label(e_, best.hypothesis[i]));
+      Hypothesis rest = best.hypothesis;
+      rest.erase(rest.begin() + static_cast<long>(i));
+      try_asked(trials_.fit_aside(rest));
+      if (calc_cost(trials_.best()) < kLeastDrop * calc_cost(best)) return true;
+    }
+    return false;
+  }
+
   bool try_with(const Trial& base, const Effect& added) {
     if (!can_add(base.hypothesis, added) || trials_.is_refused({added})) return false;
     Hypothesis more = base.hypothesis;
     more.push_back(added);
+    if (make_key(more) == make_key(trials_.best().hypothesis)) return false;
     progress_("    asked for: " + get_label(e_, added));
     trials_.add(more);
     return true;
@@ -255,6 +275,11 @@ class Search {
     std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) {
       return count_parameters(a.hypothesis) < count_parameters(b.hypothesis);
     });
+    // The best of all is tried in any case: none is near the noise where all are alike.
+    const auto best_of_all =
+        std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost == best_cost; });
+    if (best_of_all - beam.begin() >= static_cast<long>(kSimulated))
+      std::rotate(beam.begin() + kSimulated - 1, best_of_all, best_of_all + 1);
     for (size_t i = 0; i < beam.size(); ++i) {
       const Trial& best = trials_.best();
       const bool done = !best.hypothesis.empty() && is_noise(best);
@@ -308,7 +333,7 @@ class Search {
       changed = changed || !significant;
       if (significant)
         kept.push_back(effect);
-      else if (get_rotor(effect) > 0.0)
+      else if (effect.id != EffectId::kRotorInertia && get_rotor(effect) > 0.0)
         kept.push_back({EffectId::kRotorInertia, effect.place, {get_rotor(effect)}});
     }
     if (!changed) return;
@@ -346,6 +371,7 @@ class Search {
   Trials trials_;
   const Trial& nominal_;
   std::set<Key> content_;           // sets whose rest asks for nothing
+  std::set<Key> exchanged_;         // sets of which no effect is to be exchanged again
   std::vector<Trial> passed_over_;  // judged along the recorded paths only
 };
 

@@ -18,6 +18,10 @@ constexpr int kRounds = 2;              // of start states and parameters
 constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
 constexpr double kFar = 10.0;           // the same, of one that no polishing will bring to it
 
+bool is_better(const Trial& a, const Trial& b) {
+  return a.train.ok && b.train.ok ? calc_cost(a) < calc_cost(b) : a.train.ok && !b.train.ok;
+}
+
 }  // namespace
 
 Key make_key(const Hypothesis& hypothesis) {
@@ -51,9 +55,7 @@ std::vector<const Trial*> Trials::sort() const {
   for (const auto& item : trials_) {
     if (item.second.refined) list.push_back(&item.second);
   }
-  std::stable_sort(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
-    return a->train.ok && b->train.ok ? calc_cost(*a) < calc_cost(*b) : a->train.ok;
-  });
+  std::stable_sort(list.begin(), list.end(), [](const Trial* a, const Trial* b) { return is_better(*a, *b); });
   return list;
 }
 
@@ -76,7 +78,8 @@ void Trials::add(const Hypothesis& start) {
   Trial trial = judge(start, result);
   if (trial.refined) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
   progress_("  * " + get_label(*problem_.experiment, start) + describe(trial));
-  trials_[make_key(start)] = trial;
+  const auto known = trials_.find(make_key(start));
+  if (known == trials_.end() || is_better(trial, known->second)) trials_[make_key(start)] = trial;
 }
 
 Trial Trials::fit_aside(const Hypothesis& start) { return judge(start, refine(start)); }

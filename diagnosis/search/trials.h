@@ -32,7 +32,7 @@ class Trials {
 
   // Sets that no fit is worth: an effect of them became something else in another fit.
   bool is_refused(const Hypothesis& hypothesis) const;
-  // Fits a set from where its parameters are and keeps it.
+  // Fits a set from where its parameters are; keeps it unless it is known from better ones.
   void add(const Hypothesis& start);
   // The same without keeping it.
   Trial fit_aside(const Hypothesis& start);
