@@ -18,7 +18,8 @@ constexpr double kLeastShared = 0.25;  // square of what is worth telling, in sq
 // Of a product's sum over the root of its squares' sum: products of two independent errors are as often negative, so
 // that this is exceeded with a probability below exp(-4.75^2 / 2), in one equation of 80 of one robot of a thousand.
 constexpr double kNoChance = 4.75;
-constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
+constexpr size_t kApart = 2;  // windows next but one do not overlap: filters of sensors forget sooner, motion does not
+constexpr size_t kThin = 3;   // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
 // error of an attitude that was not recorded. Balance and efforts have none of that: IMU, encoders and force sensors
@@ -138,10 +139,14 @@ std::vector<double> StandJudge::find_shared(const Evaluation& even, const Evalua
     const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / square;
     double sum = 0, squares = 0, count = 0;
     for (size_t r = 0; r < even.size(); ++r) {
-      for (size_t k = c; k < even[r].residuals.size(); k += channels_.size()) {
-        const double a = even[r].residuals[k], b = odd[r].residuals[k];
-        if (a == 0 || b == 0) continue;
-        const double product = a * b / square - granted;
+      const std::vector<int>& samples = problem_->recordings[r].samples;
+      const int apart = static_cast<int>(kApart) * problem_->recordings[r].step;
+      for (size_t k = 0; k + kApart < samples.size(); ++k) {
+        const size_t first = k * channels_.size() + c, second = first + kApart * channels_.size();
+        const double a[] = {even[r].residuals[first], odd[r].residuals[first]};
+        const double b[] = {even[r].residuals[second], odd[r].residuals[second]};
+        if (samples[k + kApart] - samples[k] != apart || a[0] == 0 || a[1] == 0 || b[0] == 0 || b[1] == 0) continue;
+        const double product = 0.5 * (a[0] * b[1] + a[1] * b[0]) / square - granted;
         sum += product, squares += product * product, ++count;
       }
     }

@@ -97,7 +97,7 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     std::string statement = "What is left at " + where.begin().value().get<std::string>() +
                             " (equation: " + o.channels[c].kind + ") is up to " + number(rms[c], 2) +
                             " times its noise; no known effect explains it.";
-    if (!o.shared.empty()) statement += " It hardly shows, but even and odd samples have it in common.";
+    if (!o.shared.empty()) statement += " It hardly shows, but lasts longer than noise does.";
     if (o.opposite) {
       statement += " Two drives lack equal or opposite efforts, as if something coupled them.";
     } else if (o.coupled) {

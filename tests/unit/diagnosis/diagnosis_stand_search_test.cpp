@@ -196,6 +196,32 @@ TEST(StandingChannels, OfEffortsAndBalanceStayAsTheyAreWhereTheAttitudeErrs) {
   }
 }
 
+// Noise that a filter has carried on from each sample to the next is in both halves, but not in the next window but
+// one.
+TEST(StandingJudge, DoesNotTakeNoiseThatAFilterColoursForSomethingMissing) {
+  const auto nothing = [](double, double, double, size_t) { return 0.0; };
+  const StandProblem p = Stander({{{0.3, 0.3, 0.3}, nothing}}).get_problem();
+  const Evaluation clean = evaluate(p, {});
+  const size_t channels = list_channels(p).size(), effort = find_drive(p, 1);
+  std::mt19937 random(23);
+  std::normal_distribution<double> normal;
+  const auto find = [&](double slow) {
+    Evaluation even = clean, odd = clean;
+    for (size_t r = 0; r < clean.size(); ++r) {
+      for (size_t k = 0; k < kSamples; ++k) {
+        const double both = normal(random), push = slow * std::sin(0.1 * static_cast<double>(k));
+        even[r].residuals[k * channels + effort] = kNoise * (both + push + normal(random));
+        odd[r].residuals[k * channels + effort] = kNoise * (both + push + normal(random));
+      }
+    }
+    StandJudge judge(p);
+    judge.update_sigma(even, {even, odd, even, odd}, {});
+    return judge.find_shared(even, odd)[effort];
+  };
+  EXPECT_EQ(find(0), 0);
+  EXPECT_NEAR(find(1.5), 1.5, 0.2) << "1.5 / sqrt(2) of the mean's noise, 1 / sqrt(2)";
+}
+
 TEST(StandingSearch, FindsNothingInNoise) {
   const auto nothing = [](double, double, double, size_t) { return 0.0; };
   EXPECT_FALSE(Stander({{{0.3, 0.3, 0.3}, nothing}}).search().mismatch);
