@@ -49,8 +49,8 @@ class StandJudge {
   std::vector<double> find_noise(const Evaluation& even, const Evaluation& odd) const;
   std::vector<double> find_extra_noise(const Evaluation& even, const Evaluation& odd) const;
 
-  // [noise deviations] By channel what even and odd samples have in common and noise has not; 0 where that may be
-  // chance, or is less than half of the noise.
+  // [noise deviations] By channel what even and odd samples of windows that do not overlap have in common, and noise
+  // has not, though a sensor's filter colours it; 0 where that may be chance, or is less than half of the noise.
   std::vector<double> find_shared(const Evaluation& even, const Evaluation& odd) const;
 
   // Channels that stay far from their noise count less: whatever else is missing there must not bend the parameters.
