@@ -16,10 +16,12 @@ constexpr double kLeadingOrder =
     2;  // times an error that is known to its leading order, and the same in all recordings
 constexpr double kLeastShared = 0.25;  // square of what is worth telling, in squares of the noise
 // Of a product's sum over the root of its squares' sum: products of two independent errors are as often negative, so
-// that this is exceeded with a probability below exp(-4.75^2 / 2), in one equation of 80 of one robot of a thousand.
-constexpr double kNoChance = 4.75;
-constexpr size_t kApart = 2;  // windows next but one do not overlap: filters of sensors forget sooner, motion does not
-constexpr size_t kThin = 3;   // one sample of so many is enough to rank candidates by
+// that this is exceeded with a probability below 2 exp(-5^2 / 2): twice in 80 equations of one robot of a thousand.
+constexpr double kNoChance = 5;
+// Windows next but one do not overlap: filters of sensors forget sooner, motion does not. What swings by a
+// quarter from one to the other shows one later.
+constexpr size_t kLater[] = {2, 3};
+constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
 // error of an attitude that was not recorded. Balance and efforts have none of that: IMU, encoders and force sensors
@@ -131,26 +133,34 @@ void StandJudge::set_reference(const std::vector<double>& noise) {
   }
 }
 
+// Mean of the products of a channel's even samples with odd ones so many windows later, and the reverse, in squares of
+// its noise; 0 where its size may be chance.
+double StandJudge::find_memory(size_t c, size_t later, const Evaluation& even, const Evaluation& odd) const {
+  double sum = 0, squares = 0, count = 0;
+  for (size_t r = 0; r < even.size(); ++r) {
+    const std::vector<int>& samples = problem_->recordings[r].samples;
+    const int apart = static_cast<int>(later) * problem_->recordings[r].step;
+    for (size_t k = 0; k + later < samples.size(); ++k) {
+      const size_t first = k * channels_.size() + c, second = first + later * channels_.size();
+      const double a[] = {even[r].residuals[first], odd[r].residuals[first]};
+      const double b[] = {even[r].residuals[second], odd[r].residuals[second]};
+      if (samples[k + later] - samples[k] != apart || a[0] == 0 || a[1] == 0 || b[0] == 0 || b[1] == 0) continue;
+      const double product = 0.5 * (a[0] * b[1] + a[1] * b[0]) / (sigma_[c] * sigma_[c]);
+      sum += product, squares += product * product, ++count;
+    }
+  }
+  return std::abs(sum) > kNoChance * std::sqrt(squares) ? sum / count : 0;
+}
+
 std::vector<double> StandJudge::find_shared(const Evaluation& even, const Evaluation& odd) const {
   std::vector<double> out(channels_.size(), 0.0);
   for (size_t c = 0; c < channels_.size() && !problem_->held; ++c) {
     if (channels_[c].kind == "gravity") continue;  // one number a recording
-    const double square = sigma_[c] * sigma_[c], floor = find_floor(*problem_, channels_[c]);
-    const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / square;
-    double sum = 0, squares = 0, count = 0;
-    for (size_t r = 0; r < even.size(); ++r) {
-      const std::vector<int>& samples = problem_->recordings[r].samples;
-      const int apart = static_cast<int>(kApart) * problem_->recordings[r].step;
-      for (size_t k = 0; k + kApart < samples.size(); ++k) {
-        const size_t first = k * channels_.size() + c, second = first + kApart * channels_.size();
-        const double a[] = {even[r].residuals[first], odd[r].residuals[first]};
-        const double b[] = {even[r].residuals[second], odd[r].residuals[second]};
-        if (samples[k + kApart] - samples[k] != apart || a[0] == 0 || a[1] == 0 || b[0] == 0 || b[1] == 0) continue;
-        const double product = 0.5 * (a[0] * b[1] + a[1] * b[0]) / square - granted;
-        sum += product, squares += product * product, ++count;
-      }
-    }
-    if (sum > kLeastShared * count && sum > kNoChance * std::sqrt(squares)) out[c] = std::sqrt(sum / count);
+    const double floor = find_floor(*problem_, channels_[c]);
+    const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / (sigma_[c] * sigma_[c]);
+    double most = 0;
+    for (size_t later : kLater) most = std::max(most, std::abs(find_memory(c, later, even, odd)) - granted);
+    if (most > kLeastShared) out[c] = std::sqrt(most);
   }
   return out;
 }

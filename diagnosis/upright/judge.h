@@ -61,6 +61,7 @@ class StandJudge {
 
  private:
   double find_least(size_t channel) const;
+  double find_memory(size_t channel, size_t later, const Evaluation& even, const Evaluation& odd) const;
   void set_reference(const std::vector<double>& noise);
   std::vector<double> find_smoothed_away(const std::array<Evaluation, 4>& halves) const;
   // Adds one channel over some recordings to a fit; returns its rms.

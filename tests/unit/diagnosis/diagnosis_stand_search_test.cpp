@@ -205,11 +205,11 @@ TEST(StandingJudge, DoesNotTakeNoiseThatAFilterColoursForSomethingMissing) {
   const size_t channels = list_channels(p).size(), effort = find_drive(p, 1);
   std::mt19937 random(23);
   std::normal_distribution<double> normal;
-  const auto find = [&](double slow) {
+  const auto find = [&](double size, double turn) {
     Evaluation even = clean, odd = clean;
     for (size_t r = 0; r < clean.size(); ++r) {
       for (size_t k = 0; k < kSamples; ++k) {
-        const double both = normal(random), push = slow * std::sin(0.1 * static_cast<double>(k));
+        const double both = normal(random), push = size * std::sin(turn * static_cast<double>(k));
         even[r].residuals[k * channels + effort] = kNoise * (both + push + normal(random));
         odd[r].residuals[k * channels + effort] = kNoise * (both + push + normal(random));
       }
@@ -218,8 +218,9 @@ TEST(StandingJudge, DoesNotTakeNoiseThatAFilterColoursForSomethingMissing) {
     judge.update_sigma(even, {even, odd, even, odd}, {});
     return judge.find_shared(even, odd)[effort];
   };
-  EXPECT_EQ(find(0), 0);
-  EXPECT_NEAR(find(1.5), 1.5, 0.2) << "1.5 / sqrt(2) of the mean's noise, 1 / sqrt(2)";
+  EXPECT_EQ(find(0, 0), 0);
+  EXPECT_NEAR(find(1.5, 0.1), 1.5, 0.2) << "1.5 / sqrt(2) of the mean's noise, 1 / sqrt(2)";
+  EXPECT_NEAR(find(1.5, M_PI / 4), 1.5 * std::sqrt(std::sqrt(0.5)), 0.2) << "a quarter of a turn over two samples";
 }
 
 TEST(StandingSearch, FindsNothingInNoise) {
