@@ -130,12 +130,16 @@ std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
 
 constexpr double kRateShare = 0.1;  // of what is left of a velocity: less is not worth a fit
 
+// The joint that is missed most.
+int find_worst(const Lead& lead) {
+  return static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
+}
+
 // Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
 // may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
 // parameter in any case.
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
-  std::vector<int> joints{
-      static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin())};
+  std::vector<int> joints{find_worst(lead)};
   for (const Effect& effect : lead.hypothesis) {
     const bool there = std::find(joints.begin(), joints.end(), effect.place) != joints.end();
     if (is_dry(effect.id) && !there) joints.push_back(effect.place);
@@ -149,12 +153,13 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
 }
 
 // A rotor, one behind a transmission that gives, and one behind play look alike to a regression, which may find one and
-// miss the others.
+// miss the others. A plain rotor has some part in most joints; its twins are tried in the joint that is missed most.
 void add_twins(const Lead& lead, std::vector<Effect>* list) {
+  const int worst = find_worst(lead);
   std::vector<Effect> twins;
   for (const Effect& effect : *list) {
     const double rotor = get_rotor(effect);
-    if (rotor <= 0.0) continue;
+    if (rotor <= 0.0 || (effect.id == EffectId::kRotorInertia && effect.place != worst)) continue;
     const double stiffness = calc_stiffness(rotor, kGearing[0]), damping = 0.002 * stiffness;
     for (const Effect& twin : {Effect{EffectId::kElasticity, effect.place, {stiffness, damping, rotor}},
                                Effect{EffectId::kBacklash, effect.place, {0.01, stiffness, damping, rotor}}}) {

@@ -13,7 +13,7 @@ namespace {
 using FreeParameter = Parameter<ParameterInfo>;
 
 // What creeps so far above the noise, in its deviations, will not get there: its fit is not worth many digits.
-constexpr double kFar = 5.0, kFarTolerance = 5e-3;
+constexpr double kFar = 2.0, kFarTolerance = 5e-3;
 
 std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
   return flatten<ParameterInfo>(

@@ -78,22 +78,48 @@ class Search {
   }
 
  private:
-  // A curve of friction with next to no dry part is viscous friction, one that hardly falls is Coulomb's: a set may
-  // have got there because another cause stood in for the rest when its first effect was chosen.
+  // A set may hold more than there is because another cause stood in for the rest when its first effect was chosen: a
+  // curve of friction with next to no dry part is viscous friction, one that hardly falls is Coulomb's, and a load may
+  // be a wrong mass. And less, because what is left of a rotor whose transmission gives a little passes for noise.
   void try_special_cases() {
     const Hypothesis best = trials_.best().hypothesis;
     for (size_t i = 0; i < best.size(); ++i) {
-      if (best[i].id != EffectId::kStribeck) continue;
-      const double coulomb = best[i].p[0], at_rest = best[i].p[1];
-      const double viscous = best[i].p[3] * trials_.find_range(best[i].place, &SmoothJoint::qd);
-      Hypothesis simple = best;
-      if (at_rest < kWeak * viscous)
-        simple[i] = {EffectId::kViscous, best[i].place, {best[i].p[3]}};
-      else if (at_rest - coulomb < kWeak * at_rest && viscous < kWeak * at_rest)
-        simple[i] = {EffectId::kCoulomb, best[i].place, {at_rest, 0.0, best[i].p[4]}};
-      else
-        continue;
-      if (!trials_.has(simple)) trials_.add(simple);
+      Hypothesis other = best;
+      if (find_special_case(&other[i]) && !trials_.has(other)) trials_.add(other);
+      if (best[i].id == EffectId::kRotorInertia) try_transmissions(best, i);
+    }
+  }
+
+  // False where the effect has none.
+  bool find_special_case(Effect* effect) const {
+    const std::vector<double>& p = effect->p;
+    if (effect->id == EffectId::kPayload) {
+      const double mass = e_.robot.tree.links[static_cast<size_t>(effect->place)].inertia.mass;
+      if (mass > 0.0) *effect = {EffectId::kMassError, effect->place, {1.0 + p[0] / mass}};
+      return mass > 0.0;
+    }
+    if (effect->id != EffectId::kStribeck) return false;
+    const double viscous = p[3] * trials_.find_range(effect->place, &SmoothJoint::qd);
+    if (p[1] < kWeak * viscous)
+      *effect = {EffectId::kViscous, effect->place, {p[3]}};
+    else if (p[1] - p[0] < kWeak * p[1] && viscous < kWeak * p[1])
+      *effect = {EffectId::kCoulomb, effect->place, {p[1], 0.0, p[4]}};
+    return effect->id != EffectId::kStribeck;
+  }
+
+  // In the place of a rotor, as they were fitted along the paths, where they did better there.
+  void try_transmissions(const Hypothesis& best, size_t rotor) {
+    const auto find = [&](const Key& key) {
+      return std::find_if(passed_over_.begin(), passed_over_.end(),
+                          [&](const Trial& t) { return make_key(t.hypothesis) == key; });
+    };
+    const auto rigid = find(make_key(best));
+    for (EffectId id : {EffectId::kElasticity, EffectId::kBacklash}) {
+      Hypothesis other = best;
+      other[rotor].id = id;
+      const auto known = find(make_key(other));
+      const bool better = known != passed_over_.end() && rigid != passed_over_.end() && known->rms < rigid->rms;
+      if (better && !trials_.has(other)) trials_.add(known->hypothesis);
     }
   }
 

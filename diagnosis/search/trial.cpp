@@ -16,7 +16,8 @@ constexpr double kSurprise = 20.0;  // price of a factor of e
 constexpr double kEffectPrice = 60.0, kParameterPrice = 15.0;
 constexpr double kDetailPrice = 0.004;  // of an effect, a reading: what the details of laws can give
 constexpr double kEvidence = 20.0;      // correlated readings for one
-constexpr double kLeastDearer = 30.0;   // a parameter more
+constexpr double kSure = 10.0 * kEvidence;
+constexpr double kLeastDearer = 30.0;  // a parameter more
 
 // Above the noise, in its power.
 double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
@@ -51,13 +52,29 @@ bool is_simpler(const Hypothesis& a, const Hypothesis& b) {
   return a.size() < b.size() || (a.size() == b.size() && count_parameters(a) < count_parameters(b));
 }
 
+// The same set with a rotor in the place of a transmission. What such a rotor leaves is no detail of a law.
+bool is_stiffer(const Hypothesis& rotor, const Hypothesis& transmission) {
+  const auto has = [](const Hypothesis& set, EffectId id, int place) {
+    return std::any_of(set.begin(), set.end(), [&](const Effect& e) { return e.id == id && e.place == place; });
+  };
+  const auto stands = [&](const Effect& e) {
+    if (has(transmission, e.id, e.place)) return true;
+    return e.id == EffectId::kRotorInertia &&
+           (has(transmission, EffectId::kElasticity, e.place) || has(transmission, EffectId::kBacklash, e.place));
+  };
+  return rotor.size() == transmission.size() && std::all_of(rotor.begin(), rotor.end(), stands);
+}
+
 // A simpler one goes first unless the richer one removes most of what it leaves above the noise.
-void prefer_simple(const Trial& nominal, std::vector<Trial>* list) {
+void prefer_simple(const Trial& nominal, const Trial& best, std::vector<Trial>* list) {
   const double most = 2.0 * std::max(0.0, calc_excess(list->front())) + kDetail;
   for (size_t i = 1; i < list->size(); ++i) {
     const Trial& t = (*list)[i];
     const bool possible = is_noise(t) || is_explained(t, nominal);
     if (!is_simpler(t.hypothesis, list->front().hypothesis) || !possible || calc_excess(t) > most) continue;
+    if (is_stiffer(t.hypothesis, list->front().hypothesis) &&
+        calc_price(t, best) > calc_price(list->front(), best) + kSure)
+      continue;
     std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
   }
 }
@@ -111,7 +128,7 @@ void sort_by_preference(const Trial& nominal, std::vector<Trial>* list) {
   const Trial best = list->front();
   std::stable_sort(list->begin(), list->end(),
                    [&](const Trial& a, const Trial& b) { return calc_price(a, best) < calc_price(b, best); });
-  prefer_simple(nominal, list);
+  prefer_simple(nominal, best, list);
   set_probabilities(best, list);
 }
 

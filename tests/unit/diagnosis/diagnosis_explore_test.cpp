@@ -74,5 +74,22 @@ TEST(DiagnosisTrial, SeveralSmoothEffectsMustPredictAsWellAsTheyFit) {
   EXPECT_TRUE(is_explained(make_trial({scale, dry}, 1.03, 1.35), nominal));
 }
 
+// A hundred thousand readings that a rotor leaves 2 % above the noise are no chance and no detail of a law.
+TEST(DiagnosisTrial, ARotorGivesWayToATransmissionThatTheFitIsSureOf) {
+  const Effect rotor{EffectId::kRotorInertia, kShoulder, {0.4}};
+  const Effect elastic{EffectId::kElasticity, kShoulder, {3e4, 60.0, 0.4}};
+  const Trial nominal = make_trial({}, 40.0, 40.0);
+  Trial stiff = make_trial({rotor}, 1.02, 1.002), gives = make_trial({elastic}, 1.0, 1.001);
+  for (Trial* t : {&stiff, &gives}) t->train.count *= 10.0, t->train.chi2 *= 10.0;
+  std::vector<Trial> list{gives, stiff};
+  sort_by_preference(nominal, &list);
+  EXPECT_EQ(list[0].hypothesis[0].id, EffectId::kElasticity);
+  // Where both leave the same, the simpler one.
+  stiff = make_trial({rotor}, 1.0005, 1.001);
+  list = {gives, stiff};
+  sort_by_preference(nominal, &list);
+  EXPECT_EQ(list[0].hypothesis[0].id, EffectId::kRotorInertia);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
