@@ -167,6 +167,13 @@ void check_units_of(const Experiment& e, const Recording& r, const Pairs& pairs,
   }
 }
 
+// Whether what varies is turned, too: the effort of a joint that holds still may only be shifted.
+bool is_turned(Pair pair) {
+  remove_mean(&pair.reading), remove_mean(&pair.expected);
+  const Line line = fit_line(pair);
+  return line.fit < -0.9 && is_near(line.slope, -1.0);
+}
+
 // Efforts are in N m whatever the angles are in: with everything else in degrees they are a 57th of the servo's law.
 void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pairs) {
   for (size_t j = 0; j < pairs.size(); ++j) {
@@ -178,7 +185,7 @@ void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pa
            "and its command are too large for the logged effort by " + text_of(1 / line.slope) +
                " times: degrees instead of rad (or servo gains per degree)?");
     }
-    if (is_near(line.slope, -1.0))
+    if (is_near(line.slope, -1.0) && is_turned(pairs[j]))
       fail(r, e.signal_name(joint, Quantity::kEffort), "is the servo's effort with its sign turned");
     if (is_near(line.slope, 1000.0))
       fail(r, e.signal_name(joint, Quantity::kEffort), "is 1000 times the servo's effort: mN m instead of N m?");

@@ -9,6 +9,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/csv.h"
+#include "diagnosis/search/problem.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/smooth.h"
 
@@ -72,6 +73,40 @@ TEST(Smoothing, GivesDerivativesOfACubicExactlyOnIrregularStamps) {
     EXPECT_NEAR(rate[k], 2.0 - 6.0 * t + 12.0 * t * t, 1e-6);   // 1e-12 of ridge in the local fits, scaled
     EXPECT_NEAR(second[k], -6.0 + 24.0 * t, 1e-4);
   }
+}
+
+// An elbow whose logged effort is `sign` times its servo's law (1 N m at rest and `swing` about it) and `shift` on top.
+std::string load_effort(const std::string& name, double swing, double sign, double shift) {
+  const std::string folder = write_file(name + "_", "") + "folder/";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder + "robot.urdf") << R"(<robot name="arm"><link name="base"/><link name="fore"><inertial>
+    <origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+    </link><joint name="elbow" type="revolute"><parent link="base"/><child link="fore"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+  std::ofstream(folder + "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 0, effort_limit: 50}}\n"
+         "recordings:\n- {file: a.csv, role: train}\n- {file: b.csv, role: validate}\n";
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, 0.03);
+  for (const char* file : {"a.csv", "b.csv"}) {
+    std::ofstream csv(folder + file);
+    csv << "time,/joint_commands/elbow/position,/joint_states/elbow/position,/joint_states/elbow/effort\n";
+    for (int k = 0; k < 1000; ++k) {
+      const double effort = -1.0 + swing * std::sin(0.02 * k);
+      csv << 0.005 * k << "," << 0.5 << "," << 0.5 - effort / 100 << "," << sign * effort + shift + normal(random) << "\n";
+    }
+  }
+  try {
+    load_experiment(folder + "experiment.yaml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Suspicions, AShiftedEffortOfAJointAtRestIsNoTurnedSign) {
+  EXPECT_EQ(load_effort("shifted", 0.0, 1.0, 1.95), "");
+  EXPECT_THAT(load_effort("turned", 0.5, -1.0, 0.0), testing::HasSubstr("sign turned"));
 }
 
 }  // namespace
