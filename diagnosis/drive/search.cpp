@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 
 #include "diagnosis/drive/joint.h"
+#include "diagnosis/search/format.h"
 #include "diagnosis/simulation/presliding.h"
 
 namespace hrp::diagnosis {
@@ -19,12 +19,6 @@ constexpr double kEveryJoint = 3.0;
 constexpr double kEcho = 0.05;
 // Rollouts times joints squared times samples up to which all parameters are fitted once more through the simulation.
 constexpr double kPolishWork = 3e7;
-
-std::string format(const char* pattern, double a, double b) {
-  char text[80];
-  std::snprintf(text, sizeof text, pattern, a, b);
-  return text;
-}
 
 class DriveSearch {
  public:

@@ -148,7 +148,7 @@ class Probes {
   }
 
   void add_transmission(int j) {
-    const auto make = [](double stiffness) { return std::vector<double>{stiffness, 0.002 * stiffness, 1e-3}; };
+    const auto make = [](double stiffness) { return std::vector<double>{stiffness, kGearLoss * stiffness, 1e-3}; };
     list_.push_back(
         {{{EffectId::kElasticity, j, make(kStiff)}}, [make](const Eigen::VectorXd& x, std::vector<double>* p) {
            *p = make(kStiff / std::max(1e-3, x[0]));

@@ -19,13 +19,6 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-std::vector<std::pair<int, int>> make_set(const Hypothesis& hypothesis) {
-  std::vector<std::pair<int, int>> set;
-  for (const Effect& effect : hypothesis) set.push_back({static_cast<int>(effect.id), effect.place});
-  std::sort(set.begin(), set.end());
-  return set;
-}
-
 bool contains(const Hypothesis& hypothesis, const Effect& effect) {
   return std::any_of(hypothesis.begin(), hypothesis.end(),
                      [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
@@ -160,7 +153,7 @@ void add_twins(const Lead& lead, std::vector<Effect>* list) {
   for (const Effect& effect : *list) {
     const double rotor = get_rotor(effect);
     if (rotor <= 0.0 || (effect.id == EffectId::kRotorInertia && effect.place != worst)) continue;
-    const double stiffness = calc_stiffness(rotor, kGearing[0]), damping = 0.002 * stiffness;
+    const double stiffness = calc_stiffness(rotor, kGearing[0]), damping = kGearLoss * stiffness;
     for (const Effect& twin : {Effect{EffectId::kElasticity, effect.place, {stiffness, damping, rotor}},
                                Effect{EffectId::kBacklash, effect.place, {0.01, stiffness, damping, rotor}}}) {
       if (!contains(*list, twin) && !contains(twins, twin) && can_add(lead.hypothesis, twin)) twins.push_back(twin);
@@ -423,7 +416,7 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
     starts[static_cast<size_t>(i)] = list_starts(problem, from[static_cast<size_t>(i)], candidates, quiet);
   });
   std::vector<Task> tasks;
-  std::set<std::vector<std::pair<int, int>>> seen;
+  std::set<EffectSet> seen;
   std::vector<size_t> fresh;  // tasks that need a fit: shared ones, and local ones not known yet
   std::set<LocalKey> planned;
   for (size_t i = 0; i < from.size(); ++i) {

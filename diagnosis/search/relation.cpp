@@ -4,8 +4,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
+
+#include "diagnosis/search/format.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -123,12 +124,6 @@ double find_length(const std::vector<Observed>& recordings) {
   for (const Observed& o : recordings)
     longest = std::max(longest, o.time.empty() ? 0.0 : o.time.back() - o.time.front());
   return longest;
-}
-
-std::string format(const char* pattern, double a, double b = 0.0) {
-  char text[80];
-  std::snprintf(text, sizeof text, pattern, a, b);
-  return text;
 }
 
 // Middles of a table's intervals that have two ends; values there.
@@ -263,12 +258,11 @@ class Finder {
   bool is_pair(int i, int j) const {
     if (i == j || (is(i, "direction") && is(j, "velocity")) || (is(i, "velocity") && is(j, "direction"))) return false;
     if (repeats_ && (is(i, "time") || is(j, "time"))) return false;
-    // A coupling acts on both positions.
-    if (is_other_joint(i) || is_other_joint(j)) return is(i, "position") && is(j, "position") && !both_other(i, j);
+    // A coupling acts on both positions, its own and another's.
+    const bool other_i = is_other_joint(i), other_j = is_other_joint(j);
+    if (other_i || other_j) return other_i != other_j && is(i, "position") && is(j, "position");
     return quantities_[static_cast<size_t>(i)].pairs && quantities_[static_cast<size_t>(j)].pairs;
   }
-
-  bool both_other(int i, int j) const { return is_other_joint(i) && is_other_joint(j); }
 
   Relation find_pair() const {
     Relation best;

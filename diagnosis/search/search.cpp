@@ -10,6 +10,7 @@
 #include "diagnosis/drive/search.h"
 #include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
+#include "diagnosis/search/format.h"
 #include "diagnosis/search/significance.h"
 #include "diagnosis/search/trials.h"
 
@@ -109,15 +110,15 @@ class Search {
 
   // In the place of a rotor, as they were fitted along the paths, where they did better there.
   void try_transmissions(const Hypothesis& best, size_t rotor) {
-    const auto find = [&](const Key& key) {
+    const auto find = [&](const EffectSet& set) {
       return std::find_if(passed_over_.begin(), passed_over_.end(),
-                          [&](const Trial& t) { return make_key(t.hypothesis) == key; });
+                          [&](const Trial& t) { return make_set(t.hypothesis) == set; });
     };
-    const auto rigid = find(make_key(best));
+    const auto rigid = find(make_set(best));
     for (EffectId id : {EffectId::kElasticity, EffectId::kBacklash}) {
       Hypothesis other = best;
       other[rotor].id = id;
-      const auto known = find(make_key(other));
+      const auto known = find(make_set(other));
       const bool better = known != passed_over_.end() && rigid != passed_over_.end() && known->rms < rigid->rms;
       if (better && !trials_.has(other)) trials_.add(known->hypothesis);
     }
@@ -213,7 +214,7 @@ class Search {
 
   // Larger sets are not looked for: noise is left, or details of which no effect would take a share.
   bool is_finished(const Trial& t) const {
-    return is_complete(t, nominal_) || (is_explained(t, nominal_) && content_.count(make_key(t.hypothesis)) > 0);
+    return is_complete(t, nominal_) || (is_explained(t, nominal_) && content_.count(make_set(t.hypothesis)) > 0);
   }
 
   // The best sets of a size that the simulation cannot tell apart, the simplest first.
@@ -255,7 +256,7 @@ class Search {
     const Trial best = trials_.best();
     const bool near = calc_cost(best) < kAlmost * calc_cost(nominal_);
     if (best.hypothesis.size() < 2 || !near || is_finished(best)) return false;
-    if (!exchanged_.insert(make_key(best.hypothesis)).second) return false;
+    if (!exchanged_.insert(make_set(best.hypothesis)).second) return false;
     for (size_t i = 0; i + 1 < best.hypothesis.size(); ++i) {
       progress_("    without " + get_label(e_, best.hypothesis[i]));
       Hypothesis rest = best.hypothesis;
@@ -270,7 +271,7 @@ class Search {
     if (!can_add(base.hypothesis, added) || trials_.is_refused({added})) return false;
     Hypothesis more = base.hypothesis;
     more.push_back(added);
-    if (make_key(more) == make_key(trials_.best().hypothesis)) return false;
+    if (make_set(more) == make_set(trials_.best().hypothesis)) return false;
     progress_("    asked for: " + get_label(e_, added));
     trials_.add(more);
     return true;
@@ -287,7 +288,7 @@ class Search {
       const bool done = is_complete(trials_.best(), nominal_);
       least = std::max(least, (done ? kAskedTwin : kAskedAlike) * addition.gain);
     }
-    if (asked.empty()) content_.insert(make_key(base.hypothesis));
+    if (asked.empty()) content_.insert(make_set(base.hypothesis));
     return asked;
   }
 
@@ -336,10 +337,10 @@ class Search {
 
   // The best of the others, when the chosen one cannot be told from nothing.
   void take_next(Outcome* outcome) {
-    const Key worthless = make_key(outcome->chosen.hypothesis);
+    const EffectSet worthless = make_set(outcome->chosen.hypothesis);
     outcome->chosen = nominal_, outcome->explained = false;
     for (const Trial* t : trials_.sort()) {
-      if (t->hypothesis.empty() || make_key(t->hypothesis) == worthless || !is_explained(*t, nominal_)) continue;
+      if (t->hypothesis.empty() || make_set(t->hypothesis) == worthless || !is_explained(*t, nominal_)) continue;
       outcome->chosen = *t, outcome->explained = true;
       outcome->chosen.probability = 0.5;  // it did worse than what was thrown out
       trials_.finish(&outcome->chosen);
@@ -396,8 +397,8 @@ class Search {
   Progress progress_;
   Trials trials_;
   const Trial& nominal_;
-  std::set<Key> content_;           // sets whose rest asks for nothing
-  std::set<Key> exchanged_;         // sets of which no effect is to be exchanged again
+  std::set<EffectSet> content_;     // sets whose rest asks for nothing
+  std::set<EffectSet> exchanged_;   // sets of which no effect is to be exchanged again
   std::vector<Trial> passed_over_;  // judged along the recorded paths only
 };
 

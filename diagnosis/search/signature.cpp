@@ -302,7 +302,7 @@ class Builder {
         });
     add_shape(EffectId::kElasticity, j, {inertia, twist}, [](const std::vector<double>& x, std::vector<double>* p) {
       const double k = x[1] > 1e-7 ? 1.0 / x[1] : 1e6;
-      *p = {k, 0.002 * k, std::max(0.005, x[0])};
+      *p = {k, kGearLoss * k, std::max(0.005, x[0])};
       return x[0] > 0.0 || x[1] > 0.0;
     });
     add_shape(EffectId::kBacklash, j, {inertia, gap}, [](const std::vector<double>& x, std::vector<double>* p) {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "diagnosis/search/format.h"
 #include "diagnosis/simulation/presliding.h"
 #include "diagnosis/simulation/start_state.h"
 #include "diagnosis/simulation/step_error.h"
@@ -24,19 +24,6 @@ bool is_better(const Trial& a, const Trial& b) {
 
 }  // namespace
 
-Key make_key(const Hypothesis& hypothesis) {
-  Key key;
-  for (const Effect& effect : hypothesis) key.push_back({static_cast<int>(effect.id), effect.place});
-  std::sort(key.begin(), key.end());
-  return key;
-}
-
-std::string format(const char* pattern, double a, double b, double c) {
-  char text[120];
-  std::snprintf(text, sizeof text, pattern, a, b, c);
-  return text;
-}
-
 std::string describe(const Trial& trial) {
   return ": train " + format("%.4g, held out %.4g, worst signal %.4g", trial.train.rms(), trial.rms, trial.worst);
 }
@@ -44,10 +31,9 @@ std::string describe(const Trial& trial) {
 Trials::Trials(const Problem& problem, const Progress& progress)
     : problem_(problem), progress_(progress), held_out_(problem.validate.empty() ? problem.train : problem.validate) {
   for (size_t r = 0; r < problem.experiment->recordings.size(); ++r) all_.push_back(static_cast<int>(r));
-  nominal_ = judge({}, refine({}));
-  progress_("nominal" + describe(nominal_));
-  trials_[{}] = nominal_;
-  best_chi2_ = nominal_.train.chi2;
+  const Trial& nominal = trials_[{}] = judge({}, refine({}));
+  progress_("nominal" + describe(nominal));
+  best_chi2_ = nominal.train.chi2;
 }
 
 std::vector<const Trial*> Trials::sort() const {
@@ -61,7 +47,7 @@ std::vector<const Trial*> Trials::sort() const {
 
 const Trial& Trials::best() const {
   const std::vector<const Trial*> list = sort();
-  return list.empty() ? nominal_ : *list.front();
+  return list.empty() ? nominal() : *list.front();
 }
 
 bool Trials::is_refused(const Hypothesis& hypothesis) const {
@@ -78,8 +64,8 @@ void Trials::add(const Hypothesis& start) {
   Trial trial = judge(start, result);
   if (trial.refined) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
   progress_("  * " + get_label(*problem_.experiment, start) + describe(trial));
-  const auto known = trials_.find(make_key(start));
-  if (known == trials_.end() || is_better(trial, known->second)) trials_[make_key(start)] = trial;
+  const auto known = trials_.find(make_set(start));
+  if (known == trials_.end() || is_better(trial, known->second)) trials_[make_set(start)] = trial;
 }
 
 Trial Trials::fit_aside(const Hypothesis& start) { return judge(start, refine(start)); }
@@ -93,15 +79,15 @@ const Problem& Trials::take_up(const Trial& trial) {
 // larger sets would cost ten times as much.
 void Trials::polish_best() {
   const Trial& first = best();
-  const bool near = first.rms < kNear || is_detail(first, nominal_);
-  if (first.hypothesis.empty() || is_explained(first, nominal_) || !near) return;
-  polish(&trials_.at(make_key(first.hypothesis)));
+  const bool near = first.rms < kNear || is_detail(first, nominal());
+  if (first.hypothesis.empty() || is_explained(first, nominal()) || !near) return;
+  polish(&trials_.at(make_set(first.hypothesis)));
 }
 
 // One that is far from the noise would not come near: it is not named, and only its intervals are wanted.
 void Trials::finish(Trial* trial) {
   if (trial->hypothesis.empty() || !trial->refined || !trial->std.empty()) return;
-  if (trial->rms < kFar || is_detail(*trial, nominal_)) polish(trial);
+  if (trial->rms < kFar || is_detail(*trial, nominal())) polish(trial);
   if (trial->std.empty()) add_intervals(trial);
 }
 
@@ -167,11 +153,10 @@ bool Trials::refuse(const FitResult& result) {
 
 // Of a trial as it is.
 void Trials::add_intervals(Trial* trial) {
-  problem_.starts = trial->starts, problem_.step_errors = trial->step_errors;
   FitOptions options;
   options.max_iterations = 0;
   options.intervals = true;
-  const FitResult result = fit(problem_, trial->full(), problem_.train, options);
+  const FitResult result = fit(take_up(*trial), trial->full(), problem_.train, options);
   trial->std = result.std, trial->distance = result.distance;
 }
 

@@ -9,13 +9,6 @@
 
 namespace hrp::diagnosis {
 
-// Which effects at which places, whatever their parameters and order.
-using Key = std::vector<std::pair<int, int>>;
-Key make_key(const Hypothesis& hypothesis);
-
-// A text of up to three numbers.
-std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0);
-
 // How well a trial does, for the progress.
 std::string describe(const Trial& trial);
 
@@ -24,8 +17,8 @@ class Trials {
   // Fits the model without any effect.
   Trials(const Problem& problem, const Progress& progress);
 
-  const Trial& nominal() const { return nominal_; }
-  bool has(const Hypothesis& hypothesis) const { return trials_.count(make_key(hypothesis)) > 0; }
+  const Trial& nominal() const { return trials_.at({}); }
+  bool has(const Hypothesis& hypothesis) const { return trials_.count(make_set(hypothesis)) > 0; }
   // Those that were fitted, best first; the best (the nominal one where nothing else was).
   std::vector<const Trial*> sort() const;
   const Trial& best() const;
@@ -56,8 +49,7 @@ class Trials {
   Problem problem_;  // with the start states of the trial at work
   Progress progress_;
   std::vector<int> all_, held_out_;
-  Trial nominal_;
-  std::map<Key, Trial> trials_;
+  std::map<EffectSet, Trial> trials_;      // the nominal one, too
   std::set<std::pair<int, int>> refused_;  // effects and places
   double best_chi2_ = 1e300;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/simulation/plant.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/check.h"
@@ -287,6 +288,13 @@ std::string get_label(const Experiment& e, const Hypothesis& hypothesis) {
   std::string text;
   for (const Effect& effect : hypothesis) text += (text.empty() ? "" : " + ") + get_label(e, effect);
   return text;
+}
+
+EffectSet make_set(const Hypothesis& hypothesis) {
+  EffectSet set;
+  for (const Effect& effect : hypothesis) set.push_back({static_cast<int>(effect.id), effect.place});
+  std::sort(set.begin(), set.end());
+  return set;
 }
 
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {

@@ -54,6 +54,13 @@ std::string get_place_text(const Experiment& e, const Effect& effect);   // "elb
 std::string get_label(const Experiment& e, const Effect& effect);        // "coulomb_friction@elbow_pitch"
 std::string get_label(const Experiment& e, const Hypothesis& hypothesis);
 
+// [s] damping of a transmission over its stiffness that fits start from.
+constexpr double kGearLoss = 0.002;
+
+// Which effects at which places, whatever their parameters and order.
+using EffectSet = std::vector<std::pair<int, int>>;
+EffectSet make_set(const Hypothesis& hypothesis);
+
 // [rad] displacement before slipping of rolling and sliding contacts in gears, where nothing is known.
 constexpr double kPresliding = 5e-4;
 
