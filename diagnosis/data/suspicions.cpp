@@ -46,6 +46,11 @@ void remove_mean(std::vector<double>* values) {
   for (double& v : *values) v -= sum / static_cast<double>(values->size());
 }
 
+Pair without_means(Pair pair) {
+  remove_mean(&pair.reading), remove_mean(&pair.expected);
+  return pair;
+}
+
 double calc_rms(const std::vector<double>& a) {
   double sum = 0.0;
   for (double v : a) sum += v * v;
@@ -93,9 +98,7 @@ Pair pair_position(const Recording& r, const JointColumns& joint) {
     *reading = joint.signal[0][k], *expected = joint.command[k];
     return true;
   });
-  if (pair.reading.empty()) return {};
-  remove_mean(&pair.reading), remove_mean(&pair.expected);
-  return pair;
+  return without_means(pair);
 }
 
 // Velocities, summed over a twentieth of a second, ought to be the way the position went.
@@ -168,9 +171,8 @@ void check_units_of(const Experiment& e, const Recording& r, const Pairs& pairs,
 }
 
 // Whether what varies is turned, too: the effort of a joint that holds still may only be shifted.
-bool is_turned(Pair pair) {
-  remove_mean(&pair.reading), remove_mean(&pair.expected);
-  const Line line = fit_line(pair);
+bool is_turned(const Pair& pair) {
+  const Line line = fit_line(without_means(pair));
   return line.fit < -0.9 && is_near(line.slope, -1.0);
 }
 

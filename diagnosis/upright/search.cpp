@@ -211,13 +211,12 @@ void StandSearcher::exchange_effects() {
 void StandSearcher::find_twins() {
   for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
     out_.twins.emplace_back();
-    for (const StandTrial& t : i < out_.rounds.size() ? out_.rounds[i] : std::vector<StandTrial>{}) {
-      const StandEffect& e = t.fit.hypothesis[i];
-      if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, out_.chosen.hypothesis[i])) {
-        out_.twins.back().push_back(e);
-      }
-    }
     const StandEffect& found = out_.chosen.hypothesis[i];
+    for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
+      const StandTrial& t = out_.rounds[i][k];
+      const StandEffect& e = t.fit.hypothesis[i];
+      if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, found)) out_.twins.back().push_back(e);
+    }
     if (found.id != StandId::kJointOffset) continue;
     const auto joint = static_cast<size_t>(found.place);
     if (!may_be_teeth(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;
