@@ -10,21 +10,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-const char* const kUrdf = R"(<robot name="arm"><link name="base"/>
-  <link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
-    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
-  <link name="fore"><inertial><origin xyz="0.15 0 0"/><mass value="1"/>
-    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
-    <limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.4 0 0"/>
-    <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
-
-constexpr int kShoulder = 0, kElbow = 1, kFore = 2;
 const Effect kLoad{EffectId::kPayload, kFore, {0.8, 0.25, 0.0, 0.05, 0.0}};
 
 std::vector<Addition> rank_beside_load(const std::string& name, const Hypothesis& hidden, Score* left) {
-  const Experiment e = make_simulated_experiment(name, kUrdf, {"shoulder", "elbow"}, hidden);
+  const Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, hidden);
   Problem problem = make_problem(e, 1);
   std::vector<int> all(e.recordings.size());
   for (size_t r = 0; r < all.size(); ++r) all[r] = static_cast<int>(r);
@@ -55,7 +44,7 @@ TEST(DiagnosisAdditions, NoiseAsksForNothing) {
 
 TEST(DiagnosisAdditions, ALoadBesideAShiftedEffortReadingIsFoundWithItsPlace) {
   const int reading = kShoulder * kQuantities + static_cast<int>(Quantity::kEffort);
-  const Experiment e = make_simulated_experiment("additions_bias", kUrdf, {"shoulder", "elbow"},
+  const Experiment e = make_simulated_experiment("additions_bias", kArm, {"shoulder", "elbow"},
                                                  {kLoad, {EffectId::kSensorBias, reading, {3.0}}});
   const auto report = diagnose(make_problem(e, 1), [](const std::string&) {}).report;
   EXPECT_EQ(report["verdict"], "explained");

@@ -77,7 +77,7 @@ TEST(Smoothing, GivesDerivativesOfACubicExactlyOnIrregularStamps) {
 
 // An elbow whose logged effort is `sign` times its servo's law (1 N m at rest and `swing` about it) and `shift` on top.
 std::string load_effort(const std::string& name, double swing, double sign, double shift) {
-  const std::string folder = write_file(name + "_", "") + "folder/";
+  const std::string folder = (std::filesystem::temp_directory_path() / ("hrp_diagnosis_" + name)).string() + "/";
   std::filesystem::create_directories(folder);
   std::ofstream(folder + "robot.urdf") << R"(<robot name="arm"><link name="base"/><link name="fore"><inertial>
     <origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
