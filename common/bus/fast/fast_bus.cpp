@@ -98,7 +98,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
     ends_->remove(writer_->guid());
     writer_->set_listener(nullptr);
     // Fast DDS 2.9 empties the history of a writer it deletes without its lock: a heartbeat at that moment counts the
-    // gaps up to a released sample for ever (its issue 4076). An empty history has none.
+    // gaps up to a released sample for ever (its pull request 4076). An empty history has none.
     size_t removed = 0;
     writer_->clear_history(&removed);
     publisher_->delete_datawriter(writer_);
