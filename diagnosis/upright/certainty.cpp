@@ -51,20 +51,22 @@ StandFit StandSearcher::finish(const StandFit& so_far, const StandHypothesis& hy
   StandFit fit = judge(h);
   long at = 0;
   for (const StandEffect& e : h) {
-    Eigen::VectorXd std(static_cast<long>(e.p.size()));
-    for (long i = 0; i < std.size(); ++i, ++at) {
-      std(i) = e.id == StandId::kGroundFriction ? slip_spread_ / 2 : std::sqrt(std::max(0.0, covariance(at, at)));
-      if (e.id == StandId::kJointOffset) std(i) = std::hypot(std(i), give_.norm());
-      if (e.id == StandId::kGroundSlope) std(i) = std::hypot(std(i), give_(i));
+    const auto n = static_cast<long>(e.p.size());
+    Eigen::MatrixXd own = covariance.block(at, at, n, n);
+    for (long i = 0; i < n; ++i) {
+      if (e.id == StandId::kGroundFriction) own(i, i) = std::pow(slip_spread_ / 2, 2);
+      if (e.id == StandId::kJointOffset) own(i, i) += give_.squaredNorm();
+      if (e.id == StandId::kGroundSlope) own(i, i) += give_(i) * give_(i);
     }
-    fit.std.push_back(std);
+    fit.covariance.push_back(own), fit.std.push_back(own.diagonal().cwiseMax(0).cwiseSqrt());
+    at += n;
   }
   return fit;
 }
 
 StandFit StandSearcher::judge_again(const StandFit& fit) const {
   StandFit out = judge(fit.hypothesis);
-  out.std = fit.std;
+  out.std = fit.std, out.covariance = fit.covariance;
   return out;
 }
 

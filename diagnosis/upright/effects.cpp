@@ -288,6 +288,10 @@ bool adds_noise(StandId id) {
          id == I::kMassError || id == I::kPayload;
 }
 
+bool is_vector(StandId id) {
+  return id == I::kGroundSlope || (get_stand_info(id).parameters.size() == 1 && get_stand_info(id).neutral.size() == 3);
+}
+
 bool is_main(StandId id, size_t parameter) {
   if (is_foot(id)) {
     const size_t at = parameter % get_stand_info(id).step.size();

@@ -43,6 +43,9 @@ bool starts_away(const StandEffect& effect);
 // Effects that multiply a noisy signal: accelerations, efforts.
 bool adds_noise(StandId id);
 
+// One quantity written in axes that somebody chose: a force, an offset, a slope.
+bool is_vector(StandId id);
+
 // Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
 bool is_main(StandId id, size_t parameter);
 

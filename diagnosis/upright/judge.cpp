@@ -259,6 +259,23 @@ double find_student(double normal, double degrees) {
   return std::sqrt(n * (std::exp(z * z / n) - 1));
 }
 
+double find_length(double normal, size_t components) {
+  const auto chance = [](double z, size_t n) {  // of more than z: chi's distribution
+    if (n == 2) return std::exp(-0.5 * z * z);
+    return std::erfc(z * M_SQRT1_2) + (n == 3 ? z * std::sqrt(2 / M_PI) * std::exp(-0.5 * z * z) : 0.0);
+  };
+  double low = normal, high = normal + 3;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (chance(middle, components) > chance(normal, 1) ? low : high) = middle;
+  }
+  return high;
+}
+
+double calc_deviations(const Eigen::VectorXd& vector, const Eigen::MatrixXd& covariance) {
+  return std::sqrt(std::max(0.0, vector.dot(covariance.ldlt().solve(vector))));
+}
+
 Eigen::Vector2d find_tilting(const StandProblem& p) {
   Eigen::Vector2d sum(0, 0);
   double count = 0;

@@ -13,12 +13,13 @@ constexpr double kCorrelated = 8;  // samples that tell as much as one: errors o
 
 struct StandFit {
   StandHypothesis hypothesis;
-  std::vector<Eigen::VectorXd> std;  // by effect, by parameter
-  std::vector<double> channel_rms;   // whitened, on the recordings that were not fitted
-  std::vector<double> train_rms;     // the same on the others
-  double score = 0;                  // sum over channels of n log(rms^2), not below the noise; lower is better
-  double held_score = 0;             // the part of it by the recordings that were not fitted
-  double mismatch = 0;               // the part of it by channels that disagree with the model
+  std::vector<Eigen::VectorXd> std;         // by effect, by parameter
+  std::vector<Eigen::MatrixXd> covariance;  // the same with what the parameters of one effect err alike
+  std::vector<double> channel_rms;          // whitened, on the recordings that were not fitted
+  std::vector<double> train_rms;            // the same on the others
+  double score = 0;                         // sum over channels of n log(rms^2), not below the noise; lower is better
+  double held_score = 0;                    // the part of it by the recordings that were not fitted
+  double mismatch = 0;                      // the part of it by channels that disagree with the model
 };
 
 class StandJudge {
@@ -81,6 +82,13 @@ Evaluation thin_out(const Evaluation& evaluation, size_t channels);
 // So many deviations of a normal distribution, where the deviation itself is known from so many independent errors
 // only: Student's t by Wallace's approximation, good to 1 % from four on.
 double find_student(double normal, double degrees);
+
+// Length of a vector of so many normal errors of deviation 1, one to three, that is exceeded as rarely as so many
+// deviations of one error.
+double find_length(double normal, size_t components);
+
+// Deviations of a vector from nothing, whatever axes it is written in: sqrt(v^T C^-1 v).
+double calc_deviations(const Eigen::VectorXd& vector, const Eigen::MatrixXd& covariance);
 
 // Deviation of feet's roll and pitch [rad]: their moments (rms) times what ground and sole may give, evenly up to most.
 Eigen::Vector2d find_tilting(const StandProblem& problem);

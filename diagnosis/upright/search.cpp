@@ -89,6 +89,10 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
   const StandEffect& e = fit.hypothesis.back();
   const StandInfo& info = get_stand_info(e.id);
   if (e.id == StandId::kBacklash) return true;  // how far a free link moves has no deviation; the held-out gain tells
+  if (is_vector(e.id)) {
+    const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
+    return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kNormal, e.p.size()));
+  }
   for (size_t i = 0; i < e.p.size(); ++i) {
     const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
     if (std <= 0 || find_prior(p_, e, i) > 0 || !is_main(e.id, i)) continue;
