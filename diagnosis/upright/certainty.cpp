@@ -84,7 +84,7 @@ bool StandSearcher::is_consistent(size_t effect) const {
     const StandStep step = solve(p_, selection, h, columns, base);
     if (!step.ok) continue;
     for (size_t i = 0; i < h[effect].p.size(); ++i) {
-      if (find_prior(p_, h[effect], i) > 0 || !is_main(h[effect].id, i)) continue;
+      if (!is_main(h[effect].id, i)) continue;
       const auto at = static_cast<long>(first + i);
       const double size = std::abs(h[effect].p[i] - info.neutral[i % info.neutral.size()]);
       const double off = std::abs(step.delta(at)), std = std::sqrt(std::max(0.0, step.covariance(at, at)));

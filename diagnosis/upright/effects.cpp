@@ -196,7 +196,8 @@ double find_noise(const StandProblem& problem, int joint) {
   return problem.noise.empty() ? 0 : problem.noise[find_drive(problem, static_cast<size_t>(joint))];
 }
 
-// [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off.
+// [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off, and
+// half of that is a deviation of how far off it is. Upright robots hardly tell how high it is: then this does.
 double find_size(const StandProblem& problem, int link) {
   return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
 }
@@ -212,7 +213,7 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
   if (is_foot(e.id)) {
     const size_t size = info.step.size();
     for (size_t at = 0; at < e.p.size(); at += size) {
-      if (e.p[at] <= 0 || e.p[at + 2] <= 0 || e.p[at + 1] < -1e-3 || e.p[at + 3] < -1e-3) return false;
+      if (e.p[at] <= 0 || e.p[at + 2] <= 0) return false;
       if (size > kFootParameters && e.p[at + kFootParameters] <= 0) return false;
     }
     return true;
@@ -241,10 +242,9 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     case I::kSaturation:  // of a drive that gives less than can be seen nothing tells what takes the rest
       return e.p[0] > kSeen * find_noise(problem, e.place);
     case I::kElasticity:
-      return e.p[1] > -1e-3 && e.p[0] > find_bound(problem, e, 0);
-    // A gap below what encoders resolve is none; a rotor's inertia; how far teeth bend is known beforehand.
-    case I::kBacklash:
-      return e.p[0] > 1e-4 && e.p[1] > -1e-3;
+      return e.p[0] > find_bound(problem, e, 0);
+    case I::kBacklash:  // a gap below what encoders resolve is none
+      return e.p[0] > 1e-4;
     case I::kComError:
       return Vector3d(e.p[0], e.p[1], e.p[2]).norm() < find_size(problem, e.place);
     case I::kLoadFriction:
@@ -284,12 +284,35 @@ bool starts_away(const StandEffect& e) {
 }
 
 bool adds_noise(StandId id) {
-  return id == I::kRotorInertia || id == I::kTorqueConstant || id == I::kActuatorLag || id == I::kElasticity ||
-         id == I::kMassError || id == I::kPayload;
+  switch (id) {
+    case I::kViscous:
+    case I::kRotorInertia:
+    case I::kTorqueConstant:
+    case I::kActuatorLag:
+    case I::kElasticity:
+    case I::kPayload:
+    case I::kMassError:
+    case I::kComError:
+    case I::kFootCompliance:
+    case I::kFootHardening:
+    case I::kForceScale:
+    case I::kTorqueScale:
+    case I::kGyroScale:
+    case I::kAccelerometerScale:
+    case I::kEffortScale:
+    case I::kVelocityScale:
+      return true;
+    default:
+      return false;
+  }
 }
 
 bool is_vector(StandId id) {
   return id == I::kGroundSlope || (get_stand_info(id).parameters.size() == 1 && get_stand_info(id).neutral.size() == 3);
+}
+
+StandEffect make_soft_soles(const StandProblem& problem) {
+  return {I::kFootCompliance, 0, std::vector<double>(kFootParameters * problem.feet.size(), 0.0)};
 }
 
 bool is_main(StandId id, size_t parameter) {
@@ -344,6 +367,7 @@ double find_doubt(const StandProblem& problem, const StandEffect& e) {
 }
 
 double find_prior(const StandProblem& problem, const StandEffect& e, size_t parameter) {
+  if (e.id == StandId::kComError) return 0.5 * find_size(problem, e.place);
   // [rad/(N m)] Teeth bend less than the servo that drives them gives, or it would ring.
   if (e.id == StandId::kBacklash && parameter == 2) return 0.3 / std::max(1.0, find_servo(problem, e.place).kp);
   if (!is_foot(e.id)) return 0;

@@ -40,11 +40,14 @@ std::vector<StandEffect> list_richer(const StandProblem& problem, const StandEff
 // Effects without a neutral start, and starts far from it: a slope at none says nothing about them.
 bool starts_away(const StandEffect& effect);
 
-// Effects that multiply a noisy signal: accelerations, efforts.
+// Effects that multiply a noisy signal: rates, accelerations, efforts, moments. Positions are too quiet to matter.
 bool adds_noise(StandId id);
 
 // One quantity written in axes that somebody chose: a force, an offset, a slope.
 bool is_vector(StandId id);
+
+// Soles that give, from none.
+StandEffect make_soft_soles(const StandProblem& problem);
 
 // Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
 bool is_main(StandId id, size_t parameter);
@@ -66,7 +69,7 @@ double find_bound(const StandProblem& problem, const StandEffect& effect, size_t
 // is recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
 double find_doubt(const StandProblem& problem, const StandEffect& effect);
 
-// Standard deviation of what is known beforehand of a nuisance about its neutral value; 0: nothing.
+// Standard deviation of what is known beforehand of a parameter about its neutral value; 0: nothing.
 double find_prior(const StandProblem& problem, const StandEffect& effect, size_t parameter);
 
 }  // namespace hrp::diagnosis::upright

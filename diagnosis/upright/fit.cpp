@@ -157,16 +157,17 @@ SharedColumns share_columns(const FitSelection& selection, std::vector<Derivativ
   return out;
 }
 
-Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection, const SharedColumns& shared,
-                           const StandHypothesis& hypothesis, const std::vector<Derivative>& added) {
-  const long n = shared.weighted.cols(), m = static_cast<long>(added.size());
-  const Eigen::MatrixXd C = stack_all(selection, added, shared.residual.size());
-  Normal normal{Eigen::MatrixXd(n + m, n + m), Eigen::MatrixXd::Zero(n + m, n + m), Eigen::VectorXd(n + m)};
-  normal.A.topLeftCorner(n, n) = shared.weighted.transpose() * shared.weighted;
-  normal.A.bottomLeftCorner(m, n) = C.transpose() * shared.weighted;
-  normal.A.topRightCorner(n, m) = normal.A.bottomLeftCorner(m, n).transpose();
-  normal.A.bottomRightCorner(m, m) = C.transpose() * C;
-  normal.b << shared.weighted.transpose() * shared.residual, C.transpose() * shared.residual;
+Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
+                           const StandHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y) {
+  const auto join = [&](const ColumnSide& side) {
+    const long rows = side.shared.residual.size(), n = side.shared.weighted.cols();
+    Eigen::MatrixXd out(rows, n + static_cast<long>(side.added.size()));
+    out << side.shared.weighted, stack_all(selection, side.added, rows);
+    return out;
+  };
+  const Eigen::MatrixXd X = join(x), Y = join(y), XY = X.transpose() * Y;
+  Normal normal{0.5 * (XY + XY.transpose()), Eigen::MatrixXd::Zero(X.cols(), X.cols()),
+                0.5 * (X.transpose() * y.shared.residual + Y.transpose() * x.shared.residual)};
   add_priors(problem, hypothesis, &normal);
   return solve_normal(normal).delta;
 }
@@ -179,6 +180,24 @@ StandStep solve(const StandProblem& problem, const FitSelection& selection, cons
   return solve_normal(normal);
 }
 
+namespace {
+
+void keep_shapes(StandHypothesis* hypothesis) {
+  for (StandEffect& e : *hypothesis) {
+    const size_t size = get_stand_info(e.id).step.size();
+    for (size_t at = 0; is_foot(e.id) && at < e.p.size(); at += size) {
+      for (size_t damping : {at + 1, at + 3}) e.p[damping] = std::max(e.p[damping], 0.0);  // [s]
+    }
+    if (e.id == StandId::kStribeck) e.p[2] = std::clamp(e.p[2], 0.01, 0.5);     // [rad/s]
+    if (e.id == StandId::kHysteresis) e.p[1] = std::clamp(e.p[1], 2e-3, 0.3);   // [rad]
+    if (e.id == StandId::kBacklash) e.p[1] = std::max(e.p[1], 0.0);             // [kg m^2]
+    if (e.id == StandId::kElasticity) e.p[1] = std::max(e.p[1], 0.0);           // [kg m^2]
+    if (e.id == StandId::kJointOffset) e.p[0] = std::clamp(e.p[0], -0.3, 0.3);  // [rad]
+  }
+}
+
+}  // namespace
+
 void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* hypothesis) {
   long at = 0;
   for (size_t e = 0; e < hypothesis->size(); ++e) {
@@ -187,19 +206,10 @@ void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* hypot
       ++at;
     }
   }
+  keep_shapes(hypothesis);
 }
 
 namespace {
-
-// A shape parameter that the data hardly see may be thrown far by one step: it stays within its bounds.
-void keep_shapes(StandHypothesis* hypothesis) {
-  for (StandEffect& e : *hypothesis) {
-    if (e.id == StandId::kStribeck) e.p[2] = std::clamp(e.p[2], 0.01, 0.5);     // [rad/s]
-    if (e.id == StandId::kHysteresis) e.p[1] = std::clamp(e.p[1], 2e-3, 0.3);   // [rad]
-    if (e.id == StandId::kBacklash) e.p[1] = std::max(e.p[1], 0.0);             // [kg m^2]
-    if (e.id == StandId::kJointOffset) e.p[0] = std::clamp(e.p[0], -0.3, 0.3);  // [rad]
-  }
-}
 
 // What a fit makes small: weighted products of the residuals of two sides, and what is known beforehand.
 double calc_cost(const StandProblem& problem, const FitSelection& selection, const StandHypothesis& h,
@@ -229,7 +239,6 @@ StandHypothesis take_step(const StandHypothesis& from, const Eigen::VectorXd& de
   for (int i = 0; i <= kHalvings; ++i, share /= 2) {
     h = from;
     add_step(share * delta, 0, &h);
-    keep_shapes(&h);
     if (judge(h) <= cost) break;
   }
   return h;

@@ -53,11 +53,16 @@ struct SharedColumns {
 };
 SharedColumns share_columns(const FitSelection& selection, std::vector<Derivative> columns, const Evaluation& base);
 
-// Gauss-Newton step of the shared columns and `added` together; no covariance.
-Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection, const SharedColumns& shared,
-                           const StandHypothesis& hypothesis, const std::vector<Derivative>& added);
+// Gauss-Newton step of the shared columns and `added` together; no covariance. Both sides the same: plain least
+// squares.
+struct ColumnSide {
+  const SharedColumns& shared;
+  const std::vector<Derivative>& added;
+};
+Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
+                           const StandHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y);
 
-// Gauss-Newton step of plain least squares, with what is known beforehand of nuisances.
+// Gauss-Newton step of plain least squares, with what is known beforehand.
 StandStep solve(const StandProblem& problem, const FitSelection& selection, const StandHypothesis& hypothesis,
                 const std::vector<Derivative>& columns, const Evaluation& base);
 
@@ -70,6 +75,8 @@ StandHypothesis refine(const StandProblem& problem, const FitSelection& selectio
 bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, StandHypothesis* hypothesis,
             Eigen::MatrixXd* covariance);
 
+// Adds a step to the parameters of effects [first, end). A shape, or a damping, that the data hardly see may be thrown
+// far by one step: it stays within its bounds, so that the effect is not given up for it.
 void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* hypothesis);
 
 }  // namespace hrp::diagnosis::upright

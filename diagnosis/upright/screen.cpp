@@ -34,7 +34,7 @@ StandTrial StandSearcher::screen(const StandFit& so_far, const StandEffect& cand
     return trial;
   }
   const std::vector<Derivative> added = differentiate(coarse_, h, so_far.hypothesis.size(), base, all_);
-  const Eigen::VectorXd delta = solve_with(coarse_, judge_.select(so_far), shared, h, added);
+  const Eigen::VectorXd delta = find_step(so_far, h, added, all);
   if (delta.allFinite()) add_step(delta, 0, &h);
   Evaluation predicted(base.size());
   const size_t n = shared.columns.size();
@@ -52,6 +52,19 @@ StandTrial StandSearcher::screen(const StandFit& so_far, const StandEffect& cand
   }
   trial.fit = judge_.judge(h, predicted, adds_noise(candidate.id) ? find_noise_of(h, all) : std::vector<double>{});
   return trial;
+}
+
+// To the parameters of a hypothesis whose last effect's columns are `added`. What multiplies a noisy signal is stepped
+// by even against odd samples: plain least squares would make it small for the noise's sake.
+Eigen::VectorXd StandSearcher::find_step(const StandFit& so_far, const StandHypothesis& h,
+                                         const std::vector<Derivative>& added, const Screen& all) const {
+  const FitSelection selection = judge_.select(so_far);
+  const ColumnSide plain{all.columns, added};
+  if (!adds_noise(h.back().id)) return solve_with(coarse_, selection, h, plain, plain);
+  const size_t first = h.size() - 1;
+  const auto even = differentiate(coarse_even_, h, first, all.even, selection.recordings);
+  const auto odd = differentiate(coarse_odd_, h, first, all.odd, selection.recordings);
+  return solve_with(coarse_, selection, h, {all.even_columns, even}, {all.odd_columns, odd});
 }
 
 // By channel the noise [squared] that the last effect of a hypothesis adds.
@@ -86,22 +99,36 @@ std::vector<StandEffect> StandSearcher::list_next(const StandFit& so_far, const 
   return list;
 }
 
+StandSearcher::Screen StandSearcher::prepare_screen(const StandFit& so_far) const {
+  const StandHypothesis& h = so_far.hypothesis;
+  const FitSelection selection = judge_.select(so_far);
+  Screen out{evaluate(coarse_, h), evaluate(coarse_even_, h), evaluate(coarse_odd_, h), {}, 0, 0, {}, {}, {}};
+  out.score = judge_.judge(h, out.base).score;
+  out.offset = out.score - judge_.judge(h, thin_out(evaluate(p_, h), channels())).score;
+  out.noise = judge_.find_noise(out.even, out.odd);
+  const auto share = [&](const StandProblem& problem, const Evaluation& base, const std::vector<size_t>& recordings) {
+    return share_columns(selection, differentiate(problem, h, 0, base, recordings), base);
+  };
+  out.columns = share(coarse_, out.base, all_);
+  out.even_columns = share(coarse_even_, out.even, selection.recordings);
+  out.odd_columns = share(coarse_odd_, out.odd, selection.recordings);
+  return out;
+}
+
+// A hypothesis from a start fitted to the training recordings, and judged.
+StandFit StandSearcher::fit_trial(const StandFit& so_far, const StandHypothesis& start, int iterations) const {
+  StandHypothesis h = refine(p_, judge_.select(so_far), start, iterations);
+  Eigen::MatrixXd covariance;
+  if (adds_noise(h.back().id)) polish(problems_, judge_.select(so_far), iterations, &h, &covariance);
+  StandFit fit = judge(h);
+  if (!are_sensible(p_, h)) fit.score = 1e300;
+  return fit;
+}
+
 // Candidates added to what was found so far, the best few of them fitted to the end; best first.
 std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) const {
-  Screen shared{evaluate(coarse_, so_far.hypothesis),
-                evaluate(coarse_even_, so_far.hypothesis),
-                evaluate(coarse_odd_, so_far.hypothesis),
-                {},
-                0,
-                0,
-                {}};
-  const Evaluation& base = shared.base;
-  shared.score = judge_.judge(so_far.hypothesis, base).score;
-  shared.offset =
-      shared.score - judge_.judge(so_far.hypothesis, thin_out(evaluate(p_, so_far.hypothesis), channels())).score;
-  shared.noise = judge_.find_noise(shared.even, shared.odd);
-  shared.columns = share_columns(judge_.select(so_far), differentiate(coarse_, so_far.hypothesis, 0, base, all_), base);
-  const std::vector<StandEffect> candidates = list_next(so_far, base);
+  const Screen shared = prepare_screen(so_far);
+  const std::vector<StandEffect> candidates = list_next(so_far, shared.base);
   std::vector<StandTrial> trials(candidates.size());
   parallel_for(jobs_, static_cast<int>(candidates.size()), [&](int i) {
     trials[static_cast<size_t>(i)] = screen(so_far, candidates[static_cast<size_t>(i)], shared);
@@ -122,9 +149,7 @@ std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) co
     parallel_for(jobs_, static_cast<int>(best.size()), [&](int i) {
       StandTrial& trial = best[static_cast<size_t>(i)];
       if (iterations > 2 && trial.fit.score > within) return;
-      const StandHypothesis h = refine(p_, judge_.select(so_far), trial.fit.hypothesis, iterations);
-      trial.fit = judge(h);
-      if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+      trial.fit = fit_trial(so_far, trial.fit.hypothesis, iterations);
     });
     std::stable_sort(best.begin(), best.end(), better);
   }

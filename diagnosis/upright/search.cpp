@@ -62,8 +62,7 @@ void StandSearcher::start_with_soles() {
     if (e.id != StandId::kFootCompliance) continue;
     const StandOutcome before = out_;
     const StandJudge judge_before = judge_;
-    const StandHypothesis h = refine(p_, judge_.select(out_.nominal), {e}, 2);
-    out_.chosen = judge(h);
+    out_.chosen = fit_trial(out_.nominal, {e}, 2);
     out_.rounds.assign(1, {});
     extend();
     const bool more = out_.chosen.hypothesis.size() > 1;
@@ -95,7 +94,7 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
   }
   for (size_t i = 0; i < e.p.size(); ++i) {
     const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
-    if (std <= 0 || find_prior(p_, e, i) > 0 || !is_main(e.id, i)) continue;
+    if (std <= 0 || !is_main(e.id, i)) continue;
     if (std::abs(e.p[i] - from) - find_bound(p_, e, i) > significant_ * std) return true;
   }
   return false;

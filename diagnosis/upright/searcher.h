@@ -55,8 +55,12 @@ class StandSearcher {
     Evaluation base, even, odd;
     std::vector<double> noise;
     double score = 0, offset = 0;  // of it; less that of all samples thinned out, whose means are others
-    SharedColumns columns;
+    SharedColumns columns, even_columns, odd_columns;
   };
+  Screen prepare_screen(const StandFit& so_far) const;
+  Eigen::VectorXd find_step(const StandFit& so_far, const StandHypothesis& h, const std::vector<Derivative>& added,
+                            const Screen& shared) const;
+  StandFit fit_trial(const StandFit& so_far, const StandHypothesis& h, int iterations) const;
   StandTrial screen(const StandFit& so_far, const StandEffect& candidate, const Screen& shared) const;
   std::vector<double> find_noise_of(const StandHypothesis& h, const Screen& shared) const;
   StandFit judge(const StandHypothesis& h) const;

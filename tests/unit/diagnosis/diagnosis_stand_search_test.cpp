@@ -25,14 +25,21 @@ struct Arm {
   Missing missing;
 };
 
+// What else is not as the model has it: of the body, of the gyroscope, which is as noisy as `shake` [rad/s^2] says.
+struct Body {
+  StandHypothesis hidden;
+  double nod = 0, scale = 1, shake = 0;  // [rad] to both sides; of the gyroscope's readings
+};
+
 class Stander {
  public:
-  explicit Stander(const std::vector<Arm>& arms) : arms_(arms) {
+  explicit Stander(const std::vector<Arm>& arms, const Body& body = {}) : arms_(arms), body_(body) {
     std::mt19937 random(17);
     p_.even = make(&random), p_.odd = make(&random), p_.all = p_.even;
     for (size_t r = 0; r < 3; ++r) {
       const StandRecording &even = p_.even.recordings[r], &odd = p_.odd.recordings[r];
       for (size_t i = 0; i < 6; ++i) p_.all.recordings[r].wrench[i] = average(even.wrench[i], odd.wrench[i]);
+      p_.all.recordings[r].gyro[1].rate = average(even.gyro[1].rate, odd.gyro[1].rate);
       for (size_t j = 1; j < even.effort.size(); ++j) {
         p_.all.recordings[r].effort[j] = average(even.effort[j], odd.effort[j]);
       }
@@ -44,11 +51,12 @@ class Stander {
   StandProblem get_problem() const { return p_.all; }
 
  private:
-  static Series average(const Series& a, const Series& b) {
-    Series out = a;
-    for (size_t k = 0; k < a.value.size(); ++k) out.value[k] = 0.5 * (a.value[k] + b.value[k]);
-    return out;
+  static std::vector<double> average(std::vector<double> a, const std::vector<double>& b) {
+    for (size_t k = 0; k < a.size(); ++k) a[k] = 0.5 * (a[k] + b[k]);
+    return a;
   }
+
+  static Series average(const Series& a, const Series& b) { return {average(a.value, b.value), a.rate, a.second}; }
 
   static Series constant(double value) {
     return {std::vector<double>(kSamples, value), std::vector<double>(kSamples, 0.0),
@@ -73,6 +81,7 @@ class Stander {
       p.tree.links.back().inertia.p_LLcm_L = {0, 0, -0.3};
     }
     p.command = p.velocity = std::vector<bool>(p.effort.size(), false), p.slack.assign(p.effort.size(), 0.1);
+    p.noise.assign(list_channels(p).size(), kNoise);
     for (size_t r = 0; r < 3; ++r) {
       p.recordings.push_back(move(r));
       balance(r, &p, random);
@@ -84,7 +93,7 @@ class Stander {
   void balance(size_t recording, StandProblem* p, std::mt19937* random) const {
     std::normal_distribution<double> normal;
     StandRecording& r = p->recordings[recording];
-    const std::vector<double> rows = calc_channels(*p, {}, recording);
+    const std::vector<double> rows = calc_channels(*p, body_.hidden, recording);
     const size_t channels = list_channels(*p).size(), first = find_places(*p) + count_places(*p);
     for (size_t k = 0; k < kSamples; ++k) {
       for (size_t i = 0; i < 6; ++i) {
@@ -95,6 +104,22 @@ class Stander {
         r.effort[j].value[k] = arms_[j - 1].missing(q, v, r.time[k], recording) -
                                rows[k * channels + find_drive(*p, j)] + std::sqrt(2.0) * kNoise * normal(*random);
       }
+    }
+    for (double& rate : r.gyro[1].rate) rate *= body_.scale;
+    for (size_t k = 0; k < kSamples && body_.shake > 0; ++k) r.gyro[1].rate[k] += body_.shake * normal(*random);
+    for (double& turning : r.gyro[1].value) turning *= body_.scale;
+  }
+
+  // The trunk nods over a foot that stands.
+  void nod(StandRecording* r) const {
+    for (size_t k = 0; k < r->time.size(); ++k) {
+      const double w = 1.7, angle = body_.nod * std::sin(w * r->time[k]);
+      const double rate = body_.nod * w * std::cos(w * r->time[k]), second = -w * w * angle;
+      r->attitude[0].value[k] = std::cos(angle / 2), r->attitude[2].value[k] = std::sin(angle / 2);
+      r->gyro[1].value[k] = rate, r->gyro[1].rate[k] = second;
+      r->accelerometer[0].value[k] = -9.81 * std::sin(angle), r->accelerometer[2].value[k] = 9.81 * std::cos(angle);
+      Series& foot = r->position[0];
+      foot.value[k] = -angle, foot.rate[k] = -rate, foot.second[k] = -second;
     }
   }
 
@@ -119,10 +144,12 @@ class Stander {
       r.position.push_back(q), r.effort.push_back(constant(0));
     }
     r.command = r.velocity = std::vector<Series>(r.position.size());
+    nod(&r);
     return r;
   }
 
   std::vector<Arm> arms_;
+  Body body_;
   Experiment experiment_;
   StandProblems p_;
 };
@@ -223,8 +250,20 @@ TEST(StandingJudge, DoesNotTakeNoiseThatAFilterColoursForSomethingMissing) {
   EXPECT_NEAR(find(1.5, M_PI / 4), 1.5 * std::sqrt(std::sqrt(0.5)), 0.2) << "a quarter of a turn over two samples";
 }
 
+double lacks_nothing(double, double, double, size_t) { return 0; }
+
+// Where the right scale makes more of the gyroscope's noise, plain least squares would rather keep the wrong one.
+TEST(StandingSearch, NamesAScaledGyroscopeThatIsNoisy) {
+  const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, {{}, 0.05, 0.7, 0.3}).search();
+  EXPECT_TRUE(o.explained);
+  ASSERT_TRUE(is_named(o, StandId::kGyroScale, 0));
+  EXPECT_EQ(o.chosen.hypothesis.size(), 1);
+  // Nodding at 0.085 rad/s against attitudes that are believed to 1e-4 rad/s: 0.2 % a stretch.
+  EXPECT_NEAR(o.chosen.hypothesis[0].p[0], 0.7, 2e-3);
+}
+
 TEST(StandingSearch, FindsNothingInNoise) {
-  const auto nothing = [](double, double, double, size_t) { return 0.0; };
+  const auto nothing = lacks_nothing;
   EXPECT_FALSE(Stander({{{0.3, 0.3, 0.3}, nothing}}).search().mismatch);
 }
 
