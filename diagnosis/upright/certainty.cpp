@@ -94,6 +94,22 @@ bool StandSearcher::is_consistent(size_t effect) const {
   return true;
 }
 
+// Whether a transmission explains what soles and ground that give, by whatever much, do not: each foot tilts by its own
+// moment, a leg by that of its joint. What the ground may give is then no reason to doubt it.
+bool StandSearcher::exceeds_ground(const StandFit& fit) const {
+  const auto flat = [](const StandFoot& f) { return f.kind == SoleKind::kFlat; };
+  if (fit.hypothesis.back().id != StandId::kElasticity || !std::all_of(p_.feet.begin(), p_.feet.end(), flat)) {
+    return false;
+  }
+  StandHypothesis h = fit.hypothesis;
+  h.pop_back();
+  if (std::any_of(h.begin(), h.end(), [](const StandEffect& e) { return is_foot(e.id); })) return true;
+  const StandEffect soles = make_soft_soles(p_);
+  h.push_back(soles);
+  const StandFit soft = judge(refine(p_, judge_.select(out_.chosen), h, 2));
+  return soft.score - kCorrelated * static_cast<double>(soles.p.size()) > fit.score + kGain;
+}
+
 // Whether the equations that need an effect are then left with noise: what stands in for something else hardly ever
 // explains all of it. Equations about one place count together: an unknown force on the body is felt in its balance as
 // a moment or as a force, and a displaced mass that takes away the one leaves the other.

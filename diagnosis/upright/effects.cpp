@@ -241,8 +241,6 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
       return e.p[1] > 1e-3 && e.p[1] < 0.5;
     case I::kSaturation:  // of a drive that gives less than can be seen nothing tells what takes the rest
       return e.p[0] > kSeen * find_noise(problem, e.place);
-    case I::kElasticity:
-      return e.p[0] > find_bound(problem, e, 0);
     case I::kBacklash:  // a gap below what encoders resolve is none
       return e.p[0] > 1e-4;
     case I::kComError:

@@ -121,7 +121,9 @@ StandFit StandSearcher::fit_trial(const StandFit& so_far, const StandHypothesis&
   Eigen::MatrixXd covariance;
   if (adds_noise(h.back().id)) polish(problems_, judge_.select(so_far), iterations, &h, &covariance);
   StandFit fit = judge(h);
-  if (!are_sensible(p_, h)) fit.score = 1e300;
+  const StandEffect& last = h.back();
+  const bool doubtful = last.id == StandId::kElasticity && last.p[0] <= find_bound(p_, last, 0);
+  if (!are_sensible(p_, h) || (doubtful && !exceeds_ground(fit))) fit.score = 1e300;
   return fit;
 }
 

@@ -92,10 +92,11 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
     const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
     return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kNormal, e.p.size()));
   }
+  const bool grounded = !exceeds_ground(fit);
   for (size_t i = 0; i < e.p.size(); ++i) {
     const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
     if (std <= 0 || !is_main(e.id, i)) continue;
-    if (std::abs(e.p[i] - from) - find_bound(p_, e, i) > significant_ * std) return true;
+    if (std::abs(e.p[i] - from) - (grounded ? find_bound(p_, e, i) : 0) > significant_ * std) return true;
   }
   return false;
 }

@@ -69,6 +69,7 @@ class StandSearcher {
   StandFit judge_again(const StandFit& fit) const;
   double find_deviations(double normal) const;
   bool is_significant(const StandFit& fit) const;
+  bool exceeds_ground(const StandFit& fit) const;
   void exchange_effects();
   void look_below_noise();
   void find_twins();

@@ -70,5 +70,109 @@ TEST(StandingEffects, ACentreOfMassIsExpectedWithinItsLink) {
   EXPECT_NEAR(find_prior(p, {StandId::kComError, 0, {0, 0, 0}}, 2), 0.2, 1e-9) << "a cube of 4 kg at 500 kg/m^3";
 }
 
+// A trunk of 100 kg leans to both sides over one foot, on a hip that gives, or on ground that does, as much as ground
+// may: 1.5e-5 rad/(N m).
+class Leaner {
+ public:
+  enum class Gives { kHip, kGround };
+  explicit Leaner(Gives gives) : gives_(gives) {
+    std::mt19937 random(29);
+    p_.even = make(&random), p_.odd = make(&random);
+    p_.all = p_.wide_even = p_.even, p_.wide_odd = p_.odd;
+    for (size_t r = 0; r < p_.all.recordings.size(); ++r) {
+      StandRecording &all = p_.all.recordings[r], &odd = p_.odd.recordings[r];
+      for (size_t k = 0; k < kSamples; ++k) {
+        const auto add = [k](Series* a, const Series& b) { a->value[k] = 0.5 * (a->value[k] + b.value[k]); };
+        for (size_t i = 0; i < 6; ++i) add(&all.wrench[i], odd.wrench[i]);
+        add(&all.effort[0], odd.effort[0]);
+      }
+    }
+  }
+  StandOutcome search() const { return search_standing(p_, 1, {}); }
+
+ private:
+  static constexpr size_t kSamples = 400;
+  static constexpr double kStep = 0.03, kGive = 1.5e-5, kHeight = 0.4;  // [s], [rad/(N m)], [m]
+
+  static Series zeros() {
+    const std::vector<double> none(kSamples, 0.0);
+    return {none, none, none};
+  }
+
+  StandProblem make(std::mt19937* random) const {
+    StandProblem p;
+    p.experiment = &experiment_, p.imu = "imu", p.imu_link = 0;
+    p.tree.links.resize(2);
+    LinkSpec &trunk = p.tree.links[0], &foot = p.tree.links[1];
+    trunk.name = "trunk", trunk.inertia.mass = 100, trunk.inertia.p_LLcm_L = {0, 0, 0.3};
+    trunk.inertia.I_LLcm_L = 4 * Matrix3d::Identity();
+    foot.name = "foot", foot.parent = 0, foot.joint.name = "hip", foot.joint.axis_F = Vector3d::UnitX();
+    foot.inertia.mass = 1e-9, foot.inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
+    p.feet.push_back({"foot", "foot_ft", 1});
+    p.feet[0].bush = {0, 0, -kHeight};
+    p.effort = {true}, p.command = p.velocity = {false}, p.slack = {1};
+    p.noise.assign(list_channels(p).size(), 2e-5);  // [rad] of the tilt, which places loose teeth
+    for (size_t r = 0; r < 3; ++r) p.recordings.push_back(lean(r));
+    for (size_t r = 0; r < 3; ++r) load(r, &p, random);
+    return p;
+  }
+
+  StandRecording lean(size_t recording) const {
+    StandRecording r;
+    r.train = recording < 2;
+    r.position = {zeros()}, r.effort = {zeros()}, r.command = r.velocity = {Series{}}, r.wrench.assign(6, zeros());
+    for (int i = 0; i < 3; ++i) r.gyro[i] = r.accelerometer[i] = zeros();
+    for (Series& part : r.attitude) part = zeros();
+    const double w = 0.9 + 0.2 * static_cast<double>(recording);
+    for (size_t k = 0; k < kSamples; ++k) {
+      const double t = kStep * static_cast<double>(k), angle = 0.1 * std::sin(w * t), rate = 0.1 * w * std::cos(w * t);
+      const double push = 1.5 * std::sin(2.7 * w * t);  // [m/s^2] sideways
+      r.time.push_back(t), r.samples.push_back(static_cast<int>(k));
+      r.attitude[0].value[k] = std::cos(angle / 2), r.attitude[1].value[k] = std::sin(angle / 2);
+      r.gyro[0].value[k] = rate, r.gyro[0].rate[k] = -w * w * angle;
+      r.accelerometer[1].value[k] = std::cos(angle) * push + std::sin(angle) * 9.81;
+      r.accelerometer[2].value[k] = std::cos(angle) * 9.81 - std::sin(angle) * push;
+      r.position[0].value[k] = -angle, r.position[0].rate[k] = -rate, r.position[0].second[k] = w * w * angle;
+    }
+    r.grid = r.samples;
+    return r;
+  }
+
+  // Wrench and effort that the motion asks for, noise, and what gives under them.
+  void load(size_t recording, StandProblem* p, std::mt19937* random) const {
+    std::normal_distribution<double> normal;
+    StandRecording& r = p->recordings[recording];
+    const size_t channels = list_channels(*p).size(), balance = find_places(*p) + count_places(*p);
+    const std::vector<double> rows = calc_channels(*p, {}, recording);
+    for (size_t k = 0; k < kSamples; ++k) {
+      for (size_t i = 0; i < 6; ++i) r.wrench[(i + 3) % 6].value[k] = rows[k * channels + balance + i];
+    }
+    const std::vector<double> loaded = calc_channels(*p, {}, recording);
+    for (size_t k = 0; k < kSamples; ++k) {
+      const double torque = -loaded[k * channels + find_drive(*p, 0)];
+      const double moment = r.wrench[3].value[k] - kHeight * r.wrench[1].value[k];
+      r.position[0].value[k] += gives_ == Gives::kHip ? kGive * torque : -kGive * moment;
+      r.effort[0].value[k] = torque + 0.3 * normal(*random);
+      for (size_t i = 0; i < 6; ++i) r.wrench[i].value[k] += (i < 3 ? 1.0 : 0.3) * normal(*random);  // [N], [N m]
+    }
+  }
+
+  Gives gives_;
+  Experiment experiment_;
+  StandProblems p_;
+};
+
+bool names_transmission(const StandOutcome& o) {
+  const StandHypothesis& h = o.chosen.hypothesis;
+  return std::any_of(h.begin(), h.end(), [](const StandEffect& e) { return e.id == StandId::kElasticity; });
+}
+
+TEST(StandingSearch, TellsAHipThatGivesLessThanGroundMayFromTheGround) {
+  const StandOutcome hip = Leaner(Leaner::Gives::kHip).search();
+  EXPECT_TRUE(hip.explained);
+  EXPECT_TRUE(names_transmission(hip));
+  EXPECT_FALSE(names_transmission(Leaner(Leaner::Gives::kGround).search()));
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::upright
