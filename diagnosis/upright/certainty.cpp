@@ -110,6 +110,26 @@ bool StandSearcher::exceeds_ground(const StandFit& fit) const {
   return soft.score - kCorrelated * static_cast<double>(soles.p.size()) > fit.score + kGain;
 }
 
+// Weight of a load beside a force at its link is more of that force, and its lever a displaced centre of mass: they
+// stand still alike, and only what the load takes to accelerate tells them apart. True where all of the force that
+// points down may be such a weight, or none.
+bool StandSearcher::may_be_load(size_t effect) const {
+  StandHypothesis h = out_.chosen.hypothesis;
+  const StandEffect& offset = h[effect];
+  const auto pulls = [&](const StandEffect& e) { return e.id == StandId::kExternalForce && e.place == offset.place; };
+  const auto force = std::find_if(h.begin(), h.end(), pulls);
+  if (offset.id != StandId::kComError || force == h.end() || force->p[2] >= 0) return false;
+  const double load = -force->p[2] / p_.experiment->scenario.gravity_W.norm();
+  const double mass = p_.tree.links[static_cast<size_t>(offset.place)].inertia.mass;
+  long at = 0;
+  for (size_t i = 0; i < effect; ++i) at += static_cast<long>(h[i].p.size());
+  force->p[2] = 0;
+  h[effect] = {StandId::kPayload, offset.place, {load, mass * offset.p[0], mass * offset.p[1], mass * offset.p[2]}};
+  Eigen::MatrixXd covariance;
+  if (!polish(problems_, judge_.select(out_.chosen), 0, &h, &covariance)) return false;
+  return load < kNinetyFive * std::sqrt(covariance(at, at));
+}
+
 // Whether the equations that need an effect are then left with noise: what stands in for something else hardly ever
 // explains all of it. Equations about one place count together: an unknown force on the body is felt in its balance as
 // a moment or as a force, and a displaced mass that takes away the one leaves the other.

@@ -221,6 +221,13 @@ void StandSearcher::find_twins() {
       const StandEffect& e = t.fit.hypothesis[i];
       if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, found)) out_.twins.back().push_back(e);
     }
+    const auto is_listed = [&](StandId id) {
+      const std::vector<StandEffect>& twins = out_.twins.back();
+      return std::any_of(twins.begin(), twins.end(), [&](const StandEffect& e) { return e.id == id; });
+    };
+    if (may_be_load(i) && !is_listed(StandId::kPayload)) {
+      out_.twins.back().push_back({StandId::kPayload, found.place, {0, 0, 0, 0}});
+    }
     if (found.id != StandId::kJointOffset) continue;
     const auto joint = static_cast<size_t>(found.place);
     if (!may_be_teeth(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;

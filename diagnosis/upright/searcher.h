@@ -70,6 +70,7 @@ class StandSearcher {
   double find_deviations(double normal) const;
   bool is_significant(const StandFit& fit) const;
   bool exceeds_ground(const StandFit& fit) const;
+  bool may_be_load(size_t effect) const;
   void exchange_effects();
   void look_below_noise();
   void find_twins();

@@ -262,6 +262,19 @@ TEST(StandingSearch, NamesAScaledGyroscopeThatIsNoisy) {
   EXPECT_NEAR(o.chosen.hypothesis[0].p[0], 0.7, 2e-3);
 }
 
+// The weight of a load is a force, and its lever a displaced centre of mass, where nothing accelerates it.
+TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeALoad) {
+  const StandHypothesis hidden{{StandId::kPayload, 0, {3, 0.06, 0.03, 0.2}}, {StandId::kExternalForce, 0, {9, -7, -4}}};
+  const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, {hidden, 0.05}).search();
+  EXPECT_TRUE(o.explained);
+  EXPECT_TRUE(is_named(o, StandId::kExternalForce, 0));
+  const auto is_load = [](const StandEffect& e) { return e.id == StandId::kPayload && e.place == 0; };
+  const StandHypothesis& h = o.chosen.hypothesis;
+  bool told = std::any_of(h.begin(), h.end(), is_load);
+  for (const auto& twins : o.twins) told = told || std::any_of(twins.begin(), twins.end(), is_load);
+  EXPECT_TRUE(told);
+}
+
 TEST(StandingSearch, FindsNothingInNoise) {
   const auto nothing = lacks_nothing;
   EXPECT_FALSE(Stander({{{0.3, 0.3, 0.3}, nothing}}).search().mismatch);
