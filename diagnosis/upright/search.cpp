@@ -41,7 +41,7 @@ bool StandSearcher::is_full() const { return out_.chosen.hypothesis.size() >= kM
 void StandSearcher::extend() {
   while (out_.chosen.hypothesis.size() < kMostEffects && add_effect()) {
   }
-  if (out_.chosen.hypothesis.size() > 1) exchange_effects();
+  if (out_.chosen.hypothesis.size() > 1) exchange_effects(false);
   while (is_full() && out_.chosen.hypothesis.size() < kMostAlike && add_effect()) {
   }
   enrich_effects();
@@ -185,17 +185,18 @@ void StandSearcher::enrich_effects() {
 }
 
 // Each effect against all others in its place, given the rest: what came first was chosen without knowing the second.
-void StandSearcher::exchange_effects() {
-  for (size_t i = 0; i + 1 < out_.chosen.hypothesis.size(); ++i) {
+// The last one knew all others, but for one that was taken out since.
+void StandSearcher::exchange_effects(bool all) {
+  for (size_t i = 0; i + (all ? 0 : 1) < out_.chosen.hypothesis.size(); ++i) {
     StandHypothesis rest = out_.chosen.hypothesis;
     const StandEffect before = rest[i];
     rest.erase(rest.begin() + static_cast<long>(i));
-    const StandHypothesis refitted = refine(p_, judge_.select(out_.chosen), rest, 5);
+    const StandHypothesis refitted = rest.empty() ? rest : refine(p_, judge_.select(out_.chosen), rest, 5);
     const StandFit fit = judge(refitted);
     if (fit.score - out_.chosen.score < kGain) {  // no longer needed
       out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
-      out_.chosen = finish(fit, refitted);
-      return exchange_effects();
+      out_.chosen = rest.empty() ? fit : finish(fit, refitted);
+      return exchange_effects(true);
     }
     std::vector<StandTrial> trials = try_candidates(fit);
     if (trials.empty() || trials[0].fit.score >= 1e299) continue;

@@ -71,7 +71,7 @@ class StandSearcher {
   bool is_significant(const StandFit& fit) const;
   bool exceeds_ground(const StandFit& fit) const;
   bool may_be_load(size_t effect) const;
-  void exchange_effects();
+  void exchange_effects(bool all);
   void look_below_noise();
   void find_twins();
   void doubt();
