@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/upright/layout.h"
 #include "diagnosis/upright/searcher.h"
 #include "diagnosis/upright/slip.h"
 #include "diagnosis/upright/teeth.h"
@@ -84,10 +85,19 @@ double StandSearcher::find_deviations(double normal) const {
   return find_student(normal, stretches - 1);
 }
 
+bool StandSearcher::has_moving_feet() const {
+  for (size_t c = 0; c < find_places(p_) + count_places(p_); ++c) {
+    if (std::max(out_.chosen.channel_rms[c], out_.chosen.train_rms[c]) > kMismatch) return true;
+  }
+  return false;
+}
+
 bool StandSearcher::is_significant(const StandFit& fit) const {
   const StandEffect& e = fit.hypothesis.back();
   const StandInfo& info = get_stand_info(e.id);
-  if (e.id == StandId::kBacklash) return true;  // how far a free link moves has no deviation; the held-out gain tells
+  // How far a free link moves has no deviation; the held-out gain tells. A link that nothing ever held follows what the
+  // feet say at every sample: then they must say it beyond their noise.
+  if (e.id == StandId::kBacklash) return e.p[3] == 0 || has_moving_feet();
   if (is_vector(e.id)) {
     const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
     return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kNormal, e.p.size()));

@@ -68,6 +68,7 @@ class StandSearcher {
   StandFit finish(const StandFit& so_far, const StandHypothesis& hypothesis) const;
   StandFit judge_again(const StandFit& fit) const;
   double find_deviations(double normal) const;
+  bool has_moving_feet() const;  // against the ground or each other, as what was found so far has them
   bool is_significant(const StandFit& fit) const;
   bool exceeds_ground(const StandFit& fit) const;
   bool may_be_load(size_t effect) const;
