@@ -16,10 +16,16 @@ int main(int argc, char** argv) {
       "Exit status: 0 a verdict was reached, 2 bad input (file, line and column are named), 1 a fault of the tool."};
   std::string experiment_path, out;
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
+  double patience = 1.0;
   bool quiet = false;
   app.add_option("experiment", experiment_path, "the experiment.yaml")->required();
   app.add_option("--out", out, "folder for the report (made when missing)")->required();
   app.add_option("--jobs", jobs, "threads to use; the report does not depend on it")->check(CLI::Range(1, 256));
+  app.add_option("--patience", patience,
+                 "times the usual work of a search on a fixed base (about two minutes of two cores), for sets of\n"
+                 "effects that a report says were not all tried; the report depends on it")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
   app.add_flag("--quiet", quiet, "no progress on the terminal");
   try {
     app.parse(argc, argv);
@@ -35,7 +41,8 @@ int main(int argc, char** argv) {
   try {
     const Experiment experiment = load_experiment(experiment_path);
     for (const std::string& warning : experiment.warnings) say("note: " + warning);
-    const Problem problem = make_problem(experiment, jobs);
+    Problem problem = make_problem(experiment, jobs);
+    problem.most_work *= patience;
     const Reports reports = diagnose(problem, say);
     write_reports(experiment, out, reports);
     std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/search/significance.h"
-#include "diagnosis/simulation/presliding.h"
+#include "diagnosis/simulation/nearby.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -233,7 +233,7 @@ void DriveSelector::grow(Fit* model) const {
       if (trial.ok && trial.merit() < best.merit() && !is_nonsense(trial.effects)) best = trial;
     }
     if (!(best.merit() < kEarns * model->merit())) break;
-    best.effects = choose_presliding(problem_, best.effects);
+    best.effects = try_nearby(problem_, best.effects);
     const Fit again = try_fit(best.effects, 6);
     *model = again.ok && again.merit() < best.merit() ? again : best;
   }
@@ -285,13 +285,13 @@ void DriveSelector::prune(Fit* model) const {
     if (trial.ok) *model = trial;
   }
   // Once more with the other parameters where they belong.
-  const Fit again = try_fit(choose_presliding(problem_, model->effects), 6);
+  const Fit again = try_fit(try_nearby(problem_, model->effects), 6);
   if (again.ok && again.merit() < model->merit()) *model = again;
 }
 
 DriveModel DriveSelector::select() {
   Hypothesis start = make_start();
-  start = choose_presliding(problem_, start);
+  start = try_nearby(problem_, start);
   const Fit plain = try_fit(start, 0);
   Fit model = try_fit(start, 10);
   if (!model.ok) model = try_fit({{EffectId::kViscous, joint_, {0.1 * start[0].p[0] + 1e-3}}}, 10);

@@ -7,7 +7,7 @@
 
 #include "diagnosis/drive/joint.h"
 #include "diagnosis/search/format.h"
-#include "diagnosis/simulation/presliding.h"
+#include "diagnosis/simulation/nearby.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -86,7 +86,7 @@ class DriveSearch {
     options.tolerance = 1e-3;
     FitResult result = fit(problem_, trial->hypothesis, problem_.train, options);
     if (!result.ok) return;
-    const FitResult again = fit(problem_, choose_presliding(problem_, result.hypothesis), problem_.train, options);
+    const FitResult again = fit(problem_, try_nearby(problem_, result.hypothesis), problem_.train, options);
     if (again.ok && again.train.chi2 < result.train.chi2) result = again;
     const Trial better = judge(result.hypothesis);
     say("fitted together", better);

@@ -207,6 +207,12 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
                          " N m (root mean square) are missing that no effect of the list explains; they follow " +
                          (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."}});
   }
+  if (outcome.spent && !list.empty()) {
+    const std::string statement = list.back()["statement"];
+    list.back()["statement"] = statement +
+                               " Not all sets of effects were tried: the search ended at its usual work (hrp-diagnose "
+                               "--patience 4 goes four times as far).";
+  }
   return list;
 }
 

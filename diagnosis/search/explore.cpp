@@ -6,7 +6,7 @@
 #include <set>
 
 #include "diagnosis/search/significance.h"
-#include "diagnosis/simulation/presliding.h"
+#include "diagnosis/simulation/nearby.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -74,7 +74,6 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
     for (double frequency : kGearing) values.push_back(calc_stiffness(effect.p[3], frequency));
     return values;
   }
-  if (gap && name == "rotor_inertia") return {0.2 * effect.p[3], effect.p[3], 3.0 * effect.p[3]};
   if (effect.id == EffectId::kElasticity && name == "stiffness")
     return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
   if (effect.id == EffectId::kElasticity && name == "rotor_inertia")
@@ -330,6 +329,25 @@ void Explorer::choose_again(const Problem& problem, const FitOptions& options, F
   }
 }
 
+// Of all joints: those beyond feel how the link moves behind its transmission, more than its own joint's readings do.
+double Explorer::calc_left(const Problem& problem, const FitResult& result) const {
+  Problem whole = problem;
+  whole.view = {true, nullptr, -1};
+  const Score score = calc_score(whole, result.hypothesis, whole.train);
+  return score.ok ? score.chi2 : 1e300;
+}
+
+// What rattles or swings does so about the motion of a rotor without play, which is quick to fit.
+Effect Explorer::start_from_rotor(const Problem& problem, Hypothesis with, const FitOptions& options) const {
+  Effect effect = with.back();
+  double& rotor = effect.id == EffectId::kBacklash ? effect.p[3] : effect.p[2];
+  with.back() = {EffectId::kRotorInertia, effect.place, {rotor}};
+  const FitResult result = fit(problem, with, problem.train, options);
+  const double fitted = result.ok ? result.hypothesis.back().p[0] : 0.0;
+  if (fitted > get_effect(EffectId::kRotorInertia).parameters[0].step) rotor = fitted;
+  return effect;
+}
+
 // `start` and the effects of the parent at its joint, fitted together; the rest of the parent frozen.
 Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect& start) const {
   const int joint = find_joint(start);
@@ -342,11 +360,14 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
     options.frozen.push_back(!here);
   }
   all.push_back(start);
+  if (moves_link(start)) all.back() = start_from_rotor(p, all, options);
   FitResult result;
+  double least = 1e300;
   for (const Effect& option : choose_starts(p, all, all.size() - 1, false, moves_link(start) ? kGaps : 1)) {
     all.back() = option;
     const FitResult one = fit(p, all, p.train, options);
-    if (one.ok && (!result.ok || one.train.chi2 < result.train.chi2)) result = one;
+    const double left = !one.ok ? 1e300 : moves_link(start) ? calc_left(p, one) : one.train.chi2;
+    if (left < least) least = left, result = one;
   }
   if (result.ok) {
     Hypothesis again = result.hypothesis;

@@ -81,7 +81,7 @@ Limb make_limb(const Problem& problem, const std::vector<int>& joints) {
   Limb limb;
   limb.joints = joints;
   Problem& own = limb.problem;
-  own.options = problem.options, own.jobs = problem.jobs;
+  own.options = problem.options, own.jobs = problem.jobs, own.most_work = problem.most_work;
   own.train = problem.train, own.validate = problem.validate;
   for (const SmoothRecording& smooth : problem.smooth) {
     own.smooth.push_back({smooth.start, smooth.judged, pick(smooth.joints, joints), pick(smooth.effort, joints)});
@@ -181,7 +181,7 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& limbs)
   whole.explained = true;
   for (const Outcome& limb : limbs) {
     nominals.push_back(&limb.nominal), models.push_back(&get_model(limb));
-    whole.mismatch = whole.mismatch || limb.mismatch;
+    whole.mismatch = whole.mismatch || limb.mismatch, whole.spent = whole.spent || limb.spent;
     whole.explained = whole.explained && (limb.explained || !limb.mismatch);
   }
   whole.explained = whole.explained && whole.mismatch;
@@ -227,6 +227,7 @@ void split_limbs(Problem* problem) {
   const std::vector<std::vector<int>> limbs = list_limbs(problem->experiment->robot.tree);
   if (limbs.size() < 2) return;
   for (const std::vector<int>& joints : limbs) problem->limbs.push_back(make_limb(*problem, joints));
+  for (Limb& limb : problem->limbs) limb.problem.most_work /= static_cast<double>(limbs.size());
 }
 
 Hypothesis select_effects(const Hypothesis& whole, const Limb& limb) {

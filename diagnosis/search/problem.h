@@ -31,6 +31,9 @@ struct View {
 
 struct Limb;
 
+// What a search may cost: about two minutes of two cores (docs/diagnosis.md).
+constexpr double kUsualWork = 5e8;
+
 // Everything a fit reads; constant.
 struct Problem {
   const Experiment* experiment = nullptr;
@@ -38,6 +41,7 @@ struct Problem {
   std::vector<double> weights;          // 1 / sigma by joint * 3 + quantity
   RolloutOptions options;
   int jobs = 1;
+  double most_work = kUsualWork;     // after which a search goes no further
   std::vector<int> train, validate;  // indices of recordings
   Starts starts;                     // of simulations of the whole robot; see start_state.h
   StepErrors step_errors;            // added to what those simulations read; see step_error.h

@@ -35,8 +35,11 @@ constexpr double kQuiet = 1.5;         // noise deviations: what a joint feels o
 constexpr double kQuietShare = 0.005;  // of what is left above the noise
 constexpr double kWeak = 0.05;         // of friction: such a part may be no part
 constexpr double kAlmost = 0.01;       // of what the nominal model leaves, by a set in which one effect may be wrong
+constexpr double kRest = 0.05;         // of what the nominal model leaves: what more would be no special case
 constexpr double kLeastGain = 0.95;    // in cost, of the sets of two that are simulated
 constexpr double kLeastDrop = 0.7;     // of what is left, or adding effects is given up
+constexpr double kClosely = 0.6;       // of the work that a search may cost, for looking closer
+constexpr double kGrowing = 0.85;      // the same, after which no larger sets are begun
 
 // What is left above the noise is no chance: in every stretch it could lie along a parameter and shift it. And no
 // interval is narrower than what two integrators and two writers of a law's details agree to.
@@ -57,6 +60,7 @@ class Search {
       : e_(*problem.experiment),
         prepared_(problem),
         progress_(progress),
+        begun_(get_work()),
         trials_(problem, progress),
         nominal_(trials_.nominal()) {}
 
@@ -67,6 +71,8 @@ class Search {
     if (is_noise(nominal_)) return outcome;
     outcome.mismatch = true;
     look_wide();
+    outcome.spent = is_spent();
+    progress_(format("sets of effects took %.0f %% of the work allowed", 100.0 * calc_share()));
     try_special_cases();
     decide(&outcome);
     if (!outcome.explained && find_drives(&outcome)) return outcome;
@@ -79,11 +85,16 @@ class Search {
   }
 
  private:
+  double get_work() const { return static_cast<double>(prepared_.options.work->load()); }
+  double calc_share() const { return (get_work() - begun_) / prepared_.most_work; }
+  bool is_spent(double share = 1.0) const { return calc_share() > share; }
+
   // A set may hold more than there is because another cause stood in for the rest when its first effect was chosen: a
   // curve of friction with next to no dry part is viscous friction, one that hardly falls is Coulomb's, and a load may
   // be a wrong mass. And less, because what is left of a rotor whose transmission gives a little passes for noise.
   void try_special_cases() {
     const Hypothesis best = trials_.best().hypothesis;
+    if (calc_cost(trials_.best()) > kRest * calc_cost(nominal_)) return;
     for (size_t i = 0; i < best.size(); ++i) {
       Hypothesis other = best;
       if (find_special_case(&other[i]) && !trials_.has(other)) trials_.add(other);
@@ -149,7 +160,7 @@ class Search {
     Explorer explorer(prepared_);
     std::vector<Lead> beam{explorer.nominal()};
     progress_("along the recorded paths: " + format("nominal %.4g", scale(explorer.nominal().cost)));
-    for (size_t size = 1; size <= kLargestSet; ++size) {
+    for (size_t size = 1; size <= kLargestSet && !is_spent(kGrowing); ++size) {
       const std::vector<Lead> parents = beam;
       const double before = calc_cost(trials_.best());
       beam = explorer.grow(parents, kCandidates, list_quiet(trials_.best()));
@@ -234,11 +245,12 @@ class Search {
   // Tries what the best set leaves in the simulation asks for. Whether a set with one effect more came out best.
   bool look_closer() {
     const size_t size = trials_.best().hypothesis.size();
-    if (size == 0 || size >= kLargestSet || is_finished(trials_.best())) return false;
+    if (size == 0 || size >= kLargestSet || is_finished(trials_.best()) || is_spent(kClosely)) return false;
     const std::vector<Trial> bases = list_bases();
     const std::vector<Effect> asked = try_asked(bases[0]);
     const bool helped = calc_cost(trials_.best()) < kLeastDrop * calc_cost(bases[0]);
-    for (size_t i = 1; helped && i < bases.size(); ++i) {
+    // Which of the bases it was shows near the noise only.
+    for (size_t i = 1; helped && i < bases.size() && is_near(trials_.best()); ++i) {
       if (is_explained(trials_.best(), nominal_)) break;
       try_with(bases[i], asked[0]);
     }
@@ -254,8 +266,7 @@ class Search {
   // Whether the best set came out better with another effect in the place of one.
   bool exchange_one() {
     const Trial best = trials_.best();
-    const bool near = calc_cost(best) < kAlmost * calc_cost(nominal_);
-    if (best.hypothesis.size() < 2 || !near || is_finished(best)) return false;
+    if (best.hypothesis.size() < 2 || !is_near(best) || is_finished(best) || is_spent(kClosely)) return false;
     if (!exchanged_.insert(make_set(best.hypothesis)).second) return false;
     for (size_t i = 0; i + 1 < best.hypothesis.size(); ++i) {
       progress_("    without " + get_label(e_, best.hypothesis[i]));
@@ -266,6 +277,9 @@ class Search {
     }
     return false;
   }
+
+  // Whether what a set leaves is so little that all its effects but one may be right.
+  bool is_near(const Trial& t) const { return calc_cost(t) < kAlmost * calc_cost(nominal_); }
 
   bool try_with(const Trial& base, const Effect& added) {
     if (!can_add(base.hypothesis, added) || trials_.is_refused({added})) return false;
@@ -282,7 +296,7 @@ class Search {
     std::vector<Effect> asked;
     double least = kAskedShare * (calc_cost(base) - base.train.count - base.validate.count);
     for (const Addition& addition : rank_additions(trials_.take_up(base), base.full())) {
-      if (addition.gain < least || asked.size() == kAsked) break;
+      if (addition.gain < least || asked.size() == kAsked || is_spent()) break;
       if (!try_with(base, addition.start)) continue;
       asked.push_back(addition.start);
       const bool done = is_complete(trials_.best(), nominal_);
@@ -310,6 +324,7 @@ class Search {
     for (size_t i = 0; i < beam.size(); ++i) {
       const Trial& best = trials_.best();
       const bool done = !best.hypothesis.empty() && is_noise(best);
+      if (i > 1 && is_spent()) break;
       if (!done && i >= kSimulated) break;  // a simpler one may explain as much as one that leaves noise only
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       const size_t more = count_parameters(beam[i].hypothesis), least = count_parameters(best.hypothesis);
@@ -395,6 +410,7 @@ class Search {
   const Experiment& e_;
   Problem prepared_;  // with nominal paths
   Progress progress_;
+  double begun_;  // work there had been
   Trials trials_;
   const Trial& nominal_;
   std::set<EffectSet> content_;     // sets whose rest asks for nothing

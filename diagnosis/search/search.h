@@ -12,6 +12,7 @@ struct Outcome {
   Trial nominal;  // nothing added
   Trial chosen;   // best model found, named or not
   bool mismatch = false, explained = false, partly = false;
+  bool spent = false;             // the search ended at its limit of work
   bool modelled = false;          // the chosen model predicts better, though nothing in it is certain
   std::vector<Trial> rivals;      // best first, the chosen one too
   std::vector<Hypothesis> twins;  // as good as the chosen one: the data cannot tell

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/search/format.h"
-#include "diagnosis/simulation/presliding.h"
+#include "diagnosis/simulation/nearby.h"
 #include "diagnosis/simulation/start_state.h"
 #include "diagnosis/simulation/step_error.h"
 
@@ -16,7 +16,9 @@ constexpr double kRough = 20.0;         // noise deviations that steps are never
 constexpr int kFiner = 4, kFinest = 8;  // steps for one
 constexpr int kRounds = 2;              // of start states and parameters
 constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
-constexpr double kFar = 10.0;           // the same, of one that no polishing will bring to it
+constexpr double kFar = 4.0;            // the same, of one that no polishing will bring to it
+constexpr double kVague = 5.0;          // the same, of one that lacks more than the digits of a displacement
+constexpr double kVagueFactor = 1.5;
 
 bool is_better(const Trial& a, const Trial& b) {
   return a.train.ok && b.train.ok ? calc_cost(a) < calc_cost(b) : a.train.ok && !b.train.ok;
@@ -112,7 +114,8 @@ FitResult Trials::refine(const Hypothesis& hypothesis) {
   const FitResult rough = fit(problem_, start, problem_.train, options);
   if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
   // What stands beside friction now may have been part of how it seemed to bend.
-  const Hypothesis bent = choose_presliding(problem_, rough.hypothesis);
+  const double finest = rough.train.rms() > kVague ? kVagueFactor : kFinestFactor;
+  const Hypothesis bent = try_nearby(problem_, rough.hypothesis, finest);
   problem_.step_errors = estimate_step_errors(problem_, bent, all_, kFiner);
   const FitResult fine = fit(problem_, bent, problem_.train, options);
   return fine.ok ? fine : rough;
@@ -171,7 +174,7 @@ void Trials::polish(Trial* trial) {
   for (int round = 0; round < kRounds; ++round) {
     problem_.starts = estimate_starts(problem_, result.hypothesis, all_);
     problem_.step_errors.clear();
-    const Hypothesis start = choose_presliding(problem_, result.hypothesis);
+    const Hypothesis start = try_nearby(problem_, result.hypothesis);
     problem_.step_errors = estimate_step_errors(problem_, start, all_, kFinest);
     options.intervals = round + 1 == kRounds;
     result = fit(problem_, start, problem_.train, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/simulation/presliding.h"
+#include "diagnosis/simulation/nearby.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -20,14 +20,15 @@ void walk(const Problem& problem, size_t effect, size_t index, double factor, Hy
 
 }  // namespace
 
-Hypothesis choose_presliding(const Problem& problem, Hypothesis best) {
+Hypothesis try_nearby(const Problem& problem, Hypothesis best, double finest) {
   const Score start = calc_score(problem, best, problem.train);
   double lowest = start.ok ? start.chi2 : 1e300;
   for (size_t i = 0; i < best.size(); ++i) {
     const std::vector<ParameterInfo>& infos = get_effect(best[i].id).parameters;
     for (size_t k = 0; k < infos.size(); ++k) {
-      if (!infos[k].scanned) continue;
-      for (double factor : {3.0, 1.5, 1.2, 1.06}) {
+      if (!infos[k].scanned && !infos[k].walked) continue;
+      for (double factor : {3.0, 1.5, 1.2, kFinestFactor}) {
+        if (infos[k].scanned && factor < finest) break;
         walk(problem, i, k, 1.0 / factor, &best, &lowest);
         walk(problem, i, k, factor, &best, &lowest);
       }

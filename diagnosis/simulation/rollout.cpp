@@ -47,6 +47,7 @@ class Rollout {
     begin(smooth_.start);
     if (start) correct(*start);
     write(smooth_.start, readings);
+    long taken = 0;
     for (size_t k = smooth_.start; k + 1 < rows; ++k) {
       const double t = recording_.time[k], dt = recording_.time[k + 1] - t;
       if (options.until > 0.0 && t - recording_.time[smooth_.start] > options.until) break;
@@ -56,6 +57,7 @@ class Rollout {
       for (int i = 0; i < steps; ++i) {
         const double h = dt / steps;
         const int finer = is_turning(h) ? kFiner : 1;
+        taken += finer;
         for (int f = 0; f < finer; ++f) {
           if (!step(t + h * (i + static_cast<double>(f) / finer), h / finer)) return false;
         }
@@ -63,6 +65,7 @@ class Rollout {
       near_ = k + 1;
       write(k + 1, readings);
     }
+    if (options.work) *options.work += taken * n_;
     return true;
   }
 

@@ -11,6 +11,8 @@
 // the servo's would hide what the limit does, and carry the smoothing's errors of a sharp motion into the prediction.
 #pragma once
 
+#include <atomic>
+#include <memory>
 #include <vector>
 
 #include "diagnosis/simulation/bodies.h"
@@ -21,9 +23,13 @@ namespace hrp::diagnosis {
 
 constexpr double kFollow = 8.0;  // [rad/s] natural frequency, critically damped
 
+// Integration steps times joints: what simulations cost, whatever the machine.
+using Work = std::atomic<long>;
+
 struct RolloutOptions {
-  double max_step = 0.0005;  // [s]
-  double until = 0.0;        // [s] stop after this long; 0: at the recording's end
+  double max_step = 0.0005;    // [s]
+  double until = 0.0;          // [s] stop after this long; 0: at the recording's end
+  std::shared_ptr<Work> work;  // to which a rollout adds its own, where there is one
 };
 
 // Corrections of the state that a rollout begins with, by joint; empty: none. `q`, `v` are the encoder's side,

@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/search/explore.h"
-#include "diagnosis/search/trial.h"
+#include "diagnosis/search/search.h"
+#include "diagnosis/simulation/nearby.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -39,6 +40,27 @@ TEST(DiagnosisExplore, PlayBehindAHeavyRotorIsProposed) {
 TEST(DiagnosisExplore, PlayOfASmallJointIsProposed) {
   const Proposal best = find_play("explore_small", {EffectId::kBacklash, kElbow, {0.02, 300.0, 0.12, 0.004}});
   EXPECT_LT(best.left, 0.2);  // the shoulder, as recorded, feels the play of the elbow, too
+}
+
+// Every rattle comes at another time: a gap that is a third off lies behind many minima.
+TEST(DiagnosisExplore, AGapIsFoundFromAThirdOff) {
+  const Effect hidden{EffectId::kBacklash, kShoulder, {0.03, 2e4, 8.0, 0.4}};
+  const Experiment e = make_simulated_experiment("nearby_gap", kArm, {"shoulder", "elbow"}, {hidden});
+  const Problem problem = make_problem(e, 1);
+  Effect start = hidden;
+  start.p[0] *= 0.67;
+  const Hypothesis found = try_nearby(problem, {start});
+  EXPECT_NEAR(found[0].p[0], 0.03, 0.03 * (kFinestFactor - 1.0));  // the last step of the walk
+}
+
+TEST(DiagnosisExplore, ASearchWithoutWorkLeftSaysSoAndNamesNothing) {
+  const Experiment e = make_simulated_experiment("explore_spent", kArm, {"shoulder", "elbow"},
+                                                 {{EffectId::kBacklash, kShoulder, {0.03, 2e4, 8.0, 0.4}}});
+  Problem problem = make_problem(e, 1);
+  problem.most_work = 1.0;
+  const Outcome outcome = search(problem, [](const std::string&) {});
+  EXPECT_TRUE(outcome.spent);
+  EXPECT_FALSE(outcome.explained);
 }
 
 Trial make_trial(const Hypothesis& hypothesis, double train, double held) {
