@@ -43,7 +43,7 @@ async function checkPictures(page) {
 }
 
 run(async () => {
-  const simulation = await startRun("live", ["--speed", "1", "--duration", "30"]);   // a busy machine takes seconds to start a browser
+  const simulation = await startRun("live", ["--speed", "1", "--duration", "90"]);   // a busy machine may take half a minute to start a browser
   const viewer = await startViewer(["--domain", String(simulation.domain), "--then", simulation.log]);
   const browser = await startBrowser();
   const page = await openPage(browser, viewer.url);
