@@ -14,6 +14,7 @@
 
 #include "diagnosis/generator/joint_reality.h"
 #include "diagnosis/generator/make_case.h"
+#include "diagnosis/generator/reality.h"
 #include "diagnosis/generator/robot_parts.h"
 
 namespace hrp::cases {
@@ -152,6 +153,37 @@ TEST(CaseGenerator, DryFrictionHoldsAJointStillBelowItsLevel) {
   // Creep of the soft friction constraint: 1e-6 rad/s at most, over 6.5 s.
   EXPECT_NEAR(Reality(robot, {held}).run(still, {5.0}, Vec3{}).at(0).position[0], 0.3, 1e-5);
   EXPECT_LT(Reality(robot, {slipping}).run(still, {5.0}, Vec3{}).at(0).position[0], 0.29);
+}
+
+// An arm that folds out until its first joint turns three hundred times less than at the start.
+RobotPlan make_folded_arm() {
+  RobotPlan robot;
+  robot.name = "folded";
+  robot.links.resize(3);
+  robot.links[0].name = "mount";
+  LinkPlan& column = robot.links[1];
+  column.name = "column", column.parent = 0, column.mass = 4, column.com = {0, 0, 0.1};
+  column.inertia = {0.02, 0.02, 0.002, 0, 0, 0};
+  column.joint = {"turn", {0, 0, 0.2}, {}, {0, 0, 1}, 1530, 61, 400, 0.0, "arm", 1};
+  LinkPlan& boom = robot.links[2];
+  boom.name = "boom", boom.parent = 1, boom.mass = 5, boom.com = {0, 0, 0.5};
+  boom.inertia = {0.1, 0.1, 0.002, 0, 0, 0};
+  boom.joint = {"fold", {0, 0, 0.3}, {}, {0, 1, 0}, 1600, 60, 400, 1.5, "arm", 1};
+  return robot;
+}
+
+TEST(CaseGenerator, AServoIsAsStableWhereTheArmIsStretchedAsWhereItStarted) {
+  Commands commands;
+  commands.time = {0.0, 1.0};
+  commands.position = {{0.0, 0.3}, {1.5, 0.0}};
+  commands.velocity = {{0.0, 0.0}, {0.0, 0.0}};
+  std::vector<double> times;
+  for (int k = 0; k <= 40; ++k) times.push_back(0.05 * k);
+  Reality reality(make_folded_arm(), {});
+  const std::vector<Reading> readings = reality.run(commands, times, {});
+  // At rest for 20 time constants of the servos: what still moves then is the integrator's own hum.
+  EXPECT_LT(std::abs(readings.back().velocity[0]), 1e-6);
+  EXPECT_NEAR(readings.back().position[0], 0.3, 1e-6);
 }
 
 TEST(CaseGenerator, LawsMeetTheirClosedForms) {
