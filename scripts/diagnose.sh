@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: BSD-3-Clause
-# Finds what a simulation left out: diagnose.sh EXPERIMENT.yaml --out DIR [--jobs N] [--patience F] [--resimulate servers|process].
+# Finds what a simulation left out:
+#   diagnose.sh EXPERIMENT.yaml --out DIR [--jobs N] [--patience F] [--resimulate servers|process]
 # Open DIR/report.html afterwards. --resimulate runs the nominal and the updated scenario, through the server set or in
 # one process, and compares both with a recording that nothing was fitted to.
 set -eu

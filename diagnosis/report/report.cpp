@@ -229,9 +229,7 @@ Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
   }
   for (const Hypothesis& twin : outcome.twins) {
     for (const Effect& effect : twin) {
-      const bool shared = std::any_of(outcome.chosen.hypothesis.begin(), outcome.chosen.hypothesis.end(),
-                                      [&](const Effect& o) { return o.id == effect.id && o.place == effect.place; });
-      if (shared) continue;
+      if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;
       list.push_back({{"effect", get_effect(effect.id).name},
                       {"where", make_where(*problem.experiment, effect)},
                       {"why", "explains the held-out recordings about as well as what is reported"},

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "diagnosis/search/significance.h"
 #include "diagnosis/simulation/nearby.h"
@@ -17,11 +18,6 @@ double sum(const std::vector<double>& values) {
   double total = 0.0;
   for (double v : values) total += v;
   return total;
-}
-
-bool contains(const Hypothesis& hypothesis, const Effect& effect) {
-  return std::any_of(hypothesis.begin(), hypothesis.end(),
-                     [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
 }
 
 // Pairs that are special cases of each other at one joint say nothing together.
@@ -44,7 +40,7 @@ bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
 }  // namespace
 
 bool can_add(const Hypothesis& hypothesis, const Effect& added) {
-  return !contains(hypothesis, added) && !is_redundant(hypothesis, added);
+  return !contains(hypothesis, added.id, added.place) && !is_redundant(hypothesis, added);
 }
 
 namespace {
@@ -139,7 +135,7 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   for (int joint : joints) {
     for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
       const Effect effect{id, joint, {get_effect(id).parameters[0].step}};
-      if (can_add(lead.hypothesis, effect) && !contains(*list, effect)) list->push_back(effect);
+      if (can_add(lead.hypothesis, effect) && !contains(*list, effect.id, effect.place)) list->push_back(effect);
     }
   }
 }
@@ -155,7 +151,8 @@ void add_twins(const Lead& lead, std::vector<Effect>* list) {
     const double stiffness = calc_stiffness(rotor, kGearing[0]), damping = kGearLoss * stiffness;
     for (const Effect& twin : {Effect{EffectId::kElasticity, effect.place, {stiffness, damping, rotor}},
                                Effect{EffectId::kBacklash, effect.place, {0.01, stiffness, damping, rotor}}}) {
-      if (!contains(*list, twin) && !contains(twins, twin) && can_add(lead.hypothesis, twin)) twins.push_back(twin);
+      const bool listed = contains(*list, twin.id, twin.place) || contains(twins, twin.id, twin.place);
+      if (!listed && can_add(lead.hypothesis, twin)) twins.push_back(twin);
     }
   }
   list->insert(list->end(), twins.begin(), twins.end());
@@ -192,8 +189,8 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
     for (int i = 0; i < 3; ++i) {
       const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
       const bool possible = i != 2 || projection[i] > 0.0;
-      if (helps && possible && !contains(lead.hypothesis, faults[i]) && !contains(*list, faults[i]))
-        list->push_back(faults[i]);
+      const auto in = [&](const Hypothesis& set) { return contains(set, faults[i].id, faults[i].place); };
+      if (helps && possible && !in(lead.hypothesis) && !in(*list)) list->push_back(faults[i]);
     }
   }
 }
@@ -330,10 +327,10 @@ void Explorer::choose_again(const Problem& problem, const FitOptions& options, F
 }
 
 // Of all joints: those beyond feel how the link moves behind its transmission, more than its own joint's readings do.
-double Explorer::calc_left(const Problem& problem, const FitResult& result) const {
-  Problem whole = problem;
-  whole.view = {true, nullptr, -1};
-  const Score score = calc_score(whole, result.hypothesis, whole.train);
+double Explorer::calc_left(Problem& p, const FitResult& result) const {
+  const View own = std::exchange(p.view, {true, nullptr, -1});
+  const Score score = calc_score(p, result.hypothesis, p.train);
+  p.view = own;
   return score.ok ? score.chi2 : 1e300;
 }
 

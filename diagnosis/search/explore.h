@@ -48,7 +48,7 @@ class Explorer {
   using LocalKey = std::pair<std::pair<const Paths*, int>, std::vector<int>>;
 
   std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, const std::vector<char>& quiet) const;
-  double calc_left(const Problem& problem, const FitResult& result) const;
+  double calc_left(Problem& p, const FitResult& result) const;
   Effect start_from_rotor(const Problem& problem, Hypothesis with, const FitOptions& options) const;
   Local fit_local(Problem& p, const Lead& parent, const Effect& start) const;
   Lead add_local(const Lead& parent, const Effect& start, const Local& local) const;

@@ -55,7 +55,6 @@ Problem make_problem(const Experiment& experiment, int jobs) {
   Problem problem;
   problem.experiment = &experiment;
   problem.jobs = jobs;
-  problem.options.work = std::make_shared<Work>(0);
   problem.smooth.resize(experiment.recordings.size());
   parallel_for(jobs, static_cast<int>(experiment.recordings.size()), [&](int r) {
     problem.smooth[static_cast<size_t>(r)] =

@@ -54,14 +54,19 @@ void widen(size_t recordings, Trial* trial) {
   }
 }
 
+// From none on; copies of the problem add to the same count.
+Problem count_work(Problem problem) {
+  problem.options.work = std::make_shared<Work>(0);
+  return problem;
+}
+
 class Search {
  public:
   Search(const Problem& problem, const Progress& progress)
       : e_(*problem.experiment),
-        prepared_(problem),
+        prepared_(count_work(problem)),
         progress_(progress),
-        begun_(get_work()),
-        trials_(problem, progress),
+        trials_(prepared_, progress),
         nominal_(trials_.nominal()) {}
 
   Outcome run() {
@@ -85,8 +90,7 @@ class Search {
   }
 
  private:
-  double get_work() const { return static_cast<double>(prepared_.options.work->load()); }
-  double calc_share() const { return (get_work() - begun_) / prepared_.most_work; }
+  double calc_share() const { return static_cast<double>(prepared_.options.work->load()) / prepared_.most_work; }
   bool is_spent(double share = 1.0) const { return calc_share() > share; }
 
   // A set may hold more than there is because another cause stood in for the rest when its first effect was chosen: a
@@ -408,9 +412,8 @@ class Search {
   }
 
   const Experiment& e_;
-  Problem prepared_;  // with nominal paths
+  Problem prepared_;  // with nominal paths, and a count of the work
   Progress progress_;
-  double begun_;  // work there had been
   Trials trials_;
   const Trial& nominal_;
   std::set<EffectSet> content_;     // sets whose rest asks for nothing

@@ -54,13 +54,10 @@ bool is_simpler(const Hypothesis& a, const Hypothesis& b) {
 
 // The same set with a rotor in the place of a transmission. What such a rotor leaves is no detail of a law.
 bool is_stiffer(const Hypothesis& rotor, const Hypothesis& transmission) {
-  const auto has = [](const Hypothesis& set, EffectId id, int place) {
-    return std::any_of(set.begin(), set.end(), [&](const Effect& e) { return e.id == id && e.place == place; });
-  };
   const auto stands = [&](const Effect& e) {
-    if (has(transmission, e.id, e.place)) return true;
-    return e.id == EffectId::kRotorInertia &&
-           (has(transmission, EffectId::kElasticity, e.place) || has(transmission, EffectId::kBacklash, e.place));
+    if (contains(transmission, e.id, e.place)) return true;
+    return e.id == EffectId::kRotorInertia && (contains(transmission, EffectId::kElasticity, e.place) ||
+                                               contains(transmission, EffectId::kBacklash, e.place));
   };
   return rotor.size() == transmission.size() && std::all_of(rotor.begin(), rotor.end(), stands);
 }

@@ -297,6 +297,11 @@ EffectSet make_set(const Hypothesis& hypothesis) {
   return set;
 }
 
+bool contains(const Hypothesis& hypothesis, EffectId id, int place) {
+  return std::any_of(hypothesis.begin(), hypothesis.end(),
+                     [&](const Effect& e) { return e.id == id && e.place == place; });
+}
+
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   Plant plant;
   plant.tree = e.robot.tree;

@@ -61,6 +61,8 @@ constexpr double kGearLoss = 0.002;
 // Which effects at which places, whatever their parameters and order.
 using EffectSet = std::vector<std::pair<int, int>>;
 EffectSet make_set(const Hypothesis& hypothesis);
+// Whether an effect is in a hypothesis at a place, with whatever parameters.
+bool contains(const Hypothesis& hypothesis, EffectId id, int place);
 
 // [rad] displacement before slipping of rolling and sliding contacts in gears, where nothing is known.
 constexpr double kPresliding = 5e-4;

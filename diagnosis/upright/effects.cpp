@@ -202,6 +202,9 @@ double find_size(const StandProblem& problem, int link) {
   return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
 }
 
+// Effects that multiply something: of one number, none when it is 1.
+bool is_factor(StandId id) { return get_stand_info(id).neutral == std::vector<double>{1}; }
+
 }  // namespace
 
 bool is_sensible(const StandProblem& problem, const StandEffect& e) {
@@ -218,21 +221,12 @@ bool is_sensible(const StandProblem& problem, const StandEffect& e) {
     }
     return true;
   }
+  if (is_factor(e.id)) return e.p[0] > 0.1 && e.p[0] < 5;
   switch (e.id) {
     case I::kEffortDelay:
     case I::kVelocityDelay:
     case I::kPositionDelay:
       return e.p[0] > find_stamping(problem);
-    case I::kMassError:
-    case I::kTorqueConstant:
-    case I::kForceScale:
-    case I::kTorqueScale:
-    case I::kGyroScale:
-    case I::kAccelerometerScale:
-    case I::kEffortScale:
-    case I::kVelocityScale:
-    case I::kPositionScale:
-      return e.p[0] > 0.1 && e.p[0] < 5;
     case I::kCoulomb:
       return std::abs(e.p[1]) < 1;
     case I::kStribeck:
@@ -282,27 +276,9 @@ bool starts_away(const StandEffect& e) {
 }
 
 bool adds_noise(StandId id) {
-  switch (id) {
-    case I::kViscous:
-    case I::kRotorInertia:
-    case I::kTorqueConstant:
-    case I::kActuatorLag:
-    case I::kElasticity:
-    case I::kPayload:
-    case I::kMassError:
-    case I::kComError:
-    case I::kFootCompliance:
-    case I::kFootHardening:
-    case I::kForceScale:
-    case I::kTorqueScale:
-    case I::kGyroScale:
-    case I::kAccelerometerScale:
-    case I::kEffortScale:
-    case I::kVelocityScale:
-      return true;
-    default:
-      return false;
-  }
+  if (is_factor(id)) return id != I::kPositionScale;
+  return id == I::kViscous || id == I::kRotorInertia || id == I::kActuatorLag || id == I::kElasticity ||
+         id == I::kPayload || id == I::kComError || is_foot(id);
 }
 
 bool is_vector(StandId id) {

@@ -182,6 +182,7 @@ StandStep solve(const StandProblem& problem, const FitSelection& selection, cons
 
 namespace {
 
+// A shape parameter that the data hardly see may be thrown far by one step: it stays within its bounds.
 void keep_shapes(StandHypothesis* hypothesis) {
   for (StandEffect& e : *hypothesis) {
     const size_t size = get_stand_info(e.id).step.size();

@@ -9,7 +9,6 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/csv.h"
-#include "diagnosis/search/problem.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/smooth.h"
 
