@@ -9,17 +9,10 @@
 #include <map>
 #include <memory>
 
-#include "diagnosis/search/screen.h"
+#include "diagnosis/search/fit.h"
+#include "diagnosis/search/starts.h"
 
 namespace hrp::diagnosis {
-
-// A set of effects fitted along the paths.
-struct Lead {
-  Hypothesis hypothesis;
-  std::vector<double> train, held;     // chi2 by joint, of recordings fitted to and of the others
-  std::shared_ptr<const Paths> paths;  // under this hypothesis
-  double cost = 0.0;                   // sum of all chi2
-};
 
 class Explorer {
  public:
@@ -47,7 +40,6 @@ class Explorer {
   };
   using LocalKey = std::pair<std::pair<const Paths*, int>, std::vector<int>>;
 
-  std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, const std::vector<char>& quiet) const;
   double calc_left(Problem& p, const FitResult& result) const;
   Effect start_from_rotor(const Problem& problem, Hypothesis with, const FitOptions& options) const;
   Local fit_local(Problem& p, const Lead& parent, const Effect& start) const;
@@ -67,11 +59,5 @@ class Explorer {
   std::map<LocalKey, Local> locals_;
   std::vector<std::shared_ptr<const Paths>> kept_;  // paths are keys: they must not move
 };
-
-// Whether a set says something new with the effect added: not the same twice, no special case of another at its joint.
-bool can_add(const Hypothesis& hypothesis, const Effect& added);
-
-// The joint whose readings alone an effect changes along the paths, or -1 when all joints feel it.
-int find_joint(const Effect& effect);
 
 }  // namespace hrp::diagnosis

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/starts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/search/screen.h"
+#include "diagnosis/search/significance.h"
+#include "diagnosis/simulation/nearby.h"
+
+namespace hrp::diagnosis {
+
+bool moves_link(const Effect& effect) { return effect.id == EffectId::kElasticity || effect.id == EffectId::kBacklash; }
+
+int find_joint(const Effect& effect) {
+  switch (get_effect(effect.id).place) {
+    case PlaceKind::kJoint:
+      return effect.id == EffectId::kJointOffset ? -1 : effect.place;
+    case PlaceKind::kJointSensor:
+      return effect.place / kQuantities;
+    default:
+      return -1;
+  }
+}
+
+namespace {
+
+// Pairs that are special cases of each other at one joint say nothing together.
+bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
+  for (const Effect& e : hypothesis) {
+    if (get_effect(e.id).place != PlaceKind::kJoint || get_effect(added.id).place != PlaceKind::kJoint ||
+        e.place != added.place)
+      continue;
+    if (is_dry(e.id) && is_dry(added.id)) return true;
+    if (moves_link(e) && moves_link(added)) return true;
+    const bool viscous_twice = (e.id == EffectId::kStribeck && added.id == EffectId::kViscous) ||
+                               (added.id == EffectId::kStribeck && e.id == EffectId::kViscous);
+    const bool rotor_twice = (moves_link(e) && added.id == EffectId::kRotorInertia) ||
+                             (moves_link(added) && e.id == EffectId::kRotorInertia);
+    if (viscous_twice || rotor_twice) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool can_add(const Hypothesis& hypothesis, const Effect& added) {
+  return !contains(hypothesis, added.id, added.place) && !is_redundant(hypothesis, added);
+}
+
+namespace {
+
+constexpr double kGearing[] = {25.0, 80.0, 250.0};  // [Hz] of rotors against their links
+
+// [N m/rad] that lets a rotor swing against its link at a frequency [Hz].
+double calc_stiffness(double rotor_inertia, double frequency) {
+  return rotor_inertia * std::pow(2.0 * M_PI * frequency, 2);
+}
+
+// Start values that a regression cannot give, because readings are no smooth function of them.
+std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo& info) {
+  const std::string name = info.name;
+  if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
+  if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
+  if (name == "yield_angle") return {0.3 * effect.p[1], effect.p[1], 3.0 * effect.p[1]};
+  if (effect.id == EffectId::kDelay)
+    return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};  // [s] of buses and of queues
+  if (name == "time_constant")
+    return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};  // [s] of current loops and of gears
+  if (name == "limit") return {0.75 * effect.p[0], effect.p[0], 1.3 * effect.p[0]};
+  const bool gap = effect.id == EffectId::kBacklash;
+  if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01, 0.03, 0.08};  // [rad] of gears
+  if (gap && name == "stiffness") {
+    std::vector<double> values;
+    for (double frequency : kGearing) values.push_back(calc_stiffness(effect.p[3], frequency));
+    return values;
+  }
+  if (effect.id == EffectId::kElasticity && name == "stiffness")
+    return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
+  if (effect.id == EffectId::kElasticity && name == "rotor_inertia")
+    return {0.2 * effect.p[2], effect.p[2], 3.0 * effect.p[2]};
+  return {};
+}
+}  // namespace
+
+std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
+  const EffectInfo& info = get_effect(effect.id);
+  std::vector<Effect> options{effect};
+  for (size_t i = 0; i < info.parameters.size(); ++i) {
+    const std::vector<double> values = list_alternatives(effect, info.parameters[i]);
+    if (values.empty() || (scanned_only && !info.parameters[i].scanned)) continue;
+    std::vector<Effect> more;
+    for (const Effect& option : options) {
+      for (double value : values) {
+        more.push_back(option);
+        more.back().p[i] = value;
+      }
+    }
+    options = std::move(more);
+  }
+  if (effect.id != EffectId::kPayload) return options;
+  for (double mass : {1.0, 0.3}) {
+    for (double lever : {0.3, 0.0}) {
+      options.push_back(effect);
+      options.back().p[0] *= mass;
+      for (size_t i = 1; i < 4; ++i) options.back().p[i] *= lever;
+    }
+  }
+  return options;
+}
+
+namespace {
+
+// How many effects are looked at in each joint beside those that promise most: the joint that is missed most and the
+// one after it. A second cause elsewhere is hidden by what the first one's details leave.
+std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
+  std::vector<size_t> order(chi2.size()), most(chi2.size(), 0);
+  for (size_t j = 0; j < order.size(); ++j) order[j] = j;
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return chi2[a] > chi2[b]; });
+  if (!order.empty()) most[order[0]] = 12;
+  if (order.size() > 1) most[order[1]] = 4;
+  return most;
+}
+
+constexpr double kRateShare = 0.1;  // of what is left of a velocity: less is not worth a fit
+
+// The joint that is missed most.
+int find_worst(const Lead& lead) {
+  return static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
+}
+
+// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
+// may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
+// parameter in any case.
+void add_unseen(const Lead& lead, std::vector<Effect>* list) {
+  std::vector<int> joints{find_worst(lead)};
+  for (const Effect& effect : lead.hypothesis) {
+    const bool there = std::find(joints.begin(), joints.end(), effect.place) != joints.end();
+    if (is_dry(effect.id) && !there) joints.push_back(effect.place);
+  }
+  for (int joint : joints) {
+    for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
+      const Effect effect{id, joint, {get_effect(id).parameters[0].step}};
+      if (can_add(lead.hypothesis, effect) && !contains(*list, effect.id, effect.place)) list->push_back(effect);
+    }
+  }
+}
+
+// A rotor, one behind a transmission that gives, and one behind play look alike to a regression, which may find one and
+// miss the others. A plain rotor has some part in most joints; its twins are tried in the joint that is missed most.
+void add_twins(const Lead& lead, std::vector<Effect>* list) {
+  const int worst = find_worst(lead);
+  std::vector<Effect> twins;
+  for (const Effect& effect : *list) {
+    const double rotor = get_rotor(effect);
+    if (rotor <= 0.0 || (effect.id == EffectId::kRotorInertia && effect.place != worst)) continue;
+    const double stiffness = calc_stiffness(rotor, kGearing[0]), damping = kGearLoss * stiffness;
+    for (const Effect& twin : {Effect{EffectId::kElasticity, effect.place, {stiffness, damping, rotor}},
+                               Effect{EffectId::kBacklash, effect.place, {0.01, stiffness, damping, rotor}}}) {
+      const bool listed = contains(*list, twin.id, twin.place) || contains(twins, twin.id, twin.place);
+      if (!listed && can_add(lead.hypothesis, twin)) twins.push_back(twin);
+    }
+  }
+  list->insert(list->end(), twins.begin(), twins.end());
+}
+
+// Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
+// what is left of the reading itself is regressed on 1, the velocity and its rate of change.
+void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* list) {
+  const Experiment& e = *problem.experiment;
+  constexpr int kRate = static_cast<int>(Quantity::kVelocity);
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const size_t joint = static_cast<size_t>(j);
+    const double sigma = e.joint_noise[joint][kRate].sigma;
+    double chi2 = 0.0, gram[3] = {0.0, 0.0, 0.0}, projection[3] = {0.0, 0.0, 0.0};
+    problem.view = {true, lead.paths.get(), j};
+    for (int r : problem.train) {
+      const Recording& data = e.recordings[static_cast<size_t>(r)];
+      const std::vector<double>& reading = data.joints[joint].signal[kRate];
+      std::vector<double> residuals;
+      if (reading.empty() || !calc_residuals(problem, lead.hypothesis, r, &residuals)) continue;
+      const SmoothJoint& smooth = problem.smooth[static_cast<size_t>(r)].joints[joint];
+      for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < data.size(); ++k) {
+        if (!std::isfinite(reading[k])) continue;
+        const double left = residuals[k * kQuantities + kRate] * sigma;
+        const double columns[3] = {1.0, reading[k] - left, -smooth.qdd[k]};
+        chi2 += left * left;
+        for (int i = 0; i < 3; ++i) gram[i] += columns[i] * columns[i], projection[i] += columns[i] * left;
+      }
+    }
+    const Effect faults[3] = {
+        {EffectId::kSensorBias, j * kQuantities + kRate, {projection[0] / std::max(1e-12, gram[0])}},
+        {EffectId::kSensorScale, j * kQuantities + kRate, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
+        {EffectId::kSensorDelay, j * kQuantities + kRate, {projection[2] / std::max(1e-12, gram[2])}}};
+    for (int i = 0; i < 3; ++i) {
+      const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
+      const bool possible = i != 2 || projection[i] > 0.0;
+      const auto in = [&](const Hypothesis& set) { return contains(set, faults[i].id, faults[i].place); };
+      if (helps && possible && !in(lead.hypothesis) && !in(*list)) list->push_back(faults[i]);
+    }
+  }
+}
+constexpr size_t kBodies = 4;  // effects of links that are looked at beside joints' that promise more
+
+}  // namespace
+
+std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, const std::vector<char>& quiet) {
+  const auto is_quiet = [&](const Effect& effect) {
+    return find_joint(effect) >= 0 && quiet[static_cast<size_t>(find_joint(effect))];
+  };
+  const Screening screening = screen(p, lead.hypothesis, lead.paths.get());
+  std::vector<Effect> list;
+  std::vector<size_t> there(lead.train.size(), 0);  // candidates by joint
+  const std::vector<size_t> most = allow_by_joint(lead.train);
+  size_t bodies = 0;
+  for (const Candidate& c : screening.candidates) {
+    if (!can_add(lead.hypothesis, c.start) || is_quiet(c.start)) continue;
+    const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
+    const int joint = c.start.id == EffectId::kJointOffset ? c.start.place : find_joint(c.start);
+    const size_t j = static_cast<size_t>(std::max(0, joint));
+    // Offsets of encoders look like masses of links nearby; few enough to try all once.
+    const bool offset = c.start.id == EffectId::kJointOffset && lead.hypothesis.empty();
+    const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
+    const bool body = get_effect(c.start.id).place == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
+    if (!high && !here && !body) continue;
+    there[j] += joint >= 0 ? 1 : 0;
+    bodies += body ? 1 : 0;
+    list.push_back(c.start);
+  }
+  if (!lead.hypothesis.empty()) add_unseen(lead, &list);
+  add_rate_faults(p, lead, &list);
+  add_twins(lead, &list);
+  list.erase(std::remove_if(list.begin(), list.end(), is_quiet), list.end());
+  return list;
+}
+
+}  // namespace hrp::diagnosis
