@@ -8,6 +8,7 @@
 #include "diagnosis/upright/effects.h"
 #include "diagnosis/upright/layout.h"
 #include "diagnosis/upright/motion.h"
+#include "diagnosis/upright/slip.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
@@ -110,7 +111,8 @@ class Calculator : StandMotion {
       points.push_back(find_fixed_point(foot, dt));
       // The ground also carries the foot, which hangs below its sensor.
       const double weight = p_.feet[foot].mass * p_.experiment->scenario.gravity_W.norm();
-      const double ratio = force_[foot].head<2>().norm() / std::max(1.0, force_[foot].z() + weight);
+      const double vertical = std::max(1.0, force_[foot].z() + weight);
+      const double ratio = find_asked_friction(p_.feet[foot], force_[foot], torque_[foot], vertical);
       slips = slips || ratio > kNearly * friction_;
       worst = std::max(worst, ratio);
     }
@@ -161,13 +163,14 @@ class Calculator : StandMotion {
   }
 
   // Whether a foot may stand elsewhere than at the sample before: between them one was lifted, stood on an edge of its
-  // sole, where it turns and creeps, or was pushed along the ground nearly as hard as friction holds it.
+  // sole, where it turns and creeps, or was pushed along the ground or turned nearly as hard as friction holds it.
   bool may_have_moved(size_t k) const {
     for (auto i = static_cast<size_t>(r_.samples[k - 1]); i <= static_cast<size_t>(r_.samples[k]); ++i) {
       for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
         const auto read = [&](size_t axis) { return r_.wrench[6 * foot + axis].value[i]; };
         const Vector3d force(read(0), read(1), read(2)), torque(read(3), read(4), read(5));
-        const bool slides = force.head<2>().norm() > kNearly * friction_ * force.z();
+        const double asked = find_asked_friction(p_.feet[foot], force, torque, std::max(1.0, force.z()));
+        const bool slides = asked > kNearly * friction_;
         if (slides || !presses_flat(p_.feet[foot], force, torque)) return true;
       }
     }

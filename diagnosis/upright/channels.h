@@ -26,7 +26,7 @@ struct StandBase {
   std::vector<double> residuals;
   std::vector<DriveState> states;  // by sample, by joint
   std::vector<char> flat;          // by sample: all feet stand flat
-  std::vector<double> ratios;      // by sample: largest tangential over normal force of a foot
+  std::vector<double> ratios;      // by sample: friction that a foot asks for, the most of all
 };
 
 // Residuals [sample][channel], flat, of one recording. 0 where a channel says nothing: tilt and gap of a foot that

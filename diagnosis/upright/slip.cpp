@@ -31,7 +31,22 @@ std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
   return out;
 }
 
+// [m] Mean distance of a rectangle's points from its middle; 0 for a ball, and where no sole was described.
+double find_lever(const StandFoot& foot) {
+  const double a = foot.size.x() / 2, b = foot.size.y() / 2, d = std::hypot(a, b);
+  if (foot.kind == SoleKind::kBall || d > 100) return 0;
+  return d / 3 + a * a / (6 * b) * std::log((b + d) / a) + b * b / (6 * a) * std::log((a + d) / b);
+}
+
 }  // namespace
+
+double find_asked_friction(const StandFoot& foot, const Vector3d& force, const Vector3d& torque, double vertical) {
+  const double lever = find_lever(foot), push = force.head<2>().norm() / vertical;
+  if (lever == 0) return push;
+  // Where the ground presses on the sole the moment is vertical: what it has along the force it has everywhere.
+  const double turn = (torque - foot.sole.cross(force)).dot(force) / vertical;
+  return std::hypot(push, turn / (vertical * lever));
+}
 
 double find_rest(const std::vector<std::vector<double>>& slides) {
   double rest = 1e300;

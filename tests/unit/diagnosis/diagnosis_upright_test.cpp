@@ -251,6 +251,24 @@ TEST(StandingFeet, ThatCreepAllThroughARecordingDoNotPassForNoise) {
   EXPECT_EQ(find_rest({creeps, stands, {1e-6, -1, 1e-6}}), 3e-5) << "three samples are too few to tell";
 }
 
+// Two bodies that turn against each other about the vertical slip without any force along the ground.
+TEST(StandingFeet, AskForFrictionWhereTheyAreTurnedToo) {
+  StandFoot foot;
+  foot.sole = {0.03, 0, -0.05}, foot.size = {0.2, 0.1, 0};
+  double lever = 0;  // [m] of a sole that presses evenly: mean distance of its points from its middle
+  for (int i = 0; i < 10000; ++i) {
+    lever += 1e-4 * std::hypot(0.2 * ((i % 100 + 0.5) / 100 - 0.5), 0.1 * ((i / 100 + 0.5) / 100 - 0.5));
+  }
+  const auto ask = [&](const Vector3d& push, const Vector3d& at, double turn) {
+    const Vector3d force = push + Vector3d(0, 0, 200);
+    return find_asked_friction(foot, force, at.cross(force) + Vector3d(0, 0, turn), 200);
+  };
+  EXPECT_NEAR(ask({60, -80, 0}, foot.sole, 0), 0.5, 1e-9);
+  EXPECT_NEAR(ask({60, -80, 0}, foot.sole + Vector3d(0.06, -0.02, 0), 0), 0.5, 1e-9) << "a push off the middle";
+  EXPECT_NEAR(ask({0, 0, 0}, foot.sole, 200 * 0.5 * lever), 0.5, 1e-4);
+  EXPECT_NEAR(ask({60, -80, 0}, foot.sole, 200 * 0.5 * lever), std::sqrt(0.5), 1e-4);
+}
+
 // What an even friction of 0.8 leaves of one whose level falls off where the joint is away from 0, or does not.
 double find_uneven_gain(double fall) {
   const StandProblem p = make_columns(2);
