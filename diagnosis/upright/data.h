@@ -54,6 +54,7 @@ struct StandProblem {
   Vector3d p_LI = Vector3d::Zero();
   TreeSpec tree;                                // feet without mass: what is below a sensor is not felt above it
   std::vector<bool> effort, command, velocity;  // by joint: recorded in every recording
+  std::vector<bool> law;      // by joint: the servo law tells the effort better than its log (choose_laws() of judge.h)
   bool attitude = true;       // recorded, else found from the base pose, or from gyroscope and accelerometer
   double attitude_error = 0;  // [rad] standard deviation of an attitude that had to be found
   bool base_pose = false;     // recorded
@@ -61,6 +62,7 @@ struct StandProblem {
   // For loose transmissions: a torque [N m] by joint that is no noise, and the noise of each channel (channels.h).
   std::vector<double> slack, noise;
   bool is_driven(size_t joint) const { return effort[joint] || command[joint]; }
+  bool has_law(size_t joint) const { return !effort[joint] || (joint < law.size() && law[joint]); }
 };
 
 // Which samples a recording is smoothed from, and in windows how much wider than usual.

@@ -58,8 +58,11 @@ double Drives::calc_servo(size_t joint, size_t k, const DriveState& s, double* r
 }
 
 double Drives::find_effort(size_t joint, size_t k, const DriveState& s, double* rate) const {
+  return p_.has_law(joint) ? calc_servo(joint, k, s, rate) : read_log(joint, k, rate);
+}
+
+double Drives::read_log(size_t joint, size_t k, double* rate) const {
   const JointTerms& t = terms_.joints[joint];
-  if (!p_.effort[joint]) return calc_servo(joint, k, s, rate);
   const Series& effort = r_.effort[joint];
   *rate = read(effort.rate, k, t.effort_delay) / t.effort_scale;
   return (read(effort.value, k, t.effort_delay) - t.effort_bias) / t.effort_scale;
@@ -93,7 +96,7 @@ void Drives::add(size_t joint, size_t k, const DriveState& s, std::vector<double
     out->push_back(take_friction(joint, k, s.velocity, effort, given - needed));
   }
   if (p_.effort[joint] && p_.command[joint]) {
-    out->push_back(effort - calc_servo(joint, k, s, &rate));
+    out->push_back(read_log(joint, k, &rate) - calc_servo(joint, k, s, &rate));
   }
   if (p_.velocity[joint]) {
     const double logged = read(r_.velocity[joint].value, k, t.velocity_delay);

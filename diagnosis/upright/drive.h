@@ -20,7 +20,8 @@ class Drives {
  public:
   Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms);
 
-  // Torque that the drive was asked for at sample k, with its rate: the logged effort, else the servo law.
+  // Torque that the drive was asked for at sample k, with its rate: the logged effort, or the servo law where there is
+  // none, or where the law agrees with it and is less noisy.
   double find_effort(size_t joint, size_t k, const DriveState& s, double* rate) const;
 
   // What a joint's missing effort at sample k would change by if its hysteresis had begun with half a yield angle more;
@@ -32,6 +33,7 @@ class Drives {
 
  private:
   double take_friction(size_t joint, size_t k, double v, double effort, double missing) const;
+  double read_log(size_t joint, size_t k, double* rate) const;
   double calc_servo(size_t joint, size_t k, const DriveState& s, double* rate) const;
   // A series that is read `later` seconds after sample k.
   double read(const std::vector<double>& values, size_t k, double later) const;

@@ -21,7 +21,8 @@ constexpr double kNoChance = 5;
 // Windows next but one do not overlap: filters of sensors forget sooner, motion does not. What swings by a
 // quarter from one to the other shows one later.
 constexpr size_t kLater[] = {2, 3};
-constexpr size_t kThin = 3;  // one sample of so many is enough to rank candidates by
+constexpr double kClearer = 0.5;  // of an equation's noise, so that another reading of the same is worth it
+constexpr size_t kThin = 3;       // one sample of so many is enough to rank candidates by
 
 // Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
 // error of an attitude that was not recorded. Balance and efforts have none of that: IMU, encoders and force sensors
@@ -231,6 +232,29 @@ FitSelection StandJudge::select(const StandFit& so_far) const {
 
 bool StandJudge::is_quiet(double left, double before) {
   return left <= kLeftOver || left * left <= 1e-3 * before * before;
+}
+
+void choose_laws(StandProblems* problems) {
+  const StandProblem& all = problems->all;
+  const size_t joints = all.effort.size();
+  StandProblem* const each[] = {&problems->all, &problems->even, &problems->odd, &problems->wide_even,
+                                &problems->wide_odd};
+  std::vector<double> shared, noise[2];  // by channel; the noise with logs and with laws
+  for (const bool law : {false, true}) {
+    for (StandProblem* p : each) p->law.assign(joints, law);
+    const std::array<Evaluation, 4> halves{evaluate(problems->even, {}), evaluate(problems->odd, {}),
+                                           evaluate(problems->wide_even, {}), evaluate(problems->wide_odd, {})};
+    StandJudge judge(all);
+    judge.update_sigma(evaluate(all, {}), halves, {});
+    noise[law ? 1 : 0] = judge.sigma();
+    if (!law) shared = judge.find_shared(halves[0], halves[1]);
+  }
+  for (size_t j = 0; j < joints; ++j) {
+    const size_t c = find_drive(all, j);  // its equation of motion, and log against law after that
+    const bool both = all.effort[j] && all.command[j] && !all.held;
+    const bool better = both && shared[c + 1] == 0 && noise[1][c] < kClearer * noise[0][c];
+    for (StandProblem* p : each) p->law[j] = better;
+  }
 }
 
 StandProblem make_coarse(StandProblem problem) {

@@ -75,6 +75,12 @@ class StandJudge {
   std::vector<size_t> train_, held_;
 };
 
+// A log of efforts is as noisy as its sensor is wide: at a wrist it can hide what a hand weighs, and the servo law, by
+// command and encoder, tells the same effort a hundred times better. So where log and law agree (all that even and odd
+// samples share of their difference may be chance), and the equation of motion is then known twice as well, the law
+// stands in it; the log is still held against the law.
+void choose_laws(StandProblems* problems);
+
 // The same problem with a third of the samples: enough to rank candidates by; and its rows of a whole evaluation.
 StandProblem make_coarse(StandProblem problem);
 Evaluation thin_out(const Evaluation& evaluation, size_t channels);

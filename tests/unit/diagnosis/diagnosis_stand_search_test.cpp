@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kSamples = 400;
 constexpr double kStep = 0.03, kNoise = 0.01;  // [s], [N m] of an effort
+constexpr double kStiff = 100;                 // [N m/rad] of a servo
 
 // What a drive lacks: of its joint's position [rad] and velocity [rad/s], of time [s] and of the recording.
 using Missing = std::function<double(double, double, double, size_t)>;
@@ -25,15 +26,18 @@ struct Arm {
   Missing missing;
 };
 
-// What else is not as the model has it: of the body, of the gyroscope, which is as noisy as `shake` [rad/s^2] says.
+// What else is not as the model has it: of the body, of the gyroscope, which is as noisy as `shake` [rad/s^2] says. The
+// log of efforts may err by `log` [N m], and commands be recorded beside it.
 struct Body {
   StandHypothesis hidden;
   double nod = 0, scale = 1, shake = 0;  // [rad] to both sides; of the gyroscope's readings
+  double log = 0, bias = 0;              // [N m] deviation and bias of logged efforts; commands are then recorded
 };
 
 class Stander {
  public:
   explicit Stander(const std::vector<Arm>& arms, const Body& body = {}, unsigned seed = 17) : arms_(arms), body_(body) {
+    experiment_.scenario.servo_default.kp = kStiff;
     std::mt19937 random(seed);
     p_.even = make(&random), p_.odd = make(&random), p_.all = p_.even;
     for (size_t r = 0; r < 3; ++r) {
@@ -42,9 +46,11 @@ class Stander {
       p_.all.recordings[r].gyro[1].rate = average(even.gyro[1].rate, odd.gyro[1].rate);
       for (size_t j = 1; j < even.effort.size(); ++j) {
         p_.all.recordings[r].effort[j] = average(even.effort[j], odd.effort[j]);
+        if (body.log > 0) p_.all.recordings[r].command[j] = average(even.command[j], odd.command[j]);
       }
     }
     p_.wide_even = p_.even, p_.wide_odd = p_.odd;
+    if (body.log > 0) choose_laws(&p_);
   }
 
   StandOutcome search() const { return search_standing(p_, 1, {}); }
@@ -81,6 +87,7 @@ class Stander {
       p.tree.links.back().inertia.p_LLcm_L = {0, 0, -0.3};
     }
     p.command = p.velocity = std::vector<bool>(p.effort.size(), false), p.slack.assign(p.effort.size(), 0.1);
+    for (size_t j = 1; j < p.effort.size(); ++j) p.command[j] = body_.log > 0;
     p.noise.assign(list_channels(p).size(), kNoise);
     for (size_t r = 0; r < 3; ++r) {
       p.recordings.push_back(move(r));
@@ -103,6 +110,11 @@ class Stander {
         const double q = r.position[j].value[k], v = r.position[j].rate[k];
         r.effort[j].value[k] = arms_[j - 1].missing(q, v, r.time[k], recording) -
                                rows[k * channels + find_drive(*p, j)] + std::sqrt(2.0) * kNoise * normal(*random);
+        if (body_.log == 0) continue;
+        // What the servo was given, with the noise of encoders in it, and what a sensor as wide as a leg's makes of it.
+        r.command[j].value[k] = r.position[j].value[k] + r.effort[j].value[k] / kStiff;
+        r.command[j].rate[k] = r.position[j].rate[k];
+        r.effort[j].value[k] += body_.bias + body_.log * normal(*random);
       }
     }
     for (double& rate : r.gyro[1].rate) rate *= body_.scale;
@@ -143,7 +155,7 @@ class Stander {
       }
       r.position.push_back(q), r.effort.push_back(constant(0));
     }
-    r.command = r.velocity = std::vector<Series>(r.position.size());
+    r.command = r.velocity = std::vector<Series>(r.position.size(), constant(0));
     nod(&r);
     return r;
   }
@@ -273,6 +285,20 @@ TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeAL
   bool told = std::any_of(h.begin(), h.end(), is_load);
   for (const auto& twins : o.twins) told = told || std::any_of(twins.begin(), twins.end(), is_load);
   EXPECT_TRUE(told);
+}
+
+// Friction of 0.03 N m under a log that errs by 1 N m: command and encoder tell the same effort to 0.01 N m.
+TEST(StandingSearch, TakesTheServosLawWhereItAgreesWithANoisyLog) {
+  const auto dry = [](double, double v, double, size_t) { return 0.03 * (v > 0 ? 1.0 : -1.0); };
+  const Stander stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0});
+  EXPECT_TRUE(stander.get_problem().law[1]);
+  const StandOutcome o = stander.search();
+  EXPECT_TRUE(o.explained);
+  EXPECT_TRUE(is_named(o, StandId::kCoulomb, 1));
+  const StandOutcome biased = Stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0, 3.0}).search();
+  EXPECT_TRUE(is_named(biased, StandId::kEffortBias, 1)) << "a log that is wrong is still seen";
+  EXPECT_FALSE(Stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0, 3.0}).get_problem().law[1])
+      << "which of the two is wrong is then open";
 }
 
 TEST(StandingSearch, FindsNothingInNoise) {
