@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "diagnosis/search/signature.h"
+#include "diagnosis/search/missing.h"
 
 namespace hrp::diagnosis {
 namespace {

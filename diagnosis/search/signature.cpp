@@ -4,31 +4,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/multibody/kinematics.h"
-#include "common/multibody/mass_matrix.h"
+#include "diagnosis/search/missing.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-// One recording, thinned to about independent samples.
-struct Grid {
-  std::vector<size_t> samples;
-  Eigen::MatrixXd q, qd, qdd, u, c, cd;  // by kept sample, joint; u logged effort, c command
-  Eigen::MatrixXd u1, u2;                // derivatives of u
-  Eigen::MatrixXd bare, tau;             // effort that the motion takes, without and with the laws of joints
-  Eigen::MatrixXd servo;                 // effort that the servo should have asked for
-};
-
 class Builder {
  public:
   Builder(const Problem& problem, const Hypothesis& base, const Paths* paths)
-      : problem_(problem), e_(*problem.experiment), plant_(make_plant(e_, base)), n_(e_.num_joints()), paths_(paths) {}
+      : e_(*problem.experiment),
+        plant_(make_plant(e_, base)),
+        n_(e_.num_joints()),
+        missing_(calc_missing_rows(problem, plant_, problem.train, paths)),
+        grids_(missing_.grids),
+        rows_(missing_.rows),
+        sigma_(missing_.sigma),
+        residual_(missing_.residual) {}
 
   Signatures build() {
-    for (int r : problem_.train) grids_.push_back(make_grid(r));
-    rows_ = 0;
-    for (const Grid& g : grids_) rows_ += g.q.rows();
-    whiten();
     for (int j = 0; j < n_; ++j) add_joint(j);
     if (!plant_.effort_driven) {
       for (int j = 0; j < n_; ++j) add_sensors(j);
@@ -40,139 +33,7 @@ class Builder {
     return std::move(out_);
   }
 
-  MissingEffort calc_missing(int r) {
-    grids_.push_back(make_grid(r));
-    rows_ = grids_[0].q.rows();
-    whiten();
-    MissingEffort m;
-    const Grid& g = grids_[0];
-    for (size_t k : g.samples) m.time.push_back(e_.recordings[static_cast<size_t>(r)].time[k]);
-    m.q = g.q, m.qd = g.qd, m.u = g.u, m.missing = g.u - g.tau;
-    for (int j = 0; j < n_; ++j) {
-      if (!e_.robot.tree.joint(j).actuated) m.missing.col(j).setZero();
-    }
-    m.sigma.assign(sigma_.begin(), sigma_.begin() + n_);
-    return m;
-  }
-
  private:
-  Grid make_grid(int r) {
-    const Recording& recording = e_.recordings[static_cast<size_t>(r)];
-    const SmoothRecording& smooth = problem_.smooth[static_cast<size_t>(r)];
-    Grid g;
-    int half = 3;
-    for (const SmoothJoint& joint : smooth.joints) half = std::max(half, joint.half_window);
-    for (size_t k = static_cast<size_t>(half) / 2; k + static_cast<size_t>(half) / 2 < recording.size();
-         k += static_cast<size_t>(std::max(2, half / 2)))
-      g.samples.push_back(k);
-    const long rows = static_cast<long>(g.samples.size());
-    for (Eigen::MatrixXd* m : {&g.q, &g.qd, &g.qdd, &g.u, &g.c, &g.cd, &g.u1, &g.u2, &g.servo}) m->setZero(rows, n_);
-    for (int j = 0; j < n_; ++j) fill_joint(recording, smooth, j, &g);
-    if (paths_) take_path((*paths_)[static_cast<size_t>(r)], &g);
-    g.tau = g.bare = calc_efforts(plant_, g.q, g.qd, g.qdd);
-    for (long k = 0; k < rows; ++k) {
-      for (int j = 0; j < n_; ++j) g.tau(k, j) += calc_law_effort(j, g, k);
-    }
-    return g;
-  }
-
-  void take_path(const RobotPath& path, Grid* g) const {
-    for (size_t i = 0; i < g->samples.size(); ++i) {
-      const size_t k = g->samples[i];
-      const long row = static_cast<long>(i);
-      for (int j = 0; j < n_; ++j) {
-        const JointPath& p = path[static_cast<size_t>(j)];
-        g->q(row, j) = p.q[k], g->qd(row, j) = p.qd[k], g->qdd(row, j) = p.qdd[k];
-      }
-    }
-  }
-
-  void fill_joint(const Recording& recording, const SmoothRecording& smooth, int j, Grid* g) {
-    const SmoothJoint& joint = smooth.joints[static_cast<size_t>(j)];
-    const JointColumns& columns = recording.joints[static_cast<size_t>(j)];
-    const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
-    std::vector<double> effort = smooth.effort[static_cast<size_t>(j)], servo(recording.size(), 0.0), u1, u2, c, cd;
-    if (!columns.command.empty()) {
-      for (size_t k = 0; k < recording.size(); ++k) {
-        const double rate = columns.command_rate.empty() ? 0.0 : columns.command_rate[k];
-        const double u = laws.kp * (columns.command[k] - joint.q[k]) + laws.kd * (rate - joint.qd[k]);
-        servo[k] = std::max(-laws.effort_limit, std::min(laws.effort_limit, u));
-      }
-      smooth_series(recording.time, columns.command, std::max(2, joint.half_window / 2), nullptr, &c, &cd);
-    }
-    has_effort_.resize(static_cast<size_t>(n_), 1);
-    if (effort.empty()) effort = servo, has_effort_[static_cast<size_t>(j)] = 0;
-    smooth_series(recording.time, effort, std::max(4, joint.half_window), nullptr, &u1, &u2);
-    for (size_t i = 0; i < g->samples.size(); ++i) {
-      const size_t k = g->samples[i];
-      const long row = static_cast<long>(i);
-      g->q(row, j) = joint.q[k], g->qd(row, j) = joint.qd[k], g->qdd(row, j) = joint.qdd[k];
-      g->u(row, j) = effort[k], g->u1(row, j) = u1[k], g->u2(row, j) = u2[k], g->servo(row, j) = servo[k];
-      if (!c.empty()) g->c(row, j) = c[k], g->cd(row, j) = cd[k];
-    }
-  }
-
-  // Friction, spring, rotor of the base hypothesis along the motion.
-  double calc_law_effort(int j, const Grid& g, long k) const {
-    const JointLaws& law = plant_.laws[static_cast<size_t>(j)];
-    const double v = g.qd(k, j), q = g.q(k, j), s = std::tanh(v / 0.02);
-    double effort = plant_.rotor[static_cast<size_t>(j)] * g.qdd(k, j) + law.viscous * v;
-    if (law.elastic) effort += law.motor_inertia * g.qdd(k, j);
-    if (law.has_friction()) effort += calc_friction_level(law, std::abs(v), g.u(k, j), s) * s;
-    if (law.cogging_amplitude != 0.0) effort -= calc_cogging(law, q);
-    effort +=
-        law.spring_stiffness * (q - law.spring_rest) + (1.0 - law.torque_scale) * g.u(k, j) + law.lag * g.u1(k, j);
-    return effort;
-  }
-
-  // Standard deviation of each row kind: effort noise after smoothing, acceleration noise through the mass matrix.
-  void whiten() {
-    const Problem& p = problem_;
-    sigma_.assign(static_cast<size_t>(2 * n_), 0.0);
-    Data data(*plant_.model);
-    State state = make_state(*plant_.model);
-    Eigen::MatrixXd M2 = Eigen::MatrixXd::Zero(n_, n_);
-    double n = 0.0;
-    for (const Grid& g : grids_) {
-      for (long k = 0; k < g.q.rows(); k += 20) {
-        state.q = g.q.row(k);
-        update_kinematics(*plant_.model, state, &data);
-        M2 += update_mass_matrix(*plant_.model, &data).cwiseAbs2(), n += 1.0;
-      }
-    }
-    M2 /= std::max(1.0, n);
-    for (int j = 0; j < n_; ++j) {
-      const auto& noise = e_.joint_noise[static_cast<size_t>(j)];
-      const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
-      const int half = p.smooth[static_cast<size_t>(p.train[0])].joints[static_cast<size_t>(j)].half_window;
-      const double average = 2.25 / (2.0 * std::max(3, half) + 1.0);
-      double effort = has_effort_[static_cast<size_t>(j)] ? noise[2].sigma * noise[2].sigma : 0.0;
-      const double servo =
-          laws.kp * laws.kp * noise[0].sigma * noise[0].sigma + laws.kd * laws.kd * noise[1].sigma * noise[1].sigma;
-      if (!has_effort_[static_cast<size_t>(j)]) effort = servo;
-      double variance = effort * average;
-      for (int k = 0; k < n_; ++k) {
-        const double s = p.smooth[static_cast<size_t>(p.train[0])].joints[static_cast<size_t>(k)].sigma_qdd;
-        variance += M2(j, k) * s * s;
-      }
-      sigma_[static_cast<size_t>(j)] = std::sqrt(variance) + 1e-12;
-      sigma_[static_cast<size_t>(n_ + j)] = std::sqrt((effort + servo) * average) + 1e-12;
-    }
-    residual_.setZero(rows_ * 2 * n_);
-    long row = 0;
-    for (const Grid& g : grids_) {
-      for (long k = 0; k < g.q.rows(); ++k, ++row) {
-        for (int j = 0; j < n_; ++j) {
-          if (!e_.robot.tree.joint(j).actuated) continue;
-          residual_[row * 2 * n_ + j] = (g.u(k, j) - g.tau(k, j)) / sigma_[static_cast<size_t>(j)];
-          if (has_effort_[static_cast<size_t>(j)] && !plant_.effort_driven) {
-            residual_[row * 2 * n_ + n_ + j] = (g.u(k, j) - g.servo(k, j)) / sigma_[static_cast<size_t>(n_ + j)];
-          }
-        }
-      }
-    }
-  }
-
   // A column from a function of (grid, sample): value in row kind `kind` (0: motion, 1: servo) of joint j.
   int add_column(int j, int kind, const std::function<double(const Grid&, long)>& f) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(rows_ * 2 * n_);
@@ -383,7 +244,7 @@ class Builder {
   }
 
   void add_sensors(int j) {
-    if (!has_effort_[static_cast<size_t>(j)]) return;
+    if (!missing_.has_effort[static_cast<size_t>(j)]) return;
     const int place = j * kQuantities + 2;
     // A fault of the logged effort shows in both kinds of rows alike.
     const auto both = [&](const std::function<double(const Grid&, long)>& f) {
@@ -490,26 +351,20 @@ class Builder {
     }
   }
 
-  const Problem& problem_;
   const Experiment& e_;
   Plant plant_;
   int n_;
-  const Paths* paths_;
-  long rows_ = 0;
-  std::vector<Grid> grids_;
+  const MissingRows missing_;
+  const std::vector<Grid>& grids_;
+  const long rows_;
+  const std::vector<double>& sigma_;
+  const Eigen::VectorXd& residual_;
   std::vector<Eigen::MatrixXd> nominal_;  // by grid: efforts of the nominal bodies
-  std::vector<char> has_effort_;
-  std::vector<double> sigma_;
-  Eigen::VectorXd residual_;
   std::vector<Eigen::VectorXd> columns_;
   Signatures out_;
 };
 
 }  // namespace
-
-MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording) {
-  return Builder(problem, base, nullptr).calc_missing(recording);
-}
 
 Signatures calc_signatures(const Problem& problem, const Hypothesis& base, const Paths* paths) {
   return Builder(problem, base, paths).build();

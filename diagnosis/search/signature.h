@@ -30,12 +30,4 @@ struct Signatures {
 // under `base` (null: as recorded).
 Signatures calc_signatures(const Problem& problem, const Hypothesis& base, const Paths* paths = nullptr);
 
-// Logged effort minus what the motion takes under `base`, thinned samples of one recording.
-struct MissingEffort {
-  std::vector<double> time;
-  Eigen::MatrixXd q, qd, u, missing;   // by sample, joint
-  std::vector<double> sigma;           // by joint: what noise alone gives
-};
-MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording);
-
 }  // namespace hrp::diagnosis
