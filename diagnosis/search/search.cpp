@@ -23,6 +23,7 @@ constexpr size_t kLastBeam = 2;      // the same, to the largest: sets that are 
 constexpr size_t kCandidates = 10;   // effects that may be added to each
 constexpr size_t kSimulated = 3;     // sets of each size that are fitted through the simulation
 constexpr size_t kAsked = 3;         // effects that what is left asks for, that are tried
+constexpr size_t kScanned = 2;       // starts of play that are fitted: many minima
 constexpr double kAskedShare = 0.1;  // of what is left above the noise, that is worth asking for
 constexpr double kAskedAlike = 0.3;  // of the best one's gain: such may be the right one
 constexpr double kAskedTwin = 0.9;   // the same once it has left noise only
@@ -190,6 +191,10 @@ class Search {
       const size_t most = size + 1 < kLargestSet ? kBeam : kLastBeam;
       if (beam.size() > most) beam.resize(most);
     }
+    if (is_spent(kGrowing) || !loosen()) return;
+    do trials_.polish_best();
+    while (look_closer());
+    exchange();
   }
 
   // By joint: whether the simulation leaves nothing but noise of its readings. Along the paths such a joint may still
@@ -252,6 +257,7 @@ class Search {
     if (size == 0 || size >= kLargestSet || is_finished(trials_.best()) || is_spent(kClosely)) return false;
     const std::vector<Trial> bases = list_bases();
     const std::vector<Effect> asked = try_asked(bases[0]);
+    if (asked.empty() && loosen()) return true;
     const bool helped = calc_cost(trials_.best()) < kLeastDrop * calc_cost(bases[0]);
     // Which of the bases it was shows near the noise only.
     for (size_t i = 1; helped && i < bases.size() && is_near(trials_.best()); ++i) {
@@ -259,6 +265,38 @@ class Search {
       try_with(bases[i], asked[0]);
     }
     return trials_.best().hypothesis.size() > size;
+  }
+
+  // Where a rotor helps and leaves much, its transmission may give. Play that is not near its true gap is no help along
+  // the paths, and what is left asks for none to first order: so its values are scanned in the whole simulation, beside
+  // the others of the set and, because those may only stand in for it, without them. Whether it helped.
+  bool loosen() {
+    const Trial best = trials_.best();
+    if (is_near(best) || is_explained(best, nominal_) || !loosened_.insert(make_set(best.hypothesis)).second) return false;
+    for (size_t i = 0; i < best.hypothesis.size(); ++i) {
+      const Effect& rotor = best.hypothesis[i];
+      if (rotor.id != EffectId::kRotorInertia) continue;
+      if (best.hypothesis.size() < kLargestSet) loosen(best, i);
+      if (best.hypothesis.size() > 1 && !is_near(trials_.best())) loosen(trials_.fit_aside({rotor}), 0);
+    }
+    return calc_cost(trials_.best()) < kLeastDrop * calc_cost(best);
+  }
+
+  void loosen(const Trial& base, size_t at) {
+    const Effect& rotor = base.hypothesis[at];
+    for (const Effect& transmission : list_transmissions(rotor.place, get_rotor(rotor))) {
+      std::vector<Hypothesis> starts;
+      for (const Effect& option : list_options(transmission, false)) {
+        starts.push_back(base.hypothesis);
+        starts.back()[at] = option;
+      }
+      const size_t count = transmission.id == EffectId::kBacklash ? kScanned : 1;
+      for (const Hypothesis& start : trials_.choose(base, starts, at, count)) {
+        if (is_spent() || is_near(trials_.best())) return;
+        progress_("    loosened: " + get_label(e_, transmission));
+        trials_.add(start);
+      }
+    }
   }
 
   // What is chosen first may stand for two causes that are not there yet: once they are, another may do better in its
@@ -417,6 +455,7 @@ class Search {
   Trials trials_;
   const Trial& nominal_;
   std::set<EffectSet> content_;     // sets whose rest asks for nothing
+  std::set<EffectSet> loosened_;    // sets whose rotors were tried behind transmissions
   std::set<EffectSet> exchanged_;   // sets of which no effect is to be exchanged again
   std::vector<Trial> passed_over_;  // judged along the recorded paths only
 };

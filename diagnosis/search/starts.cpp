@@ -83,6 +83,12 @@ std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo&
 }
 }  // namespace
 
+std::vector<Effect> list_transmissions(int joint, double rotor_inertia) {
+  const double stiffness = calc_stiffness(rotor_inertia, kGearing[0]), damping = kGearLoss * stiffness;
+  return {{EffectId::kElasticity, joint, {stiffness, damping, rotor_inertia}},
+          {EffectId::kBacklash, joint, {0.01, stiffness, damping, rotor_inertia}}};
+}
+
 std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
   const EffectInfo& info = get_effect(effect.id);
   std::vector<Effect> options{effect};
@@ -154,9 +160,7 @@ void add_twins(const Lead& lead, std::vector<Effect>* list) {
   for (const Effect& effect : *list) {
     const double rotor = get_rotor(effect);
     if (rotor <= 0.0 || (effect.id == EffectId::kRotorInertia && effect.place != worst)) continue;
-    const double stiffness = calc_stiffness(rotor, kGearing[0]), damping = kGearLoss * stiffness;
-    for (const Effect& twin : {Effect{EffectId::kElasticity, effect.place, {stiffness, damping, rotor}},
-                               Effect{EffectId::kBacklash, effect.place, {0.01, stiffness, damping, rotor}}}) {
+    for (const Effect& twin : list_transmissions(effect.place, rotor)) {
       const bool listed = contains(*list, twin.id, twin.place) || contains(twins, twin.id, twin.place);
       if (!listed && can_add(lead.hypothesis, twin)) twins.push_back(twin);
     }

@@ -29,6 +29,9 @@ bool can_add(const Hypothesis& hypothesis, const Effect& added);
 // joint and of the links; none that shows at `quiet` joints (by joint) alone. Changes the problem's view.
 std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, const std::vector<char>& quiet);
 
+// A rotor [kg m^2] behind a transmission that gives, and behind one with play.
+std::vector<Effect> list_transmissions(int joint, double rotor_inertia);
+
 // Start values of an effect: all combinations of the alternatives of its parameters, or of those only that no fit moves.
 // A mass far out turns into a fit that does not come back when another cause had a part in the regression; so it may
 // start nearer to the link's origin.
