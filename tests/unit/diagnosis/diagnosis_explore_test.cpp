@@ -4,6 +4,7 @@
 
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/search.h"
+#include "diagnosis/search/trials.h"
 #include "diagnosis/simulation/nearby.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -51,6 +52,23 @@ TEST(DiagnosisExplore, AGapIsFoundFromAThirdOff) {
   start.p[0] *= 0.67;
   const Hypothesis found = try_nearby(problem, {start});
   EXPECT_NEAR(found[0].p[0], 0.03, 0.03 * (kFinestFactor - 1.0));  // the last step of the walk
+}
+
+// Of play in a joint where a rotor was fitted that leaves much, the gaps and stiffnesses are scanned.
+TEST(DiagnosisExplore, PlayIsFoundFromARotorThatLeavesMuch) {
+  const Effect hidden{EffectId::kBacklash, kShoulder, {0.01, 4e4, 16.0, 0.4}};
+  const Experiment e = make_simulated_experiment("loosen_play", kArm, {"shoulder", "elbow"}, {hidden});
+  Trials trials(make_problem(e, 1), [](const std::string&) {});
+  trials.add({{EffectId::kRotorInertia, kShoulder, {0.2}}});
+  const Trial rotor = trials.best();
+  ASSERT_EQ(rotor.hypothesis.size(), 1u);
+  EXPECT_GT(rotor.rms, 2.0);  // not noise
+  std::vector<Hypothesis> starts;
+  for (const Effect& start : list_options(list_transmissions(kShoulder, rotor.hypothesis[0].p[0])[1], false))
+    starts.push_back({start});
+  const Trial play = trials.fit_aside(trials.choose(rotor, starts, 0, 1).at(0));
+  EXPECT_LT(play.rms, 1.2);  // noise, by the bar of a name
+  EXPECT_NEAR(play.hypothesis.at(0).p[0], 0.01, 0.0005);
 }
 
 TEST(DiagnosisExplore, ASearchWithoutWorkLeftSaysSoAndNamesNothing) {
