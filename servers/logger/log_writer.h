@@ -65,6 +65,8 @@ class LogWriter {
   uint64_t sample_count() const { return sample_count_; }
   // The oldest step that is not written.
   uint64_t next_step() const { return next_step_; }
+  // The newest step whose state has come.
+  uint64_t newest_step() const { return newest_state_; }
   // Steps that are known to be over and not written yet.
   uint64_t backlog() const { return newest_state_ > next_step_ ? newest_state_ - next_step_ : 0; }
   // Everything through the newest state that close() would want has come, and that is at least step `last`.

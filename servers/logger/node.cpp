@@ -20,8 +20,9 @@ namespace {
 // and the scenario says "hold". Shorter would mistake a process that the scheduler of the system let wait for a dead one.
 constexpr auto kGiveUp = std::chrono::seconds(1);
 constexpr uint64_t kGiveUpBacklog = 128;
-// At the end of a run: nothing has come for this long, so nothing is on its way.
-constexpr auto kQuiet = std::chrono::milliseconds(200);
+// At the end of a run: nothing has come between so many looks (of 10 ms and more), so nothing is on its way. Looks and
+// not time: a process that was stopped for a while has not looked.
+constexpr int kQuietLooks = 20;
 
 std::vector<LogTopic> make_log_topics() {
   using Rate = LogTopic::Rate;
@@ -76,7 +77,7 @@ LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
     : NodeBase(context), options_(options), log_(make_log_options(options.path)) {
   check_writable(options.path);
   if (!options.compression.empty()) mcap::parse_compression(options.compression);
-  last_arrival_ = last_progress_ = Clock::now();
+  last_progress_ = Clock::now();
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& grant) {
     if (!grant.last()) return;
     last_known_ = true;
@@ -145,34 +146,45 @@ void LoggerNode::report_progress() {
 }
 
 void LoggerNode::handle_idle(Clock::time_point now) {
-  if (log_.sample_count() != last_sample_count_) last_arrival_ = now;
+  quiet_looks_ = log_.sample_count() == last_sample_count_ ? quiet_looks_ + 1 : 0;
   last_sample_count_ = log_.sample_count();
   if (log_.next_step() != last_backlog_step_ || log_.backlog() == 0) last_progress_ = now;
   last_backlog_step_ = log_.next_step();
   attempt([this] { log_.poll(); });
   if (!is_active()) return;
   report_progress();
-  if (now - last_progress_ < kGiveUp || log_.backlog() < kGiveUpBacklog) return;
-  for (const std::string& topic : log_.give_up_waiting()) {
-    say("no " + topic + " from " + find_role(topic) + " since step " + std::to_string(last_backlog_step_) +
-        "; the log goes on without it");
-  }
+  const bool stuck = now - last_progress_ >= kGiveUp && log_.backlog() >= kGiveUpBacklog;
+  const bool at_end = last_known_ && last_epoch_ == log_.epoch() && log_.newest_step() >= last_step_ && is_quiet();
+  if (!stuck && !at_end) return;
+  give_up_waiting();
+  attempt([this] { finish_when_complete(); });
   report_progress();
 }
 
+bool LoggerNode::is_quiet() const { return quiet_looks_ >= kQuietLooks; }
+
+void LoggerNode::give_up_waiting() {
+  const uint64_t step = log_.next_step();
+  for (const std::string& topic : log_.give_up_waiting()) {
+    say("no " + topic + " from " + find_role(topic) + " since step " + std::to_string(step) +
+        "; the log goes on without it");
+  }
+}
+
 bool LoggerNode::is_drained() {
-  const Clock::time_point now = Clock::now();
-  if (!draining_) drain_start_ = now;
-  draining_ = true;
   const msg::RunStatus& run = run_status();
   const bool last_step_known = run.phase() == msg::RUN_FINISHED && run.epoch() == log_.epoch();
   if (last_step_known && log_.is_complete_through(run.step())) return true;
-  return now - drain_start_ > kQuiet && now - last_arrival_ > kQuiet;
+  return is_quiet();
 }
 
 void LoggerNode::handle_run_end() {
   attempt([this] { log_.close(); });
   report(log_.epoch(), log_.step_on_disk());
+  const msg::RunStatus& run = run_status();
+  if (run.phase() != msg::RUN_FINISHED || run.epoch() != log_.epoch() || log_.step_on_disk() >= run.step()) return;
+  fail("the run ended with step " + std::to_string(run.step()) + ", but nothing after step " +
+       std::to_string(log_.step_on_disk()) + " reached the log");
 }
 
 }  // namespace hrp

@@ -39,14 +39,17 @@ class LoggerNode : public NodeBase {
   // Does the work; what it throws becomes the fault of this server, with the last step of the log.
   void attempt(const std::function<void()>& work);
   void finish_when_complete();
+  bool is_quiet() const;
+  // Names what the oldest unwritten step misses, and goes on without it.
+  void give_up_waiting();
   void report_progress();
 
   LoggerOptions options_;
   LogWriter log_;
   uint64_t last_sample_count_ = 0;
   uint64_t last_backlog_step_ = 0;
-  Clock::time_point last_arrival_, last_progress_, drain_start_;
-  bool draining_ = false;
+  Clock::time_point last_progress_;
+  int quiet_looks_ = 0;       // in a row, in which nothing had come
   bool last_known_ = false;   // the scheduler has said which step is the last one
   uint64_t last_epoch_ = 0, last_step_ = 0;
   std::vector<std::unique_ptr<Reader>> raw_readers_;

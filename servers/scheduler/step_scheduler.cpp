@@ -13,6 +13,9 @@ constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
 constexpr uint64_t kLogWindows = 8;
 // Dynamics says something every quarter of a second in any case: this long without a word is silence.
 constexpr auto kSilence = std::chrono::milliseconds(600);
+// Nobody leaves before the log has the last step, so that what got lost on its way can be sent again; but a logger that
+// stays silent for this long is not waited for. It then says itself what its file misses.
+constexpr auto kLogPatience = std::chrono::seconds(20);
 
 }  // namespace
 
@@ -59,6 +62,7 @@ void StepScheduler::start_epoch(uint64_t epoch) {
   started_ = false;
   pace_started_ = false;
   step_ = 0;
+  at_end_ = false;
   paused_at_ = 0;
 }
 
@@ -136,8 +140,17 @@ std::string StepScheduler::find_late(Clock::time_point now) const {
       if (found == reports_.end() || found->second.state != ServerState::kReady) return role;
     }
   }
-  if (step_ >= find_log_limit()) return "logger";
+  if (step_ >= find_log_limit() || (at_end_ && now - end_time_ > kSilence)) return "logger";
   return "";
+}
+
+bool StepScheduler::is_over(Clock::time_point now) {
+  if (end_step_ == 0 || !started_ || step_ < end_step_) return false;
+  if (!at_end_) end_time_ = now;
+  at_end_ = true;
+  if (!is_waited_for("logger") || now - end_time_ > kLogPatience) return true;
+  const ServerReport& logger = reports_.at("logger");
+  return logger.epoch == grant_.epoch && logger.step >= end_step_;
 }
 
 void StepScheduler::update(Clock::time_point now) {
@@ -150,8 +163,8 @@ void StepScheduler::update(Clock::time_point now) {
     grant_.last = end_step_ > 0 && grant_.through_step == end_step_;
     state_ = paused_ && step_ >= grant_.through_step ? RunState::kPaused : RunState::kRunning;
   }
-  late_ = find_late(now);
-  if (end_step_ > 0 && started_ && step_ >= end_step_) request_stop("");
+  if (is_over(now)) request_stop("");
+  late_ = state_ == RunState::kFinished ? "" : find_late(now);
 }
 
 }  // namespace hrp

@@ -76,6 +76,8 @@ class StepScheduler {
   uint64_t find_limit(Clock::time_point now) const;
   uint64_t find_log_limit() const;
   std::string find_late(Clock::time_point now) const;
+  // The last step has been reached, and it is on disk when the run is logged (or was waited for long enough).
+  bool is_over(Clock::time_point now);
 
   SchedulerOptions options_;
   double time_step_ = 0.0;  // [s] 0: not known yet
@@ -91,6 +93,8 @@ class StepScheduler {
   Clock::time_point pace_time_;
   uint64_t pace_step_ = 0;
   uint64_t step_ = 0;        // last one that dynamics reported
+  bool at_end_ = false;      // of this epoch: that was the last one
+  Clock::time_point end_time_;  // since when
   Clock::time_point heard_dynamics_;
   std::string late_;
   std::string failure_;

@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <random>
+#include <thread>
 
 #include "common/bus/make_bus.h"
 #include "common/messages/topics.h"
@@ -71,6 +72,20 @@ TEST_F(SameBits, WithTwoObserversAttached) {
   EXPECT_EQ(run_and_digest("observed", {}, attach), reference_);
   readers.clear();
 }
+
+class StalledLogger : public SameBits, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(StalledLogger, TheRunWaitsForItAndItsLogHoldsEveryStep) {
+  const auto stall = [](ServerSet& set) {
+    ASSERT_TRUE(set.wait_for_step(1)) << set.output();
+    ASSERT_EQ(kill(set.find_server("hrp-logger"), SIGSTOP), 0);
+    EXPECT_TRUE(set.wait_for_step(500)) << set.output();
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // others that did not wait for it would be gone
+    ASSERT_EQ(kill(set.find_server("hrp-logger"), SIGCONT), 0);
+  };
+  EXPECT_EQ(run_and_digest(std::string("stalled-") + GetParam(), {"--dds", GetParam()}, stall), reference_);
+}
+INSTANTIATE_TEST_SUITE_P(Vendors, StalledLogger, ::testing::Values("cyclone", "fast"));
 
 // ---- ends ---------------------------------------------------------------------------------------------------------
 

@@ -30,6 +30,9 @@ namespace {
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
+// A writer that goes waits for its readers to have everything, but not long for a hung one. As cyclone_domain.cpp says.
+const eprosima::fastrtps::Duration_t kLinger{0, 100'000'000};
+
 template <typename Pointer>
 Pointer check_made(Pointer made, const char* what, const std::string& name) {
   if (made) return made;
@@ -97,6 +100,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
   ~FastWriter() override {
     ends_->remove(writer_->guid());
     writer_->set_listener(nullptr);
+    writer_->wait_for_acknowledgments(kLinger);
     // Fast DDS 2.9 empties the history of a writer it deletes without its lock: a heartbeat at that moment counts the
     // gaps up to a released sample for ever (its pull request 4076). An empty history has none.
     size_t removed = 0;

@@ -114,6 +114,42 @@ TEST_F(LoggerNodeTest, TheLastGrantedStepReachesTheDiskByItself) {
   EXPECT_EQ(find_last_step(), 40u);
 }
 
+TEST_F(LoggerNodeTest, ALogThatEndsBeforeTheRunIsAFault) {
+  send_description();
+  for (uint64_t step = 0; step <= 40; ++step) send_all(step);
+  msg::RunStatus run;
+  run.phase(msg::RUN_FINISHED);
+  run.epoch(1);
+  run.step(50);
+  send(topics::kRunStatus, run);
+  for (int look = 0; look < 100 && status_.phase() != msg::SERVER_FAULT; ++look) {
+    logger_->on_idle(std::chrono::steady_clock::now());
+    bus_.dispatch_all();
+  }
+  EXPECT_EQ(status_.phase(), msg::SERVER_FAULT);
+  EXPECT_EQ(status_.message(), "the run ended with step 50, but nothing after step 40 reached the log");
+  EXPECT_EQ(find_last_step(), 40u);
+}
+
+TEST_F(LoggerNodeTest, AnAnswerThatNeverCameIsNamedAtTheEnd) {
+  send_description();
+  for (uint64_t step = 0; step <= 40; ++step) {
+    send_step<msg::RobotState>(topics::kRobotState, step);
+    send_step<msg::ContactForces>(topics::kContactForces, step);
+    send_step<msg::ContactSet>(topics::kContactSet, step);
+    if (step % 2 == 0) send_step<msg::SensorData>(topics::kSensorData, step);
+    if (step % 2 == 0 && step < 30) send_step<msg::JointCommands>(topics::kJointCommands, step);
+  }
+  msg::StepGrant grant;
+  grant.epoch(1);
+  grant.through_step(40);
+  grant.last(true);
+  send(topics::kStepGrant, grant);
+  wait_for_step(40);
+  EXPECT_EQ(status_.message(), "no hrp/joint_commands from controller since step 30; the log goes on without it");
+  EXPECT_EQ(find_last_step(), 40u);
+}
+
 TEST_F(LoggerNodeTest, AFullDiskIsAFaultAndTheLogStaysReadable) {
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit old{};
