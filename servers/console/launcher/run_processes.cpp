@@ -266,7 +266,10 @@ void ProcessRun::end_all() {
       children_.send_signal(SIGTERM);
     }
     if (waited > kTermPatience) {
-      for (const std::string& role : roles) std::fprintf(stderr, "hrp-simulate: %s does not end; killed\n", role.c_str());
+      for (const std::string& role : roles) {
+        std::fprintf(stderr, "hrp-simulate: %s does not end; killed\n", role.c_str());
+        if (role == "logger" && failure_.empty()) failure_ = "the logger had not closed its file";
+      }
       children_.send_signal(SIGKILL);
     }
   }
