@@ -62,28 +62,12 @@ Lead Explorer::make_lead(const Hypothesis& hypothesis) {
   return lead;
 }
 
-// The best of an effect's alternatives (or of the values of those parameters only that no fit moves), the best first,
-// no two with the same first parameter.
-std::vector<Effect> Explorer::choose_starts(const Problem& problem, Hypothesis hypothesis, size_t at, bool scanned_only,
-                                            size_t count) const {
-  Effect& effect = hypothesis[at];
-  const std::vector<Effect> options = list_options(effect, scanned_only);
-  if (options.size() < 2) return {effect};
-  std::vector<std::pair<double, size_t>> order;
-  for (size_t i = 0; i < options.size(); ++i) {
-    effect = options[i];
-    const Score score = calc_score(problem, hypothesis, {problem.train[0]});
-    order.push_back({score.ok ? score.chi2 : 1e300, i});
-  }
-  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<Effect> best;
-  for (const auto& item : order) {
-    const Effect& option = options[item.second];
-    const bool known = std::any_of(best.begin(), best.end(), [&](const Effect& b) { return b.p[0] == option.p[0]; });
-    if (!known) best.push_back(option);
-    if (best.size() == count) break;
-  }
-  return best;
+// The best of an effect's alternatives, or of the values of those parameters only that no fit moves.
+std::vector<Effect> Explorer::choose_starts(const Problem& problem, const Hypothesis& hypothesis, size_t at,
+                                            bool scanned_only, size_t count) const {
+  const std::vector<Effect> options = list_options(hypothesis[at], scanned_only);
+  if (options.size() < 2) return {hypothesis[at]};
+  return choose_options(problem, {problem.train[0]}, hypothesis, at, options, count);
 }
 
 void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const {

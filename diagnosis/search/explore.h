@@ -5,7 +5,6 @@
 // there.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <memory>
 
@@ -46,7 +45,7 @@ class Explorer {
   Lead add_local(const Lead& parent, const Effect& start, const Local& local) const;
   Lead add_shared(Problem& p, const Lead& parent, const Effect& start) const;
   void measure(Problem& p, Lead* lead) const;
-  std::vector<Effect> choose_starts(const Problem& problem, Hypothesis hypothesis, size_t at, bool scanned_only,
+  std::vector<Effect> choose_starts(const Problem& problem, const Hypothesis& hypothesis, size_t at, bool scanned_only,
                                     size_t count) const;
   void choose_start(const Problem& problem, Hypothesis* hypothesis, size_t at, bool scanned_only) const;
   void choose_again(const Problem& problem, const FitOptions& options, FitResult* result) const;

@@ -177,10 +177,7 @@ class Search {
       simulate_best(beam);
       // What paths miss by themselves may be more than a small effect.
       if (size == 1 && calc_cost(trials_.best()) > kLeastDrop * calc_cost(nominal_)) try_asked(nominal_);
-      trials_.polish_best();
-      bool grown = false;
-      while (look_closer()) grown = true, trials_.polish_best();
-      exchange();
+      const bool grown = deepen();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
       if (is_finished(trials_.best())) break;
       if (grown && trials_.best().hypothesis.size() < kLargestSet)
@@ -191,10 +188,16 @@ class Search {
       const size_t most = size + 1 < kLargestSet ? kBeam : kLastBeam;
       if (beam.size() > most) beam.resize(most);
     }
-    if (is_spent(kGrowing) || !loosen()) return;
-    do trials_.polish_best();
-    while (look_closer());
+    if (!is_spent(kGrowing) && loosen()) deepen();
+  }
+
+  // Polishes the best set and grows it by what it leaves. Whether it has grown.
+  bool deepen() {
+    bool grown = false;
+    trials_.polish_best();
+    while (look_closer()) grown = true, trials_.polish_best();
     exchange();
+    return grown;
   }
 
   // By joint: whether the simulation leaves nothing but noise of its readings. Along the paths such a joint may still
@@ -272,7 +275,8 @@ class Search {
   // the others of the set and, because those may only stand in for it, without them. Whether it helped.
   bool loosen() {
     const Trial best = trials_.best();
-    if (is_near(best) || is_explained(best, nominal_) || !loosened_.insert(make_set(best.hypothesis)).second) return false;
+    if (is_near(best) || is_explained(best, nominal_)) return false;
+    if (!loosened_.insert(make_set(best.hypothesis)).second) return false;
     for (size_t i = 0; i < best.hypothesis.size(); ++i) {
       const Effect& rotor = best.hypothesis[i];
       if (rotor.id != EffectId::kRotorInertia) continue;
@@ -285,15 +289,12 @@ class Search {
   void loosen(const Trial& base, size_t at) {
     const Effect& rotor = base.hypothesis[at];
     for (const Effect& transmission : list_transmissions(rotor.place, get_rotor(rotor))) {
-      std::vector<Hypothesis> starts;
-      for (const Effect& option : list_options(transmission, false)) {
-        starts.push_back(base.hypothesis);
-        starts.back()[at] = option;
-      }
       const size_t count = transmission.id == EffectId::kBacklash ? kScanned : 1;
-      for (const Hypothesis& start : trials_.choose(base, starts, at, count)) {
+      for (const Effect& option : trials_.choose(base, at, list_options(transmission, false), count)) {
         if (is_spent() || is_near(trials_.best())) return;
         progress_("    loosened: " + get_label(e_, transmission));
+        Hypothesis start = base.hypothesis;
+        start[at] = option;
         trials_.add(start);
       }
     }

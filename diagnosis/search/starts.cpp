@@ -115,6 +115,25 @@ std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
   return options;
 }
 
+std::vector<Effect> choose_options(const Problem& problem, const std::vector<int>& recordings, Hypothesis hypothesis,
+                                   size_t at, const std::vector<Effect>& options, size_t count) {
+  std::vector<std::pair<double, size_t>> order;
+  for (size_t i = 0; i < options.size(); ++i) {
+    hypothesis[at] = options[i];
+    const Score score = calc_score(problem, hypothesis, recordings);
+    order.push_back({score.ok ? score.chi2 : 1e300, i});
+  }
+  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Effect> best;
+  for (const auto& item : order) {
+    const Effect& option = options[item.second];
+    const bool known = std::any_of(best.begin(), best.end(), [&](const Effect& b) { return b.p[0] == option.p[0]; });
+    if (!known) best.push_back(option);
+    if (best.size() == count) break;
+  }
+  return best;
+}
+
 namespace {
 
 // How many effects are looked at in each joint beside those that promise most: the joint that is missed most and the
@@ -204,6 +223,7 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
     }
   }
 }
+
 constexpr size_t kBodies = 4;  // effects of links that are looked at beside joints' that promise more
 
 }  // namespace

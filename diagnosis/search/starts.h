@@ -37,4 +37,9 @@ std::vector<Effect> list_transmissions(int joint, double rotor_inertia);
 // start nearer to the link's origin.
 std::vector<Effect> list_options(const Effect& effect, bool scanned_only);
 
+// Of such options, put at a place of a hypothesis, those that suit the recordings best as they are: the best first, no
+// two with the same first parameter, at most `count`.
+std::vector<Effect> choose_options(const Problem& problem, const std::vector<int>& recordings, Hypothesis hypothesis,
+                                   size_t at, const std::vector<Effect>& options, size_t count);
+
 }  // namespace hrp::diagnosis

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/search/format.h"
+#include "diagnosis/search/starts.h"
 #include "diagnosis/simulation/nearby.h"
 #include "diagnosis/simulation/start_state.h"
 #include "diagnosis/simulation/step_error.h"
@@ -77,26 +78,10 @@ const Problem& Trials::take_up(const Trial& trial) {
   return problem_;
 }
 
-std::vector<Hypothesis> Trials::choose(const Trial& from, const std::vector<Hypothesis>& starts, size_t at,
-                                       size_t count) {
+std::vector<Effect> Trials::choose(const Trial& from, size_t at, const std::vector<Effect>& options, size_t count) {
   take_up(from);
   problem_.step_errors.clear();
-  std::vector<std::pair<double, size_t>> order;
-  for (size_t i = 0; i < starts.size(); ++i) {
-    Hypothesis full = starts[i];
-    full.insert(full.end(), from.timing.begin(), from.timing.end());
-    const Score score = calc_score(problem_, full, problem_.train);
-    order.push_back({score.ok ? score.chi2 : 1e300, i});
-  }
-  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<Hypothesis> best;
-  for (const auto& item : order) {
-    const Hypothesis& one = starts[item.second];
-    const bool known =
-        std::any_of(best.begin(), best.end(), [&](const Hypothesis& b) { return b[at].p[0] == one[at].p[0]; });
-    if (!known && best.size() < count) best.push_back(one);
-  }
-  return best;
+  return choose_options(problem_, problem_.train, from.full(), at, options, count);
 }
 
 // A set that is right may be kept from the noise by its start states and pre-sliding displacements alone; to try

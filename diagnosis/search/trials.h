@@ -29,9 +29,8 @@ class Trials {
   void add(const Hypothesis& start);
   // The same without keeping it.
   Trial fit_aside(const Hypothesis& start);
-  // Of sets with start values, those that do best as they are from a trial's start states, with different gaps or
-  // stiffnesses; at most `count`.
-  std::vector<Hypothesis> choose(const Trial& from, const std::vector<Hypothesis>& starts, size_t at, size_t count);
+  // Of options for one effect of a trial, the best from the trial's start states (choose_options() of starts.h).
+  std::vector<Effect> choose(const Trial& from, size_t at, const std::vector<Effect>& options, size_t count);
   // Polishes the best one if that may be all that keeps it from the noise.
   void polish_best();
   // Polishes a trial if that may help, and gives it its intervals.

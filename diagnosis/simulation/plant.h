@@ -29,7 +29,7 @@ struct ParameterInfo {
   double low, high;   // bounds
   double step;        // natural size: finite differences and start values
   bool nuisance;      // fitted but not part of the effect's definition
-  bool scanned = false;  // readings are no smooth function of it: the best of a few values, see explore.cpp
+  bool scanned = false;  // readings are no smooth function of it: the best of a few values, see starts.cpp
   bool walked = false;   // fitted, but from the best of the values around, see nearby.h
 };
 

@@ -237,6 +237,9 @@ bool StandJudge::is_quiet(double left, double before) {
 void choose_laws(StandProblems* problems) {
   const StandProblem& all = problems->all;
   const size_t joints = all.effort.size();
+  std::vector<char> both(joints, 0);
+  for (size_t j = 0; j < joints; ++j) both[j] = all.effort[j] && all.command[j] && !all.held;
+  if (std::find(both.begin(), both.end(), 1) == both.end()) return;
   StandProblem* const each[] = {&problems->all, &problems->even, &problems->odd, &problems->wide_even,
                                 &problems->wide_odd};
   std::vector<double> shared, noise[2];  // by channel; the noise with logs and with laws
@@ -251,8 +254,7 @@ void choose_laws(StandProblems* problems) {
   }
   for (size_t j = 0; j < joints; ++j) {
     const size_t c = find_drive(all, j);  // its equation of motion, and log against law after that
-    const bool both = all.effort[j] && all.command[j] && !all.held;
-    const bool better = both && shared[c + 1] == 0 && noise[1][c] < kClearer * noise[0][c];
+    const bool better = both[j] && shared[c + 1] == 0 && noise[1][c] < kClearer * noise[0][c];
     for (StandProblem* p : each) p->law[j] = better;
   }
 }

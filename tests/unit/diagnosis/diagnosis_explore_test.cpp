@@ -63,10 +63,8 @@ TEST(DiagnosisExplore, PlayIsFoundFromARotorThatLeavesMuch) {
   const Trial rotor = trials.best();
   ASSERT_EQ(rotor.hypothesis.size(), 1u);
   EXPECT_GT(rotor.rms, 2.0);  // not noise
-  std::vector<Hypothesis> starts;
-  for (const Effect& start : list_options(list_transmissions(kShoulder, rotor.hypothesis[0].p[0])[1], false))
-    starts.push_back({start});
-  const Trial play = trials.fit_aside(trials.choose(rotor, starts, 0, 1).at(0));
+  const std::vector<Effect> options = list_options(list_transmissions(kShoulder, rotor.hypothesis[0].p[0])[1], false);
+  const Trial play = trials.fit_aside({trials.choose(rotor, 0, options, 1).at(0)});
   EXPECT_LT(play.rms, 1.2);  // noise, by the bar of a name
   EXPECT_NEAR(play.hypothesis.at(0).p[0], 0.01, 0.0005);
 }
