@@ -17,6 +17,9 @@ namespace {
 constexpr double kEveryJoint = 3.0;
 // Of the worst joint: what a sound joint shows of its neighbour's errors through smoothing and coupling stays below.
 constexpr double kEcho = 0.05;
+// Times its noise that a joint may leave where a rotor is named. One behind play or a shaft that gives shows as a rotor of
+// the same inertia in every part; these are no candidates here, because far from their true values they do not help.
+constexpr double kRigid = 2.0;
 // Rollouts times joints squared times samples up to which all parameters are fitted once more through the simulation.
 constexpr double kPolishWork = 3e7;
 
@@ -49,6 +52,7 @@ class DriveSearch {
     split(trial);
     parallel_for(problem_.jobs, n,
                  [&](int j) { selectors_[static_cast<size_t>(j)]->judge(&models_[static_cast<size_t>(j)]); });
+    doubt_rotors(trial);
     return report(trial);
   }
 
@@ -98,6 +102,18 @@ class DriveSearch {
     size_t at = 0;
     for (DriveModel& model : models_) {
       for (Effect& effect : model.effects) effect = trial.hypothesis[at++];
+    }
+  }
+
+  void doubt_rotors(const Trial& trial) {
+    for (size_t j = 0; j < models_.size(); ++j) {
+      double left = 0.0;
+      for (size_t q = 0; q < kQuantities; ++q) left = std::max(left, trial.validate.rms(j * kQuantities + q));
+      for (size_t i = 0; i < models_[j].effects.size(); ++i) {
+        if (models_[j].effects[i].id != EffectId::kRotorInertia || !models_[j].doubts[i].empty() || left < kRigid) continue;
+        models_[j].worth[i] = 0.0;
+        models_[j].doubts[i] = "what is left may be its transmission's, which would take its place";
+      }
     }
   }
 

@@ -202,6 +202,19 @@ TEST(Drives, AStopInTheRangeIsNotNamed) {
   EXPECT_TRUE(list_findings(look(e)).empty());
 }
 
+// A gap is none of the effects that a drive's model is made of; a rotor without one takes its place there, and keeps its
+// value in every part of the recordings.
+TEST(Drives, PlayInFrontOfARotorIsNotNamedARotor) {
+  Experiment e = make_experiment("play", 2);
+  Hypothesis hidden;
+  for (int j = 0; j < 2; ++j) {
+    hidden.push_back({EffectId::kViscous, j, {0.4}});
+    hidden.push_back({EffectId::kBacklash, j, {0.003, 400.0, 0.8, 0.05}});
+  }
+  simulate(hidden, &e);
+  for (const Effect& finding : list_findings(look(e))) EXPECT_NE(finding.id, EffectId::kRotorInertia);
+}
+
 TEST(Drives, ASoundJointBesideABadOneGetsNoName) {
   Experiment e = make_experiment("one", 2);
   simulate({{EffectId::kViscous, 1, {0.6}}}, &e);
