@@ -113,11 +113,13 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
 
 namespace {
 
-// A transmission has a rotor, too: where what it gives is not sure the rotor alone may be, unless it is far worse.
-bool is_contained(const StandFit& simple, const StandFit& rich) {
+// A transmission has a rotor, too: where what it gives is not sure the rotor alone may be, unless it is far worse than
+// `so_far` allows: beside other effects that are still missing a little more is no proof.
+bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& so_far) {
   const StandEffect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
+  const double far = std::max(kRicher, kRotorsLack * (so_far.score - rich.score));
   return a.id == StandId::kRotorInertia && b.id == StandId::kElasticity && a.place == b.place &&
-         simple.score - rich.score < kRicher;
+         simple.score - rich.score < far;
 }
 
 }  // namespace
@@ -144,10 +146,15 @@ bool StandSearcher::add_effect() {
   if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
   // Of those that explain as much the first that differs from nothing.
   StandFit finished;
+  std::vector<const StandFit*> unsure;
   for (const StandTrial& t : trials) {
-    if (t.probability < kTwin && !is_contained(t.fit, best.fit)) continue;
+    const bool contained = std::any_of(unsure.begin(), unsure.end(), [&](const StandFit* rich) {
+      return is_contained(t.fit, *rich, out_.chosen);
+    });
+    if (t.probability < kTwin && !contained) continue;
     finished = finish(t.fit, t.fit.hypothesis);
     if (is_significant(finished)) break;
+    unsure.push_back(&t.fit);
     finished.hypothesis.clear();
   }
   if (finished.hypothesis.empty()) return false;
@@ -210,7 +217,9 @@ void StandSearcher::exchange_effects(bool all) {
     }
     std::vector<StandTrial> trials = try_candidates(fit);
     if (trials.empty() || trials[0].fit.score >= 1e299) continue;
-    if (!is_same(trials[0].fit.hypothesis.back(), before) && trials[0].fit.score < out_.chosen.score - kCorrelated) {
+    const bool better = !is_same(trials[0].fit.hypothesis.back(), before) &&
+                        trials[0].fit.score < out_.chosen.score - kCorrelated;
+    if (better && is_significant(finish(trials[0].fit, trials[0].fit.hypothesis))) {
       StandHypothesis h = trials[0].fit.hypothesis;
       if (progress_) progress_(std::string("exchanged for ") + get_stand_info(h.back().id).effect);
       std::rotate(h.begin() + static_cast<long>(i), h.end() - 1, h.end());

@@ -14,6 +14,7 @@ namespace hrp::diagnosis::upright {
 constexpr double kNormal = 4.75;
 constexpr double kGain = kCorrelated * 13.1;
 constexpr double kRicher = 40;  // the same where a law is replaced by a richer one at the same place
+constexpr double kRotorsLack = 0.05;  // share of a transmission's gain that its rotor alone may lack
 constexpr double kTwin = 0.05;  // least probability of what is reported as not to be told apart
 constexpr size_t kMostEffects = 3;
 // A robot's drives are made alike: what one joint lacks the others may lack, too. So many effects with those.
