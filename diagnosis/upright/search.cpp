@@ -124,6 +124,22 @@ bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& 
 
 }  // namespace
 
+// Of those that explain as much, and of the rotors of transmissions among them that are not sure, the first that differs
+// from nothing; no hypothesis where none does.
+StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) const {
+  std::vector<const StandFit*> unsure;
+  for (const StandTrial& t : trials) {
+    const bool contained = std::any_of(unsure.begin(), unsure.end(), [&](const StandFit* rich) {
+      return is_contained(t.fit, *rich, out_.chosen);
+    });
+    if (t.probability < kTwin && !contained) continue;
+    const StandFit finished = finish(t.fit, t.fit.hypothesis);
+    if (is_significant(finished)) return finished;
+    unsure.push_back(&t.fit);
+  }
+  return {};
+}
+
 bool StandSearcher::add_effect() {
   const std::vector<StandTrial> trials = try_candidates(out_.chosen);
   if (trials.empty() || trials[0].fit.score >= 1e299) return false;
@@ -144,19 +160,7 @@ bool StandSearcher::add_effect() {
   // them worse.
   const bool slips = best.fit.hypothesis.back().id == StandId::kGroundFriction;
   if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
-  // Of those that explain as much the first that differs from nothing.
-  StandFit finished;
-  std::vector<const StandFit*> unsure;
-  for (const StandTrial& t : trials) {
-    const bool contained = std::any_of(unsure.begin(), unsure.end(), [&](const StandFit* rich) {
-      return is_contained(t.fit, *rich, out_.chosen);
-    });
-    if (t.probability < kTwin && !contained) continue;
-    finished = finish(t.fit, t.fit.hypothesis);
-    if (is_significant(finished)) break;
-    unsure.push_back(&t.fit);
-    finished.hypothesis.clear();
-  }
+  const StandFit finished = find_significant(trials);
   if (finished.hypothesis.empty()) return false;
   if (!out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);
   update_noise(finished.hypothesis);

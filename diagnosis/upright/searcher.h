@@ -71,6 +71,7 @@ class StandSearcher {
   double find_deviations(double normal) const;
   bool has_moving_feet() const;  // against the ground or each other, as what was found so far has them
   bool is_significant(const StandFit& fit) const;
+  StandFit find_significant(const std::vector<StandTrial>& trials) const;
   bool exceeds_ground(const StandFit& fit) const;
   bool may_be_load(size_t effect) const;
   void exchange_effects(bool all);
