@@ -33,8 +33,8 @@ bool is_noise(const Trial& trial);
 bool is_detail(const Trial& trial, const Trial& nominal);
 // One of the two, and more than the nominal model.
 bool is_explained(const Trial& trial, const Trial& nominal);
-// Nothing more is asked. Laws of friction, memory and play have details that no two engines share, as long as they pass
-// for noise; smooth laws have none, and what one leaves above the noise has a cause of its own.
+// Laws of friction, memory and play have details that no two engines share; smooth laws have none, and what one leaves
+// above the noise has a cause of its own.
 bool is_complete(const Trial& trial, const Trial& nominal);
 
 // Best first, with probabilities: by cost and what every effect and parameter has to earn; among those that leave noise

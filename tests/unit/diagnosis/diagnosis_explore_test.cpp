@@ -55,20 +55,6 @@ TEST(DiagnosisExplore, AGapIsFoundFromAThirdOff) {
 }
 
 // Of play in a joint where a rotor was fitted that leaves much, the gaps and stiffnesses are scanned.
-// A thousandth of the mismatch may be the detail of a law that two engines write differently. Where it is more than passes
-// for noise something small may hide in it, such as an encoder's zero beside a load and hysteresis.
-TEST(DiagnosisSearch, FrictionThatLeavesMoreThanNoiseIsAskedForMore) {
-  Trial nominal, left;
-  nominal.rms = 78.0;
-  left.hypothesis = {{EffectId::kHysteresis, kShoulder, {2.0, 0.05}}};
-  left.worst = 3.0;
-  left.rms = 1.55;
-  EXPECT_TRUE(is_explained(left, nominal));
-  EXPECT_FALSE(is_complete(left, nominal));
-  left.rms = 1.1;
-  EXPECT_TRUE(is_complete(left, nominal));
-}
-
 TEST(DiagnosisExplore, PlayIsFoundFromARotorThatLeavesMuch) {
   const Effect hidden{EffectId::kBacklash, kShoulder, {0.01, 4e4, 16.0, 0.4}};
   const Experiment e = make_simulated_experiment("loosen_play", kArm, {"shoulder", "elbow"}, {hidden});
