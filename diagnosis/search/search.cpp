@@ -267,7 +267,9 @@ class Search {
       if (is_explained(trials_.best(), nominal_)) break;
       try_with(bases[i], asked[0]);
     }
-    return trials_.best().hypothesis.size() > size;
+    const bool grown = trials_.best().hypothesis.size() > size;
+    if (!grown && has_details(bases[0])) content_.insert(make_set(bases[0].hypothesis));
+    return grown;
   }
 
   // Where a rotor helps and leaves much, its transmission may give. Play that is not near its true gap is no help along
@@ -334,13 +336,24 @@ class Search {
     return true;
   }
 
+  // Whether what is left is next to nothing and may be the details of a law of friction, memory or play.
+  bool has_details(const Trial& t) const { return is_explained(t, nominal_) && !is_smooth(t.hypothesis); }
+
+  // Such details show in the law's own joint, and there other effects fit them as well.
+  bool fits_details(const Trial& base, const Effect& added) const {
+    const int joint = find_joint(added);
+    return joint >= 0 && has_details(base) &&
+           std::any_of(base.hypothesis.begin(), base.hypothesis.end(),
+                       [&](const Effect& e) { return find_joint(e) == joint && !is_smooth({e}); });
+  }
+
   // The effects that were tried beside a set, those that promise most first.
   std::vector<Effect> try_asked(const Trial& base) {
     std::vector<Effect> asked;
     double least = kAskedShare * (calc_cost(base) - base.train.count - base.validate.count);
     for (const Addition& addition : rank_additions(trials_.take_up(base), base.full())) {
       if (addition.gain < least || asked.size() == kAsked || is_spent()) break;
-      if (!try_with(base, addition.start)) continue;
+      if (fits_details(base, addition.start) || !try_with(base, addition.start)) continue;
       asked.push_back(addition.start);
       const bool done = is_complete(trials_.best(), nominal_);
       least = std::max(least, (done ? kAskedTwin : kAskedAlike) * addition.gain);

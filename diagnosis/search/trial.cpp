@@ -18,6 +18,7 @@ constexpr double kDetailPrice = 0.004;  // of an effect, a reading: what the det
 constexpr double kEvidence = 20.0;      // correlated readings for one
 constexpr double kSure = 10.0 * kEvidence;
 constexpr double kLeastDearer = 30.0;  // a parameter more
+constexpr double kNoise = 1.2;         // times the noise, left of recordings that were not fitted to
 
 // Above the noise, in its power.
 double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
@@ -106,7 +107,7 @@ size_t count_parameters(const Hypothesis& hypothesis) {
   return count;
 }
 
-bool is_noise(const Trial& t) { return t.rms < 1.2 && t.worst < 1.7 && t.train.rms() < 1.4; }
+bool is_noise(const Trial& t) { return t.rms < kNoise && t.worst < 1.7 && t.train.rms() < 1.4; }
 
 bool is_detail(const Trial& t, const Trial& nominal) { return calc_excess(t) < 1e-3 * calc_excess(nominal); }
 
@@ -114,11 +115,12 @@ bool is_explained(const Trial& t, const Trial& nominal) {
   if (t.hypothesis.empty()) return false;
   if (is_noise(t)) return true;
   if (is_bent(t)) return false;
-  return (t.rms < 2.0 && is_detail(t, nominal)) || (t.rms < 1.2 && calc_excess(t) < 3e-3 * calc_excess(nominal));
+  return (t.rms < 2.0 && is_detail(t, nominal)) || (t.rms < kNoise && calc_excess(t) < 3e-3 * calc_excess(nominal));
 }
 
 bool is_complete(const Trial& t, const Trial& nominal) {
-  return is_explained(t, nominal) && (calc_excess(t) <= kDetail || !is_smooth(t.hypothesis));
+  const bool passes = is_smooth(t.hypothesis) ? calc_excess(t) <= kDetail : t.rms < kNoise;
+  return is_explained(t, nominal) && passes;
 }
 
 void sort_by_preference(const Trial& nominal, std::vector<Trial>* list) {

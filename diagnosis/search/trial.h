@@ -9,7 +9,7 @@ namespace hrp::diagnosis {
 // A hypothesis that was fitted on the training recordings and judged on the others.
 struct Trial {
   Hypothesis hypothesis;                 // without the timing of the drive's loop
-  Hypothesis timing;                     // of the drives' loops, a limb each; empty: they take no time
+  Hypothesis timing;                     // of the drives' loops, by limb; empty: they take no time
   std::vector<std::vector<double>> std;  // by effect, by parameter
   std::vector<double> distance;          // by effect, see FitResult
   Starts starts;                         // of all recordings, under this hypothesis
@@ -33,8 +33,8 @@ bool is_noise(const Trial& trial);
 bool is_detail(const Trial& trial, const Trial& nominal);
 // One of the two, and more than the nominal model.
 bool is_explained(const Trial& trial, const Trial& nominal);
-// Laws of friction, memory and play have details that no two engines share; smooth laws have none, and what one leaves
-// above the noise has a cause of its own.
+// Nothing more is asked. Laws of friction, memory and play have details that no two engines share and may leave as much
+// as passes for noise; smooth laws have none, and what one leaves above the noise has a cause of its own.
 bool is_complete(const Trial& trial, const Trial& nominal);
 
 // Best first, with probabilities: by cost and what every effect and parameter has to earn; among those that leave noise
