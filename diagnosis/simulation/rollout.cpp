@@ -121,7 +121,7 @@ class Rollout {
       B_[j] = 0.0;
       if (!laws(j).has_friction()) continue;
       const double missing = U_[j] * laws(j).torque_scale - tau[static_cast<size_t>(j)];
-      B_[j] = missing / std::max(1e-9, calc_bristle_stiffness(j, U_[j]));
+      B_[j] = missing / calc_level(j, 0.0, U_[j], missing) * plant_.presliding[index(j)];
       limit_bristles(j);
     }
   }
@@ -190,21 +190,17 @@ class Rollout {
     return -law.viscous * v + (law.cogging_amplitude != 0.0 ? calc_cogging(law, q) : 0.0);
   }
 
-  // Stiffness of the bristles: the largest friction at rest is reached at the pre-sliding displacement. The same both
-  // ways: bristles know how they are bent, not which way a joint at rest will go.
-  double calc_bristle_stiffness(int j, double load) const {
-    return 0.5 * (calc_static_level(laws(j), load, 1.0) + calc_static_level(laws(j), load, -1.0)) /
-           plant_.presliding[index(j)];
+  // Of dry friction at a speed; which way, bristles know that are bent, not a joint at rest.
+  double calc_level(int j, double speed, double load, double b) const {
+    return std::max(1e-9, calc_friction_level(laws(j), speed, load, b > 0.0 ? 1.0 : -1.0));
   }
 
-  // Dry friction as bristles that bend and slip (LuGre without bristle damping; Canudas de Wit et al., IEEE Trans.
-  // Autom. Control 40, 1995): effort = -k b, b' = v - |v| k b / level(v).
+  // Dry friction as bristles that bend and slip (Dahl, AIAA J. 14, 1976): effort = -level b / d, b' = v - |v| b / d with
+  // the pre-sliding displacement d. The level follows speed and load at once: in sliding friction is what the law of
+  // the level says, however fast it changes.
   double calc_dry_friction(int j, double h, double v, double load, double b, double* slope) {
-    const JointLaws& law = laws(j);
-    const double direction = v > 0.0 ? 1.0 : -1.0, speed = std::abs(v);
-    const double level = std::max(1e-9, calc_friction_level(law, speed, load, direction));
-    const double k = std::max(1e-9, calc_bristle_stiffness(j, load));
-    const double slip = speed * k / level, bend = 1.0 - direction * k * b / level, c = kGamma * h;
+    const double d = plant_.presliding[index(j)], speed = std::abs(v), k = calc_level(j, speed, load, b) / d;
+    const double slip = speed / d, bend = 1.0 - (v > 0.0 ? b : -b) / d, c = kGamma * h;
     fb_[j] = v - slip * b;
     bristle_k_[j] = k, bristle_a_[j] = 1.0 / (1.0 + c * slip), bristle_slip_[j] = bend;
     *slope += c * k * std::max(0.0, bend) * bristle_a_[j];
@@ -375,7 +371,7 @@ class Rollout {
 
   // Bristles never carry more than the largest friction, whatever the step.
   void limit_bristles(int j) {
-    const double most = 1.05 * (1.0 + std::abs(laws(j).asymmetry)) * plant_.presliding[index(j)];
+    const double most = plant_.presliding[index(j)];
     B_[j] = std::min(most, std::max(-most, B_[j]));
   }
 

@@ -36,6 +36,49 @@ TEST(Diagnosis, RecoversViscousFriction) {
   EXPECT_LT(outcome.chosen.rms, 1.2);
 }
 
+// [N m] What the drive of kUrdf gives beyond what the motion and the weight take, from readings at samples k - 1 to k + 1.
+double calc_friction(const std::vector<double>& y, const std::vector<double>& time, size_t k) {
+  const double inertia = 0.02 + 2.0 * 0.2 * 0.2, weight = 2.0 * 9.81 * 0.2;
+  const double qdd = (y[(k + 1) * kQuantities + 1] - y[(k - 1) * kQuantities + 1]) / (time[k + 1] - time[k - 1]);
+  return y[k * kQuantities + 2] - inertia * qdd - weight * std::sin(y[k * kQuantities]);
+}
+
+// Bristles carry what the law of the level says at the speed of the moment once the joint has slid by more than they
+// bend: braking and speeding up alike.
+TEST(DiagnosisRollout, SlidingFrictionIsWhatItsLawSaysHoweverFastSpeedChanges) {
+  constexpr double kCoulomb = 1.0, kStatic = 3.0, kSpeed = 0.3, kBend = 2e-3;
+  const Experiment e = make_experiment("sliding", {});
+  const Plant plant = make_plant(e, {{EffectId::kStribeck, 0, {kCoulomb, kStatic, kSpeed, 0.0, kBend}}});
+  const Recording& recording = e.recordings[0];
+  RolloutOptions fine;
+  fine.max_step = 0.0001;
+  std::vector<double> y;
+  ASSERT_TRUE(simulate_recording(plant, recording, smooth_recording(e, recording), fine, &y));
+  double turned = 0.0;
+  int compared = 0;
+  for (size_t k = 100; k + 2 < recording.size(); ++k) {
+    const double v = y[k * kQuantities + 1], q = y[k * kQuantities];
+    if (v * y[(k - 1) * kQuantities + 1] <= 0.0) turned = q;
+    if (std::abs(q - turned) < 8.0 * kBend || std::abs(v) < 0.1) continue;  // e^-8 of the bend is left to go
+    const double level = kCoulomb + (kStatic - kCoulomb) * std::exp(-v * v / kSpeed / kSpeed);
+    // 2 %: differences of a rate over two samples of 5 ms; a level that lags by 2 mrad is 20 % off at such speeds.
+    EXPECT_NEAR(calc_friction(y, recording.time, k) * (v > 0.0 ? 1.0 : -1.0), level, 0.02 * kStatic);
+    ++compared;
+  }
+  EXPECT_GT(compared, 300);
+}
+
+TEST(DiagnosisRollout, AJointAtItsLimitIsTrustedNoMoreThanIntegratorsAgree) {
+  Experiment e = make_experiment("limit", {});
+  for (size_t k = 400; k < 440; ++k) e.recordings[0].joints[0].signal[2][k] = 50.0;  // [N m] the drive's limit
+  const Problem problem = make_problem(e, 1);
+  EXPECT_EQ(get_weight(problem, 0, 399, 0), problem.weights[0]);
+  EXPECT_LT(get_weight(problem, 0, 420, 0), problem.weights[0]);
+  EXPECT_LT(get_weight(problem, 0, 460, 0), problem.weights[0]);  // 0.15 s until the servo has settled
+  EXPECT_EQ(get_weight(problem, 0, 480, 0), problem.weights[0]);
+  EXPECT_EQ(get_weight(problem, 1, 420, 0), problem.weights[0]);
+}
+
 TEST(Diagnosis, DoesNotDependOnTheNumberOfThreads) {
   const Experiment e = make_experiment("threads", {{EffectId::kRotorInertia, 0, {0.05}}});
   Reports reports[2];
