@@ -49,9 +49,10 @@ Json make_traces(const Problem& problem, int r, const Outcome& outcome, const st
     Json time = Json::array(), recorded = Json::array(), jb = Json::array(), ja = Json::array();
     for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < recording.size(); k += skip) {
       if (!std::isfinite(column[k])) continue;
+      const double weight = get_weight(problem, static_cast<size_t>(r), k, c);
       time.push_back(round_to(recording.time[k], 6)), recorded.push_back(round_to(column[k], 6));
-      jb.push_back(round_to(column[k] - before[k * width + c] / problem.weights[c], 6));
-      ja.push_back(round_to(column[k] - after[k * width + c] / problem.weights[c], 6));
+      jb.push_back(round_to(column[k] - before[k * width + c] / weight, 6));
+      ja.push_back(round_to(column[k] - after[k * width + c] / weight, 6));
     }
     traces.push_back({{"signal", c}, {"time", time}, {"recorded", recorded}, {"before", jb}, {"after", ja}});
   }

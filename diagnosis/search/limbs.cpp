@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "diagnosis/search/trust.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -90,6 +92,7 @@ Limb make_limb(const Problem& problem, const std::vector<int>& joints) {
     for (int q = 0; q < kQuantities; ++q) own.weights.push_back(problem.weights[static_cast<size_t>(j * kQuantities + q)]);
   }
   own.experiment = experiment.get();
+  for (size_t r = 0; r < own.smooth.size(); ++r) own.trust.push_back(find_trust(own, r));
   limb.experiment = std::move(experiment);
   return limb;
 }

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "diagnosis/search/limbs.h"
+#include "diagnosis/search/trust.h"
 
 namespace hrp::diagnosis {
 
@@ -65,8 +66,15 @@ Problem make_problem(const Experiment& experiment, int jobs) {
   }
   for (size_t r = 0; r < experiment.recordings.size(); ++r) {
     (experiment.recordings[r].spec.train ? problem.train : problem.validate).push_back(static_cast<int>(r));
+    problem.trust.push_back(find_trust(problem, r));
   }
   return problem;
+}
+
+double get_weight(const Problem& problem, size_t recording, size_t sample, size_t channel) {
+  const double weight = problem.weights[channel];
+  if (recording >= problem.trust.size() || problem.trust[recording].empty()) return weight;
+  return weight * static_cast<double>(problem.trust[recording][sample * problem.weights.size() + channel]);
 }
 
 namespace {
@@ -152,16 +160,16 @@ bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int re
 
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording, const RolloutOptions& options,
                     const StartState* start, std::vector<double>* residuals) {
-  const Recording& data = problem.experiment->recordings[static_cast<size_t>(recording)];
-  const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(recording)];
+  const size_t r = static_cast<size_t>(recording);
+  const Recording& data = problem.experiment->recordings[r];
+  const SmoothRecording& smooth = problem.smooth[r];
   const Plant plant = make_plant(*problem.experiment, hypothesis);
   std::vector<double> readings;
   const bool ok = problem.view.along ? predict_along(problem, plant, recording, &readings)
                                      : simulate_recording(plant, data, smooth, options, &readings, start);
   if (!ok) return false;
-  const bool corrected =
-      !problem.view.along && options.until == 0.0 && static_cast<size_t>(recording) < problem.step_errors.size();
-  const std::vector<double> none, &error = corrected ? problem.step_errors[static_cast<size_t>(recording)] : none;
+  const bool corrected = !problem.view.along && options.until == 0.0 && r < problem.step_errors.size();
+  const std::vector<double> none, &error = corrected ? problem.step_errors[r] : none;
   for (size_t i = 0; i < error.size(); ++i) readings[i] += error[i];
   const size_t width = problem.weights.size(), first = first_channel(problem), count = count_channels(problem);
   size_t rows = data.size();
@@ -174,7 +182,8 @@ bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int re
     for (size_t c = 0; c < count; ++c) {
       const std::vector<double>& column = data.joints[(first + c) / kQuantities].signal[(first + c) % kQuantities];
       if (column.empty() || !std::isfinite(column[k])) continue;
-      (*residuals)[k * count + c] = (column[k] - readings[k * width + first + c]) * problem.weights[first + c];
+      (*residuals)[k * count + c] =
+          (column[k] - readings[k * width + first + c]) * get_weight(problem, r, k, first + c);
     }
   }
   return true;

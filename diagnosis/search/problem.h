@@ -39,6 +39,7 @@ struct Problem {
   const Experiment* experiment = nullptr;
   std::vector<SmoothRecording> smooth;  // by recording
   std::vector<double> weights;          // 1 / sigma by joint * 3 + quantity
+  std::vector<std::vector<float>> trust;  // factors of the weights by recording, laid out as readings; see trust.h
   RolloutOptions options;
   int jobs = 1;
   double most_work = kUsualWork;     // after which a search goes no further
@@ -58,6 +59,8 @@ struct Limb {
 };
 
 Problem make_problem(const Experiment& experiment, int jobs);
+// 1 / sigma of a reading.
+double get_weight(const Problem& problem, size_t recording, size_t sample, size_t channel);
 
 // Fills problem->nominal_paths.
 void prepare_paths(Problem* problem);
