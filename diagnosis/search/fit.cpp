@@ -179,7 +179,7 @@ class Fitter {
       A(i, i) += 1e-9 / (info.step * info.step);
       // What is known beforehand of the drive's timing: somewhere between its bounds (variance of a uniform
       // distribution). Without it a lag of the servo's rate and a rotor's inertia would be taken for the same thing.
-      if (hypothesis_[parameters_[static_cast<size_t>(i)].effect].id == EffectId::kTiming)
+      if (is_timing(hypothesis_[parameters_[static_cast<size_t>(i)].effect]))
         A(i, i) += 12.0 / std::pow(info.high - info.low, 2);
     }
     const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(p, p));

@@ -113,6 +113,9 @@ double Trials::find_range(int joint, std::vector<double> SmoothJoint::*series) c
 FitResult Trials::refine(const Hypothesis& hypothesis) {
   Hypothesis start = hypothesis;
   start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
+  for (const Effect& effect : hypothesis) {
+    if (moves_link(effect)) start.push_back({EffectId::kDriveTiming, effect.place, {0.0}});
+  }
   FitOptions options;
   options.max_iterations = 15;
   options.abandon_above = 25.0 * best_chi2_;
@@ -133,11 +136,10 @@ Trial Trials::judge(const Hypothesis& hypothesis, const FitResult& result) const
   trial.hypothesis = hypothesis;
   if (!result.ok) return trial;
   trial.hypothesis = result.hypothesis;
-  if (!trial.hypothesis.empty() && trial.hypothesis.back().id == EffectId::kTiming) {
-    trial.timing = {trial.hypothesis.back()};
-    trial.hypothesis.pop_back();
-    trial.refined = true;
-  }
+  const auto timing = std::find_if(trial.hypothesis.begin(), trial.hypothesis.end(), is_timing);
+  trial.refined = timing != trial.hypothesis.end();
+  trial.timing.assign(timing, trial.hypothesis.end());
+  trial.hypothesis.erase(timing, trial.hypothesis.end());
   trial.train = result.train;
   trial.starts = problem_.starts, trial.step_errors = problem_.step_errors;
   trial.validate = calc_score(problem_, trial.full(), held_out_);

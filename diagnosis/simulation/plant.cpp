@@ -140,6 +140,7 @@ std::vector<EffectInfo> make_effects() {
        PlaceKind::kNone,
        "the drive's loop takes its time",
        {{"shift", "s", -2e-4, 2e-4, 1e-5, true}, {"rate_lag", "s", -2e-4, 2e-4, 1e-5, true}}},
+      {E::kDriveTiming, "drive_timing", J, "the drive's loop takes its time", {{"shift", "s", -2e-4, 2e-4, 1e-5, true}}},
   };
 }
 
@@ -226,6 +227,9 @@ void apply_joint_effect(const Effect& effect, Plant* plant) {
     case EffectId::kJointOffset:
       laws.joint_offset = p[0];
       break;
+    case EffectId::kDriveTiming:
+      laws.command_delay += p[0];
+      break;
     default:
       break;
   }
@@ -301,6 +305,8 @@ bool contains(const Hypothesis& hypothesis, EffectId id, int place) {
   return std::any_of(hypothesis.begin(), hypothesis.end(),
                      [&](const Effect& e) { return e.id == id && e.place == place; });
 }
+
+bool is_timing(const Effect& effect) { return effect.id == EffectId::kTiming || effect.id == EffectId::kDriveTiming; }
 
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   Plant plant;

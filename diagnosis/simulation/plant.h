@@ -17,7 +17,8 @@ enum class EffectId {
   kLag, kDelay, kSpring, kCogging, kHysteresis, kJointOffset,
   kPayload, kMassError, kComError, kExternalForce,
   kSensorBias, kSensorScale, kSensorDelay, kClockSkew,
-  kTiming,  // of the drive's own loop: never reported, fitted along with everything else
+  kTiming,       // of the drives' own loops: never reported, fitted along with everything else
+  kDriveTiming,  // the same of one drive alone, behind a transmission that gives
   kCount
 };
 
@@ -63,6 +64,9 @@ using EffectSet = std::vector<std::pair<int, int>>;
 EffectSet make_set(const Hypothesis& hypothesis);
 // Whether an effect is in a hypothesis at a place, with whatever parameters.
 bool contains(const Hypothesis& hypothesis, EffectId id, int place);
+
+// Of the drives' loops: last in a hypothesis.
+bool is_timing(const Effect& effect);
 
 // [rad] displacement before slipping of rolling and sliding contacts in gears, where nothing is known.
 constexpr double kPresliding = 5e-4;
