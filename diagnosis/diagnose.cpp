@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <set>
+
 #include "diagnosis/attached/search.h"
 #include "diagnosis/impact/search.h"
 #include "diagnosis/report/report.h"
@@ -32,12 +34,38 @@ std::string find_obstacle(const Experiment& e) {
   return "";
 }
 
+// The first two parts of a column's name: "/imu/hand" of "/imu/hand/angular_velocity/x".
+std::string get_source(const std::string& column) { return column.substr(0, column.find('/', column.find('/', 1) + 1)); }
+
+// Readings that were recorded and that nothing was compared with: said, so that nobody takes them for judged.
+void say_what_was_not_compared(const Experiment& e, const std::set<std::string>& kinds, const Progress& progress,
+                               Reports* reports) {
+  std::set<std::string> sources;
+  for (const Recording& recording : e.recordings) {
+    for (const auto& column : recording.other) {
+      const std::string source = get_source(column.first);
+      if (kinds.count(source.substr(0, source.find('/', 1))) > 0) sources.insert(source);
+    }
+  }
+  if (sources.empty()) return;
+  std::string list;
+  for (const std::string& source : sources) list += (list.empty() ? "" : ", ") + source;
+  const std::string text = "recorded but not compared with any prediction: " + list +
+                           "; faults of these sensors are neither found nor excluded";
+  progress("note: " + text);
+  reports->report["warnings"].push_back(text);
+  reports->series["notes"].push_back(text);
+}
+
 }  // namespace
 
 Reports diagnose(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;
-  if (upright::diagnose_upright(problem, progress, &reports)) return reports;
+  if (upright::diagnose_upright(problem, progress, &reports)) {
+    say_what_was_not_compared(e, {"/joint_states_link"}, progress, &reports);
+    return reports;
+  }
   std::string obstacle = find_obstacle(e);
   if (!obstacle.empty()) {
     if (impact::diagnose_impact(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
@@ -48,7 +76,9 @@ Reports diagnose(const Problem& problem, const Progress& progress) {
   }
   Problem whole = problem;
   split_limbs(&whole);
-  return make_reports(whole, search_limbs(whole, progress));
+  reports = make_reports(whole, search_limbs(whole, progress));
+  say_what_was_not_compared(e, {"/imu", "/wrench", "/base", "/joint_states_link"}, progress, &reports);
+  return reports;
 }
 
 }  // namespace hrp::diagnosis
