@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/command_reader.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -18,13 +20,16 @@ std::vector<char> find_loose(const JointLaws& law, const Recording& recording, c
   const SmoothJoint& motion = smooth.joints[joint];
   const std::vector<double>& log = columns.signal[static_cast<int>(Quantity::kEffort)];
   std::vector<char> loose(recording.size(), 0);
+  if (motion.q.empty()) return loose;
   double until = -1e300;
   for (size_t k = 0; k < recording.size(); ++k) {
-    double effort = 0.0;
-    if (!log.empty() && std::isfinite(log[k]))
+    double effort = 0.0, q = 0.0, qd = 0.0;
+    if (!log.empty() && std::isfinite(log[k])) {
       effort = log[k];
-    else if (!columns.command.empty())
-      effort = law.kp * (columns.command[k] - motion.q[k]) + law.kd * (columns.command_rate[k] - motion.qd[k]);
+    } else if (!columns.command.empty()) {
+      read_command(recording.time, columns, recording.time[k], k, &q, &qd);
+      effort = law.kp * (q - motion.q[k]) + law.kd * (qd - motion.qd[k]);
+    }
     if (std::abs(effort) >= kAtLimit * law.effort_limit)
       until = recording.time[k] + kSettled * law.kd / std::max(1e-9, law.kp);
     loose[k] = recording.time[k] <= until;
@@ -34,7 +39,7 @@ std::vector<char> find_loose(const JointLaws& law, const Recording& recording, c
 
 double calc_rms(const std::vector<double>& values, const std::vector<char>& where) {
   double sum = 0.0, count = 0.0;
-  for (size_t k = 0; k < values.size(); ++k) {
+  for (size_t k = 0; k < std::min(values.size(), where.size()); ++k) {
     if (where[k]) sum += values[k] * values[k], count += 1.0;
   }
   return count > 0.0 ? std::sqrt(sum / count) : 0.0;

@@ -79,6 +79,19 @@ TEST(DiagnosisRollout, AJointAtItsLimitIsTrustedNoMoreThanIntegratorsAgree) {
   EXPECT_EQ(get_weight(problem, 1, 420, 0), problem.weights[0]);
 }
 
+// Servos that log neither efforts nor the rates of their commands: what they gave is known from positions alone.
+TEST(DiagnosisRollout, WithoutEffortsAndCommandedRatesTheServosLawTellsItsLimit) {
+  Experiment e = make_experiment("limit_by_law", {});
+  for (Recording& recording : e.recordings) {
+    recording.joints[0].signal[static_cast<int>(Quantity::kEffort)].clear();
+    recording.joints[0].command_rate.clear();
+  }
+  for (size_t k = 400; k < 440; ++k) e.recordings[0].joints[0].command[k] += 0.5;  // [rad] 100 N m for a limit of 50
+  const Problem problem = make_problem(e, 1);
+  EXPECT_LT(get_weight(problem, 0, 420, 0), problem.weights[0]);
+  EXPECT_EQ(get_weight(problem, 1, 420, 0), problem.weights[0]);
+}
+
 TEST(Diagnosis, ReadingsThatNothingWasComparedWithAreSaid) {
   Experiment e = make_experiment("unused", {});
   for (Recording& recording : e.recordings) {
