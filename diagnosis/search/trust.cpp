@@ -54,7 +54,8 @@ std::vector<float> find_trust(const Problem& problem, size_t recording) {
   const size_t width = problem.weights.size();
   const Plant plant = make_plant(e, {});
   std::vector<float> trust;
-  for (size_t j = 0; j < plant.laws.size() && !plant.effort_driven; ++j) {
+  if (plant.effort_driven) return trust;
+  for (size_t j = 0; j < plant.laws.size(); ++j) {
     const JointLaws& law = plant.laws[j];
     const std::vector<char> loose = find_loose(law, data, smooth, j);
     const double off = kAgreement * calc_rms(smooth.joints[j].qdd, loose);  // [rad/s^2]
