@@ -28,7 +28,7 @@ std::vector<char> find_loose(const JointLaws& law, const Recording& recording, c
       effort = log[k];
     } else if (!columns.command.empty()) {
       read_command(recording.time, columns, recording.time[k], k, &q, &qd);
-      effort = law.kp * (q - motion.q[k]) + law.kd * (qd - motion.qd[k]);
+      effort = calc_servo_effort(law, q - motion.q[k], qd - motion.qd[k], 0.0);
     }
     if (std::abs(effort) >= kAtLimit * law.effort_limit)
       until = recording.time[k] + kSettled * law.kd / std::max(1e-9, law.kp);
@@ -39,7 +39,7 @@ std::vector<char> find_loose(const JointLaws& law, const Recording& recording, c
 
 double calc_rms(const std::vector<double>& values, const std::vector<char>& where) {
   double sum = 0.0, count = 0.0;
-  for (size_t k = 0; k < std::min(values.size(), where.size()); ++k) {
+  for (size_t k = 0; k < values.size(); ++k) {
     if (where[k]) sum += values[k] * values[k], count += 1.0;
   }
   return count > 0.0 ? std::sqrt(sum / count) : 0.0;
