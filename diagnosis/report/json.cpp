@@ -1,24 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/report/json.h"
 
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-
 namespace hrp::diagnosis {
-
-double round_to(double value, int digits) {
-  if (!std::isfinite(value)) return 0.0;
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return std::strtod(text, nullptr);
-}
-
-std::string number(double value, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
 
 Json make_value(double value, double std, const std::string& unit) {
   return {{"value", value}, {"std", std}, {"ci95", {value - 1.96 * std, value + 1.96 * std}}, {"unit", unit}};

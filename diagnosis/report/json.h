@@ -6,15 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/data/rounding.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 
 using Json = nlohmann::ordered_json;
-
-// To so many significant digits; 0 for what is no number.
-double round_to(double value, int digits);
-std::string number(double value, int digits = 4);
 
 // A parameter as the schema has it, with its 95 % interval: one number, or a vector with an interval for each axis.
 Json make_value(double value, double std, const std::string& unit);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/rounding.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace hrp::diagnosis {
+
+double round_to(double value, int digits) {
+  if (!std::isfinite(value)) return 0.0;
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return std::strtod(text, nullptr);
+}
+
+std::string number(double value, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Numbers as reports print them.
+#pragma once
+
+#include <string>
+
+namespace hrp::diagnosis {
+
+// To so many significant digits; 0 for what is no number.
+double round_to(double value, int digits);
+std::string number(double value, int digits = 4);
+
+}  // namespace hrp::diagnosis

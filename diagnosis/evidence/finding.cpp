@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/finding.h"
+
+#include <algorithm>
+
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Share of the ceiling from which the rest is detail (design: `mostly_explained`).
+constexpr double kMostly = 0.8;
+// Least share of the mismatch that is called an explanation of a part.
+constexpr double kPartly = 0.1;
+constexpr double k95 = 1.96;  // standard deviations of a 95 % interval
+
+Json make_estimate(const Estimate& e) {
+  const bool list = e.vector || e.value.size() != 1;
+  Json value = Json::array(), std = Json::array(), interval = Json::array();
+  for (size_t i = 0; i < e.value.size(); ++i) {
+    const double s = e.std[i];
+    value.push_back(round_to(e.value[i], 8)), std.push_back(round_to(s, 4));
+    interval.push_back({round_to(e.value[i] - k95 * s, 8), round_to(e.value[i] + k95 * s, 8)});
+  }
+  if (list) return {{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}};
+  return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};
+}
+
+Json make_alternative(const Alternative& a) {
+  return {{"effect", a.effect},
+          {"family", a.family},
+          {"where", a.where},
+          {"parameters", make_estimates(a.parameters)},
+          {"motion_that_would_tell", a.motion}};
+}
+
+Json make_finding(const Finding& f) {
+  Json alternatives = Json::array();
+  for (const Alternative& a : f.alternatives) alternatives.push_back(make_alternative(a));
+  return {{"effect", f.effect},
+          {"family", f.family},
+          {"where", f.where},
+          {"parameters", make_estimates(f.parameters)},
+          {"grade", get_grade_name(f.grade)},
+          {"probability", round_to(f.probability, 3)},
+          {"share", round_to(f.share, 3)},
+          {"statement", f.statement},
+          {"alternatives", alternatives}};
+}
+
+Json make_remaining(const Remaining& r) {
+  return {{"where", r.where},
+          {"unit", r.unit},
+          {"before", round_to(r.before, 4)},
+          {"after", round_to(r.after, 4)},
+          {"share", round_to(r.share(), 3)},
+          {"depends_on", r.depends_on},
+          {"statement", r.statement}};
+}
+
+Json make_mismatch(const Mismatch& m) {
+  Json intervals = Json::array();
+  for (const auto& [begin, end] : m.intervals) intervals.push_back({round_to(begin, 5), round_to(end, 5)});
+  return {{"signal", m.signal},
+          {"recording", m.recording},
+          {"score", round_to(m.score, 4)},
+          {"intervals", intervals},
+          {"regime", m.regime}};
+}
+
+Json make_fit(const Fit& fit) {
+  Json signals = Json::object();
+  for (const SignalFit& s : fit.signals) {
+    const double spread = std::max(s.spread, 1e-300);
+    signals[s.signal] = {{"before", round_to(s.before / spread, 4)},
+                         {"after", round_to(s.after / spread, 4)},
+                         {"rms_before", round_to(s.before, 4)},
+                         {"rms_after", round_to(s.after, 4)},
+                         {"unit", s.unit}};
+  }
+  const auto pair = [](double before, double after) -> Json {
+    return {{"before", round_to(before, 5)}, {"after", round_to(after, 5)}};
+  };
+  return {{"train", pair(fit.train_before, fit.train_after)},
+          {"validate", pair(fit.validate_before, fit.validate_after)},
+          {"per_signal", signals}};
+}
+
+// Places that findings do not explain: schema 1's list, for programs that read it.
+Json make_unexplained(const Evidence& e) {
+  Json list = Json::array();
+  if (e.verdict == Verdict::kNoMismatch || e.verdict == Verdict::kExplained) return list;
+  for (const Remaining& r : e.remaining) {
+    if (r.share() < 1.0 - kMostly) continue;
+    list.push_back({{"where", r.where}, {"depends_on", r.depends_on}, {"statement", r.statement}});
+  }
+  if (e.verdict == Verdict::kNotJudged)
+    list.push_back({{"where", Json::object()}, {"depends_on", Json::array()}, {"statement", e.summary}});
+  return list;
+}
+
+}  // namespace
+
+const char* get_grade_name(Grade grade) {
+  static const char* const names[] = {"certain", "supported", "ambiguous"};
+  return names[static_cast<int>(grade)];
+}
+
+const char* get_verdict_name(Verdict verdict) {
+  static const char* const names[] = {"no_mismatch",      "explained",   "mostly_explained",
+                                      "partly_explained", "unexplained", "not_judged"};
+  return names[static_cast<int>(verdict)];
+}
+
+void sort_findings(std::vector<Finding>* findings) {
+  std::stable_sort(findings->begin(), findings->end(), [](const Finding& a, const Finding& b) {
+    return a.weight != b.weight ? a.weight > b.weight : a.grade < b.grade;
+  });
+}
+
+Verdict find_verdict(const Evidence& e) {
+  const double ceiling = std::max(e.ceiling, e.explained);
+  const bool named = !e.findings.empty();
+  if (!named || e.explained < kPartly * ceiling) return named ? Verdict::kPartlyExplained : Verdict::kUnexplained;
+  return e.explained >= kMostly * ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
+}
+
+nlohmann::ordered_json make_estimates(const std::vector<Estimate>& parameters) {
+  Json json = Json::object();
+  for (const Estimate& e : parameters) json[e.name] = make_estimate(e);
+  return json;
+}
+
+nlohmann::ordered_json make_report(const Evidence& e) {
+  Json r;
+  r["schema"] = 2;
+  r["verdict"] = get_verdict_name(e.verdict);
+  r["summary"] = e.summary;
+  r["mismatch"] = Json::array();
+  for (const Mismatch& m : e.mismatch) r["mismatch"].push_back(make_mismatch(m));
+  r["findings"] = Json::array();
+  for (const Finding& f : e.findings) r["findings"].push_back(make_finding(f));
+  r["unexplained"] = make_unexplained(e);
+  r["remaining"] = Json::array();
+  for (const Remaining& x : e.remaining) r["remaining"].push_back(make_remaining(x));
+  r["not_identifiable"] = Json::array();
+  for (const NotIdentifiable& n : e.not_identifiable) {
+    r["not_identifiable"].push_back(
+        {{"effect", n.effect}, {"where", n.where}, {"why", n.why}, {"motion_that_would_tell", n.motion}});
+  }
+  r["ceiling"] = round_to(e.ceiling, 3);
+  r["explained"] = round_to(e.explained, 3);
+  r["fit"] = make_fit(e.fit);
+  r["prediction"] = {{"method", e.method}, {"horizon", e.horizon}};
+  r["missing"] = e.missing;
+  r["warnings"] = e.warnings;
+  return r;
+}
+
+}  // namespace hrp::diagnosis
