@@ -51,7 +51,7 @@ class Controller {
 
 using ControllerMaker = std::function<std::unique_ptr<Controller>(const Robot& robot)>;
 
-// The main of a controller process: --domain, --dds and --help, then answers until the run ends. Returns an exit code.
+// The main of a controller process: finds the run (or --run, --domain, --dds), then answers until the run ends. Returns an exit code.
 int run_controller(int argc, char** argv, const std::string& program, const ControllerMaker& make_controller);
 
 }  // namespace hrp

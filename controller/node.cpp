@@ -81,6 +81,11 @@ void ControllerNode::take_sensors(const msg::SensorData& message) {
   set_phase(msg::SERVER_READY);
 }
 
+std::string ControllerNode::find_missing() const {
+  if (!controller_) return "robot_description from model_parser";
+  return in_epoch_ ? "" : "sensor_data from dynamics";
+}
+
 void ControllerNode::handle_idle(Clock::time_point now) {
   if (view_.update(now)) view_.add(topics::kJointCommands.name, last_answer_);
 }

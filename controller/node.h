@@ -21,6 +21,7 @@ Robot make_robot(const RobotDescription& description, const Scenario& scenario);
 class ControllerNode : public NodeBase {
  public:
   ControllerNode(const NodeContext& context, ControllerMaker make_controller);
+  std::string find_missing() const override;
 
  protected:
   void handle_idle(Clock::time_point now) override;

@@ -1,125 +1,217 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/bus/domain.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <pwd.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <optional>
+#include <ctime>
 #include <utility>
-
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "common/bus/bus.h"
 
 namespace hrp {
 namespace {
 
-std::string find_claim_path(int domain) { return find_domain_folder() + "/domain_" + std::to_string(domain); }
+const char kClaimPrefix[] = "domain_";
 
-void make_folder() {
-  const std::string folder = find_domain_folder();
-  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
-    throw BusError("cannot make " + folder + ": " + std::strerror(errno));
+std::string get_claim_name(int domain) { return kClaimPrefix + std::to_string(domain); }
+std::string get_entry_name(int domain) { return "run_" + std::to_string(domain); }
+
+// A folder of ours that nobody else may enter, as the system makes it for each user.
+bool is_private_parent(const std::string& path) {
+  struct stat info {};
+  return stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 022) == 0;
+}
+
+std::string find_home() {
+  const passwd* user = getpwuid(geteuid());
+  return user && user->pw_dir ? user->pw_dir : "";
+}
+
+PrivateFolder make_run_folder() {
+  std::string reasons;
+  for (const std::string& path : find_run_folders()) {
+    try {
+      return PrivateFolder::make(path);
+    } catch (const BusError& error) {
+      reasons += (reasons.empty() ? "" : "\n") + std::string(error.what());
+    }
   }
+  throw BusError(reasons);
+}
+
+enum class Lock { kTaken, kHeld, kFailed };
+
+// Who removes a claim holds its lock, so a lock on a file that is no longer there counts for nothing.
+Lock lock_claim(const PrivateFolder& folder, const std::string& name, bool make_it, int* file) {
+  while (true) {
+    *file = folder.open_file(name, make_it);
+    if (*file < 0) return Lock::kFailed;
+    if (flock(*file, LOCK_EX | LOCK_NB) != 0) {
+      close(*file);
+      return Lock::kHeld;
+    }
+    if (folder.is_same(name, *file)) return Lock::kTaken;
+    close(*file);
+  }
+}
+
+// Two users have folders apart, but one machine: a domain whose first ports are taken is somebody's.
+bool has_free_ports(int domain) {
+  const int file = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (file < 0) return true;
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<uint16_t>(7400 + 250 * domain + 10));  // of the first participant, RTPS 9.6.1
+  const bool free = bind(file, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 || errno != EADDRINUSE;
+  close(file);
+  return free;
 }
 
 // An empty result: somebody holds it.
 std::optional<DomainClaim> try_claim(int domain, const std::string& what) {
-  const std::string path = find_claim_path(domain);
-  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (file < 0) throw BusError("cannot open " + path + ": " + std::strerror(errno));
-  if (flock(file, LOCK_EX | LOCK_NB) != 0) {
+  PrivateFolder folder = make_run_folder();
+  int file = -1;
+  switch (lock_claim(folder, get_claim_name(domain), true, &file)) {
+    case Lock::kHeld: return std::nullopt;
+    case Lock::kFailed:
+      throw BusError("cannot open " + folder.path() + "/" + get_claim_name(domain) + ": " + std::strerror(errno));
+    case Lock::kTaken: break;
+  }
+  DomainClaim claim(std::move(folder), domain, file);
+  RunEntry entry;
+  entry.scenario = what;
+  claim.describe(entry);
+  return claim;
+}
+
+// The entry of a claim that is held; what a dead holder left behind goes.
+std::optional<RunEntry> read_entry(const PrivateFolder& folder, int domain) {
+  int file = -1;
+  if (lock_claim(folder, get_claim_name(domain), false, &file) == Lock::kTaken) {
+    folder.remove(get_entry_name(domain));
+    folder.remove(get_claim_name(domain));
     close(file);
     return std::nullopt;
   }
-  const std::string text = std::to_string(getpid()) + "\n" + what + "\n";
-  if (ftruncate(file, 0) != 0 || write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
-    const std::string reason = std::strerror(errno);
-    close(file);
-    throw BusError("cannot write " + path + ": " + reason);
+  if (file < 0) return std::nullopt;
+  RunEntry entry = parse_entry(folder.read(get_entry_name(domain)));
+  // A holder that has just begun has not written yet, or its predecessor's words are still there.
+  if (entry.domain != domain || entry.process_id <= 0 || (kill(static_cast<pid_t>(entry.process_id), 0) != 0 && errno == ESRCH)) {
+    return std::nullopt;
   }
-  return DomainClaim(domain, file);
+  return entry;
 }
 
-bool is_held(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-  if (file < 0) return false;
-  const bool held = flock(file, LOCK_SH | LOCK_NB) != 0;
-  close(file);
-  return held;
+// "domain_62" -> 62, else -1.
+int parse_claim_name(const std::string& name) {
+  const size_t prefix = sizeof kClaimPrefix - 1;
+  if (name.compare(0, prefix, kClaimPrefix) != 0 || name.size() == prefix || name.size() > prefix + 3) return -1;
+  if (name.find_first_not_of("0123456789", prefix) != std::string::npos) return -1;
+  return std::stoi(name.substr(prefix));
 }
 
 }  // namespace
 
+DomainClaim::DomainClaim(PrivateFolder folder, int domain, int file)
+    : folder_(std::move(folder)), domain_(domain), file_(file) {}
+
 DomainClaim::DomainClaim(DomainClaim&& other) noexcept
-    : domain_(std::exchange(other.domain_, -1)), file_(std::exchange(other.file_, -1)) {}
+    : folder_(std::exchange(other.folder_, std::nullopt)),
+      domain_(std::exchange(other.domain_, -1)),
+      file_(std::exchange(other.file_, -1)),
+      entry_(std::move(other.entry_)) {}
 
 DomainClaim& DomainClaim::operator=(DomainClaim&& other) noexcept {
+  std::swap(folder_, other.folder_);
   std::swap(domain_, other.domain_);
   std::swap(file_, other.file_);
+  std::swap(entry_, other.entry_);
   return *this;
 }
 
 DomainClaim::~DomainClaim() {
-  // The file stays: removing it would race with a process that has just opened it.
-  if (file_ >= 0) close(file_);
+  if (file_ < 0) return;
+  folder_->remove(get_entry_name(domain_));
+  folder_->remove(get_claim_name(domain_));
+  close(file_);
 }
 
-std::string find_domain_folder() {
+void DomainClaim::describe(RunEntry entry) {
+  entry.domain = domain_;
+  entry.process_id = getpid();
+  entry.started = entry_.started > 0 ? entry_.started : static_cast<long long>(std::time(nullptr));
+  entry_ = std::move(entry);
+  folder_->replace(get_entry_name(domain_), format_entry(entry_));
+}
+
+std::vector<std::string> find_run_folders() {
+  const std::string user = std::to_string(geteuid());
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime && *runtime && access(runtime, W_OK) == 0) return std::string(runtime) + "/openhrp-dds";
-  return "/tmp/openhrp-dds-" + std::to_string(getuid());
+  if (runtime && *runtime && is_private_parent(runtime)) return {std::string(runtime) + "/openhrp-dds"};
+  if (is_private_parent("/run/user/" + user)) return {"/run/user/" + user + "/openhrp-dds"};
+  std::vector<std::string> folders{"/tmp/openhrp-dds-" + user};
+  if (const std::string home = find_home(); is_private_parent(home)) folders.push_back(home + "/.openhrp-dds");
+  return folders;
 }
 
 DomainClaim claim_free_domain(const std::string& what) {
-  make_folder();
   // Neighbours in time get different domains: packets still on their way from a run that just ended meet nobody.
   const int count = kLastDomain - kFirstDomain + 1;
   const int first = static_cast<int>(getpid() % count);
   for (int i = 0; i < count; ++i) {
-    if (auto claim = try_claim(kFirstDomain + (first + i) % count, what)) return std::move(*claim);
+    const int domain = kFirstDomain + (first + i) % count;
+    if (!has_free_ports(domain)) continue;
+    if (auto claim = try_claim(domain, what)) return std::move(*claim);
   }
   throw BusError("all DDS domains from " + std::to_string(kFirstDomain) + " to " + std::to_string(kLastDomain) +
-                 " are in use (locked files in " + find_domain_folder() + ")");
+                 " are in use (locked files in " + find_run_folders()[0] + ", or ports of other users)");
 }
 
 DomainClaim claim_domain(int domain, const std::string& what) {
-  make_folder();
-  if (auto claim = try_claim(domain, what)) return std::move(*claim);
-  throw BusError("DDS domain " + std::to_string(domain) + " is in use by another run (" + find_claim_path(domain) + ")");
+  // Somebody who only looks holds a free claim for a moment.
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    if (auto claim = try_claim(domain, what)) return std::move(*claim);
+    usleep(5000);
+  }
+  const auto holder = find_run_of_domain(domain);
+  throw BusError("DDS domain " + std::to_string(domain) + " is in use by another run" +
+                 (holder ? ":\n  " + describe_entry(*holder) : " (" + find_run_folders()[0] + ")"));
 }
 
-std::vector<RunningDomain> find_running_domains() {
-  std::vector<RunningDomain> running;
-  for (int domain = 0; domain <= 230; ++domain) {
-    const std::string path = find_claim_path(domain);
-    if (!is_held(path)) continue;
-    RunningDomain found;
-    found.domain = domain;
-    std::ifstream file(path);
-    file >> found.process_id;
-    file.ignore();
-    std::getline(file, found.what);
-    running.push_back(found);
+std::optional<RunEntry> find_run_of_domain(int domain) {
+  for (const std::string& path : find_run_folders()) {
+    const auto folder = PrivateFolder::find(path);
+    if (!folder) continue;
+    if (auto entry = read_entry(*folder, domain)) return entry;
   }
-  return running;
+  return std::nullopt;
 }
 
-int choose_running_domain(int wanted) {
-  if (wanted >= 0) return wanted;
-  const std::vector<RunningDomain> running = find_running_domains();
-  if (running.size() == 1) return running[0].domain;
-  if (running.empty()) throw BusError("no simulation runs on this machine (say --domain N to look at a domain anyway)");
-  std::string text = "several simulations run, choose one with --domain:";
-  for (const RunningDomain& each : running) {
-    text += "\n  --domain " + std::to_string(each.domain) + "   " + each.what + " (process " +
-            std::to_string(each.process_id) + ")";
+std::vector<RunEntry> find_runs() {
+  std::vector<RunEntry> runs;
+  for (const std::string& path : find_run_folders()) {
+    const auto folder = PrivateFolder::find(path);
+    if (!folder) continue;
+    for (const std::string& name : folder->find_files()) {
+      const int domain = parse_claim_name(name);
+      if (domain < 0) continue;
+      if (auto entry = read_entry(*folder, domain)) runs.push_back(std::move(*entry));
+    }
   }
-  throw BusError(text);
+  std::sort(runs.begin(), runs.end(), [](const RunEntry& a, const RunEntry& b) { return a.domain < b.domain; });
+  return runs;
 }
 
 }  // namespace hrp

@@ -1,54 +1,60 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which DDS domain a run uses. Each run on a machine claims a domain of its own, so that runs side by side do not see
-// each other; a claim is a locked file, so the claim of a killed run is free again at once.
+// Which DDS domain a run uses, and which runs there are. Each run on a machine claims a domain of its own, so that runs
+// side by side do not see each other. A claim is a locked file in a private folder of the user, so the claim of a
+// killed run is free again at once; beside it stands what the run says of itself.
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "common/bus/private_folder.h"
+#include "common/bus/run_entry.h"
 
 namespace hrp {
 
 // Domains that are handed out: ports stay below the range that the kernel gives to outgoing connections.
 constexpr int kFirstDomain = 1;
 constexpr int kLastDomain = 99;
+constexpr int kHighestDomain = 230;
 
 // Holds a domain until destroyed, or until the process ends in whatever way. Processes that a holder starts do not
 // inherit it.
 class DomainClaim {
  public:
   DomainClaim() = default;
-  DomainClaim(int domain, int file) : domain_(domain), file_(file) {}
+  DomainClaim(PrivateFolder folder, int domain, int file);
   DomainClaim(DomainClaim&& other) noexcept;
   DomainClaim& operator=(DomainClaim&& other) noexcept;
   ~DomainClaim();
   int domain() const { return domain_; }
+  // Says more of the run, for those who look for it. Domain, process and start are filled in.
+  void describe(RunEntry entry);
+  const RunEntry& entry() const { return entry_; }
 
  private:
+  std::optional<PrivateFolder> folder_;
   int domain_ = -1;
   int file_ = -1;
+  RunEntry entry_;
 };
 
-struct RunningDomain {
-  int domain = -1;
-  long process_id = 0;    // of the holder
-  std::string what;       // as given to claim_free_domain: the scenario, usually
-};
-
-// Claims a domain that nobody uses; `what` is shown to people who look for running sets. Throws BusError when none is
-// free or the folder cannot be written.
+// Claims a domain that nobody uses, other users included; `what` is shown to people who look for running sets. Throws
+// BusError when none is free or the folder cannot be used.
 DomainClaim claim_free_domain(const std::string& what);
 
 // Claims one domain. Throws BusError when somebody holds it.
 DomainClaim claim_domain(int domain, const std::string& what);
 
-// All claimed domains, in order.
-std::vector<RunningDomain> find_running_domains();
+// All runs of this user, by domain. What dead ones left behind is removed.
+std::vector<RunEntry> find_runs();
+// The run of a domain; empty when nobody holds it.
+std::optional<RunEntry> find_run_of_domain(int domain);
 
-// The domain that a tool joins: `wanted`, or the only one that runs when `wanted` is negative. Throws BusError, with
-// what there is, when none or several run.
-int choose_running_domain(int wanted);
-
-// The folder of the claims: $XDG_RUNTIME_DIR/openhrp-dds, else /tmp/openhrp-dds-<user>.
-std::string find_domain_folder();
+// Where the claims of this user may be; the first is where new ones go. $XDG_RUNTIME_DIR/openhrp-dds where that is
+// safe, else /run/user/<user>/openhrp-dds; where there is none, /tmp/openhrp-dds-<user>, else ~/.openhrp-dds:
+// somebody else may have made the one in /tmp.
+std::vector<std::string> find_run_folders();
 
 }  // namespace hrp

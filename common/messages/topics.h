@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/bus/bus.h"
 
@@ -39,6 +40,19 @@ inline const TopicSpec* find_known_topic(const std::string& name) {
   if (name.rfind(kRosImu.name + "/", 0) == 0) return &kRosImu;
   if (name.rfind(kRosWrench.name + "/", 0) == 0) return &kRosWrench;
   return nullptr;
+}
+
+// Topics that people mean by `name`: the one of this name, else those that end with it (contact_forces, imu/chest). A
+// slash in front is what other tools write, and changes nothing.
+inline std::vector<std::string> find_meant_topics(const std::string& name, const std::vector<std::string>& names) {
+  const std::string plain = !name.empty() && name[0] == '/' ? name.substr(1) : name;
+  const std::string end = "/" + plain;
+  std::vector<std::string> meant;
+  for (const std::string& each : names) {
+    if (each == plain) return {each};
+    if (each.size() > end.size() && each.compare(each.size() - end.size(), end.size(), end) == 0) meant.push_back(each);
+  }
+  return meant;
 }
 
 }  // namespace hrp::topics

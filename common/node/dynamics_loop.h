@@ -40,6 +40,7 @@ class DynamicsLoop : public NodeBase {
  public:
   DynamicsLoop(const NodeContext& context, EngineFactory make_engine);
   void make_endpoints() override;
+  std::string find_missing() const override;
 
  protected:
   void handle_idle(Clock::time_point now) override;
@@ -61,7 +62,6 @@ class DynamicsLoop : public NodeBase {
   void show_step();
   void repeat_last();
   void say_warning();
-  std::string find_missing() const;
   msg::Header make_header() const;
 
   EngineFactory make_engine_;

@@ -33,6 +33,8 @@ class Node {
   virtual void request_stop() = 0;
   // Why outcome() is kFailed.
   virtual std::string failure() const = 0;
+  // What this node needs and has not got: "sensor_data from dynamics". Empty when nothing is missing.
+  virtual std::string find_missing() const { return ""; }
 };
 
 }  // namespace hrp

@@ -26,6 +26,7 @@ class NodeBase : public Node {
   NodeOutcome outcome() const override { return outcome_; }
   void request_stop() override { finish(); }
   std::string failure() const override { return failure_; }
+  std::string find_missing() const override { return status_.waiting_for(); }
 
  protected:
   // Work of on_idle(); what it throws becomes a fault.

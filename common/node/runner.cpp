@@ -54,11 +54,14 @@ bool end_with_parent(long parent_process_id) {
   return getppid() == parent_process_id;
 }
 
-int run_process(Node& node, Bus& bus, const std::string& program) {
+int run_process(Node& node, Bus& bus, const std::string& program,
+                const std::function<void(const std::string& waits_for)>& on_look) {
   Clock::time_point next_idle = Clock::now(), give_up{};
   bool stopping = false;
+  std::string waits_for;
   while (true) {
     node.make_endpoints();
+    if (on_look && !stopping) on_look(waits_for);
     {
       std::lock_guard<std::recursive_mutex> lock(bus.mutex());
       const auto now = Clock::now();
@@ -74,6 +77,7 @@ int run_process(Node& node, Bus& bus, const std::string& program) {
         return kExitFailed;
       }
       next_idle = now + node.idle_period();
+      waits_for = node.find_missing();
     }
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(next_idle - Clock::now());
     if (left.count() > 0) bus.spin(left);

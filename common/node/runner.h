@@ -27,8 +27,10 @@ void handle_stop_signals();
 // Ends this process (SIGTERM) when its parent ends, however that ends. False when the parent is gone already.
 [[nodiscard]] bool end_with_parent(long parent_process_id);
 
-// One node on a DDS bus until it has ended or a signal comes. Returns an exit code; says failures on stderr.
-int run_process(Node& node, Bus& bus, const std::string& program);
+// One node on a DDS bus until it has ended or a signal comes. Returns an exit code; says failures on stderr. `on_look`
+// runs at every idle time, without the bus's mutex, with what the node waits for.
+int run_process(Node& node, Bus& bus, const std::string& program,
+                const std::function<void(const std::string& waits_for)>& on_look = nullptr);
 
 // All nodes on one memory bus, in this thread: deliveries in the order of writes, so a run repeats to the bit.
 // `on_tick` runs every 100 ms or so. A stop signal goes to `stop_first`, which ends the others by the protocol.

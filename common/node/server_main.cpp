@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <chrono>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
-#include "common/bus/make_bus.h"
+#include "common/node/join.h"
 #include "common/node/runner.h"
 
 namespace hrp {
 namespace {
 
+// A run whose launcher has gone says its end to everybody within this time, or never.
+constexpr auto kLastWords = std::chrono::seconds(2);
+
 struct CommonOptions {
+  JoinOptions join;
   BusOptions bus;
   std::string role;
   long parent = 0;
 };
 
 void add_common_options(CLI::App& app, CommonOptions* options) {
-  app.add_option("--domain", options->bus.domain, "DDS domain of the run")->capture_default_str();
-  app.add_option("--dds", options->bus.vendor, "DDS implementation")
-      ->check(CLI::IsMember(find_bus_vendors()))
-      ->capture_default_str();
+  add_join_options(app, &options->join);
   app.add_option("--network-interface", options->bus.network_interface,
                  "IPv4 address of the interface to use; without it nothing leaves the machine");
   app.add_option("--dds-config", options->bus.config_file,
@@ -29,12 +31,57 @@ void add_common_options(CLI::App& app, CommonOptions* options) {
   app.add_option("--parent", options->parent, "process id: end when this parent ends (used by hrp-simulate)");
 }
 
+// Ends a node whose run has gone without a word: its launcher was killed.
+class GoneRun {
+ public:
+  GoneRun(const JoinedRun& run, const std::string& program) : watch_(run), program_(program) {}
+  void update(WaitVoice::Clock::time_point now) {
+    if (!watch_.has_gone() || said_) return;
+    if (since_ == WaitVoice::Clock::time_point{}) since_ = now;
+    if (now - since_ < kLastWords) return;
+    said_ = true;
+    std::fprintf(stderr, "%s: the run has gone, its launcher with it; ends\n", program_.c_str());
+    g_stop_signal = true;
+  }
+
+  bool was_said() const { return said_; }
+
+ private:
+  RunWatch watch_;
+  std::string program_;
+  WaitVoice::Clock::time_point since_{};
+  bool said_ = false;
+};
+
+// A scheduler that was started by hand makes a run of the domain that it was given, so that others find it.
+DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program) {
+  if (run.registered || program.role != "scheduler") return {};
+  DomainClaim claim = claim_domain(run.entry.domain, "servers started by hand");
+  RunEntry entry = claim.entry();
+  entry.vendor = run.entry.vendor;
+  entry.free_places = {"model_parser", "logger", "dynamics", "collision_checker", "controller"};
+  claim.describe(entry);
+  return claim;
+}
+
 int run(const ServerProgram& program, const CommonOptions& options, const NodeMaker& make_node) {
   handle_stop_signals();
   if (!end_with_parent(options.parent)) return kExitFailed;
-  const std::unique_ptr<Bus> bus = make_bus(options.bus);
+  const auto joined = find_run_to_join(options.join, {program.program, program.role, /*waits=*/true});
+  if (!joined) return kExitInterrupted;
+  const DomainClaim claim = claim_by_hand(*joined, program);
+  const std::unique_ptr<Bus> bus = make_bus(make_join_bus_options(*joined, options.bus));
   const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program});
-  return run_process(*node, *bus, program.program);
+  // The launcher speaks for its own children, and the system ends them with it.
+  if (joined->is_launched_by_it()) return run_process(*node, *bus, program.program);
+  WaitVoice voice(program.program, *joined);
+  GoneRun gone(*joined, program.program);
+  const int exit_code = run_process(*node, *bus, program.program, [&](const std::string& waits_for) {
+    const auto now = WaitVoice::Clock::now();
+    voice.update(waits_for, now);
+    gone.update(now);
+  });
+  return gone.was_said() && exit_code == kExitOk ? kExitFailed : exit_code;
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A controller of one's own. Change control(); everything else is taken care of. To try it, in two terminals:
 //   scripts/simulate.sh --without controller
-//   build/bin/my-controller                    (the first terminal says which --domain to add, when it matters)
+//   build/bin/my-controller                    (finds the run; when there are several, it lists them)
 #include <algorithm>
 #include <cmath>
 

@@ -42,6 +42,11 @@ void CollisionCheckerNode::take_state(const msg::RobotState& message) {
   set_phase(msg::SERVER_READY);
 }
 
+std::string CollisionCheckerNode::find_missing() const {
+  if (!world_) return "robot_description from model_parser";
+  return status().phase() == msg::SERVER_READY ? "" : "robot_state from dynamics";
+}
+
 void CollisionCheckerNode::handle_idle(Clock::time_point now) {
   if (view_.update(now)) view_.add(topics::kContactSet.name, last_answer_);
 }

@@ -18,6 +18,7 @@ namespace hrp {
 class CollisionCheckerNode : public NodeBase {
  public:
   explicit CollisionCheckerNode(const NodeContext& context);
+  std::string find_missing() const override;
 
  protected:
   void handle_idle(Clock::time_point now) override;

@@ -161,6 +161,10 @@ void LoggerNode::handle_idle(Clock::time_point now) {
   report_progress();
 }
 
+std::string LoggerNode::find_missing() const {
+  return log_.has_first_step() ? "" : "the first step of dynamics, collision_checker and controller";
+}
+
 bool LoggerNode::is_quiet() const { return quiet_looks_ >= kQuietLooks; }
 
 void LoggerNode::give_up_waiting() {

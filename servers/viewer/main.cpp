@@ -6,8 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/bus/domain.h"
-#include "common/bus/make_bus.h"
+#include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/viewer/viewer.h"
 #include "servers/viewer/web_server.h"
@@ -20,7 +19,7 @@ constexpr int kTickMs = 33;  // 30 pictures a second
 
 struct Options {
   std::vector<std::string> files;
-  hrp::BusOptions bus;
+  hrp::JoinOptions join;
   hrp::WebOptions web;
   hrp::ViewerOptions viewer;
   bool read_only = false;
@@ -40,8 +39,7 @@ void add_options(CLI::App& app, Options* options) {
              "  hrp-viewer experiment/                CSV recordings of an experiment folder\n"
              "Foxglove connects to the same address: ws://127.0.0.1:PORT");
   app.add_option("FILES", options->files, "logs (MCAP), or experiment folders");
-  app.add_option("--domain", options->bus.domain, "DDS domain of the run; default: the only one that runs");
-  app.add_option("--dds", options->bus.vendor, "DDS of this program; it talks to both")->check(CLI::IsMember({"cyclone", "fast"}));
+  hrp::add_join_options(app, &options->join);
   app.add_option("--port", options->web.port, "0 = a free one")->capture_default_str();
   app.add_option("--address", options->web.address, "address to listen at; others than this machine's own need a token")
       ->capture_default_str();
@@ -68,8 +66,9 @@ int serve(Options options) {
   if (options.viewer.page_folder.empty()) options.viewer.page_folder = find_page_folder();
   hrp::Viewer viewer(options.viewer);
   if (options.files.empty()) {
-    options.bus.domain = hrp::choose_running_domain(options.bus.domain);
-    bus = hrp::make_bus(options.bus);
+    const auto run = hrp::find_run_to_join(options.join, {"hrp-viewer", "", /*waits=*/false});
+    if (!run) return hrp::kExitInterrupted;
+    bus = hrp::make_bus(hrp::make_join_bus_options(*run));
     viewer.show(std::make_unique<hrp::LiveRun>(*bus, options.read_only));
   } else {
     show_files(options.files, &viewer);
@@ -96,7 +95,6 @@ int main(int argc, char** argv) {
   CLI::App app("The online viewer: a run, its contact forces and charts in the browser. It never slows or changes the run.",
                "hrp-viewer");
   Options options;
-  options.bus.domain = -1;
   add_options(app, &options);
   CLI11_PARSE(app, argc, argv);
   // The run comes first where cores are few.

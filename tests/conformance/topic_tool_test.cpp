@@ -55,6 +55,8 @@ class TopicTool : public ::testing::TestWithParam<std::string> {
     Publisher<::sensor_msgs::msg::dds_::JointState_> joints(*bus_, topics::kRosJointStates);
     TopicSpec foreign{"robot/battery", "vendor::Battery"};
     const auto battery = bus_->make_writer(foreign);
+    const auto state = bus_->make_writer({"robot/state", "vendor::State"});
+    const auto leg = bus_->make_writer({"leg/state", "vendor::State"});
     msg::RunStatus once;
     once.late("controller");
     status.publish(once);
@@ -96,6 +98,16 @@ TEST_P(TopicTool, EchoesTextWithUnits) {
   const std::string text = run("echo hrp/contact_forces --count 2");
   EXPECT_THAT(text, HasSubstr("pairs:\n- body_a: 0\n"));
   EXPECT_THAT(text, HasSubstr("    force [N]:\n      x: 0\n      y: 0\n      z: 412.5\n"));
+}
+
+TEST_P(TopicTool, FindsATopicByTheEndOfItsName) {
+  EXPECT_THAT(run("echo contact_forces --count 1"), HasSubstr("pairs:"));
+  EXPECT_THAT(run("hz joint_states --count 1"), HasSubstr("bytes a sample"));
+  EXPECT_THAT(run("type contact_forces"), HasSubstr("struct ContactForces"));
+  int status = 0;
+  const std::string text = run("echo state --count 1", &status);
+  EXPECT_NE(status, 0);
+  EXPECT_THAT(text, HasSubstr("'state' may be leg/state, robot/state"));
 }
 
 TEST_P(TopicTool, EchoesJsonLines) {

@@ -244,7 +244,7 @@ TEST(Rejoining, AControllerOfOnesOwnMayComeLateAndComeBack) {
   const std::string domain = std::to_string(set.find_domain());
   ASSERT_TRUE(wait_until([&] { return set.run_status().late() == "controller"; })) << set.output();
   EXPECT_THAT(set.output(), HasSubstr("hrp/sensor_data"));
-  EXPECT_THAT(set.output(), HasSubstr("my-controller --domain " + domain));
+  EXPECT_THAT(set.output(), HasSubstr("my-controller --run " + std::to_string(set.process_id())));
   uint64_t step = 0;
   {
     Program controller({"my-controller", "--domain", domain});

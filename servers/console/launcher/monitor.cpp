@@ -24,7 +24,10 @@ const char* get_phase_text(msg::RunPhase phase) {
 
 RunMonitor::RunMonitor(Bus& bus) : bus_(bus), control_(bus, topics::kRunControl) {
   readers_.push_back(subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
-                                               [this](const msg::RunStatus& status) { run_status_ = status; }));
+                                               [this](const msg::RunStatus& status) {
+                                                 run_status_ = status;
+                                                 heard_scheduler_ = true;
+                                               }));
   readers_.push_back(subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable,
                                                   [this](const msg::ServerStatus& status) { take(status); }));
 }
@@ -44,6 +47,11 @@ msg::RunStatus RunMonitor::run_status() const {
 bool RunMonitor::has_ended() const {
   std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
   return run_status_.phase() == msg::RUN_FINISHED || run_status_.phase() == msg::RUN_FAILED;
+}
+
+bool RunMonitor::has_heard_scheduler() const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  return heard_scheduler_;
 }
 
 uint64_t RunMonitor::find_step_of_end(const std::string& role) const {

@@ -20,6 +20,7 @@ class RunMonitor {
   // Copies, safe from any thread.
   msg::RunStatus run_status() const;
   bool has_ended() const;
+  bool has_heard_scheduler() const;
   // The last step that dynamics reported; for the logger: the last one it had on disk.
   uint64_t find_step_of_end(const std::string& role) const;
   // What servers have said (warnings, not faults) since the last call: "dynamics: ...".
@@ -33,6 +34,7 @@ class RunMonitor {
   Bus& bus_;
   Publisher<msg::RunControl> control_;
   msg::RunStatus run_status_;
+  bool heard_scheduler_ = false;
   std::map<std::string, msg::ServerStatus> servers_;
   std::set<std::string> said_;
   std::vector<std::string> messages_;

@@ -29,6 +29,8 @@ constexpr auto kLastWords = std::chrono::milliseconds(100);
 constexpr auto kTermPatience = std::chrono::seconds(8);
 // A server that ends with an exit status has said why on the bus, and that may still be on its way.
 constexpr auto kReasonPatience = std::chrono::milliseconds(400);
+// Whom a run waits for is told after this time.
+constexpr auto kWaitPatience = std::chrono::milliseconds(1000);
 
 const char* get_default_program(const std::string& role) {
   if (role == "model_parser") return "hrp-model-parser";
@@ -51,6 +53,17 @@ std::string find_program(const std::string& name) {
   return name.find('/') == std::string::npos ? find_own_folder() + "/" + name : name;
 }
 
+std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
+
+// For a shell.
+std::string quote(const std::string& word) {
+  static const char kPlain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
 class ProcessRun {
  public:
   ProcessRun(const LaunchOptions& options, const Scenario& scenario, const std::string& log)
@@ -62,7 +75,10 @@ class ProcessRun {
   bool is_left_out(const std::string& role) const {
     return std::find(options_.without.begin(), options_.without.end(), role) != options_.without.end();
   }
+  std::vector<std::string> make_role_arguments(const std::string& role) const;
   ChildSpec make_child(const std::string& role) const;
+  std::string make_join_command(const std::string& role) const;
+  void note_wait(const std::string& late);
   std::vector<int> find_cores_of(const std::string& role) const;
   void start_all();
   void start_viewer();
@@ -90,6 +106,8 @@ class ProcessRun {
   bool bad_input_ = false;
   bool interrupted_ = false;
   bool first_step_seen_ = false;
+  std::string waits_for_;  // role that is late
+  Clock::time_point waits_since_;
   Clock::time_point start_, first_step_;
 };
 
@@ -106,6 +124,20 @@ std::vector<int> ProcessRun::find_cores_of(const std::string& role) const {
   return chosen;
 }
 
+// What a server of this run is told beside the place where it meets the others.
+std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role) const {
+  std::vector<std::string> arguments;
+  if (role == "model_parser") arguments.push_back(options_.scenario);
+  if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
+  if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
+  if (role != "scheduler") return arguments;
+  arguments.insert(arguments.end(), {"--wait-for", is_left_out("logger") ? "dynamics" : "dynamics,logger"});
+  arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
+  if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", std::to_string(options_.duration)});
+  if (options_.paused) arguments.push_back("--paused");
+  return arguments;
+}
+
 ChildSpec ProcessRun::make_child(const std::string& role) const {
   const auto program = options_.programs.find(role);
   const auto vendor = options_.dds_for.find(role);
@@ -118,21 +150,19 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
   // These two then leave it to us to say why a model was refused.
   const bool ours = program == options_.programs.end();
   if (ours && (role == "model_parser" || role == "scheduler")) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
-  if (role == "model_parser") arguments.push_back(options_.scenario);
-  if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
-  if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
-  if (role == "scheduler") {
-    arguments.insert(arguments.end(), {"--wait-for", is_left_out("logger") ? "dynamics" : "dynamics,logger"});
-    arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
-    if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", std::to_string(options_.duration)});
-    if (options_.paused) arguments.push_back("--paused");
-  }
+  const std::vector<std::string> own = make_role_arguments(role);
+  arguments.insert(arguments.end(), own.begin(), own.end());
   child.cores = find_cores_of(role);
   return child;
 }
 
 void ProcessRun::start_all() {
   claim_ = options_.domain >= 0 ? claim_domain(options_.domain, options_.scenario) : claim_free_domain(options_.scenario);
+  RunEntry entry = claim_.entry();
+  entry.vendor = options_.dds;
+  entry.log = is_left_out("logger") ? "" : log_;
+  entry.free_places = options_.without;
+  claim_.describe(entry);
   // Children first: this process has no threads yet.
   for (const std::string& role : get_roles()) {
     if (!is_left_out(role)) children_.start(make_child(role));
@@ -154,18 +184,42 @@ void ProcessRun::start_viewer() {
   viewer_->start(child);
 }
 
+// A command line that takes a free place, whatever else runs on this machine.
+std::string ProcessRun::make_join_command(const std::string& role) const {
+  // The template of the tree: with our own controller there would have been no need to leave the place free.
+  std::string command = find_own_folder() + "/" + (role == "controller" ? "my-controller" : get_default_program(role));
+  if (access(command.c_str(), X_OK) != 0) command = "scripts/build.sh " + get_file_name(command) + " && " + command;
+  command += " --run " + std::to_string(getpid());
+  for (const std::string& word : make_role_arguments(role)) command += " " + quote(word);
+  return command;
+}
+
 void ProcessRun::say_what_is_missing() {
   for (const std::string& role : options_.without) {
-    std::printf("The place of %s is free. Join DDS domain %d, --dds %s (or the other one).\n", role.c_str(), claim_.domain(),
-                options_.dds.c_str());
+    std::printf("The place of %s is free, on DDS domain %d (%s). To join from another terminal:\n  %s\n", role.c_str(),
+                claim_.domain(), options_.dds.c_str(), make_join_command(role).c_str());
     if (role == "controller") {
-      std::printf("  reads:  hrp/sensor_data (hrp::msg::SensorData), hrp/robot_description\n"
-                  "  writes: hrp/joint_commands (hrp::msg::JointCommands), one for each sample, same epoch and step\n"
-                  "  the template of the tree (controller/template/my_controller.cpp):\n"
-                  "    %s/my-controller --domain %d\n",
-                  find_own_folder().c_str(), claim_.domain());
+      std::printf("  source: controller/template/my_controller.cpp; any program that reads hrp/sensor_data and answers each\n"
+                  "  sample with hrp/joint_commands of the same epoch and step will do (docs/client_in_c.md)\n");
     }
   }
+  std::fflush(stdout);
+}
+
+// Tells joiners whom everybody waits for, and people how to help when it is somebody of theirs.
+void ProcessRun::note_wait(const std::string& late) {
+  if (late != waits_for_) {
+    waits_for_ = late;
+    waits_since_ = Clock::now();
+  }
+  const bool waits = !late.empty() && Clock::now() - waits_since_ >= kWaitPatience;
+  if (claim_.entry().waits_for == (waits ? late : "")) return;
+  RunEntry entry = claim_.entry();
+  entry.waits_for = waits ? late : "";
+  claim_.describe(entry);
+  if (!waits || !is_left_out(late) || !first_step_seen_) return;  // at the start it was said
+  progress_.clear();
+  std::printf("waits for %s; to join: %s\n", late.c_str(), make_join_command(late).c_str());
   std::fflush(stdout);
 }
 
@@ -242,6 +296,7 @@ void ProcessRun::show() {
     progress_.clear();
     std::fprintf(stderr, "%s\n", text.c_str());
   }
+  note_wait(monitor_->has_heard_scheduler() ? status.late() : "scheduler");
   progress_.show(format_progress(status, scenario_.feet));
 }
 

@@ -2,6 +2,7 @@
 #include "servers/console/log_tool/log_file.h"
 
 #include "common/base/diagnostics.h"
+#include "common/messages/topics.h"
 
 namespace hrp {
 
@@ -23,16 +24,16 @@ LogFile::LogFile(const std::string& path) : reader_(path) {
 }
 
 const LogTopicType& LogFile::find_topic(const std::string& name) const {
-  const std::string plain = !name.empty() && name[0] == '/' ? name.substr(1) : name;
   std::vector<std::string> names;
+  for (const auto& [id, topic] : topics_) names.push_back(topic.topic);
+  const std::vector<std::string> meant = topics::find_meant_topics(name, names);
   for (const auto& [id, topic] : topics_) {
-    if (topic.topic == plain || topic.topic == "hrp/" + plain) return topic;
-    names.push_back(topic.topic);
+    if (meant.size() == 1 && topic.topic == meant[0]) return topic;
   }
   Diagnostic problem;
   problem.file = reader_.path();
-  problem.message = "no topic '" + name + "'; it has:";
-  for (const std::string& topic : names) problem.message += " " + topic;
+  problem.message = meant.empty() ? "no topic '" + name + "'; it has:" : "'" + name + "' may be:";
+  for (const std::string& topic : meant.empty() ? names : meant) problem.message += " " + topic;
   throw InputError(problem);
 }
 

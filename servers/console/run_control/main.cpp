@@ -4,8 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/bus/domain.h"
-#include "common/bus/make_bus.h"
+#include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/console/run_control/run_control.h"
 
@@ -24,10 +23,8 @@ CLI::App* add_request(CLI::App& app, const std::string& name, const std::string&
 int main(int argc, char** argv) {
   CLI::App app("Steers a running simulation: pause, run, single steps, reset, stop, status.", "hrp-run");
   app.require_subcommand(1);
-  hrp::BusOptions bus;
-  bus.domain = -1;
-  app.add_option("--domain", bus.domain, "DDS domain of the run; default: the only one that runs");
-  app.add_option("--dds", bus.vendor, "DDS of this tool; it talks to both")->check(CLI::IsMember({"cyclone", "fast"}));
+  hrp::JoinOptions join;
+  hrp::add_join_options(app, &join);
   hrp::msg::RunControl control;
   double speed = 0.0;
   unsigned long long steps = 1;
@@ -45,9 +42,10 @@ int main(int argc, char** argv) {
   control.steps(steps);
   hrp::handle_stop_signals();
   try {
-    bus.domain = hrp::choose_running_domain(bus.domain);
-    const auto opened = hrp::make_bus(bus);
-    return status->parsed() ? hrp::show_status(*opened, follow) : hrp::send_request(*opened, control);
+    const auto run = hrp::find_run_to_join(join, {"hrp-run", "", /*waits=*/false});
+    if (!run) return hrp::kExitInterrupted;
+    const auto bus = hrp::make_bus(hrp::make_join_bus_options(*run));
+    return status->parsed() ? hrp::show_status(*bus, *run, follow) : hrp::send_request(*bus, *run, control);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-run: %s\n", error.what());
     return hrp::kExitFailed;

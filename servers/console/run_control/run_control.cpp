@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/bus/domain.h"
 #include "common/messages/pubsub.h"
 #include "common/messages/topics.h"
 #include "common/node/runner.h"
@@ -17,6 +16,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPatience = std::chrono::seconds(5);
+const char kScheduler[] = "the scheduler";
 
 const char* get_text(msg::RunPhase phase) {
   switch (phase) {
@@ -40,18 +40,24 @@ bool is_over(const msg::RunStatus& status) {
   return status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
 }
 
-// Spins until `done` or the end of patience; false then.
+// Spins until `done` or the end of patience; false then. Says after a while what it waits for.
 template <typename Done>
-bool wait_for(Bus& bus, Clock::duration patience, Done done) {
+bool wait_for(Bus& bus, Clock::duration patience, WaitVoice* voice, const std::string& what, Done done) {
   const auto end = Clock::now() + patience;
   while (Clock::now() < end && !g_stop_signal) {
     {
       std::lock_guard<std::recursive_mutex> lock(bus.mutex());
       if (done()) return true;
     }
+    voice->update(what, Clock::now());
     bus.spin(std::chrono::milliseconds(5));
   }
   return false;
+}
+
+int say_no_scheduler(const JoinedRun& run) {
+  if (!g_stop_signal) std::fprintf(stderr, "hrp-run: no scheduler answers on %s\n", describe_place(run).c_str());
+  return kExitFailed;
 }
 
 bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, const msg::RunStatus& now) {
@@ -67,7 +73,8 @@ bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, con
 
 }  // namespace
 
-int send_request(Bus& bus, const msg::RunControl& control) {
+int send_request(Bus& bus, const JoinedRun& run, const msg::RunControl& control) {
+  WaitVoice voice("hrp-run", run);
   Publisher<msg::RunControl> publisher(bus, topics::kRunControl);
   msg::RunStatus status;
   bool heard = false;
@@ -75,19 +82,18 @@ int send_request(Bus& bus, const msg::RunControl& control) {
     status = m;
     heard = true;
   });
-  if (!wait_for(bus, kPatience, [&] { return heard && publisher.has_readers(); })) {
-    std::fprintf(stderr, "hrp-run: no scheduler answers on this domain\n");
-    return kExitFailed;
-  }
+  if (!wait_for(bus, kPatience, &voice, kScheduler, [&] { return heard && publisher.has_readers(); })) return say_no_scheduler(run);
   const msg::RunStatus before = status;
   publisher.publish(control);
-  const bool taken = wait_for(bus, kPatience, [&] { return has_taken(control, before, status); });
+  const bool taken = wait_for(bus, kPatience, &voice, "the run to show the request",
+                              [&] { return has_taken(control, before, status); });
   print(status);
   if (!taken) std::fprintf(stderr, "hrp-run: sent, but the run does not show it yet\n");
   return taken ? kExitOk : kExitFailed;
 }
 
-int show_status(Bus& bus, bool follow) {
+int show_status(Bus& bus, const JoinedRun& run, bool follow) {
+  WaitVoice voice("hrp-run", run);
   msg::RunStatus status;
   bool fresh = false, heard = false;
   const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
@@ -95,14 +101,15 @@ int show_status(Bus& bus, bool follow) {
     fresh = heard = true;
   });
   while (!g_stop_signal) {
-    if (!wait_for(bus, heard ? std::chrono::seconds(2) : kPatience, [&] { return fresh; })) break;
+    if (!wait_for(bus, heard ? std::chrono::seconds(2) : kPatience, &voice, kScheduler, [&] { return fresh; })) break;
     std::lock_guard<std::recursive_mutex> lock(bus.mutex());
     fresh = false;
     print(status);
     if (!follow || is_over(status)) return kExitOk;
   }
   if (g_stop_signal) return kExitOk;
-  std::fprintf(stderr, heard ? "hrp-run: the scheduler has fallen silent\n" : "hrp-run: no scheduler answers on this domain\n");
+  if (!heard) return say_no_scheduler(run);
+  std::fprintf(stderr, "hrp-run: the scheduler has fallen silent\n");
   return kExitFailed;
 }
 

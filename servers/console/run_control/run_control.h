@@ -2,15 +2,15 @@
 // Steering a run from outside.
 #pragma once
 
-#include "common/bus/bus.h"
+#include "common/node/join.h"
 #include "hrp_idl/scheduling.h"
 
 namespace hrp {
 
 // Waits for a scheduler, sends the request, waits until the run shows that it was taken. Returns an exit code.
-int send_request(Bus& bus, const msg::RunControl& control);
+int send_request(Bus& bus, const JoinedRun& run, const msg::RunControl& control);
 
 // Prints the run status, once or until the run ends. Returns an exit code.
-int show_status(Bus& bus, bool follow);
+int show_status(Bus& bus, const JoinedRun& run, bool follow);
 
 }  // namespace hrp

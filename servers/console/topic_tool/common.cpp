@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <chrono>
 #include <cstdio>
+#include <stdexcept>
 
 #include "common/base/diagnostics.h"
 #include "common/messages/reflection/schema.h"
@@ -9,22 +10,47 @@
 
 namespace hrp {
 
+namespace {
+
+// Two topics that a short name may mean are both looked for this long before one of them is taken.
+constexpr auto kDiscovery = std::chrono::milliseconds(300);
+
+std::string join(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+// Topics that somebody writes.
+std::vector<TopicSeen> find_written(Bus& bus) {
+  std::vector<TopicSeen> written;
+  for (const TopicSeen& topic : bus.find_topics()) {
+    if (topic.writers > 0) written.push_back(topic);
+  }
+  return written;
+}
+
+std::string describe_wait(const std::string& name, const std::vector<std::string>& names) {
+  const std::string nearest = find_nearest(name, names);
+  if (names.empty()) return name + "; nothing is written there yet";
+  return name + ", which nobody writes" + (nearest.empty() ? "" : "; is it " + nearest + "?") + " (written: " + join(names) + ")";
+}
+
+}  // namespace
+
 TopicSeen wait_for_topic(const ToolContext& context, const std::string& name) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  bool told = false;
+  const auto start = std::chrono::steady_clock::now();
   while (!context.must_stop()) {
+    const std::vector<TopicSeen> written = find_written(*context.bus);
     std::vector<std::string> names;
-    for (const TopicSeen& topic : context.bus->find_topics()) {
-      if (topic.name == name && topic.writers > 0) return topic;
-      names.push_back(topic.name);
+    for (const TopicSeen& topic : written) names.push_back(topic.name);
+    const std::vector<std::string> meant = topics::find_meant_topics(name, names);
+    if (meant.size() > 1) throw std::runtime_error("'" + name + "' may be " + join(meant));
+    const bool sure = meant.size() == 1 && (meant[0] == name || std::chrono::steady_clock::now() - start > kDiscovery);
+    for (const TopicSeen& topic : written) {
+      if (sure && topic.name == meant[0]) return topic;
     }
-    if (!told && Clock::now() - start > std::chrono::seconds(1)) {
-      const std::string nearest = find_nearest(name, names);
-      std::fprintf(stderr, "waiting: nobody writes %s%s\n", name.c_str(),
-                   nearest.empty() ? "" : (", is it " + nearest + "?").c_str());
-      told = true;
-    }
+    if (meant.empty()) context.wait_for(describe_wait(name, names));
     context.bus->spin(std::chrono::milliseconds(10));
   }
   return {};
@@ -43,6 +69,9 @@ std::unique_ptr<Reader> make_inspector(Bus& bus, const TopicSeen& topic, SampleC
 
 int print_type(const std::string& name) {
   const TopicSpec* topic = topics::find_known_topic(name);
+  for (const char* prefix : {"hrp/", "rt/"}) {
+    if (!topic) topic = topics::find_known_topic(prefix + name);
+  }
   std::string text = find_schema_text(topic ? topic->type_name : name);
   if (text.empty()) text = find_schema_text("hrp::msg::" + name);
   if (text.empty()) {

@@ -88,6 +88,7 @@ int list_topics(const ToolContext& context, double seconds, bool json) {
 
 int measure_topic(const ToolContext& context, const std::string& name, long count) {
   const TopicSeen topic = wait_for_topic(context, name);
+  if (topic.name.empty()) return 0;
   uint64_t samples = 0, bytes = 0;
   double longest_gap = 0.0;
   Clock::time_point last = Clock::now();
@@ -98,7 +99,7 @@ int measure_topic(const ToolContext& context, const std::string& name, long coun
     ++samples;
     bytes += sample.size;
   });
-  for (long line = 0; (count == 0 || line < count) && !context.must_stop(); ++line) {
+  for (long line = 0; (count == 0 || line < count) && !context.must_stop() && !std::ferror(stdout); ++line) {
     const auto start = Clock::now();
     while (Clock::now() < start + std::chrono::seconds(1) && !context.must_stop()) {
       context.bus->spin(std::chrono::milliseconds(20));

@@ -3,25 +3,22 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common/bus/domain.h"
-#include "common/bus/make_bus.h"
-#include "servers/console/topic_tool/run_watch.h"
+#include "common/node/join.h"
+#include "common/node/runner.h"
 #include "servers/console/topic_tool/topic_tool.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Looks into a running simulation. Reads best-effort: it never slows or changes the run.", "hrp-topic");
   app.footer("Examples:\n"
              "  hrp-topic list\n"
-             "  hrp-topic echo hrp/contact_forces --rate 2\n"
+             "  hrp-topic echo contact_forces --rate 2                the same as hrp/contact_forces\n"
              "  hrp-topic echo hrp/contact_forces --field 'pairs[0].total.force.z' --field header.time\n"
              "  hrp-topic echo hrp/robot_state --json --count 100 > states.jsonl\n"
              "  hrp-topic hz hrp/robot_state\n"
              "  hrp-topic type ContactForces");
   app.require_subcommand(1);
-  hrp::BusOptions bus;
-  bus.domain = -1;
-  app.add_option("--domain", bus.domain, "DDS domain of the run; default: the only one that runs");
-  app.add_option("--dds", bus.vendor, "DDS of this tool; it talks to both")->check(CLI::IsMember({"cyclone", "fast"}));
+  hrp::JoinOptions join;
+  hrp::add_join_options(app, &join);
   double seconds = 1.0;
   long lines = 0;
   std::string name;
@@ -30,13 +27,13 @@ int main(int argc, char** argv) {
   list->add_option("--seconds", seconds, "how long rates are measured")->capture_default_str();
   list->add_flag("--json", echo.json, "one JSON object a line");
   CLI::App* show = app.add_subcommand("echo", "print what is sent on a topic, until Ctrl-C or the end of the run");
-  show->add_option("TOPIC", echo.topic, "as in the list")->required();
+  show->add_option("TOPIC", echo.topic, "as in the list; the end of the name will do")->required();
   show->add_flag("--json", echo.json, "one JSON object a line, exact numbers");
   show->add_option("--count", echo.count, "stop after so many samples");
   show->add_option("--field", echo.fields, "print only this part, as pairs[0].total.force.z; may be given again");
   show->add_option("--rate", echo.rate, "at most so many samples a second");
   CLI::App* hz = app.add_subcommand("hz", "print rate, size and longest gap of a topic every second");
-  hz->add_option("TOPIC", name, "as in the list")->required();
+  hz->add_option("TOPIC", name, "as in the list; the end of the name will do")->required();
   hz->add_option("--count", lines, "stop after so many lines");
   CLI::App* type = app.add_subcommand("type", "print the IDL of a type, or of a topic's type, with units");
   type->add_option("NAME", name, "hrp/robot_state, RobotState or hrp::msg::RobotState")->required();
@@ -44,9 +41,14 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     if (type->parsed()) return hrp::print_type(name);
-    bus.domain = hrp::choose_running_domain(bus.domain);
-    const auto opened = hrp::make_bus(bus);
-    const hrp::ToolContext context{opened.get(), hrp::make_run_watch(bus.domain)};
+    hrp::handle_stop_signals();
+    const auto run = hrp::find_run_to_join(join, {"hrp-topic", "", /*waits=*/false});
+    if (!run) return hrp::kExitInterrupted;
+    const auto opened = hrp::make_bus(hrp::make_join_bus_options(*run));
+    hrp::RunWatch watch(*run);
+    hrp::WaitVoice voice("hrp-topic", *run);
+    const hrp::ToolContext context{opened.get(), [&] { return hrp::g_stop_signal || watch.has_gone(); },
+                                   [&](const std::string& what) { voice.update(what, hrp::WaitVoice::Clock::now()); }};
     if (list->parsed()) return hrp::list_topics(context, seconds, echo.json);
     if (hz->parsed()) return hrp::measure_topic(context, name, lines);
     return hrp::echo_topic(context, echo);

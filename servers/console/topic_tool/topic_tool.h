@@ -22,6 +22,7 @@ struct EchoOptions {
 struct ToolContext {
   Bus* bus = nullptr;
   std::function<bool()> must_stop;  // signal, or the run has ended
+  std::function<void(const std::string& what)> wait_for;  // called over and over while something is missing
 };
 
 // A table of topics with types, ends and the rate measured over `seconds`.
@@ -33,7 +34,8 @@ int measure_topic(const ToolContext& context, const std::string& topic, long cou
 // Prints the IDL of a type or of a topic's type, everything it needs included.
 int print_type(const std::string& name);
 
-// Waits until somebody offers the topic. Empty type when told to stop before.
+// Waits until somebody offers the topic: `name` in full, or its last parts where one topic has them (contact_forces,
+// imu/chest). Throws std::runtime_error when several have them. Empty when told to stop before.
 TopicSeen wait_for_topic(const ToolContext& context, const std::string& name);
 // Best effort, so that looking never slows a run; retained topics are read reliably, for the sample that is kept.
 std::unique_ptr<Reader> make_inspector(Bus& bus, const TopicSeen& topic, SampleCallback callback);
