@@ -27,16 +27,8 @@ std::map<std::string, double> read_counts(const std::string& output) {
   return counts;
 }
 
-// What a user of Cyclone DDS writes into CYCLONEDDS_URI to meet us on loopback.
-std::string write_cyclone_config() {
-  const std::string path = get_test_folder() + "/cyclone.xml";
-  std::ofstream(path) << R"(<CycloneDDS><Domain>
-  <General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces><AllowMulticast>false</AllowMulticast></General>
-  <Discovery><Peers><Peer Address="localhost"/></Peers><ParticipantIndex>auto</ParticipantIndex>
-  <MaxAutoParticipantIndex>39</MaxAutoParticipantIndex></Discovery>
-</Domain></CycloneDDS>)";
-  return "file://" + path;
-}
+// How a user of Cyclone DDS meets us on loopback.
+const char kCycloneConfig[] = "file://" HRP_SOURCE_DIR "/idl/example_c/cyclone.xml";
 
 class Foreign : public ::testing::TestWithParam<const char*> {};
 
@@ -49,7 +41,7 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
   EXPECT_EQ(reference.wait(), 0) << reference.output();
 
   ServerSet set("foreign", {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
-  setenv("CYCLONEDDS_URI", write_cyclone_config().c_str(), 1);
+  setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
   Program controller({HRP_BIN_DIR "/../tests/foreign_controller", std::to_string(set.find_domain())});
   unsetenv("CYCLONEDDS_URI");
   EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
@@ -68,8 +60,22 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
   EXPECT_EQ(digest_log(set.log())["hrp/robot_state"], digest_log(reference.log())["hrp/robot_state"])
       << "the pose of the first sample is the pose that our own controller holds";
 }
-INSTANTIATE_TEST_SUITE_P(Vendors, Foreign, ::testing::Values("cyclone", "fast"),
-                         [](const auto& info) { return std::string(info.param); });
+// The shipped examples (docs/client_in_c.md), one as the controller and one that looks on.
+TEST_P(Foreign, TheExamplesInCHoldThePoseAndShowTheForces) {
+  const std::string scenario = write_scenario("example");
+  ServerSet reference("example-reference", {scenario, "--in-process"});
+  EXPECT_EQ(reference.wait(), 0) << reference.output();
+  ServerSet set("example", {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
+  setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
+  const std::string domain = std::to_string(set.find_domain());
+  Program watcher({HRP_BIN_DIR "/../tests/watch_forces", domain}), controller({HRP_BIN_DIR "/../tests/hold_pose", domain});
+  unsetenv("CYCLONEDDS_URI");
+  EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
+  EXPECT_EQ(controller.wait(), 0) << controller.output();
+  EXPECT_EQ(watcher.wait(), 0) << watcher.output();
+  EXPECT_THAT(watcher.output(), HasSubstr("t =  0.500 s   ground on L_ANKLE_R_LINK"));
+  EXPECT_EQ(digest_log(set.log()), digest_log(reference.log())) << "our own controller holds the same pose";
+}
 
 TEST(Crowd, TwentyObserversOfBothVendorsChangeNothing) {
   ScenarioChange change;
@@ -105,6 +111,9 @@ TEST(Crowd, TwentyObserversOfBothVendorsChangeNothing) {
     EXPECT_THAT(observer->output(), HasSubstr("positions"));
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Vendors, Foreign, ::testing::Values("cyclone", "fast"),
+                         [](const auto& info) { return std::string(info.param); });
 
 // The limit of a file's size stands in for a full disk: the same failure of write(), and no right to mount is needed.
 TEST(FullDisk, IsSaidAndTheLogHoldsWhatIsClaimed) {

@@ -21,7 +21,7 @@ CLI::App* add_request(CLI::App& app, const std::string& name, const std::string&
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Steers a running simulation: pause, run, single steps, reset, stop, status.", "hrp-run");
+  CLI::App app("Steers a running simulation: pause, run, single steps, reset, stop, status, list.", "hrp-run");
   app.require_subcommand(1);
   hrp::JoinOptions join;
   hrp::add_join_options(app, &join);
@@ -37,13 +37,24 @@ int main(int argc, char** argv) {
   add_request(app, "stop", "end the run; the log is closed", hrp::msg::REQUEST_STOP, &control);
   CLI::App* status = app.add_subcommand("status", "say where the run is");
   status->add_flag("--follow", follow, "until it ends");
+  CLI::App* list = app.add_subcommand("list", "say which runs there are on this machine: scenario, process, domain, log");
+  CLI::App* domain = app.add_subcommand("domain", "print the run's DDS domain, for programs of your own");
+  for (CLI::App* command : {status, list, domain}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   control.speed(speed);
   control.steps(steps);
   hrp::handle_stop_signals();
   try {
+    if (list->parsed()) {
+      std::printf("%s\n", hrp::describe_entries(hrp::find_runs()).c_str());
+      return hrp::kExitOk;
+    }
     const auto run = hrp::find_run_to_join(join, {"hrp-run", "", /*waits=*/false});
     if (!run) return hrp::kExitInterrupted;
+    if (domain->parsed()) {
+      std::printf("%d\n", run->entry.domain);
+      return hrp::kExitOk;
+    }
     const auto bus = hrp::make_bus(hrp::make_join_bus_options(*run));
     return status->parsed() ? hrp::show_status(*bus, *run, follow) : hrp::send_request(*bus, *run, control);
   } catch (const std::exception& error) {
