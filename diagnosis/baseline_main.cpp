@@ -95,7 +95,7 @@ nlohmann::ordered_json identify(const std::string& path) {
     const Eigen::Vector3d x = solve(normals[static_cast<size_t>(j)]);
     hypothesis.push_back({EffectId::kViscous, j, {x(0)}});
     hypothesis.push_back({EffectId::kCoulomb, j, {x(1), 0.0}});
-    hypothesis.back().p.resize(get_effect(EffectId::kCoulomb).parameters.size(), 0.002);  // [rad/s] stick speed
+    hypothesis.back().p.resize(list_infos(EffectId::kCoulomb).size(), 0.002);  // [rad/s] stick speed
     hypothesis.push_back({EffectId::kRotorInertia, j, {x(2)}});
     joints[e.robot.tree.joint(j).name] = {{"viscous", x(0)}, {"coulomb", x(1)}, {"rotor_inertia", x(2)}};
   }

@@ -36,13 +36,14 @@ COMMON = {
     "base": [],
     "spatial": [],
     "multibody": ["base", "spatial"],
-    "robot": ["base", "spatial", "multibody"],
+    "effects": ["base", "spatial", "multibody"],
+    "robot": ["base", "spatial", "multibody", "effects"],
     "mcap": ["base"],
     "bus": ["base"],
-    "messages": ["base", "spatial", "multibody", "robot", "bus"],
-    "node": ["base", "spatial", "multibody", "robot", "bus", "messages"],
-    "log": ["base", "robot", "mcap", "messages"],
-    "plot": ["base", "spatial", "multibody", "robot", "mcap", "messages"],
+    "messages": ["base", "spatial", "multibody", "effects", "robot", "bus"],
+    "node": ["base", "spatial", "multibody", "effects", "robot", "bus", "messages"],
+    "log": ["base", "effects", "robot", "mcap", "messages"],
+    "plot": ["base", "spatial", "multibody", "effects", "robot", "mcap", "messages"],
 }
 
 # Parts of a server that may know the bus: everything else in servers/ is core.

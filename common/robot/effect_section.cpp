@@ -3,39 +3,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "common/effects/effect_target.h"
 
 namespace hrp {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
-struct Range {
-  double lower, upper;
-};
-
-// What a parameter of a joint effect may be; beyond it the laws mean nothing. Tests hold it against the simulator's list.
-Range get_range(const std::string& effect, const std::string& key) {
-  if (key == "phase" || key == "rest" || key == "amplitude") return {-kInf, kInf};
-  if (key == "asymmetry") return {-1.0, 1.0};
-  if (key == "offset") return {-3.2, 3.2};
-  if (key == "scale") return {0.0, 10.0};
-  if (key == "ratio" || key == "gap" || key == "delay" || key == "time_constant") return {0.0, 1.0};
-  if (key == "stribeck_velocity") return {1e-6, kInf};
-  if (key == "yield_angle") return {1e-9, kInf};
-  const bool transmission = effect == "joint_elasticity" || effect == "backlash";
-  if (key == "stiffness") return {transmission ? 1e-3 : 0.0, kInf};
-  if (key == "rotor_inertia") return {effect == "joint_elasticity" ? 1e-9 : 0.0, kInf};
-  return {0.0, kInf};
-}
+const char* const kSpreads[] = {"std", "ci95", "unit"};  // of a finding: a simulation has no use for them
 
 // A number, or a finding's {value: ..., std: ..., ci95: ..., unit: ...}.
-void read_number(YamlMap& map, const std::string& key, double* value, Bound bound = Bound::kAny) {
-  if (!map.is_mapping(key)) return map.number(key, value, bound, "");
+void read_number(YamlMap& map, const std::string& key, double* value) {
+  if (!map.is_mapping(key)) return map.number(key, value, Bound::kAny, "");
   map.child(key, [&](YamlMap& child) {
     child.require("value", "a number");
-    child.number("value", value, bound, "");
-    for (const char* spread : {"std", "ci95", "unit"}) child.ignore(spread);
+    child.number("value", value, Bound::kAny, "");
+    for (const char* spread : kSpreads) child.ignore(spread);
   });
 }
 
@@ -44,70 +26,47 @@ void read_vector(YamlMap& map, const std::string& key, Vector3d* value) {
   map.child(key, [&](YamlMap& child) {
     child.require("value", "a list of 3 numbers");
     child.axes3("value", value, Bound::kAny, "");
-    for (const char* spread : {"std", "ci95", "unit"}) child.ignore(spread);
+    for (const char* spread : kSpreads) child.ignore(spread);
   });
 }
 
-const EffectSpec* find_effect(const std::string& name) {
-  for (const EffectSpec& effect : get_joint_effects()) {
-    if (effect.name == name) return &effect;
-  }
-  return nullptr;
-}
-
-JointLawSpec read_joint_law(const EffectSpec& effect, YamlMap& map) {
-  JointLawSpec law;
-  law.effect = effect.name;
-  for (const std::string& key : effect.required) map.require(key, "a number (docs/scenario.md)");
-  for (const auto* keys : {&effect.required, &effect.optional}) {
-    for (const std::string& key : *keys) {
-      if (!map.has(key)) continue;
-      const Range range = get_range(effect.name, key);
-      double value = std::max(0.0, range.lower);
-      read_number(map, key, &value);
-      law.parameters[key] = value;
-      if (value >= range.lower && value <= range.upper) continue;
-      map.error(key, "is " + std::to_string(value) + ", expected " + std::to_string(range.lower) + " to " +
-                         std::to_string(range.upper));
+// The parameters of one effect, whichever it is. What is out of bounds is complained about.
+StatedEffect read_stated(const EffectInfo& effect, YamlMap& map) {
+  StatedEffect out;
+  out.effect = effect.name;
+  Vector3d vector = Vector3d::Zero();
+  for (const EffectParameter& parameter : effect.parameters) {
+    if (!parameter.stated) continue;
+    const bool first = parameter.axis <= 0;
+    if (first && parameter.required) {
+      map.require(parameter.name, parameter.axis == 0 ? "a list of 3 numbers" : "a number (docs/scenario.md)");
     }
+    if (!map.has(parameter.name)) continue;
+    double value = std::isfinite(parameter.neutral) ? parameter.neutral : std::max(0.0, parameter.lower);
+    if (parameter.axis < 0) read_number(map, parameter.name, &value);
+    if (parameter.axis == 0) read_vector(map, parameter.name, &vector);
+    if (parameter.axis >= 0) value = vector[parameter.axis];
+    const std::string fault = find_fault(parameter, value);
+    if (!fault.empty()) map.error(parameter.name, fault);
+    out.parameters[parameter.key()] = value;
   }
-  return law;
+  return out;
 }
 
-const std::vector<std::string>& list_link_effects() {
-  static const std::vector<std::string> names = {"payload", "mass_error", "com_error", "external_force"};
+std::vector<std::string> list_names() {
+  std::vector<std::string> names;
+  for (const EffectInfo& effect : list_effects()) {
+    if (effect.reported) names.push_back(effect.name);
+  }
   return names;
 }
 
-LinkLawSpec read_link_law(const std::string& effect, YamlMap& map) {
-  LinkLawSpec law;
-  law.effect = effect;
-  const bool has_number = effect == "payload" || effect == "mass_error";
-  if (has_number) {
-    const char* key = effect == "payload" ? "mass" : "scale";
-    map.require(key, "a number > 0");
-    law.number = 1.0;
-    read_number(map, key, &law.number, Bound::kPositive);
-  }
-  if (effect == "mass_error") return law;
-  const char* key = effect == "payload" ? "com" : (effect == "com_error" ? "offset" : "force");
-  map.require(key, "a list of 3 numbers");
-  read_vector(map, key, &law.vector);
-  return law;
-}
-
-void read_joint_laws(YamlMap& map, Scenario* scenario) {
-  map.each([&](const std::string& joint, YamlMap& child) {
-    for (const EffectSpec& effect : get_joint_effects()) {
-      child.child(effect.name, [&](YamlMap& law) { scenario->joint_laws[joint].push_back(read_joint_law(effect, law)); });
-    }
-  });
-}
-
-void read_link_laws(YamlMap& map, Scenario* scenario) {
-  map.each([&](const std::string& link, YamlMap& child) {
-    for (const std::string& effect : list_link_effects()) {
-      child.child(effect, [&](YamlMap& law) { scenario->link_laws[link].push_back(read_link_law(effect, law)); });
+// Laws by name of a joint or link.
+void read_laws(YamlMap& map, PlaceKind kind, std::map<std::string, std::vector<StatedEffect>>* laws) {
+  map.each([&](const std::string& place, YamlMap& child) {
+    for (const EffectInfo& effect : list_effects()) {
+      if (effect.place != kind || !effect.reported) continue;
+      child.child(effect.name, [&](YamlMap& law) { (*laws)[place].push_back(read_stated(effect, law)); });
     }
   });
 }
@@ -136,98 +95,60 @@ std::vector<SensorErrors*> find_sensor(const std::string& path, Scenario* scenar
   return found;
 }
 
-void read_sensor_effect(const std::string& effect, YamlMap& map, SensorErrors* errors) {
-  if (effect == "sensor_bias") read_vector(map, "value", &errors->bias);
-  if (effect == "sensor_scale") read_vector(map, "scale", &errors->scale);
-  if (effect == "sensor_misalignment") read_vector(map, "rpy", &errors->misalignment);
-  if (effect == "sensor_delay") read_number(map, "delay", &errors->delay, Bound::kNotNegative);
-  if (effect == "clock_skew") read_number(map, "skew", &errors->clock_skew);
-  if (errors->delay > 10.0) map.error("delay", "expected at most 10 s");
-  if (std::abs(errors->clock_skew) > 0.1) map.error("skew", "expected at most 0.1 either way");
+// Acts on what the scenario has at the place; a value that makes no sense was complained about before.
+void apply(const EffectInfo& effect, const StatedEffect& stated, const EffectTarget& target) {
+  std::vector<double> values;
+  if (find_values(effect, stated.parameters, &values).empty()) effect.apply(values.data(), target);
 }
 
-void read_bush_effect(const std::string& effect, YamlMap& map, FootBushSpec* bush) {
-  read_number(map, "kz", &bush->kz, Bound::kPositive);
-  read_number(map, "cz", &bush->cz, Bound::kNotNegative);
-  read_number(map, "k_roll", &bush->k_roll, Bound::kPositive);
-  read_number(map, "c_roll", &bush->c_roll, Bound::kNotNegative);
-  read_number(map, "k_pitch", &bush->k_pitch, Bound::kPositive);
-  read_number(map, "c_pitch", &bush->c_pitch, Bound::kNotNegative);
-  read_number(map, "offset_roll", &bush->offset_roll);
-  read_number(map, "offset_pitch", &bush->offset_pitch);
-  if (effect == "foot_hardening") read_number(map, "hardening_angle", &bush->hardening_angle, Bound::kPositive);
-  if (map.has("center")) {
-    Vector3d center = Vector3d::Zero();
-    read_vector(map, "center", &center);
-    bush->center = center;
+void apply_to_sensors(const EffectInfo& effect, const StatedEffect& stated, const std::string& path, YamlMap& map,
+                      Scenario* scenario) {
+  const std::vector<SensorErrors*> found = find_sensor(path, scenario);
+  if (found.empty()) return map.error("", "there is no sensor '" + path + "' in 'sensors' that has this effect");
+  for (SensorErrors* errors : found) {
+    EffectTarget target;
+    target.sensor = errors;
+    apply(effect, stated, target);
   }
 }
 
-bool read_ground_effect(const std::string& effect, YamlMap& map, Scenario* scenario) {
-  if (effect == "ground_slope") {
-    read_number(map, "roll", &scenario->ground.roll);
-    read_number(map, "pitch", &scenario->ground.pitch);
-    if (!(std::abs(scenario->ground.roll) <= 1.2 && std::abs(scenario->ground.pitch) <= 1.2)) {
-      map.error("", "expected at most 1.2 rad either way");
-    }
-  } else if (effect == "ground_friction") {
-    map.require("coefficient", "a number >= 0");
-    read_number(map, "coefficient", &scenario->ground.friction, Bound::kNotNegative);
-  } else if (effect == "restitution") {
-    // Of the impulse model: there the coefficient is what comes out, not what a damper makes of it.
-    map.require("coefficient", "a number from 0 to 1");
-    read_number(map, "coefficient", &scenario->contact.restitution, Bound::kUnitInterval);
-    scenario->contact.model = "impulse";
-  } else {
-    return false;
-  }
-  return true;
-}
-
-void read_sensor_effects(const std::string& effect, const Place& place, YamlMap& map, Scenario* scenario) {
-  const std::vector<SensorErrors*> found = find_sensor(place.sensor, scenario);
-  if (found.empty()) return map.error("", "there is no sensor '" + place.sensor + "' in 'sensors' that has this effect");
-  for (SensorErrors* errors : found) read_sensor_effect(effect, map, errors);
-}
-
-// False: unknown effect.
-bool read_effect(const std::string& effect, const Place& place, YamlMap& map, Scenario* scenario) {
-  const auto need = [&](const std::string& name, const char* kind) {
-    if (name.empty()) map.error("", effect + " needs where: {" + kind + ": NAME}");
+void read_effect(const EffectInfo& effect, const Place& place, YamlMap& map, Scenario* scenario) {
+  const auto has = [&](const std::string& name, const char* kind) {
+    if (name.empty()) map.error("", effect.name + " needs where: {" + kind + ": NAME}");
     return !name.empty();
   };
-  const auto& links = list_link_effects();
   if (!place.joint.empty()) map.mark_as("joint_laws." + place.joint);
   if (!place.link.empty()) map.mark_as("link_laws." + place.link);
   if (!place.foot.empty()) map.mark_as("foot_bush." + place.foot);
-  if (const EffectSpec* spec = find_effect(effect)) {
-    if (need(place.joint, "joint")) scenario->joint_laws[place.joint].push_back(read_joint_law(*spec, map));
-  } else if (std::find(links.begin(), links.end(), effect) != links.end()) {
-    if (need(place.link, "link")) scenario->link_laws[place.link].push_back(read_link_law(effect, map));
-  } else if (effect == "foot_compliance" || effect == "foot_hardening") {
-    if (need(place.foot, "foot")) read_bush_effect(effect, map, &scenario->foot_bush[place.foot]);
-  } else if (effect.rfind("sensor_", 0) == 0 || effect == "clock_skew") {
-    if (need(place.sensor, "sensor")) read_sensor_effects(effect, place, map, scenario);
-  } else {
-    return read_ground_effect(effect, map, scenario);
+  const StatedEffect stated = read_stated(effect, map);
+  EffectTarget target;
+  switch (effect.place) {
+    case PlaceKind::kJoint:
+      if (has(place.joint, "joint")) scenario->joint_laws[place.joint].push_back(stated);
+      break;
+    case PlaceKind::kLink:
+      if (has(place.link, "link")) scenario->link_laws[place.link].push_back(stated);
+      break;
+    case PlaceKind::kFoot:
+      if (!has(place.foot, "foot")) break;
+      target.bush = &scenario->foot_bush[place.foot];
+      apply(effect, stated, target);
+      break;
+    case PlaceKind::kSensor:
+      if (has(place.sensor, "sensor")) apply_to_sensors(effect, stated, place.sensor, map, scenario);
+      break;
+    case PlaceKind::kGround:
+    case PlaceKind::kNone:
+      target.ground = &scenario->ground, target.contact = &scenario->contact;
+      apply(effect, stated, target);
+      break;
   }
-  return true;
-}
-
-std::vector<std::string> list_effects() {
-  std::vector<std::string> names = list_link_effects();
-  for (const EffectSpec& effect : get_joint_effects()) names.push_back(effect.name);
-  for (const char* name : {"foot_compliance", "foot_hardening", "ground_slope", "ground_friction", "restitution",
-                           "sensor_bias", "sensor_scale", "sensor_delay", "sensor_misalignment", "clock_skew"}) {
-    names.push_back(name);
-  }
-  return names;
 }
 
 void read_finding(YamlMap& map, Scenario* scenario) {
   map.require("effect", "the name of an effect");
   std::string effect;
-  map.choice("effect", &effect, list_effects());
+  map.choice("effect", &effect, list_names());
   Place place;
   map.child("where", [&](YamlMap& where) {
     where.text("joint", &place.joint);
@@ -238,7 +159,9 @@ void read_finding(YamlMap& map, Scenario* scenario) {
   });
   map.require("parameters", "the effect's parameters");
   map.child("parameters", [&](YamlMap& parameters) {
-    if (effect.empty() || !read_effect(effect, place, parameters, scenario)) parameters.error("", "belong to no effect");
+    const EffectInfo* info = find_effect(effect);
+    if (!info || !info->reported) return parameters.error("", "belong to no effect");
+    read_effect(*info, place, parameters, scenario);
   });
   for (const char* comment : {"probability", "statement"}) map.ignore(comment);
 }
@@ -269,29 +192,9 @@ void check_clocks(YamlMap& map, const Scenario& scenario) {
 
 }  // namespace
 
-const std::vector<EffectSpec>& get_joint_effects() {
-  static const std::vector<EffectSpec> effects = {
-      {"viscous_friction", {"coefficient"}, {}},
-      {"coulomb_friction", {"level"}, {"asymmetry"}},
-      {"stribeck_friction", {"coulomb", "static", "stribeck_velocity"}, {"viscous"}},
-      {"load_dependent_friction", {"ratio"}, {}},
-      {"rotor_inertia", {"inertia"}, {}},
-      {"joint_elasticity", {"stiffness", "damping", "rotor_inertia"}, {}},
-      {"backlash", {"gap"}, {"stiffness", "damping", "rotor_inertia"}},
-      {"torque_constant_error", {"scale"}, {}},
-      {"torque_saturation", {"limit"}, {}},
-      {"actuator_lag", {"time_constant"}, {}},
-      {"command_delay", {"delay"}, {}},
-      {"parallel_spring", {"stiffness"}, {"rest"}},
-      {"cogging", {"amplitude", "periods"}, {"phase"}},
-      {"hysteresis", {"stiffness", "yield_angle"}, {}},
-      {"joint_offset", {"offset"}, {}}};
-  return effects;
-}
-
 void read_effect_sections(YamlMap& map, Scenario* scenario) {
-  map.child("joint_laws", [&](YamlMap& child) { read_joint_laws(child, scenario); });
-  map.child("link_laws", [&](YamlMap& child) { read_link_laws(child, scenario); });
+  map.child("joint_laws", [&](YamlMap& child) { read_laws(child, PlaceKind::kJoint, &scenario->joint_laws); });
+  map.child("link_laws", [&](YamlMap& child) { read_laws(child, PlaceKind::kLink, &scenario->link_laws); });
   map.list("effects", [&](size_t, YamlMap& child) { read_finding(child, scenario); });
   check_bushes(map, *scenario);
   check_clocks(map, *scenario);

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "common/base/diagnostics.h"
+#include "common/effects/effect_info.h"
+#include "common/effects/world_spec.h"
 #include "common/robot/walk_spec.h"
 #include "common/spatial/transform.h"
 
@@ -21,31 +23,12 @@ struct ServoGains {
   double effort_limit = std::numeric_limits<double>::infinity();  // [N m or N]
 };
 
-struct GroundSpec {
-  bool present = true;
-  double height = 0.0;        // [m]
-  double friction = 0.8;
-  double roll = 0.0;          // [rad] the plane turned by roll, then pitch about world axes
-  double pitch = 0.0;
-};
-
 struct ObstacleSpec {
   std::string name;
   std::string shape = "box";  // box, sphere, cylinder
   Vector3d size = Vector3d::Zero();  // [m] as CollisionShape::size
   Transform X_WG;
   double friction = 0.8;
-};
-
-// Sensor faults and limits; all zero = ideal.
-struct SensorErrors {
-  Vector3d noise = Vector3d::Zero();  // standard deviation, per channel group (see docs/scenario.md)
-  Vector3d bias = Vector3d::Zero();
-  double delay = 0.0;         // [s]
-  double clock_skew = 0.0;    // the reading stamped t is that of t (1 + skew), less the delay; docs/scenario.md
-  double quantum = 0.0;       // step of the reading
-  Vector3d scale = Vector3d::Ones();         // true value 1 reads as scale
-  Vector3d misalignment = Vector3d::Zero();  // [rad] rpy of the sensor against its link: it reads R(rpy)^T v
 };
 
 struct ImuSpec {
@@ -69,46 +52,6 @@ struct SensorsSpec {
   std::vector<WrenchSpec> wrenches;
   EncoderSpec encoders;
   bool base_pose = false;
-};
-
-// Law and parameters of every contact of the scenario; see docs/physics.md.
-struct ContactSpec {
-  std::string model = "spring_damper";  // or "impulse"
-  // As good as rigid: a humanoid of 175 kg sinks in by less than 0.2 mm, and a sole 0.14 m wide has a tilt stiffness of
-  // 5e4 N m/rad, where robots of human size need more than m g h, about 1e3.
-  double stiffness = 1e7;        // [N/m] per pair, normal; shared among its points
-  double exponent = 1.0;         // n of equations (1), (3)
-  double alpha = 2.4;            // [s/m] lambda = 3/2 alpha K, equation (3)
-  double tangential_damping = 2e3;  // [N s/m] C of equation (5), per pair
-  double restitution = 0.0;      // impulse model
-  int shared_points = 4;         // each point of a pair has 1 / shared_points of the pair's stiffness and damping
-  std::string damping = "projected";  // normal damper on the projected velocity of equation (2), or "two_sided"
-  double length_scale = 0.1;     // [m] weighs rotation against translation in the projection of equation (2)
-  double tangential_stiffness = 1e7;  // [N/m] per pair, holds what sticks (beyond the paper); 0 = equation (5) alone
-  double margin = 0.0;           // [m] points of a sole this near the ground take part: they may touch within the step
-};
-
-// Sole bush between a foot's force sensor and its sole: slide z, roll, pitch.
-struct FootBushSpec {
-  double kz = 0, cz = 0;         // [N/m], [N s/m]
-  double k_roll = 0, c_roll = 0, k_pitch = 0, c_pitch = 0;  // [N m/rad], [N m s/rad]
-  double offset_roll = 0, offset_pitch = 0;  // [N m]
-  double hardening_angle = 0;    // [rad] roll and pitch stiffness times 1 + (angle / this)^2; 0: linear
-  std::optional<Vector3d> center;  // [m] in the foot link; not given: centre of the sole's lower face
-  double upper_mass_ratio = 0.1;   // share of the foot's mass above the bush
-};
-
-// One extra law of one joint: name and parameters are those of the list of effects (viscous_friction, backlash, ...).
-struct JointLawSpec {
-  std::string effect;
-  std::map<std::string, double> parameters;
-};
-
-// One effect of one link: payload {mass, com}, mass_error {scale}, com_error {offset}, external_force {force}.
-struct LinkLawSpec {
-  std::string effect;
-  double number = 0.0;                // mass [kg] or scale
-  Vector3d vector = Vector3d::Zero(); // com, offset [m] in the link's frame; force [N] in world axes
 };
 
 // A joint that closes a chain. Frame A in link_a and frame B in link_b are kept together.
@@ -207,8 +150,8 @@ struct Scenario {
   bool joint_stops = false;      // stops at the joint limits of the URDF
   ContactSpec contact;
   std::map<std::string, FootBushSpec> foot_bush; // by foot link
-  std::map<std::string, std::vector<JointLawSpec>> joint_laws;  // by joint
-  std::map<std::string, std::vector<LinkLawSpec>> link_laws;    // by link
+  std::map<std::string, std::vector<StatedEffect>> joint_laws;  // by joint
+  std::map<std::string, std::vector<StatedEffect>> link_laws;    // by link
   std::vector<LoopSpec> loops;
   bool self_collision = false;
   std::vector<ObstacleSpec> obstacles;
@@ -234,14 +177,6 @@ Scenario load_scenario(const std::string& path);
 
 // As load_scenario() from text that was read from `path` before; does not look for the files it names.
 Scenario parse_scenario(const std::string& text, const std::string& path);
-
-// The effects of joint_laws and the parameters of each (docs/scenario.md).
-struct EffectSpec {
-  std::string name;
-  std::vector<std::string> required;
-  std::vector<std::string> optional;
-};
-const std::vector<EffectSpec>& get_joint_effects();
 
 // `text` with initial.joints set to these positions [rad or m]: YAML that reads as before otherwise.
 std::string set_initial_joints(const std::string& text, const std::map<std::string, double>& joints);

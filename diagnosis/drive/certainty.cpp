@@ -26,7 +26,7 @@ double find_median(std::vector<double> values) {
 
 // Value at which an effect does nothing.
 double find_absent(const Effect& effect) {
-  return std::string(get_effect(effect.id).parameters[0].name) == "scale" ? 1.0 : 0.0;
+  return list_infos(effect.id)[0].factor ? 1.0 : 0.0;
 }
 
 // The parameter that is compared: the largest component of a vector.
@@ -115,7 +115,7 @@ std::string DriveSelector::find_doubt(const Linear& linear, const Hypothesis& ef
     return "the recordings are too short";
   size_t of_time = 0, of_regime = 0;
   for (size_t s = 0; s < slots.size(); ++s) {
-    const ParameterInfo& info = *slots[s].info;
+    const EffectParameter& info = *slots[s].info;
     // What only gives the law its shape (rest, Stribeck speed) is not compared; a second level is.
     const bool main = slots[s].index == find_main(effect) || (effect.id == EffectId::kStribeck && slots[s].index == 1);
     if (slots[s].effect != at || info.nuisance || !main) continue;

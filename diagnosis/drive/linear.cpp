@@ -35,9 +35,9 @@ Sums select(const Sums& all, const std::vector<long>& columns) {
 }  // namespace
 
 std::vector<Slot> list_slots(const Hypothesis& hypothesis) {
-  return flatten<ParameterInfo>(
-      hypothesis, [](const Effect& e) -> const auto& { return get_effect(e.id).parameters; },
-      [](size_t, const ParameterInfo& info) { return !info.scanned; });
+  return flatten<EffectParameter>(
+      hypothesis, [](const Effect& e) -> const auto& { return list_infos(e.id); },
+      [](size_t, const EffectParameter& info) { return !info.scanned; });
 }
 
 Linear linearise(const Problem& problem, const Hypothesis& hypothesis, const std::vector<Slot>& slots,
@@ -54,7 +54,7 @@ Linear linearise(const Problem& problem, const Hypothesis& hypothesis, const std
     for (size_t s = 0; s < slots.size(); ++s) {
       Hypothesis variant = hypothesis;
       double& value = variant[slots[s].effect].p[slots[s].index];
-      const ParameterInfo& info = *slots[s].info;
+      const EffectParameter& info = *slots[s].info;
       const double size = std::max(info.step, std::abs(value));
       // 2 % of its size: over sticking and slipping, readings follow friction with a jagged trend.
       const double delta = value + 0.02 * size > info.high ? -0.02 * size : 0.02 * size;

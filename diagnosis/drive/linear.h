@@ -11,7 +11,7 @@
 
 namespace hrp::diagnosis {
 
-using Slot = Parameter<ParameterInfo>;
+using Slot = Parameter<EffectParameter>;
 
 struct Linear {
   std::vector<int> recordings;

@@ -35,7 +35,7 @@ double sum_laws(const Scenario& scenario, const std::string& joint, const char* 
   double sum = 0.0;
   const auto laws = scenario.joint_laws.find(joint);
   if (laws == scenario.joint_laws.end()) return sum;
-  for (const JointLawSpec& law : laws->second) {
+  for (const StatedEffect& law : laws->second) {
     if (law.effect == effect && law.parameters.count(parameter) > 0) sum += law.parameters.at(parameter);
   }
   return sum;

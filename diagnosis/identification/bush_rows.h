@@ -4,7 +4,7 @@
 //   measured torque + s arm = K a + C r + O + J r' (+ B a^3) (+ H z),   a = angle - gain e,   r = rate - gain' e
 //
 // s vertical compliance of the foot, e errors of the IMU, J apparent inertia; a hardening bush has B, a hysteretic one
-// H z with the Bouc-Wen variable z of servers/dynamics/joint_law.h.
+// H z with the Bouc-Wen variable z of common/effects/joint_law.h.
 #pragma once
 
 #include "diagnosis/identification/bush_fit.h"

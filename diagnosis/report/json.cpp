@@ -18,17 +18,16 @@ std::string signal_name(const Experiment& e, size_t c) {
 }
 
 Json make_where(const Experiment& e, const Effect& effect) {
-  switch (get_effect(effect.id).place) {
+  switch (find_place_kind(effect.id)) {
     case PlaceKind::kJoint:
       return {{"joint", get_place_text(e, effect)}};
     case PlaceKind::kLink:
       return {{"link", get_place_text(e, effect)}};
-    case PlaceKind::kJointSensor:
+    case PlaceKind::kSensor:
       return {{"sensor", get_place_text(e, effect)}};
-    case PlaceKind::kNone:
+    default:
       return {{"sensor", "clock"}};
   }
-  return Json::object();
 }
 
 }  // namespace hrp::diagnosis

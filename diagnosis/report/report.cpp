@@ -108,17 +108,17 @@ constexpr double kUnseen = 10.0;  // half an interval over its value: then the v
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,
                            const std::vector<double>& std) {
   const Experiment& e = *problem.experiment;
-  const EffectInfo& info = get_effect(effect.id);
-  std::string text = get_place_text(e, effect) + ": " + info.phrase + ".";
+  const std::vector<EffectParameter>& infos = list_infos(effect.id);
+  std::string text = get_place_text(e, effect) + ": " + get_effect(effect.id).phrase + ".";
   for (size_t i = 0; i < effect.p.size(); ++i) {
-    if (info.parameters[i].nuisance) continue;
-    text += std::string(i == 0 ? " " : ", ") + info.parameters[i].name;
+    if (infos[i].nuisance) continue;
+    text += std::string(i == 0 ? " " : ", ") + infos[i].key();
     if (2.0 * std[i] > kUnseen * std::abs(effect.p[i])) {
       text += " not shown by this motion";
       continue;
     }
     text += " " + number(effect.p[i]) + " +- " + number(2.0 * std[i], 2) +
-            (std::string(info.parameters[i].unit) == "1" ? "" : std::string(" ") + info.parameters[i].unit);
+            (infos[i].unit == "1" ? "" : " " + infos[i].unit);
   }
   text += ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
           " times the noise.";
@@ -244,15 +244,14 @@ Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
 }  // namespace
 
 Json make_parameters(const Effect& effect, const std::vector<double>& std, bool with_intervals) {
-  const EffectInfo& info = get_effect(effect.id);
+  const std::vector<EffectParameter>& infos = list_infos(effect.id);
   Json parameters = Json::object();
   std::map<std::string, std::vector<size_t>> vectors;
-  for (size_t i = 0; i < info.parameters.size(); ++i) {
-    const std::string name = info.parameters[i].name;
-    const bool axis =
-        name.size() > 2 && name[name.size() - 2] == '_' && std::string("xyz").find(name.back()) != std::string::npos;
-    if (axis) vectors[name.substr(0, name.size() - 2)].push_back(i);
-    if (axis || info.parameters[i].nuisance) continue;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    const std::string& name = infos[i].name;
+    const bool axis = infos[i].axis >= 0;
+    if (axis) vectors[name].push_back(i);
+    if (axis || infos[i].nuisance) continue;
     const double value = effect.p[i], s = std[i];
     if (!with_intervals)
       parameters[name] = round_to(value, 8);
@@ -260,7 +259,7 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std, bool 
       parameters[name] = {{"value", round_to(value, 8)},
                           {"std", round_to(s, 4)},
                           {"ci95", {round_to(value - 1.96 * s, 8), round_to(value + 1.96 * s, 8)}},
-                          {"unit", info.parameters[i].unit}};
+                          {"unit", infos[i].unit}};
   }
   for (const auto& item : vectors) {
     Json value = Json::array(), spread = Json::array(), interval = Json::array();
@@ -270,7 +269,7 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std, bool 
     }
     if (with_intervals)
       parameters[item.first] = {
-          {"value", value}, {"std", spread}, {"ci95", interval}, {"unit", info.parameters[item.second[0]].unit}};
+          {"value", value}, {"std", spread}, {"ci95", interval}, {"unit", infos[item.second[0]].unit}};
     else
       parameters[item.first] = value;
   }

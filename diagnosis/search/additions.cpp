@@ -96,7 +96,7 @@ class Probes {
   void add(EffectId id, int place, double none, double step, std::vector<double> rest = {}) {
     Effect effect{id, place, {none + step}};
     effect.p.insert(effect.p.end(), rest.begin(), rest.end());
-    const double low = get_effect(id).parameters[0].low, high = get_effect(id).parameters[0].high;
+    const double low = list_infos(id)[0].low, high = list_infos(id)[0].high;
     list_.push_back({{effect}, [=](const Eigen::VectorXd& x, std::vector<double>* p) {
                        *p = effect.p;
                        (*p)[0] = none + x[0] * step;

@@ -101,7 +101,7 @@ Effect Explorer::start_from_rotor(const Problem& problem, Hypothesis with, const
   with.back() = {EffectId::kRotorInertia, effect.place, {rotor}};
   const FitResult result = fit(problem, with, problem.train, options);
   const double fitted = result.ok ? result.hypothesis.back().p[0] : 0.0;
-  if (fitted > get_effect(EffectId::kRotorInertia).parameters[0].step) rotor = fitted;
+  if (fitted > list_infos(EffectId::kRotorInertia)[0].step) rotor = fitted;
   return effect;
 }
 

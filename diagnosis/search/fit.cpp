@@ -10,19 +10,19 @@
 namespace hrp::diagnosis {
 namespace {
 
-using FreeParameter = Parameter<ParameterInfo>;
+using FreeParameter = Parameter<EffectParameter>;
 
 // What creeps so far above the noise, in its deviations, will not get there: its fit is not worth many digits.
 constexpr double kFar = 2.0, kFarTolerance = 5e-3;
 
 std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
-  return flatten<ParameterInfo>(
-      hypothesis, [](const Effect& e) -> const auto& { return get_effect(e.id).parameters; },
-      [&](size_t e, const ParameterInfo& info) { return !info.scanned && !(e < frozen.size() && frozen[e]); });
+  return flatten<EffectParameter>(
+      hypothesis, [](const Effect& e) -> const auto& { return list_infos(e.id); },
+      [&](size_t e, const EffectParameter& info) { return !info.scanned && !(e < frozen.size() && frozen[e]); });
 }
 
 // Sticking and slipping make readings a jagged function of friction: differences over 2 % see its trend.
-double find_difference(EffectId id, const ParameterInfo& info, double value) {
+double find_difference(EffectId id, const EffectParameter& info, double value) {
   return (sticks(id) ? 0.02 : 0.005) * std::max(info.step, std::abs(value));
 }
 
@@ -67,9 +67,9 @@ Normal make_normal(const Residuals& residuals, const std::vector<Residuals>& mov
 
 void clamp(Hypothesis* hypothesis) {
   for (Effect& effect : *hypothesis) {
-    const EffectInfo& info = get_effect(effect.id);
+    const std::vector<EffectParameter>& infos = list_infos(effect.id);
     for (size_t i = 0; i < effect.p.size(); ++i) {
-      effect.p[i] = std::min(info.parameters[i].high, std::max(info.parameters[i].low, effect.p[i]));
+      effect.p[i] = std::min(infos[i].high, std::max(infos[i].low, effect.p[i]));
     }
     if (effect.id == EffectId::kStribeck) effect.p[1] = std::max(effect.p[1], effect.p[0]);
   }
@@ -175,7 +175,7 @@ class Fitter {
     const double inflate = std::max(1.0, result->train.chi2 / std::max(1.0, result->train.count));
     Eigen::MatrixXd A = normal.A;
     for (long i = 0; i < p; ++i) {
-      const ParameterInfo& info = *parameters_[static_cast<size_t>(i)].info;
+      const EffectParameter& info = *parameters_[static_cast<size_t>(i)].info;
       A(i, i) += 1e-9 / (info.step * info.step);
       // What is known beforehand of the drive's timing: somewhere between its bounds (variance of a uniform
       // distribution). Without it a lag of the servo's rate and a rotor's inertia would be taken for the same thing.

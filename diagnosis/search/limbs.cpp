@@ -22,13 +22,13 @@ int find_place(const Limb& limb, int joint) {
 // An effect's place in one numbering, from its place in another; -1: not there. Link i + 1 moves with joint i.
 template <class MapJoint>
 int map_place(const Effect& effect, const MapJoint& map_joint) {
-  const PlaceKind kind = get_effect(effect.id).place;
+  const PlaceKind kind = find_place_kind(effect.id);
   if (effect.id == EffectId::kClockSkew) return effect.place;
   if (kind == PlaceKind::kLink) {
     const int joint = effect.place > 0 ? map_joint(effect.place - 1) : -1;
     return joint < 0 ? -1 : joint + 1;
   }
-  if (kind == PlaceKind::kJointSensor) {
+  if (kind == PlaceKind::kSensor) {
     const int joint = map_joint(effect.place / kQuantities);
     return joint < 0 ? -1 : joint * kQuantities + effect.place % kQuantities;
   }

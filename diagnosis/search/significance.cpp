@@ -10,8 +10,7 @@ namespace {
 
 // Value of a parameter at which its effect is absent; NaN where it only describes the effect's shape.
 double find_neutral(const Effect& effect, size_t i) {
-  const EffectInfo& info = get_effect(effect.id);
-  if (std::string(info.parameters[i].name) == "scale") return 1.0;
+  if (list_infos(effect.id)[i].factor) return 1.0;
   return i == 0 ? 0.0 : std::nan("");
 }
 
@@ -21,9 +20,9 @@ bool is_vector(const Effect& effect) {
 
 // A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
 bool is_elastic(const Effect& effect, const std::vector<double>& std) {
-  const EffectInfo& info = get_effect(effect.id);
   for (size_t i : {0, 2}) {
-    if (effect.p[i] < 1.01 * info.parameters[i].low || effect.p[i] > 0.99 * info.parameters[i].high) return false;
+    const EffectParameter& info = list_infos(effect.id)[i];
+    if (effect.p[i] < 1.01 * info.low || effect.p[i] > 0.99 * info.high) return false;
   }
   return effect.p[0] > 4.0 * std[0];
 }
@@ -37,7 +36,7 @@ bool is_significant(const Effect& effect, const std::vector<double>& std, double
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const double neutral = find_neutral(effect, i);
     // 1e-3 of a scale: below what any law is known to.
-    const double least = std::string(get_effect(effect.id).parameters[i].name) == "scale" ? 2e-3 : 0.0;
+    const double least = list_infos(effect.id)[i].factor ? 2e-3 : 0.0;
     if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(4.0 * std[i], least)) return true;
   }
   return false;

@@ -13,10 +13,10 @@ namespace hrp::diagnosis {
 bool moves_link(const Effect& effect) { return effect.id == EffectId::kElasticity || effect.id == EffectId::kBacklash; }
 
 int find_joint(const Effect& effect) {
-  switch (get_effect(effect.id).place) {
+  switch (find_place_kind(effect.id)) {
     case PlaceKind::kJoint:
       return effect.id == EffectId::kJointOffset ? -1 : effect.place;
-    case PlaceKind::kJointSensor:
+    case PlaceKind::kSensor:
       return effect.place / kQuantities;
     default:
       return -1;
@@ -28,7 +28,7 @@ namespace {
 // Pairs that are special cases of each other at one joint say nothing together.
 bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
   for (const Effect& e : hypothesis) {
-    if (get_effect(e.id).place != PlaceKind::kJoint || get_effect(added.id).place != PlaceKind::kJoint ||
+    if (find_place_kind(e.id) != PlaceKind::kJoint || find_place_kind(added.id) != PlaceKind::kJoint ||
         e.place != added.place)
       continue;
     if (is_dry(e.id) && is_dry(added.id)) return true;
@@ -58,7 +58,7 @@ double calc_stiffness(double rotor_inertia, double frequency) {
 }
 
 // Start values that a regression cannot give, because readings are no smooth function of them.
-std::vector<double> list_alternatives(const Effect& effect, const ParameterInfo& info) {
+std::vector<double> list_alternatives(const Effect& effect, const EffectParameter& info) {
   const std::string name = info.name;
   if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
   if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
@@ -90,11 +90,11 @@ std::vector<Effect> list_transmissions(int joint, double rotor_inertia) {
 }
 
 std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
-  const EffectInfo& info = get_effect(effect.id);
+  const std::vector<EffectParameter>& infos = list_infos(effect.id);
   std::vector<Effect> options{effect};
-  for (size_t i = 0; i < info.parameters.size(); ++i) {
-    const std::vector<double> values = list_alternatives(effect, info.parameters[i]);
-    if (values.empty() || (scanned_only && !info.parameters[i].scanned)) continue;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    const std::vector<double> values = list_alternatives(effect, infos[i]);
+    if (values.empty() || (scanned_only && !infos[i].scanned)) continue;
     std::vector<Effect> more;
     for (const Effect& option : options) {
       for (double value : values) {
@@ -165,7 +165,7 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   }
   for (int joint : joints) {
     for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
-      const Effect effect{id, joint, {get_effect(id).parameters[0].step}};
+      const Effect effect{id, joint, {list_infos(id)[0].step}};
       if (can_add(lead.hypothesis, effect) && !contains(*list, effect.id, effect.place)) list->push_back(effect);
     }
   }
@@ -245,7 +245,7 @@ std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, cons
     // Offsets of encoders look like masses of links nearby; few enough to try all once.
     const bool offset = c.start.id == EffectId::kJointOffset && lead.hypothesis.empty();
     const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
-    const bool body = get_effect(c.start.id).place == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
+    const bool body = find_place_kind(c.start.id) == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
     if (!high && !here && !body) continue;
     there[j] += joint >= 0 ? 1 : 0;
     bodies += body ? 1 : 0;

@@ -35,7 +35,7 @@ bool is_bent(const Trial& t) {
 double calc_surprise(const Hypothesis& hypothesis) {
   double surprise = 0.0;
   for (const Effect& effect : hypothesis) {
-    if (get_effect(effect.id).parameters[0].name == std::string("scale"))
+    if (list_infos(effect.id)[0].factor)
       surprise += kSurprise * std::pow(std::log(effect.p[0]), 2);
   }
   return surprise;

@@ -6,7 +6,7 @@ namespace {
 
 // Moves one parameter by a factor as long as the training recordings are met better.
 void walk(const Problem& problem, size_t effect, size_t index, double factor, Hypothesis* best, double* lowest) {
-  const ParameterInfo& info = get_effect((*best)[effect].id).parameters[index];
+  const EffectParameter& info = list_infos((*best)[effect].id)[index];
   while (true) {
     Hypothesis trial = *best;
     double& value = trial[effect].p[index];
@@ -24,7 +24,7 @@ Hypothesis try_nearby(const Problem& problem, Hypothesis best, double finest) {
   const Score start = calc_score(problem, best, problem.train);
   double lowest = start.ok ? start.chi2 : 1e300;
   for (size_t i = 0; i < best.size(); ++i) {
-    const std::vector<ParameterInfo>& infos = get_effect(best[i].id).parameters;
+    const std::vector<EffectParameter>& infos = list_infos(best[i].id);
     for (size_t k = 0; k < infos.size(); ++k) {
       if (!infos[k].scanned && !infos[k].walked) continue;
       for (double factor : {3.0, 1.5, 1.2, kFinestFactor}) {

@@ -9,141 +9,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kBig = 1e9;
-
-std::vector<EffectInfo> make_effects() {
-  using E = EffectId;
-  const PlaceKind J = PlaceKind::kJoint, L = PlaceKind::kLink, S = PlaceKind::kJointSensor;
-  return {
-      {E::kViscous,
-       "viscous_friction",
-       J,
-       "viscous friction brakes in proportion to speed",
-       {{"coefficient", "N m s/rad", 0, kBig, 0.1, false}}},
-      {E::kCoulomb,
-       "coulomb_friction",
-       J,
-       "dry friction of constant level",
-       {{"level", "N m", 0, kBig, 0.1, false},
-        {"asymmetry", "1", -1, 1, 0.02, true},
-        {"presliding", "rad", 1e-6, 0.1, 0.0005, true, true}}},
-      {E::kStribeck,
-       "stribeck_friction",
-       J,
-       "dry friction that is larger at rest than in motion (Stribeck)",
-       {{"coulomb", "N m", 0, kBig, 0.1, false},
-        {"static", "N m", 0, kBig, 0.1, false},
-        {"stribeck_velocity", "rad/s", 5e-3, 10, 0.02, false},
-        {"viscous", "N m s/rad", 0, kBig, 0.1, false},
-        {"presliding", "rad", 1e-6, 0.1, 0.0005, true, true}}},
-      {E::kLoadFriction,
-       "load_dependent_friction",
-       J,
-       "dry friction that grows with the load",
-       {{"ratio", "1", 0, 2, 0.02, false}, {"presliding", "rad", 1e-6, 0.1, 0.0005, true, true}}},
-      {E::kRotorInertia,
-       "rotor_inertia",
-       J,
-       "the rotor's reflected inertia is missing",
-       {{"inertia", "kg m^2", 0, kBig, 0.01, false}}},
-      {E::kElasticity,
-       "joint_elasticity",
-       J,
-       "the transmission is elastic",
-       {{"stiffness", "N m/rad", 1, 1e7, 100, false},
-        {"damping", "N m s/rad", 0, 1e4, 0.2, false},
-        {"rotor_inertia", "kg m^2", 1e-4, 1e3, 0.02, false}}},
-      {E::kBacklash,
-       "backlash",
-       J,
-       "the transmission has play",
-       {{"gap", "rad", 0, 1, 0.002, false, false, true},
-        {"stiffness", "N m/rad", 10, 1e6, 1000, true, false, true},
-        {"damping", "N m s/rad", 0, 1e3, 0.5, true, false, true},
-        {"rotor_inertia", "kg m^2", 1e-4, 1e3, 0.02, true}}},
-      {E::kTorqueConstant,
-       "torque_constant_error",
-       J,
-       "the true torque is a fixed multiple of the logged effort",
-       {{"scale", "1", 0.05, 5, 0.02, false}}},
-      {E::kSaturation,
-       "torque_saturation",
-       J,
-       "the true torque is limited below what is logged",
-       {{"limit", "N m", 1e-3, kBig, 0.5, false}}},
-      {E::kLag,
-       "actuator_lag",
-       J,
-       "the drive's torque lags behind its command",
-       {{"time_constant", "s", 0, 1, 0.002, false}}},
-      {E::kDelay, "command_delay", J, "commands reach the servo late", {{"delay", "s", 0, 1, 0.002, false}}},
-      {E::kSpring,
-       "parallel_spring",
-       J,
-       "a spring acts across the joint",
-       {{"stiffness", "N m/rad", 0, kBig, 0.1, false}, {"rest", "rad", -7, 7, 0.05, false}}},
-      {E::kCogging,
-       "cogging",
-       J,
-       "the torque ripples with the joint's position",
-       {{"amplitude", "N m", -kBig, kBig, 0.05, false},
-        {"periods", "1/rad", 1, 2000, 0.02, false},
-        {"phase", "rad", -100, 100, 0.05, false}}},
-      {E::kHysteresis,
-       "hysteresis",
-       J,
-       "friction with memory acts like a yielding spring",
-       {{"stiffness", "N m/rad", 0, kBig, 1, false}, {"yield_angle", "rad", 1e-4, 10, 0.005, false}}},
-      {E::kJointOffset, "joint_offset", J, "the encoder's zero is off", {{"offset", "rad", -4, 4, 0.002, false}}},
-      {E::kPayload,
-       "payload",
-       L,
-       "an unmodelled mass is carried",
-       {{"mass", "kg", 0, kBig, 0.05, false},
-        {"com_x", "m", -2, 2, 0.01, false},
-        {"com_y", "m", -2, 2, 0.01, false},
-        {"com_z", "m", -2, 2, 0.01, false},
-        {"inertia", "kg m^2", 0, 10, 2e-4, true}}},
-      {E::kMassError,
-       "mass_error",
-       L,
-       "the link's mass is wrong by a factor",
-       {{"scale", "1", 0.01, 100, 0.02, false}}},
-      {E::kComError,
-       "com_error",
-       L,
-       "the link's centre of mass is elsewhere",
-       {{"offset_x", "m", -2, 2, 0.005, false},
-        {"offset_y", "m", -2, 2, 0.005, false},
-        {"offset_z", "m", -2, 2, 0.005, false}}},
-      {E::kExternalForce,
-       "external_force",
-       L,
-       "a constant force pulls at the link",
-       {{"force_x", "N", -kBig, kBig, 0.5, false},
-        {"force_y", "N", -kBig, kBig, 0.5, false},
-        {"force_z", "N", -kBig, kBig, 0.5, false}}},
-      {E::kSensorBias,
-       "sensor_bias",
-       S,
-       "the reading is shifted by a constant",
-       {{"value", "", -kBig, kBig, 0.01, false}}},
-      {E::kSensorScale, "sensor_scale", S, "the reading is scaled", {{"scale", "1", 0.01, 100, 0.01, false}}},
-      {E::kSensorDelay, "sensor_delay", S, "the reading comes late", {{"delay", "s", 0, 1, 0.002, false}}},
-      {E::kClockSkew,
-       "clock_skew",
-       PlaceKind::kNone,
-       "the clocks of commands and readings run at different rates",
-       {{"skew", "1", -0.2, 0.2, 0.0005, false}}},
-      {E::kTiming,
-       "timing",
-       PlaceKind::kNone,
-       "the drive's loop takes its time",
-       {{"shift", "s", -2e-4, 2e-4, 1e-5, true}, {"rate_lag", "s", -2e-4, 2e-4, 1e-5, true}}},
-      {E::kDriveTiming, "drive_timing", J, "the drive's loop takes its time", {{"shift", "s", -2e-4, 2e-4, 1e-5, true}}},
-  };
-}
-
 void apply_link_effect(const Effect& effect, Plant* plant) {
   LinkInertia& inertia = plant->tree.links[static_cast<size_t>(effect.place)].inertia;
   const std::vector<double>& p = effect.p;
@@ -236,14 +101,14 @@ void apply_joint_effect(const Effect& effect, Plant* plant) {
 }
 
 void apply(const Effect& effect, Plant* plant) {
-  switch (get_effect(effect.id).place) {
+  switch (find_place_kind(effect.id)) {
     case PlaceKind::kJoint:
       apply_joint_effect(effect, plant);
       break;
     case PlaceKind::kLink:
       apply_link_effect(effect, plant);
       break;
-    case PlaceKind::kJointSensor: {
+    case PlaceKind::kSensor: {
       SignalFault& fault = plant->faults[static_cast<size_t>(effect.place)];
       if (effect.id == EffectId::kSensorBias) fault.bias = effect.p[0];
       if (effect.id == EffectId::kSensorScale) fault.scale = effect.p[0];
@@ -256,35 +121,35 @@ void apply(const Effect& effect, Plant* plant) {
       else
         plant->clock_skew = effect.p[0];
       break;
+    default:
+      break;
   }
 }
 
 }  // namespace
 
-const EffectInfo& get_effect(EffectId id) {
-  static const std::vector<EffectInfo> effects = make_effects();
-  const EffectInfo& info = effects[static_cast<size_t>(id)];
-  HRP_CHECK(info.id == id, "effect table out of order at " << static_cast<int>(id));
-  return info;
+PlaceKind find_place_kind(EffectId id) { return id == EffectId::kClockSkew ? PlaceKind::kNone : get_effect(id).place; }
+
+const std::vector<EffectParameter>& list_infos(EffectId id) {
+  return find_place_kind(id) == PlaceKind::kSensor ? list_scalar_parameters(id) : get_effect(id).parameters;
 }
 
 std::string get_place_text(const Experiment& e, const Effect& effect) {
-  switch (get_effect(effect.id).place) {
+  switch (find_place_kind(effect.id)) {
     case PlaceKind::kJoint:
       return e.robot.tree.joint(effect.place).name;
     case PlaceKind::kLink:
       return e.robot.tree.links[static_cast<size_t>(effect.place)].name;
-    case PlaceKind::kJointSensor:
+    case PlaceKind::kSensor:
       return e.signal_name(effect.place / 3, static_cast<Quantity>(effect.place % 3));
-    case PlaceKind::kNone:
+    default:
       return "";
   }
-  return "";
 }
 
 std::string get_label(const Experiment& e, const Effect& effect) {
   const std::string place = get_place_text(e, effect);
-  return std::string(get_effect(effect.id).name) + (place.empty() ? "" : "@" + place);
+  return get_effect(effect.id).name + (place.empty() ? "" : "@" + place);
 }
 
 std::string get_label(const Experiment& e, const Hypothesis& hypothesis) {

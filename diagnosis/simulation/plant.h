@@ -6,51 +6,26 @@
 #include <string>
 #include <vector>
 
+#include "common/effects/effect_info.h"
 #include "common/multibody/model.h"
 #include "diagnosis/data/recording.h"
-#include "servers/dynamics/joint_law.h"
+#include "common/effects/joint_law.h"
 
 namespace hrp::diagnosis {
-
-enum class EffectId {
-  kViscous, kCoulomb, kStribeck, kLoadFriction, kRotorInertia, kElasticity, kBacklash, kTorqueConstant, kSaturation,
-  kLag, kDelay, kSpring, kCogging, kHysteresis, kJointOffset,
-  kPayload, kMassError, kComError, kExternalForce,
-  kSensorBias, kSensorScale, kSensorDelay, kClockSkew,
-  kTiming,       // of the drives' own loops: never reported, fitted along with everything else
-  kDriveTiming,  // the same of one drive alone, behind a transmission that gives
-  kCount
-};
-
-enum class PlaceKind { kJoint, kLink, kJointSensor, kNone };
-
-struct ParameterInfo {
-  const char* name;
-  const char* unit;
-  double low, high;   // bounds
-  double step;        // natural size: finite differences and start values
-  bool nuisance;      // fitted but not part of the effect's definition
-  bool scanned = false;  // readings are no smooth function of it: the best of a few values, see starts.cpp
-  bool walked = false;   // fitted, but from the best of the values around, see nearby.h
-};
-
-struct EffectInfo {
-  EffectId id;
-  const char* name;
-  PlaceKind place;
-  const char* phrase;  // completes "Joint x: ..."
-  std::vector<ParameterInfo> parameters;
-};
-
-const EffectInfo& get_effect(EffectId id);
 
 struct Effect {
   EffectId id = EffectId::kViscous;
   int place = 0;                // joint, link, or joint * 3 + quantity for sensors of joints
-  std::vector<double> p;        // values, order of EffectInfo::parameters
+  std::vector<double> p;        // values, order of list_infos()
 };
 
 using Hypothesis = std::vector<Effect>;
+
+// On a fixed base one clock is that of the whole recording.
+PlaceKind find_place_kind(EffectId id);
+
+// Of the readings of a joint, one number each, a sensor's fault has its first axis only.
+const std::vector<EffectParameter>& list_infos(EffectId id);
 
 std::string get_place_text(const Experiment& e, const Effect& effect);   // "elbow_pitch"
 std::string get_label(const Experiment& e, const Effect& effect);        // "coulomb_friction@elbow_pitch"
@@ -67,9 +42,6 @@ bool contains(const Hypothesis& hypothesis, EffectId id, int place);
 
 // Of the drives' loops: last in a hypothesis.
 bool is_timing(const Effect& effect);
-
-// [rad] displacement before slipping of rolling and sliding contacts in gears, where nothing is known.
-constexpr double kPresliding = 5e-4;
 
 struct SignalFault {
   double bias = 0.0, scale = 1.0, delay = 0.0;

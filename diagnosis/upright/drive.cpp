@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/command_reader.h"
-#include "servers/dynamics/joint_law.h"
+#include "common/effects/joint_law.h"
 
 namespace hrp::diagnosis::upright {
 namespace {

@@ -12,7 +12,7 @@
 // as the link. A motor behind an elastic one is eliminated: its velocity is affine in v' as well.
 #pragma once
 
-#include "servers/dynamics/joint_law.h"
+#include "common/effects/joint_law.h"
 
 namespace hrp {
 

@@ -10,13 +10,6 @@
 
 namespace hrp {
 
-// payload {mass [kg], com [m] in the link's frame}: a point mass fixed to the link.
-void add_payload(double mass, const Vector3d& p_LP, LinkInertia* inertia);
-// mass_error {scale}: mass and inertia times scale.
-void scale_mass(double scale, LinkInertia* inertia);
-// com_error {offset [m]}: adds to the centre of mass, inertia about it unchanged.
-void move_centre_of_mass(const Vector3d& offset, LinkInertia* inertia);
-
 // external_force {force [N], world axes}: at the link's centre of mass, all the time.
 struct SteadyForce {
   int link = 0;

@@ -270,15 +270,6 @@ TEST(StiffServo, IsStableWhereTheExplicitOneIsNot) {
   EXPECT_TRUE(status != StepStatus::kOk || std::abs(plain.state().q[0]) > 10.0);
 }
 
-TEST(EffectRegistry, KnowsEveryJointEffectOfTheScenario) {
-  for (const EffectSpec& spec : get_joint_effects()) {
-    const JointEffect* effect = find_joint_effect(spec.name);
-    ASSERT_NE(effect, nullptr) << spec.name;
-    EXPECT_EQ(effect->parameters.size(), spec.required.size() + spec.optional.size()) << spec.name;
-  }
-  EXPECT_EQ(list_joint_effects().size(), get_joint_effects().size());
-}
-
 TEST(EffectRegistry, RefusesParametersOutOfBoundsByName) {
   Bar bar;
   bar.add("coulomb_friction", {{"level", -1.0}});

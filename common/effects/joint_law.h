@@ -10,6 +10,9 @@ namespace hrp {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
+// [rad] displacement before slipping of rolling and sliding contacts in gears, where nothing is known.
+constexpr double kPresliding = 5e-4;
+
 // effort = a - b v'
 struct AffineEffort {
   double a = 0.0;  // [N m]
@@ -34,6 +37,7 @@ struct JointLaws {
   double static_level = 0.0;             // [N m] largest level, at rest; at least coulomb
   double stribeck_velocity = 0.0;        // [rad/s] 0: no Stribeck curve
   double load_ratio = 0.0;               // level grows by ratio x |drive effort|
+  double presliding = kPresliding;       // [rad] at it dry friction is full: for predictions along a path only
   double cogging_amplitude = 0.0, cogging_periods = 0.0, cogging_phase = 0.0;  // [N m], per rad, [rad]
   // Transmission
   bool elastic = false;

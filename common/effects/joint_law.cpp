@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "servers/dynamics/joint_law.h"
+#include "common/effects/joint_law.h"
 
 #include <algorithm>
 #include <cmath>
