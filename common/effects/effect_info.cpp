@@ -126,23 +126,23 @@ const std::vector<EffectParameter>& list_scalar_parameters(EffectId id) {
   return all.at(static_cast<size_t>(id));
 }
 
-std::string find_values(const EffectInfo& effect, const std::map<std::string, double>& stated,
-                        std::vector<double>* values) {
+ValueFault find_values(const EffectInfo& effect, const std::map<std::string, double>& stated,
+                       std::vector<double>* values) {
   values->clear();
   for (const EffectParameter& parameter : effect.parameters) {
     const auto at = stated.find(parameter.key());
     const bool given = at != stated.end();
-    if (!given && parameter.required) return parameter.name + " is missing";
-    if (given && !parameter.stated) return parameter.name + " is no parameter of it";
+    if (!given && parameter.required) return {parameter.name, "is missing"};
+    if (given && !parameter.stated) return {parameter.name, "is no parameter of a robot"};
     const std::string fault = given ? find_fault(parameter, at->second) : "";
-    if (!fault.empty()) return parameter.name + " " + fault + " " + parameter.unit;
+    if (!fault.empty()) return {parameter.name, fault + " " + parameter.unit};
     values->push_back(given ? at->second : parameter.value);
   }
   for (const auto& [key, value] : stated) {
     const auto same = [&k = key](const EffectParameter& parameter) { return parameter.key() == k; };
-    if (std::none_of(effect.parameters.begin(), effect.parameters.end(), same)) return key + " is unknown";
+    if (std::none_of(effect.parameters.begin(), effect.parameters.end(), same)) return {key, "is unknown"};
   }
-  return "";
+  return {};
 }
 
 std::string find_fault(const EffectParameter& parameter, double value) {

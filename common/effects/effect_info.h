@@ -146,10 +146,14 @@ struct StatedEffect {
   std::map<std::string, double> parameters;
 };
 
-// All values in the order of the row, those that are not stated at their defaults. Returns what is wrong and with which
-// parameter, "level is missing"; empty: nothing.
-std::string find_values(const EffectInfo& effect, const std::map<std::string, double>& stated,
-                        std::vector<double>* values);
+// What is wrong with a stated effect; no message: nothing.
+struct ValueFault {
+  std::string parameter, message;
+};
+
+// All values in the order of the row, those that are not stated at their defaults.
+ValueFault find_values(const EffectInfo& effect, const std::map<std::string, double>& stated,
+                       std::vector<double>* values);
 
 // "is 1.2, expected 0 to 1" for a stated value out of its bounds, else empty.
 std::string find_fault(const EffectParameter& parameter, double value);

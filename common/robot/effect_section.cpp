@@ -98,7 +98,7 @@ std::vector<SensorErrors*> find_sensor(const std::string& path, Scenario* scenar
 // Acts on what the scenario has at the place; a value that makes no sense was complained about before.
 void apply(const EffectInfo& effect, const StatedEffect& stated, const EffectTarget& target) {
   std::vector<double> values;
-  if (find_values(effect, stated.parameters, &values).empty()) effect.apply(values.data(), target);
+  if (find_values(effect, stated.parameters, &values).message.empty()) effect.apply(values.data(), target);
 }
 
 void apply_to_sensors(const EffectInfo& effect, const StatedEffect& stated, const std::string& path, YamlMap& map,

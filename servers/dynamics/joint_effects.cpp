@@ -64,8 +64,8 @@ void apply_stated(const std::string& joint, const StatedEffect& stated, JointLaw
   const std::string field = "joint_laws." + joint + "." + stated.effect;
   if (!effect || effect->place != PlaceKind::kJoint || !effect->reported) fail(field, "unknown effect");
   std::vector<double> values;
-  const std::string fault = find_values(*effect, stated.parameters, &values);
-  if (!fault.empty()) fail(field, fault);
+  const ValueFault fault = find_values(*effect, stated.parameters, &values);
+  if (!fault.message.empty()) fail(field + "." + fault.parameter, fault.message);
   EffectTarget target;
   target.joint = laws;
   effect->apply(values.data(), target);

@@ -49,8 +49,8 @@ void apply_stated(const std::string& name, const StatedEffect& stated, TreeSpec*
   const EffectInfo* effect = find_effect(stated.effect);
   if (!effect || effect->place != PlaceKind::kLink || !effect->reported) fail(field, "unknown effect");
   std::vector<double> values;
-  const std::string fault = find_values(*effect, stated.parameters, &values);
-  if (!fault.empty()) fail(field, fault);
+  const ValueFault fault = find_values(*effect, stated.parameters, &values);
+  if (!fault.message.empty()) fail(field + "." + fault.parameter, fault.message);
   EffectTarget target = find_target(*effect, field, name, tree);
   Vector3d force_W = Vector3d::Zero();
   target.force_W = &force_W;
