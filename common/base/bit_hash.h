@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <string>
 
 namespace hrp {
 
@@ -31,5 +33,12 @@ class BitHash {
  private:
   uint64_t hash_ = 14695981039346656037ull;
 };
+
+// The one way to print a hash: 16 hexadecimal digits.
+inline std::string format_hash(uint64_t hash) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
 
 }  // namespace hrp

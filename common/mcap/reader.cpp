@@ -57,6 +57,10 @@ Reader::Reader(const std::string& path) : path_(path) {
     throw McapError(path + ": cannot be read: " + reason);
   }
   file_size_ = static_cast<uint64_t>(info.st_size);
+  if (S_ISREG(info.st_mode) && file_size_ == 0) {
+    ::close(file_);
+    throw McapError(path + ": is empty: what should have filled it ended before it wrote anything");
+  }
   std::vector<uint8_t> magic;
   if (!S_ISREG(info.st_mode) || !read_at(0, kMagic.size(), &magic) ||
       !std::equal(kMagic.begin(), kMagic.end(), magic.begin())) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/base/bit_hash.h"
 #include "common/messages/reflection/sample.h"
 
 namespace hrp {
@@ -61,6 +62,7 @@ class JsonPrinter : public SampleVisitor {
   void on_bool(bool value) override { add(value ? "true" : "false"); }
   void on_signed(int64_t value) override { add(std::to_string(value)); }
   void on_unsigned(uint64_t value) override { add(std::to_string(value)); }
+  void on_hash(uint64_t value) override { add(quote(format_hash(value))); }
   void on_float(double value) override {
     add(std::isfinite(value) ? find_digits(value) : "\"" + find_special(value) + "\"");
   }
@@ -112,7 +114,7 @@ class TextPrinter : public SampleVisitor {
     std::string indent(static_cast<size_t>(2 * depth_), ' ');
     if (dash_ && depth_ > 0) indent[indent.size() - 2] = '-';
     dash_ = false;
-    text += indent + field.name + (field.unit.empty() ? "" : " [" + field.unit + "]") + ":";
+    text += indent + field.name + (field.unit.empty() || field.unit == "hex" ? "" : " [" + field.unit + "]") + ":";
   }
 
   void begin_list(const FieldType& type, size_t size) override {
@@ -138,6 +140,7 @@ class TextPrinter : public SampleVisitor {
   void on_bool(bool value) override { add(value ? "true" : "false"); }
   void on_signed(int64_t value) override { add(std::to_string(value)); }
   void on_unsigned(uint64_t value) override { add(std::to_string(value)); }
+  void on_hash(uint64_t value) override { add(format_hash(value)); }
   void on_float(double value) override { add(std::isfinite(value) ? find_digits(value) : find_special(value)); }
   void on_string(const std::string& value) override {
     constexpr size_t kMost = 160;

@@ -104,11 +104,16 @@ void visit_value(const FieldType& type, CdrReader* cdr, SampleVisitor* visitor) 
   visitor->end_list();
 }
 
+void visit_value(const FieldType& type, const std::string& unit, CdrReader* cdr, SampleVisitor* visitor) {
+  const bool hash = unit == "hex" && type.kind == ValueKind::kUint64 && !type.is_list();
+  hash ? visitor->on_hash(cdr->read<uint64_t>()) : visit_value(type, cdr, visitor);
+}
+
 void visit_struct(const StructType& type, CdrReader* cdr, SampleVisitor* visitor) {
   visitor->begin_struct(type);
   for (const Field& field : type.fields) {
     visitor->begin_field(field);
-    visit_value(field.type, cdr, visitor);
+    visit_value(field.type, field.unit, cdr, visitor);
   }
   visitor->end_struct();
 }
@@ -142,7 +147,7 @@ bool visit_field(const StructType& type, Bytes sample, const FieldPath& path, Sa
     if (step.has_index && !enter_list(step, &cdr)) return false;
     at = step.field->type.structure;
   }
-  visit_value(path.type(), &cdr, visitor);
+  visit_value(path.type(), path.unit(), &cdr, visitor);
   return true;
 }
 

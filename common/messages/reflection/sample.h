@@ -26,6 +26,8 @@ class SampleVisitor {
   virtual void on_bool(bool value) = 0;
   virtual void on_signed(int64_t value) = 0;
   virtual void on_unsigned(uint64_t value) = 0;
+  // A hash: the unit of its field is "hex".
+  virtual void on_hash(uint64_t value) { on_unsigned(value); }
   virtual void on_float(double value) = 0;
   virtual void on_string(const std::string& value) = 0;
   virtual void on_enum(const EnumType& type, uint32_t value) = 0;
@@ -59,7 +61,7 @@ void visit_sample(const StructType& type, Bytes sample, SampleVisitor* visitor);
 bool visit_field(const StructType& type, Bytes sample, const FieldPath& path, SampleVisitor* visitor);
 
 // One line of JSON. Numbers are exact (shortest form that reads back the same); not-a-number and infinities, which JSON
-// does not have, are the strings "nan", "inf" and "-inf".
+// does not have, are the strings "nan", "inf" and "-inf". Hashes are strings of 16 hexadecimal digits.
 std::string print_json(const StructType& type, Bytes sample);
 // Many lines for people, with units: "depth [m]: 0.0012". Long strings are cut.
 std::string print_text(const StructType& type, Bytes sample);

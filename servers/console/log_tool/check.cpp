@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "common/base/bit_hash.h"
 #include "common/mcap/writer.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
@@ -51,6 +52,7 @@ class Flattener : public SampleVisitor {
   void on_bool(bool value) override { add_value(value ? "true" : "false"); }
   void on_signed(int64_t value) override { add_value(std::to_string(value)); }
   void on_unsigned(uint64_t value) override { add_value(std::to_string(value)); }
+  void on_hash(uint64_t value) override { add_value(format_hash(value)); }
   void on_float(double value) override {
     std::array<char, 32> text;
     std::snprintf(text.data(), text.size(), "%.17g", value);
@@ -85,6 +87,15 @@ class Flattener : public SampleVisitor {
   std::vector<Place> path_;
   Values values_;
 };
+
+// "hash" of a message; logs of before have it as a number.
+std::string find_hash(const LogTopicType& topic, Bytes sample) {
+  Flattener flattener;
+  const FieldPath path(*topic.type, "hash");
+  if (!visit_field(*topic.type, sample, path, &flattener) || flattener.values().empty()) return "";
+  const std::string& text = flattener.values().front().second;
+  return path.unit() == "hex" ? text : format_hash(std::stoull(text));
+}
 
 // The values of the n-th message of a topic.
 Flattener::Values read_values(LogFile* log, const std::string& topic, size_t n) {
@@ -127,16 +138,16 @@ int show_hashes(const std::string& file) {
     hash = update_hash(hash, message.data, message.size);
     const LogTopicType& topic = log.topics().at(message.channel_id);
     if (topic.topic == "hrp/robot_state" && topic.type != nullptr) {
-      state_hash = print_json(*topic.type, get_bytes(message), FieldPath(*topic.type, "hash")).value_or("");
+      state_hash = find_hash(topic, get_bytes(message));
       state_step = std::to_string(message.sequence);
     }
     return true;
   });
   for (const auto& [id, topic] : log.topics()) {
-    std::printf("%-24s %10llu messages  %016llx\n", topic.topic.c_str(),
-                static_cast<unsigned long long>(hashes[id].first), static_cast<unsigned long long>(hashes[id].second));
+    std::printf("%-24s %10llu messages  %s\n", topic.topic.c_str(), static_cast<unsigned long long>(hashes[id].first),
+                format_hash(hashes[id].second).c_str());
   }
-  if (!state_hash.empty()) std::printf("state at step %s: %s\n", state_step.c_str(), state_hash.c_str());
+  if (!state_hash.empty()) std::printf("state hash %s at step %s\n", state_hash.c_str(), state_step.c_str());
   if (log.reader().damage().empty()) return 0;
   std::fprintf(stderr, "%s\n", log.reader().damage().c_str());
   return 1;
@@ -192,10 +203,17 @@ int compare_logs(const std::string& one_path, const std::string& other_path) {
   return differences.empty() ? 0 : 1;
 }
 
-int recover_log(const std::string& in, const std::string& out) {
+int recover_log(const std::string& in, const std::string& out, bool force) {
   constexpr size_t kChunkSize = size_t{1} << 20;
   mcap::Reader reader(in);
-  mcap::Writer writer(out, mcap::Compression::kZstd);
+  check_output(in, out, force);
+  bool any = false;
+  reader.read_messages([&](const mcap::Message&) { return !(any = true); });
+  if (!any) {
+    throw mcap::McapError(in + ": nothing can be recovered" + (reader.damage().empty() ? ", it holds no message" : ": " + reader.damage()));
+  }
+  mcap::Writer writer(mcap::ClaimedFile(out, force ? mcap::Existing::kReplace : mcap::Existing::kRefuse),
+                      mcap::Compression::kZstd);
   std::map<uint16_t, uint16_t> schemas, channels;
   const auto add_channel = [&](uint16_t id) {
     const mcap::Channel& channel = reader.channels().at(id);

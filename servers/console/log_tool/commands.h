@@ -20,7 +20,10 @@ int write_plot(const std::string& file, const std::vector<std::string>& signals,
 int show_hashes(const std::string& file);
 // 0 when every payload is the same, 1 with the first difference by topic, step and field.
 int compare_logs(const std::string& one, const std::string& other);
-// Writes what can be read of a damaged log into a whole one.
-int recover_log(const std::string& in, const std::string& out);
+// Writes what can be read of a damaged log into a whole one. Nothing readable is an error, and leaves no file.
+int recover_log(const std::string& in, const std::string& out, bool force);
+
+// Throws InputError when writing `out` would destroy the input, or, without `force`, any log.
+void check_output(const std::string& in, const std::string& out, bool force);
 
 }  // namespace hrp

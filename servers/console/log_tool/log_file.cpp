@@ -1,10 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/console/log_tool/log_file.h"
 
+#include <array>
+#include <cstring>
+#include <fstream>
+
 #include "common/base/diagnostics.h"
+#include "common/mcap/claimed_file.h"
 #include "common/messages/topics.h"
+#include "servers/console/log_tool/commands.h"
 
 namespace hrp {
+namespace {
+
+bool is_log(const std::string& path) {
+  std::array<char, mcap::kMagic.size()> start{};
+  std::ifstream file(path, std::ios::binary);
+  return file.read(start.data(), start.size()) && std::memcmp(start.data(), mcap::kMagic.data(), start.size()) == 0;
+}
+
+}  // namespace
+
+void check_output(const std::string& in, const std::string& out, bool force) {
+  Diagnostic problem;
+  problem.file = out;
+  if (mcap::is_same_file(in, out)) {
+    problem.message = "is the log that is read; give the output another name";
+  } else if (!force && is_log(out)) {
+    problem.message = "is a log; choose another name, or --force to overwrite it";
+  } else {
+    return;
+  }
+  throw InputError(problem);
+}
 
 LogFile::LogFile(const std::string& path) : reader_(path) {
   for (const auto& [id, channel] : reader_.channels()) {

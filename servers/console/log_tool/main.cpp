@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   CLI::App app("Looks into logs (MCAP) of runs.", "hrp-log");
   app.require_subcommand(1);
   std::string file, other, out;
+  bool force = false;
   std::vector<std::string> signals;
   hrp::CatOptions cat;
   std::function<int()> run;
@@ -31,19 +32,28 @@ int main(int argc, char** argv) {
   show->add_option("--field", cat.field, "only this part, e.g. pairs[0].total.force.z");
   show->add_option("--from", cat.from, "simulated time to begin with [s]");
   show->add_option("--to", cat.to, "simulated time to end with [s]");
-  add("csv", "sensors and commands as a table, columns as in experiment folders", [&] {
+  const auto add_output = [&](CLI::App* command, const char* text) {
+    command->add_option("--out", out, text)->required();
+    command->add_flag("--force", force, "even when OUT is a log");
+  };
+  add_output(add("csv", "sensors and commands as a table, columns as in experiment folders", [&] {
+    hrp::check_output(file, out, force);
     return hrp::write_csv(file, out);
-  })->add_option("--out", out, "CSV file")->required();
+  }), "CSV file");
   CLI::App* plot = add("plot", "an SVG picture; of the feet's vertical forces when no signal is named",
-                       [&] { return hrp::write_plot(file, signals, out); });
-  plot->add_option("--out", out, "SVG file")->required();
+                       [&] {
+                         hrp::check_output(file, out, force);
+                         return hrp::write_plot(file, signals, out);
+                       });
+  add_output(plot, "SVG file");
   plot->add_option("--signal", signals, "a CSV column, or topic:field (contact_forces:pairs[0].total.force.z)");
   hrp::PictureOptions look;
   CLI::App* pictures = add("pictures", "the robot at moments of the run, beside each other, as SVG", [&] {
+    hrp::check_output(file, out, force);
     hrp::write_robot_pictures(file, look, out);
     return 0;
   });
-  pictures->add_option("--out", out, "SVG file")->required();
+  add_output(pictures, "SVG file");
   pictures->add_option("--from", look.from, "simulated time of the first picture [s]");
   pictures->add_option("--to", look.to, "simulated time of the last one [s]; default: the end");
   pictures->add_option("--count", look.count, "how many")->check(CLI::Range(1, 40));
@@ -53,9 +63,10 @@ int main(int argc, char** argv) {
   add("compare", "first difference of two logs; status 1 when there is one", [&] {
     return hrp::compare_logs(file, other);
   })->add_option("other", other, "second log")->required();
-  add("recover", "copies what can be read of a damaged log into a whole one", [&] {
-    return hrp::recover_log(file, out);
-  })->add_option("out", out, "new file")->required();
+  CLI::App* recover = add("recover", "copies what can be read of a damaged log into a whole one",
+                          [&] { return hrp::recover_log(file, out, force); });
+  recover->add_option("out", out, "new file")->required();
+  recover->add_flag("--force", force, "overwrite OUT");
   try {
     app.parse(argc, argv);
     return run();
