@@ -74,8 +74,13 @@ std::string BackgroundWriter::error() const {
 }
 
 void BackgroundWriter::run() {
-  std::unique_lock<std::mutex> lock(mutex_);
   std::string failure;
+  try {
+    writer_->write_chunk();  // what the file holds is told from the start: a kill leaves a log that can be opened
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  std::unique_lock<std::mutex> lock(mutex_);
   while (failure.empty()) {
     changed_.wait(lock, [this] { return !waiting_.empty() || ending_; });
     if (waiting_.empty()) break;

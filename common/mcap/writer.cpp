@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/mcap/writer.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <numeric>
+#include <utility>
 
 #include "common/base/check.h"
 
 namespace hrp::mcap {
 
-Writer::Writer(const std::string& path, Compression compression)
-    : path_(path), compression_(compression), compressor_(compression) {
-  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file_ < 0) throw McapError(path + ": cannot be opened for writing: " + std::strerror(errno));
+Writer::Writer(ClaimedFile file, Compression compression)
+    : path_(file.path()), file_(std::move(file)), compression_(compression), compressor_(compression) {
+  file_.clear();
   definitions_.put_bytes(kMagic.data(), kMagic.size());
   const size_t begin = definitions_.begin_record(Opcode::kHeader);
   definitions_.put_string("");  // profile: none of the registered ones fits
@@ -119,7 +118,7 @@ void Writer::put_message_indexes(ChunkIndex* index) {
 void Writer::append_to_file(const Buffer& bytes) {
   size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t part = ::write(file_, bytes.data() + done, bytes.size() - done);
+    const ssize_t part = ::write(file_.descriptor(), bytes.data() + done, bytes.size() - done);
     if (part < 0 && errno == EINTR) continue;
     if (part <= 0) fail(part < 0 ? errno : ENOSPC);
     done += static_cast<size_t>(part);
@@ -131,28 +130,26 @@ void Writer::append_to_file(const Buffer& bytes) {
 void Writer::fail(int error_number) {
   failed_ = true;
   // Half a record at the end would do no harm to our reader; other readers like it less.
-  const bool cut = ::ftruncate(file_, static_cast<off_t>(file_size_)) == 0 &&
-                   ::lseek(file_, static_cast<off_t>(file_size_), SEEK_SET) >= 0;
+  const bool cut = ::ftruncate(file_.descriptor(), static_cast<off_t>(file_size_)) == 0 &&
+                   ::lseek(file_.descriptor(), static_cast<off_t>(file_size_), SEEK_SET) >= 0;
   throw McapError(path_ + ": cannot be written beyond byte " + std::to_string(file_size_) + ": " +
                   std::strerror(error_number) + (cut ? "" : "; its end could not be trimmed either"));
 }
 
 void Writer::close() {
-  if (file_ < 0) return;
-  const int file = file_;
+  if (closed_) return;
+  closed_ = true;
   try {
     if (!failed_) write_chunk();
     // After a failure the index may still fit into the space that the trimmed chunk gave back; if not, the file is
     // readable without it.
     if (file_size_ > 0) write_summary();
   } catch (const McapError&) {
-    file_ = -1;
-    ::close(file);
+    ClaimedFile(std::move(file_));  // closed without a word: the first error is the one to tell
     throw;
   }
-  file_ = -1;
   // Some file systems (network, quota) report a full disk only here.
-  if (::close(file) != 0) throw McapError(path_ + ": cannot be closed: " + std::strerror(errno));
+  file_.close();
 }
 
 void Writer::put_statistics(Buffer* out) const {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/mcap/claimed_file.h"
 #include "common/mcap/compression.h"
 #include "common/mcap/format.h"
 
@@ -17,7 +18,11 @@ namespace hrp::mcap {
 // record, so that it stays readable, and McapError is thrown; the writer then only closes.
 class Writer {
  public:
-  Writer(const std::string& path, Compression compression);
+  // Empties the file. Throws McapError.
+  Writer(ClaimedFile file, Compression compression);
+  // Of a new file: one that holds something is refused.
+  Writer(const std::string& path, Compression compression)
+      : Writer(ClaimedFile(path, Existing::kRefuse), compression) {}
   // Closes without a word about errors: call close() to hear of them.
   ~Writer();
   Writer(const Writer&) = delete;
@@ -54,7 +59,8 @@ class Writer {
   [[noreturn]] void fail(int error_number);
 
   std::string path_;
-  int file_ = -1;
+  ClaimedFile file_;
+  bool closed_ = false;
   Compression compression_;
   Compressor compressor_;
   uint64_t file_size_ = 0;   // bytes of whole records on disk

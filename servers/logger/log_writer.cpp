@@ -47,7 +47,8 @@ std::string make_file_name(const std::string& path, size_t number) {
 
 }  // namespace
 
-LogWriter::LogWriter(const LogOptions& options) : options_(options), slots_(kSlots) {
+LogWriter::LogWriter(const LogOptions& options)
+    : options_(options), claim_(std::in_place, options.path, options.existing), slots_(kSlots) {
   HRP_CHECK(options.topics.size() >= 2 && options.topics.size() <= kMaxTopics, options.topics.size() << " topics");
   HRP_CHECK(options.topics[0].rate == LogTopic::Rate::kOnce, options.topics[0].name);
   HRP_CHECK(options.chunk_steps > 0, options.chunk_steps);
@@ -58,6 +59,7 @@ void LogWriter::set_description(const uint8_t* data, size_t size, int control_pe
   description_.assign(data, data + size);
   control_period_ = control_period;
   compression_ = compression;
+  if (claim_) open_file();
   write_complete_steps();
 }
 
@@ -110,7 +112,7 @@ void LogWriter::take_state(uint64_t step) {
 }
 
 void LogWriter::start_epoch(uint64_t epoch) {
-  finish_epoch();
+  if (any_epoch_) finish_epoch();
   any_epoch_ = true;
   epoch_ = epoch;
   next_step_ = newest_state_ = step_on_disk_ = 0;
@@ -119,9 +121,21 @@ void LogWriter::start_epoch(uint64_t epoch) {
   for (Slot& place : slots_) place.present = 0;
 }
 
+mcap::ClaimedFile LogWriter::claim_next_file() const {
+  size_t number = files_.size();
+  const auto is_taken = [](const std::string& name) {
+    std::error_code ignored;
+    return std::filesystem::exists(name, ignored) && std::filesystem::file_size(name, ignored) > 0;
+  };
+  while (options_.existing == mcap::Existing::kRefuse && is_taken(make_file_name(options_.path, number))) ++number;
+  return mcap::ClaimedFile(make_file_name(options_.path, number), options_.existing);
+}
+
 void LogWriter::open_file() {
-  files_.push_back(make_file_name(options_.path, files_.size()));
-  auto file = std::make_unique<mcap::Writer>(files_.back(), compression_);
+  mcap::ClaimedFile claim = claim_ ? std::move(*claim_) : claim_next_file();
+  claim_.reset();
+  files_.push_back(claim.path());
+  auto file = std::make_unique<mcap::Writer>(std::move(claim), compression_);
   for (const LogTopic& topic : options_.topics) {
     file->add_channel(topic.name, file->add_schema(topic.type_name, "omgidl", topic.schema_text), "cdr");
   }

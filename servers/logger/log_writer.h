@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct LogTopic {
 
 struct LogOptions {
   std::string path;             // "run.mcap"; later epochs go to "run.1.mcap", "run.2.mcap", ...
+  // kRefuse: a path that holds something is refused, and later epochs take the next number that is free.
+  mcap::Existing existing = mcap::Existing::kRefuse;
   // In the order in which they stand in the file within a step. The first one is kOnce, the second one the state,
   // which says how far the run has come.
   std::vector<LogTopic> topics;
@@ -38,9 +41,11 @@ struct LogOptions {
 // errors throw mcap::McapError from the next call after the file has been closed as far as the disk allows.
 class LogWriter {
  public:
+  // Claims the file. Throws mcap::McapError.
   explicit LogWriter(const LogOptions& options);
 
-  // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it.
+  // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it. Topics and
+  // types are on disk from then on.
   void set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression);
   // An encoded sample of topics[topic] whose first field is a msg::Header. Repeats and samples of old epochs are
   // dropped. Throws mcap::McapError when writing fails, std::invalid_argument when the bytes hold no header.
@@ -95,6 +100,7 @@ class LogWriter {
   void take_state(uint64_t step);
   void start_epoch(uint64_t epoch);
   void open_file();
+  mcap::ClaimedFile claim_next_file() const;
   void write_complete_steps();
   void write_step(bool with_answers);
   void note_chunks_on_disk();
@@ -103,6 +109,7 @@ class LogWriter {
   const Slot& slot(uint64_t step) const { return slots_[step % kSlots]; }
 
   LogOptions options_;
+  std::optional<mcap::ClaimedFile> claim_;  // of the first file, until it is written
   std::vector<uint8_t> description_;
   int control_period_ = 1;
   mcap::Compression compression_ = mcap::Compression::kZstd;

@@ -14,5 +14,6 @@ int main(int argc, char** argv) {
             ->capture_default_str();
         app.add_option("--compression", options.compression, "instead of the scenario's")
             ->check(CLI::IsMember({"none", "lz4", "zstd"}));
+        app.add_flag("--force", options.force, "overwrite a log that is there");
       });
 }

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/logger/node.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-
 #include "common/base/diagnostics.h"
 #include "common/messages/reflection/schema.h"
 #include "common/messages/topics.h"
@@ -52,31 +46,30 @@ const char* find_role(const std::string& topic) {
   return "dynamics";
 }
 
-LogOptions make_log_options(const std::string& path) {
-  LogOptions options;
-  options.path = path;
-  options.topics = make_log_topics();
-  return options;
+LogOptions make_log_options(const LoggerOptions& options) {
+  LogOptions log;
+  log.path = options.path;
+  log.existing = options.force ? mcap::Existing::kReplace : mcap::Existing::kRefuse;
+  log.topics = make_log_topics();
+  return log;
 }
 
 // Said at the start, and not when the first step is over.
-void check_writable(const std::string& path) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  if (file < 0) {
+LogWriter make_log(const LoggerOptions& options) {
+  try {
+    if (!options.compression.empty()) mcap::parse_compression(options.compression);
+    return LogWriter(make_log_options(options));
+  } catch (const mcap::McapError& error) {
     Diagnostic problem;
-    problem.file = path;
-    problem.message = std::string("the log cannot be written: ") + std::strerror(errno);
+    problem.message = std::string("the log cannot be written: ") + error.what();
     throw InputError(problem);
   }
-  ::close(file);
 }
 
 }  // namespace
 
 LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
-    : NodeBase(context), options_(options), log_(make_log_options(options.path)) {
-  check_writable(options.path);
-  if (!options.compression.empty()) mcap::parse_compression(options.compression);
+    : NodeBase(context), options_(options), log_(make_log(options)) {
   last_progress_ = Clock::now();
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& grant) {
     if (!grant.last()) return;
@@ -140,6 +133,10 @@ void LoggerNode::finish_when_complete() {
 
 void LoggerNode::report_progress() {
   const msg::ServerPhase phase = log_.has_first_step() ? msg::SERVER_READY : msg::SERVER_STARTING;
+  if (!log_.files().empty() && log_.files().back() != status().file()) {
+    set_file(log_.files().back());
+    send_status();
+  }
   if (phase == status().phase() && log_.epoch() == status().epoch() && log_.step_on_disk() == status().step()) return;
   report(log_.epoch(), log_.step_on_disk());
   set_phase(phase);

@@ -16,6 +16,7 @@ namespace hrp {
 struct LoggerOptions {
   std::string path = "run.mcap";
   std::string compression;  // none, lz4, zstd; empty: as the scenario says
+  bool force = false;       // overwrite a file that holds something
 };
 
 class LoggerNode : public NodeBase {

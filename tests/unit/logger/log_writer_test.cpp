@@ -42,6 +42,7 @@ LogOptions make_options(const std::string& path) {
   using Rate = LogTopic::Rate;
   LogOptions options;
   options.path = path;
+  options.existing = mcap::Existing::kReplace;
   options.topics = {{"description", "t::D", "struct D {};", Rate::kOnce, false},
                     {"state", "t::S", "struct S {};", Rate::kEveryStep, false},
                     {"forces", "t::F", "struct F {};", Rate::kEveryStep, false},
@@ -166,6 +167,20 @@ TEST(LogWriter, EveryEpochHasItsFile) {
   EXPECT_EQ(read_steps(log.files()[0]).back().second, 50u);
   EXPECT_EQ(read_steps(log.files()[1]).back().second, 10u);
   std::filesystem::remove(log.files()[1]);
+}
+
+TEST(LogWriter, ALaterEpochTakesTheNextNameThatIsFree) {
+  TemporaryFile file("taken.mcap"), taken("taken.1.mcap"), next("taken.2.mcap");
+  mcap::write_file(taken.path(), "of another run");
+  LogOptions options = make_options(file.path());
+  options.existing = mcap::Existing::kRefuse;
+  LogWriter log(options);
+  describe(&log);
+  take_all(&log, make_run(1, 50));
+  take_all(&log, make_run(2, 10));
+  log.close();
+  EXPECT_EQ(log.files(), (std::vector<std::string>{file.path(), next.path()}));
+  EXPECT_EQ(mcap::read_file(taken.path()), "of another run");
 }
 
 TEST(LogWriter, WaitsForAMissingAnswerUntilToldToGiveUp) {
