@@ -15,6 +15,7 @@ inline const TopicSpec kRobotState{"hrp/robot_state", "hrp::msg::RobotState"};
 inline const TopicSpec kSensorData{"hrp/sensor_data", "hrp::msg::SensorData"};
 inline const TopicSpec kContactSet{"hrp/contact_set", "hrp::msg::ContactSet"};
 inline const TopicSpec kContactForces{"hrp/contact_forces", "hrp::msg::ContactForces"};
+inline const TopicSpec kEvents{"hrp/events", "hrp::msg::RobotEvent"};
 inline const TopicSpec kJointCommands{"hrp/joint_commands", "hrp::msg::JointCommands"};
 inline const TopicSpec kServerStatus{"hrp/server_status", "hrp::msg::ServerStatus", Retention::kLatest, 1};
 inline const TopicSpec kStepGrant{"hrp/step_grant", "hrp::msg::StepGrant", Retention::kLatest, 1};
@@ -33,7 +34,7 @@ inline const TopicSpec* find_known_topic(const std::string& name) {
   static const TopicSpec* const kAll[] = {&kRobotDescription, &kModelRefused, &kRobotState,   &kSensorData,
                                           &kContactSet,       &kContactForces, &kJointCommands, &kServerStatus,
                                           &kStepGrant,        &kRunControl,    &kRunStatus,     &kView,
-                                          &kRosJointStates};
+                                          &kEvents,           &kRosJointStates};
   for (const TopicSpec* topic : kAll) {
     if (topic->name == name) return topic;
   }

@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
             ->capture_default_str();
         app.add_option("--duration", duration, "[s] of simulated time; without it, as the scenario says; 0 = endless");
         app.add_option("--speed", options.speed, "simulated seconds per second, 0 = as fast as it goes")
+            ->check([](const std::string& word) { return hrp::find_speed_fault(std::strtod(word.c_str(), nullptr)); })
             ->capture_default_str();
         app.add_option("--window", options.window, "[steps] in a grant")->check(CLI::Range(1, 100))->capture_default_str();
         app.add_flag("--paused", options.paused, "wait for hrp-run before the first step");

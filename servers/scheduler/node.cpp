@@ -95,14 +95,21 @@ void SchedulerNode::take_status(const msg::ServerStatus& message) {
 }
 
 void SchedulerNode::take_control(const msg::RunControl& message) {
+  std::string refused;
   switch (message.request()) {
-    case msg::REQUEST_RUN: scheduler_.request_run(message.speed(), Clock::now()); break;
+    case msg::REQUEST_RUN:
+      refused = scheduler_.request_run(message.change_speed() ? std::optional<double>(message.speed()) : std::nullopt, Clock::now());
+      break;
     case msg::REQUEST_PAUSE: scheduler_.request_pause(); break;
-    case msg::REQUEST_STEP: scheduler_.request_steps(message.steps()); break;
+    case msg::REQUEST_STEP: refused = scheduler_.request_steps(message.steps()); break;
     case msg::REQUEST_RESET: scheduler_.request_reset(); break;
     case msg::REQUEST_STOP: scheduler_.request_stop(message.reason()); break;
+    default: refused = "no such request: " + std::to_string(static_cast<int>(message.request()));
   }
+  status_.refused(refused);
   update();
+  publish_status(Clock::now());
+  status_.refused("");
 }
 
 void SchedulerNode::request_stop() {
@@ -156,6 +163,7 @@ void SchedulerNode::publish_status(Clock::time_point now) {
   status_.end_time(static_cast<double>(scheduler_.end_step()) * scheduler_.time_step());
   status_.real_time_factor(calc_real_time_factor(now));
   status_.late(scheduler_.late());
+  status_.speed(scheduler_.speed());
   if (scheduler_.state() == RunState::kFailed) status_.message(scheduler_.failure());
   status_publisher_.publish(status_);
 }

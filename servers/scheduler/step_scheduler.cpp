@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace hrp {
@@ -17,7 +18,18 @@ constexpr auto kSilence = std::chrono::milliseconds(600);
 // stays silent for this long is not waited for. It then says itself what its file misses.
 constexpr auto kLogPatience = std::chrono::seconds(20);
 
+// A run that is slower looks like one that hangs; the clock would not notice one that is faster.
+constexpr double kLeastSpeed = 1e-3, kMostSpeed = 1e6;
+constexpr uint64_t kMostSteps = 1000000;
+
 }  // namespace
+
+std::string find_speed_fault(double speed) {
+  if (speed == 0.0 || (speed >= kLeastSpeed && speed <= kMostSpeed)) return "";
+  char text[120];
+  std::snprintf(text, sizeof text, "speed is %g, expected 0.001 to 1e6 simulated seconds per second, or 0 for no limit", speed);
+  return text;
+}
 
 StepScheduler::StepScheduler(const SchedulerOptions& options)
     : options_(options), paused_(options.paused), speed_(options.speed) {}
@@ -66,10 +78,13 @@ void StepScheduler::start_epoch(uint64_t epoch) {
   paused_at_ = 0;
 }
 
-void StepScheduler::request_run(double speed, Clock::time_point now) {
+std::string StepScheduler::request_run(std::optional<double> speed, Clock::time_point now) {
+  const std::string fault = find_speed_fault(speed.value_or(0.0));
+  if (!fault.empty()) return fault;
   paused_ = false;
-  speed_ = std::max(0.0, speed);
+  speed_ = speed.value_or(speed_);
   restart_pace(now);
+  return "";
 }
 
 void StepScheduler::request_pause() {
@@ -78,9 +93,11 @@ void StepScheduler::request_pause() {
   paused_at_ = grant_.through_step;  // what was granted cannot be taken back
 }
 
-void StepScheduler::request_steps(uint64_t steps) {
+std::string StepScheduler::request_steps(uint64_t steps) {
+  if (steps < 1 || steps > kMostSteps) return "asked for " + std::to_string(steps) + " steps, expected 1 to 1000000";
   request_pause();
   paused_at_ += steps;
+  return "";
 }
 
 void StepScheduler::request_reset() { start_epoch(grant_.epoch + 1); }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ struct SchedulerOptions {
   bool paused = false;             // wait for a request before the first step
 };
 
+// Why a run cannot be held to this speed [s/s]; empty when it can. 0 is as fast as it goes.
+std::string find_speed_fault(double speed);
+
 class StepScheduler {
  public:
   using Clock = std::chrono::steady_clock;
@@ -48,9 +52,11 @@ class StepScheduler {
   // Once the scenario is known. end_step 0: until stopped.
   void set_run(double time_step, uint64_t end_step);
   void take_report(const ServerReport& report, Clock::time_point now);
-  void request_run(double speed, Clock::time_point now);
+  // Without a speed: at the pace it had. Returns why the speed is refused, else nothing.
+  [[nodiscard]] std::string request_run(std::optional<double> speed, Clock::time_point now);
   void request_pause();
-  void request_steps(uint64_t steps);
+  // Returns why the number is refused, else nothing.
+  [[nodiscard]] std::string request_steps(uint64_t steps);
   void request_reset();
   // Empty reason: a normal end.
   void request_stop(const std::string& reason);
@@ -65,7 +71,7 @@ class StepScheduler {
   uint64_t step() const { return step_; }
   uint64_t end_step() const { return end_step_; }
   double time_step() const { return time_step_; }
-  bool is_paced() const { return speed_ > 0.0; }
+  double speed() const { return speed_; }
 
  private:
   bool is_waited_for(const std::string& role) const;

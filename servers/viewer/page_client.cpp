@@ -111,6 +111,7 @@ void PageClient::control(const Json& request) {
   if (!(steps >= 1 && steps <= kMostSteps) || !(speed >= 0 && std::isfinite(speed))) throw ProtocolError("steps or speed out of range");
   control.steps(static_cast<uint64_t>(steps));
   control.speed(speed);
+  control.change_speed(request.find("speed") != request.end());
   if (!viewer_.live()) return answer_error("this is a recording: there is no run to steer", -1);
   if (!viewer_.live()->has_control()) return answer_error("run control is switched off (--read-only)", -1);
   if (!viewer_.live()->request(control)) answer_error("no scheduler listens: the run is over or has not begun", -1);

@@ -237,6 +237,28 @@ TEST(Steering, PauseStepRunAndReset) {
   EXPECT_EQ(set.wait(), 0) << set.output();
 }
 
+TEST(Steering, AResumedRunKeepsItsPaceAndBadSpeedsAreRefused) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  ServerSet set("paced", {write_scenario("paced", change), "--realtime"});
+  const std::string domain = std::to_string(set.find_domain());
+  const auto steer = [&](std::vector<std::string> words, int status) {
+    words.insert(words.begin(), {"hrp-run", "--domain", domain});
+    Program tool(words);
+    EXPECT_EQ(tool.wait(), status) << tool.output();
+    return tool.output();
+  };
+  ASSERT_TRUE(set.wait_for_step(10)) << set.output();
+  steer({"pause"}, 0);
+  for (const char* speed : {"nan", "-1", "1e-9", "inf"}) EXPECT_THAT(steer({"run", "--speed", speed}, 2), HasSubstr("refused: speed is"));
+  EXPECT_EQ(set.run_status().phase(), msg::RUN_PAUSED);
+  steer({"run"}, 0);
+  EXPECT_EQ(set.run_status().speed(), 1.0);
+  EXPECT_EQ(set.run_status().phase(), msg::RUN_RUNNING);
+  steer({"stop"}, 0);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+}
+
 TEST(Rejoining, AControllerOfOnesOwnMayComeLateAndComeBack) {
   ScenarioChange change;
   change.steps = kEndless;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <chrono>
 #include <cstdio>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
@@ -26,13 +27,13 @@ int main(int argc, char** argv) {
   hrp::JoinOptions join;
   hrp::add_join_options(app, &join);
   hrp::msg::RunControl control;
-  double speed = 0.0;
+  std::optional<double> speed;
   unsigned long long steps = 1;
   bool follow = false;
   add_request(app, "pause", "hold the run after the steps that are granted", hrp::msg::REQUEST_PAUSE, &control);
   add_request(app, "run", "go on", hrp::msg::REQUEST_RUN, &control)
-      ->add_option("--speed", speed, "simulated seconds per second, 0 = as fast as it goes");
-  add_request(app, "step", "make N steps and hold again", hrp::msg::REQUEST_STEP, &control)->add_option("N", steps, "how many");
+      ->add_option("--speed", speed, "simulated seconds per second, 0 = as fast as it goes; without it at the pace it had");
+  add_request(app, "step", "make N steps and hold again", hrp::msg::REQUEST_STEP, &control)->add_option("N", steps, "how many")->check(CLI::Range(1, 1000000));
   add_request(app, "reset", "begin again at step 0", hrp::msg::REQUEST_RESET, &control);
   add_request(app, "stop", "end the run; the log is closed", hrp::msg::REQUEST_STOP, &control);
   CLI::App* status = app.add_subcommand("status", "say where the run is");
@@ -41,7 +42,8 @@ int main(int argc, char** argv) {
   CLI::App* domain = app.add_subcommand("domain", "print the run's DDS domain, for programs of your own");
   for (CLI::App* command : {status, list, domain}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
-  control.speed(speed);
+  control.speed(speed.value_or(0.0));
+  control.change_speed(speed.has_value());
   control.steps(steps);
   hrp::handle_stop_signals();
   try {

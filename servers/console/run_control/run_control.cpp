@@ -77,16 +77,23 @@ int send_request(Bus& bus, const JoinedRun& run, const msg::RunControl& control)
   WaitVoice voice("hrp-run", run);
   Publisher<msg::RunControl> publisher(bus, topics::kRunControl);
   msg::RunStatus status;
+  std::string refused;
   bool heard = false;
   const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
     status = m;
+    if (!m.refused().empty()) refused = m.refused();
     heard = true;
   });
   if (!wait_for(bus, kPatience, &voice, kScheduler, [&] { return heard && publisher.has_readers(); })) return say_no_scheduler(run);
   const msg::RunStatus before = status;
+  refused.clear();
   publisher.publish(control);
   const bool taken = wait_for(bus, kPatience, &voice, "the run to show the request",
-                              [&] { return has_taken(control, before, status); });
+                              [&] { return !refused.empty() || has_taken(control, before, status); });
+  if (!refused.empty()) {
+    std::fprintf(stderr, "hrp-run: refused: %s\n", refused.c_str());
+    return kExitBadInput;
+  }
   print(status);
   if (!taken) std::fprintf(stderr, "hrp-run: sent, but the run does not show it yet\n");
   return taken ? kExitOk : kExitFailed;

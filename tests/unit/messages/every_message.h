@@ -40,6 +40,7 @@ inline const std::vector<MessageCase>& find_every_message() {
       {"hrp::msg::ContactSet", encode_again<msg::ContactSet>},
       {"hrp::msg::ContactForces", encode_again<msg::ContactForces>},
       {"hrp::msg::JointCommands", encode_again<msg::JointCommands>},
+      {"hrp::msg::RobotEvent", encode_again<msg::RobotEvent>},
       {"hrp::msg::ServerStatus", encode_again<msg::ServerStatus>},
       {"hrp::msg::StepGrant", encode_again<msg::StepGrant>},
       {"hrp::msg::RunControl", encode_again<msg::RunControl>},
