@@ -56,7 +56,7 @@ if [ -n "$in_process" ]; then
 fi
 while read -r name; do
   echo "server set: $name"
-  "$bin/hrp-simulate" "$out/runs/$name.yaml" --log "$out/runs/$name.mcap" --quiet --no-plot > "$out/runs/$name.log" 2>&1 || {
+  "$bin/hrp-simulate" "$out/runs/$name.yaml" --log "$out/runs/$name.mcap" --force --quiet --no-plot > "$out/runs/$name.log" 2>&1 || {
     cat "$out/runs/$name.log" >&2
     exit 1
   }

@@ -57,6 +57,7 @@ class NodeBase : public Node {
   void report(unsigned long long epoch, unsigned long long step, const std::string& waiting_for = "");
   void set_phase(msg::ServerPhase phase);
   void set_foot_forces(const std::vector<double>& forces) { status_.foot_forces() = forces; }
+  void set_file(const std::string& path) { status_.file(path); }
   // Sends the status as it stands.
   void send_status();
   // Says something that people should know and that stops nothing.

@@ -50,7 +50,7 @@ class Runner:
         path = self.write(name, text)
         self.tell('%s through the server set, %s' % (name, VENDORS[dds]))
         with one_server_set:
-            said = self.call(name, ['hrp-simulate', path, '--log', log, '--no-plot', '--quiet', '--dds', dds])
+            said = self.call(name, ['hrp-simulate', path, '--log', log, '--force', '--no-plot', '--quiet', '--dds', dds])
         found = re.search(r'state hash\s+(\w+)', said)
         return found[1] if found else '', self.call(name, ['hrp-log', 'hash', log])
 

@@ -39,7 +39,7 @@ run() {
   "$simulate" "$scenario" --duration "$seconds" --log "$log" --quiet --no-plot "$@" > "$folder/out" 2>&1 &
   local pid=$!
   while kill -0 "$pid" 2> /dev/null; do
-    if [ -z "$first" ] && [ -s "$log" ]; then first="$(now)"; fi
+    if [ -z "$first" ] && [ "$(stat -c %s "$log" 2> /dev/null || echo 0)" -gt 32768 ]; then first="$(now)"; fi
     memory="$(measure_memory "$pid")"
     if [ "$memory" -gt "$peak" ]; then peak="$memory"; fi
     sleep 0.02

@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
   hrp::handle_stop_signals();
   try {
     const hrp::Scenario scenario = hrp::load_scenario(options.scenario);
-    const std::string log = hrp::choose_log_file(options, scenario);
+    const hrp::LogName name(hrp::choose_log_file(options, scenario));
+    const std::string& log = name.path();
     if (scenario.controller.type == "none") options.without.push_back("controller");
     const hrp::RunOutcome outcome = options.in_process ? hrp::run_in_this_process(options, scenario, log)
                                                        : hrp::run_as_processes(options, scenario, log);

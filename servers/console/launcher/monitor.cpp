@@ -24,19 +24,35 @@ const char* get_phase_text(msg::RunPhase phase) {
 
 RunMonitor::RunMonitor(Bus& bus) : bus_(bus), control_(bus, topics::kRunControl) {
   readers_.push_back(subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
-                                               [this](const msg::RunStatus& status) {
-                                                 run_status_ = status;
-                                                 heard_scheduler_ = true;
-                                               }));
+                                               [this](const msg::RunStatus& status) { take(status); }));
   readers_.push_back(subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable,
                                                   [this](const msg::ServerStatus& status) { take(status); }));
 }
 
 void RunMonitor::take(const msg::ServerStatus& status) {
   servers_[status.server()] = status;
+  if (!status.file().empty() && (logs_.empty() || logs_.back() != status.file())) logs_.push_back(status.file());
   if (status.phase() == msg::SERVER_FAULT || status.message().empty()) return;
   const std::string text = status.server() + ": " + status.message();
   if (said_.insert(text).second) messages_.push_back(text);
+}
+
+void RunMonitor::take(const msg::RunStatus& status) {
+  run_status_ = status;
+  heard_scheduler_ = true;
+  if (status.step() > 0) part_ends_[status.epoch()] = status.time();
+}
+
+std::vector<double> RunMonitor::find_parts() const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  std::vector<double> parts;
+  for (const auto& [epoch, end] : part_ends_) parts.push_back(end);
+  return parts;
+}
+
+std::vector<std::string> RunMonitor::find_logs() const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  return logs_;
 }
 
 msg::RunStatus RunMonitor::run_status() const {

@@ -25,17 +25,24 @@ class RunMonitor {
   uint64_t find_step_of_end(const std::string& role) const;
   // What servers have said (warnings, not faults) since the last call: "dynamics: ...".
   std::vector<std::string> take_messages();
+  // [s] simulated time that each epoch reached, in their order.
+  std::vector<double> find_parts() const;
+  // The files that the logger has written, in their order.
+  std::vector<std::string> find_logs() const;
   // Empty reason: a normal end.
   void stop(const std::string& reason);
 
  private:
   void take(const msg::ServerStatus& status);
+  void take(const msg::RunStatus& status);
 
   Bus& bus_;
   Publisher<msg::RunControl> control_;
   msg::RunStatus run_status_;
   bool heard_scheduler_ = false;
   std::map<std::string, msg::ServerStatus> servers_;
+  std::map<uint64_t, double> part_ends_;  // [s] by epoch
+  std::vector<std::string> logs_;
   std::set<std::string> said_;
   std::vector<std::string> messages_;
   std::vector<std::unique_ptr<Reader>> readers_;

@@ -7,6 +7,7 @@
 
 #include "common/bus/make_bus.h"
 #include "common/node/runner.h"
+#include "servers/scheduler/step_scheduler.h"
 
 namespace hrp {
 namespace {
@@ -64,8 +65,10 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's");
   app.add_flag("--in-process", options->in_process, "all servers in one process and thread, without DDS");
   app.add_flag("--realtime", realtime, "not faster than real time (= --speed 1)");
-  app.add_option("--speed", options->speed, "not faster than this many simulated seconds per second; 0 = no limit");
+  app.add_option("--speed", options->speed, "not faster than this many simulated seconds per second; 0 = no limit")
+      ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
   app.add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
+  app.add_flag("--force", options->force, "overwrite a log that is there");
   app.add_option("--without", options->without, "leave this server out: somebody else starts it; may be repeated")
       ->check(CLI::IsMember(get_roles()));
   app.add_option("--program", programs, "SERVER=PROGRAM: another program in the place of a server; may be repeated");

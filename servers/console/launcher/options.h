@@ -18,6 +18,7 @@ struct LaunchOptions {
   bool in_process = false;
   double speed = 0.0;       // [s/s] 0 = as fast as it goes
   std::string log;          // empty: chosen
+  bool force = false;       // overwrite it
   int domain = -1;          // < 0: a free one
   bool paused = false;
   bool keep_going = false;

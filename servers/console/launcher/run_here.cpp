@@ -28,6 +28,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   SchedulerNode scheduler(context("scheduler"), scheduling, options.duration);
   LoggerOptions logging;
   logging.path = log;
+  logging.force = options.force;
   LoggerNode logger(context("logger"), logging);
   DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
   CollisionCheckerNode collision_checker(context("collision_checker"));
@@ -58,7 +59,8 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   const bool refused = outcome.failure.rfind("model_parser: model refused", 0) == 0;
   outcome.exit_code = outcome.failure.empty() ? kExitOk : refused ? kExitBadInput : kExitFailed;
   outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step).count();
-  outcome.simulated_time = status.time();
+  outcome.parts = monitor.find_parts();
+  outcome.logs = monitor.find_logs();
   return outcome;
 }
 

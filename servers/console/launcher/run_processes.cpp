@@ -130,6 +130,7 @@ std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role
   if (role == "model_parser") arguments.push_back(options_.scenario);
   if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
   if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
+  if (role == "logger" && options_.force) arguments.push_back("--force");
   if (role != "scheduler") return arguments;
   arguments.insert(arguments.end(), {"--wait-for", is_left_out("logger") ? "dynamics" : "dynamics,logger"});
   arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
@@ -343,7 +344,8 @@ RunOutcome ProcessRun::make_outcome() {
   if (outcome.failure.rfind("model_parser: model refused", 0) == 0) bad_input_ = true;
   outcome.exit_code = outcome.failure.empty() ? kExitOk : bad_input_ ? kExitBadInput : kExitFailed;
   outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step_).count();
-  outcome.simulated_time = status.time();
+  outcome.parts = monitor_->find_parts();
+  outcome.logs = monitor_->find_logs();
   outcome.viewer = viewer_;
   return outcome;
 }

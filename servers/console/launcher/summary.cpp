@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/console/launcher/summary.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <exception>
 #include <filesystem>
+#include <numeric>
 
+#include "common/base/bit_hash.h"
 #include "common/base/diagnostics.h"
+#include "common/mcap/claimed_file.h"
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/topics.h"
@@ -62,7 +70,80 @@ std::string make_time_stamp() {
   return text;
 }
 
+[[noreturn]] void refuse_log(const std::string& reason) {
+  Diagnostic problem;
+  problem.message = "the log cannot be written: " + reason;
+  throw InputError(problem);
+}
+
+// A name that nobody has: "run.mcap", else "run-2.mcap", "run-3.mcap", ... The empty file keeps it for us.
+fs::path reserve_name(const fs::path& wanted) {
+  fs::path name = wanted;
+  for (int number = 2;; ++number) {
+    const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    if (file < 0 && errno != EEXIST) refuse_log(name.string() + ": " + std::strerror(errno));
+    if (file >= 0) ::close(file);
+    if (file >= 0) return name;
+    name = wanted;
+    name.replace_filename(wanted.stem().string() + "-" + std::to_string(number) + wanted.extension().string());
+  }
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) refuse_log(folder.string() + " cannot be made: " + error.message());
+}
+
+// Before anything is started: a log that would be overwritten, a file that cannot be written.
+void check_log_file(const fs::path& path, bool force) {
+  try {
+    mcap::ClaimedFile(path, force ? mcap::Existing::kReplace : mcap::Existing::kRefuse);
+  } catch (const mcap::McapError& error) {
+    refuse_log(error.what());
+  }
+}
+
+void print_times(const RunOutcome& outcome) {
+  const double simulated = std::accumulate(outcome.parts.begin(), outcome.parts.end(), 0.0);
+  std::printf("simulated  %.3f s in %.2f s", simulated, outcome.wall_time);
+  if (outcome.wall_time > 0.0) std::printf(" (%.1f x real time)", simulated / outcome.wall_time);
+  if (outcome.parts.size() > 1) std::printf(", in %zu parts", outcome.parts.size());
+  std::printf("\n");
+}
+
+void print_log(const std::string& log, bool plot) {
+  std::printf("log        %s\n", log.c_str());
+  try {
+    const LogEnd end = find_log_end(log);
+    if (end.any) {
+      std::printf("           complete up to step %llu, t = %.3f s\n", static_cast<unsigned long long>(end.step), end.time);
+      std::printf("state hash %s\n", format_hash(end.hash).c_str());
+    } else {
+      std::printf("           holds no step\n");
+    }
+    if (end.any && plot) print_plot(log);
+    if (!end.damage.empty()) std::printf("           the file was cut short and is readable up to there: %s\n", end.damage.c_str());
+  } catch (const std::exception& error) {
+    std::printf("           the log cannot be read: %s\n", error.what());
+  }
+}
+
 }  // namespace
+
+bool is_logged(const LaunchOptions& options) {
+  return std::find(options.without.begin(), options.without.end(), "logger") == options.without.end();
+}
+
+LogName::~LogName() {
+  std::error_code ignored;
+  if (!fs::is_regular_file(path_, ignored) || fs::file_size(path_, ignored) > 0) return;
+  try {
+    mcap::ClaimedFile(path_, mcap::Existing::kRefuse);  // takes empty files with it
+  } catch (const mcap::McapError&) {
+    // A logger that does not end still has it.
+  }
+}
 
 std::string choose_log_file(const LaunchOptions& options, const Scenario& scenario) {
   fs::path path = options.log.empty() ? scenario.logging.file : options.log;
@@ -70,37 +151,22 @@ std::string choose_log_file(const LaunchOptions& options, const Scenario& scenar
     path = fs::path("logs") / (fs::path(options.scenario).stem().string() + "-" + make_time_stamp() + ".mcap");
   }
   path = fs::absolute(path).lexically_normal();
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  if (error) {
-    Diagnostic problem;
-    problem.file = path.parent_path().string();
-    problem.message = "the folder of the log cannot be made: " + error.message();
-    throw InputError(problem);
-  }
+  if (!is_logged(options)) return path.string();
+  make_folder(path.parent_path());
+  if (options.log.empty() && !options.force) return reserve_name(path).string();
+  check_log_file(path, options.force);
   return path.string();
 }
 
 void print_summary(const LaunchOptions& options, const RunOutcome& outcome, const std::string& log) {
-  std::printf("simulated  %.3f s in %.2f s", outcome.simulated_time, outcome.wall_time);
-  if (outcome.wall_time > 0.0) std::printf(" (%.1f x real time)", outcome.simulated_time / outcome.wall_time);
-  std::printf("\n");
-  const bool logged = std::find(options.without.begin(), options.without.end(), "logger") == options.without.end();
-  if (!logged || !fs::exists(log)) return;
-  try {
-    const LogEnd end = find_log_end(log);
-    std::printf("log        %s\n", log.c_str());
-    if (end.any) {
-      std::printf("           complete up to step %llu, t = %.3f s\n", static_cast<unsigned long long>(end.step), end.time);
-      std::printf("state hash %016llx\n", end.hash);
-    } else {
-      std::printf("           holds no step\n");
-    }
-    if (end.any && options.plot) print_plot(log);
-    if (!end.damage.empty()) std::printf("           the file was cut short and is readable up to there: %s\n", end.damage.c_str());
-  } catch (const std::exception& error) {
-    std::printf("           the log cannot be read: %s\n", error.what());
-  }
+  print_times(outcome);
+  if (!is_logged(options)) return;
+  std::vector<std::string> logs = outcome.logs;
+  // A logger that was killed may have had no time to say where it writes; what is new can only be its.
+  std::error_code ignored;
+  if (logs.empty() && !options.force && fs::exists(log, ignored) && fs::file_size(log, ignored) > 0) logs.push_back(log);
+  if (logs.empty()) std::printf("log        none: the run ended before its first step\n");
+  for (const std::string& file : logs) print_log(file, options.plot);
 }
 
 }  // namespace hrp

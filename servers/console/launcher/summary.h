@@ -8,11 +8,29 @@
 
 namespace hrp {
 
-// "logs/SCENARIO-YYYYMMDD-HHMMSS.mcap" under the working folder, unless the command line or the scenario name a file.
-// Makes the folder. Throws InputError when that fails.
+// Whether the set has a logger.
+bool is_logged(const LaunchOptions& options);
+
+// The file that the command line names; it must be new, or empty, unless --force is given. Without one the file that the
+// scenario names, else "logs/SCENARIO-YYYYMMDD-HHMMSS.mcap" under the working folder; "-2", "-3", ... is added to these
+// when they are taken. Makes the folder. Throws InputError when that fails.
 std::string choose_log_file(const LaunchOptions& options, const Scenario& scenario);
 
-// Reads the log and says where it is, up to which step it is complete, and the hash of the last state.
+// The name of a log. An empty file that kept the name is removed at the end.
+class LogName {
+ public:
+  explicit LogName(const std::string& path) : path_(path) {}
+  ~LogName();
+  LogName(const LogName&) = delete;
+  LogName& operator=(const LogName&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// Says how long the run was and, of each log that this run wrote, up to which step it is complete and the last state's
+// hash. Reads nothing of older files.
 void print_summary(const LaunchOptions& options, const RunOutcome& outcome, const std::string& log);
 
 }  // namespace hrp
