@@ -23,7 +23,7 @@ class Rule:
     change: tuple = ()    # pairs (pattern, replacement): what is run instead
 
 
-SHORT_RUN = (r"$", " --duration 0.2")
+SHORT_RUN = ((r" --duration [\d.]+", ""), (r"$", " --duration 0.2"))
 
 RULES = [
     Rule(r"export [A-Z_]+=.*", ENVIRONMENT),
@@ -32,13 +32,14 @@ RULES = [
     Rule(r"scripts/test\.sh", RUNS, change=((r"$", " --help"),)),
     Rule(r"scripts/build\.sh( [\w-]+)*", RUNS),
     Rule(r"scripts/install_deps\.sh.*", RUNS),
-    Rule(r"(scripts/simulate\.sh|build/bin/hrp-simulate) .*--without \w+.*", OFFERS, change=(SHORT_RUN,)),
+    Rule(r"(scripts/simulate\.sh|build/bin/hrp-simulate) .*--without \w+.*", OFFERS, change=SHORT_RUN),
     Rule(r"scripts/simulate\.sh --help", RUNS),
     # The viewer ends with the run where nobody could press Ctrl-C.
-    Rule(r"scripts/simulate\.sh.*", RUNS, change=((r" --duration [\d.]+", ""), SHORT_RUN)),
+    Rule(r"scripts/simulate\.sh.*", RUNS, change=SHORT_RUN),
     Rule(r"scripts/view\.sh.*", SERVES),
     Rule(r"build/bin/hrp-viewer.*", SERVES),
     Rule(r"(scripts/build\.sh my-controller && )?build/bin/my-controller", JOINS),
+    Rule(r"build/bin/hrp-(collision-checker|controller|dynamics).*", JOINS),
     Rule(r"example_c/hold_pose .*", JOINS),
     Rule(r"example_c/watch_forces .*", WATCHES),
     Rule(r"cmake .*", RUNS),
