@@ -9,22 +9,10 @@ fail() { say "$(basename "$0"): $*"; exit 1; }
 # print_help: the comment block at the top of the calling script, without its first two lines.
 print_help() { awk 'NR > 2 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$0"; }
 
-# Ninja redraws one line on a terminal. Elsewhere (a log of a CI machine) one line per tenth of the way is enough,
-# and whatever compilers say.
+# Progress of the build with an estimate of the time left: one line that is redrawn on a terminal, a line per tenth of the
+# way elsewhere (a log of a CI machine); and whatever compilers say.
 run_ninja() {
-  if [ -t 1 ]; then
-    ninja -C "$BUILD" -j "$(nproc)" "$@"
-    return
-  fi
-  ninja -C "$BUILD" -j "$(nproc)" "$@" | awk '
-    match($0, /^\[[0-9]+\/[0-9]+\]/) {
-      split(substr($0, 2, RLENGTH - 2), n, "/")
-      tenth = int(10 * n[1] / n[2])
-      if (tenth > last || n[1] == n[2]) { print "build " n[1] "/" n[2]; fflush(); last = tenth }
-      next
-    }
-    /^ninja: (Entering directory|no work to do)/ { next }
-    { print; fflush() }'
+  NINJA_STATUS="[%f/%t %e] " ninja -C "$BUILD" -j "$(nproc)" "$@" | python3 "$ROOT/scripts/build_progress.py"
 }
 
 # configure [cmake options]: makes the build folder when it is not there or lacks what is asked for.

@@ -131,6 +131,13 @@ Scenario parse_unchecked(const std::string& text, const std::string& path, Diagn
 
 }  // namespace
 
+Scenario::Scenario() = default;
+Scenario::Scenario(const Scenario&) = default;
+Scenario::Scenario(Scenario&&) noexcept = default;
+Scenario& Scenario::operator=(const Scenario&) = default;
+Scenario& Scenario::operator=(Scenario&&) noexcept = default;
+Scenario::~Scenario() = default;
+
 Diagnostic Scenario::make_diagnostic(const std::string& key_path, const std::string& message) const {
   Diagnostic d;
   d.file = path;
