@@ -10,12 +10,20 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
 
 #include "tests/process/server_set.h"
 
 namespace hrp::test {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Sees every packet of every interface; needs the right to (CAP_NET_RAW).
 class Sniffer {
@@ -59,6 +67,60 @@ TEST(Loopback, NoDdsPacketOnAnyOtherInterface) {
     EXPECT_EQ(elsewhere, 0) << vendor;
   }
 }
+
+// ---- sockets ------------------------------------------------------------------------------------------------------
+
+std::set<std::string> find_socket_inodes(pid_t process) {
+  std::set<std::string> inodes;
+  std::error_code gone;
+  for (const auto& entry : fs::directory_iterator("/proc/" + std::to_string(process) + "/fd", gone)) {
+    const std::string target = fs::read_symlink(entry.path(), gone).string();
+    if (target.rfind("socket:[", 0) == 0) inodes.insert(target.substr(8, target.size() - 9));
+  }
+  return inodes;
+}
+
+// Local addresses of a process's internet sockets, as /proc/net shows them: hexadecimal, and :0 where not bound.
+std::multiset<std::string> find_local_addresses(pid_t process) {
+  const std::set<std::string> inodes = find_socket_inodes(process);
+  std::multiset<std::string> addresses;
+  for (const char* table : {"udp", "udp6", "tcp", "tcp6"}) {
+    std::ifstream file("/proc/" + std::to_string(process) + "/net/" + table);
+    std::string line;
+    std::getline(file, line);
+    while (std::getline(file, line)) {
+      std::istringstream words(line);
+      std::vector<std::string> fields{std::istream_iterator<std::string>(words), {}};
+      if (fields.size() > 9 && inodes.count(fields[9])) addresses.insert(fields[1].substr(0, fields[1].find(':')));
+    }
+  }
+  return addresses;
+}
+
+class Sockets : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Sockets, OfEveryProcessAreBoundToLoopbackOnly) {
+  const std::string vendor = GetParam();
+  ScenarioChange change;
+  change.steps = "{time_step: 0.001, control_period: 0.005, duration: 0}";
+  ServerSet set("sockets-" + vendor, {write_scenario("sockets", change), "--dds", vendor, "--realtime", "--view", "--quiet"});
+  const std::string domain = std::to_string(set.find_domain());
+  Program echo({"hrp-topic", "--domain", domain, "--dds", vendor, "echo", "hrp/robot_state"});
+  ASSERT_TRUE(set.wait_for_step(100)) << set.output();
+  ASSERT_TRUE(wait_until([&] { return !echo.output().empty(); }));
+  std::vector<ProcessSeen> processes = find_servers(set.find_domain());
+  processes.push_back({set.process_id(), 0, "hrp-simulate"});
+  ASSERT_GE(processes.size(), 9u) << "six servers, viewer, hrp-topic, launcher";
+  for (const ProcessSeen& process : processes) {
+    const auto addresses = find_local_addresses(process.process_id);
+    EXPECT_FALSE(addresses.empty()) << process.command;
+    for (const std::string& address : addresses) EXPECT_EQ(address, "0100007F") << process.command;  // 127.0.0.1
+  }
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+}
+INSTANTIATE_TEST_SUITE_P(Both, Sockets, ::testing::Values("cyclone", "fast"),
+                         [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
 }  // namespace hrp::test

@@ -3,8 +3,10 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 
+#include "common/bus/cyclone/loopback_bind.h"
 #include "common/bus/participants.h"
 
 namespace hrp {
@@ -77,6 +79,8 @@ std::shared_ptr<CycloneDomain> CycloneDomain::find_or_make(const BusOptions& opt
 }
 
 CycloneDomain::CycloneDomain(const BusOptions& options) {
+  std::optional<LoopbackBind> loopback;  // it makes its sockets here
+  if (options.config_file.empty() && options.network_interface.empty()) loopback.emplace();
   entity_ = dds_create_domain(static_cast<dds_domainid_t>(options.domain), find_config(options).c_str());
   if (entity_ < 0) {
     throw BusError("Cyclone DDS cannot open domain " + std::to_string(options.domain) + ": " +
