@@ -63,9 +63,9 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
 // The shipped examples (docs/client_in_c.md), one as the controller and one that looks on.
 TEST_P(Foreign, TheExamplesInCHoldThePoseAndShowTheForces) {
   const std::string scenario = write_scenario("example");
-  ServerSet reference("example-reference", {scenario, "--in-process"});
+  ServerSet reference(std::string("example-reference-") + GetParam(), {scenario, "--in-process"});
   EXPECT_EQ(reference.wait(), 0) << reference.output();
-  ServerSet set("example", {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
+  ServerSet set(std::string("example-") + GetParam(), {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
   setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
   const std::string domain = std::to_string(set.find_domain());
   Program watcher({HRP_BIN_DIR "/../tests/watch_forces", domain}), controller({HRP_BIN_DIR "/../tests/hold_pose", domain});
