@@ -37,10 +37,10 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
   ScenarioChange change;
   change.steps = "{time_step: 0.001, control_period: 0.005, duration: 1}";
   const std::string scenario = write_scenario("foreign", change);
-  ServerSet reference("foreign-reference", {scenario, "--in-process"});
+  ServerSet reference(std::string("foreign-reference-") + GetParam(), {scenario, "--in-process"});
   EXPECT_EQ(reference.wait(), 0) << reference.output();
 
-  ServerSet set("foreign", {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
+  ServerSet set(std::string("foreign-") + GetParam(), {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
   setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
   Program controller({HRP_BIN_DIR "/../tests/foreign_controller", std::to_string(set.find_domain())});
   unsetenv("CYCLONEDDS_URI");
