@@ -14,7 +14,7 @@ EffectInfo make_torque_constant() {
       make_row(EffectId::kTorqueConstant, "torque_constant_error", PlaceKind::kJoint, EffectFamily::kGain,
                "the true torque is a fixed multiple of the logged effort",
                {P("scale", "1").as_factor().bounds(0, 10).search(0.05, 5).size(0.02)});
-  row.apply = [](const double* p, const EffectTarget& at) { at.joint->torque_scale = p[0]; };
+  row.apply = [](const double* p, const EffectTarget& at) { at.joint->torque_scale *= p[0]; };
   row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.effort; },
                 [](const double* x, const double*, double* p) {
                   p[0] = 1.0 - x[0];
@@ -28,7 +28,7 @@ EffectInfo make_saturation() {
   EffectInfo row = make_row(EffectId::kSaturation, "torque_saturation", PlaceKind::kJoint, EffectFamily::kLimits,
                             "the true torque is limited below what is logged",
                             {P("limit", "N m").absent_at(kUnbounded).bounds(0, kUnbounded).search(1e-3, 1e9).size(0.5)});
-  row.apply = [](const double* p, const EffectTarget& at) { at.joint->saturation = p[0]; };
+  row.apply = [](const double* p, const EffectTarget& at) { at.joint->saturation = std::min(at.joint->saturation, p[0]); };
   row.torque.num_columns = 1;
   row.torque.shapes = {{0.02}, {0.035}, {0.06}, {0.1}, {0.2}, {0.35}, {0.5}, {0.65}, {0.8}, {0.92}};
   row.torque.shape_of_effort = true;
@@ -47,7 +47,7 @@ EffectInfo make_lag() {
   EffectInfo row = make_row(EffectId::kLag, "actuator_lag", PlaceKind::kJoint, EffectFamily::kTiming,
                             "the drive's torque lags behind its command",
                             {P("time_constant", "s").absent_at(0).bounds(0, 1).size(0.002)});
-  row.apply = [](const double* p, const EffectTarget& at) { at.joint->lag = p[0]; };
+  row.apply = [](const double* p, const EffectTarget& at) { at.joint->lag += p[0]; };
   row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.effort_rate; },
                 [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }};
   row.linear = true;
@@ -57,7 +57,7 @@ EffectInfo make_lag() {
 EffectInfo make_delay() {
   EffectInfo row = make_row(EffectId::kDelay, "command_delay", PlaceKind::kJoint, EffectFamily::kTiming,
                             "commands reach the servo late", {P("delay", "s").absent_at(0).bounds(0, 1).size(0.002)});
-  row.apply = [](const double* p, const EffectTarget& at) { at.joint->command_delay = p[0]; };
+  row.apply = [](const double* p, const EffectTarget& at) { at.joint->command_delay += p[0]; };
   row.linear = true;
   return row;
 }
@@ -87,8 +87,8 @@ EffectInfo make_timing() {
 EffectInfo make_joint_offset() {
   EffectInfo row = make_row(EffectId::kJointOffset, "joint_offset", PlaceKind::kJoint, EffectFamily::kZero,
                             "the encoder's zero is off",
-                            {P("offset", "rad").absent_at(0).bounds(-3.2, 3.2).search(-4, 4).size(0.002)});
-  row.apply = [](const double* p, const EffectTarget& at) { at.joint->joint_offset = p[0]; };
+                            {P("offset", "rad").absent_at(0).bounds(-3.2, 3.2).size(0.002)});
+  row.apply = [](const double* p, const EffectTarget& at) { at.joint->joint_offset += p[0]; };
   return row;
 }
 

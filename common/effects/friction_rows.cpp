@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Effects that brake a joint's motor side.
+#include <algorithm>
 #include <cmath>
 
 #include "common/effects/effect_rows.h"
@@ -19,6 +20,12 @@ void set_presliding(double value, JointLaws* laws) {
   if (std::isfinite(value)) laws->presliding = value;
 }
 
+// Adds levels [N m] in motion and at rest to the friction that is there.
+void add_friction(double moving, double at_rest, JointLaws* laws) {
+  laws->static_level = std::max(laws->static_level, laws->coulomb) + at_rest;
+  laws->coulomb += moving;
+}
+
 EffectInfo make_viscous() {
   EffectInfo row = make_row(EffectId::kViscous, "viscous_friction", PlaceKind::kJoint, EffectFamily::kSpeedLoss,
                             "viscous friction brakes in proportion to speed",
@@ -35,8 +42,8 @@ EffectInfo make_coulomb() {
                             {P("level", "N m").absent_at(0).bounds(0, kUnbounded).size(0.1),
                              P("asymmetry", "1").bounds(-1, 1).size(0.02).optional(0).as_nuisance(), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
-    at.joint->coulomb += p[0];
-    at.joint->asymmetry = p[1];
+    add_friction(p[0], p[0], at.joint);
+    at.joint->asymmetry += p[1];
     set_presliding(p[2], at.joint);
   };
   row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.direction; },
@@ -57,8 +64,7 @@ EffectInfo make_stribeck() {
                              P("viscous", "N m s/rad").bounds(0, kUnbounded).size(0.1).optional(0), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
     JointLaws& laws = *at.joint;
-    laws.static_level = laws.coulomb + p[1];
-    laws.coulomb += p[0];
+    add_friction(p[0], std::max(p[0], p[1]), &laws);
     laws.stribeck_velocity = p[2];
     laws.viscous += p[3];
     set_presliding(p[4], &laws);
@@ -82,7 +88,7 @@ EffectInfo make_load_friction() {
   EffectInfo row =
       make_row(EffectId::kLoadFriction, "load_dependent_friction", PlaceKind::kJoint, EffectFamily::kDryFriction,
                "dry friction that grows with the load",
-               {P("ratio", "1").absent_at(0).bounds(0, 1).search(0, 2).size(0.02), make_presliding()});
+               {P("ratio", "1").absent_at(0).bounds(0, 1).size(0.02), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->load_ratio += p[0];
     set_presliding(p[1], at.joint);

@@ -10,6 +10,8 @@ double calc_servo_effort(const JointLaws& laws, double error, double error_rate,
   return laws.kp * error + laws.kd * error_rate + feed_forward;
 }
 
+double calc_direction(double v) { return std::tanh(v / kDirectionSpeed); }
+
 double calc_friction_level(const JointLaws& laws, double speed, double load, double direction) {
   double level = laws.coulomb;
   if (laws.stribeck_velocity > 0.0) {

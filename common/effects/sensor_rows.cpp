@@ -53,7 +53,7 @@ EffectInfo make_misalignment() {
 EffectInfo make_clock_skew() {
   EffectInfo row = make_row(EffectId::kClockSkew, "clock_skew", PlaceKind::kSensor, EffectFamily::kTiming,
                             "the clocks of commands and readings run at different rates",
-                            {P("skew", "1").absent_at(0).bounds(-0.1, 0.1).search(-0.2, 0.2).size(0.0005)});
+                            {P("skew", "1").absent_at(0).bounds(-0.2, 0.2).size(0.0005)});
   row.apply = [](const double* p, const EffectTarget& at) {
     if (at.sensor) at.sensor->clock_skew = p[0];
     if (at.timing) at.timing->clock_skew = p[0];

@@ -25,7 +25,7 @@ EffectInfo make_rotor() {
   EffectInfo row = make_row(EffectId::kRotorInertia, "rotor_inertia", PlaceKind::kJoint,
                             EffectFamily::kReflectedInertia, "the rotor's reflected inertia is missing",
                             {P("inertia", "kg m^2").absent_at(0).bounds(0, kUnbounded).size(0.01)});
-  row.apply = [](const double* p, const EffectTarget& at) { at.joint->motor_inertia = p[0]; };
+  row.apply = [](const double* p, const EffectTarget& at) { at.joint->motor_inertia += p[0]; };
   row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.a; },
                 [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }};
   row.linear = true, row.rotor = 0;

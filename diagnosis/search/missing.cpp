@@ -83,7 +83,7 @@ class Builder {
   // Friction, spring, rotor of the base hypothesis along the motion.
   double calc_law_effort(int j, const Grid& g, long k) const {
     const JointLaws& law = plant_.laws[static_cast<size_t>(j)];
-    const double v = g.qd(k, j), q = g.q(k, j), s = std::tanh(v / 0.02);
+    const double v = g.qd(k, j), q = g.q(k, j), s = calc_direction(v);
     double effort = plant_.rotor[static_cast<size_t>(j)] * g.qdd(k, j) + law.viscous * v;
     if (law.elastic) effort += law.motor_inertia * g.qdd(k, j);
     if (law.has_friction()) effort += calc_friction_level(law, std::abs(v), g.u(k, j), s) * s;

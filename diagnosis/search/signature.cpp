@@ -89,7 +89,7 @@ class Builder {
   void add_joint(int j) {
     if (!e_.robot.tree.joint(j).actuated) return;
     const auto v = [j](const Grid& g, long k) { return g.qd(k, j); };
-    const auto sign = [j](const Grid& g, long k) { return std::tanh(g.qd(k, j) / 0.01); };
+    const auto sign = [j](const Grid& g, long k) { return calc_direction(g.qd(k, j)); };
     const int viscous = add_column(j, 0, v), dry = add_column(j, 0, sign);
     const int inertia = add_column(j, 0, [j](const Grid& g, long k) { return g.qdd(k, j); });
     const int load = add_column(j, 0, [&](const Grid& g, long k) { return sign(g, k) * std::abs(g.u(k, j)); });
