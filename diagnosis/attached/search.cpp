@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis::attached {
 namespace {
 
 constexpr double kFloor = 1.2;  // score below which what is left counts as noise
-constexpr double kSure = 4.0;   // standard errors from a value that changes nothing
 // Of what is left: a smaller share may stand in for something that is missing as well.
 constexpr double kLeastShare = 0.03;
 constexpr double kSame = 0.3;  // relative difference of parts of the recordings that still counts as one value
@@ -139,7 +140,7 @@ class Search {
     const size_t last = trial.fit.hypothesis.size() - 1;
     const RowEffect neutral = make_neutral(trial.added.id, trial.added.place);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
-      if (std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSure * trial.fit.std[last][i]) return true;
+      if (std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSignificantInJoint * trial.fit.std[last][i]) return true;
     }
     return false;
   }

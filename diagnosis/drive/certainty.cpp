@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/drive/joint.h"
+#include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -123,7 +124,7 @@ std::string DriveSelector::find_doubt(const Linear& linear, const Hypothesis& ef
     // Friction falls with speed by what it takes to break away beyond what it takes to slide.
     const bool excess = effect.id == EffectId::kStribeck && slots[s].index == 1;
     const double size = std::abs(effect.p[slots[s].index] - (excess ? effect.p[0] : find_absent(effect)));
-    if (!(size > 4.0 * whole.sigma[slot])) return "its value is not clearly apart from none";
+    if (!(size > kSignificantInJoint * whole.sigma[slot])) return "its value is not clearly apart from none";
     for (const Split& split : list_splits()) {
       PartStep a, b;
       if (!calc_part_step(linear, split.part, 0, &a) || !calc_part_step(linear, split.part, 1, &b)) continue;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis::impact {
 namespace {
 
@@ -14,7 +16,7 @@ constexpr int kMostEffects = 5;
 // may be a stand-in for what is missing.
 constexpr double kLeastShare = 0.03;
 constexpr double kLeastGain = 10.0;  // of the cost, beside 2 for each parameter: odds of about e^10 on noise alone
-constexpr double kSure = 3.0;        // standard errors
+constexpr double kSure = kSignificantInTosses;  // standard errors
 constexpr double kSteady = 0.5;      // spread from toss to toss over the value: beyond it is no property of anything
 constexpr double kSame = 0.25;       // relative difference of two halves that still counts as the same value
 

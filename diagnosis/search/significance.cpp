@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -24,7 +26,7 @@ bool is_elastic(const Effect& effect, const std::vector<double>& std) {
     const EffectParameter& info = list_infos(effect.id)[i];
     if (effect.p[i] < 1.01 * info.low || effect.p[i] > 0.99 * info.high) return false;
   }
-  return effect.p[0] > 4.0 * std[0];
+  return effect.p[0] > kSignificantInJoint * std[0];
 }
 
 }  // namespace
@@ -32,12 +34,12 @@ bool is_elastic(const Effect& effect, const std::vector<double>& std) {
 bool is_significant(const Effect& effect, const std::vector<double>& std, double distance) {
   if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
   if (effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
-  if (is_vector(effect)) return distance > 4.7;  // as improbable in three dimensions as four deviations are in one
+  if (is_vector(effect)) return distance > kSignificantVector;
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const double neutral = find_neutral(effect, i);
     // 1e-3 of a scale: below what any law is known to.
     const double least = list_infos(effect.id)[i].factor ? 2e-3 : 0.0;
-    if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(4.0 * std[i], least)) return true;
+    if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(kSignificantInJoint * std[i], least)) return true;
   }
   return false;
 }

@@ -5,13 +5,13 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/upright/search.h"
 
 namespace hrp::diagnosis::upright {
 
-// Some 500 candidates are looked at; one in a thousand clean robots may be wronged. For a parameter that is two in a
-// million: 4.75 normal deviations. For the score, whose eighth is a logarithm of probability, ln(500 / 1e-3).
-constexpr double kNormal = 4.75;
+// For the score, whose eighth is a logarithm of probability: ln(500 / 1e-3).
+constexpr double kNormal = kSignificantInRobot;
 constexpr double kGain = kCorrelated * 13.1;
 constexpr double kRicher = 40;  // the same where a law is replaced by a richer one at the same place
 constexpr double kRotorsLack = 0.05;  // share of a transmission's gain that its rotor alone may lack

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// When a fitted effect counts as different from its absence. One rule: chance alone, over all effects that are tried
+// in one diagnosis, gives such a value in fewer than one of a thousand diagnoses. How many are tried, and what else
+// they have to pass, differs; so do the deviations of a normal distribution that this takes.
+#pragma once
+
+namespace hrp::diagnosis {
+
+// Effects of one joint against each other: 16, of which the others have been refused by their price in chi2 before.
+constexpr double kSignificantInJoint = 4.0;  // two-sided probability 6e-5
+// Three axes at once: 4.0 in one dimension is as improbable as this distance in three.
+constexpr double kSignificantVector = 4.7;
+// Effects of a whole standing robot: 500 starts at all places, no price: two-sided probability 2e-6.
+constexpr double kSignificantInRobot = 4.75;
+// Effects of a tossed body: tosses are the independent errors, a dozen of them, each effect has to help on tosses that
+// were not fitted as well, which chance does in one of two: 12 x 0.0027 / 2^5 for five of them.
+constexpr double kSignificantInTosses = 3.0;
+
+}  // namespace hrp::diagnosis
