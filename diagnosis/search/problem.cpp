@@ -57,7 +57,9 @@ Problem make_problem(const Experiment& experiment, int jobs) {
   problem.experiment = &experiment;
   problem.jobs = jobs;
   problem.smooth.resize(experiment.recordings.size());
-  parallel_for(jobs, static_cast<int>(experiment.recordings.size()), [&](int r) {
+  // Floating robots are smoothed by the engine that judges them, from even and from odd samples.
+  const int smoothed = experiment.scenario.floating_base ? 0 : static_cast<int>(experiment.recordings.size());
+  parallel_for(jobs, smoothed, [&](int r) {
     problem.smooth[static_cast<size_t>(r)] =
         smooth_recording(experiment, experiment.recordings[static_cast<size_t>(r)]);
   });
@@ -66,7 +68,7 @@ Problem make_problem(const Experiment& experiment, int jobs) {
   }
   for (size_t r = 0; r < experiment.recordings.size(); ++r) {
     (experiment.recordings[r].spec.train ? problem.train : problem.validate).push_back(static_cast<int>(r));
-    problem.trust.push_back(find_trust(problem, r));
+    if (!experiment.scenario.floating_base) problem.trust.push_back(find_trust(problem, r));
   }
   return problem;
 }
