@@ -34,7 +34,8 @@ struct Terms {
   Terms(const RowProblem& problem, const RowHypothesis& hypothesis)
       : joints(static_cast<size_t>(problem.experiment->num_joints())),
         sensors(problem.sensors.size()),
-        tree(problem.experiment->robot.tree) {
+        tree(problem.nominal.tree) {
+    for (size_t j = 0; j < joints.size(); ++j) joints[j] = make_stated(problem.nominal.laws[j]);
     for (const RowEffect& e : hypothesis) {
       if (e.id <= RowEffectId::kEffortBias)
         add_joint(e, &joints[static_cast<size_t>(e.place)]);
@@ -45,28 +46,36 @@ struct Terms {
     }
   }
 
+  static JointTerms make_stated(const JointLaws& laws) {
+    JointTerms j;
+    j.viscous = laws.viscous, j.coulomb = laws.coulomb, j.load = laws.load_ratio, j.rotor = laws.motor_inertia;
+    j.torque_scale = laws.torque_scale, j.offset = laws.joint_offset, j.stiffness = laws.spring_stiffness;
+    j.moment = -laws.spring_stiffness * laws.spring_rest;
+    return j;
+  }
+
   static void add_joint(const RowEffect& e, JointTerms* j) {
     switch (e.id) {
       case RowEffectId::kViscous:
-        j->viscous = e.p[0];
+        j->viscous += e.p[0];
         break;
       case RowEffectId::kCoulomb:
-        j->coulomb = e.p[0];
+        j->coulomb += e.p[0];
         break;
       case RowEffectId::kLoadFriction:
-        j->load = e.p[0];
+        j->load += e.p[0];
         break;
       case RowEffectId::kRotorInertia:
-        j->rotor = e.p[0];
+        j->rotor += e.p[0];
         break;
       case RowEffectId::kTorqueConstant:
-        j->torque_scale = e.p[0];
+        j->torque_scale *= e.p[0];
         break;
       case RowEffectId::kJointOffset:
-        j->offset = e.p[0];
+        j->offset += e.p[0];
         break;
       case RowEffectId::kSpring:
-        j->stiffness = e.p[0], j->moment = e.p[1];
+        j->stiffness += e.p[0], j->moment += e.p[1];
         break;
       default:
         j->bias = e.p[0];
@@ -140,7 +149,7 @@ class Calculator {
   // What the drive gives after friction, less what the motion needs.
   double calc_row(long k, int j) const {
     const JointTerms& t = terms_.joints[static_cast<size_t>(j)];
-    const double v = r_.qd(k, j), sign = v > 0 ? 1.0 : -1.0;
+    const double v = r_.qd(k, j), sign = calc_direction(v);
     const bool driven = terms_.tree.joint(j).actuated;
     const double effort = driven ? t.torque_scale * (r_.effort(k, j) - t.bias) : 0.0;
     const double friction = t.viscous * v + sign * (t.coulomb + t.load * std::abs(effort));
@@ -250,6 +259,7 @@ std::vector<double> calc_rows(const RowProblem& problem, const RowHypothesis& hy
 
 bool make_row_problem(const Experiment& e, RowProblem* problem, std::string* why) {
   problem->experiment = &e;
+  problem->nominal = make_nominal(e);
   if (e.scenario.floating_base) return *why = "the base floats", false;
   for (const WrenchSpec& spec : e.scenario.sensors.wrenches) {
     const int frame = e.robot.tree.find_frame(spec.link);

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/data/recording.h"
+#include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis::attached {
 
@@ -79,6 +79,7 @@ struct RowSensor {
 
 struct RowProblem {
   const Experiment* experiment = nullptr;
+  NominalRobot nominal;
   std::vector<RowSensor> sensors;
   std::vector<RowRecording> recordings;
   std::vector<double> sigma;  // by joint: what each equation does on its own from one sample to the next

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/model/nominal.h"
+
 namespace hrp::diagnosis::impact {
 namespace {
 
@@ -268,7 +270,7 @@ bool make_toss_problem(const Experiment& e, TossProblem* problem, std::string* w
   }
   if (problem->soles.empty()) return *why = "no link that may touch the ground (`feet`) has a shape", false;
   World& w = problem->nominal;
-  w.body = e.robot.tree, w.ground = e.scenario.ground, w.gravity_W = e.scenario.gravity_W;
+  w.body = make_nominal(e).tree, w.ground = e.scenario.ground, w.gravity_W = e.scenario.gravity_W;
   w.restitution = e.scenario.contact.restitution;
   problem->windows = cut_windows(*problem);
   if (problem->windows.empty()) return *why = "no stretch is long enough", false;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/effects/link_law.h"
 #include "diagnosis/impact/model.h"
 
 namespace hrp::diagnosis::impact {
@@ -101,15 +102,6 @@ namespace {
 
 Vector3d get3(const std::vector<double>& p, size_t at = 0) { return {p[at], p[at + 1], p[at + 2]}; }
 
-// A point mass at `com` in the link, as payload {mass, com} of a scenario.
-void add_payload(double mass, const Vector3d& com, LinkInertia* link) {
-  const double total = link->mass + mass;
-  const Vector3d center = (link->mass * link->p_LLcm_L + mass * com) / total;
-  const Vector3d a = link->p_LLcm_L - center, b = com - center;
-  link->I_LLcm_L -= link->mass * skew(a) * skew(a) + mass * skew(b) * skew(b);
-  link->mass = total, link->p_LLcm_L = center;
-}
-
 }  // namespace
 
 TossModel make_toss_model(const TossProblem& problem, const TossHypothesis& hypothesis) {
@@ -132,7 +124,7 @@ TossModel make_toss_model(const TossProblem& problem, const TossHypothesis& hypo
         link.p_LLcm_L += get3(e.p);
         break;
       case TossId::kPayload:
-        add_payload(e.p[0], get3(e.p, 1), &link);
+        add_payload(e.p[0], get3(e.p, 1), 0.0, &link);
         break;
       case TossId::kInertiaError:
         link.I_LLcm_L *= e.p[0];

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/effects/effect_info.h"
+#include "common/effects/effect_target.h"
 #include "common/multibody/model.h"
 #include "diagnosis/data/recording.h"
 #include "common/effects/joint_law.h"
@@ -43,22 +44,15 @@ bool contains(const Hypothesis& hypothesis, EffectId id, int place);
 // Of the drives' loops: last in a hypothesis.
 bool is_timing(const Effect& effect);
 
-struct SignalFault {
-  double bias = 0.0, scale = 1.0, delay = 0.0;
-};
-
 struct Plant {
   TreeSpec tree;
   std::shared_ptr<const Model> model;
   std::vector<JointLaws> laws;          // by joint
-  std::vector<double> rotor;            // [kg m^2] reflected inertia added by effects
+  std::vector<double> rotor;            // [kg m^2] reflected inertia added by effects to links without elasticity
   std::vector<Vector3d> force_W;        // [N] by link at its centre of mass, empty: none
-  std::vector<SignalFault> faults;      // by joint * 3 + quantity
-  double rate_lag = 0.0;                // [s] by which the servo's velocity lags behind its position
-  double clock_skew = 0.0;              // states' clock runs (1 + skew) as fast as the commands'
+  std::vector<SensorErrors> faults;     // by joint * 3 + quantity, on the first axis
+  LoopTiming timing;
   bool effort_driven = false;
-  std::vector<double> presliding;       // [rad] by joint: at it dry friction reaches its largest value
-  double command_shift = 0.0;           // [s] by which the stamps of commands run ahead of those of readings
 };
 
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis);

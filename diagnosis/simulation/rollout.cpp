@@ -92,7 +92,7 @@ class Rollout {
       const size_t i = index(j), m = static_cast<size_t>(motor_[j]);
       if (!start.q.empty()) Q_[m] += start.q[i], V_[m] += start.v[i];
       if (motor_[j] != j && !start.link_q.empty()) Q_[j] += start.link_q[i], V_[j] += start.link_v[i];
-      if (!start.bristles.empty()) B_[j] += start.bristles[i] * plant_.presliding[i];
+      if (!start.bristles.empty()) B_[j] += start.bristles[i] * laws(j).presliding;
       if (!start.memory.empty()) Z_[j] = std::min(1.0, std::max(-1.0, start.memory[i]));
       limit_bristles(j);
     }
@@ -121,7 +121,7 @@ class Rollout {
       B_[j] = 0.0;
       if (!laws(j).has_friction()) continue;
       const double missing = U_[j] * laws(j).torque_scale - tau[static_cast<size_t>(j)];
-      B_[j] = missing / calc_level(j, 0.0, U_[j], missing) * plant_.presliding[index(j)];
+      B_[j] = missing / calc_level(j, 0.0, U_[j], missing) * laws(j).presliding;
       limit_bristles(j);
     }
   }
@@ -174,7 +174,7 @@ class Rollout {
     double position, rate;
     const double origin = recording_.time.front();
     read_command(recording_.time, columns,
-                 origin + (t - origin) * (1.0 + plant_.clock_skew) - law.command_delay - plant_.command_shift, near_,
+                 origin + (t - origin) * (1.0 + plant_.timing.clock_skew) - law.command_delay - plant_.timing.command_shift, near_,
                  &position, &rate);
     const double u = calc_servo_effort(law, position - Q[m] - law.joint_offset, rate - V[m], 0.0);
     if (std::abs(u) > law.effort_limit) free_[j] = 1;
@@ -199,7 +199,7 @@ class Rollout {
   // the pre-sliding displacement d. The level follows speed and load at once: in sliding friction is what the law of
   // the level says, however fast it changes.
   double calc_dry_friction(int j, double h, double v, double load, double b, double* slope) {
-    const double d = plant_.presliding[index(j)], speed = std::abs(v), k = calc_level(j, speed, load, b) / d;
+    const double d = laws(j).presliding, speed = std::abs(v), k = calc_level(j, speed, load, b) / d;
     const double slip = speed / d, bend = 1.0 - (v > 0.0 ? b : -b) / d, c = kGamma * h;
     fb_[j] = v - slip * b;
     bristle_k_[j] = k, bristle_a_[j] = 1.0 / (1.0 + c * slip), bristle_slip_[j] = bend;
@@ -268,7 +268,7 @@ class Rollout {
     for (int i = 0; i < n_; ++i) {
       for (int j = 0; j < n_; ++j) M_[i * N_ + j] = mass_[i * n_ + j];
       M_[motor_[i] * N_ + motor_[i]] += plant_.rotor[index(i)];
-      if (K_[motor_[i]] > 0.0) M_[motor_[i] * N_ + motor_[i]] -= laws(i).kd * plant_.rate_lag;
+      if (K_[motor_[i]] > 0.0) M_[motor_[i] * N_ + motor_[i]] -= laws(i).kd * plant_.timing.rate_lag;
       if (laws(i).elastic) M_[motor_[i] * N_ + motor_[i]] += laws(i).motor_inertia;
     }
   }
@@ -371,7 +371,7 @@ class Rollout {
 
   // Bristles never carry more than the largest friction, whatever the step.
   void limit_bristles(int j) {
-    const double most = plant_.presliding[index(j)];
+    const double most = laws(j).presliding;
     B_[j] = std::min(most, std::max(-most, B_[j]));
   }
 
@@ -454,7 +454,7 @@ bool simulate_joint(const Plant& plant, const Recording& recording, const Smooth
 void apply_faults(const Plant& plant, const Recording& recording, std::vector<double>* readings) {
   const size_t width = plant.faults.size(), rows = recording.size();
   for (size_t c = 0; c < width; ++c) {
-    const SignalFault& fault = plant.faults[c];
+    const SensorErrors& fault = plant.faults[c];
     if (fault.delay > 0.0) {
       std::vector<double> series(rows);
       for (size_t k = 0; k < rows; ++k) series[k] = (*readings)[k * width + c];
@@ -462,9 +462,10 @@ void apply_faults(const Plant& plant, const Recording& recording, std::vector<do
         (*readings)[k * width + c] = interpolate(recording.time, series, recording.time[k] - fault.delay, k);
       }
     }
-    if (fault.bias == 0.0 && fault.scale == 1.0) continue;
+    const double bias = fault.bias.x(), scale = fault.scale.x();
+    if (bias == 0.0 && scale == 1.0) continue;
     for (size_t k = 0; k < rows; ++k)
-      (*readings)[k * width + c] = fault.scale * (*readings)[k * width + c] + fault.bias;
+      (*readings)[k * width + c] = scale * (*readings)[k * width + c] + bias;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/upright/attitude.h"
 #include "diagnosis/upright/sole.h"
 
@@ -216,7 +217,9 @@ bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) 
 
 bool make_stand_problem(const Experiment& e, Smoothing smoothing, StandProblem* problem, std::string* why) {
   problem->experiment = &e;
-  problem->tree = e.robot.tree;
+  NominalRobot nominal = make_nominal(e);
+  problem->tree = std::move(nominal.tree), problem->laws = std::move(nominal.laws);
+  problem->force_W = std::move(nominal.force_W);
   if (!e.scenario.floating_base) return *why = "the base is fixed", false;
   if (e.scenario.sensors.imus.empty()) return *why = "no IMU", false;
   const ImuSpec& imu = e.scenario.sensors.imus[0];

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/multibody/model.h"
+#include "common/effects/joint_law.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/upright/smooth.h"
 
@@ -53,6 +54,8 @@ struct StandProblem {
   Matrix3d R_LI = Matrix3d::Identity();
   Vector3d p_LI = Vector3d::Zero();
   TreeSpec tree;                                // feet without mass: what is below a sensor is not felt above it
+  std::vector<JointLaws> laws;                  // by joint, as stated; empty: none
+  std::vector<Vector3d> force_W;                // [N] by link, as stated; empty: none
   std::vector<bool> effort, command, velocity;  // by joint: recorded in every recording
   std::vector<bool> law;      // by joint: the servo law tells the effort better than its log (choose_laws() of judge.h)
   bool attitude = true;       // recorded, else found from the base pose, or from gyroscope and accelerometer

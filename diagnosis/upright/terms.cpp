@@ -2,11 +2,30 @@
 #include "diagnosis/upright/terms.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "common/effects/link_law.h"
 
 namespace hrp::diagnosis::upright {
 namespace {
 
 Vector3d get3(const std::vector<double>& p, size_t at = 0) { return {p[at], p[at + 1], p[at + 2]}; }
+
+// What the experiment states about a joint's drive.
+JointTerms make_stated_terms(const JointLaws& laws) {
+  JointTerms t;
+  t.viscous = laws.viscous, t.coulomb = laws.coulomb, t.asymmetry = laws.asymmetry, t.load = laws.load_ratio;
+  t.stribeck_velocity = laws.stribeck_velocity;
+  if (t.stribeck_velocity > 0) t.excess = std::max(0.0, laws.static_level - laws.coulomb);
+  t.rotor = laws.motor_inertia, t.torque_scale = laws.torque_scale, t.lag = laws.lag, t.delay = laws.command_delay;
+  t.limit = std::min(t.limit, laws.saturation), t.offset = laws.joint_offset;
+  t.spring = laws.spring_stiffness, t.moment = -laws.spring_stiffness * laws.spring_rest;
+  t.cogging_sin = laws.cogging_amplitude * std::cos(laws.cogging_phase);
+  t.cogging_cos = laws.cogging_amplitude * std::sin(laws.cogging_phase), t.periods = laws.cogging_periods;
+  t.hysteresis = laws.hysteresis_stiffness, t.yield = laws.hysteresis_yield, t.gap = laws.gap;
+  if (laws.elastic) t.compliance = 1 / laws.stiffness;
+  return t;
+}
 
 void add_friction(const StandEffect& e, JointTerms* j) {
   switch (e.id) {
@@ -14,16 +33,16 @@ void add_friction(const StandEffect& e, JointTerms* j) {
       j->viscous += e.p[0];
       break;
     case StandId::kCoulomb:
-      j->coulomb += e.p[0], j->asymmetry = e.p[1];
+      j->coulomb += e.p[0], j->asymmetry += e.p[1];
       break;
     case StandId::kLoadFriction:
-      j->load = e.p[0];
+      j->load += e.p[0];
       break;
     case StandId::kHysteresis:
       j->hysteresis = e.p[0], j->yield = e.p[1];
       break;
     default:  // Stribeck
-      j->coulomb += e.p[0], j->excess = e.p[1], j->stribeck_velocity = e.p[2], j->viscous += e.p[3];
+      j->coulomb += e.p[0], j->excess += e.p[1], j->stribeck_velocity = e.p[2], j->viscous += e.p[3];
   }
 }
 
@@ -33,31 +52,31 @@ void add_drive(const StandEffect& e, JointTerms* j) {
       j->rotor += e.p[0];
       break;
     case StandId::kSpring:
-      j->spring = e.p[0], j->moment = e.p[1];
+      j->spring += e.p[0], j->moment += e.p[1];
       break;
     case StandId::kTorqueConstant:
-      j->torque_scale = e.p[0];
+      j->torque_scale *= e.p[0];
       break;
     case StandId::kSaturation:
-      j->limit = e.p[0];
+      j->limit = std::min(j->limit, e.p[0]);
       break;
     case StandId::kCogging:
       j->cogging_sin = e.p[0], j->cogging_cos = e.p[1], j->periods = e.p[2];
       break;
     case StandId::kCommandDelay:
-      j->delay = e.p[0];
+      j->delay += e.p[0];
       break;
     case StandId::kActuatorLag:
-      j->lag = e.p[0];
+      j->lag += e.p[0];
       break;
     case StandId::kElasticity:
-      j->compliance = e.p[0], j->rotor += e.p[1];
+      j->compliance += e.p[0], j->rotor += e.p[1];
       break;
     case StandId::kBacklash:
       j->gap = e.p[0], j->rotor += e.p[1], j->compliance += e.p[2];
       break;
     case StandId::kJointOffset:
-      j->offset = e.p[0];
+      j->offset += e.p[0];
       break;
     default:
       add_friction(e, j);
@@ -95,17 +114,25 @@ void add_joint_sensor(const StandEffect& e, JointTerms* j) {
   }
 }
 
+// A payload written in mass and mass x com, in which forces are linear. A step of a fit may ask for a moment without a
+// mass, or for a mass far outside the robot: that has no inertia that would mean anything.
+constexpr double kFar = 2.0;  // [m]
+void add_payload_by_moment(double mass, const Vector3d& moment, LinkInertia* link) {
+  if (mass > 0 && moment.norm() < kFar * mass) return add_payload(mass, moment / mass, 0.0, link);
+  const Vector3d sum = link->mass * link->p_LLcm_L + moment;
+  link->mass = std::max(1e-6, link->mass + mass);
+  link->p_LLcm_L = sum / link->mass;
+}
+
 void add_link(const StandEffect& e, LinkInertia* link, Vector3d* force_W) {
   if (e.id == StandId::kMassError) {
     const double scale = std::max(1e-6, e.p[0]);  // a step of a fit may go too far
     link->mass *= scale, link->I_LLcm_L *= scale;
   }
   if (e.id == StandId::kComError) link->p_LLcm_L += get3(e.p);
-  if (e.id == StandId::kExternalForce) *force_W = get3(e.p);
+  if (e.id == StandId::kExternalForce) *force_W += get3(e.p);
   if (e.id != StandId::kPayload) return;
-  const Vector3d moment = link->mass * link->p_LLcm_L + get3(e.p, 1);  // written in mass and mass x com: linear
-  link->mass = std::max(1e-6, link->mass + e.p[0]);
-  link->p_LLcm_L = moment / link->mass;
+  add_payload_by_moment(e.p[0], get3(e.p, 1), link);
 }
 
 void add_wrench(const StandEffect& e, size_t feet, std::vector<WrenchTerms>* wrenches) {
@@ -186,7 +213,9 @@ Terms::Terms(const StandProblem& problem, const StandHypothesis& hypothesis)
       wrenches(problem.feet.size()),
       feet(problem.feet.size()),
       tree(problem.tree),
-      force_W(problem.tree.links.size(), Vector3d::Zero()) {
+      force_W(problem.force_W) {
+  force_W.resize(problem.tree.links.size(), Vector3d::Zero());
+  for (size_t j = 0; j < problem.laws.size(); ++j) joints[j] = make_stated_terms(problem.laws[j]);
   for (const StandEffect& e : hypothesis) {
     const auto place = static_cast<size_t>(e.place);
     if (is_joint(e.id)) add_drive(e, &joints[place]);

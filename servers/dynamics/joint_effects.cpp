@@ -58,8 +58,9 @@ JointLaws make_nominal_laws(const Scenario& scenario, const JointSpec& joint) {
   return laws;
 }
 
-// Switches an effect on; names joint, effect, parameter, value and bounds of what is wrong.
-void apply_stated(const std::string& joint, const StatedEffect& stated, JointLaws* laws) {
+}  // namespace
+
+void apply_stated_joint_effect(const std::string& joint, const StatedEffect& stated, JointLaws* laws) {
   const EffectInfo* effect = find_effect(stated.effect);
   const std::string field = "joint_laws." + joint + "." + stated.effect;
   if (!effect || effect->place != PlaceKind::kJoint || !effect->reported) fail(field, "unknown effect");
@@ -71,8 +72,6 @@ void apply_stated(const std::string& joint, const StatedEffect& stated, JointLaw
   effect->apply(values.data(), target);
 }
 
-}  // namespace
-
 std::vector<JointLaws> make_joint_laws(const Scenario& scenario, TreeSpec* tree) {
   for (const auto& [name, specs] : scenario.joint_laws) {
     if (tree->find_joint(name) < 0) fail("joint_laws." + name, "the robot has no such joint");
@@ -83,7 +82,7 @@ std::vector<JointLaws> make_joint_laws(const Scenario& scenario, TreeSpec* tree)
     JointLaws laws = make_nominal_laws(scenario, joint);
     const auto at = scenario.joint_laws.find(joint.name);
     if (at != scenario.joint_laws.end()) {
-      for (const StatedEffect& stated : at->second) apply_stated(joint.name, stated, &laws);
+      for (const StatedEffect& stated : at->second) apply_stated_joint_effect(joint.name, stated, &laws);
     }
     joint.rotor_inertia = laws.elastic ? 0.0 : laws.motor_inertia;
     if (const char* fault = find_law_fault(laws)) fail("joint '" + joint.name + "'", fault);

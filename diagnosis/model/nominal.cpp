@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/model/nominal.h"
+
+#include "servers/dynamics/joint_effects.h"
+#include "servers/dynamics/link_effects.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+JointLaws make_laws(const Scenario& scenario, const JointSpec& joint) {
+  JointLaws laws;
+  const auto it = scenario.servo_joints.find(joint.name);
+  const ServoGains& gains = it == scenario.servo_joints.end() ? scenario.servo_default : it->second;
+  if (joint.actuated && scenario.drive != "effort") {
+    laws.kp = gains.kp, laws.kd = gains.kd, laws.effort_limit = gains.effort_limit;
+  }
+  laws.viscous = joint.viscous_friction;
+  laws.coulomb = joint.coulomb_friction;
+  const auto stated = scenario.joint_laws.find(joint.name);
+  if (stated == scenario.joint_laws.end()) return laws;
+  for (const StatedEffect& effect : stated->second) apply_stated_joint_effect(joint.name, effect, &laws);
+  return laws;
+}
+
+}  // namespace
+
+NominalRobot make_nominal(const Experiment& e) {
+  NominalRobot robot;
+  robot.tree = e.robot.tree;
+  for (const SteadyForce& force : apply_link_laws(e.scenario, &robot.tree)) {
+    robot.force_W.resize(robot.tree.links.size(), Vector3d::Zero());
+    robot.force_W[static_cast<size_t>(force.link)] += force.force_W;
+  }
+  for (int j = 0; j < robot.tree.num_joints(); ++j) {
+    JointSpec& joint = robot.tree.joint(j);
+    const auto rotor = e.scenario.rotor_inertia.find(joint.name);
+    if (rotor != e.scenario.rotor_inertia.end()) joint.rotor_inertia = rotor->second;
+    robot.laws.push_back(make_laws(e.scenario, joint));
+  }
+  return robot;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What an experiment states about its robot is in every engine's nominal model: it is not found again and added twice.
+#include "diagnosis/attached/rows.h"
+#include "diagnosis/upright/terms.h"
+#include "simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const StatedEffect kStatedFriction{"coulomb_friction", {{"level", 2.0}, {"asymmetry", 0.1}}};
+const StatedEffect kStatedPayload{"payload", {{"mass", 0.5}, {"com_x", 0.3}, {"com_y", 0.0}, {"com_z", 0.0}}};
+
+Experiment make_stating() {
+  const Hypothesis hidden{{EffectId::kCoulomb, kElbow, {2.0, 0.1, kPresliding}},
+                          {EffectId::kPayload, kFore, {0.5, 0.3, 0.0, 0.0, 0.0}}};
+  Experiment e = make_simulated_experiment("nominal", kArm, {"shoulder", "elbow"}, hidden);
+  e.scenario.joint_laws["elbow"] = {kStatedFriction};
+  e.scenario.link_laws["fore"] = {kStatedPayload};
+  return e;
+}
+
+TEST(NominalModel, OfAFixedBaseHasWhatTheExperimentStates) {
+  const Experiment e = make_stating();
+  const Problem problem = make_problem(e, 1);
+  // 1 is the noise; a friction of 2 N m or a payload of 0.5 kg on its own is tens of times that.
+  EXPECT_LT(calc_score(problem, {}, problem.train).rms(), 1.5);
+}
+
+TEST(NominalModel, OfAFixedBaseTakesNoFrictionTwice) {
+  const Plant plant = make_plant(make_stating(), {{EffectId::kCoulomb, kElbow, {0.0, 0.0, kPresliding}}});
+  EXPECT_DOUBLE_EQ(plant.laws[kElbow].coulomb, 2.0);
+  EXPECT_DOUBLE_EQ(plant.tree.links[kFore].inertia.mass, 1.5);
+}
+
+TEST(NominalModel, OfAStandingRobotHasWhatTheExperimentStates) {
+  const NominalRobot nominal = make_nominal(make_stating());
+  upright::StandProblem problem;
+  problem.tree = nominal.tree, problem.laws = nominal.laws;
+  const upright::Terms terms(problem, {{upright::StandId::kCoulomb, kElbow, {0.5, 0.0}}});
+  EXPECT_DOUBLE_EQ(terms.joints[kElbow].coulomb, 2.5);
+  EXPECT_DOUBLE_EQ(terms.joints[kElbow].asymmetry, 0.1);
+  EXPECT_DOUBLE_EQ(terms.tree.links[kFore].inertia.mass, 1.5);
+}
+
+// A payload had an inertia in three engines of four.
+TEST(NominalModel, OfAStandingRobotGivesAPayloadTheInertiaThatTheSimulatorGivesIt) {
+  const Experiment e = make_stating();
+  upright::StandProblem problem;
+  problem.tree = e.robot.tree;
+  const upright::Terms terms(problem, {{upright::StandId::kPayload, kFore, {0.5, 0.15, 0.0, 0.0}}});  // mass, mass x com
+  const LinkInertia found = terms.tree.links[kFore].inertia, stated = make_nominal(e).tree.links[kFore].inertia;
+  EXPECT_NEAR((found.I_LLcm_L - stated.I_LLcm_L).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((found.p_LLcm_L - stated.p_LLcm_L).norm(), 0.0, 1e-12);
+}
+
+// Equations along a recorded path: friction that is stated takes as much effort as the same friction in a hypothesis.
+TEST(NominalModel, OfHeldFeetHasWhatTheExperimentStates) {
+  attached::RowProblem problem;
+  const Experiment e = make_stating();
+  Experiment plain = e;
+  plain.scenario.joint_laws.clear(), plain.scenario.link_laws.clear();
+  attached::RowRecording r;
+  r.q = r.qd = r.qdd = r.effort = r.clipped = Eigen::MatrixXd::Zero(1, 2);
+  r.qd.setConstant(0.5), r.time = {0.0}, r.rows = {1, 1}, r.sudden = {0};
+  problem.experiment = &e, problem.nominal = make_nominal(e), problem.recordings = {r};
+  const std::vector<double> stated = attached::calc_rows(problem, {}, 0);
+  problem.experiment = &plain, problem.nominal = make_nominal(plain);
+  problem.nominal.tree = make_nominal(e).tree;
+  const std::vector<double> found = attached::calc_rows(problem, {{attached::RowEffectId::kCoulomb, kElbow, {2.0}}}, 0);
+  EXPECT_NEAR(stated[kElbow], found[kElbow], 1e-12);
+}
+
+TEST(NominalModel, AFloatingRobotsRecordingIsNotSmoothedForAFixedBase) {
+  Experiment e = make_stating();
+  e.scenario.floating_base = true;
+  EXPECT_TRUE(make_problem(e, 1).smooth[0].joints.empty());
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
