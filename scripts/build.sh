@@ -1,31 +1,50 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# scripts/build.sh [--tests] [TARGET ...]
+# scripts/build.sh [--tests | --run] [TARGET ...]
 #
 # Builds all programs (Release) into build/bin; only what changed is built again. HRP_BUILD_DIR names another folder.
+# Installs the packages that are missing for it.
 #
 #   --tests   the tests and benchmarks, too
-#   TARGET    only these targets
+#   --run     only what a run needs: the servers and the tools that join a run; no viewer, MuJoCo server, diagnosis
+#   TARGET    only these targets, in place of all programs (beside the programs of --run)
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 tests=false
+run=false
 targets=()
 for argument in "$@"; do
   case "$argument" in
     --tests) tests=true ;;
+    --run) run=true ;;
     -h | --help) print_help; exit 0 ;;
     -*) fail "unknown argument '$argument'; --help lists the known ones" ;;
     *) targets+=("$argument") ;;
   esac
 done
 
-# Once a folder is configured with tests it stays so: switching back and forth would rebuild things.
+is_configured() { [ -f "$BUILD/build.ninja" ]; }
+# Words of CMakeCache.txt: is_on BUILD_TESTING.
+is_on() { grep -qs "^$1:BOOL=ON" "$BUILD/CMakeCache.txt"; }
+know_targets() {
+  local known target
+  known="$(ninja -C "$BUILD" -t targets all | sed -n 's/: phony$//p; s/: CXX_EXECUTABLE_LINKER.*//p')"
+  for target in "$@"; do grep -qxF "$target" <<< "$known" || return 1; done
+}
+
+# A folder that has once been configured with more (all programs, tests) stays so: switching back would gain nothing.
 if $tests; then
-  grep -qs '^BUILD_TESTING:BOOL=ON' "$BUILD/CMakeCache.txt" && [ -f "$BUILD/build.ninja" ] || configure -DBUILD_TESTING=ON
-elif [ ! -f "$BUILD/build.ninja" ]; then
-  configure -DBUILD_TESTING=OFF
+  "$ROOT/scripts/install_deps.sh" --tests
+  { is_configured && is_on BUILD_TESTING && ! is_on HRP_RUN_ONLY; } || configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF
+elif $run && [ ${#targets[@]} -eq 0 ] || { is_configured && is_on HRP_RUN_ONLY && [ ${#targets[@]} -gt 0 ] && know_targets "${targets[@]}"; }; then
+  "$ROOT/scripts/install_deps.sh" --run
+  is_configured || configure -DBUILD_TESTING=OFF -DHRP_RUN_ONLY=ON
+else
+  "$ROOT/scripts/install_deps.sh"
+  { is_configured && ! is_on HRP_RUN_ONLY; } || configure -DHRP_RUN_ONLY=OFF
 fi
+$run && targets+=(hrp_run_programs)
 if [ ${#targets[@]} -eq 0 ] && ! $tests; then
   targets=(hrp_programs)
 fi

@@ -1,32 +1,50 @@
-#!/bin/sh
+#!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Finds what a simulation left out:
-#   diagnose.sh EXPERIMENT.yaml --out DIR [--jobs N] [--patience F] [--resimulate servers|process]
-# Open DIR/report.html afterwards. --resimulate runs the nominal and the updated scenario, through the server set or in
-# one process, and compares both with a recording that nothing was fitted to.
-set -eu
-here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
-bin="${BUILD:-$here/../build}/bin"
-if [ ! -x "$bin/hrp-diagnose" ]; then
-  echo "diagnose.sh: $bin/hrp-diagnose is not there: run scripts/build.sh first" >&2
-  exit 1
-fi
-again="" out="" previous="" count=$#
-while [ "$count" -gt 0 ]; do
-  count=$((count - 1))
-  word=$1
-  shift
-  [ "$previous" = --out ] && out=$word
-  if [ "$previous" = --resimulate ]; then
-    again=$word previous=""
-    continue
-  fi
-  previous=$word
-  [ "$word" = --resimulate ] || set -- "$@" "$word"
+# scripts/diagnose.sh [EXPERIMENT.yaml] [--out DIR] [options]
+#
+# Finds what a simulation left out. Installs what is missing, builds the tool, compares the experiment's recordings with
+# its model, and writes DIR/report.html (logs/diagnosis/NAME when no folder is named). Without an experiment it runs on
+# models/experiments/arm, in which something is hidden, and says where the answer is.
+#
+#   --resimulate servers|process   also runs the nominal and the updated scenario, through the server set or in one
+#                                  process, and compares both with a recording that nothing was fitted to
+# All other options go to hrp-diagnose, such as --jobs N, --patience F, --quiet.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+experiment="" out="" again="" previous=""
+options=()
+for word in "$@"; do
+  case "$previous" in
+    --out) out="$word" ;;
+    --resimulate) again="$word" ;;
+    *)
+      case "$word" in
+        -h | --help) print_help; exit 0 ;;
+        *.yaml | *.yml) experiment="$word" ;;
+        --out | --resimulate) ;;
+        *) [ -d "$word" ] && [ -z "$experiment" ] && [ -f "$word/experiment.yaml" ] && experiment="$word/experiment.yaml" || options+=("$word") ;;
+      esac
+      ;;
+  esac
+  case "$previous" in --out | --resimulate) previous="" ;; *) previous="$word" ;; esac
 done
+case "$previous" in --out | --resimulate) fail "$previous needs a value; --help says which" ;; esac
 case "$again" in
   "" | servers | process) ;;
-  *) echo "diagnose.sh: --resimulate wants 'servers' or 'process', not '$again'" >&2; exit 2 ;;
+  *) say "diagnose.sh: --resimulate wants 'servers' or 'process', not '$again'"; exit 2 ;;
 esac
-"$bin/hrp-diagnose" "$@"
-[ -z "$again" ] || python3 "$here/diagnosis/resimulate.py" "$bin" "$out" "$again"
+: "${experiment:=$ROOT/models/experiments/arm/experiment.yaml}"
+[ -f "$experiment" ] || { say "diagnose.sh: no file $experiment"; exit 2; }
+folder="$(cd "$(dirname "$experiment")" && pwd)"
+name="$(basename "$folder")"
+: "${out:=$ROOT/logs/diagnosis/$name}"
+
+targets=(hrp-diagnose)
+case "$again" in servers) targets+=(hrp_run_programs hrp-log) ;; process) targets+=(hrp-simulate hrp-log) ;; esac
+"$ROOT/scripts/build.sh" "${targets[@]}" >&2
+"$BUILD/bin/hrp-diagnose" "$experiment" --out "$out" "${options[@]}"
+say "The report as a page: $out/report.html"
+answer="$(dirname "$folder")/answers/$name.md"
+[ ! -f "$answer" ] || say "What was hidden, to be read after the report: $answer"
+[ -z "$again" ] || python3 "$ROOT/scripts/diagnosis/resimulate.py" "$BUILD/bin" "$out" "$again"

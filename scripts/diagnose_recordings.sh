@@ -26,10 +26,8 @@ if [ ${#folders[@]} -eq 0 ]; then
   folders=("$ROOT"/../shared/recordings/*/)
   table_options=(--page "$ROOT/docs/recordings.md")
 fi
-if [ ! -x "$BUILD/bin/hrp-diagnose" ] || [ ! -x "$BUILD/bin/hrp-diagnose-baseline" ]; then
-  "$ROOT/scripts/install_deps.sh"
-  "$ROOT/scripts/build.sh" >&2
-fi
+[ -x "$BUILD/bin/hrp-diagnose" ] && [ -x "$BUILD/bin/hrp-diagnose-baseline" ] ||
+  "$ROOT/scripts/build.sh" hrp-diagnose hrp-diagnose-baseline >&2
 
 for folder in "${folders[@]}"; do
   name=$(basename "$folder")

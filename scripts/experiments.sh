@@ -14,6 +14,5 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 case " $* " in
   *" -h "* | *" --help "*) print_help; exit 0 ;;
 esac
-"$ROOT/scripts/install_deps.sh"
-"$ROOT/scripts/build.sh" >&2
+"$ROOT/scripts/build.sh" --run hrp-log hrp-plot hrp-trial hrp-diagnose >&2
 exec python3 "$ROOT/scripts/experiments/main.py" --bin "$BUILD/bin" "$@"

@@ -33,10 +33,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 : "${out:=identify_foot}"
-if [ ! -x "$bin/hrp-identify-foot" ]; then
-  echo "identify_foot.sh: $bin/hrp-identify-foot is not there: run scripts/build.sh first" >&2
-  exit 1
-fi
+[ -x "$bin/hrp-identify-foot" ] && [ -x "$bin/hrp-simulate" ] || "$here/build.sh" --run hrp-identify-foot >&2
 if [ ! -f "$scenario" ]; then
   echo "identify_foot.sh: no file $scenario" >&2
   exit 2

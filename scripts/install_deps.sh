@@ -1,24 +1,25 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# scripts/install_deps.sh [--tests] [--viewer] [--list]
+# scripts/install_deps.sh [--run | --tests] [--viewer] [--list]
 #
 # Installs the Debian 12 packages that the project needs; does nothing when all of them are there (well under a second).
 # As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
 #
+#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis and the MuJoCo server need
 #   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium
 #   --viewer  also what the page of the viewer is built with: Node with npm
 #   --list    print the packages and do nothing
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-build_packages=(
+run_packages=(
   cmake ninja-build g++ pkg-config python3
   libeigen3-dev liburdfdom-dev liburdfdom-headers-dev libconsole-bridge-dev libtinyxml2-dev
   libfcl-dev libyaml-cpp-dev libassimp-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev
-  libcli11-dev nlohmann-json3-dev libzstd-dev liblz4-dev libdeflate-dev
-  libmujoco-dev libboost-dev
+  libcli11-dev libzstd-dev liblz4-dev libdeflate-dev
 )
+build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev)
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium)
 
 # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.
@@ -31,6 +32,7 @@ packages=("${build_packages[@]}")
 list_only=false
 for argument in "$@"; do
   case "$argument" in
+    --run) packages=("${run_packages[@]}") ;;
     --tests)
       packages+=("${test_packages[@]}")
       add_node

@@ -31,10 +31,8 @@ if [ "$stage" = answer ] || [ "$stage" = open ]; then
 fi
 seed=${seed:-$(date +%s)}
 out=${out:-$ROOT/out/proof-$seed}
-if [ ! -x "$BUILD/bin/hrp-make-cases" ] || [ ! -x "$BUILD/bin/hrp-diagnose" ]; then
-  "$ROOT/scripts/install_deps.sh"
-  "$ROOT/scripts/build.sh" >&2
-fi
+[ -x "$BUILD/bin/hrp-make-cases" ] && [ -x "$BUILD/bin/hrp-diagnose" ] ||
+  "$ROOT/scripts/build.sh" hrp-make-cases hrp-diagnose >&2
 
 # 1. Cases, and the truths sealed: a plain archive with nothing in it that depends on the hour, so the hash is the seal.
 make_cases() {

@@ -2,24 +2,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/simulate.sh [SCENARIO.yaml] [options]
 #
-# Installs what is missing, builds, and runs the server set on a scenario (models/scenarios/default.yaml when none is
-# named). Ends with the place of the log, a plot of the contact forces and a summary. All options go to hrp-simulate:
+# Installs what is missing, builds what a run needs, and runs the server set on a scenario (models/scenarios/default.yaml
+# when none is named: the HRP-2P-like robot walks). Ends with the place of the log, a plot of the contact forces, a summary
+# and the command that plays the log back. All options go to hrp-simulate:
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-"$ROOT/scripts/install_deps.sh"
-"$ROOT/scripts/build.sh" >&2
-
 scenario_given=false
+view=false
+targets=()
+previous=""
 for argument in "$@"; do
   case "$argument" in
-    -h | --help) print_help; echo; exec "$BUILD/bin/hrp-simulate" --help ;;
     *.yaml | *.yml) scenario_given=true ;;
-    --view)
-      "$ROOT/scripts/install_deps.sh" --viewer
-      "$ROOT/scripts/build_page.sh"
-      ;;
+    --view) view=true targets+=(hrp-viewer) ;;
+    -h | --help) print_help; echo; [ -x "$BUILD/bin/hrp-simulate" ] || "$ROOT/scripts/build.sh" --run >&2; exec "$BUILD/bin/hrp-simulate" --help ;;
   esac
+  # Another program in the place of a server: one of this tree is built, too.
+  case "$previous=$argument" in --program=*=hrp-dynamics-mujoco) targets+=(hrp-dynamics-mujoco) ;; esac
+  previous="$argument"
 done
+"$ROOT/scripts/build.sh" --run "${targets[@]}" >&2
+if $view; then
+  "$ROOT/scripts/install_deps.sh" --viewer
+  "$ROOT/scripts/build_page.sh"
+fi
 $scenario_given || set -- "$ROOT/models/scenarios/default.yaml" "$@"
 exec "$BUILD/bin/hrp-simulate" "$@"

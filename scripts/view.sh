@@ -8,10 +8,17 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
+for argument in "$@"; do
+  case "$argument" in
+    -h | --help)
+      print_help
+      echo
+      [ -x "$BUILD/bin/hrp-viewer" ] || "$ROOT/scripts/build.sh" hrp-viewer >&2
+      exec "$BUILD/bin/hrp-viewer" --help
+      ;;
+  esac
+done
 "$ROOT/scripts/install_deps.sh" --viewer
 "$ROOT/scripts/build.sh" hrp-viewer >&2
-for argument in "$@"; do
-  case "$argument" in -h | --help) print_help; echo; exec "$BUILD/bin/hrp-viewer" --help ;; esac
-done
 "$ROOT/scripts/build_page.sh"
 exec "$BUILD/bin/hrp-viewer" "$@"

@@ -55,6 +55,11 @@ endfunction()
 
 # Every program that users run; scripts/build.sh builds this target when no tests are asked for.
 add_custom_target(hrp_programs)
+# Those that a run needs: the launcher, the servers, and what is run beside them.
+add_custom_target(hrp_run_programs)
+function(hrp_run_program)
+  add_dependencies(hrp_run_programs ${ARGN})
+endfunction()
 
 # hrp_program(hrp-thing SOURCES main.cpp LINK x ...). One that links CLI11 has nothing but its command line in its sources:
 # what computes is in libraries.
