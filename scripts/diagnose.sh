@@ -45,6 +45,6 @@ case "$again" in servers) targets+=(hrp_run_programs hrp-log) ;; process) target
 "$ROOT/scripts/build.sh" "${targets[@]}" >&2
 "$BUILD/bin/hrp-diagnose" "$experiment" --out "$out" "${options[@]}"
 say "The report as a page: $out/report.html"
-answer="$(dirname "$folder")/answers/$name.md"
+answer="$(dirname "$folder")/answers/$name.json"
 [ ! -f "$answer" ] || say "What was hidden, to be read after the report: $answer"
 [ -z "$again" ] || python3 "$ROOT/scripts/diagnosis/resimulate.py" "$BUILD/bin" "$out" "$again"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// hrp-make-motion OUT.csv: the squat and sway that models/scenarios/default.yaml plays on the HRP-2P-like robot. The feet
+// hrp-make-motion OUT.csv: the squat and sway that models/scenarios/squat.yaml plays on the HRP-2P-like robot. The feet
 // stay where they are in half-sitting; the pelvis moves, upright, by smooth functions of time.
 #include <cmath>
 #include <cstdio>

@@ -14,7 +14,7 @@ import { chromium } from "playwright-core";
 export const bin = process.env.HRP_BIN;
 export const folder = process.env.HRP_TEST_FOLDER;
 export const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
-export const scenario = join(root, "models", "scenarios", "default.yaml");
+export const scenario = join(root, "models", "scenarios", "squat.yaml");
 
 // Long enough for a loaded machine; it only bounds how long a failing test hangs.
 const patience = 30000;

@@ -62,7 +62,7 @@ double calc_straight_height(OwnRobot own) {
 }
 
 TEST(OwnModels, Hrp2pLikeHasThePublishedMassHeightAndHalfSittingPose) {
-  const OwnRobot own = hang_arms(load_own("default.yaml"));
+  const OwnRobot own = hang_arms(load_own("squat.yaml"));
   double mass = 0.0;
   Vector3d p_WCcm;
   calc_mass_and_height(own, &mass, &p_WCcm);
@@ -85,7 +85,7 @@ TEST(OwnModels, Hrp1sLikeHasThePublishedMassAndHeight) {
 }
 
 TEST(OwnModels, CentresOfMassStandAboveTheSoles) {
-  for (const char* name : {"default.yaml", "hrp1s_stand.yaml"}) {
+  for (const char* name : {"squat.yaml", "hrp1s_stand.yaml"}) {
     const OwnRobot own = load_own(name);
     double mass = 0.0;
     Vector3d p_WCcm;
@@ -108,7 +108,7 @@ TEST(OwnModels, CentresOfMassStandAboveTheSoles) {
 }
 
 TEST(OwnModels, EveryJointHasARotorInertia) {
-  for (const char* name : {"default.yaml", "hrp1s_stand.yaml"}) {
+  for (const char* name : {"squat.yaml", "hrp1s_stand.yaml"}) {
     const TreeSpec tree = load_own(name).robot.tree;
     for (int i = 0; i < tree.num_joints(); ++i) EXPECT_GT(tree.joint(i).rotor_inertia, 0.0) << tree.joint(i).name;
   }
