@@ -28,4 +28,5 @@ if $view; then
   "$ROOT/scripts/build_page.sh"
 fi
 $scenario_given || set -- "$ROOT/models/scenarios/default.yaml" "$@"
+export HRP_VIEW_COMMAND="${0%/*}/view.sh"
 exec "$BUILD/bin/hrp-simulate" "$@"

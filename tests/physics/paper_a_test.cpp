@@ -39,6 +39,12 @@ TEST(PaperA, RigidFeetWalkWithoutAStabilizer) {
   EXPECT_NEAR(r.travelled.x(), 0.85, 0.1) << "four steps of 0.2 m, and the settling over the soles' middle";
 }
 
+TEST(PaperA, TheRunThatUsersSeeFirstWalks) {
+  const TrialResult r = Trial(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/default.yaml")).run();
+  EXPECT_FALSE(r.fallen);
+  EXPECT_NEAR(r.travelled.x(), 1.65, 0.1) << "eight steps of 0.2 m, and the settling over the soles' middle";
+}
+
 TEST(PaperA, SoftFeetFallWithoutTheStabilizer) {
   EXPECT_TRUE(Trial(load("fig5")).run().fallen) << "HRP-1S";
   EXPECT_TRUE(Trial(load("fig8")).run().fallen) << "HRP-2P";

@@ -50,6 +50,7 @@ TEST(Logs, AreNotOverwrittenUnlessForced) {
   ServerSet forced("again", {scenario, "--in-process", "--force", "--duration", "0.05"});
   EXPECT_EQ(forced.wait(), 0) << forced.output();
   EXPECT_EQ(find_last_step(forced.log()), 50);
+  EXPECT_THAT(forced.output(), HasSubstr("play back  hrp-viewer " + forced.log()));
 }
 
 TEST(Logs, AForcedRunThatIsRefusedCostsNoLogAndTellsNothingOfIt) {

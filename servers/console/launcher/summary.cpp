@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <exception>
@@ -129,6 +130,14 @@ void print_log(const std::string& log, bool plot) {
   }
 }
 
+// The command that plays the logs back: the script beside the one that this run was started by, else the viewer itself.
+void print_playback(const std::vector<std::string>& logs) {
+  const char* script = std::getenv("HRP_VIEW_COMMAND");
+  std::printf("play back  %s", script != nullptr ? script : "hrp-viewer");
+  for (const std::string& file : logs) std::printf(" %s", file.c_str());
+  std::printf("\n");
+}
+
 }  // namespace
 
 bool is_logged(const LaunchOptions& options) {
@@ -167,6 +176,7 @@ void print_summary(const LaunchOptions& options, const RunOutcome& outcome, cons
   if (logs.empty() && !options.force && fs::exists(log, ignored) && fs::file_size(log, ignored) > 0) logs.push_back(log);
   if (logs.empty()) std::printf("log        none: the run ended before its first step\n");
   for (const std::string& file : logs) print_log(file, options.plot);
+  if (!logs.empty()) print_playback(logs);
 }
 
 }  // namespace hrp
