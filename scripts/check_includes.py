@@ -28,6 +28,7 @@ VENDORS = {
     "dart/": ["tests"],
     "ceres/": ["diagnosis"],
     "boost/": ["servers/viewer"],
+    "openssl/": ["common/node"],
     "CLI/": ["common/node", "servers", "controller", "diagnosis", "tests", "models"],
 }
 

@@ -43,15 +43,41 @@ void DynamicsLoop::take_description(const msg::RobotDescription& message) {
   if (in_epoch_) start_epoch(epoch_);
 }
 
+// What a scheduler that counts right cannot say; empty when it can.
+std::string DynamicsLoop::find_wrong_grant(const msg::StepGrant& grant) const {
+  const uint64_t epoch = in_epoch_ ? epoch_ : 0;
+  if (grant.epoch() > epoch && grant.epoch() - epoch > kMostEpochsAhead) {
+    return "names epoch " + std::to_string(grant.epoch()) + ", this run is at epoch " + std::to_string(epoch);
+  }
+  const uint64_t step = in_epoch_ && grant.epoch() == epoch_ ? step_ : 0;
+  if (grant.through_step() > step && grant.through_step() - step > kMostGranted && grant.epoch() >= epoch) {
+    return "allows steps up to " + std::to_string(grant.through_step()) + " at step " + std::to_string(step) +
+           ", more than the " + std::to_string(kMostGranted) + " that a scheduler grants ahead";
+  }
+  if (has_last_ && grant.epoch() == epoch_ && grant.through_step() > last_step_) {
+    return "allows step " + std::to_string(grant.through_step()) + " after it had said that step " +
+           std::to_string(last_step_) + " is the last";
+  }
+  return "";
+}
+
 void DynamicsLoop::take_grant(const msg::StepGrant& grant) {
+  if (!is_authorized(topics::kStepGrant, grant)) return;
   if (grant.for_process() != static_cast<int32_t>(getpid())) return;  // meant for one that is no more
+  const std::string wrong = find_wrong_grant(grant);
+  if (!wrong.empty()) return fail("step_grant " + wrong);
   if (!in_epoch_ || grant.epoch() > epoch_) {
     epoch_ = grant.epoch();
     in_epoch_ = true;
     granted_ = grant.through_step();
+    has_last_ = false;
     if (engine_) start_epoch(epoch_);
   } else if (grant.epoch() == epoch_ && grant.through_step() > granted_) {
     granted_ = grant.through_step();
+  }
+  if (grant.epoch() == epoch_ && grant.last()) {
+    has_last_ = true;
+    last_step_ = grant.through_step();
   }
   advance();
 }
@@ -104,6 +130,8 @@ void DynamicsLoop::take_commands(const msg::JointCommands& message) {
 }
 
 void DynamicsLoop::handle_decode_error(const std::string& topic, const std::string& reason) {
+  // Whoever writes what is no grant has not signed it either.
+  if (topic == topics::kStepGrant.name && !context().token.empty()) return say_unauthorized(topic);
   if (topic != topics::kJointCommands.name) return fail(topic + ": " + reason);
   if (!gate_.take_garbage("sent a message that is none: " + reason)) return fail(gate_.fault());
   advance();

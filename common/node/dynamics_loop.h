@@ -50,6 +50,7 @@ class DynamicsLoop : public NodeBase {
  private:
   void take_description(const msg::RobotDescription& message);
   void take_grant(const msg::StepGrant& grant);
+  std::string find_wrong_grant(const msg::StepGrant& grant) const;
   void take_contacts(const msg::ContactSet& message);
   void take_commands(const msg::JointCommands& message);
   void start_epoch(uint64_t epoch);
@@ -84,6 +85,8 @@ class DynamicsLoop : public NodeBase {
   uint64_t epoch_ = 0;
   uint64_t step_ = 0;
   uint64_t granted_ = 0;      // through this step
+  bool has_last_ = false;     // of this epoch: the scheduler has said which step is the last
+  uint64_t last_step_ = 0;
   bool have_contacts_ = false;
   ContactSet contacts_;
   CommandGate gate_;

@@ -43,6 +43,8 @@ RunChoice join_domain(const JoinOptions& options, const std::vector<RunEntry>& r
   }
   RunEntry entry;
   entry.domain = options.domain;
+  const char* token = std::getenv("HRP_RUN_TOKEN");  // of a run on another machine
+  entry.token = token ? token : "";
   RunChoice choice = join_one(entry, options);
   choice.run->registered = false;
   return choice;

@@ -14,6 +14,7 @@ struct NodeContext {
   Bus* bus = nullptr;
   std::string role;     // "dynamics"
   std::string program;  // "hrp-dynamics"
+  std::string token;    // of the run (run_token.h), empty when it has none
 };
 
 enum class NodeOutcome { kRunning, kFinished, kFailed };

@@ -69,6 +69,7 @@ void NodeBase::set_phase(msg::ServerPhase phase) {
 
 void NodeBase::send_status() {
   last_report_ = Clock::now();
+  if (status_.phase() == msg::SERVER_FAULT) sign(context_.token, topics::kServerStatus.type_name, &status_);
   status_publisher_.publish(status_);
 }
 
@@ -106,8 +107,15 @@ void NodeBase::guard(const std::function<void()>& work) {
 }
 
 void NodeBase::take_run_status(const msg::RunStatus& status) {
+  const bool over = status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
+  if (over && !is_authorized(topics::kRunStatus, status)) return;
   run_status_ = status;
-  if (status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED) finish();
+  if (over) finish();
+}
+
+void NodeBase::say_unauthorized(const std::string& topic) {
+  if (!unauthorized_.insert(topic).second) return;
+  say("ignored a message on " + topic + " that is not signed with the token of this run");
 }
 
 }  // namespace hrp

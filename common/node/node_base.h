@@ -6,11 +6,13 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "common/messages/pubsub.h"
 #include "common/node/node.h"
+#include "common/node/run_token.h"
 #include "hrp_idl/scheduling.h"
 
 namespace hrp {
@@ -52,6 +54,14 @@ class NodeBase : public Node {
     });
   }
   virtual void handle_decode_error(const std::string& topic, const std::string& reason) { fail(topic + ": " + reason); }
+  // `message` was signed with the run's token, or the run has none. Else it is ignored, and that is said once a topic.
+  template <typename Message>
+  bool is_authorized(const TopicSpec& topic, const Message& message) {
+    if (is_signed(context_.token, topic.type_name, message)) return true;
+    say_unauthorized(topic.name);
+    return false;
+  }
+  void say_unauthorized(const std::string& topic);
 
   // Progress report; sent when something in it has changed.
   void report(unsigned long long epoch, unsigned long long step, const std::string& waiting_for = "");
@@ -86,6 +96,7 @@ class NodeBase : public Node {
   std::vector<std::unique_ptr<Reader>> readers_;
   NodeOutcome outcome_ = NodeOutcome::kRunning;
   std::string failure_;
+  std::set<std::string> unauthorized_;  // topics on which somebody without the token spoke
   bool ending_ = false;  // finish() was called, and waits for is_drained()
   bool fault_timed_ = false;
   Clock::time_point fault_end_;

@@ -6,6 +6,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/node/join.h"
+#include "common/node/run_token.h"
 #include "common/node/runner.h"
 
 namespace hrp {
@@ -59,6 +60,7 @@ DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program) {
   DomainClaim claim = claim_domain(run.entry.domain, "servers started by hand");
   RunEntry entry = claim.entry();
   entry.vendor = run.entry.vendor;
+  entry.token = make_run_token();
   entry.free_places = {"model_parser", "logger", "dynamics", "collision_checker", "controller"};
   claim.describe(entry);
   return claim;
@@ -71,7 +73,7 @@ int run(const ServerProgram& program, const CommonOptions& options, const NodeMa
   if (!joined) return kExitInterrupted;
   const DomainClaim claim = claim_by_hand(*joined, program);
   const std::unique_ptr<Bus> bus = make_bus(make_join_bus_options(*joined, options.bus));
-  const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program});
+  const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program, joined->registered ? joined->entry.token : claim.entry().token});
   // The launcher speaks for its own children, and the system ends them with it.
   if (joined->is_launched_by_it()) return run_process(*node, *bus, program.program);
   WaitVoice voice(program.program, *joined);

@@ -72,13 +72,35 @@ LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
     : NodeBase(context), options_(options), log_(make_log(options)) {
   last_progress_ = Clock::now();
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& grant) {
+    if (!is_authorized(topics::kStepGrant, grant)) return;
     if (!grant.last()) return;
+    const std::string wrong = find_wrong_end(grant);
+    if (!wrong.empty()) return attempt([&wrong] { throw std::runtime_error("step_grant " + wrong); });
     last_known_ = true;
+    any_last_ = true;
     last_epoch_ = grant.epoch();
     last_step_ = grant.through_step();
     attempt([this] { finish_when_complete(); });
     report_progress();
   });
+}
+
+// A last step that cannot be: the log would be closed too early, or never.
+std::string LoggerNode::find_wrong_end(const msg::StepGrant& grant) const {
+  const std::string named = "names step " + std::to_string(grant.through_step()) + " as the last of epoch " + std::to_string(grant.epoch());
+  if (any_last_ && grant.epoch() == last_epoch_ && grant.through_step() != last_step_) {
+    return named + ", after step " + std::to_string(last_step_);
+  }
+  if (grant.epoch() != log_.epoch() || !log_.has_first_step()) return "";
+  const uint64_t newest = log_.newest_step();
+  if (grant.through_step() < newest) return named + ", but step " + std::to_string(newest) + " is there";
+  return "";
+}
+
+void LoggerNode::handle_decode_error(const std::string& topic, const std::string& reason) {
+  // Whoever writes what is no grant has not signed it either.
+  if (topic == topics::kStepGrant.name && !context().token.empty()) return say_unauthorized(topic);
+  NodeBase::handle_decode_error(topic, reason);
 }
 
 void LoggerNode::make_endpoints() {

@@ -33,9 +33,11 @@ class LoggerNode : public NodeBase {
   void handle_idle(Clock::time_point now) override;
   bool is_drained() override;
   void handle_run_end() override;
+  void handle_decode_error(const std::string& topic, const std::string& reason) override;
 
  private:
   void listen_raw(size_t topic);
+  std::string find_wrong_end(const msg::StepGrant& grant) const;
   void take_description(Bytes sample);
   void take_sample(size_t topic, Bytes sample);
   // Does the work; what it throws becomes the fault of this server, with the last step of the log.
@@ -52,6 +54,7 @@ class LoggerNode : public NodeBase {
   uint64_t last_backlog_step_ = 0;
   Clock::time_point last_progress_;
   int quiet_looks_ = 0;       // in a row, in which nothing had come
+  bool any_last_ = false;     // last_epoch_ and last_step_ hold what a grant said
   bool last_known_ = false;   // the scheduler has said which step is the last one
   uint64_t last_epoch_ = 0, last_step_ = 0;
   std::vector<std::unique_ptr<Reader>> raw_readers_;

@@ -77,6 +77,7 @@ void SchedulerNode::take_refusal(const msg::ModelRefused& message) {
 
 void SchedulerNode::take_status(const msg::ServerStatus& message) {
   if (message.server() == context().role) return;
+  if (message.phase() == msg::SERVER_FAULT && !is_authorized(topics::kServerStatus, message)) return;
   alive_[message.server()] = message.phase() != msg::SERVER_STOPPED && message.phase() != msg::SERVER_FAULT;
   ServerReport report;
   report.role = message.server();
@@ -94,7 +95,23 @@ void SchedulerNode::take_status(const msg::ServerStatus& message) {
   update();
 }
 
+void SchedulerNode::handle_decode_error(const std::string& topic, const std::string& reason) {
+  // Whoever writes what is no request has not signed it either.
+  if (topic == topics::kRunControl.name && !context().token.empty()) return say_unauthorized(topic);
+  NodeBase::handle_decode_error(topic, reason);
+}
+
+void SchedulerNode::refuse(const std::string& reason) {
+  status_.refused(reason);
+  publish_status(Clock::now());
+  status_.refused("");
+}
+
 void SchedulerNode::take_control(const msg::RunControl& message) {
+  if (!is_authorized(topics::kRunControl, message)) {
+    return refuse("only the user who started this run may steer it: the request is not signed with the run's token");
+  }
+  if (!context().token.empty() && !used_nonces_.take(message.nonce())) return;
   std::string refused;
   switch (message.request()) {
     case msg::REQUEST_RUN:
@@ -138,6 +155,7 @@ void SchedulerNode::update() {
     message.through_step(grant.through_step);
     message.last(grant.last);
     message.for_process(static_cast<int32_t>(grant.process_id));
+    sign(context().token, topics::kStepGrant.type_name, &message);
     grant_publisher_.publish(message);
   }
   const msg::RunPhase phase = find_phase(scheduler_.state());
@@ -165,6 +183,8 @@ void SchedulerNode::publish_status(Clock::time_point now) {
   status_.late(scheduler_.late());
   status_.speed(scheduler_.speed());
   if (scheduler_.state() == RunState::kFailed) status_.message(scheduler_.failure());
+  status_.signature("");
+  if (has_ended()) sign(context().token, topics::kRunStatus.type_name, &status_);
   status_publisher_.publish(status_);
 }
 

@@ -27,12 +27,14 @@ class SchedulerNode : public NodeBase {
 
  protected:
   void handle_idle(Clock::time_point now) override;
+  void handle_decode_error(const std::string& topic, const std::string& reason) override;
 
  private:
   void take_description(const msg::RobotDescription& message);
   void take_refusal(const msg::ModelRefused& message);
   void take_status(const msg::ServerStatus& message);
   void take_control(const msg::RunControl& message);
+  void refuse(const std::string& reason);
   void update();
   void publish_status(Clock::time_point now);
   double calc_real_time_factor(Clock::time_point now);
@@ -40,6 +42,7 @@ class SchedulerNode : public NodeBase {
   bool is_everybody_gone() const;
 
   StepScheduler scheduler_;
+  UsedNonces used_nonces_;
   double duration_override_ = -1.0;
   Publisher<msg::StepGrant> grant_publisher_;
   Publisher<msg::RunStatus> status_publisher_;

@@ -2,6 +2,7 @@
 #include "servers/viewer/live_run.h"
 
 #include "common/messages/topics.h"
+#include "common/node/run_token.h"
 #include "servers/viewer/signal.h"
 
 namespace hrp {
@@ -33,7 +34,8 @@ struct LiveRun::Topic {
   std::unique_ptr<Reader> reader;   // none while views have it
 };
 
-LiveRun::LiveRun(Bus& bus, bool read_only) : bus_(bus), read_only_(read_only) {
+LiveRun::LiveRun(Bus& bus, bool read_only, std::string token)
+    : bus_(bus), read_only_(read_only), token_(std::move(token)) {
   if (!read_only) control_ = Publisher<msg::RunControl>(bus, topics::kRunControl);
 }
 
@@ -168,8 +170,11 @@ std::map<std::string, Arrivals> LiveRun::take() {
 
 bool LiveRun::request(const msg::RunControl& control) {
   if (read_only_ || !control_.has_readers()) return false;
+  msg::RunControl signed_control = control;
+  signed_control.nonce(make_nonce());
+  sign(token_, topics::kRunControl.type_name, &signed_control);
   std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
-  control_.publish(control);
+  control_.publish(signed_control);
   return true;
 }
 

@@ -32,7 +32,8 @@ struct Arrivals {
 
 class LiveRun {
  public:
-  LiveRun(Bus& bus, bool read_only);
+  // token: of the run (common/node/run_token.h), for requests.
+  LiveRun(Bus& bus, bool read_only, std::string token = "");
   ~LiveRun();
 
   // Which topics to read from now on; those in `whole` with every sample, the others from the servers' views where these
@@ -57,6 +58,7 @@ class LiveRun {
   std::unique_ptr<Reader> make_reader(const std::string& name, Topic* topic);
   Bus& bus_;
   bool read_only_;
+  std::string token_;
   Publisher<msg::RunControl> control_;
   std::map<std::string, std::unique_ptr<Topic>> topics_;
   bool has_view_ = false;

@@ -69,7 +69,7 @@ int serve(Options options) {
     const auto run = hrp::find_run_to_join(options.join, {"hrp-viewer", "", /*waits=*/false});
     if (!run) return hrp::kExitInterrupted;
     bus = hrp::make_bus(hrp::make_join_bus_options(*run));
-    viewer.show(std::make_unique<hrp::LiveRun>(*bus, options.read_only));
+    viewer.show(std::make_unique<hrp::LiveRun>(*bus, options.read_only, run->entry.token));
   } else {
     show_files(options.files, &viewer);
   }

@@ -7,10 +7,14 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <sstream>
+#include <thread>
 
+#include "common/messages/topics.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {
@@ -112,8 +116,83 @@ TEST(Crowd, TwentyObserversOfBothVendorsChangeNothing) {
   }
 }
 
+// ---- somebody who does not know the token of the run --------------------------------------------------------------
+
+template <typename Message>
+void shout(Bus& bus, const TopicSpec& topic, const Message& message) {
+  Publisher<Message> publisher(bus, topic);
+  ASSERT_TRUE(wait_until([&] { return publisher.has_readers(); })) << topic.name;
+  for (int i = 0; i < 20; ++i) {
+    publisher.publish(message);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+TEST_P(Foreign, WhoeverDoesNotKnowTheTokenNeitherSteersNorEndsARun) {
+  const std::string scenario = write_scenario("intruded");
+  ServerSet reference(std::string("intruded-reference-") + GetParam(), {scenario, "--in-process"});
+  EXPECT_EQ(reference.wait(), 0) << reference.output();
+  ServerSet set(std::string("intruded-") + GetParam(), {scenario, "--dds", GetParam(), "--paused"});
+  ASSERT_TRUE(wait_until([&] { return set.run_status().phase() == msg::RUN_PAUSED; })) << set.output();
+  msg::RunControl stop;
+  stop.request(msg::REQUEST_STOP);
+  stop.signature(std::string(32, '0'));
+  shout(set.bus(), topics::kRunControl, stop);
+  msg::StepGrant grant;  // ends the log, runs on for ever, stands still
+  grant.last(true);
+  grant.epoch(std::numeric_limits<uint64_t>::max());
+  grant.through_step(std::numeric_limits<uint64_t>::max());
+  grant.for_process(set.find_server("hrp-dynamics"));
+  shout(set.bus(), topics::kStepGrant, grant);
+  msg::RunStatus over;
+  over.phase(msg::RUN_FINISHED);
+  shout(set.bus(), topics::kRunStatus, over);
+  msg::ServerStatus fault;
+  fault.server("dynamics");
+  fault.phase(msg::SERVER_FAULT);
+  shout(set.bus(), topics::kServerStatus, fault);
+  const std::string domain = std::to_string(set.find_domain());
+  // Without the folder of the run's user: as somebody else.
+  Program other({"/bin/sh", "-c", "mkdir -m 700 " + get_test_folder() + "/nobody-" + GetParam() + " && XDG_RUNTIME_DIR=" +
+                 get_test_folder() + "/nobody-" + GetParam() + " exec " HRP_BIN_DIR "/hrp-run --domain " + domain + " stop"});
+  EXPECT_EQ(other.wait(), 2) << other.output();
+  EXPECT_THAT(other.output(), HasSubstr("only the user who started this run may steer it"));
+  Program go({"hrp-run", "--domain", domain, "run"});
+  EXPECT_EQ(go.wait(), 0) << go.output();
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("not signed with the token of this run"));
+  EXPECT_EQ(digest_log(set.log()), digest_log(reference.log())) << "not a bit of the run has changed";
+}
+
 INSTANTIATE_TEST_SUITE_P(Vendors, Foreign, ::testing::Values("cyclone", "fast"),
                          [](const auto& info) { return std::string(info.param); });
+
+TEST(Replay, ARequestThatWasRecordedIsNotTakenTwice) {
+  ScenarioChange change;
+  change.steps = "{time_step: 0.001, control_period: 0.005, duration: 0}";
+  ServerSet set("replayed", {write_scenario("replayed", change), "--realtime", "--quiet"});
+  std::vector<uint8_t> recorded;
+  ASSERT_TRUE(set.wait_for_step(10)) << set.output();
+  const auto reader = set.bus().make_reader(topics::kRunControl, Delivery::kReliable, [&](Bytes sample) {
+    if (recorded.empty()) recorded.assign(sample.data, sample.data + sample.size);
+  });
+  const std::string domain = std::to_string(set.find_domain());
+  Program pause({"hrp-run", "--domain", domain, "pause"});
+  EXPECT_EQ(pause.wait(), 0) << pause.output();
+  ASSERT_TRUE(wait_until([&] {
+    std::lock_guard<std::recursive_mutex> lock(set.bus().mutex());
+    return !recorded.empty();
+  }));
+  Program go({"hrp-run", "--domain", domain, "run"});
+  EXPECT_EQ(go.wait(), 0) << go.output();
+  const auto writer = set.bus().make_writer(topics::kRunControl);
+  ASSERT_TRUE(wait_until([&] { return writer->has_readers(); }));
+  writer->write({recorded.data(), recorded.size()});
+  const uint64_t step = set.run_status().step();
+  EXPECT_TRUE(set.wait_for_step(step + 500)) << "it is not paused again";
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+}
 
 // The limit of a file's size stands in for a full disk: the same failure of write(), and no right to mount is needed.
 TEST(FullDisk, IsSaidAndTheLogHoldsWhatIsClaimed) {

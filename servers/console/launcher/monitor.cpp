@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "common/messages/topics.h"
+#include "common/node/run_token.h"
 
 namespace hrp {
 namespace {
@@ -22,7 +23,8 @@ const char* get_phase_text(msg::RunPhase phase) {
 
 }  // namespace
 
-RunMonitor::RunMonitor(Bus& bus) : bus_(bus), control_(bus, topics::kRunControl) {
+RunMonitor::RunMonitor(Bus& bus, std::string token)
+    : bus_(bus), token_(std::move(token)), control_(bus, topics::kRunControl) {
   readers_.push_back(subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
                                                [this](const msg::RunStatus& status) { take(status); }));
   readers_.push_back(subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable,
@@ -38,6 +40,8 @@ void RunMonitor::take(const msg::ServerStatus& status) {
 }
 
 void RunMonitor::take(const msg::RunStatus& status) {
+  const bool over = status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
+  if (over && !is_signed(token_, topics::kRunStatus.type_name, status)) return;  // not from our scheduler
   run_status_ = status;
   heard_scheduler_ = true;
   if (status.step() > 0) part_ends_[status.epoch()] = status.time();
@@ -88,6 +92,8 @@ void RunMonitor::stop(const std::string& reason) {
   msg::RunControl control;
   control.request(msg::REQUEST_STOP);
   control.reason(reason);
+  control.nonce(make_nonce());
+  sign(token_, topics::kRunControl.type_name, &control);
   control_.publish(control);
 }
 

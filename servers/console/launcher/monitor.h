@@ -16,7 +16,7 @@ namespace hrp {
 
 class RunMonitor {
  public:
-  explicit RunMonitor(Bus& bus);
+  explicit RunMonitor(Bus& bus, std::string token = "");
   // Copies, safe from any thread.
   msg::RunStatus run_status() const;
   bool has_ended() const;
@@ -37,6 +37,7 @@ class RunMonitor {
   void take(const msg::RunStatus& status);
 
   Bus& bus_;
+  std::string token_;  // of the run
   Publisher<msg::RunControl> control_;
   msg::RunStatus run_status_;
   bool heard_scheduler_ = false;

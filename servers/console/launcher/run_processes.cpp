@@ -10,6 +10,7 @@
 
 #include "common/bus/domain.h"
 #include "common/bus/make_bus.h"
+#include "common/node/run_token.h"
 #include "common/node/runner.h"
 #include "servers/console/launcher/child_process.h"
 #include "servers/console/launcher/monitor.h"
@@ -161,6 +162,7 @@ void ProcessRun::start_all() {
   claim_ = options_.domain >= 0 ? claim_domain(options_.domain, options_.scenario) : claim_free_domain(options_.scenario);
   RunEntry entry = claim_.entry();
   entry.vendor = options_.dds;
+  entry.token = make_run_token();
   entry.log = is_left_out("logger") ? "" : log_;
   entry.free_places = options_.without;
   claim_.describe(entry);
@@ -173,7 +175,7 @@ void ProcessRun::start_all() {
   bus.vendor = options_.dds;
   bus.domain = claim_.domain();
   bus_ = make_bus(bus);
-  monitor_ = std::make_unique<RunMonitor>(*bus_);
+  monitor_ = std::make_unique<RunMonitor>(*bus_, claim_.entry().token);
 }
 
 void ProcessRun::start_viewer() {

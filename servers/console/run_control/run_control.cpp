@@ -8,6 +8,7 @@
 
 #include "common/messages/pubsub.h"
 #include "common/messages/topics.h"
+#include "common/node/run_token.h"
 #include "common/node/runner.h"
 
 namespace hrp {
@@ -73,7 +74,9 @@ bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, con
 
 }  // namespace
 
-int send_request(Bus& bus, const JoinedRun& run, const msg::RunControl& control) {
+int send_request(Bus& bus, const JoinedRun& run, msg::RunControl control) {
+  control.nonce(make_nonce());
+  sign(run.entry.token, topics::kRunControl.type_name, &control);
   WaitVoice voice("hrp-run", run);
   Publisher<msg::RunControl> publisher(bus, topics::kRunControl);
   msg::RunStatus status;

@@ -8,7 +8,7 @@
 namespace hrp {
 
 // Waits for a scheduler, sends the request, waits until the run shows that it was taken. Returns an exit code.
-int send_request(Bus& bus, const JoinedRun& run, const msg::RunControl& control);
+int send_request(Bus& bus, const JoinedRun& run, msg::RunControl control);
 
 // Prints the run status, once or until the run ends. Returns an exit code.
 int show_status(Bus& bus, const JoinedRun& run, bool follow);

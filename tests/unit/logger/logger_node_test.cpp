@@ -114,6 +114,33 @@ TEST_F(LoggerNodeTest, TheLastGrantedStepReachesTheDiskByItself) {
   EXPECT_EQ(find_last_step(), 40u);
 }
 
+// A last step that cannot be would close the file too early.
+TEST_F(LoggerNodeTest, ALastStepThatWasPassedOrTakenBackIsAFault) {
+  send_description();
+  for (uint64_t step = 0; step <= 40; ++step) send_all(step);
+  msg::StepGrant grant;
+  grant.epoch(1);
+  grant.last(true);
+  grant.through_step(20);
+  send(topics::kStepGrant, grant);
+  EXPECT_EQ(status_.phase(), msg::SERVER_FAULT);
+  EXPECT_THAT(status_.message(), ::testing::HasSubstr("step_grant names step 20 as the last of epoch 1, but step 40 is there"));
+}
+
+TEST_F(LoggerNodeTest, TwoLastStepsOfOneEpochAreAFault) {
+  send_description();
+  send_all(0);
+  msg::StepGrant grant;
+  grant.epoch(1);
+  grant.last(true);
+  for (const uint64_t last : {100, 90}) {
+    grant.through_step(last);
+    send(topics::kStepGrant, grant);
+  }
+  EXPECT_EQ(status_.phase(), msg::SERVER_FAULT);
+  EXPECT_THAT(status_.message(), ::testing::HasSubstr("names step 90 as the last of epoch 1, after step 100"));
+}
+
 TEST_F(LoggerNodeTest, ALogThatEndsBeforeTheRunIsAFault) {
   send_description();
   for (uint64_t step = 0; step <= 40; ++step) send_all(step);

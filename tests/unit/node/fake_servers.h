@@ -133,11 +133,14 @@ struct FakeRunOptions {
   Answerer answerer = [](const msg::SensorData& m) { return std::vector<msg::JointCommands>{make_good_answer(m)}; };
   double fault_at_q = 0.0;
   std::function<void(const msg::RobotState&, Publisher<msg::RunControl>&)> on_state;
+  std::string token;                                        // of the run
+  std::function<std::shared_ptr<void>(Bus&)> join;          // makes somebody else's ends, kept as long as the bus
 };
 
 inline FakeRunResult run_fake_set(const FakeRunOptions& options) {
   MemoryBus bus;
   FakeRunResult result;
+  const std::shared_ptr<void> joined = options.join ? options.join(bus) : nullptr;
   Publisher<msg::RunControl> control(bus, topics::kRunControl);
   const auto status_reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
                                                        [&](const msg::RunStatus& m) { result.status = m; });
@@ -148,7 +151,7 @@ inline FakeRunResult run_fake_set(const FakeRunOptions& options) {
         result.states.push_back(m);
         if (options.on_state) options.on_state(m, control);
       });
-  const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "fake"}; };
+  const auto context = [&](const char* role) { return NodeContext{&bus, role, "fake", options.token}; };
   SchedulerOptions scheduling;
   scheduling.roles = {"dynamics"};
   SchedulerNode scheduler(context("scheduler"), scheduling, -1.0);

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/node/run_token.h"
+
+#include <openssl/crypto.h>
+#include <openssl/hmac.h>
+#include <sys/random.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace hrp {
+namespace {
+
+constexpr size_t kTokenBytes = 16;
+
+void fill_random(void* bytes, size_t size) {
+  if (getrandom(bytes, size, 0) != static_cast<ssize_t>(size)) {
+    throw std::runtime_error(std::string("no random numbers for a token: ") + std::strerror(errno));
+  }
+}
+
+std::string format_hex(const unsigned char* bytes, size_t size) {
+  static const char kDigits[] = "0123456789abcdef";
+  std::string text;
+  for (size_t i = 0; i < size; ++i) text += {kDigits[bytes[i] >> 4], kDigits[bytes[i] & 15]};
+  return text;
+}
+
+}  // namespace
+
+std::string make_run_token() {
+  unsigned char bytes[kTokenBytes];
+  fill_random(bytes, sizeof bytes);
+  return format_hex(bytes, sizeof bytes);
+}
+
+uint64_t make_nonce() {
+  uint64_t nonce = 0;
+  fill_random(&nonce, sizeof nonce);
+  return nonce;
+}
+
+std::string calc_signature(const std::string& token, const void* data, size_t size) {
+  unsigned char digest[EVP_MAX_MD_SIZE];
+  unsigned int digest_size = 0;
+  if (!HMAC(EVP_sha256(), token.data(), static_cast<int>(token.size()), static_cast<const unsigned char*>(data), size, digest,
+            &digest_size) ||
+      digest_size < kTokenBytes) {
+    throw std::runtime_error("the system's library cannot calculate HMAC-SHA256");
+  }
+  return format_hex(digest, kTokenBytes);
+}
+
+bool is_same_text(const std::string& a, const std::string& b) {
+  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+}  // namespace hrp
