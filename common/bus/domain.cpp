@@ -26,6 +26,7 @@ const char kClaimPrefix[] = "domain_";
 
 std::string get_claim_name(int domain) { return kClaimPrefix + std::to_string(domain); }
 std::string get_entry_name(int domain) { return "run_" + std::to_string(domain); }
+std::string get_place_name(int domain, const std::string& role) { return "place_" + std::to_string(domain) + "_" + role; }
 
 // A folder of ours that nobody else may enter, as the system makes it for each user.
 bool is_private_parent(const std::string& path) {
@@ -96,6 +97,15 @@ std::optional<DomainClaim> try_claim(int domain, const std::string& what) {
   return claim;
 }
 
+bool is_taken(const PrivateFolder& folder, const std::string& place) {
+  int file = -1;
+  const Lock lock = lock_claim(folder, place, false, &file);
+  if (lock != Lock::kTaken) return lock == Lock::kHeld;
+  folder.remove(place);  // of one that is no more
+  close(file);
+  return false;
+}
+
 // The entry of a claim that is held; what a dead holder left behind goes.
 std::optional<RunEntry> read_entry(const PrivateFolder& folder, int domain) {
   int file = -1;
@@ -111,6 +121,10 @@ std::optional<RunEntry> read_entry(const PrivateFolder& folder, int domain) {
   if (entry.domain != domain || entry.process_id <= 0 || (kill(static_cast<pid_t>(entry.process_id), 0) != 0 && errno == ESRCH)) {
     return std::nullopt;
   }
+  auto& places = entry.free_places;
+  places.erase(std::remove_if(places.begin(), places.end(),
+                              [&](const std::string& role) { return is_taken(folder, get_place_name(domain, role)); }),
+               places.end());
   return entry;
 }
 
@@ -146,6 +160,39 @@ DomainClaim::~DomainClaim() {
   folder_->remove(get_entry_name(domain_));
   folder_->remove(get_claim_name(domain_));
   close(file_);
+}
+
+PlaceClaim::PlaceClaim(PrivateFolder folder, std::string name, int file)
+    : folder_(std::move(folder)), name_(std::move(name)), file_(file) {}
+
+PlaceClaim::PlaceClaim(PlaceClaim&& other) noexcept
+    : folder_(std::exchange(other.folder_, std::nullopt)), name_(std::move(other.name_)), file_(std::exchange(other.file_, -1)) {}
+
+PlaceClaim& PlaceClaim::operator=(PlaceClaim&& other) noexcept {
+  std::swap(folder_, other.folder_);
+  std::swap(name_, other.name_);
+  std::swap(file_, other.file_);
+  return *this;
+}
+
+PlaceClaim::~PlaceClaim() {
+  if (file_ < 0) return;
+  folder_->remove(name_);
+  close(file_);
+}
+
+std::optional<PlaceClaim> claim_place(int domain, const std::string& role) {
+  PrivateFolder folder = make_run_folder();
+  const std::string name = get_place_name(domain, role);
+  // Somebody who only looks holds a free place for a moment.
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    int file = -1;
+    const Lock lock = lock_claim(folder, name, true, &file);
+    if (lock == Lock::kTaken) return PlaceClaim(std::move(folder), name, file);
+    if (lock == Lock::kFailed) throw BusError("cannot open " + folder.path() + "/" + name + ": " + std::strerror(errno));
+    usleep(5000);
+  }
+  return std::nullopt;
 }
 
 void DomainClaim::describe(RunEntry entry) {

@@ -40,6 +40,25 @@ class DomainClaim {
   RunEntry entry_;
 };
 
+// Holds the place of a server in a run that left it free, until destroyed or until the process ends: two controllers in
+// one place would end the run.
+class PlaceClaim {
+ public:
+  PlaceClaim() = default;
+  PlaceClaim(PrivateFolder folder, std::string name, int file);
+  PlaceClaim(PlaceClaim&& other) noexcept;
+  PlaceClaim& operator=(PlaceClaim&& other) noexcept;
+  ~PlaceClaim();
+
+ private:
+  std::optional<PrivateFolder> folder_;
+  std::string name_;
+  int file_ = -1;
+};
+
+// Empty when somebody else holds it.
+std::optional<PlaceClaim> claim_place(int domain, const std::string& role);
+
 // Claims a domain that nobody uses, other users included; `what` is shown to people who look for running sets. Throws
 // BusError when none is free or the folder cannot be used.
 DomainClaim claim_free_domain(const std::string& what);
@@ -47,7 +66,8 @@ DomainClaim claim_free_domain(const std::string& what);
 // Claims one domain. Throws BusError when somebody holds it.
 DomainClaim claim_domain(int domain, const std::string& what);
 
-// All runs of this user, by domain. What dead ones left behind is removed.
+// All runs of this user, by domain; `free_places` without those that somebody has taken. What dead ones left behind is
+// removed.
 std::vector<RunEntry> find_runs();
 // The run of a domain; empty when nobody holds it.
 std::optional<RunEntry> find_run_of_domain(int domain);

@@ -73,6 +73,15 @@ std::optional<RunEntry> ask(const std::vector<RunEntry>& runs) {
   return runs[static_cast<size_t>(number) - 1];
 }
 
+// A server of a run that its launcher did not start holds its place there; false when another one does.
+bool take_place(JoinedRun* run, const std::string& role) {
+  if (role.empty() || !run->registered || run->is_launched_by_it()) return true;
+  auto place = claim_place(run->entry.domain, role);
+  if (!place) return false;
+  run->place = std::make_shared<PlaceClaim>(std::move(*place));
+  return true;
+}
+
 bool is_asked_on_terminal(const RunChoice& choice) {
   return !choice.several.empty() && isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1;
 }
@@ -111,6 +120,9 @@ std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Join
   std::string said;
   while (true) {
     RunChoice choice = choose_run(options, find_runs(), joiner.role);
+    if (choice.run && !take_place(&*choice.run, joiner.role)) {
+      choice = refuse("the place of " + joiner.role + " is taken in " + describe_place(*choice.run) + " by another program", true);
+    }
     if (choice.run) {
       if (!said.empty()) std::fprintf(stderr, "%s: joins %s\n", joiner.program.c_str(), describe_place(*choice.run).c_str());
       return choice.run;

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -29,6 +30,7 @@ void add_join_options(CLI::App& app, JoinOptions* options);
 struct JoinedRun {
   RunEntry entry;           // domain and vendor are filled in always
   bool registered = false;  // else a domain named by hand, which no run of ours holds
+  std::shared_ptr<PlaceClaim> place;  // of a server that was not started by the launcher
   // This process is a child of the run's launcher, which speaks for it.
   bool is_launched_by_it() const;
 };

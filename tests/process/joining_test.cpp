@@ -170,6 +170,23 @@ TEST(Waiting, AControllerDoesNotDisturbARunThatHasOne) {
   EXPECT_EQ(set.wait(), 0) << set.output();
 }
 
+TEST(Waiting, ASecondControllerStandsByAndTakesOverWhenTheFirstGoes) {
+  ServerSet set("standby", {write_endless("standby"), "--without", "controller", "--quiet", "--realtime"});
+  Program first({"my-controller"});
+  ASSERT_TRUE(set.wait_for_step(50)) << set.output() << first.output();
+  Program second({"my-controller", "--run", std::to_string(set.process_id())});
+  ASSERT_TRUE(says(second, "the place of controller is taken")) << second.output();
+  const uint64_t step = set.run_status().step();
+  EXPECT_TRUE(set.wait_for_step(step + 50)) << "the run is not disturbed\n" << set.output();
+  first.send_signal(SIGKILL);
+  EXPECT_EQ(first.wait(), -SIGKILL);
+  ASSERT_TRUE(says(second, "joins domain")) << second.output();
+  EXPECT_TRUE(set.wait_for_step(set.run_status().step() + 50)) << set.output() << second.output();
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_EQ(second.wait(), 0) << second.output();
+}
+
 TEST(Waiting, IsSaidWithWhatAndWhereAndWhichRunsThereAre) {
   const DomainClaim claim = claim_free_domain("an empty domain");
   const std::string domain = std::to_string(claim.domain());

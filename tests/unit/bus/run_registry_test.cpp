@@ -2,6 +2,8 @@
 // The folder of runs is private, what dead runs left is gone, and the run that is meant is chosen.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -144,6 +146,34 @@ TEST_F(RunFolder, KeepsNothingOfARunThatWasKilled) {
   EXPECT_FALSE(fs::is_empty(folder_)) << "what it left behind";
   EXPECT_THAT(find_runs(), IsEmpty());
   EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(RunFolder, APlaceIsTakenOnceAndFreeAgainAfterwards) {
+  DomainClaim claim = claim_free_domain("one.yaml");
+  RunEntry entry = claim.entry();
+  entry.free_places = {"controller", "logger"};
+  claim.describe(entry);
+  {
+    const auto place = claim_place(claim.domain(), "controller");
+    ASSERT_TRUE(place);
+    EXPECT_FALSE(claim_place(claim.domain(), "controller"));
+    EXPECT_THAT(find_runs()[0].free_places, ElementsAre("logger"));
+  }
+  EXPECT_THAT(find_runs()[0].free_places, ElementsAre("controller", "logger"));
+}
+
+// Another user's run has its folder elsewhere, but the same ports.
+TEST_F(RunFolder, ADomainWhosePortsSomebodyUsesIsNotHandedOut) {
+  const int count = kLastDomain - kFirstDomain + 1;
+  const int first = kFirstDomain + getpid() % count;
+  const int file = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<uint16_t>(7400 + 250 * first + 10));
+  (void)bind(file, reinterpret_cast<sockaddr*>(&address), sizeof address);  // or somebody has it already
+  EXPECT_NE(claim_free_domain("test").domain(), first);
+  close(file);
 }
 
 TEST_F(RunFolder, ADomainIsClaimedOnce) {
