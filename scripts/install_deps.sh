@@ -17,7 +17,7 @@ run_packages=(
   libeigen3-dev liburdfdom-dev liburdfdom-headers-dev libconsole-bridge-dev libtinyxml2-dev
   libfcl-dev libyaml-cpp-dev libassimp-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev libssl-dev
-  libcli11-dev libzstd-dev liblz4-dev libdeflate-dev
+  libcli11-dev libzstd-dev liblz4-dev libdeflate-dev zlib1g-dev
 )
 build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev)
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium)

@@ -5,6 +5,7 @@
 # Installs what is missing, builds everything and runs all tests. Examples of options:
 #   -L unit          one kind only: unit, physics, conformance, process, npm, browser
 #   -R mcap          tests whose name contains mcap
+#   -C nightly       also those that take long (the Debian package in a clean root)
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 case "${1:-}" in -h | --help) print_help; exit 0 ;; esac

@@ -93,12 +93,4 @@ void insert_foot_bushes(const Scenario& scenario, RobotDescription* robot) {
   for (const auto& [foot, spec] : scenario.foot_bush) insert_foot_bush(foot, spec, robot);
 }
 
-bool is_bush_joint(const std::string& joint) {
-  for (const char* end : {"_bush_z", "_bush_roll", "_bush_pitch"}) {
-    const size_t length = std::string(end).size();
-    if (joint.size() > length && joint.compare(joint.size() - length, length, end) == 0) return true;
-  }
-  return false;
-}
-
 }  // namespace hrp

@@ -3,8 +3,13 @@
 
 #include <algorithm>
 
+#include "common/robot/foot_bush.h"
+
 namespace hrp {
 namespace {
+
+// Of the joints that foot_bush.cpp makes.
+constexpr const char* kBushEndings[] = {"_bush_z", "_bush_roll", "_bush_pitch"};
 
 class Checker {
  public:
@@ -16,7 +21,7 @@ class Checker {
   // The joints that insert_foot_bush makes later.
   void add_bush_joints() {
     for (const auto& bush : scenario_.foot_bush) {
-      for (const char* suffix : {"_bush_z", "_bush_roll", "_bush_pitch"}) joints_.push_back(bush.first + suffix);
+      for (const char* suffix : kBushEndings) joints_.push_back(bush.first + suffix);
     }
   }
   void check_link(const std::string& key, const std::string& name) { check(key, name, links_, "link"); }
@@ -96,6 +101,14 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
     checker.check_joint("controller.joint_order[" + std::to_string(i) + "]", scenario.controller.joint_order[i]);
   }
   check_feet_have_soles(scenario, robot, diagnostics);
+}
+
+// Here, as logs are read without the geometry of feet.
+bool is_bush_joint(const std::string& joint) {
+  for (const std::string end : kBushEndings) {
+    if (joint.size() > end.size() && joint.compare(joint.size() - end.size(), end.size(), end) == 0) return true;
+  }
+  return false;
 }
 
 }  // namespace hrp

@@ -32,11 +32,17 @@ function(hrp_quick target headers)
   hrp_precompile(${target} ${headers})
 endfunction()
 
+# Where #include "common/..." is found: the top of the tree, or of the installed headers.
+function(hrp_include_top target scope)
+  target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/openhrp_dds>)
+  target_compile_features(${target} ${scope} cxx_std_17)
+endfunction()
+
 # hrp_library(name [QUICK] SOURCES a.cpp ... LINK x ... PRIVATE_LINK y ...). QUICK: see hrp_quick().
 function(hrp_library name)
   cmake_parse_arguments(ARG "QUICK" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
-  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  hrp_include_top(${name} PUBLIC)
   target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
   if(ARG_QUICK)
     hrp_quick(${name} hrp_command_line_headers)
@@ -49,7 +55,7 @@ endfunction()
 function(hrp_headers name)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
   add_library(${name} INTERFACE)
-  target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
+  hrp_include_top(${name} INTERFACE)
   target_link_libraries(${name} INTERFACE ${ARG_LINK})
 endfunction()
 
@@ -73,6 +79,10 @@ function(hrp_program name)
     hrp_precompile(${name} hrp_eigen_headers)
   endif()
   add_dependencies(hrp_programs ${name})
+  file(RELATIVE_PATH place ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  if(NOT place MATCHES "^tests" AND NOT name STREQUAL my-controller)
+    install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  endif()
 endfunction()
 
 # What tests find the tree and the programs by.

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/shared_files.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/viewer/viewer.h"
@@ -24,12 +25,6 @@ struct Options {
   hrp::ViewerOptions viewer;
   bool read_only = false;
 };
-
-// build/bin/hrp-viewer -> build/share/viewer
-std::string find_page_folder() {
-  std::error_code error;
-  return (fs::read_symlink("/proc/self/exe", error).parent_path().parent_path() / "share" / "viewer").string();
-}
 
 void add_options(CLI::App& app, Options* options) {
   app.footer("Without files it joins the run that goes on. Examples:\n"
@@ -63,7 +58,7 @@ void show_files(const std::vector<std::string>& files, hrp::Viewer* viewer) {
 
 int serve(Options options) {
   std::unique_ptr<hrp::Bus> bus;  // outlives its readers
-  if (options.viewer.page_folder.empty()) options.viewer.page_folder = find_page_folder();
+  if (options.viewer.page_folder.empty()) options.viewer.page_folder = hrp::find_shared_file("viewer");
   hrp::Viewer viewer(options.viewer);
   if (options.files.empty()) {
     const auto run = hrp::find_run_to_join(options.join, {"hrp-viewer", "", /*waits=*/false});

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/shared_files.h"
 #include "common/bus/make_bus.h"
 #include "common/node/runner.h"
 #include "servers/scheduler/step_scheduler.h"
@@ -59,7 +60,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.footer(kFooter);
   bool realtime = false, no_pin = false, no_plot = false;
   std::vector<std::string> dds_for, programs;
-  app.add_option("SCENARIO", options->scenario, "scenario file (YAML)")->required();
+  app.add_option("SCENARIO", options->scenario, "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
+      ->required();
   app.add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
   app.add_option("--dds-for", dds_for, "SERVER=cyclone|fast: DDS of one server; may be repeated");
   app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's");
@@ -83,6 +85,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_flag("--quiet", options->quiet, "no progress line");
   try {
     app.parse(argc, argv);
+    options->scenario = find_scenario_file(options->scenario);
     options->dds_for = split_pairs(dds_for, "--dds-for");
     options->programs = split_pairs(programs, "--program");
     for (const auto& [role, vendor] : options->dds_for) {
