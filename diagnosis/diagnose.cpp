@@ -2,9 +2,10 @@
 #include <set>
 
 #include "diagnosis/attached/search.h"
+#include "diagnosis/evidence/schema2.h"
+#include "diagnosis/fixed_base.h"
 #include "diagnosis/impact/search.h"
 #include "diagnosis/report/report.h"
-#include "diagnosis/search/limbs.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -57,9 +58,8 @@ void say_what_was_not_compared(const Experiment& e, const std::set<std::string>&
   reports->series["notes"].push_back(text);
 }
 
-}  // namespace
-
-Reports diagnose(const Problem& problem, const Progress& progress) {
+// In whatever schema the engine speaks.
+Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;
   if (upright::diagnose_upright(problem, progress, &reports)) {
@@ -74,10 +74,16 @@ Reports diagnose(const Problem& problem, const Progress& progress) {
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }
-  Problem whole = problem;
-  split_limbs(&whole);
-  reports = make_reports(whole, search_limbs(whole, progress));
+  reports = diagnose_fixed_base(problem, progress);
   say_what_was_not_compared(e, {"/imu", "/wrench", "/base", "/joint_states_link"}, progress, &reports);
+  return reports;
+}
+
+}  // namespace
+
+Reports diagnose(const Problem& problem, const Progress& progress) {
+  Reports reports = diagnose_by_kind(problem, progress);
+  upgrade_report(&reports.report);
   return reports;
 }
 

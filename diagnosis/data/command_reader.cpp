@@ -36,6 +36,10 @@ void read_command(const std::vector<double>& time, const JointColumns& joint, do
     *position = m.of(joint.command);
     return;
   }
+  if (joint.separate_rate) {
+    *position = m.of(joint.command), *rate = m.of(joint.command_rate);
+    return;
+  }
   const double h = time[m.k + 1] - time[m.k], s = m.s;
   const double a = joint.command[m.k], b = joint.command[m.k + 1];
   const double da = h * joint.command_rate[m.k], db = h * joint.command_rate[m.k + 1];

@@ -101,6 +101,18 @@ bool is_constant(const std::vector<double>& values) {
   return !(high > low);
 }
 
+// Commanded positions move otherwise than the commanded rates say: by more than half of their own changes, as squares.
+bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
+  constexpr double kSeparate = 0.5;
+  double apart = 0.0, moved = 0.0;
+  for (size_t k = 1; k < joint.command_rate.size() && k < joint.command.size(); ++k) {
+    const double change = joint.command[k] - joint.command[k - 1];
+    const double told = 0.5 * (joint.command_rate[k] + joint.command_rate[k - 1]) * (time[k] - time[k - 1]);
+    apart += (change - told) * (change - told), moved += change * change;
+  }
+  return apart > kSeparate * moved;
+}
+
 void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, JointColumns* joint,
                 std::set<std::string>* used, const std::string& file, std::vector<std::string>* warnings) {
   const auto column = [&](const std::string& key, std::vector<double>* values) {
@@ -136,6 +148,11 @@ Recording read_recording(const Experiment& experiment, const RecordingSpec& spec
   for (int j = 0; j < experiment.num_joints(); ++j) {
     read_joint(table, rows, experiment.robot.tree.joint(j).name, &recording.joints[static_cast<size_t>(j)], &used,
                spec.name, warnings);
+    JointColumns& joint = recording.joints[static_cast<size_t>(j)];
+    joint.separate_rate = has_separate_rate(recording.time, joint);
+    if (joint.separate_rate)
+      warnings->push_back(spec.name + ": /joint_commands/" + experiment.robot.tree.joint(j).name +
+                          "/velocity is not the derivative of the commanded positions; the servo gets it as recorded");
   }
   std::vector<std::string> names;
   for (int j = 0; j < experiment.num_joints(); ++j) names.push_back(experiment.robot.tree.joint(j).name);

@@ -21,6 +21,7 @@ const char* get_quantity_name(Quantity quantity);
 struct JointColumns {
   std::vector<double> command, command_rate;  // complete (gaps interpolated)
   std::vector<double> signal[kQuantities];
+  bool separate_rate = false;  // the recorded rate of commands is not the derivative of their positions
   bool has(Quantity q) const { return !signal[static_cast<int>(q)].empty(); }
 };
 

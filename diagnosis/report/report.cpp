@@ -252,7 +252,7 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std, bool 
     const bool axis = infos[i].axis >= 0;
     if (axis) vectors[name].push_back(i);
     if (axis || infos[i].nuisance) continue;
-    const double value = effect.p[i], s = std[i];
+    const double value = effect.p[i], s = i < std.size() ? std[i] : 0.0;
     if (!with_intervals)
       parameters[name] = round_to(value, 8);
     else
@@ -264,8 +264,9 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std, bool 
   for (const auto& item : vectors) {
     Json value = Json::array(), spread = Json::array(), interval = Json::array();
     for (size_t i : item.second) {
-      value.push_back(round_to(effect.p[i], 8)), spread.push_back(round_to(std[i], 4));
-      interval.push_back({round_to(effect.p[i] - 1.96 * std[i], 8), round_to(effect.p[i] + 1.96 * std[i], 8)});
+      value.push_back(round_to(effect.p[i], 8)), spread.push_back(round_to(i < std.size() ? std[i] : 0.0, 4));
+      const double half = 1.96 * (i < std.size() ? std[i] : 0.0);
+      interval.push_back({round_to(effect.p[i] - half, 8), round_to(effect.p[i] + half, 8)});
     }
     if (with_intervals)
       parameters[item.first] = {
@@ -308,7 +309,7 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
 Reports make_empty_reports(const Problem& problem, const std::string& reason) {
   Reports reports;
   Json& r = reports.report;
-  r["schema"] = 1, r["verdict"] = "unexplained";
+  r["schema"] = 1, r["verdict"] = "not_judged";
   r["mismatch"] = Json::array(), r["findings"] = Json::array();
   const std::string statement = "The recordings could not be judged: " + reason + ".";
   r["unexplained"] = {{{"where", Json::object()}, {"depends_on", Json::array()}, {"statement", statement}}};

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/estimate/gram.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kRidge = 1e-9;
+
+struct Part {
+  Eigen::MatrixXd G;
+  Eigen::VectorXd b;
+};
+
+Part pick(const Gram& gram, const Columns& columns) {
+  const long p = static_cast<long>(columns.size());
+  Part part{Eigen::MatrixXd(p, p), Eigen::VectorXd(p)};
+  for (long i = 0; i < p; ++i) {
+    part.b[i] = gram.b[columns[static_cast<size_t>(i)]];
+    for (long j = 0; j < p; ++j) part.G(i, j) = gram.get(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]);
+  }
+  return part;
+}
+
+// Scaled to a unit diagonal before it is factored: columns have units of their own.
+Eigen::VectorXd calc_scale(const Eigen::MatrixXd& G) {
+  return G.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 1.0; });
+}
+
+Eigen::LDLT<Eigen::MatrixXd> factor(const Eigen::MatrixXd& G, const Eigen::VectorXd& scale) {
+  Eigen::MatrixXd scaled = scale.asDiagonal() * G * scale.asDiagonal();
+  scaled.diagonal().array() += kRidge;
+  return scaled.ldlt();
+}
+
+}  // namespace
+
+void Gram::add_row(const Eigen::VectorXd& x, double y) {
+  G.selfadjointView<Eigen::Lower>().rankUpdate(x);
+  b += y * x, c += y * y, n += 1.0;
+}
+
+void Gram::add(const Gram& other, double factor) {
+  G += factor * other.G, b += factor * other.b, c += factor * other.c, n += factor * other.n;
+}
+
+Eigen::VectorXd solve(const Gram& gram, const Columns& columns) {
+  if (columns.empty()) return {};
+  const Part part = pick(gram, columns);
+  const Eigen::VectorXd scale = calc_scale(part.G);
+  return scale.cwiseProduct(factor(part.G, scale).solve(scale.cwiseProduct(part.b)));
+}
+
+double calc_rest(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta) {
+  if (columns.empty()) return gram.c;
+  const Part part = pick(gram, columns);
+  return std::max(0.0, gram.c - 2.0 * part.b.dot(theta) + theta.dot(part.G * theta));
+}
+
+Gram sum(const std::vector<Gram>& folds, long width) {
+  Gram total(width);
+  for (const Gram& fold : folds) total.add(fold, 1.0);
+  return total;
+}
+
+double cross_validate(const std::vector<Gram>& folds, const Gram& total, const Columns& columns) {
+  const Part all = pick(total, columns);
+  double rest = 0.0, n = 0.0;
+  for (const Gram& fold : folds) {
+    if (fold.n <= 0.0) continue;
+    const Part own = pick(fold, columns);
+    Eigen::VectorXd theta(all.b.size());
+    if (!columns.empty()) {
+      const Eigen::MatrixXd G = all.G - own.G;
+      const Eigen::VectorXd scale = calc_scale(G);
+      theta = scale.cwiseProduct(factor(G, scale).solve(scale.cwiseProduct(all.b - own.b)));
+    }
+    rest += std::max(0.0, fold.c - 2.0 * own.b.dot(theta) + theta.dot(own.G * theta)), n += fold.n;
+  }
+  return n > 0.0 ? rest / n : 0.0;
+}
+
+Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& total, const Columns& columns,
+                                const Eigen::VectorXd& theta) {
+  const long p = theta.size();
+  const Part all = pick(total, columns);
+  const Eigen::VectorXd scale = calc_scale(all.G);
+  const Eigen::MatrixXd inverse =
+      scale.asDiagonal() * factor(all.G, scale).solve(Eigen::MatrixXd(scale.asDiagonal()));
+  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(p, p);
+  double count = 0.0;
+  for (const Gram& fold : folds) {
+    if (fold.n <= 0.0) continue;
+    const Part own = pick(fold, columns);
+    const Eigen::VectorXd score = own.b - own.G * theta;
+    scores += score * score.transpose(), count += 1.0;
+  }
+  return inverse * scores * inverse * (count > 1.0 ? count / (count - 1.0) : 1.0);
+}
+
+}  // namespace hrp::diagnosis

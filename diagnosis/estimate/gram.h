@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Least squares from sums: G = X^T X, b = X^T y, c = y^T y of each fold of the data. Any subset of columns is then
+// fitted, cross-validated and compared without another look at the samples.
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+namespace hrp::diagnosis {
+
+using Columns = std::vector<long>;
+
+struct Gram {
+  Eigen::MatrixXd G;  // lower triangle
+  Eigen::VectorXd b;
+  double c = 0.0, n = 0.0;  // n: samples
+
+  explicit Gram(long width = 0) : G(Eigen::MatrixXd::Zero(width, width)), b(Eigen::VectorXd::Zero(width)) {}
+  double get(long i, long j) const { return i >= j ? G(i, j) : G(j, i); }
+  void add_row(const Eigen::VectorXd& x, double y);
+  void add(const Gram& other, double factor);
+};
+
+// Parameters of the chosen columns. Directions that the data do not show at all stay near zero (a ridge of 1e-9 of
+// each column's own sum of squares).
+Eigen::VectorXd solve(const Gram& gram, const Columns& columns);
+// Sum of squares that parameters of these columns leave.
+double calc_rest(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta);
+
+Gram sum(const std::vector<Gram>& folds, long width);
+// Mean square of each fold predicted from all others.
+double cross_validate(const std::vector<Gram>& folds, const Gram& total, const Columns& columns);
+
+// Robust covariance (sandwich) with the folds as clusters: A^-1 (sum g g^T) A^-1, g the score of a fold. It allows for
+// whatever correlation residuals have within a fold. Small samples: times F / (F - 1).
+Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& total, const Columns& columns,
+                                const Eigen::VectorXd& theta);
+
+}  // namespace hrp::diagnosis

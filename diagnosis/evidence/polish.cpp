@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/polish.h"
+
+#include "diagnosis/search/fit.h"
+#include "diagnosis/simulation/nearby.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr int kIterations = 10;
+constexpr double kTolerance = 1e-3;
+constexpr double kCoarse = 2.0;     // times the usual step: one joint alone
+constexpr double kFinest = 1.5;     // factor to which displacements before slipping are walked
+
+bool is_of_joint(const Effect& effect) { return find_place_kind(effect.id) == PlaceKind::kJoint; }
+
+// One joint's effects, fitted; empty where no rollout stays finite.
+Hypothesis fit_joint(const Problem& problem, const Hypothesis& start) {
+  FitOptions options;
+  options.max_iterations = kIterations;
+  options.tolerance = kTolerance;
+  const FitResult first = fit(problem, start, problem.train, options);
+  if (!first.ok) return {};
+  const FitResult again = fit(problem, try_nearby(problem, first.hypothesis, kFinest), problem.train, options);
+  const FitResult& best = again.ok && again.train.chi2 < first.train.chi2 ? again : first;
+  const Score before = calc_score(problem, start, problem.train);
+  return before.ok && before.chi2 <= best.train.chi2 ? Hypothesis{} : best.hypothesis;
+}
+
+}  // namespace
+
+Hypothesis polish_joints(const Problem& problem, const Hypothesis& model) {
+  Problem along = problem;
+  along.view = {}, along.limbs.clear();
+  if (along.nominal_paths.empty()) prepare_paths(&along);
+  Hypothesis links;
+  for (const Effect& effect : model) {
+    if (!is_of_joint(effect)) links.push_back(effect);
+  }
+  const Paths paths = make_paths(along, links);
+  const int n = problem.experiment->num_joints();
+  std::vector<Hypothesis> fitted(static_cast<size_t>(n));
+  parallel_for(problem.jobs, n, [&](int j) {
+    Hypothesis own;
+    for (const Effect& effect : model) {
+      if (is_of_joint(effect) && effect.place == j) own.push_back(effect);
+    }
+    if (own.empty()) return;
+    Problem alone = along;
+    alone.jobs = 1;
+    alone.options.max_step *= kCoarse;
+    alone.view = {true, &paths, j};
+    fitted[static_cast<size_t>(j)] = fit_joint(alone, own);
+  });
+  Hypothesis out = links;
+  for (int j = 0; j < n; ++j) {
+    const Hypothesis& own = fitted[static_cast<size_t>(j)];
+    if (!own.empty()) {
+      out.insert(out.end(), own.begin(), own.end());
+      continue;
+    }
+    for (const Effect& effect : model) {
+      if (is_of_joint(effect) && effect.place == j) out.push_back(effect);
+    }
+  }
+  return out;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/schema2.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/evidence/families.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Share of the held-out squares above the noise that goes away.
+double find_explained(const Json& report) {
+  const Json& fit = report["fit"]["validate"];
+  const double before = fit.value("before", 0.0), after = fit.value("after", 0.0);
+  const double above = before * before - 1.0;
+  return above > 0.0 ? std::clamp(1.0 - std::max(0.0, after * after - 1.0) / above, 0.0, 1.0) : 0.0;
+}
+
+void upgrade_finding(double share, Json* finding) {
+  Json& f = *finding;
+  if (!f.contains("grade")) f["grade"] = get_grade_name(Grade::kCertain);
+  if (!f.contains("family")) f["family"] = find_family_name(f["effect"].get<std::string>());
+  if (!f.contains("share")) f["share"] = std::round(1000.0 * share) / 1000.0;
+  if (!f.contains("alternatives")) f["alternatives"] = Json::array();
+  for (Json& a : f["alternatives"]) {
+    if (!a.contains("family")) a["family"] = find_family_name(a["effect"].get<std::string>());
+  }
+}
+
+std::string make_summary(const Json& report) {
+  const std::string verdict = report["verdict"];
+  if (verdict == "no_mismatch") return "The nominal model explains these recordings down to their noise.";
+  std::string text;
+  for (const char* list : {"findings", "unexplained"}) {
+    for (const Json& item : report[list]) text += (text.empty() ? "" : " ") + item.value("statement", std::string());
+  }
+  return text.empty() ? "No effect of the list is supported by these recordings." : text;
+}
+
+}  // namespace
+
+void upgrade_report(Json* report) {
+  Json& r = *report;
+  if (r.value("schema", 1) == 2) return;
+  r["schema"] = 2;
+  const double explained = find_explained(r);
+  const double each = explained / std::max<double>(1.0, static_cast<double>(r["findings"].size()));
+  for (Json& f : r["findings"]) upgrade_finding(each, &f);
+  if (!r.contains("summary")) r["summary"] = make_summary(r);
+  if (!r.contains("remaining")) r["remaining"] = Json::array();
+  if (!r.contains("ceiling")) r["ceiling"] = r["verdict"] == "explained" ? 1.0 : explained;
+  if (!r.contains("explained")) r["explained"] = explained;
+  if (!r.contains("missing")) r["missing"] = Json::array();
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reports of engines that speak schema 1, as schema 2.
+#pragma once
+
+#include "diagnosis/evidence/finding.h"
+
+namespace hrp::diagnosis {
+
+// Adds what schema 2 has beside schema 1: findings are certain, take away what the fit says, and have a family; the
+// verdict of recordings that could not be judged is `not_judged`.
+void upgrade_report(nlohmann::ordered_json* report);
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// All subsets of a joint's terms; terms of the whole robot one after another, each beside the joints' best subsets.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/search/problem.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr int kMostTerms = 7;        // of one joint
+constexpr double kWholeGain = 6.0;   // [nats] that a term of the whole robot must add: a likelihood ratio of 400
+constexpr size_t kMostWhole = 4;
+constexpr size_t kTried = 6;         // terms of the whole robot that are tried beside new subsets
+
+constexpr double kBracket = 0.5;     // width of the two bounds of a gain, of its distance from one
+
+using Terms = std::vector<size_t>;
+
+double get_parameter(const JointDesign& joint, const Terms& terms, const Eigen::VectorXd& theta, TermKind kind) {
+  long at = 0;
+  for (size_t term : terms) {
+    if (joint.terms[term].kind == kind) return theta[at];
+    at += joint.terms[term].columns;
+  }
+  return 0.0;
+}
+
+bool has_kind(const JointDesign& joint, const Terms& terms, TermKind kind) {
+  return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].kind == kind; });
+}
+
+// A Stribeck curve is an excess over a level, a spring has a constant of its own.
+bool is_sensible(const JointDesign& joint, const Terms& terms) {
+  if (has_kind(joint, terms, TermKind::kStribeck) && !has_kind(joint, terms, TermKind::kDry) &&
+      !has_kind(joint, terms, TermKind::kLoadDry))
+    return false;
+  if (has_kind(joint, terms, TermKind::kLag) && has_kind(joint, terms, TermKind::kCommandDelay)) return false;
+  return !(has_kind(joint, terms, TermKind::kSpring) && has_kind(joint, terms, TermKind::kConstant));
+}
+
+Columns list_own(const JointDesign& joint, const Terms& terms) {
+  Columns columns;
+  for (size_t term : terms) {
+    const Columns own = list_columns(joint, term);
+    columns.insert(columns.end(), own.begin(), own.end());
+  }
+  return columns;
+}
+
+// The joint's own columns with what terms of the whole robot contribute taken away.
+Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& whole) {
+  Gram out(own_width);
+  const Eigen::MatrixXd G = gram.G.selfadjointView<Eigen::Lower>();
+  const long rest = G.rows() - own_width;
+  out.G = G.topLeftCorner(own_width, own_width);
+  out.b = gram.b.head(own_width) - G.block(0, own_width, own_width, rest) * whole;
+  out.c = gram.c - 2.0 * gram.b.tail(rest).dot(whole) +
+          whole.dot(G.bottomRightCorner(rest, rest) * whole);
+  out.n = gram.n;
+  return out;
+}
+
+// [m] from a link's frame: its children's joints and its own centre of mass, doubled, and a hand's width.
+double find_reach(const TorqueData& data, const Term& term) {
+  const TreeSpec& tree = data.experiment->robot.tree;
+  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt) return 0.0;
+  double reach = tree.links[static_cast<size_t>(term.place)].inertia.p_LLcm_L.norm();
+  for (const LinkSpec& link : tree.links) {
+    if (link.parent == term.place) reach = std::max(reach, link.joint.X_PF.p.norm());
+  }
+  return 0.1 + 2.0 * reach;
+}
+
+struct Subset {
+  Terms terms;
+  double evidence = -1e300;
+  std::vector<double> first;  // parameter of each term
+};
+
+class SubsetSearch {
+ public:
+  SubsetSearch(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole)
+      : design_(design), at_(joint), joint_(design.joints[joint]) {
+    for (const Gram& fold : joint_.train) folds_.push_back(subtract_whole(fold, joint_.own_width, whole));
+    total_ = sum(folds_, joint_.own_width);
+  }
+
+  // Best first; all that are physical.
+  std::vector<Subset> run() {
+    const Terms pool = list_pool();
+    std::vector<Subset> subsets;
+    for (size_t mask = 0; mask < (size_t{1} << pool.size()); ++mask) {
+      Terms terms;
+      for (size_t i = 0; i < pool.size(); ++i) {
+        if (mask >> i & 1) terms.push_back(pool[i]);
+      }
+      if (static_cast<int>(terms.size()) > kMostTerms || !is_sensible(joint_, terms)) continue;
+      const Subset subset = judge(terms);
+      if (subset.evidence > -1e299) subsets.push_back(subset);
+    }
+    std::sort(subsets.begin(), subsets.end(), [](const Subset& a, const Subset& b) { return a.evidence > b.evidence; });
+    return subsets;
+  }
+
+ private:
+  Subset judge(const Terms& terms) const {
+    const Columns columns = list_own(joint_, terms);
+    const Eigen::VectorXd theta = solve(total_, columns);
+    if (!is_physical(design_, at_, terms, theta) || !has_bracketed_gain(terms)) return {terms, -1e300, {}};
+    const double cross = cross_validate(folds_, total_, columns);
+    const double floor = 1e-6 * joint_.spread * joint_.spread;
+    double evidence = -0.5 * joint_.effective * std::log(std::max({cross, floor, 1e-300}));
+    Subset subset{terms, 0.0, {}};
+    long at = 0;
+    for (size_t term : terms) {
+      evidence -= get_cost(joint_.terms[term].kind);
+      subset.first.push_back(theta[at]);
+      at += joint_.terms[term].columns;
+    }
+    subset.evidence = evidence;
+    return subset;
+  }
+
+  // A wrong gain shows from both sides: by the effort and by the model's torque.
+  bool has_bracketed_gain(const Terms& terms) const {
+    if (!has_kind(joint_, terms, TermKind::kGain)) return true;
+    const double k = 1.0 - get_parameter(joint_, terms, solve(total_, list_own(joint_, terms)), TermKind::kGain);
+    Terms other;
+    for (size_t term : terms) other.push_back(joint_.terms[term].kind == TermKind::kGain ? term + 1 : term);
+    std::sort(other.begin(), other.end());
+    const double g = get_parameter(joint_, other, solve(total_, list_own(joint_, other)), TermKind::kGainOfModel);
+    const double other_k = 1.0 / std::max(1e-3, 1.0 + g), middle = 0.5 * (k + other_k);
+    return (k - 1.0) * (other_k - 1.0) > 0.0 && std::abs(k - other_k) < kBracket * std::abs(middle - 1.0);
+  }
+
+  // One Stribeck velocity and one period of ripple, those that help most beside the usual terms.
+  Terms list_pool() const {
+    Terms pool, base;
+    for (size_t t = 0; t < joint_.terms.size(); ++t) {
+      const TermKind kind = joint_.terms[t].kind;
+      if (kind == TermKind::kStribeck || kind == TermKind::kCogging || kind == TermKind::kGainOfModel) continue;
+      if (kind == TermKind::kGain && !joint_.loaded) continue;
+      pool.push_back(t);
+      if (kind == TermKind::kViscous || kind == TermKind::kDry || kind == TermKind::kRotor ||
+          kind == TermKind::kConstant)
+        base.push_back(t);
+    }
+    for (TermKind kind : {TermKind::kStribeck, TermKind::kCogging}) {
+      double best = 1e300;
+      size_t chosen = joint_.terms.size();
+      for (size_t t = 0; t < joint_.terms.size(); ++t) {
+        if (joint_.terms[t].kind != kind) continue;
+        Terms with = base;
+        with.push_back(t);
+        const double cross = cross_validate(folds_, total_, list_own(joint_, with));
+        if (cross < best) best = cross, chosen = t;
+      }
+      if (chosen < joint_.terms.size()) pool.push_back(chosen);
+    }
+    return pool;
+  }
+
+  const TorqueDesign& design_;
+  const size_t at_;
+  const JointDesign& joint_;
+  std::vector<Gram> folds_;
+  Gram total_;
+};
+
+// Probability of each term, and how much its first parameter differs between subsets (Bayesian model averaging).
+void average(const std::vector<Subset>& subsets, std::vector<double>* inclusion, std::vector<double>* std) {
+  std::vector<double> mean(inclusion->size(), 0.0), square(mean);
+  double all = 0.0;
+  for (const Subset& subset : subsets) {
+    const double weight = std::exp(subset.evidence - subsets[0].evidence);
+    all += weight;
+    for (size_t i = 0; i < subset.terms.size(); ++i) {
+      const size_t term = subset.terms[i];
+      (*inclusion)[term] += weight, mean[term] += weight * subset.first[i];
+      square[term] += weight * subset.first[i] * subset.first[i];
+    }
+  }
+  for (size_t t = 0; t < mean.size(); ++t) {
+    const double weight = (*inclusion)[t];
+    if (weight > 0.0) (*std)[t] = std::sqrt(std::max(0.0, square[t] / weight - mean[t] * mean[t] / (weight * weight)));
+    (*inclusion)[t] = weight / all;
+  }
+}
+
+class Chooser {
+ public:
+  Chooser(const TorqueDesign& design, int jobs) : design_(design), jobs_(jobs) {}
+
+  Choice run() {
+    Choice choice = choose_own({}, Eigen::VectorXd::Zero(whole_width()));
+    while (choice.model.whole.size() < kMostWhole && add_whole(&choice)) {
+    }
+    return choice;
+  }
+
+ private:
+  long whole_width() const {
+    return std::accumulate(design_.whole.begin(), design_.whole.end(), 0L,
+                           [](long sum, const Term& term) { return sum + term.columns; });
+  }
+
+  // The joints' best subsets beside given terms of the whole robot, whose columns have the parameters `theta`.
+  Choice choose_own(const Terms& whole, const Eigen::VectorXd& theta) const {
+    Choice choice;
+    choice.model.whole = whole;
+    choice.model.own.resize(design_.joints.size());
+    choice.inclusion.resize(design_.joints.size());
+    choice.choice_std.resize(design_.joints.size());
+    parallel_for(jobs_, static_cast<int>(design_.joints.size()), [&](int i) {
+      const size_t at = static_cast<size_t>(i);
+      const std::vector<Subset> subsets = SubsetSearch(design_, at, theta).run();
+      choice.inclusion[at].assign(design_.joints[at].terms.size(), 0.0);
+      choice.choice_std[at] = choice.inclusion[at];
+      if (subsets.empty()) return;
+      choice.model.own[at] = subsets[0].terms;
+      average(subsets, &choice.inclusion[at], &choice.choice_std[at]);
+    });
+    choice.fit = fit_torque(design_, choice.model);
+    return choice;
+  }
+
+  // What every drive has.
+  std::vector<Terms> list_usual() const {
+    std::vector<Terms> usual;
+    for (const JointDesign& joint : design_.joints) {
+      usual.emplace_back();
+      for (size_t t = 0; t < joint.terms.size(); ++t) {
+        if (get_cost(joint.terms[t].kind) < 1.0) usual.back().push_back(t);
+      }
+    }
+    return usual;
+  }
+
+  std::vector<size_t> rank_whole(const Terms& have) const {
+    TorqueModel model;
+    model.own = list_usual();
+    model.whole = have;
+    const double base = fit_torque(design_, model).evidence;
+    std::vector<std::pair<double, size_t>> gains(design_.whole.size());
+    parallel_for(jobs_, static_cast<int>(gains.size()), [&](int i) {
+      const size_t term = static_cast<size_t>(i);
+      TorqueModel with = model;
+      with.whole.push_back(term);
+      const bool there = std::find(have.begin(), have.end(), term) != have.end();
+      gains[term] = {there ? -1e300 : fit_torque(design_, with).evidence - base, term};
+    });
+    std::sort(gains.rbegin(), gains.rend());
+    std::vector<size_t> ranked;
+    for (size_t i = 0; i < std::min(kTried, gains.size()); ++i) {
+      if (gains[i].first > 0.0) ranked.push_back(gains[i].second);
+    }
+    return ranked;
+  }
+
+  // The parameters of the whole robot's terms beside the joints' terms, by column of all such terms.
+  Eigen::VectorXd spread_whole(const TorqueModel& model, const TorqueFit& fit) const {
+    Eigen::VectorXd theta = Eigen::VectorXd::Zero(whole_width());
+    const Slots slots = list_slots(design_, model);
+    for (size_t t = 0; t < model.whole.size(); ++t) {
+      const long columns = design_.whole[model.whole[t]].columns;
+      theta.segment(design_.whole_first[model.whole[t]], columns) = fit.theta.segment(slots.whole[t], columns);
+    }
+    return theta;
+  }
+
+  bool is_whole_choice_physical(const Choice& choice) const {
+    const Slots slots = list_slots(design_, choice.model);
+    for (size_t t = 0; t < choice.model.whole.size(); ++t) {
+      const Term& term = design_.whole[choice.model.whole[t]];
+      if (!is_whole_physical(design_, term, choice.fit.theta.segment(slots.whole[t], term.columns))) return false;
+    }
+    return true;
+  }
+
+  bool add_whole(Choice* choice) const {
+    Choice best;
+    best.fit.evidence = choice->fit.evidence + kWholeGain;
+    bool found = false;
+    for (size_t term : rank_whole(choice->model.whole)) {
+      TorqueModel model;
+      model.own = list_usual();
+      model.whole = choice->model.whole;
+      model.whole.push_back(term);
+      Choice with = choose_own(model.whole, spread_whole(model, fit_torque(design_, model)));
+      // Once more, with parameters that the chosen subsets leave.
+      with = choose_own(with.model.whole, spread_whole(with.model, with.fit));
+      if (with.fit.evidence > best.fit.evidence && is_whole_choice_physical(with)) best = with, found = true;
+    }
+    if (found) *choice = best;
+    return found;
+  }
+
+  const TorqueDesign& design_;
+  const int jobs_;
+};
+
+}  // namespace
+
+bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, const Eigen::VectorXd& theta) {
+  constexpr double kMostLoss = 0.6;        // of the load: no transmission loses so much
+  constexpr double kLeastGain = 0.5, kMostGain = 2.0;
+  constexpr double kLongest = 0.1;         // [s] of a drive's lag
+  const JointDesign& joint = design.joints[at];
+  const auto get = [&](TermKind kind) { return get_parameter(joint, terms, theta, kind); };
+  for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kRotor, TermKind::kStribeck,
+                        TermKind::kLag, TermKind::kCommandDelay, TermKind::kSpring}) {
+    if (get(kind) < 0.0) return false;
+  }
+  const double gain = 1.0 - get(TermKind::kGain);
+  if (gain < kLeastGain || gain > kMostGain || get(TermKind::kLoadDry) > kMostLoss) return false;
+  return get(TermKind::kLag) < kLongest && get(TermKind::kCommandDelay) < kLongest;
+}
+
+bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& p) {
+  constexpr double kLeastScale = 0.3, kMostScale = 3.0, kMostAngle = 0.3;  // [rad]
+  const double reach = find_reach(*design.data, term);
+  if (term.kind == TermKind::kPayload) return p[0] > 0.0 && p.tail<3>().norm() < reach * p[0];
+  if (term.kind == TermKind::kComError) return p.norm() < reach;
+  if (term.kind == TermKind::kMassError) return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
+  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt) return p.norm() < kMostAngle;
+  return true;
+}
+
+Choice choose_torque_model(const TorqueDesign& design, int jobs) { return Chooser(design, jobs).run(); }
+
+}  // namespace hrp::diagnosis

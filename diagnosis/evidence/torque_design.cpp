@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_design.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kFoldTime = 2.5;   // [s] about; long against any correlation of what is left
+constexpr int kFewestFolds = 6, kMostFolds = 16;
+constexpr long kFewestSamples = 20;  // that a joint must have in training
+constexpr double kOutlier = 10.0;  // median absolute deviations: 6.7 standard deviations of a normal distribution
+constexpr int kOutlierPasses = 3;
+constexpr double kLoaded = 0.85;   // correlation of effort and nominal torque above which friction is the smaller part
+constexpr double kLooks = 3.0;  // at what a model leaves, in a half-cycle: its ends and its middle
+// Autocorrelation below which samples count as independent.
+constexpr double kUncorrelated = 0.1;
+
+// Fold of every kept sample, by recording; -1 of those that are held out.
+std::vector<std::vector<int>> assign_folds(const TorqueData& data, int* count) {
+  double time = 0.0;
+  for (const TorqueRecording& r : data.recordings)
+    time += r.train ? static_cast<double>(r.kept() * r.stride) * r.step : 0.0;
+  const double piece = time / std::clamp(time / kFoldTime, double{kFewestFolds}, double{kMostFolds});
+  std::vector<std::vector<int>> folds;
+  *count = 0;
+  for (const TorqueRecording& r : data.recordings) {
+    folds.emplace_back(static_cast<size_t>(r.kept()), -1);
+    if (!r.train) continue;
+    const double own = static_cast<double>(r.kept() * r.stride) * r.step;
+    const long pieces = std::max(1L, std::lround(own / piece));
+    for (long k = 0; k < r.kept(); ++k) folds.back()[static_cast<size_t>(k)] = *count + static_cast<int>(k * pieces / r.kept());
+    *count += static_cast<int>(pieces);
+  }
+  return folds;
+}
+
+struct Rows {
+  std::vector<Eigen::MatrixXd> own;    // by recording: kept samples x columns of the joint's terms
+  std::vector<Eigen::MatrixXd> whole;  // by recording
+};
+
+// Integrated autocorrelation time of a series [samples].
+double find_correlation_time(const std::vector<double>& series) {
+  const size_t n = series.size();
+  double zero = 1e-300, time = 1.0;
+  for (double x : series) zero += x * x;
+  for (size_t lag = 1; lag < n / 4; ++lag) {
+    double product = 0.0;
+    for (size_t k = lag; k < n; ++k) product += series[k] * series[k - lag];
+    if (product / zero < kUncorrelated) break;
+    time += 2.0 * product / zero;
+  }
+  return time;
+}
+
+// Half-cycles of the joint's motion in training: how often its direction changes, and one more a recording.
+double count_half_cycles(const TorqueData& data, int joint) {
+  double count = 0.0;
+  for (const TorqueRecording& r : data.recordings) {
+    double last = 0.0;
+    for (long k = 0; k < r.kept() && r.train; ++k) {
+      if (!r.use(k, joint)) continue;
+      const double v = r.v(r.full_row(k), joint);
+      if (v * last <= 0.0) count += 1.0;
+      last = v;
+    }
+  }
+  return count;
+}
+
+// What all terms of the joint leave, by recording and kept sample; NaN where a row is not used.
+std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows) {
+  Columns all;
+  for (long c = 0; c < joint.own_width; ++c) all.push_back(c);
+  const Eigen::VectorXd theta = solve(joint.total, all);
+  std::vector<std::vector<double>> left;
+  for (size_t r = 0; r < data.recordings.size(); ++r) {
+    left.emplace_back();
+    for (long k = 0; k < data.recordings[r].kept(); ++k)
+      left.back().push_back(data.recordings[r].use(k, joint.joint)
+                                ? data.recordings[r].missing(k, joint.joint) - rows.own[r].row(k).dot(theta)
+                                : std::numeric_limits<double>::quiet_NaN());
+  }
+  return left;
+}
+
+// How many of the training samples are independent. What a model leaves follows
+// the motion: within a half-cycle there are only a few looks at it, however long its noise is white.
+double count_independent(const TorqueData& data, const JointDesign& joint,
+                         const std::vector<std::vector<double>>& all_left) {
+  double independent = 0.0;
+  for (size_t r = 0; r < all_left.size(); ++r) {
+    std::vector<double> left;
+    for (double x : all_left[r]) {
+      if (std::isfinite(x) && data.recordings[r].train) left.push_back(x);
+    }
+    if (!left.empty()) independent += static_cast<double>(left.size()) / find_correlation_time(left);
+  }
+  return std::min(independent, kLooks * count_half_cycles(data, joint.joint));
+}
+
+// Moments that no term comes near (knocks, hands, blow-ups) say nothing of any: beyond kOutlier median deviations.
+bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data) {
+  const std::vector<std::vector<double>> left = calc_left(*data, joint, rows);
+  std::vector<double> size;
+  for (size_t r = 0; r < left.size(); ++r) {
+    for (double x : left[r]) {
+      if (std::isfinite(x) && data->recordings[r].train) size.push_back(std::abs(x));
+    }
+  }
+  if (size.empty()) return false;
+  std::nth_element(size.begin(), size.begin() + static_cast<long>(size.size() / 2), size.end());
+  const double limit = kOutlier * size[size.size() / 2];
+  bool any = false;
+  for (size_t r = 0; r < left.size(); ++r) {
+    for (size_t k = 0; k < left[r].size(); ++k) {
+      if (!(std::abs(left[r][k]) > limit)) continue;
+      data->recordings[r].use(static_cast<long>(k), joint.joint) = false;
+      any = true;
+    }
+  }
+  return any;
+}
+
+void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& folds, int fold_count, const Rows& rows,
+                JointDesign* joint) {
+  const long width = joint->own_width + rows.whole[0].cols();
+  joint->train.assign(static_cast<size_t>(fold_count), Gram(width));
+  joint->held.clear();
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  Eigen::VectorXd x(width);
+  for (size_t r = 0; r < data.recordings.size(); ++r) {
+    const TorqueRecording& recording = data.recordings[r];
+    Gram held(width);
+    for (long k = 0; k < recording.kept(); ++k) {
+      if (!recording.use(k, joint->joint)) continue;
+      x << rows.own[r].row(k).transpose(), rows.whole[r].row(k).transpose();
+      const int fold = folds[r][static_cast<size_t>(k)];
+      (fold < 0 ? held : joint->train[static_cast<size_t>(fold)]).add_row(x, recording.missing(k, joint->joint));
+      const double y = recording.effort(recording.full_row(k), joint->joint);
+      sum += y, squares += y * y, count += 1.0;
+    }
+    if (held.n > 0.0) joint->held.push_back(held);
+  }
+  joint->spread = count > 0.0 ? std::sqrt(std::max(0.0, squares / count - sum * sum / (count * count))) : 0.0;
+  joint->total = hrp::diagnosis::sum(joint->train, width);
+}
+
+// Correlation of effort and nominal torque, training samples in use.
+double correlate_load(const TorqueData& data, int joint) {
+  Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double n = 0.0;
+  for (const TorqueRecording& r : data.recordings) {
+    for (long k = 0; k < r.kept() && r.train; ++k) {
+      if (!r.use(k, joint)) continue;
+      const Eigen::Vector2d x(r.effort(r.full_row(k), joint), r.tau(r.full_row(k), joint));
+      S += x * x.transpose(), sum += x, n += 1.0;
+    }
+  }
+  S -= sum * sum.transpose() / std::max(1.0, n);
+  return S(0, 1) / std::sqrt(std::max(1e-300, S(0, 0) * S(1, 1)));
+}
+
+}  // namespace
+
+Columns list_columns(const JointDesign& joint, size_t term) {
+  Columns columns;
+  for (int c = 0; c < joint.terms[term].columns; ++c) columns.push_back(joint.first[term] + c);
+  return columns;
+}
+
+Columns list_whole_columns(const TorqueDesign& design, const JointDesign& joint, size_t whole_term) {
+  Columns columns;
+  for (int c = 0; c < design.whole[whole_term].columns; ++c)
+    columns.push_back(joint.own_width + design.whole_first[whole_term] + c);
+  return columns;
+}
+
+TorqueDesign make_torque_design(TorqueData&& given) {
+  TorqueDesign design;
+  design.data = std::make_shared<TorqueData>(std::move(given));
+  TorqueData& data = *design.data;
+  design.whole = list_whole_terms(data);
+  long width = 0;
+  for (const Term& term : design.whole) design.whole_first.push_back(width), width += term.columns;
+  int fold_count = 0;
+  const std::vector<std::vector<int>> folds = assign_folds(data, &fold_count);
+  std::vector<std::vector<Eigen::MatrixXd>> whole;  // by recording, by joint
+  for (const TorqueRecording& r : data.recordings) whole.push_back(calc_whole_columns(data, r, design.whole));
+  for (int j = 0; j < data.experiment->num_joints(); ++j) {
+    JointDesign joint;
+    joint.joint = j;
+    joint.terms = list_joint_terms(data, j);
+    if (joint.terms.empty()) continue;
+    for (const Term& term : joint.terms) joint.first.push_back(joint.own_width), joint.own_width += term.columns;
+    Rows rows;
+    for (size_t r = 0; r < data.recordings.size(); ++r) {
+      Eigen::MatrixXd own(data.recordings[r].kept(), joint.own_width);
+      for (size_t t = 0; t < joint.terms.size(); ++t)
+        own.middleCols(joint.first[t], joint.terms[t].columns) =
+            calc_joint_columns(data, data.recordings[r], joint.terms[t]);
+      rows.own.push_back(std::move(own));
+      rows.whole.push_back(whole[r][static_cast<size_t>(j)]);
+    }
+    fill_joint(data, folds, fold_count, rows, &joint);
+    for (int pass = 0; pass < kOutlierPasses && joint.total.n >= kFewestSamples; ++pass) {
+      if (!drop_outliers(joint, rows, &data)) break;
+      fill_joint(data, folds, fold_count, rows, &joint);
+    }
+    if (joint.total.n < kFewestSamples) continue;
+    joint.loaded = correlate_load(data, j) > kLoaded;
+    joint.effective = count_independent(data, joint, calc_left(data, joint, rows));
+    design.has_held = design.has_held || !joint.held.empty();
+    design.joints.push_back(std::move(joint));
+  }
+  for (JointDesign& joint : design.joints) {
+    if (joint.held.empty()) joint.held = joint.train;
+  }
+  return design;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_findings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/free_model.h"
+#include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/evidence/torque_words.h"
+#include "diagnosis/search/relation.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Share of a joint's effort below which what is missing is no mismatch worth words.
+constexpr double kNothing = 0.02;
+
+class Judge {
+ public:
+  Judge(const Experiment& e, TorqueDesign&& design, int jobs)
+      : e_(e), design_(std::move(design)), choice_(choose_torque_model(design_, jobs)), fit_(fit_torque(design_, choice_.model)) {
+    graded_ = grade_terms(design_, choice_, jobs);
+  }
+
+  TorqueVerdict run() {
+    TorqueVerdict out;
+    out.judged = true;
+    out.joints = static_cast<int>(design_.joints.size());
+    drop_lone_excess();
+    add_findings(&out);
+    add_remaining(&out);
+    out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
+    out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
+    return out;
+  }
+
+ private:
+  // A Stribeck curve without a level to exceed is no law.
+  void drop_lone_excess() {
+    for (GradedTerm& g : graded_) {
+      if (g.term.kind == TermKind::kStribeck && find_level(g) == nullptr) g.named = false;
+    }
+  }
+
+  const GradedTerm* find_level(const GradedTerm& excess) const {
+    for (const GradedTerm& g : graded_) {
+      if (g.term.kind == TermKind::kDry && g.place.joint == excess.place.joint && g.named) return &g;
+    }
+    return nullptr;
+  }
+
+  const GradedTerm* find_excess(const GradedTerm& level) const {
+    for (const GradedTerm& g : graded_) {
+      if (g.term.kind == TermKind::kStribeck && g.place.joint == level.place.joint && g.named) return &g;
+    }
+    return nullptr;
+  }
+
+  void add_findings(TorqueVerdict* out) {
+    std::set<int> with_drives;
+    for (const GradedTerm& g : graded_) {
+      if (g.helps_held && g.gain > 0.0) add_to_model(g, &out->model);
+      if (!g.named) {
+        out->evidence.not_identifiable.push_back(make_detail(e_, g));
+        continue;
+      }
+      if (g.term.kind == TermKind::kStribeck) continue;  // with its level
+      const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
+      out->evidence.findings.push_back(make_finding(e_, g, excess));
+      const bool of_drive = g.term.kind == TermKind::kRotor || g.term.kind == TermKind::kViscous ||
+                            g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry;
+      if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint);
+    }
+    sort_findings(&out->evidence.findings);
+    out->with_drives = static_cast<int>(with_drives.size());
+    out->evidence.summary = make_summary(e_, out->evidence);
+  }
+
+  void add_to_model(const GradedTerm& g, Hypothesis* model) const {
+    if (g.term.kind == TermKind::kStribeck && find_level(g) == nullptr) return;
+    if (g.term.kind == TermKind::kStribeck) return;  // with its level
+    const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
+    const GradedTerm* constant = nullptr;
+    for (const GradedTerm& other : graded_) {
+      if (other.term.kind == TermKind::kConstant && other.place.joint == g.place.joint && other.helps_held) constant = &other;
+    }
+    const Effect effect = make_effect(g, excess, constant);
+    if (effect.id != EffectId::kNamed) model->push_back(effect);
+  }
+
+  // Missing torque of a joint that the model leaves, by recording; samples in use.
+  std::vector<Observed> observe(size_t i, bool train, FreeData* free) const {
+    std::vector<Observed> list;
+    const JointDesign& joint = design_.joints[i];
+    const int j = joint.joint;
+    std::vector<Eigen::VectorXd> rows;
+    std::vector<double> missing;
+    for (const TorqueRecording& r : design_.data->recordings) {
+      if (r.train != train) continue;
+      const Eigen::VectorXd predicted = calc_prediction(i, r), direction = design_.data->calc_direction(r, j);
+      Observed o;
+      o.x.resize(5);
+      for (long k = 0; k < r.kept(); ++k) {
+        if (!r.use(k, j)) continue;
+        const long row = r.full_row(k);
+        const double values[] = {r.q(row, j), r.v(row, j), direction[k], r.tau(row, j), r.time(k)};
+        for (size_t c = 0; c < 5; ++c) o.x[c].push_back(values[c]);
+        o.time.push_back(r.time(k)), o.y.push_back(r.missing(k, j) - predicted[k]);
+        rows.push_back((Eigen::VectorXd(6) << r.q(row, j), r.v(row, j), direction[k], r.a(row, j), r.tau(row, j),
+                        std::abs(r.tau(row, j)) * direction[k]).finished());
+        missing.push_back(r.missing(k, j));
+        free->fold.push_back(static_cast<int>(list.size() * 4 + static_cast<size_t>(4 * k / std::max(1L, r.kept()))));
+      }
+      if (!o.y.empty()) list.push_back(o);
+    }
+    free->x.resize(static_cast<long>(rows.size()), 6);
+    for (size_t k = 0; k < rows.size(); ++k) free->x.row(static_cast<long>(k)) = rows[k];
+    free->y = Eigen::Map<const Eigen::VectorXd>(missing.data(), static_cast<long>(missing.size()));
+    return list;
+  }
+
+  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const {
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(r.kept());
+    const Slots slots = list_slots(design_, choice_.model);
+    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) {
+      const Term& term = design_.joints[i].terms[choice_.model.own[i][t]];
+      out += calc_joint_columns(*design_.data, r, term) * fit_.theta.segment(slots.own[i][t], term.columns);
+    }
+    if (choice_.model.whole.empty()) return out;
+    std::vector<Term> terms;
+    Eigen::VectorXd theta(0);
+    for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
+      terms.push_back(design_.whole[choice_.model.whole[t]]);
+      const long before = theta.size();
+      theta.conservativeResize(before + terms.back().columns);
+      theta.tail(terms.back().columns) = fit_.theta.segment(slots.whole[t], terms.back().columns);
+    }
+    return out + calc_whole_columns(*design_.data, r, terms)[static_cast<size_t>(design_.joints[i].joint)] * theta;
+  }
+
+  void add_remaining(TorqueVerdict* out) const {
+    static const std::vector<Regressor> quantities{{"position", "its position", "rad"},
+                                                   {"velocity", "its velocity", "rad/s"},
+                                                   {"direction", "the direction of its motion", ""},
+                                                   {"load", "the effort that its motion takes", "N m"},
+                                                   {"time", "time", "s"}};
+    double before = 0.0, after = 0.0, reachable = 0.0;
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const JointDesign& joint = design_.joints[i];
+      FreeData learn, test;
+      const std::vector<Observed> train = observe(i, true, &learn);
+      std::vector<Observed> held = observe(i, !design_.has_held, &test);
+      Remaining r;
+      r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
+      r.unit = "N m";
+      r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(fit_.held[i]);
+      if (r.after > kNothing * joint.spread && !held.empty()) {
+        const Relation relation = find_relation(quantities, train, held);
+        r.depends_on = relation.names;
+        r.statement = make_remaining_words(e_, joint.joint, r, relation.words);
+      } else {
+        r.statement = make_remaining_words(e_, joint.joint, r, "");
+      }
+      const double scale = 1.0 / std::max(1e-300, joint.spread * joint.spread);
+      before += r.before * r.before * scale, after += r.after * r.after * scale;
+      const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
+      reachable += r.before * r.before * scale * std::max(own, find_free_share(learn, test));
+      out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), "N m", r.before, r.after, joint.spread});
+      out->evidence.remaining.push_back(std::move(r));
+    }
+    out->evidence.explained = before > 0.0 ? std::max(0.0, 1.0 - after / before) : 0.0;
+    out->evidence.ceiling = before > 0.0 ? std::clamp(reachable / before, 0.0, 1.0) : 0.0;
+  }
+
+  const Experiment& e_;
+  TorqueDesign design_;
+  Choice choice_;
+  TorqueFit fit_;
+  std::vector<GradedTerm> graded_;
+};
+
+}  // namespace
+
+TorqueVerdict judge_torque(const Experiment& experiment, int jobs) {
+  TorqueData data = make_torque_data(experiment);
+  TorqueVerdict nothing;
+  nothing.evidence.missing = data.missing;
+  if (data.recordings.empty()) return nothing;
+  TorqueDesign design = make_torque_design(std::move(data));
+  if (design.joints.empty()) return nothing;
+  return Judge(experiment, std::move(design), jobs).run();
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the missing torque of a robot on a fixed base says: findings, what remains, and the model for a simulation.
+#pragma once
+
+#include "diagnosis/evidence/finding.h"
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+
+struct TorqueVerdict {
+  bool judged = false;    // else `evidence.missing` says what was not recorded
+  Evidence evidence;      // without `fit`, `mismatch` and `verdict`
+  Hypothesis model;       // all terms that help to predict, for `updated/`
+  int joints = 0;         // that are judged
+  int with_drives = 0;    // of them, those with friction or a rotor that is supported
+  std::vector<SignalFit> torque;  // by joint: root mean squares of the missing torque, held-out recordings [N m]
+};
+
+TorqueVerdict judge_torque(const Experiment& experiment, int jobs);
+
+}  // namespace hrp::diagnosis

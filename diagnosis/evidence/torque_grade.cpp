@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_grade.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/search/problem.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kSupportedShare = 0.05;  // of its place's mismatch that a supported finding takes away at least
+constexpr double kProbable = 0.9;         // of a family, over all subsets
+constexpr double kDeviations = 3.0;       // of its value from none
+constexpr double kAgree = 0.85;           // of the stretches must give the same sign
+constexpr double kEven = 3.0;             // [nats] within which another term does as well: odds of 20
+constexpr double kNamedGain = 3.0;        // [nats] that a supported term must add
+constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, however small its share
+constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
+
+bool is_same_family(const Term& a, const Term& b) { return get_family(a.kind) == get_family(b.kind); }
+
+class Grader {
+ public:
+  Grader(const TorqueDesign& design, const Choice& choice, int jobs)
+      : design_(design),
+        choice_(choice),
+        jobs_(jobs),
+        slots_(list_slots(design, choice.model)),
+        fit_(fit_torque(design, choice.model, true)) {}
+
+  std::vector<GradedTerm> run() {
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      for (size_t t = 0; t < choice_.model.own[i].size(); ++t) add({static_cast<int>(i), t});
+    }
+    for (size_t t = 0; t < choice_.model.whole.size(); ++t) add({-1, t});
+    find_agreement();
+    find_shares();
+    parallel_for(jobs_, static_cast<int>(graded_.size()), [&](int g) {
+      compare(&graded_[static_cast<size_t>(g)]);
+      decide(&graded_[static_cast<size_t>(g)]);
+    });
+    return graded_;
+  }
+
+ private:
+  void add(const TermPlace& place) {
+    GradedTerm g;
+    g.place = place;
+    long slot = 0;
+    double between = 0.0;
+    if (place.joint >= 0) {
+      const size_t i = static_cast<size_t>(place.joint), term = choice_.model.own[i][place.at];
+      g.term = design_.joints[i].terms[term];
+      slot = slots_.own[i][place.at];
+      between = choice_.choice_std[i][term];
+      g.probability = find_family_probability(i, g.term);
+    } else {
+      g.term = design_.whole[choice_.model.whole[place.at]];
+      slot = slots_.whole[place.at];
+    }
+    g.parameters = fit_.theta.segment(slot, g.term.columns);
+    g.std = fit_.covariance.diagonal().segment(slot, g.term.columns).cwiseMax(0.0).cwiseSqrt();
+    g.std[0] = std::hypot(g.std[0], between);
+    graded_.push_back(g);
+  }
+
+  // Over all subsets, members of a family exclude each other nearly always: their probabilities add up.
+  double find_family_probability(size_t joint, const Term& term) const {
+    double p = 0.0;
+    for (size_t other = 0; other < design_.joints[joint].terms.size(); ++other) {
+      if (is_same_family(design_.joints[joint].terms[other], term)) p += choice_.inclusion[joint][other];
+    }
+    return std::min(1.0, p);
+  }
+
+  Columns list_own_columns(size_t i) const {
+    Columns columns;
+    for (size_t term : choice_.model.own[i]) {
+      for (long c : list_columns(design_.joints[i], term)) columns.push_back(c);
+    }
+    for (size_t term : choice_.model.whole) {
+      for (long c : list_whole_columns(design_, design_.joints[i], term)) columns.push_back(c);
+    }
+    return columns;
+  }
+
+  // Each stretch on its own, held to the whole only as far as it does not tell; what stretches differ by widens the
+  // intervals (random effects).
+  void find_agreement() {
+    for (GradedTerm& g : graded_) {
+      std::vector<double> own;  // by stretch and, of the whole robot's terms, by the joint that shows most of it
+      const size_t i = find_judge(g);
+      const JointDesign& joint = design_.joints[i];
+      const Columns columns = list_own_columns(i);
+      const long at = find_column(g, i);
+      for (const Gram& fold : joint.train) {
+        if (fold.n < 1.0) continue;
+        Gram part = fold;
+        part.add(joint.total, kShrink / static_cast<double>(joint.train.size()));
+        own.push_back(solve(part, columns)[at]);
+      }
+      const double value = solve(joint.total, columns)[at];
+      double same = 0.0, square = 0.0;
+      for (double x : own) same += x * value > 0.0 ? 1.0 : 0.0, square += (x - value) * (x - value);
+      const double n = static_cast<double>(own.size());
+      g.agreement = n > 0.0 ? same / n : 0.0;
+      if (n > 1.0 && g.place.joint >= 0) g.std[0] = std::hypot(g.std[0], std::sqrt(square / (n - 1.0) / n));
+    }
+  }
+
+  // The joint whose rows say most of a term.
+  size_t find_judge(const GradedTerm& g) const {
+    if (g.place.joint >= 0) return static_cast<size_t>(g.place.joint);
+    size_t best = 0;
+    double most = -1.0;
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const JointDesign& joint = design_.joints[i];
+      const Columns columns = list_whole_columns(design_, joint, choice_.model.whole[g.place.at]);
+      double size = 0.0;
+      for (size_t c = 0; c < columns.size(); ++c)
+        size += joint.total.get(columns[c], columns[c]) * std::pow(g.parameters[static_cast<long>(c)], 2);
+      size /= std::max(1e-300, fit_.cross[i]);
+      if (size > most) most = size, best = i;
+    }
+    return best;
+  }
+
+  // Place of a term's largest parameter among the columns of a joint's rows.
+  long find_column(const GradedTerm& g, size_t i) const {
+    if (g.place.joint >= 0) return slots_.own[i][g.place.at] - slots_.own[i][0];
+    long at = 0;
+    for (size_t term : choice_.model.own[i]) at += design_.joints[i].terms[term].columns;
+    for (size_t t = 0; t < g.place.at; ++t) at += design_.whole[choice_.model.whole[t]].columns;
+    long largest = 0;
+    g.parameters.cwiseAbs().maxCoeff(&largest);
+    return at + largest;
+  }
+
+  // Held-out sum of squares of a joint with some of its players: terms fitted to training beside each other, terms of
+  // the whole robot with the parameters they have.
+  double calc_held(size_t i, size_t mask) const {
+    const JointDesign& joint = design_.joints[i];
+    Columns columns, fixed;
+    const size_t own = choice_.model.own[i].size();
+    Eigen::VectorXd values;
+    for (size_t t = 0; t < own; ++t) {
+      if (!(mask >> t & 1)) continue;
+      for (long c : list_columns(joint, choice_.model.own[i][t])) columns.push_back(c);
+    }
+    for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
+      if (!(mask >> (own + t) & 1)) continue;
+      for (long c : list_whole_columns(design_, joint, choice_.model.whole[t])) fixed.push_back(c);
+      const long size = design_.whole[choice_.model.whole[t]].columns, before = values.size();
+      values.conservativeResize(before + size);
+      values.tail(size) = fit_.theta.segment(slots_.whole[t], size);
+    }
+    Gram total = joint.total;
+    for (size_t f = 0; f < fixed.size(); ++f) {
+      for (long c = 0; c < total.b.size(); ++c) total.b[c] -= joint.total.get(c, fixed[f]) * values[static_cast<long>(f)];
+    }
+    const Eigen::VectorXd theta = solve(total, columns);
+    columns.insert(columns.end(), fixed.begin(), fixed.end());
+    Eigen::VectorXd all(theta.size() + values.size());
+    all << theta, values;
+    double rest = 0.0, n = 0.0;
+    for (const Gram& held : joint.held) rest += calc_rest(held, columns, all), n += held.n;
+    return rest / std::max(1.0, n);
+  }
+
+  // Shapley's values of the terms in a joint: what each takes away, averaged over all orders of adding them.
+  std::vector<double> calc_shapley(size_t i) const {
+    const size_t players = choice_.model.own[i].size() + choice_.model.whole.size();
+    std::vector<double> held(size_t{1} << players), value(players, 0.0), factorial(players + 1, 1.0);
+    for (size_t k = 1; k <= players; ++k) factorial[k] = factorial[k - 1] * static_cast<double>(k);
+    for (size_t mask = 0; mask < held.size(); ++mask) held[mask] = calc_held(i, mask);
+    for (size_t p = 0; p < players; ++p) {
+      for (size_t mask = 0; mask < held.size(); ++mask) {
+        if (mask >> p & 1) continue;
+        const size_t before = static_cast<size_t>(__builtin_popcountll(mask));
+        value[p] += factorial[before] * factorial[players - before - 1] / factorial[players] *
+                    (held[mask] - held[mask | size_t{1} << p]);
+      }
+    }
+    return value;
+  }
+
+  void find_shares() {
+    double whole = 0.0;  // mismatch of all joints, each over the spread of its effort
+    std::vector<double> scale;
+    for (const JointDesign& joint : design_.joints) {
+      scale.push_back(1.0 / std::max(1e-300, joint.spread * joint.spread));
+      whole += calc_nominal_held(joint) * scale.back();
+    }
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const std::vector<double> value = calc_shapley(i);
+      const double nominal = std::max(1e-300, calc_nominal_held(design_.joints[i]));
+      for (GradedTerm& g : graded_) {
+        if (g.place.joint == static_cast<int>(i)) {
+          g.share = value[g.place.at] / nominal;
+          g.weight = value[g.place.at] * scale[i] / whole;
+        } else if (g.place.joint < 0) {
+          const double own = value[choice_.model.own[i].size() + g.place.at];
+          g.weight += own * scale[i] / whole;
+          g.share = std::max(g.share, own / nominal);  // of the joint that it says most of
+        }
+      }
+    }
+  }
+
+  TorqueModel without(const TermPlace& place) const {
+    TorqueModel model = choice_.model;
+    auto& list = place.joint >= 0 ? model.own[static_cast<size_t>(place.joint)] : model.whole;
+    list.erase(list.begin() + static_cast<long>(place.at));
+    return model;
+  }
+
+  // What the model loses without the term, and which other terms would fill the gap.
+  void compare(GradedTerm* g) const {
+    const TorqueModel rest = without(g->place);
+    const TorqueFit alone = fit_torque(design_, rest);
+    g->gain = fit_.evidence - alone.evidence;
+    double with = 0.0, bare = 0.0;
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const double scale = 1.0 / std::max(1e-300, design_.joints[i].spread * design_.joints[i].spread);
+      with += fit_.held[i] * scale, bare += alone.held[i] * scale;
+    }
+    g->helps_held = bare > with;
+    compare_own(rest, alone, find_judge(*g), g);
+    compare_whole(rest, alone, g);
+  }
+
+  // Does as well in the place of a term: nearly all of what the term adds.
+  bool fills(const GradedTerm& g, const TorqueFit& with, const TorqueFit& alone) const {
+    return with.evidence > fit_.evidence - kEven && with.evidence - alone.evidence > 0.5 * g.gain;
+  }
+
+  // Whether a link moves with a joint, so that what is wrong with it shows there.
+  bool is_beyond(const Term& other, size_t i) const {
+    if (other.kind == TermKind::kOffset || other.kind == TermKind::kTilt) return true;
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {
+      if (tree.links[static_cast<size_t>(link)].joint.name == tree.joint(design_.joints[i].joint).name) return true;
+    }
+    return false;
+  }
+
+  void compare_own(const TorqueModel& rest, const TorqueFit& alone, size_t i, GradedTerm* g) const {
+    const std::vector<size_t>& have = choice_.model.own[i];
+    for (size_t term = 0; term < design_.joints[i].terms.size(); ++term) {
+      const Term& other = design_.joints[i].terms[term];
+      if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind) continue;
+      // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
+      const bool of_drive = g->place.joint >= 0;
+      if (other.kind == TermKind::kGainOfModel && of_drive) continue;
+      if (other.kind == TermKind::kGain && (!of_drive || !design_.joints[i].loaded)) continue;
+      TorqueModel model = rest;
+      model.own[i].push_back(term);
+      std::sort(model.own[i].begin(), model.own[i].end());
+      const TorqueFit fit = fit_torque(design_, model);
+      if (!fills(*g, fit, alone)) continue;
+      const Slots slots = list_slots(design_, model);
+      const size_t at = static_cast<size_t>(std::find(model.own[i].begin(), model.own[i].end(), term) - model.own[i].begin());
+      const Eigen::VectorXd own = fit.theta.segment(slots.own[i][0], count_columns(i, model.own[i]));
+      if (!is_physical(design_, i, model.own[i], own)) continue;
+      g->rivals.push_back({other, fit.theta.segment(slots.own[i][at], other.columns)});
+    }
+  }
+
+  long count_columns(size_t i, const std::vector<size_t>& terms) const {
+    long count = 0;
+    for (size_t term : terms) count += design_.joints[i].terms[term].columns;
+    return count;
+  }
+
+  void compare_whole(const TorqueModel& rest, const TorqueFit& alone, GradedTerm* g) const {
+    for (size_t term = 0; term < design_.whole.size(); ++term) {
+      const Term& other = design_.whole[term];
+      const std::vector<size_t>& have = choice_.model.whole;
+      if (std::find(have.begin(), have.end(), term) != have.end()) continue;
+      if (g->place.joint >= 0 &&
+          (!is_beyond(other, static_cast<size_t>(g->place.joint)) || !may_fill(g, alone, term)))
+        continue;
+      TorqueModel model = rest;
+      model.whole.push_back(term);
+      const TorqueFit fit = fit_torque(design_, model);
+      if (!fills(*g, fit, alone)) continue;
+      const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns);
+      if (is_whole_physical(design_, other, p)) g->rivals.push_back({other, p});
+    }
+  }
+
+  // Whether a term of the whole robot fills the gap in the joint's own row: cheap, and most do not.
+  bool may_fill(const GradedTerm* g, const TorqueFit& alone, size_t whole_term) const {
+    const size_t i = static_cast<size_t>(g->place.joint);
+    const JointDesign& joint = design_.joints[i];
+    Columns columns;
+    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) {
+      if (t == g->place.at) continue;
+      for (long c : list_columns(joint, choice_.model.own[i][t])) columns.push_back(c);
+    }
+    for (long c : list_whole_columns(design_, joint, whole_term)) columns.push_back(c);
+    const double cross = cross_validate(joint.train, joint.total, columns);
+    return 0.5 * joint.effective * std::log(std::max(1e-300, alone.cross[i] / std::max(1e-300, cross))) >
+           0.5 * (g->gain - kEven);
+  }
+
+  // Smaller deviations of gains and zeros no drive or encoder is free of.
+  bool is_material(const GradedTerm& g) const {
+    constexpr double kGain = 0.03, kAngle = 0.003;  // [rad]
+    if (g.term.kind == TermKind::kGain || g.term.kind == TermKind::kMassError) return std::abs(g.parameters[0]) > kGain;
+    if (g.term.kind == TermKind::kOffset || g.term.kind == TermKind::kTilt) return g.parameters.norm() > kAngle;
+    return true;
+  }
+
+  void decide(GradedTerm* g) const {
+    const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
+                                          [&](const Rival& r) { return !is_same_family(r.term, g->term); });
+    const bool clear = g->parameters.norm() > kDeviations * g->std.norm();
+    const bool overwhelming = g->gain > kOverwhelming;
+    const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
+    g->named = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
+    const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;
+    const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);
+    g->grade = sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
+  }
+
+  // The effort was recorded; else it follows from gains that somebody stated, and a wrong gain is theirs or the drive's.
+  bool is_measured(int i) const {
+    const int joint = design_.joints[static_cast<size_t>(i)].joint;
+    return design_.data->source[static_cast<size_t>(joint)] == EffortSource::kRecorded;
+  }
+
+  const TorqueDesign& design_;
+  const Choice& choice_;
+  const int jobs_;
+  const Slots slots_;
+  const TorqueFit fit_;
+  std::vector<GradedTerm> graded_;
+};
+
+}  // namespace
+
+double calc_nominal_held(const JointDesign& joint) {
+  double c = 0.0, n = 0.0;
+  for (const Gram& held : joint.held) c += held.c, n += held.n;
+  return c / std::max(1.0, n);
+}
+
+std::vector<GradedTerm> grade_terms(const TorqueDesign& design, const Choice& choice, int jobs) {
+  return Grader(design, choice, jobs).run();
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How far each term of the chosen model may be trusted (docs/report.md): how much of its joint's held-out mismatch it
+// takes away, whether its value is the same in all stretches, and what would do as well in its place.
+#pragma once
+
+#include "diagnosis/evidence/finding.h"
+#include "diagnosis/evidence/torque_model.h"
+
+namespace hrp::diagnosis {
+
+// A term of a model: of a joint (index in the design), or of the whole robot (joint = -1); `at`: its place in the
+// model's list.
+struct TermPlace {
+  int joint = -1;
+  size_t at = 0;
+};
+
+struct Rival {
+  Term term;
+  Eigen::VectorXd parameters;
+};
+
+struct GradedTerm {
+  Term term;
+  TermPlace place;
+  Eigen::VectorXd parameters, std;  // by column
+  double probability = 1.0;         // that it is in the best model
+  double gain = 0.0;    // [nats] that the model loses without it
+  double share = 0.0;   // of its joint's held-out mismatch (Shapley), of the whole robot's: of all joints' together
+  double weight = 0.0;  // of the whole mismatch
+  double agreement = 0.0;  // share of stretches that give its first parameter the same sign
+  bool helps_held = true;  // held-out recordings together are predicted worse without it
+  std::vector<Rival> rivals;
+  bool named = false;      // else it only helps to predict
+  Grade grade = Grade::kAmbiguous;
+};
+
+std::vector<GradedTerm> grade_terms(const TorqueDesign& design, const Choice& choice, int jobs);
+
+// By joint: mean square of the missing torque on held-out recordings, nothing added.
+double calc_nominal_held(const JointDesign& joint);
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_model.h"
+
+#include <cmath>
+
+namespace hrp::diagnosis {
+namespace {
+
+// Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
+constexpr double kFloor = 1e-6;
+
+double calc_evidence(const JointDesign& joint, double cross) {
+  const double floor = kFloor * joint.spread * joint.spread;
+  return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));
+}
+
+// Columns of one joint's Gram that a model uses, and the slots of theta that they stand for.
+struct Use {
+  Columns columns, slots;
+};
+
+Use list_use(const TorqueDesign& design, const TorqueModel& model, const Slots& slots, size_t i) {
+  const JointDesign& joint = design.joints[i];
+  Use use;
+  for (size_t t = 0; t < model.own[i].size(); ++t) {
+    long slot = slots.own[i][t];
+    for (long c : list_columns(joint, model.own[i][t])) use.columns.push_back(c), use.slots.push_back(slot++);
+  }
+  for (size_t t = 0; t < model.whole.size(); ++t) {
+    long slot = slots.whole[t];
+    for (long c : list_whole_columns(design, joint, model.whole[t])) use.columns.push_back(c), use.slots.push_back(slot++);
+  }
+  return use;
+}
+
+Eigen::VectorXd pick_slots(const Eigen::VectorXd& theta, const Use& use) {
+  Eigen::VectorXd own(static_cast<long>(use.slots.size()));
+  for (long i = 0; i < own.size(); ++i) own[i] = theta[use.slots[static_cast<size_t>(i)]];
+  return own;
+}
+
+void add_joined(const Gram& gram, const Use& use, double weight, Gram* out) {
+  for (size_t a = 0; a < use.columns.size(); ++a) {
+    out->b[use.slots[a]] += weight * gram.b[use.columns[a]];
+    for (size_t b = 0; b < use.columns.size(); ++b) {
+      if (use.slots[a] >= use.slots[b])
+        out->G(use.slots[a], use.slots[b]) += weight * gram.get(use.columns[a], use.columns[b]);
+    }
+  }
+  out->c += weight * gram.c, out->n += gram.n;
+}
+
+class Fitter {
+ public:
+  Fitter(const TorqueDesign& design, const TorqueModel& model)
+      : design_(design), model_(model), slots_(list_slots(design, model)) {
+    for (size_t i = 0; i < design.joints.size(); ++i) uses_.push_back(list_use(design, model, slots_, i));
+    for (long c = 0; c < slots_.size; ++c) all_.push_back(c);
+  }
+
+  TorqueFit fit(bool with_covariance) {
+    TorqueFit out;
+    out.theta = Eigen::VectorXd::Zero(slots_.size);
+    out.cross.assign(design_.joints.size(), 0.0);
+    if (with_covariance) out.covariance = Eigen::MatrixXd::Zero(slots_.size, slots_.size);
+    if (model_.whole.empty())
+      fit_apart(&out);
+    else
+      fit_together(&out);
+    judge(&out);
+    return out;
+  }
+
+ private:
+  void fit_apart(TorqueFit* out) const {
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const JointDesign& joint = design_.joints[i];
+      const Eigen::VectorXd theta = solve(joint.total, uses_[i].columns);
+      out->cross[i] = cross_validate(joint.train, joint.total, uses_[i].columns);
+      for (long a = 0; a < theta.size(); ++a) out->theta[uses_[i].slots[static_cast<size_t>(a)]] = theta[a];
+      if (out->covariance.size() == 0) continue;
+      const Eigen::MatrixXd P = calc_covariance(joint.train, joint.total, uses_[i].columns, theta);
+      for (long a = 0; a < theta.size(); ++a) {
+        for (long b = 0; b < theta.size(); ++b)
+          out->covariance(uses_[i].slots[static_cast<size_t>(a)], uses_[i].slots[static_cast<size_t>(b)]) = P(a, b);
+      }
+    }
+  }
+
+  // Rows of every joint over the mean square that it leaves when the whole robot's terms are its own.
+  void fit_together(TorqueFit* out) const {
+    std::vector<double> weights;
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const JointDesign& joint = design_.joints[i];
+      const double cross = cross_validate(joint.train, joint.total, uses_[i].columns);
+      weights.push_back(1.0 / std::max({cross, kFloor * joint.spread * joint.spread, 1e-300}));
+    }
+    const size_t count = design_.joints[0].train.size();
+    std::vector<Gram> folds(count, Gram(slots_.size));
+    for (size_t f = 0; f < count; ++f) {
+      for (size_t i = 0; i < design_.joints.size(); ++i)
+        add_joined(design_.joints[i].train[f], uses_[i], weights[i], &folds[f]);
+    }
+    const Gram total = sum(folds, slots_.size);
+    out->theta = solve(total, all_);
+    if (out->covariance.size() > 0) out->covariance = calc_covariance(folds, total, all_, out->theta);
+    std::vector<double> n(design_.joints.size(), 0.0);
+    for (size_t f = 0; f < count; ++f) {
+      Gram rest = total;
+      rest.add(folds[f], -1.0);
+      const Eigen::VectorXd theta = solve(rest, all_);
+      for (size_t i = 0; i < design_.joints.size(); ++i) {
+        const Gram& fold = design_.joints[i].train[f];
+        out->cross[i] += calc_rest(fold, uses_[i].columns, pick_slots(theta, uses_[i])), n[i] += fold.n;
+      }
+    }
+    for (size_t i = 0; i < n.size(); ++i) out->cross[i] /= std::max(1.0, n[i]);
+  }
+
+  void judge(TorqueFit* out) const {
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const JointDesign& joint = design_.joints[i];
+      const Eigen::VectorXd theta = pick_slots(out->theta, uses_[i]);
+      double rest = 0.0, n = 0.0;
+      out->each_held.emplace_back();
+      for (const Gram& held : joint.held) {
+        const double own = calc_rest(held, uses_[i].columns, theta);
+        out->each_held.back().push_back(own / std::max(1.0, held.n));
+        rest += own, n += held.n;
+      }
+      out->held.push_back(rest / std::max(1.0, n));
+      out->evidence += calc_evidence(joint, out->cross[i]);
+      for (size_t term : model_.own[i]) out->evidence -= get_cost(joint.terms[term].kind);
+    }
+    for (size_t term : model_.whole) out->evidence -= get_cost(design_.whole[term].kind);
+  }
+
+  const TorqueDesign& design_;
+  const TorqueModel& model_;
+  const Slots slots_;
+  std::vector<Use> uses_;
+  Columns all_;
+};
+
+}  // namespace
+
+double get_cost(TermKind kind) {
+  switch (kind) {
+    case TermKind::kViscous:
+    case TermKind::kDry:
+    case TermKind::kRotor:
+      return 0.5;
+    case TermKind::kLoadDry:
+    case TermKind::kStribeck:
+    case TermKind::kConstant:
+    case TermKind::kGain:
+    case TermKind::kGainOfModel:
+      return 2.0;
+    case TermKind::kMassError:
+    case TermKind::kOffset:
+      return 4.0;
+    case TermKind::kTilt:
+      return 5.0;
+    case TermKind::kComError:
+    case TermKind::kForce:
+      return 7.0;  // three parameters each
+    case TermKind::kPayload:
+      return 9.0;  // four
+    default:
+      return 3.0;
+  }
+}
+
+Slots list_slots(const TorqueDesign& design, const TorqueModel& model) {
+  Slots slots;
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    slots.own.emplace_back();
+    for (size_t term : model.own[i]) {
+      slots.own.back().push_back(slots.size);
+      slots.size += design.joints[i].terms[term].columns;
+    }
+  }
+  for (size_t term : model.whole) {
+    slots.whole.push_back(slots.size);
+    slots.size += design.whole[term].columns;
+  }
+  return slots;
+}
+
+TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance) {
+  return Fitter(design, model).fit(with_covariance);
+}
+
+}  // namespace hrp::diagnosis

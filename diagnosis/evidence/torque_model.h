@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which terms, of each joint and of the whole robot, predict the missing torque that they were not fitted to.
+//
+// Evidence of a model: L = - sum over joints of N/2 ln(cross-validated mean square) - cost of its terms, N the number of
+// independent samples. What the best model leaves is thus the yardstick, not the noise of an encoder.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/evidence/torque_design.h"
+
+namespace hrp::diagnosis {
+
+// Terms by their places in the design's lists.
+struct TorqueModel {
+  std::vector<std::vector<size_t>> own;  // by joint of the design: terms, ascending
+  std::vector<size_t> whole;             // terms of the whole robot
+};
+
+struct TorqueFit {
+  Eigen::VectorXd theta;        // by column of `list_slots`: joints' own columns, then those of the whole robot
+  Eigen::MatrixXd covariance;   // robust, of theta; empty unless asked for
+  std::vector<double> cross;    // by joint: cross-validated mean square [(N m)^2]
+  std::vector<double> held;     // by joint: mean square on held-out recordings
+  std::vector<std::vector<double>> each_held;  // by joint, by held-out recording
+  double evidence = 0.0;
+};
+
+// Where the columns of a model stand in theta.
+struct Slots {
+  std::vector<std::vector<long>> own;  // by joint, by term of the model: first slot
+  std::vector<long> whole;             // by term of the model
+  long size = 0;
+};
+Slots list_slots(const TorqueDesign& design, const TorqueModel& model);
+
+TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance = false);
+
+// Cost of a term in nats, before its parameters pay by cross-validation: what every drive has costs least.
+double get_cost(TermKind kind);
+
+// Whether the parameters of a joint's terms are those of a real drive: friction brakes, rotors have mass, delays are
+// positive and short.
+bool is_physical(const TorqueDesign& design, size_t joint, const std::vector<size_t>& terms,
+                 const Eigen::VectorXd& theta);
+
+// Loads have mass and hang within reach of their link; masses are wrong by factors, zeros by fractions of a radian.
+bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& parameters);
+
+struct Choice {
+  TorqueModel model;
+  TorqueFit fit;
+  std::vector<std::vector<double>> inclusion;  // by joint, by term of the design: probability over all subsets
+  // By joint, by term: standard deviation of its first parameter over the subsets that have it, by their probabilities:
+  // how far the value depends on what else is in the model.
+  std::vector<std::vector<double>> choice_std;
+};
+Choice choose_torque_model(const TorqueDesign& design, int jobs);
+
+}  // namespace hrp::diagnosis

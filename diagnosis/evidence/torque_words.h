@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Graded terms as findings, effects of a simulation, and sentences.
+#pragma once
+
+#include "diagnosis/evidence/finding.h"
+#include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+
+// `excess`: the Stribeck term of a dry friction, or null.
+Finding make_finding(const Experiment& experiment, const GradedTerm& term, const GradedTerm* excess);
+// Id kNamed where the simulator has no law for it. `constant`: the constant torque of a joint with dry friction, which acts as
+// an asymmetry of its level, or null.
+Effect make_effect(const GradedTerm& term, const GradedTerm* excess, const GradedTerm* constant);
+NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);
+
+// "Friction ... in 12 joints ...": the sentence on top of the report. Findings must be sorted.
+std::string make_summary(const Experiment& experiment, const Evidence& evidence);
+std::string make_remaining_words(const Experiment& experiment, int joint, const Remaining& remaining,
+                                 const std::string& follows);
+
+}  // namespace hrp::diagnosis

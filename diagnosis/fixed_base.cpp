@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/fixed_base.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/evidence/polish.h"
+#include "diagnosis/evidence/schema2.h"
+#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/search/limbs.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Share of the joints in which friction or a rotor is supported, from which sets of a few effects cannot explain the
+// robot: each joint has several of its own.
+constexpr double kEveryDrive = 0.6;
+constexpr int kSeveral = 2;  // joints, at least
+
+bool has_real_drives(const TorqueVerdict& torque) {
+  return torque.judged && torque.with_drives >= kSeveral && torque.with_drives >= kEveryDrive * torque.joints;
+}
+
+Trial simulate(const Problem& problem, const Hypothesis& hypothesis) {
+  Trial trial;
+  trial.hypothesis = hypothesis;
+  trial.refined = true;
+  const std::vector<int>& held = problem.validate.empty() ? problem.train : problem.validate;
+  trial.train = calc_score(problem, hypothesis, problem.train);
+  trial.validate = calc_score(problem, hypothesis, held);
+  trial.rms = trial.validate.rms(), trial.worst = trial.validate.worst();
+  for (const Effect& effect : hypothesis) trial.std.emplace_back(effect.p.size(), 0.0);
+  return trial;
+}
+
+// The model with the parameters that simulate the training recordings best: those of the missing torque, or once more
+// through the simulation of each joint. Recorded efforts are no commands: there the torque's parameters stay.
+Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Progress& progress) {
+  Trial best = simulate(whole, model);
+  if (problem.experiment->scenario.drive == "effort") return best;
+  progress("train: " + number(best.train.rms(), 4) + " times the noise; each joint through its simulation");
+  const Trial polished = simulate(whole, polish_joints(problem, model));
+  progress("train: " + number(polished.train.rms(), 4) + " times the noise");
+  return polished.train.ok && !(polished.train.rms() > best.train.rms()) ? polished : best;
+}
+
+void say(const TorqueVerdict& torque, const Progress& progress) {
+  for (const std::string& text : torque.evidence.warnings) progress("note: " + text);
+  for (const std::string& text : torque.evidence.missing) progress("note: " + text);
+  if (!torque.judged) return;
+  progress("missing torque along the recorded motion: " + number(100.0 * torque.evidence.explained, 3) +
+           " % of it is explained, at most " + number(100.0 * torque.evidence.ceiling, 3) + " % can be");
+  for (const Finding& f : torque.evidence.findings) progress("    " + f.statement);
+}
+
+double spread_of(const Experiment& e, const std::vector<int>& recordings, size_t channel) {
+  double sum = 0.0, square = 0.0, n = 0.0;
+  for (int r : recordings) {
+    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) {
+      if (std::isfinite(y)) sum += y, square += y * y, n += 1.0;
+    }
+  }
+  return n > 1.0 ? std::sqrt(std::max(0.0, square / n - sum * sum / n / n)) : 0.0;
+}
+
+// Simulated readings of the held-out recordings in SI units.
+std::vector<SignalFit> list_signals(const Problem& problem, const Outcome& outcome) {
+  std::vector<SignalFit> list;
+  const std::vector<int>& held = problem.validate.empty() ? problem.train : problem.validate;
+  for (size_t c = 0; c < problem.weights.size(); ++c) {
+    const double spread = spread_of(*problem.experiment, held, c);
+    if (spread <= 0.0) continue;
+    static const char* const units[] = {"rad", "rad/s", "N m"};
+    list.push_back({signal_name(*problem.experiment, c), units[c % kQuantities],
+                    outcome.nominal.validate.rms(c) / problem.weights[c],
+                    outcome.chosen.validate.rms(c) / problem.weights[c], spread});
+  }
+  return list;
+}
+
+// Fit of the simulation; for recorded efforts that of the torque: a simulation from them drifts whatever the model.
+void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque, Evidence* evidence) {
+  Fit& fit = evidence->fit;
+  if (problem.experiment->scenario.drive != "effort") {
+    fit = {outcome.nominal.train.rms(), outcome.chosen.train.rms(), outcome.nominal.rms, outcome.chosen.rms,
+           list_signals(problem, outcome)};
+    evidence->method = "simulation from the recording's commands; findings from the " + evidence->method;
+    evidence->horizon = problem.experiment->recordings[0].duration();
+    return;
+  }
+  double before = 0.0, after = 0.0, n = 0.0;
+  for (const SignalFit& s : torque.torque) {
+    const double scale = 1.0 / std::max(1e-12, s.spread);
+    before += std::pow(s.before * scale, 2), after += std::pow(s.after * scale, 2), n += 1.0;
+    fit.signals.push_back(s);
+  }
+  before = std::sqrt(before / std::max(1.0, n)), after = std::sqrt(after / std::max(1.0, n));
+  fit.train_before = fit.validate_before = before, fit.train_after = fit.validate_after = after;
+  evidence->method += "; errors are shares of each effort's spread";
+}
+
+Reports make_torque_reports(const Problem& problem, const Outcome& outcome, TorqueVerdict torque) {
+  Reports reports = make_reports(problem, outcome);
+  Evidence& evidence = torque.evidence;
+  fill_fit(problem, outcome, torque, &evidence);
+  for (const std::string& text : problem.experiment->warnings) evidence.warnings.push_back(text);
+  evidence.verdict = find_verdict(evidence);
+  const Json mismatch = reports.report["mismatch"];
+  reports.report = make_report(evidence);
+  reports.report["mismatch"] = mismatch;
+  reports.report["model"] = Json::array();
+  for (const Effect& effect : outcome.chosen.hypothesis)
+    reports.report["model"].push_back({{"effect", get_effect(effect.id).name},
+                                       {"where", make_where(*problem.experiment, effect)},
+                                       {"parameters", make_parameters(effect, {}, false)}});
+  reports.series["summary"] = evidence.summary;
+  reports.series["prediction"] = reports.report["prediction"];
+  return reports;
+}
+
+}  // namespace
+
+Reports diagnose_fixed_base(const Problem& problem, const Progress& progress) {
+  progress("inverse dynamics along the recorded motion");
+  TorqueVerdict torque = judge_torque(*problem.experiment, problem.jobs);
+  say(torque, progress);
+  Problem whole = problem;
+  split_limbs(&whole);
+  Outcome outcome;
+  if (has_real_drives(torque)) {
+    progress("friction and rotors in most joints: sets of a few effects are not searched");
+    outcome.nominal = simulate(whole, {});
+    outcome.mismatch = true;
+  } else {
+    outcome = search_limbs(whole, progress);
+    if (!torque.judged || !outcome.mismatch || outcome.explained || torque.evidence.findings.empty()) {
+      Reports reports = make_reports(whole, outcome);
+      upgrade_report(&reports.report);
+      return reports;
+    }
+  }
+  progress("simulation with what was found");
+  outcome.chosen = choose_model(problem, whole, torque.model, progress);
+  outcome.modelled = true, outcome.partly = false, outcome.worth.clear(), outcome.doubts.clear(), outcome.twins.clear();
+  progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
+  return make_torque_reports(whole, outcome, std::move(torque));
+}
+
+}  // namespace hrp::diagnosis

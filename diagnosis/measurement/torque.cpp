@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/torque.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/data/command_reader.h"
+#include "diagnosis/data/low_pass.h"
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/simulation/bodies.h"
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Cutoffs that are tried [Hz], highest first.
+constexpr double kCutoffs[] = {40.0, 30.0, 24.0, 19.0, 15.0, 12.0, 10.0, 8.5, 7.0, 6.0, 5.0, 4.0, 3.0};
+// Times the frequency below which 90 % of the velocity's energy is: friction has harmonics of the motion, and above them
+// are noise, structures that ring and play that rattles, which belong to no term.
+constexpr double kOfMotion = 2.5;
+constexpr double kMotionShare = 0.9;
+constexpr double kLeastLimit = 8.5;      // [Hz] reversals of friction are sharp, however slow the motion
+constexpr double kFastestMotion = 10.0;  // [Hz] that a drive follows on purpose
+constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
+// Noise of inertia x acceleration, as a share of the effort's spread, that a cutoff may leave.
+constexpr double kNoiseShare = 0.05;
+// [s] between kept samples: a fifth of the cutoff's period, so that nothing is lost and little is kept twice.
+constexpr double kPerPeriod = 5.0;
+// [s] left out at both ends, where derivatives are one-sided.
+constexpr double kTrim = 0.15;
+// Speeds below this share of the largest one have no sure direction; so have speeds within two deviations of noise.
+constexpr double kSlowShare = 0.005;
+constexpr double kSlowDeviations = 2.0;
+constexpr double kSlowest = 1e-4;  // [rad/s]
+// Recordings shorter than this [s] have no middle beside their ends.
+constexpr double kShortest = 1.0;
+
+// Noise of a position after the filter, differentiated `order` times: white noise up to the cutoff.
+double scale_noise(double sigma, double step, double cutoff, int order) {
+  const double omega = 2.0 * M_PI * cutoff, share = std::min(1.0, 2.0 * cutoff * step);
+  return sigma * std::pow(omega, order) * std::sqrt(share / (2.0 * order + 1.0));
+}
+
+// Position noise as it is after rounding to encoder steps: a signal that moves less than a step from one sample to the
+// next repeats, and high-pass estimates of its noise read zero.
+double find_position_noise(const Experiment& e, size_t joint) {
+  double quantum = 0.0;
+  for (const Recording& r : e.recordings) {
+    std::vector<double> steps;
+    const std::vector<double>& q = r.joints[joint].signal[0];
+    for (size_t k = 1; k < q.size(); ++k) {
+      const double d = std::abs(q[k] - q[k - 1]);
+      if (std::isfinite(d) && d > 1e-9) steps.push_back(d);
+    }
+    if (steps.size() < 10) continue;
+    std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 10), steps.end());
+    const double low = steps[steps.size() / 10];
+    quantum = quantum == 0.0 ? low : std::min(quantum, low);
+  }
+  return std::max(e.joint_noise[joint][0].sigma, quantum / std::sqrt(12.0));
+}
+
+EffortSource find_source(const Experiment& e, size_t j) {
+  const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
+  if (!joint.actuated) return EffortSource::kRecorded;  // nothing drives it: y = 0
+  bool effort = true, command = true;
+  for (const Recording& r : e.recordings) {
+    effort = effort && r.joints[j].has(Quantity::kEffort);
+    command = command && !r.joints[j].command.empty();
+  }
+  if (effort) return EffortSource::kRecorded;
+  const auto it = e.scenario.servo_joints.find(joint.name);
+  const ServoGains& gains = it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
+  return command && e.scenario.drive == "servo" && gains.kp > 0.0 ? EffortSource::kServoLaw : EffortSource::kNone;
+}
+
+// What the servo asks for at the recording's own samples, and the rate at which commands change it.
+struct ServoSeries {
+  std::vector<double> effort, command_rate;
+};
+
+ServoSeries calc_servo(const Recording& r, size_t j, const JointLaws& laws, const std::vector<double>& rate) {
+  const size_t rows = r.size();
+  ServoSeries out{std::vector<double>(rows), std::vector<double>(rows, 0.0)};
+  std::vector<double> given(rows), speed(rows);
+  for (size_t k = 0; k < rows; ++k) read_command(r.time, r.joints[j], r.time[k], k, &given[k], &speed[k]);
+  for (size_t k = 0; k < rows; ++k) {
+    const double effort = calc_servo_effort(laws, given[k] - r.joints[j].signal[0][k], speed[k] - rate[k], 0.0);
+    out.effort[k] = std::clamp(effort, -laws.effort_limit, laws.effort_limit);
+    const size_t a = k > 0 ? k - 1 : 0, b = std::min(rows - 1, k + 1);
+    if (b > a && std::abs(out.effort[k]) < laws.effort_limit)
+      out.command_rate[k] =
+          (laws.kp * (given[b] - given[a]) + laws.kd * (speed[b] - speed[a])) / (r.time[b] - r.time[a]);
+  }
+  return out;
+}
+
+// Stretches in which no encoder moves although drives work: a frozen log, or a robot that somebody switched off. With
+// them goes what led there.
+constexpr double kFrozenTime = 0.3;   // [s] at least
+constexpr double kLeadTime = 0.5;     // [s] before a frozen stretch
+constexpr double kStillDeviations = 8.0;  // of position noise, within which an encoder stands still
+
+using Flags = Eigen::Array<bool, Eigen::Dynamic, 1>;
+
+// Where every encoder stays within its noise for kFrozenTime from here on. `raw`: positions on the grid, not smoothed.
+Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, double step) {
+  const long rows = raw.rows(), window = std::min(rows - 1, std::lround(kFrozenTime / step));
+  Flags still = Flags::Constant(rows, true);
+  for (long j = 0; j < raw.cols(); ++j) {
+    const double limit = kStillDeviations * noise[static_cast<size_t>(j)] + 1e-9;
+    for (long k = 0; k < rows; ++k) {
+      const long end = std::min(rows - 1, k + window), begin = end - window;
+      for (long i = begin; i < end && still[k]; i += std::max(1L, window / 16))
+        still[k] = std::abs(raw(i, j) - raw(end, j)) < limit;
+    }
+  }
+  return still;
+}
+
+// Largest less smallest effort of each joint over the samples with `still` == `wanted`.
+Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wanted) {
+  Eigen::ArrayXd low = Eigen::ArrayXd::Constant(r.effort.cols(), 1e300), high = -low;
+  for (long k = 0; k < r.effort.rows(); ++k) {
+    if (still[k] != wanted) continue;
+    low = low.min(r.effort.row(k).transpose().array()), high = high.max(r.effort.row(k).transpose().array());
+  }
+  return (high - low).max(0.0);
+}
+
+// A joint that sticks breaks loose at its friction: efforts at rest stay within those in motion. Where they do not, the
+// encoders no longer tell what the robot does.
+Flags find_frozen(const TorqueRecording& r, const Flags& still) {
+  const long rows = r.v.rows(), lead = std::lround(kLeadTime / r.step);
+  Flags frozen = Flags::Constant(rows, false);
+  if (r.q.cols() < 2 || !still.any() || still.all() || !(find_range(r, still, true) > find_range(r, still, false)).any()) return frozen;
+  for (long k = 0; k < rows; ++k) {
+    if (still[k]) frozen.segment(std::max(0L, k - lead), std::min(rows, k + lead) - std::max(0L, k - lead)).setConstant(true);
+  }
+  return frozen;
+}
+
+class Maker {
+ public:
+  explicit Maker(const Experiment& e) : e_(e), plant_(make_plant(e, {})) { data_.experiment = &e; }
+
+  TorqueData make() {
+    const size_t n = static_cast<size_t>(e_.num_joints());
+    for (size_t j = 0; j < n; ++j) {
+      data_.source.push_back(find_source(e_, j));
+      noise_.push_back(find_position_noise(e_, j));
+      if (data_.source[j] == EffortSource::kNone)
+        data_.missing.push_back(e_.recordings[0].spec.name + ": no column " +
+                                e_.signal_name(static_cast<int>(j), Quantity::kEffort) +
+                                ", and no command with gains: nothing is said of this joint's drive");
+    }
+    data_.cutoff = kFastestMotion;
+    make_motions();
+    const double limit = std::max(kLeastLimit, kOfMotion * find_motion_frequency());
+    for (double cutoff : kCutoffs) {
+      data_.cutoff = cutoff;
+      if (cutoff <= limit && make_motions() <= kNoiseShare) break;
+    }
+    find_slow();
+    for (TorqueRecording& r : data_.recordings) finish(&r);
+    return std::move(data_);
+  }
+
+ private:
+  // Grids and smoothed motion at the cutoff; the median over joints of how noisy inertia x acceleration is.
+  double make_motions() {
+    data_.recordings.clear();
+    for (size_t r = 0; r < e_.recordings.size(); ++r) add_recording(r);
+    std::vector<double> shares;
+    for (size_t j = 0; j < data_.source.size(); ++j) {
+      double acceleration = 0.0, effort = 0.0, torque = 0.0;
+      for (const TorqueRecording& r : data_.recordings) {
+        const auto centre = [&](const Eigen::MatrixXd& m) {
+          return (m.col(static_cast<long>(j)).array() - m.col(static_cast<long>(j)).mean()).square().mean();
+        };
+        acceleration += centre(r.a), effort += centre(r.effort), torque += centre(r.tau);
+      }
+      if (!data_.is_judged(static_cast<int>(j)) || effort <= 0.0 || acceleration <= 0.0) continue;
+      const double step = data_.recordings[0].step;
+      shares.push_back(scale_noise(noise_[j], step, data_.cutoff, 2) / std::sqrt(acceleration) *
+                       std::sqrt(std::min(1.0, torque / effort)));
+    }
+    if (shares.empty()) return 0.0;
+    std::nth_element(shares.begin(), shares.begin() + static_cast<long>(shares.size() / 2), shares.end());
+    return shares[shares.size() / 2];
+  }
+
+  // [Hz] median over joints and recordings, of the smoothed velocities: frequencies by low-passing them.
+  double find_motion_frequency() const {
+    std::vector<double> found;
+    for (const TorqueRecording& r : data_.recordings) {
+      for (long j = 0; j < r.v.cols(); ++j) {
+        const Eigen::VectorXd v = r.v.col(j).array() - r.v.col(j).mean();
+        double f = kLowestMotion;
+        while (f < data_.cutoff && low_pass(v, r.step, f).squaredNorm() < kMotionShare * v.squaredNorm()) f *= kFrequencyStep;
+        if (v.squaredNorm() > 0.0) found.push_back(f);
+      }
+    }
+    if (found.empty()) return data_.cutoff;
+    std::nth_element(found.begin(), found.begin() + static_cast<long>(found.size() / 2), found.end());
+    return found[found.size() / 2];
+  }
+
+  void add_recording(size_t index) {
+    const Recording& in = e_.recordings[index];
+    if (in.size() < 10 || in.duration() < kShortest) return;
+    TorqueRecording out;
+    out.index = index, out.train = in.spec.train;
+    out.begin = in.time.front(), out.step = std::max(1e-3, e_.sample_time);
+    const long rows = static_cast<long>(in.duration() / out.step) + 1, n = e_.num_joints();
+    out.stride = std::max(1L, std::lround(1.0 / (kPerPeriod * data_.cutoff * out.step)));
+    out.trim = std::lround(kTrim / out.step);
+    for (Eigen::MatrixXd* m : {&out.q, &out.v, &out.a, &out.effort, &out.effort_rate, &out.command_rate})
+      m->setZero(rows, n);
+    for (long j = 0; j < n; ++j) {
+      if (!fill_joint(in, j, rows, &out)) return;
+    }
+    if (still_.empty()) still_.resize(e_.recordings.size());
+    if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
+    out.tau = calc_efforts(plant_, out.q, out.v, out.a);
+    data_.recordings.push_back(std::move(out));
+  }
+
+  Eigen::MatrixXd make_raw(const Recording& in, const TorqueRecording& out, long rows) const {
+    Eigen::MatrixXd raw(rows, out.q.cols());
+    for (long j = 0; j < raw.cols(); ++j)
+      raw.col(j) = resample(in.time, in.joints[static_cast<size_t>(j)].signal[0], out.begin, out.step, rows);
+    return raw;
+  }
+
+  bool fill_joint(const Recording& in, long joint, long rows, TorqueRecording* out) {
+    const size_t j = static_cast<size_t>(joint);
+    if (!in.joints[j].has(Quantity::kPosition)) {
+      const std::string text = in.spec.name + ": no column " + e_.signal_name(static_cast<int>(joint), Quantity::kPosition) +
+                               ": the recording is left out";
+      if (std::find(data_.missing.begin(), data_.missing.end(), text) == data_.missing.end())
+        data_.missing.push_back(text);
+      return false;
+    }
+    const auto smooth = [&](const std::vector<double>& series) -> Eigen::VectorXd {
+      return low_pass(resample(in.time, series, out->begin, out->step, rows), out->step, data_.cutoff);
+    };
+    out->q.col(joint) = smooth(in.joints[j].signal[0]);
+    out->v.col(joint) = differentiate(out->q.col(joint), out->step);
+    out->a.col(joint) = differentiate(out->v.col(joint), out->step);
+    const JointSpec& spec = e_.robot.tree.joint(static_cast<int>(joint));
+    if (!spec.actuated || data_.source[j] == EffortSource::kNone) return true;
+    if (data_.source[j] == EffortSource::kRecorded) {
+      out->effort.col(joint) = smooth(in.joints[j].signal[2]);
+    } else {
+      const ServoSeries servo = calc_servo(in, j, plant_.laws[j], find_rate(in, j, *out));
+      out->effort.col(joint) = smooth(servo.effort);
+      out->command_rate.col(joint) = smooth(servo.command_rate);
+    }
+    out->effort_rate.col(joint) = differentiate(out->effort.col(joint), out->step);
+    return true;
+  }
+
+  // Velocity that the servo works with, at the recording's samples: recorded, else of the smoothed position.
+  std::vector<double> find_rate(const Recording& in, size_t j, const TorqueRecording& out) const {
+    if (in.joints[j].has(Quantity::kVelocity)) return in.joints[j].signal[1];
+    std::vector<double> grid(static_cast<size_t>(out.v.rows())), rate(in.size());
+    std::vector<double> values(grid.size());
+    for (size_t k = 0; k < grid.size(); ++k) {
+      grid[k] = out.begin + out.step * static_cast<double>(k);
+      values[k] = out.v(static_cast<long>(k), static_cast<long>(j));
+    }
+    for (size_t k = 0; k < rate.size(); ++k)
+      rate[k] = interpolate(grid, values, in.time[k], std::min(k, grid.size() - 1));
+    return rate;
+  }
+
+  void find_slow() {
+    for (size_t j = 0; j < data_.source.size(); ++j) {
+      double fastest = 0.0, noise = 0.0;
+      for (const TorqueRecording& r : data_.recordings) {
+        fastest = std::max(fastest, r.v.col(static_cast<long>(j)).cwiseAbs().maxCoeff());
+        noise = scale_noise(noise_[j], r.step, data_.cutoff, 1);
+      }
+      data_.slow.push_back(std::max({kSlowDeviations * noise, kSlowShare * fastest, kSlowest}));
+    }
+  }
+
+  // Missing torque at the kept samples, less the nominal model's own friction.
+  void finish(TorqueRecording* r) {
+    const long kept = std::max(0L, (r->q.rows() - 2 * r->trim + r->stride - 1) / r->stride), n = r->q.cols();
+    r->missing.setZero(kept, n);
+    r->use.setConstant(kept, n, false);
+    const Flags frozen = find_frozen(*r, still_[r->index]);
+    if (frozen.any()) {
+      long first = 0;
+      while (!frozen[first]) ++first;
+      data_.warnings.push_back(e_.recordings[r->index].spec.name + ": no joint moves although efforts change, from about " +
+                               number(r->begin + r->step * static_cast<double>(first), 3) +
+                               " s: this stretch is left out");
+    }
+    for (long j = 0; j < n; ++j) {
+      const JointSpec& spec = e_.robot.tree.joint(static_cast<int>(j));
+      const Eigen::VectorXd direction = data_.calc_direction(*r, static_cast<int>(j));
+      for (long k = 0; k < kept; ++k) {
+        const long row = r->full_row(k);
+        r->missing(k, j) = r->effort(row, j) - r->tau(row, j) - spec.viscous_friction * r->v(row, j) -
+                           spec.coulomb_friction * direction[k];
+        r->use(k, j) = data_.is_judged(static_cast<int>(j)) && !frozen[row] &&
+                       std::abs(r->v(row, j)) > data_.slow[static_cast<size_t>(j)];
+      }
+    }
+  }
+
+  const Experiment& e_;
+  const Plant plant_;
+  TorqueData data_;
+  std::vector<double> noise_;  // [rad] by joint
+  std::vector<Flags> still_;   // by recording of the experiment, full grid
+};
+
+}  // namespace
+
+Eigen::VectorXd TorqueData::condition(const TorqueRecording& r, const Eigen::VectorXd& full) const {
+  const Eigen::VectorXd filtered = low_pass(full, r.step, cutoff);
+  const long kept = std::max(0L, (full.size() - 2 * r.trim + r.stride - 1) / r.stride);
+  Eigen::VectorXd out(kept);
+  for (long k = 0; k < kept; ++k) out[k] = filtered[r.full_row(k)];
+  return out;
+}
+
+Eigen::VectorXd TorqueData::calc_direction(const TorqueRecording& r, int joint) const {
+  const double width = slow[static_cast<size_t>(joint)];
+  return condition(r, (r.v.col(joint).array() / width).tanh().matrix());
+}
+
+TorqueData make_torque_data(const Experiment& experiment) { return Maker(experiment).make(); }
+
+}  // namespace hrp::diagnosis

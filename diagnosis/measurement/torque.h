@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Measurement in torque space, for robots on a fixed base: at every joint and moment
+//
+//   missing = y - tau(q, v, a),   y: effort of the drive, recorded or by the servo's law; tau: inverse dynamics of the
+//                                 nominal model along the smoothed motion, its own joint friction included.
+//
+// Nothing is simulated, so it is well conditioned where a simulation from measured efforts drifts away. Effects are
+// columns of missing = sum of column x parameter (torque_terms.h). Both sides pass the same zero-phase filter, so that
+// neither is late against the other (Gautier, "Dynamic identification of robots with power model", ICRA 1997).
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis {
+
+enum class EffortSource { kNone, kRecorded, kServoLaw };
+
+// One recording on an even grid. Matrices: sample x joint; rad, rad/s, rad/s^2, N m.
+struct TorqueRecording {
+  size_t index = 0;  // in the experiment
+  bool train = true;
+  double begin = 0.0, step = 0.0;  // [s] of the full grid
+  long stride = 1, trim = 0;       // every `stride`-th sample is kept, `trim` full samples are left out at both ends
+  Eigen::MatrixXd q, v, a;         // smoothed, full grid
+  Eigen::MatrixXd effort;          // y on the full grid, smoothed
+  Eigen::MatrixXd effort_rate;     // [N m/s] of the smoothed y
+  Eigen::MatrixXd command_rate;    // [N m/s] kp r' + kd r'': what a late command changes; zero without commands
+  Eigen::MatrixXd tau;             // nominal inverse dynamics, full grid
+  Eigen::MatrixXd missing;         // kept samples x joint
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> use;  // kept samples x joint: the joint moves and y is known
+
+  long kept() const { return missing.rows(); }
+  long full_row(long kept_row) const { return trim + kept_row * stride; }
+  double time(long kept_row) const { return begin + step * static_cast<double>(full_row(kept_row)); }
+};
+
+struct TorqueData {
+  const Experiment* experiment = nullptr;
+  double cutoff = 0.0;                  // [Hz] of every signal
+  std::vector<EffortSource> source;     // by joint
+  std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is not known
+  std::vector<TorqueRecording> recordings;
+  std::vector<std::string> warnings;    // stretches that are left out
+  std::vector<std::string> missing;     // what was not recorded and what therefore is not judged, by file and column
+
+  bool is_judged(int joint) const { return source[static_cast<size_t>(joint)] != EffortSource::kNone; }
+  // A function of the full grid, filtered as everything else is, at the kept samples.
+  Eigen::VectorXd condition(const TorqueRecording& recording, const Eigen::VectorXd& full) const;
+  // Smooth sign of velocity: tanh(v / slow).
+  Eigen::VectorXd calc_direction(const TorqueRecording& recording, int joint) const;
+};
+
+// Joints without position, or without both effort and servo law, get no rows. A recording that lacks the position of a
+// moving joint is left out. Empty recordings: nothing can be judged; `missing` says why.
+TorqueData make_torque_data(const Experiment& experiment);
+
+}  // namespace hrp::diagnosis

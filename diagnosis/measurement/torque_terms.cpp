@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/torque_terms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/multibody/inverse_dynamics.h"
+#include "common/multibody/kinematics.h"
+#include "common/multibody/regressor.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
+constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};
+constexpr double kFast = 0.9;
+constexpr double kAngleStep = 1e-4;  // [rad] central differences of inverse dynamics over a position
+constexpr double kCoggingPeriods[] = {1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40};
+
+double find_fast_speed(const TorqueData& data, int joint) {
+  std::vector<double> speeds;
+  for (const TorqueRecording& r : data.recordings) {
+    for (long k = 0; k < r.kept(); ++k) {
+      if (r.use(k, joint)) speeds.push_back(std::abs(r.v(r.full_row(k), joint)));
+    }
+  }
+  if (speeds.empty()) return 0.0;
+  const size_t at = static_cast<size_t>(kFast * static_cast<double>(speeds.size() - 1));
+  std::nth_element(speeds.begin(), speeds.begin() + static_cast<long>(at), speeds.end());
+  return speeds[at];
+}
+
+double find_travel(const TorqueData& data, int joint) {
+  double low = 1e300, high = -1e300;
+  for (const TorqueRecording& r : data.recordings)
+    low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
+  return high - low;
+}
+
+// Kept samples of a series of the full grid.
+Eigen::VectorXd keep(const TorqueRecording& r, const Eigen::VectorXd& full) {
+  Eigen::VectorXd out(r.kept());
+  for (long k = 0; k < r.kept(); ++k) out[k] = full[r.full_row(k)];
+  return out;
+}
+
+Eigen::VectorXd calc_sign(const TorqueData& data, const TorqueRecording& r, int j) {
+  return (r.v.col(j).array() / data.slow[static_cast<size_t>(j)]).tanh().matrix();
+}
+
+// Fills the rows of all joints for one moment.
+class WholeRows {
+ public:
+  WholeRows(const TorqueData& data, const std::vector<Term>& terms)
+      : data_(data),
+        terms_(terms),
+        tree_(data.experiment->robot.tree),
+        model_(tree_, data.experiment->scenario.gravity_W),
+        kinematics_(model_),
+        state_(make_state(model_)),
+        regressor_(model_),
+        turned_{Model(tree_, turn(data, 0)), Model(tree_, turn(data, 1))},
+        mine_(make_inertial_parameters(model_)),
+        tau_(model_.num_joints()) {}
+
+  // `rows`: joint x all columns.
+  void fill(const TorqueRecording& r, long full_row, Eigen::MatrixXd* rows) {
+    state_.q = r.q.row(full_row), state_.qd = r.v.row(full_row);
+    const Eigen::VectorXd a = r.a.row(full_row);
+    update_kinematics(model_, state_, &kinematics_);
+    calc_regressor(model_, a, &kinematics_, &regressor_);
+    long column = 0;
+    for (const Term& term : terms_) {
+      if (term.kind != TermKind::kOffset && term.kind != TermKind::kTilt) fill_link(term, column, rows);
+      column += term.columns;
+    }
+    column = 0;
+    for (const Term& term : terms_) {  // these move the model: last
+      if (term.kind == TermKind::kOffset) fill_offset(term, a, column, rows);
+      if (term.kind == TermKind::kTilt) fill_tilt(a, column, rows);
+      column += term.columns;
+    }
+  }
+
+ private:
+  void fill_link(const Term& term, long column, Eigen::MatrixXd* rows) {
+    const long first = static_cast<long>(term.place) * kInertialParameters;
+    const auto Y = regressor_.Y_JI.middleCols(first, kInertialParameters);
+    const LinkInertia& inertia = tree_.links[static_cast<size_t>(term.place)].inertia;
+    if (term.kind == TermKind::kMassError) {
+      rows->col(column) = Y * mine_.segment(first, kInertialParameters);
+    } else if (term.kind == TermKind::kPayload) {  // m, m c
+      rows->middleCols(column, 4) = Y.leftCols(4);
+    } else if (term.kind == TermKind::kComError) {  // the link's mass moved: its moments of mass, and inertia to first order
+      for (int axis = 0; axis < 3; ++axis) rows->col(column + axis) = Y * move_com(inertia, axis);
+    } else if (term.kind == TermKind::kForce) {
+      const Vector3d p_W = get_pose(kinematics_, term.place) * inertia.p_LLcm_L;
+      Eigen::MatrixXd J(6, model_.num_joints());
+      calc_point_jacobian(model_, kinematics_, term.place, p_W, J);
+      rows->middleCols(column, 3) = -J.bottomRows(3).transpose();
+    }
+  }
+
+  // d(inertial parameters) / d(centre of mass along an axis).
+  static Eigen::Matrix<double, kInertialParameters, 1> move_com(const LinkInertia& inertia, int axis) {
+    Eigen::Matrix<double, kInertialParameters, 1> d = Eigen::Matrix<double, kInertialParameters, 1>::Zero();
+    const double m = inertia.mass;
+    const Vector3d c = inertia.p_LLcm_L, e = Vector3d::Unit(axis);
+    d[1 + axis] = m;
+    const Matrix3d dI = m * (2.0 * c.dot(e) * Matrix3d::Identity() - c * e.transpose() - e * c.transpose());
+    d.tail<6>() << dI(0, 0), dI(0, 1), dI(0, 2), dI(1, 1), dI(1, 2), dI(2, 2);
+    return d;
+  }
+
+  // True position = reading - offset: missing = tau(q - offset) - tau(q).
+  void fill_offset(const Term& term, const Eigen::VectorXd& a, long column, Eigen::MatrixXd* rows) {
+    Eigen::VectorXd ahead(tau_.size());
+    const double q = state_.q[term.place];
+    state_.q[term.place] = q + kAngleStep;
+    update_kinematics(model_, state_, &kinematics_);
+    calc_inverse_dynamics(model_, a, nullptr, &kinematics_, &ahead);
+    state_.q[term.place] = q - kAngleStep;
+    update_kinematics(model_, state_, &kinematics_);
+    calc_inverse_dynamics(model_, a, nullptr, &kinematics_, &tau_);
+    state_.q[term.place] = q;
+    rows->col(column) = (tau_ - ahead) / (2.0 * kAngleStep);
+  }
+
+  // Gravity as a base sees it that is turned by kAngleStep about x (roll) or y (pitch).
+  static Vector3d turn(const TorqueData& data, int axis) {
+    return Eigen::AngleAxisd(-kAngleStep, Vector3d::Unit(axis)) * data.experiment->scenario.gravity_W;
+  }
+
+  void fill_tilt(const Eigen::VectorXd& a, long column, Eigen::MatrixXd* rows) {
+    Eigen::VectorXd turned(tau_.size());
+    update_kinematics(model_, state_, &kinematics_);
+    calc_inverse_dynamics(model_, a, nullptr, &kinematics_, &tau_);
+    for (int axis = 0; axis < 2; ++axis) {
+      const Model& model = turned_[static_cast<size_t>(axis)];
+      update_kinematics(model, state_, &kinematics_);
+      calc_inverse_dynamics(model, a, nullptr, &kinematics_, &turned);
+      rows->col(column + axis) = (turned - tau_) / kAngleStep;
+    }
+  }
+
+  const TorqueData& data_;
+  const std::vector<Term>& terms_;
+  const TreeSpec& tree_;
+  const Model model_;
+  Data kinematics_;
+  State state_;
+  Regressor regressor_;
+  const std::array<Model, 2> turned_;
+  const Eigen::VectorXd mine_;
+  Eigen::VectorXd tau_;
+};
+
+}  // namespace
+
+std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
+  std::vector<Term> terms;
+  if (!data.is_judged(joint)) return terms;
+  const double fast = find_fast_speed(data, joint);
+  if (fast <= 0.0) return terms;
+  const bool driven = data.experiment->robot.tree.joint(joint).actuated;
+  for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kRotor, TermKind::kGain,
+                        TermKind::kGainOfModel, TermKind::kConstant, TermKind::kLag}) {
+    const bool of_drive = kind == TermKind::kGain || kind == TermKind::kGainOfModel || kind == TermKind::kLag || kind == TermKind::kRotor;
+    if (driven || !of_drive) terms.push_back({kind, joint, 0.0, 1, false});
+  }
+  terms.push_back({TermKind::kSpring, joint, 0.0, 2, false});
+  if (data.source[static_cast<size_t>(joint)] == EffortSource::kServoLaw)
+    terms.push_back({TermKind::kCommandDelay, joint, 0.0, 1, false});
+  for (double share : kStribeckShares) {
+    if (share * fast > data.slow[static_cast<size_t>(joint)])
+      terms.push_back({TermKind::kStribeck, joint, share * fast, 1, false});
+  }
+  // A ripple is told from a spring or gravity by several periods.
+  for (double periods : kCoggingPeriods) {
+    if (driven && periods * find_travel(data, joint) > 3.0 * 2.0 * M_PI)
+      terms.push_back({TermKind::kCogging, joint, periods, 2, false});
+  }
+  return terms;
+}
+
+std::vector<Term> list_whole_terms(const TorqueData& data) {
+  std::vector<Term> terms;
+  const TreeSpec& tree = data.experiment->robot.tree;
+  for (size_t link = 1; link < tree.links.size(); ++link) {
+    const int place = static_cast<int>(link);
+    terms.push_back({TermKind::kPayload, place, 0.0, 4, true});
+    if (tree.links[link].inertia.mass > 0.0) {
+      terms.push_back({TermKind::kMassError, place, 0.0, 1, true});
+      terms.push_back({TermKind::kComError, place, 0.0, 3, true});
+    }
+    terms.push_back({TermKind::kForce, place, 0.0, 3, true});
+  }
+  for (int j = 0; j < tree.num_joints(); ++j) terms.push_back({TermKind::kOffset, j, 0.0, 1, true});
+  if (data.experiment->scenario.gravity_W.norm() > 0.0) terms.push_back({TermKind::kTilt, 0, 0.0, 2, true});
+  return terms;
+}
+
+Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording& r, const Term& term) {
+  const int j = term.place;
+  Eigen::MatrixXd out(r.kept(), term.columns);
+  const Eigen::VectorXd sign = calc_sign(data, r, j);
+  switch (term.kind) {
+    case TermKind::kViscous:
+      out.col(0) = keep(r, r.v.col(j));
+      break;
+    case TermKind::kDry:
+      out.col(0) = data.condition(r, sign);
+      break;
+    case TermKind::kLoadDry:
+      out.col(0) = data.condition(r, sign.cwiseProduct(r.tau.col(j).cwiseAbs()));
+      break;
+    case TermKind::kStribeck:
+      out.col(0) =
+          data.condition(r, (sign.array() * (-(r.v.col(j).array() / term.shape).square()).exp()).matrix());
+      break;
+    case TermKind::kRotor:
+      out.col(0) = keep(r, r.a.col(j));
+      break;
+    case TermKind::kGain:
+      out.col(0) = keep(r, r.effort.col(j));
+      break;
+    case TermKind::kGainOfModel:
+      out.col(0) = keep(r, r.tau.col(j));
+      break;
+    case TermKind::kConstant:
+      out.setOnes();
+      break;
+    case TermKind::kSpring:
+      out.col(0) = keep(r, r.q.col(j));
+      out.col(1).setOnes();
+      break;
+    case TermKind::kLag:
+      out.col(0) = keep(r, r.effort_rate.col(j));
+      break;
+    case TermKind::kCommandDelay:
+      out.col(0) = keep(r, r.command_rate.col(j));
+      break;
+    case TermKind::kCogging:
+      out.col(0) = data.condition(r, (term.shape * r.q.col(j).array()).sin().matrix());
+      out.col(1) = data.condition(r, (term.shape * r.q.col(j).array()).cos().matrix());
+      break;
+    default:
+      out.setZero();
+  }
+  return out;
+}
+
+std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const TorqueRecording& r,
+                                                const std::vector<Term>& terms) {
+  long width = 0;
+  for (const Term& term : terms) width += term.columns;
+  const long n = r.q.cols();
+  std::vector<Eigen::MatrixXd> out(static_cast<size_t>(n), Eigen::MatrixXd(r.kept(), width));
+  WholeRows maker(data, terms);
+  Eigen::MatrixXd rows(n, width);
+  for (long k = 0; k < r.kept(); ++k) {
+    maker.fill(r, r.full_row(k), &rows);
+    for (long j = 0; j < n; ++j) out[static_cast<size_t>(j)].row(k) = rows.row(j);
+  }
+  return out;
+}
+
+std::optional<EffectId> find_effect_id(TermKind kind) {
+  switch (kind) {
+    case TermKind::kViscous: return EffectId::kViscous;
+    case TermKind::kDry: return EffectId::kCoulomb;
+    case TermKind::kLoadDry: return EffectId::kLoadFriction;
+    case TermKind::kStribeck: return EffectId::kStribeck;
+    case TermKind::kRotor: return EffectId::kRotorInertia;
+    case TermKind::kGain: case TermKind::kGainOfModel: return EffectId::kTorqueConstant;
+    case TermKind::kSpring: return EffectId::kSpring;
+    case TermKind::kLag: return EffectId::kLag;
+    case TermKind::kCommandDelay: return EffectId::kDelay;
+    case TermKind::kCogging: return EffectId::kCogging;
+    case TermKind::kPayload: return EffectId::kPayload;
+    case TermKind::kMassError: return EffectId::kMassError;
+    case TermKind::kComError: return EffectId::kComError;
+    case TermKind::kForce: return EffectId::kExternalForce;
+    case TermKind::kOffset: return EffectId::kJointOffset;
+    case TermKind::kConstant: case TermKind::kTilt: break;
+  }
+  return std::nullopt;
+}
+
+std::string get_effect_name(TermKind kind) {
+  const std::optional<EffectId> id = find_effect_id(kind);
+  if (id) return get_effect(*id).name;
+  return kind == TermKind::kTilt ? "base_tilt" : "constant_torque";
+}
+
+EffectFamily get_family(TermKind kind) {
+  const std::optional<EffectId> id = find_effect_id(kind);
+  return id ? get_effect(*id).family : EffectFamily::kZero;
+}
+
+}  // namespace hrp::diagnosis

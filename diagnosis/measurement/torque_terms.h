@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Effects as columns of the missing torque (torque.h), and back from coefficients to parameters.
+//
+// Of one joint, in its own row; s is the smooth sign of its velocity:
+//   viscous b v; dry c s; growing with load mu |tau| s; Stribeck (f_s - f_c) exp(-(v / v_s)^2) s; rotor J a;
+//   true torque k times the effort: (1 - k) y, or (1/k - 1) tau; constant; spring k (q - rest); lag or delay T dy/dt;
+//   late commands T (kp r' + kd r''); cogging A sin(p q + phase).
+// The factor k by either column: errors of tau (accelerations) draw the second one down, physics that is left out draws
+// the first one up; the truth is between the two (errors in variables, Frisch's bounds).
+// Of the whole robot, in every row: mass, centre of mass and load of a link (regressor of inverse dynamics), a constant
+// force (-J^T F), an encoder's zero (-d tau / d q_j), the base turned against gravity (d tau / d roll, pitch).
+#pragma once
+
+#include <optional>
+
+#include "common/effects/effect_info.h"
+#include "diagnosis/measurement/torque.h"
+
+namespace hrp::diagnosis {
+
+enum class TermKind {
+  kViscous, kDry, kLoadDry, kStribeck, kRotor, kGain, kGainOfModel, kConstant, kSpring, kLag, kCommandDelay, kCogging,
+  kPayload, kMassError, kComError, kForce, kOffset, kTilt
+};
+
+struct Term {
+  TermKind kind;
+  int place = 0;       // joint, or link
+  double shape = 0.0;  // Stribeck velocity [rad/s], cogging [1/rad]
+  int columns = 1;
+  bool whole = false;  // rows of every joint, else of `place` alone
+};
+
+// Everything that is tried: terms of each joint that is judged, and terms of the whole robot.
+std::vector<Term> list_joint_terms(const TorqueData& data, int joint);
+std::vector<Term> list_whole_terms(const TorqueData& data);
+
+// Columns of a joint's term in its row: kept samples x columns.
+Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording& recording, const Term& term);
+
+// Columns of all whole-robot terms in the rows of one recording: by joint, kept samples x all columns, terms in order.
+std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const TorqueRecording& recording,
+                                                const std::vector<Term>& terms);
+
+// The row of the table of effects; none for a constant torque and a tilted base.
+std::optional<EffectId> find_effect_id(TermKind kind);
+std::string get_effect_name(TermKind kind);
+EffectFamily get_family(TermKind kind);
+
+}  // namespace hrp::diagnosis
