@@ -15,7 +15,8 @@ constexpr double kDeviations = 3.0;       // of its value from none
 constexpr double kAgree = 0.85;           // of the stretches must give the same sign
 constexpr double kEven = 3.0;             // [nats] within which another term does as well: odds of 20
 constexpr double kNamedGain = 3.0;        // [nats] that a supported term must add
-constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, however small its share
+constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, even if its share is small
+constexpr double kLeastShare = 0.001;     // but not none
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
 
 bool is_same_family(const Term& a, const Term& b) { return get_family(a.kind) == get_family(b.kind); }
@@ -228,6 +229,27 @@ class Grader {
     g->helps_held = bare > with;
     compare_own(rest, alone, find_judge(*g), g);
     compare_whole(rest, alone, g);
+    if (g->term.kind == TermKind::kGain) add_equal_mass(g);
+  }
+
+  // A drive that carries one link alone from the base: its gain and the link's mass scale the same torque in every
+  // motion, whatever noise says.
+  void add_equal_mass(GradedTerm* g) const {
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    const std::string& joint = tree.joint(g->term.place).name;
+    for (size_t link = 1; link < tree.links.size(); ++link) {
+      const LinkSpec& own = tree.links[link];
+      const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(),
+                                     [&](const LinkSpec& l) { return l.parent == static_cast<int>(link); });
+      if (own.joint.name != joint || own.parent != 0 || !ends) continue;
+      const bool there = std::any_of(g->rivals.begin(), g->rivals.end(), [&](const Rival& r) {
+        return r.term.kind == TermKind::kMassError && r.term.place == static_cast<int>(link);
+      });
+      const double k = 1.0 - g->parameters[0];
+      if (!there && k > 0.0)
+        g->rivals.insert(g->rivals.begin(), {{TermKind::kMassError, static_cast<int>(link), 0.0, 1, true},
+                                             Eigen::VectorXd::Constant(1, 1.0 / k - 1.0)});
+    }
   }
 
   // Does as well in the place of a term: nearly all of what the term adds.
@@ -317,7 +339,7 @@ class Grader {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
     const bool clear = g->parameters.norm() > kDeviations * g->std.norm();
-    const bool overwhelming = g->gain > kOverwhelming;
+    const bool overwhelming = g->gain > kOverwhelming && g->share > kLeastShare;
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     g->named = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;

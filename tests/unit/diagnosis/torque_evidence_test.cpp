@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Torque space: friction and rotors of every joint come out with their sizes beside physics of no list; what the
+// recordings cannot tell apart is listed; what is not there is not claimed.
+#include <gmock/gmock.h>
+
+#include "diagnosis/evidence/torque_findings.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::vector<std::string> kJoints{"shoulder", "elbow"};
+
+const Finding* find(const TorqueVerdict& verdict, const std::string& effect, const std::string& place) {
+  for (const Finding& f : verdict.evidence.findings) {
+    if (f.effect == effect && f.where.begin().value() == place) return &f;
+  }
+  return nullptr;
+}
+
+// Texture of friction over position: in no list.
+void add_texture(double amplitude, Experiment* e) {
+  for (Recording& r : e->recordings) {
+    for (JointColumns& joint : r.joints) {
+      for (size_t k = 0; k < r.size(); ++k)
+        joint.signal[2][k] += amplitude * std::sin(9.0 * joint.signal[0][k]) * std::tanh(joint.signal[1][k] / 0.05);
+    }
+  }
+}
+
+Hypothesis make_drives() {
+  return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+          {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
+          {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
+}
+
+void expect_drives(const TorqueVerdict& verdict, const Hypothesis& hidden) {
+  for (const Effect& truth : hidden) {
+    const Finding* f = find(verdict, get_effect(truth.id).name, kJoints[static_cast<size_t>(truth.place)]);
+    ASSERT_NE(f, nullptr) << get_effect(truth.id).name << " at joint " << truth.place;
+    EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+    // 15 %: texture of a tenth of the friction is in no term; it moves viscous friction, the smallest part, most.
+    EXPECT_NEAR(f->parameters[0].value[0], truth.p[0], 0.15 * truth.p[0]) << f->statement;
+  }
+}
+
+TEST(TorqueEvidence, FrictionAndRotorsOfEveryJointComeOutBesideTextureOfNoList) {
+  const Hypothesis hidden = make_drives();
+  Experiment e = make_simulated_experiment("torque_dirty", kArm, kJoints, hidden);
+  add_texture(0.1, &e);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  ASSERT_TRUE(verdict.judged);
+  EXPECT_EQ(verdict.with_drives, 2);
+  expect_drives(verdict, hidden);
+}
+
+TEST(TorqueEvidence, NothingHiddenGivesNoFinding) {
+  const Experiment e = make_simulated_experiment("torque_none", kArm, kJoints, {});
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  EXPECT_TRUE(verdict.evidence.findings.empty()) << verdict.evidence.findings[0].statement;
+}
+
+TEST(TorqueEvidence, ALoadInTheHandIsNamedAtItsLinkWithItsMass) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.8, 0.3, 0.0, 0.0, 0.0}});
+  const Experiment e = make_simulated_experiment("torque_load", kArm, kJoints, hidden);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  ASSERT_FALSE(verdict.evidence.findings.empty());
+  bool named = false;
+  for (const Finding& f : verdict.evidence.findings) {
+    std::printf("%s\n", f.statement.c_str());
+    if (f.family != get_family_name(EffectFamily::kMass)) continue;
+    EXPECT_EQ(f.where.at("link"), "fore") << f.statement;
+    named = true;
+  }
+  EXPECT_TRUE(named);
+}
+
+// One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
+TEST(TorqueEvidence, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
+  const std::string urdf = R"(<robot name="pendulum"><link name="base"/>
+    <link name="rod"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
+    <joint name="hinge" type="revolute"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
+      <limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+  const Experiment e = make_simulated_experiment("torque_gain", urdf, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  ASSERT_EQ(verdict.evidence.findings.size(), 1u);
+  const Finding& f = verdict.evidence.findings[0];
+  EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
+  std::vector<std::string> all{f.effect};
+  for (const Alternative& a : f.alternatives) all.push_back(a.effect);
+  EXPECT_THAT(all, testing::IsSupersetOf({"torque_constant_error", "mass_error"}));
+}
+
+TEST(TorqueEvidence, AFrozenLogIsLeftOutWithAWarning) {
+  const Hypothesis hidden = make_drives();
+  Experiment e = make_simulated_experiment("torque_frozen", kArm, kJoints, hidden);
+  Recording& r = e.recordings[0];
+  for (JointColumns& joint : r.joints) {
+    for (size_t k = r.size() / 2; k < r.size(); ++k) {
+      joint.signal[0][k] = joint.signal[0][r.size() / 2], joint.signal[1][k] = 0.0;
+      joint.signal[2][k] = k % 40 < 20 ? 50.0 : -50.0;
+    }
+  }
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  EXPECT_THAT(verdict.evidence.warnings, testing::Contains(testing::HasSubstr("no joint moves")));
+  expect_drives(verdict, hidden);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
