@@ -45,13 +45,6 @@ std::string describe_parameter(const std::string& name, const json& p) {
   return out + (unit.empty() || unit == "1" ? "" : " " + unit);
 }
 
-std::string describe_parameters(const json& finding) {
-  std::string out;
-  for (const auto& [name, p] : get_object(finding, "parameters").items())
-    out += (out.empty() ? "" : ", ") + describe_parameter(name, p);
-  return out;
-}
-
 // Findings of one effect, with the same words, in one paragraph.
 struct Group {
   std::string effect, clause, places, numbers;
@@ -81,10 +74,20 @@ std::string make_group_text(const Group& g) {
 
 }  // namespace
 
+std::string describe_parameters(const json& finding) {
+  std::string out;
+  for (const auto& [name, p] : get_object(finding, "parameters").items())
+    out += (out.empty() ? "" : ", ") + describe_parameter(name, p);
+  return out;
+}
+
 const VerdictWords& find_verdict_words(const std::string& verdict) {
   static const VerdictWords words[] = {
       {"no_mismatch", "Nothing is missing", "The model explains these recordings down to their noise."},
       {"explained", "Explained", "What the simulation left out was found; with it the recordings are explained."},
+      {"mostly_explained", "Mostly explained",
+       "Most of what can be predicted from these recordings is explained by what was found."},
+      {"not_judged", "Not judged", "These recordings lack what a comparison needs."},
       {"partly_explained", "Partly explained", "Some of what the simulation left out was found; something remains."},
       {"unexplained", "Not explained", "The simulation leaves something out that none of the known effects explains."}};
   static const VerdictWords other{"", "No verdict", "The tool reached no verdict."};

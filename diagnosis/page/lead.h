@@ -18,6 +18,9 @@ const VerdictWords& find_verdict_words(const std::string& verdict);
 // A sentence for each effect with all its places, for what stays unexplained, and for the fit on held-out recordings.
 std::string make_lead(const json& report, const json& series);
 
+// Values with their intervals, in one line.
+std::string describe_parameters(const json& finding);
+
 // "lab/experiment.yaml" of "/a/b/lab/experiment.yaml"; anything else unchanged.
 std::string shorten_path(const std::string& path);
 

@@ -81,18 +81,57 @@ std::string make_parameter_rows(const std::string& effect, const std::string& pl
        ci.size() == 2 ? format_number(low) + " to " + format_number(high) : "-", make_interval_svg(v, low, high)});
 }
 
+std::string make_finding_card(const json& f, const std::string& effect, const std::string& place) {
+  const std::string grade = get_text(f, "grade");
+  std::string out = "<article class='card" + std::string(grade == "ambiguous" ? " warn" : "") + "'><h3>" +
+                    escape(effect) + "<span class='place'>" + escape(place) + "</span></h3><p>" +
+                    escape(get_text(f, "statement")) + "</p><p class='small'>" +
+                    (grade.empty() ? "" : "<b>" + escape(grade) + "</b>, ") + "probability " +
+                    format_probability(get_number(f, "probability", kNone)) + "</p>";
+  std::string others;
+  for (const json& a : get_list(f, "alternatives")) {
+    others += "<li>" + escape(describe_effect(get_text(a, "effect"))) + ", " +
+              escape(describe_place(get(a, "where"))) + ": " + escape(describe_parameters(a)) +
+              ". To tell them apart: " + escape(get_text(a, "motion_that_would_tell")) + ".</li>";
+  }
+  if (!others.empty()) out += "<p class='small'>These recordings cannot tell it from:</p><ul class='small'>" + others + "</ul>";
+  return out + "</article>";
+}
+
+// What each finding takes away of its place's mismatch, largest first.
+std::string make_shares(const json& report) {
+  std::string rows;
+  for (const json& f : get_list(report, "findings")) {
+    const double share = get_number(f, "share", kNone);
+    if (!std::isfinite(share)) continue;
+    rows += make_row({escape(describe_effect(get_text(f, "effect"))), escape(describe_place(get(f, "where"))),
+                      escape(get_text(f, "grade")), format_probability(share)});
+  }
+  return make_table({"finding", "where", "grade", "takes away of its place's mismatch"}, rows);
+}
+
+std::string make_remaining(const json& report) {
+  std::string rows;
+  for (const json& r : get_list(report, "remaining")) {
+    std::string on;
+    for (const json& d : get_list(r, "depends_on")) on += (on.empty() ? "" : ", ") + format_value(d);
+    const std::string unit = " " + escape(get_text(r, "unit"));
+    rows += make_row({escape(describe_place(get(r, "where"))), format_number(get_number(r, "before", kNone), 3) + unit,
+                      format_number(get_number(r, "after", kNone), 3) + unit,
+                      format_probability(get_number(r, "share", kNone)), on.empty() ? "-" : on});
+  }
+  if (rows.empty()) return "";
+  const double ceiling = get_number(report, "ceiling", kNone), explained = get_number(report, "explained", kNone);
+  return "<p>The findings take away " + format_number(100.0 * explained, 3) + " % of the mismatch on held-out recordings. At most " +
+         format_number(100.0 * ceiling, 3) + " % can be predicted from what was recorded.</p>" +
+         make_table({"where", "before", "after", "left", "follows"}, rows);
+}
+
 std::string make_findings(const json& report) {
   std::string cards, rows;
   for (const json& f : get_list(report, "findings")) {
     const std::string effect = describe_effect(get_text(f, "effect")), place = describe_place(get(f, "where"));
-    cards += "<article class='card'><h3>" + escape(effect) + "<span class='place'>" + escape(place) +
-             "</span></h3><p>" + escape(get_text(f, "statement")) + "</p><p class='small'>Probability " +
-             format_probability(get_number(f, "probability", kNone)) + "</p>";
-    std::string twins;
-    for (const json& a : get_list(f, "alternatives"))
-      twins += (twins.empty() ? "" : ", ") + escape(describe_effect(get_text(a, "effect")));
-    if (!twins.empty()) cards += "<p class='small'>These recordings cannot tell it from: " + twins + ".</p>";
-    cards += "</article>";
+    cards += make_finding_card(f, effect, place);
     for (const auto& [name, p] : get_object(f, "parameters").items()) {
       rows += make_parameter_rows(effect, place, name, p);
     }
@@ -198,13 +237,18 @@ std::string make_rivals(const json& series) {
   return make_table({"explanation", "where", "probability", "held-out error [noise]", "why"}, rows);
 }
 
+std::string format_si(const json& signal, const char* key) {
+  const double value = get_number(signal, key, kNone);
+  return std::isfinite(value) ? format_number(value, 3) + " " + escape(get_text(signal, "unit")) : "-";
+}
+
 std::string make_per_signal(const json& fit) {
   std::string rows;
   for (const auto& [name, s] : get_object(fit, "per_signal").items()) {
     rows += make_row({"<code>" + escape(name) + "</code>", format_number(get_number(s, "before", kNone), 3),
-                      format_number(get_number(s, "after", kNone), 3)});
+                      format_number(get_number(s, "after", kNone), 3), format_si(s, "rms_before"), format_si(s, "rms_after")});
   }
-  const std::string table = make_table({"signal", "before", "after"}, rows);
+  const std::string table = make_table({"signal", "before", "after", "rms before", "rms after"}, rows);
   return table.empty()
              ? ""
              : "<details><summary>Every signal (error over the recording's own standard deviation)</summary>" + table +
@@ -297,6 +341,8 @@ std::string make_html_report(const json& report, const json& series) {
          "</title>\n<style>" + kReportStyle + "</style>\n</head>\n<body>\n<main>\n";
   out += make_header(report, series);
   out += make_section("found", "What was found", make_findings(report));
+  out += make_section("shares", "What each finding takes away", make_shares(report));
+  out += make_section("remaining", "What remains", make_remaining(report));
   out += make_section("unknown", "What stays unexplained", make_unexplained(report));
   out += make_section("where", "Where and when", make_maps(series) + make_mismatch_table(report));
   out += make_section("law", "What it depends on", make_clouds(series));
