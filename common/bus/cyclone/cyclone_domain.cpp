@@ -27,7 +27,7 @@ std::string find_loopback_config() {
     <FragmentSize>65000B</FragmentSize>
   </General>
   <Discovery>
-    <Peers><Peer Address="localhost"/></Peers>
+    <Peers><Peer Address="127.0.0.1"/></Peers>
     <ParticipantIndex>auto</ParticipantIndex>
     <MaxAutoParticipantIndex>)" + std::to_string(kMostParticipants - 1) + R"(</MaxAutoParticipantIndex>
     <SPDPInterval>200ms</SPDPInterval>
