@@ -33,15 +33,21 @@ Trial simulate(const Problem& problem, const Hypothesis& hypothesis) {
   return trial;
 }
 
-// The model with the parameters that simulate the training recordings best: those of the missing torque, or once more
-// through the simulation of each joint. Recorded efforts are no commands: there the torque's parameters stay.
-Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Progress& progress) {
+// Of several models the one that simulates the held-out recordings best; nothing is fitted to them.
+Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Trial* searched,
+                   const Progress& progress) {
   Trial best = simulate(whole, model);
-  if (problem.experiment->scenario.drive == "effort") return best;
-  progress("train: " + number(best.train.rms(), 4) + " times the noise; each joint through its simulation");
-  const Trial polished = simulate(whole, polish_joints(problem, model));
-  progress("train: " + number(polished.train.rms(), 4) + " times the noise");
-  return polished.train.ok && !(polished.train.rms() > best.train.rms()) ? polished : best;
+  progress("    parameters of the missing torque: held out " + number(best.rms, 4) + " times the noise");
+  const auto consider = [&](const char* name, const Trial& other) {
+    if (!other.validate.ok) return;
+    progress("    " + std::string(name) + ": held out " + number(other.rms, 4));
+    if (!(other.rms >= best.rms)) best = other;
+  };
+  // Recorded efforts are no commands: a simulation from them drifts, and parameters fitted through it mean little.
+  if (problem.experiment->scenario.drive != "effort")
+    consider("fitted through each joint's simulation", simulate(whole, polish_joints(problem, model)));
+  if (searched) consider("the model of the search", *searched);
+  return best;
 }
 
 void say(const TorqueVerdict& torque, const Progress& progress) {
@@ -140,7 +146,8 @@ Reports diagnose_fixed_base(const Problem& problem, const Progress& progress) {
     }
   }
   progress("simulation with what was found");
-  outcome.chosen = choose_model(problem, whole, torque.model, progress);
+  const Trial searched = outcome.chosen;
+  outcome.chosen = choose_model(problem, whole, torque.model, outcome.modelled ? &searched : nullptr, progress);
   outcome.modelled = true, outcome.partly = false, outcome.worth.clear(), outcome.doubts.clear(), outcome.twins.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
   return make_torque_reports(whole, outcome, std::move(torque));
