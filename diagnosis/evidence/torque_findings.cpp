@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_words.h"
+#include "diagnosis/measurement/servo_law.h"
 #include "diagnosis/search/relation.h"
 
 namespace hrp::diagnosis {
@@ -30,6 +31,9 @@ class Judge {
     out.joints = static_cast<int>(design_.joints.size());
     drop_lone_excess();
     add_findings(&out);
+    for (const ServoDelay& delay : find_servo_delays(e_)) add_delay(delay, &out);
+    sort_findings(&out.evidence.findings);
+    out.evidence.summary = make_summary(e_, out.evidence);
     add_remaining(&out);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
     out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
@@ -73,9 +77,23 @@ class Judge {
                             g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry;
       if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint);
     }
-    sort_findings(&out->evidence.findings);
     out->with_drives = static_cast<int>(with_drives.size());
-    out->evidence.summary = make_summary(e_, out->evidence);
+  }
+
+  // Told by the servo's own law, beside whatever acts on the joint.
+  void add_delay(const ServoDelay& d, TorqueVerdict* out) const {
+    Finding f;
+    f.effect = get_effect(EffectId::kDelay).name, f.family = get_family_name(EffectFamily::kTiming);
+    f.where = {{"joint", e_.robot.tree.joint(d.joint).name}};
+    f.parameters = {{"delay", "s", {d.delay}, {d.std}, false}};
+    f.grade = Grade::kSupported;
+    f.probability = 0.99;
+    f.share = f.weight = std::clamp(1.0 - d.after * d.after / std::max(1e-300, d.before * d.before), 0.0, 1.0);
+    f.statement = e_.robot.tree.joint(d.joint).name + ": commands arrive " + number(1e3 * d.delay, 3) +
+                  " ms late (supported). With that delay the servo's law misses the recorded effort by " +
+                  number(d.after, 3) + " N m (root mean square, held out) instead of " + number(d.before, 3) + " N m.";
+    out->evidence.findings.push_back(std::move(f));
+    out->model.push_back({EffectId::kDelay, d.joint, {d.delay}});
   }
 
   void add_to_model(const GradedTerm& g, Hypothesis* model) const {

@@ -93,6 +93,17 @@ TEST(TorqueEvidence, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   EXPECT_THAT(all, testing::IsSupersetOf({"torque_constant_error", "mass_error"}));
 }
 
+TEST(TorqueEvidence, LateCommandsShowInTheServosOwnLawBesideFriction) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kDelay, kElbow, {0.012}});
+  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_late", kArm, kJoints, hidden), 1);
+  const Finding* f = find(verdict, "command_delay", "elbow");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(find(verdict, "command_delay", "shoulder"), nullptr);
+  // A millisecond: a fifth of the recording's sample time, which the parabola through the scan resolves.
+  EXPECT_NEAR(f->parameters[0].value[0], 0.012, 1e-3);
+}
+
 TEST(TorqueEvidence, AFrozenLogIsLeftOutWithAWarning) {
   const Hypothesis hidden = make_drives();
   Experiment e = make_simulated_experiment("torque_frozen", kArm, kJoints, hidden);
