@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one table of effects: physics or a sensor's fault that a model of a robot may lack. Scenario reader, simulator,
-// diagnosis, report and documents read it; docs/effects.md says how to add a row.
+// diagnosis, report and documents read it; docs/scenario.md lists what each does.
 //
 // A row is read by its fields. Nothing may depend on the text of a name or on the order of rows.
 #pragma once

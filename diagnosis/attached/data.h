@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads what attached_rows.h works on.
+// Reads what rows.h works on.
 #pragma once
 
 #include "diagnosis/attached/rows.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From the equations of attached_rows.h to a verdict.
+// From the equations of rows.h to a verdict.
 #pragma once
 
 #include <functional>

@@ -6,7 +6,7 @@
 
 namespace hrp::diagnosis::upright {
 
-// Where to look for effects that no linear prediction finds, or that only some motions can show (upright_hints.h).
+// Where to look for effects that no linear prediction finds, or that only some motions can show (hints.h).
 struct StandHints {
   double slip_ratio = 0;                     // friction at which feet were seen to slip; 0: they were not
   std::vector<std::vector<double>> ripples;  // by joint [1/rad]: how often the missing effort repeats

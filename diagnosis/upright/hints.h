@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the recordings hint at before anything is fitted: StandHints of upright_effects.h.
+// What the recordings hint at before anything is fitted: StandHints of effects.h.
 #pragma once
 
 #include "diagnosis/upright/fit.h"

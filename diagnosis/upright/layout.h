@@ -10,7 +10,7 @@
 namespace hrp::diagnosis::upright {
 
 struct Channel {
-  std::string kind;                       // as upright_channels.h has them
+  std::string kind;                       // as channels.h has them
   std::string signal;                     // the recorded signal nearest to it, as in the report
   std::string joint, foot, sensor, link;  // where it points, empty where it does not
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From the recordings of a standing robot to a verdict: hypotheses are fitted to the channels (upright_channels.h) of
+// From the recordings of a standing robot to a verdict: hypotheses are fitted to the channels (channels.h) of
 // the training recordings, compared on the others, and added one by one while they earn their place.
 #pragma once
 

@@ -13,7 +13,7 @@ struct Series {
   std::vector<double> value, rate, second;
 };
 
-// Which samples a smoother looks at. Even and odd ones have independent noise: see upright_fit.h.
+// Which samples a smoother looks at. Even and odd ones have independent noise: see fit.h.
 enum class Parity { kAll, kEven, kOdd };
 
 class Smoother {

@@ -38,7 +38,7 @@ function(hrp_include_top target scope)
   target_compile_features(${target} ${scope} cxx_std_17)
 endfunction()
 
-# hrp_library(name [QUICK] SOURCES a.cpp ... LINK x ... PRIVATE_LINK y ...). QUICK: see hrp_quick().
+# hrp_library(name [QUICK] SOURCES FILE ... LINK x ... PRIVATE_LINK y ...). QUICK: see hrp_quick().
 function(hrp_library name)
   cmake_parse_arguments(ARG "QUICK" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
@@ -90,7 +90,7 @@ function(hrp_test_places target)
   target_compile_definitions(${target} PRIVATE HRP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" HRP_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
 endfunction()
 
-# hrp_test(file_test LABEL unit LINK x ...): builds file_test.cpp of this folder with GoogleTest and registers it.
+# hrp_test(NAME LABEL unit LINK x ...): builds NAME.cpp of this folder with GoogleTest and registers it.
 function(hrp_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK;SOURCES" ${ARGN})
   if(NOT ARG_TIMEOUT)

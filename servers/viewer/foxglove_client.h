@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The WebSocket protocol of Foxglove, server side: github.com/foxglove/ws-protocol, docs/spec.md. Reading only.
+// The WebSocket protocol of Foxglove, server side: its specification stands in github.com/foxglove/ws-protocol. Reading only.
 #pragma once
 
 #include <map>

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# run_test.sh TEST.mjs BIN_FOLDER [chromium]: one test of the viewer; status 77 = skipped, and why.
+# run_test.sh TEST BIN_FOLDER [chromium]: one test of the viewer; status 77 = skipped, and why.
 set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 test="$1"
