@@ -11,7 +11,7 @@
 #   --effect E   only this effect            --limit T  seconds after which a run counts as no answer (600)
 #   --duration D seconds of the longest recordings (10)
 #   --stage X    make (cases and seal), answer (goes on where it was stopped), open (count), or all (the default)
-#   --readme F   also rewrite the proof's block in this file
+#   --readme F   also rewrite the proof's block in this file (docs/diagnosis_proof.md)
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

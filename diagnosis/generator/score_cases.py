@@ -333,7 +333,7 @@ README_BEGIN, README_END = "<!-- proof: begin", "<!-- proof: end -->"
 
 def make_readme_block(cases, notes):
     """The last run's summary and families as Markdown, as they came."""
-    lines = [README_BEGIN + " (scripts/prove_concealed.sh --readme) -->", "| question | answer |", "|---|---|"]
+    lines = [README_BEGIN + " (scripts/prove_concealed.sh --readme docs/diagnosis_proof.md) -->", "| question | answer |", "|---|---|"]
     lines += [f"| {q} | {a} |" for q, a in summary(cases)]
     lines += ["", "| family | cases | right | outcomes |", "|---|---|---|---|"]
     lines += ["| " + " | ".join(str(x) for x in row) + " |" for row in table_families(cases)[1]]

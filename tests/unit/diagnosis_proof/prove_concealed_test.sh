@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # prove_concealed_test.sh SOURCE_DIR BUILD_DIR: the blind trial from end to end on two short cases: the seal is printed
-# before the first answer and holds, a trial that was stopped goes on, tampered truths are refused, the README's block is
-# rewritten and nothing else of it.
+# before the first answer and holds, a trial that was stopped goes on, tampered truths are refused, the block of tables in a
+# document is rewritten and nothing else of it.
 set -euo pipefail
 source_dir="$1"
 export HRP_BUILD_DIR="$2"
@@ -28,8 +28,8 @@ grep -q 'to go' "$folder/answer.txt" || claim "what remains is estimated"
 printf 'before\n<!-- proof: begin -->\nold\n<!-- proof: end -->\nafter\n' > "$folder/readme.md"
 prove --out "$folder/p" --stage open --readme "$folder/readme.md" > "$folder/open.txt"
 grep -q 'runs without an answer *1 of 2' "$folder/open.txt" || claim "a case without an answer is counted"
-head -n 1 "$folder/readme.md" | grep -q '^before' && tail -n 1 "$folder/readme.md" | grep -q '^after' || claim "the rest of the README stays"
-grep -q "SHA-256 $seal" "$folder/readme.md" || claim "the README's block names the seal"
+head -n 1 "$folder/readme.md" | grep -q '^before' && tail -n 1 "$folder/readme.md" | grep -q '^after' || claim "the rest of the document stays"
+grep -q "SHA-256 $seal" "$folder/readme.md" || claim "the block names the seal"
 grep -q '<svg' "$folder/p/proof.html" || claim "the page has pictures"
 
 echo x >> "$folder/p/truths.sealed.tar"
