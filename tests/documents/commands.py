@@ -20,6 +20,15 @@ def strip(line):
     return re.sub(r"(^|\s{2,}|\s)#(\s.*)?$", "", line).strip()
 
 
+def find_files(path):
+    """Yields (name, text): YAML blocks that begin with '# name.yaml', which the document tells its reader to save."""
+    text = path.read_text(encoding="utf-8")
+    for block in re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        name = re.match(r"# ([\w-]+\.yaml)\n", block)
+        if name:
+            yield name.group(1), block
+
+
 def find_commands(path):
     """Yields (line number, command)."""
     fence, held = None, ""

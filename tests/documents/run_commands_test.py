@@ -173,6 +173,8 @@ class Session:
 def run_document(path, folder, source):
     session = Session(folder, source)
     failures = []
+    for name, text in commands.find_files(path):
+        (folder / name).write_text(text)
     try:
         for number, command in commands.find_commands(path):
             start = time.monotonic()
