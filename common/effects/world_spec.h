@@ -15,6 +15,7 @@ struct GroundSpec {
   double friction = 0.8;
   double roll = 0.0;          // [rad] the plane turned by roll, then pitch about world axes
   double pitch = 0.0;
+  bool all_touch = true;      // every shape of a robot with a floating base touches it; false: soles only
 };
 
 // Sensor faults and limits; all zero = ideal.

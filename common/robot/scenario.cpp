@@ -49,6 +49,7 @@ void read_steps(YamlMap& map, Scenario* scenario) {
   map.number("control_period", &control_period, Bound::kPositive, "s");
   map.number("duration", &scenario->duration, Bound::kNotNegative, "s");
   if (scenario->time_step > 0.1) map.error("time_step", "is " + format_number(scenario->time_step) + " s, expected at most 0.1 s");
+  if (control_period > 1.0) map.error("control_period", "is " + format_number(control_period) + " s, expected at most 1 s");
   const int steps = calc_steps(map, "control_period", control_period, scenario->time_step);
   if (steps > 0) scenario->control_period = steps;
 }

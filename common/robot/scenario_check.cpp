@@ -2,6 +2,8 @@
 #include "common/robot/scenario_check.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 #include "common/robot/foot_bush.h"
 
@@ -67,6 +69,64 @@ void check_feet_have_soles(const Scenario& scenario, const RobotDescription& rob
   }
 }
 
+// Whatever falls, falls until one of its shapes touches the ground.
+void check_feet_are_named(const Scenario& scenario, const RobotDescription& robot, Diagnostics* diagnostics) {
+  const bool floats = robot.tree.floating_base && scenario.floating_base && scenario.ground.present;
+  if (!floats || !scenario.feet.empty() || scenario.drive == "motion") return;
+  diagnostics->add_warning(scenario.make_diagnostic(
+      "feet", "is missing: nothing is known to stand on, so the robot falls on whatever shape of it touches the ground first; "
+              "expected the links that it stands on, or 'ground: {type: none}'"));
+}
+
+std::string format(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+// More than this beyond a limit is no rounding, and no pose that was ever seen on the robot.
+constexpr double kFarBeyond = 1.0;   // [rad or m]
+constexpr double kTurns = 4 * M_PI;  // [rad] of a joint without limits
+
+void check_initial_joints(const Scenario& scenario, const TreeSpec& tree, Diagnostics* diagnostics) {
+  for (const auto& [name, q] : scenario.initial_joints) {
+    const int index = tree.find_joint(name);
+    if (index < 0) continue;
+    const JointSpec& joint = tree.joint(index);
+    const bool turns = joint.kind == JointKind::kRevolute;
+    const double beyond = std::max(joint.lower - q, q - joint.upper);
+    const bool endless = turns && std::isinf(joint.lower) && std::isinf(joint.upper) && std::abs(q) > kTurns;
+    if (!(beyond > 1e-6) && !endless) continue;
+    const std::string unit = turns ? " rad" : " m";
+    std::string text = "is " + format(q) + unit + ", expected " +
+                       (endless ? "less than two turns either way"
+                                : format(joint.lower) + " to " + format(joint.upper) + unit + ", the limits in the URDF");
+    if (turns && std::abs(q) > kTurns) text += "; are these degrees?";
+    const Diagnostic d = scenario.make_diagnostic("initial.joints." + name, text);
+    beyond > kFarBeyond || endless ? diagnostics->add_error(d) : diagnostics->add_warning(d);
+  }
+}
+
+// A robot whose drives do nothing collapses without a word; nearly always the section was forgotten.
+void check_gains(const Scenario& scenario, const TreeSpec& tree, Diagnostics* diagnostics) {
+  if (scenario.drive != "servo" || scenario.perfect_joints) return;
+  std::string free;
+  int count = 0, driven = 0;
+  for (int i = 0; i < tree.num_joints(); ++i) {
+    const JointSpec& joint = tree.joint(i);
+    if (!joint.actuated || joint.mimic.joint >= 0) continue;
+    ++driven;
+    const auto own = scenario.servo_joints.find(joint.name);
+    const ServoGains& gains = own == scenario.servo_joints.end() ? scenario.servo_default : own->second;
+    if (gains.kp > 0.0) continue;
+    if (++count <= 6) free += (free.empty() ? "" : ", ") + joint.name;
+  }
+  if (count == 0) return;
+  const std::string which = count == driven ? "joints are free" : "these joints are free: " + free + (count > 6 ? ", ..." : "");
+  diagnostics->add_warning(scenario.make_diagnostic(
+      "servo", "no servo gains: " + which + " (kp is 0); give 'servo: {default: {kp: ..., kd: ...}}', or name them in 'unactuated'"));
+}
+
 }  // namespace
 
 void check_scenario(const Scenario& scenario, const RobotDescription& robot, Diagnostics* diagnostics) {
@@ -101,6 +161,9 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
     checker.check_joint("controller.joint_order[" + std::to_string(i) + "]", scenario.controller.joint_order[i]);
   }
   check_feet_have_soles(scenario, robot, diagnostics);
+  check_feet_are_named(scenario, robot, diagnostics);
+  check_initial_joints(scenario, robot.tree, diagnostics);
+  check_gains(scenario, robot.tree, diagnostics);
 }
 
 // Here, as logs are read without the geometry of feet.

@@ -14,6 +14,9 @@ void read_ground(YamlMap& map, GroundSpec* ground) {
   std::string type = "plane";
   map.choice("type", &type, {"plane", "none"});
   ground->present = type == "plane";
+  std::string touch = "all";
+  map.choice("touch", &touch, {"all", "feet"});
+  ground->all_touch = touch == "all";
   map.number("height", &ground->height, Bound::kAny, "m");
   map.number("friction", &ground->friction, Bound::kNotNegative, "");
   map.number("roll", &ground->roll, Bound::kAny, "rad");

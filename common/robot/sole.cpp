@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
 #include "common/robot/mesh.h"
 
@@ -90,20 +91,75 @@ void update_reference(Sole* sole) {
   sole->p_LR = {0.5 * (low.x() + high.x()), 0.5 * (low.y() + high.y()), low.z()};
 }
 
+void add_shape(const CollisionShape& shape, Sole* sole) {
+  if (shape.kind == ShapeKind::kBox) add_box(shape, sole);
+  if (shape.kind == ShapeKind::kSphere) sole->points.push_back({shape.X_LG.p, shape.size.x()});
+  if (shape.kind == ShapeKind::kCylinder) add_cylinder(shape, sole);
+  if (shape.kind == ShapeKind::kMesh) add_mesh(shape, sole);
+}
+
+bool is_empty(const Sole& sole) { return sole.points.empty() && sole.rims.empty(); }
+
+Sole make_sole(const RobotDescription& robot, int link) {
+  Sole sole;
+  sole.link = link;
+  for (const CollisionShape& shape : robot.shapes) {
+    if (shape.sole && shape.link == link) add_shape(shape, &sole);
+  }
+  if (!is_empty(sole)) update_reference(&sole);
+  return sole;
+}
+
+Sole make_others(const RobotDescription& robot, int link) {
+  Sole others;
+  others.link = link;
+  for (const CollisionShape& shape : robot.shapes) {
+    if (shape.sole || shape.link != link) continue;
+    try {
+      add_shape(shape, &others);
+    } catch (const InputError&) {
+    }
+  }
+  if (!is_empty(others)) update_reference(&others);
+  return others;
+}
+
+// A sphere around all points: not the smallest one, but around the middle of the box that holds them.
+void update_sphere(FallingLink* link) {
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  const auto visit = [&](const auto& work) {
+    for (const SolePoint& point : link->others.points) work(point.p_LQ, point.radius);
+    for (const SoleRim& rim : link->others.rims) work(rim.p_LQ, rim.radius);
+  };
+  visit([&](const Vector3d& p, double radius) {
+    low = low.cwiseMin((p.array() - radius).matrix());
+    high = high.cwiseMax((p.array() + radius).matrix());
+  });
+  link->p_LC = 0.5 * (low + high);
+  visit([&](const Vector3d& p, double radius) { link->radius = std::max(link->radius, (p - link->p_LC).norm() + radius); });
+}
+
+}  // namespace
+
+double calc_clearance(const Sole& sole, const Transform& X_WL, const GroundPlane& ground) {
+  double clearance = std::numeric_limits<double>::infinity();
+  for (const SolePoint& point : sole.points) {
+    clearance = std::min(clearance, ground.n_W.dot(X_WL * point.p_LQ) - point.radius - ground.offset);
+  }
+  for (const SoleRim& rim : sole.rims) {
+    Vector3d p_WQ[4];
+    calc_rim_points(rim, X_WL, ground.n_W, p_WQ);
+    clearance = std::min(clearance, ground.n_W.dot(p_WQ[0]) - ground.offset);
+  }
+  return clearance;
+}
+
+namespace {
+
 // Smallest distance of the soles above the plane [m]; nothing to stand on: zero.
 double calc_clearance(const std::vector<Sole>& soles, const Data& data, const GroundPlane& ground) {
   double clearance = std::numeric_limits<double>::infinity();
-  for (const Sole& sole : soles) {
-    const Transform X_WL = get_pose(data, sole.link);
-    for (const SolePoint& point : sole.points) {
-      clearance = std::min(clearance, ground.n_W.dot(X_WL * point.p_LQ) - point.radius - ground.offset);
-    }
-    for (const SoleRim& rim : sole.rims) {
-      Vector3d p_WQ[4];
-      calc_rim_points(rim, X_WL, ground.n_W, p_WQ);
-      clearance = std::min(clearance, ground.n_W.dot(p_WQ[0]) - ground.offset);
-    }
-  }
+  for (const Sole& sole : soles) clearance = std::min(clearance, calc_clearance(sole, get_pose(data, sole.link), ground));
   return std::isfinite(clearance) ? clearance : 0.0;
 }
 
@@ -112,30 +168,29 @@ double calc_clearance(const std::vector<Sole>& soles, const Data& data, const Gr
 std::vector<Sole> make_soles(const RobotDescription& robot) {
   std::vector<Sole> soles;
   for (size_t link = 0; link < robot.tree.links.size(); ++link) {
-    Sole sole;
-    sole.link = static_cast<int>(link);
-    for (const CollisionShape& shape : robot.shapes) {
-      if (!shape.sole || shape.link != sole.link) continue;
-      if (shape.kind == ShapeKind::kBox) add_box(shape, &sole);
-      if (shape.kind == ShapeKind::kSphere) sole.points.push_back({shape.X_LG.p, shape.size.x()});
-      if (shape.kind == ShapeKind::kCylinder) add_cylinder(shape, &sole);
-      if (shape.kind == ShapeKind::kMesh) add_mesh(shape, &sole);
-    }
-    if (sole.points.empty() && sole.rims.empty()) continue;
-    update_reference(&sole);
-    soles.push_back(sole);
+    const Sole sole = make_sole(robot, static_cast<int>(link));
+    if (!is_empty(sole)) soles.push_back(sole);
   }
   return soles;
 }
 
-GroundPlane make_ground_plane(const GroundSpec& ground) {
-  GroundPlane plane;
-  // A level ground has exactly the normal z: no rounding of sines in the common case.
-  if (ground.roll != 0.0 || ground.pitch != 0.0) {
-    plane.n_W = make_rotation_from_rpy({ground.roll, ground.pitch, 0.0}).col(2);
+std::vector<FallingLink> make_falling_links(const RobotDescription& robot) {
+  std::vector<FallingLink> links;
+  for (size_t i = 0; i < robot.tree.links.size(); ++i) {
+    FallingLink link;
+    link.others = make_others(robot, static_cast<int>(i));
+    if (is_empty(link.others)) continue;
+    update_sphere(&link);
+    link.whole = make_sole(robot, static_cast<int>(i));
+    if (is_empty(link.whole)) {
+      link.whole = link.others;
+    } else {
+      link.whole.points.insert(link.whole.points.end(), link.others.points.begin(), link.others.points.end());
+      link.whole.rims.insert(link.whole.rims.end(), link.others.rims.begin(), link.others.rims.end());
+    }
+    links.push_back(link);
   }
-  plane.offset = plane.n_W.z() * ground.height;
-  return plane;
+  return links;
 }
 
 void calc_rim_points(const SoleRim& rim, const Transform& X_WL, const Vector3d& n_W, Vector3d p_WQ[4]) {

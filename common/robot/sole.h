@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/multibody/state.h"
+#include "common/robot/ground_plane.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
 
@@ -35,15 +36,19 @@ struct Sole {
 // points of their convex hull: along 26 directions, and of each flat side (all within 1 mm) along 16 more.
 std::vector<Sole> make_soles(const RobotDescription& robot);
 
-// A plane with the robot on the side of its normal.
-struct GroundPlane {
-  Vector3d n_W = Vector3d::UnitZ();
-  double offset = 0.0;  // [m] points of the plane have n . p = offset
-  double margin = 0.0;  // [m] points of a sole this far above are of interest, too
+// What of a link may touch the ground when the robot does not only stand: geometry as of soles.
+struct FallingLink {
+  Sole others;                         // shapes that are no soles
+  Sole whole;                          // all shapes, the reference point of its soles where it has some
+  Vector3d p_LC = Vector3d::Zero();    // [m] middle and radius of a sphere that holds the others
+  double radius = 0.0;                 // [m]
 };
 
-// The ground of the scenario: turned by roll, then pitch about world axes, around the point (0, 0, height).
-GroundPlane make_ground_plane(const GroundSpec& ground);
+// Of all links that have such shapes, by link. Meshes that cannot be read are left out: nobody has asked for them.
+std::vector<FallingLink> make_falling_links(const RobotDescription& robot);
+
+// Smallest distance of a sole above a plane [m]; infinite when it has no point.
+double calc_clearance(const Sole& sole, const Transform& X_WL, const GroundPlane& ground);
 
 // The rim's points that touch a plane first: lowest point, and those at quarter turns from it.
 void calc_rim_points(const SoleRim& rim, const Transform& X_WL, const Vector3d& n_W, Vector3d p_WQ[4]);

@@ -10,6 +10,9 @@
 namespace hrp {
 namespace {
 
+// [m] A link beside a foot that is this near to the ground in the initial pose is there for good.
+constexpr double kStandingClearance = 5e-3;
+
 bool is_finite(const State& state) {
   return state.p_WB.allFinite() && state.R_WB.coeffs().allFinite() && state.q.allFinite();
 }
@@ -34,8 +37,27 @@ CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& sc
       start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)) {
   ground_.margin = scenario.contact.margin;
   if (scenario.ground.present) soles_ = make_soles(robot);
+  if (scenario.ground.present && scenario.ground.all_touch && robot.tree.floating_base) add_falling_links();
   if (scenario.self_collision || !scenario.obstacles.empty()) add_bodies();
   if (scenario.self_collision) add_self_pairs();
+}
+
+void CollisionWorld::add_falling_links() {
+  update_kinematics(model_, start_, &data_);
+  const auto is_beside_foot = [&](int link) {
+    return std::any_of(soles_.begin(), soles_.end(), [&](const Sole& sole) {
+      return sole.link == link || are_neighbours(robot_.tree, sole.link, link);
+    });
+  };
+  for (const FallingLink& link : make_falling_links(robot_)) {
+    const int index = link.others.link;
+    if (is_beside_foot(index) && calc_clearance(link.others, get_pose(data_, index), ground_) < kStandingClearance) {
+      in_ground_.push_back(robot_.tree.links[size_t(index)].name);
+    } else {
+      falling_links_.push_back(link);
+    }
+  }
+  fallen_.reserve(falling_links_.size());
 }
 
 void CollisionWorld::add_bodies() {
@@ -128,12 +150,29 @@ void CollisionWorld::close_pair() {
   contacts_.pop_back();
 }
 
-void CollisionWorld::calc_ground_contacts() {
-  for (const Sole& sole : soles_) {
-    ContactPair* pair = open_pair(sole.link, kGround);
-    pair->friction = scenario_.ground.friction;
-    if (!calc_sole_contact(sole, get_pose(data_, sole.link), ground_, scenario_.max_sole_points, pair)) close_pair();
+// A robot that stands pays one distance a link for the possibility of falling.
+void CollisionWorld::find_fallen_links() {
+  fallen_.clear();
+  for (const FallingLink& link : falling_links_) {
+    const Transform& X_WL = get_pose(data_, link.others.link);
+    if (ground_.n_W.dot(X_WL * link.p_LC) - ground_.offset > link.radius + ground_.margin) continue;
+    if (calc_clearance(link.others, X_WL, ground_) < ground_.margin) fallen_.push_back(&link.whole);
   }
+}
+
+void CollisionWorld::calc_ground_contact(const Sole& sole) {
+  ContactPair* pair = open_pair(sole.link, kGround);
+  pair->friction = scenario_.ground.friction;
+  if (!calc_sole_contact(sole, get_pose(data_, sole.link), ground_, scenario_.max_sole_points, pair)) close_pair();
+}
+
+void CollisionWorld::calc_ground_contacts() {
+  find_fallen_links();
+  for (const Sole& sole : soles_) {
+    const bool whole = std::any_of(fallen_.begin(), fallen_.end(), [&](const Sole* other) { return other->link == sole.link; });
+    if (!whole) calc_ground_contact(sole);
+  }
+  for (const Sole* link : fallen_) calc_ground_contact(*link);
 }
 
 void CollisionWorld::calc_body_contacts(const std::vector<std::pair<int, int>>& pairs) {

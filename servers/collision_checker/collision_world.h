@@ -16,7 +16,9 @@
 
 namespace hrp {
 
-// Only soles touch the ground; every shape touches obstacles; with `self_collision` links touch each other, except pairs
+// Soles touch the ground, and so does every other shape of a robot with a floating base, unless the scenario says
+// `ground: {touch: feet}`. Links beside a foot that reach into the ground in the initial pose already, such as an ankle
+// whose geometry is longer than the sole is deep, never do. Every shape touches obstacles; with `self_collision` links touch each other, except pairs
 // of neighbours in the tree and pairs that overlap in the initial pose already.
 class CollisionWorld {
  public:
@@ -29,6 +31,8 @@ class CollisionWorld {
 
   // Links that never collide although they are no neighbours, because they overlap in the initial pose; by name.
   const std::vector<std::pair<std::string, std::string>>& excluded_pairs() const { return excluded_; }
+  // Links that never touch the ground although their shapes could, because they reach into it at the start; by name.
+  const std::vector<std::string>& links_in_ground() const { return in_ground_; }
   // The state at step 0 (sole.h).
   const State& start_state() const { return start_; }
 
@@ -48,6 +52,9 @@ class CollisionWorld {
   bool are_near(const Body& a, const Body& b) const;
   ContactPair* open_pair(int body_a, int body_b);
   void close_pair();
+  void add_falling_links();
+  void find_fallen_links();
+  void calc_ground_contact(const Sole& sole);
   void calc_ground_contacts();
   void calc_body_contacts(const std::vector<std::pair<int, int>>& pairs);
 
@@ -58,6 +65,9 @@ class CollisionWorld {
   State start_;
   GroundPlane ground_;
   std::vector<Sole> soles_;
+  std::vector<FallingLink> falling_links_;
+  std::vector<const Sole*> fallen_;  // what else touches the ground in this state
+  std::vector<std::string> in_ground_;
   NarrowPhase narrow_;
   std::vector<Body> bodies_;  // shapes of the robot, by link, then obstacles
   size_t num_robot_bodies_ = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One whole step of Unitree G1 standing on eight contact points (contact, servo, integration; no collision search)
-// against MuJoCo's mj_step on the same robot, and our step against the number of contact points. No pass or fail.
+// and that search, against MuJoCo's mj_step on the same robot, and our step against the number of contact points. No pass or fail.
 #include <benchmark/benchmark.h>
 #include <mujoco/mujoco.h>
 
@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "common/multibody/kinematics.h"
+#include "servers/collision_checker/collision_world.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/mjcf.h"
@@ -86,6 +87,18 @@ void our_step(benchmark::State& loop) {
   loop.counters["contacts"] = static_cast<double>(found);
 }
 BENCHMARK(our_step)->Arg(0)->Arg(4)->Arg(8)->Arg(16)->Arg(32)->Arg(64);
+
+// The collision search of a step that stands on its soles: 0 soles alone may touch the ground, 1 every shape may.
+void our_search(benchmark::State& loop) {
+  Scenario scenario;
+  RobotDescription robot;
+  if (!load(loop, &scenario, &robot)) return;
+  scenario.ground.all_touch = loop.range(0) != 0;
+  CollisionWorld world(robot, scenario);
+  const State state = world.start_state();
+  for (auto _ : loop) benchmark::DoNotOptimize(world.calc_contacts(state).size());
+}
+BENCHMARK(our_search)->Arg(0)->Arg(1);
 
 mjModel* load_mujoco(const std::string& xml, char* error, int size) {
   mjVFS vfs;

@@ -90,6 +90,44 @@ TEST(CollisionWorld, SlopedGroundTurnsTheNormal) {
   }
 }
 
+// A robot that falls lies on the ground: what else than its soles comes near it touches it.
+TEST(CollisionWorld, AStandingRobotTouchesTheGroundWithItsSolesAlone) {
+  for (const char* name : {"default.yaml", "hrp2p_stand.yaml", "hrp1s_stand.yaml"}) {
+    const Case all = load_setup(name);
+    Case feet = all;
+    feet.scenario.ground.all_touch = false;
+    CollisionWorld world(all.robot, all.scenario), soles(feet.robot, feet.scenario);
+    State state = world.start_state();
+    state.p_WB.z() -= 1e-4;
+    const ContactSet &a = world.calc_contacts(state), &b = soles.calc_contacts(state);
+    ASSERT_EQ(a.size(), b.size()) << name;
+    for (size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(a[i].body_a, b[i].body_a) << name;
+      ASSERT_EQ(a[i].points.size(), b[i].points.size());
+      for (size_t k = 0; k < a[i].points.size(); ++k) EXPECT_EQ(a[i].points[k].p_WC, b[i].points[k].p_WC) << name;
+    }
+  }
+}
+
+TEST(CollisionWorld, ALyingRobotTouchesTheGroundWithItsTrunkUnlessFeetAloneMay) {
+  for (const bool all : {true, false}) {
+    Case s = load_setup("hrp2p_stand.yaml");
+    s.scenario.ground.all_touch = all;
+    CollisionWorld world(s.robot, s.scenario);
+    State state = world.start_state();
+    state.R_WB = Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitY());  // on its face
+    state.p_WB.z() = 0.05;
+    bool trunk = false, ordered = true;
+    const ContactSet& contacts = world.calc_contacts(state);
+    for (size_t i = 0; i < contacts.size(); ++i) {
+      trunk = trunk || (contacts[i].body_b == kGround && contacts[i].body_a == 0);
+      if (i > 0) ordered = ordered && contacts[i - 1].body_a < contacts[i].body_a;
+    }
+    EXPECT_EQ(trunk, all);
+    EXPECT_TRUE(ordered) << "one pair a link";
+  }
+}
+
 TEST(CollisionWorld, NormalsPointFromTheObstacleTowardsTheRobot) {
   for (const char* shape : {"shape: box, size: [1, 1, 1]", "shape: sphere, radius: 0.5", "shape: cylinder, radius: 0.5, length: 1"}) {
     const Case s = make_box(std::string("ground: {type: none}\nobstacles: {thing: {") + shape + ", position: [0, 0, -0.5], friction: 0.3}}\n");

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/robot/fall_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace hrp {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kFallenTilt = 60 * kDegree, kTouchingTilt = 30 * kDegree, kDueTilt = 15 * kDegree;
+constexpr double kFallenHeight = 0.2, kTouchingHeight = 0.5, kDueHeight = 0.8;  // shares of the height at the start
+
+}  // namespace
+
+FallWatch::FallWatch(const RobotDescription& robot, const Scenario& scenario)
+    : watching_(robot.tree.floating_base && scenario.floating_base && scenario.ground.present),
+      ground_(make_ground_plane(scenario.ground)) {
+  for (const LinkSpec& link : robot.tree.links) names_.push_back(link.name);
+  feet_.assign(names_.size(), 0);
+  touched_ = feet_;
+  for (const CollisionShape& shape : robot.shapes) {
+    if (shape.sole) feet_[static_cast<size_t>(shape.link)] = 1;
+  }
+}
+
+void FallWatch::reset(const Eigen::Quaterniond& R_WB, const Vector3d& p_WB) {
+  up_B_ = R_WB.conjugate() * ground_.n_W;
+  start_height_ = ground_.n_W.dot(p_WB) - ground_.offset;
+  fallen_ = false;
+  std::fill(touched_.begin(), touched_.end(), 0);
+}
+
+bool FallWatch::is_due(const Eigen::Quaterniond& R_WB, const Vector3d& p_WB) {
+  if (!watching_) return false;
+  height_ = ground_.n_W.dot(p_WB) - ground_.offset;
+  const double cosine = ground_.n_W.dot(R_WB * up_B_);
+  if (cosine > std::cos(kDueTilt) && height_ > kDueHeight * start_height_) return false;
+  tilt_ = std::acos(std::clamp(cosine, -1.0, 1.0));
+  return true;
+}
+
+bool FallWatch::has_fallen() const {
+  if (tilt_ > kFallenTilt || height_ < kFallenHeight * start_height_) return true;
+  const bool touches = std::find(touched_.begin(), touched_.end(), 1) != touched_.end();
+  return touches && (tilt_ > kTouchingTilt || height_ < kTouchingHeight * start_height_);
+}
+
+std::optional<FallEvent> FallWatch::update(const ContactForces& forces) {
+  FallEvent event;
+  std::string newest;
+  for (const PairForce& pair : forces) {
+    if (pair.body_b != kGround || pair.body_a < 0 || is_foot(pair.body_a)) continue;
+    if (!(pair.total.tail<3>().squaredNorm() > 0.0)) continue;
+    const auto link = static_cast<size_t>(pair.body_a);
+    event.links.push_back(names_[link]);
+    if (touched_[link] == 0) newest += (newest.empty() ? "" : ", ") + names_[link];
+    touched_[link] = 1;
+  }
+  event.fall = !fallen_ && has_fallen();
+  if (!event.fall && newest.empty()) return std::nullopt;
+  fallen_ = fallen_ || event.fall;
+  event.tilt = tilt_;
+  event.height = height_;
+  event.text = describe(event, newest);
+  return event;
+}
+
+std::string FallWatch::describe(const FallEvent& event, const std::string& newest) const {
+  char pose[120];
+  std::snprintf(pose, sizeof pose, "base tilted by %.0f deg, %.2f m above the ground (%.2f m at the start)",
+                event.tilt / kDegree, event.height, start_height_);
+  if (!event.fall) return newest + (newest.find(',') == std::string::npos ? " touches" : " touch") + " the ground; " + pose;
+  std::string text = std::string("the robot has fallen: ") + pose;
+  for (size_t i = 0; i < event.links.size(); ++i) text += (i == 0 ? "; on the ground: " : ", ") + event.links[i];
+  return text;
+}
+
+}  // namespace hrp

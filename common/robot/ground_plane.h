@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The plane that a robot stands on.
+#pragma once
+
+#include "common/robot/scenario.h"
+
+namespace hrp {
+
+// A plane with the robot on the side of its normal.
+struct GroundPlane {
+  Vector3d n_W = Vector3d::UnitZ();
+  double offset = 0.0;  // [m] points of the plane have n . p = offset
+  double margin = 0.0;  // [m] points of a sole this far above are of interest, too
+};
+
+// The ground of the scenario: turned by roll, then pitch about world axes, around the point (0, 0, height).
+GroundPlane make_ground_plane(const GroundSpec& ground);
+
+}  // namespace hrp
