@@ -7,7 +7,7 @@
 
 namespace hrp::mcap {
 
-BackgroundWriter::BackgroundWriter(std::unique_ptr<Writer> writer) : writer_(std::move(writer)) {
+BackgroundWriter::BackgroundWriter(std::unique_ptr<Writer> writer) : writer_(std::move(writer)), channel_count_(writer_->channel_count()) {
   // Signals belong to the other threads of the program. SIGXFSZ, which comes to the thread that writes beyond a limit of
   // the file's size, would kill the process; blocked, the write fails with EFBIG instead, like any other.
   sigset_t all, old;
@@ -23,6 +23,11 @@ BackgroundWriter::~BackgroundWriter() {
   } catch (const McapError&) {
     // Said to whoever called close(); a destructor has nobody to tell.
   }
+}
+
+uint16_t BackgroundWriter::add_channel(const std::string& topic, const std::string& type_name, const std::string& schema_text) {
+  open_.channels.push_back({topic, type_name, schema_text});
+  return channel_count_++;
 }
 
 void BackgroundWriter::add_message(const Message& message) {
@@ -93,6 +98,7 @@ void BackgroundWriter::run() {
     } catch (const std::exception& error) {
       failure = error.what();
     }
+    batch.channels.clear();
     batch.messages.clear();
     batch.bytes.clear();
     lock.lock();
@@ -114,6 +120,9 @@ void BackgroundWriter::run() {
 }
 
 void BackgroundWriter::write(const Batch& batch) {
+  for (const NewChannel& channel : batch.channels) {
+    writer_->add_channel(channel.topic, writer_->add_schema(channel.type_name, "omgidl", channel.schema_text), "cdr");
+  }
   const uint8_t* data = batch.bytes.data();
   for (Message message : batch.messages) {
     message.data = data;

@@ -25,6 +25,8 @@ class BackgroundWriter {
   // Writes what waits and closes, without a word about errors.
   ~BackgroundWriter();
 
+  // One channel more, of its own type, from the open chunk on. Returns its id.
+  uint16_t add_channel(const std::string& topic, const std::string& type_name, const std::string& schema_text);
   // Takes a copy into the open chunk.
   void add_message(const Message& message);
   // Ends the open chunk and hands it to the thread.
@@ -42,7 +44,11 @@ class BackgroundWriter {
  private:
   static constexpr size_t kMaxWaiting = 8;
 
+  struct NewChannel {
+    std::string topic, type_name, schema_text;
+  };
   struct Batch {
+    std::vector<NewChannel> channels;
     std::vector<Message> messages;  // `data` is set by the thread
     std::vector<uint8_t> bytes;     // one after the other
   };
@@ -51,6 +57,7 @@ class BackgroundWriter {
   void write(const Batch& batch);
 
   std::unique_ptr<Writer> writer_;  // the thread's, until it has ended
+  uint16_t channel_count_;
   Batch open_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -28,7 +28,7 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  // Schemas before channels before messages. They are on disk after the next write_chunk().
+  // Schemas before channels before messages, at any time. They are on disk after the next write_chunk().
   uint16_t add_schema(const std::string& name, const std::string& encoding, const std::string& text);
   uint16_t add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding);
   // Takes a copy into the open chunk. Allocates nothing once the buffers have grown to their size.
@@ -38,6 +38,7 @@ class Writer {
   // Writes the open chunk, the index and the footer. Later calls do nothing.
   void close();
 
+  uint16_t channel_count() const { return static_cast<uint16_t>(channels_.size()); }
   const std::string& path() const { return path_; }
   size_t open_chunk_size() const { return chunk_.size(); }
   uint64_t file_size() const { return file_size_; }

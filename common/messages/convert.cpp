@@ -284,4 +284,12 @@ void from_message(const msg::JointCommands& message, JointCommand* command) {
   get(message.efforts(), &command->effort);
 }
 
+void to_message(const FallEvent& event, msg::RobotEvent* message) {
+  message->kind(event.fall ? msg::EVENT_FALL : msg::EVENT_TOUCH);
+  message->text(event.text);
+  message->links(event.links);
+  message->tilt(event.tilt);
+  message->height(event.height);
+}
+
 }  // namespace hrp

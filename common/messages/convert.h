@@ -9,6 +9,7 @@
 #include "common/multibody/state.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
+#include "common/robot/fall_watch.h"
 #include "common/robot/signals.h"
 #include "hrp_idl/collision.h"
 #include "hrp_idl/control.h"
@@ -49,6 +50,8 @@ void from_message(const msg::ContactForces& message, ContactForces* forces);
 // Names of sensors come from the scenario, in its order.
 void to_message(const SensorSample& sample, const SensorsSpec& sensors, msg::SensorData* message);
 void from_message(const msg::SensorData& message, SensorSample* sample);
+
+void to_message(const FallEvent& event, msg::RobotEvent* message);
 
 void to_message(const JointCommand& command, msg::JointCommands* message);
 void from_message(const msg::JointCommands& message, JointCommand* command);

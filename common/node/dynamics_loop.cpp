@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdio>
 
 #include "common/base/diagnostics.h"
 #include "common/messages/convert_robot.h"
@@ -25,6 +26,7 @@ DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine
       state_publisher_(bus(), topics::kRobotState),
       forces_publisher_(bus(), topics::kContactForces),
       sensors_publisher_(bus(), topics::kSensorData),
+      event_publisher_(bus(), topics::kEvents),
       view_(bus()) {
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& m) { take_grant(m); });
   listen<msg::ContactSet>(topics::kContactSet, [this](const msg::ContactSet& m) { take_contacts(m); });
@@ -39,7 +41,8 @@ void DynamicsLoop::take_description(const msg::RobotDescription& message) {
   scenario_ = parse_scenario(robot_.scenario, robot_.scenario_path);
   names_ = BodyNames(robot_.tree, scenario_);
   gate_ = CommandGate(robot_.tree, scenario_.controller);
-  engine_ = make_engine_(robot_, scenario_);
+  engine_ = make_engine();
+  fall_watch_.emplace(robot_, scenario_);
   if (in_epoch_) start_epoch(epoch_);
 }
 
@@ -59,6 +62,17 @@ std::string DynamicsLoop::find_wrong_grant(const msg::StepGrant& grant) const {
            std::to_string(last_step_) + " is the last";
   }
   return "";
+}
+
+// Engines know keys and not where they stand.
+std::unique_ptr<DynamicsEngine> DynamicsLoop::make_engine() const {
+  try {
+    return make_engine_(robot_, scenario_);
+  } catch (const InputError& error) {
+    Diagnostics placed;
+    for (const Diagnostic& d : error.diagnostics()) placed.add_error(d.file.empty() ? scenario_.make_diagnostic(d.field, d.message) : d);
+    throw InputError(placed);
+  }
 }
 
 void DynamicsLoop::take_grant(const msg::StepGrant& grant) {
@@ -168,7 +182,23 @@ void DynamicsLoop::publish_step() {
   to_message(engine_->contact_forces(), names_, &forces_message_);
   last_forces_ = forces_publisher_.publish(forces_message_);
   set_foot_forces(engine_->foot_forces());
+  watch_fall();
   if (view_.is_due()) show_step();
+}
+
+void DynamicsLoop::watch_fall() {
+  const State& state = engine_->state();
+  if (step_ == 0) fall_watch_->reset(state.R_WB, state.p_WB);
+  if (step_ == 0 || !fall_watch_->is_due(state.R_WB, state.p_WB)) return;
+  const std::optional<FallEvent> event = fall_watch_->update(engine_->contact_forces());
+  if (!event) return;
+  msg::RobotEvent message;
+  message.header(state_message_.header());
+  to_message(*event, &message);
+  event_publisher_.publish(message);
+  char time[40];
+  std::snprintf(time, sizeof time, "t = %.3f s: ", message.header().time());
+  if (event->fall) say(time + event->text);
 }
 
 void DynamicsLoop::show_step() {

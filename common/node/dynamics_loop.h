@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,7 @@ class DynamicsLoop : public NodeBase {
   std::string find_wrong_grant(const msg::StepGrant& grant) const;
   void take_contacts(const msg::ContactSet& message);
   void take_commands(const msg::JointCommands& message);
+  std::unique_ptr<DynamicsEngine> make_engine() const;
   void start_epoch(uint64_t epoch);
   void advance();
   bool can_step() const { return in_epoch_ && have_contacts_ && gate_.has_answer() && step_ < granted_; }
@@ -60,6 +62,7 @@ class DynamicsLoop : public NodeBase {
   bool check_contacts(const ContactSet& contacts);
   void publish_step();
   void publish_sensors();
+  void watch_fall();
   void show_step();
   void repeat_last();
   void say_warning();
@@ -70,10 +73,12 @@ class DynamicsLoop : public NodeBase {
   Scenario scenario_;
   BodyNames names_;
   std::unique_ptr<DynamicsEngine> engine_;
+  std::optional<FallWatch> fall_watch_;
 
   Publisher<msg::RobotState> state_publisher_;
   Publisher<msg::ContactForces> forces_publisher_;
   Publisher<msg::SensorData> sensors_publisher_;
+  Publisher<msg::RobotEvent> event_publisher_;
   RosViews ros_views_;
   ViewWriter view_;
   msg::RobotState state_message_;

@@ -12,6 +12,8 @@
 namespace hrp {
 namespace {
 
+constexpr uint32_t kEventSources = 1u << 1 | 1u << 2;
+
 struct SampleHeader {
   uint64_t epoch = 0;
   uint64_t step = 0;
@@ -61,6 +63,11 @@ void LogWriter::set_description(const uint8_t* data, size_t size, int control_pe
   compression_ = compression;
   if (claim_) open_file();
   write_complete_steps();
+}
+
+void LogWriter::set_events(const LogTopic& topic, FindEvent find_event) {
+  event_topic_ = topic;
+  find_event_ = std::move(find_event);
 }
 
 uint32_t LogWriter::find_expected(uint64_t step, bool with_answers) const {
@@ -135,6 +142,7 @@ void LogWriter::open_file() {
   mcap::ClaimedFile claim = claim_ ? std::move(*claim_) : claim_next_file();
   claim_.reset();
   files_.push_back(claim.path());
+  event_channel_.reset();
   auto file = std::make_unique<mcap::Writer>(std::move(claim), compression_);
   for (const LogTopic& topic : options_.topics) {
     file->add_channel(topic.name, file->add_schema(topic.type_name, "omgidl", topic.schema_text), "cdr");
@@ -165,12 +173,20 @@ void LogWriter::write_step(bool with_answers) {
   for (size_t i = 1; i < options_.topics.size(); ++i) {
     if (wanted & (1u << i)) write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
   }
+  if (find_event_ && (wanted & kEventSources) == kEventSources) write_event(step, place);
   place.present = 0;
   ++next_step_;
   if (next_step_ % static_cast<uint64_t>(options_.chunk_steps) != 0) return;
   writer_->write_chunk();
   chunk_ends_.push_back(step);
   poll();
+}
+
+void LogWriter::write_event(uint64_t step, const Slot& place) {
+  const std::vector<uint8_t>* event = find_event_(place.samples[1], place.samples[2]);
+  if (event == nullptr) return;
+  if (!event_channel_) event_channel_ = writer_->add_channel(event_topic_.name, event_topic_.type_name, event_topic_.schema_text);
+  write_sample(*event_channel_, step, place.time, *event);
 }
 
 void LogWriter::note_chunks_on_disk() {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,6 +48,10 @@ class LogWriter {
   // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it. Topics and
   // types are on disk from then on.
   void set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression);
+  // What else to write with a step, from its samples of topics[1] and topics[2]: an encoded sample of `topic`, or nullptr.
+  // The channel is made with its first sample, so logs without any have none.
+  using FindEvent = std::function<const std::vector<uint8_t>*(const std::vector<uint8_t>&, const std::vector<uint8_t>&)>;
+  void set_events(const LogTopic& topic, FindEvent find_event);
   // An encoded sample of topics[topic] whose first field is a msg::Header. Repeats and samples of old epochs are
   // dropped. Throws mcap::McapError when writing fails, std::invalid_argument when the bytes hold no header.
   void take(size_t topic, const uint8_t* data, size_t size);
@@ -103,6 +108,7 @@ class LogWriter {
   mcap::ClaimedFile claim_next_file() const;
   void write_complete_steps();
   void write_step(bool with_answers);
+  void write_event(uint64_t step, const Slot& place);
   void note_chunks_on_disk();
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
   Slot& slot(uint64_t step) { return slots_[step % kSlots]; }
@@ -113,6 +119,9 @@ class LogWriter {
   std::vector<uint8_t> description_;
   int control_period_ = 1;
   mcap::Compression compression_ = mcap::Compression::kZstd;
+  LogTopic event_topic_;
+  FindEvent find_event_;
+  std::optional<uint16_t> event_channel_;  // of this file
   std::unique_ptr<mcap::BackgroundWriter> writer_;
   std::deque<uint64_t> chunk_ends_;  // last steps of the chunks that were not on disk at the last look
   uint64_t chunks_seen_ = 0;         // of this file, on disk at the last look

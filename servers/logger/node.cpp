@@ -2,6 +2,7 @@
 #include "servers/logger/node.h"
 
 #include "common/base/diagnostics.h"
+#include "common/messages/convert_robot.h"
 #include "common/messages/reflection/schema.h"
 #include "common/messages/topics.h"
 #include "common/robot/scenario.h"
@@ -136,6 +137,11 @@ void LoggerNode::take_description(Bytes sample) {
   decode(sample, &robot);
   const Scenario scenario = parse_scenario(robot.scenario(), robot.scenario_path());
   const std::string& word = options_.compression.empty() ? scenario.logging.compression : options_.compression;
+  RobotDescription description;
+  from_message(robot, &description);
+  event_finder_ = std::make_unique<EventFinder>(description, scenario);
+  log_.set_events({topics::kEvents.name, topics::kEvents.type_name, find_schema_text(topics::kEvents.type_name)},
+                  [this](const auto& state, const auto& forces) { return event_finder_->find(state, forces); });
   log_.set_description(sample.data, sample.size, scenario.control_period, mcap::parse_compression(word));
   report_progress();
 }

@@ -9,6 +9,7 @@
 
 #include "common/node/node_base.h"
 #include "hrp_idl/scheduling.h"
+#include "servers/logger/event_finder.h"
 #include "servers/logger/log_writer.h"
 
 namespace hrp {
@@ -49,6 +50,7 @@ class LoggerNode : public NodeBase {
   void report_progress();
 
   LoggerOptions options_;
+  std::unique_ptr<EventFinder> event_finder_;
   LogWriter log_;
   uint64_t last_sample_count_ = 0;
   uint64_t last_backlog_step_ = 0;

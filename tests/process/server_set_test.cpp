@@ -334,6 +334,33 @@ TEST(BadInput, ARefusalIsSaidOnceHoweverManyServersHearOfIt) {
   EXPECT_EQ(count(set.output(), "value is negative"), 1) << set.output();
 }
 
+struct BadWords {
+  std::vector<std::string> words;
+  const char* said;
+};
+void PrintTo(const BadWords& bad, std::ostream* out) { *out << bad.said; }
+class CommandLine : public ::testing::TestWithParam<BadWords> {};
+
+TEST_P(CommandLine, ThatNobodyCanMeanIsRefusedAtOnce) {
+  std::vector<std::string> words = GetParam().words;
+  if (words[0] == "hrp-simulate") words.push_back(write_scenario("meant"));
+  Program program(words);
+  EXPECT_NE(program.wait(), 0) << program.output();
+  EXPECT_THAT(program.output(), HasSubstr(GetParam().said));
+  EXPECT_THAT(program.output(), ::testing::Not(HasSubstr("simulated ")));
+}
+
+INSTANTIATE_TEST_SUITE_P(Words, CommandLine,
+                         ::testing::Values(BadWords{{"hrp-simulate", "--duration", "-1"}, "--duration: Value -1 not in range"},
+                                           BadWords{{"hrp-simulate", "--duration", "nan"}, "--duration"},
+                                           BadWords{{"hrp-simulate", "--in-process", "--dds", "fast"}, "excludes --dds"},
+                                           BadWords{{"hrp-simulate", "--speed", "nan"}, "speed is nan, expected"},
+                                           BadWords{{"hrp-simulate", "--speed", "-1"}, "speed is -1, expected"},
+                                           BadWords{{"hrp-scheduler", "--speed", "1e-9"}, "speed is 1e-09, expected"},
+                                           BadWords{{"hrp-scheduler", "--duration", "-1"}, "--duration: Value -1 not in range"},
+                                           BadWords{{"hrp-run", "step", "-5"}, "5"},
+                                           BadWords{{"hrp-run", "step", "0"}, "N: Value 0 not in range"}));
+
 TEST(BadInput, AnUnknownServerIsRefused) {
   ServerSet set("unknown", {write_scenario("unknown"), "--dds-for", "dynamo=fast"});
   EXPECT_EQ(set.wait(), 2);

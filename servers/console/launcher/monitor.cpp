@@ -27,6 +27,9 @@ RunMonitor::RunMonitor(Bus& bus, std::string token)
     : bus_(bus), token_(std::move(token)), control_(bus, topics::kRunControl) {
   readers_.push_back(subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
                                                [this](const msg::RunStatus& status) { take(status); }));
+  readers_.push_back(subscribe<msg::RobotEvent>(bus, topics::kEvents, Delivery::kReliable, [this](const msg::RobotEvent& event) {
+    if (event.kind() == msg::EVENT_FALL) fall_ = event.header();
+  }));
   readers_.push_back(subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable,
                                                   [this](const msg::ServerStatus& status) { take(status); }));
 }
@@ -52,6 +55,14 @@ std::vector<double> RunMonitor::find_parts() const {
   std::vector<double> parts;
   for (const auto& [epoch, end] : part_ends_) parts.push_back(end);
   return parts;
+}
+
+std::string RunMonitor::find_fall() const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  if (fall_.step() == 0 || fall_.epoch() != run_status_.epoch()) return "";
+  char text[60];
+  std::snprintf(text, sizeof text, "fell at t = %.3f s", fall_.time());
+  return text;
 }
 
 std::vector<std::string> RunMonitor::find_logs() const {
@@ -97,7 +108,7 @@ void RunMonitor::stop(const std::string& reason) {
   control_.publish(control);
 }
 
-std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet) {
+std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet, const std::string& fall) {
   char text[128];
   std::snprintf(text, sizeof text, "%-8s t = %8.3f s", get_phase_text(status.phase()), status.time());
   std::string line = text;
@@ -112,6 +123,7 @@ std::string format_progress(const msg::RunStatus& status, const std::vector<std:
     std::snprintf(text, sizeof text, "  %s %6.1f N", name.c_str(), status.foot_forces()[i]);
     line += text;
   }
+  if (!fall.empty()) line += "  " + fall;
   if (!status.late().empty()) line += "  waits for " + status.late();
   return line;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/messages/pubsub.h"
+#include "hrp_idl/dynamics.h"
 #include "hrp_idl/scheduling.h"
 
 namespace hrp {
@@ -29,6 +30,8 @@ class RunMonitor {
   std::vector<double> find_parts() const;
   // The files that the logger has written, in their order.
   std::vector<std::string> find_logs() const;
+  // "fell at t = 3.214 s" since the last reset, else nothing.
+  std::string find_fall() const;
   // Empty reason: a normal end.
   void stop(const std::string& reason);
 
@@ -44,13 +47,15 @@ class RunMonitor {
   std::map<std::string, msg::ServerStatus> servers_;
   std::map<uint64_t, double> part_ends_;  // [s] by epoch
   std::vector<std::string> logs_;
+  msg::Header fall_;  // of the last fall; step 0: none
   std::set<std::string> said_;
   std::vector<std::string> messages_;
   std::vector<std::unique_ptr<Reader>> readers_;
 };
 
-// The line of progress: simulated time, real-time factor, vertical force of each foot, who is late.
-std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet);
+// The line of progress: simulated time, real-time factor, vertical force of each foot, who is late,
+// and a fall.
+std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet, const std::string& fall);
 
 // Draws the line over and over on a terminal, and every few seconds elsewhere.
 class ProgressLine {

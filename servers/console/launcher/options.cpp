@@ -64,7 +64,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
       ->required();
   app.add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
   app.add_option("--dds-for", dds_for, "SERVER=cyclone|fast: DDS of one server; may be repeated");
-  app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's");
+  app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's")
+      ->check(CLI::Range(0.0, 1e9));
   app.add_flag("--in-process", options->in_process, "all servers in one process and thread, without DDS");
   app.add_flag("--realtime", realtime, "not faster than real time (= --speed 1)");
   app.add_option("--speed", options->speed, "not faster than this many simulated seconds per second; 0 = no limit")
@@ -90,6 +91,9 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     options->programs = split_pairs(programs, "--program");
     for (const auto& [role, vendor] : options->dds_for) {
       if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
+    }
+    if (options->in_process && app.count("--dds") > 0) {
+      throw CLI::ValidationError("--in-process", "excludes --dds: all servers are in one process, there is no bus between them");
     }
     if (options->in_process && options->view) {
       throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");

@@ -46,7 +46,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
       progress.clear();
       std::fprintf(stderr, "%s\n", text.c_str());
     }
-    progress.show(format_progress(status, scenario.feet));
+    progress.show(format_progress(status, scenario.feet, monitor.find_fall()));
   });
   progress.clear();
   const msg::RunStatus status = monitor.run_status();

@@ -300,7 +300,7 @@ void ProcessRun::show() {
     std::fprintf(stderr, "%s\n", text.c_str());
   }
   note_wait(monitor_->has_heard_scheduler() ? status.late() : "scheduler");
-  progress_.show(format_progress(status, scenario_.feet));
+  progress_.show(format_progress(status, scenario_.feet, monitor_->find_fall()));
 }
 
 void ProcessRun::end_all() {

@@ -33,6 +33,7 @@ struct LogEnd {
   uint64_t step = 0;
   double time = 0.0;  // [s]
   unsigned long long hash = 0;
+  std::string fall;  // in words, empty for none
   std::string damage;
 };
 
@@ -40,6 +41,17 @@ LogEnd find_log_end(const std::string& log) {
   LogEnd end;
   mcap::Reader reader(log);
   msg::RobotState state;
+  msg::RobotEvent event;
+  reader.read_messages(
+      [&](const mcap::Message& message) {
+        decode({message.data, message.size}, &event);
+        if (event.kind() != msg::EVENT_FALL) return true;
+        char time[40];
+        std::snprintf(time, sizeof time, "t = %.3f s: ", event.header().time());
+        end.fall = time + event.text();
+        return false;
+      },
+      {topics::kEvents.name});
   reader.read_messages(
       [&](const mcap::Message& message) {
         decode({message.data, message.size}, &state);
@@ -119,6 +131,7 @@ void print_log(const std::string& log, bool plot) {
     const LogEnd end = find_log_end(log);
     if (end.any) {
       std::printf("           complete up to step %llu, t = %.3f s\n", static_cast<unsigned long long>(end.step), end.time);
+      if (!end.fall.empty()) std::printf("fall       %s\n", end.fall.c_str());
       std::printf("state hash %s\n", format_hash(end.hash).c_str());
     } else {
       std::printf("           holds no step\n");
