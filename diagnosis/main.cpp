@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <thread>
 
 #include "common/base/diagnostics.h"
@@ -18,7 +19,7 @@ int main(int argc, char** argv) {
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
   double patience = 1.0;
   bool quiet = false;
-  app.add_option("experiment", experiment_path, "the experiment.yaml")->required();
+  app.add_option("experiment", experiment_path, "the experiment.yaml, or its folder")->required();
   app.add_option("--out", out, "folder for the report (made when missing)")->required();
   app.add_option("--jobs", jobs, "threads to use; the report does not depend on it")->check(CLI::Range(1, 256));
   app.add_option("--patience", patience,
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), text.c_str());
   };
   try {
+    if (std::filesystem::is_directory(experiment_path)) experiment_path += "/experiment.yaml";
     const Experiment experiment = load_experiment(experiment_path);
     for (const std::string& warning : experiment.warnings) say("note: " + warning);
     Problem problem = make_problem(experiment, jobs);

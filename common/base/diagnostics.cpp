@@ -2,6 +2,7 @@
 #include "common/base/diagnostics.h"
 
 #include <algorithm>
+#include <cctype>
 #include <numeric>
 
 namespace hrp {
@@ -77,6 +78,14 @@ InputError::InputError(const Diagnostic& diagnostic)
     : std::runtime_error(diagnostic.text()), diagnostics_{diagnostic} {}
 
 std::string find_nearest(const std::string& word, const std::vector<std::string>& candidates) {
+  // Only upper and lower case differ: nothing is nearer ("kP" is kp, not kd).
+  const auto lower = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  for (const std::string& candidate : candidates) {
+    if (lower(candidate) == lower(word)) return candidate;
+  }
   std::string best;
   size_t best_distance = std::max<size_t>(1, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {

@@ -96,6 +96,23 @@ bool read_row(const char* begin, const char* end, int line, std::vector<double>*
   return column == table.names.size();
 }
 
+// Cells without a number between cells with one: a log has none before a signal begins and after it has ended.
+void note_empty_cells(const Table& table, std::vector<std::string>* warnings) {
+  for (size_t i = 0; i < table.names.size(); ++i) {
+    const std::vector<double>& column = table.columns[i];
+    size_t first = 0, last = column.size(), count = 0, where = 0;
+    while (first < column.size() && std::isnan(column[first])) ++first;
+    while (last > first && std::isnan(column[last - 1])) --last;
+    for (size_t row = first; row < last; ++row) {
+      if (std::isnan(column[row]) && count++ == 0) where = row;
+    }
+    if (count == 0) continue;
+    warnings->push_back(table.file + ":" + std::to_string(table.lines[where]) + ":" + std::to_string(i + 1) + ": warning: " +
+                        table.names[i] + ": no number here" +
+                        (count > 1 ? " and in " + std::to_string(count - 1) + " more cells" : "") + "; taken as missing");
+  }
+}
+
 }  // namespace
 
 int Table::find(const std::string& name) const {
@@ -133,6 +150,7 @@ Table read_csv(const std::string& path, std::vector<std::string>* warnings) {
     at = next;
   }
   if (table.names.empty()) fail(path, 0, 0, "", "is empty: expected a header line");
+  note_empty_cells(table, warnings);
   if (table.rows() < 2) fail(path, 1, 0, "", "holds no samples");
   return table;
 }

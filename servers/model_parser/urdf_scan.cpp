@@ -12,6 +12,10 @@
 namespace hrp {
 namespace {
 
+// Sums and products of these stay far from the ends of what a double holds.
+constexpr double kLargestMass = 1e6, kSmallestMass = 1e-9;  // [kg]
+constexpr double kLargestSize = 1e4;                        // [m]
+
 using Element = tinyxml2::XMLElement;
 
 class Scanner {
@@ -97,6 +101,9 @@ void Scanner::scan_inertial(const Element& element, const std::string& owner) {
   if (mass != nullptr) {
     const auto value = read_numbers(*mass, owner, "value", 1, true);
     if (!value.empty() && value[0] < 0.0) error(*mass, owner, "value is negative, expected a mass >= 0 [kg]");
+    if (!value.empty() && (value[0] > kLargestMass || (value[0] > 0.0 && value[0] < kSmallestMass))) {
+      error(*mass, owner, std::string("value is '") + mass->Attribute("value") + "', expected 0 or 1e-9 to 1e6 [kg]");
+    }
   }
   if (inertia == nullptr) return;
   for (const char* name : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}) read_numbers(*inertia, owner, name, 1, true);
@@ -126,6 +133,7 @@ void Scanner::scan_geometry(const Element& parent, const std::string& owner) {
   }
   for (double size : sizes) {
     if (size < 0.0) return error(*shape, owner, "has a negative size");
+    if (size > kLargestSize) return error(*shape, owner, "is larger than 10 km; expected metres");
   }
 }
 
@@ -179,8 +187,10 @@ void Scanner::scan_joint_numbers(const Element& element, const std::string& owne
     const auto upper = read_numbers(*limit, owner, "upper", 1, false);
     joint->has_lower = !lower.empty();
     joint->has_upper = !upper.empty();
-    read_numbers(*limit, owner, "effort", 1, joint->type != "fixed");
-    read_numbers(*limit, owner, "velocity", 1, joint->type != "fixed");
+    for (const char* name : {"effort", "velocity"}) {
+      const auto value = read_numbers(*limit, owner, name, 1, joint->type != "fixed");
+      if (!value.empty() && value[0] < 0.0) error(*limit, owner, std::string(name) + " is negative, expected a limit >= 0 (0: not known)");
+    }
     const bool crossed = !lower.empty() && !upper.empty() && lower[0] > upper[0];
     if (crossed && joint->type != "continuous") error(*limit, owner, "lower is above upper");
   } else if (joint->type == "revolute" || joint->type == "prismatic") {

@@ -119,11 +119,50 @@ TEST(RobotLoader, ScenarioNamesAreCheckedAgainstTheRobot) {
   EXPECT_THAT(find_complaint(body, "feet: [left_foot]"), HasSubstr("has no collision geometry to stand on"));
 }
 
+TEST(RobotLoader, NumbersThatNoRobotHasAreRefusedWithLineAndValue) {
+  const auto with_mass = [](const std::string& mass) {
+    return make_link("a", "<inertial><mass value='" + mass + "'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>");
+  };
+  EXPECT_THAT(find_complaint(with_mass("1e300")), HasSubstr("r.urdf:2: error: link 'a' <mass>: value is '1e300', expected 0 or 1e-9 to 1e6 [kg]"));
+  EXPECT_THAT(find_complaint(with_mass("1e-300")), HasSubstr("value is '1e-300', expected 0 or 1e-9 to 1e6 [kg]"));
+  EXPECT_EQ(find_complaint(with_mass("1e-9")), "");
+  const std::string box = std::string(kInertia) + "<collision><geometry><box size='1 1e9 1'/></geometry></collision>";
+  EXPECT_THAT(find_complaint(make_link("a", box)), HasSubstr("is larger than 10 km"));
+  const std::string two = make_link("a") + make_link("b");
+  EXPECT_THAT(find_complaint(two + make_joint("j", "revolute", "a", "b", "<limit lower='-1' upper='1' effort='-1' velocity='1'/>")),
+              HasSubstr("r.urdf:4: error: joint 'j' <limit>: effort is negative, expected a limit >= 0"));
+}
+
+std::vector<std::string> find_warnings(const std::string& body, const std::string& more) {
+  return parse_robot("<robot name='r'>\n" + body + "</robot>\n", "r.urdf", make_scenario(more)).warnings;
+}
+
+TEST(RobotLoader, AnInitialPoseBeyondTheLimitsIsRefusedAndALittleBeyondWarnedOf) {
+  const std::string body = make_link("a") + make_link("b") + make_joint("j", "revolute", "a", "b");
+  const std::string gains = "base: fixed\nservo: {default: {kp: 1}}\n";
+  EXPECT_THAT(find_complaint(body, gains + "initial: {joints: {j: 24}}"),
+              HasSubstr("s.yaml:4:23: error: initial.joints.j: is 24 rad, expected -1 to 1 rad, the limits in the URDF; are these degrees?"));
+  EXPECT_THAT(find_warnings(body, gains + "initial: {joints: {j: 1.2}}"), testing::ElementsAre(HasSubstr("is 1.2 rad, expected -1 to 1 rad")));
+  EXPECT_THAT(find_warnings(body, gains + "initial: {joints: {j: -1}}"), testing::IsEmpty());
+  const std::string endless = make_link("a") + make_link("b") + make_joint("j", "continuous", "a", "b", "");
+  EXPECT_THAT(find_complaint(endless, gains + "initial: {joints: {j: 24}}"), HasSubstr("is 24 rad, expected less than two turns either way"));
+}
+
+TEST(RobotLoader, ForgottenGainsAndFeetAreWarnedOf) {
+  const std::string body = make_link("a") + make_link("b") + make_link("c") + make_joint("j", "revolute", "a", "b") + make_joint("k", "revolute", "b", "c");
+  EXPECT_THAT(find_warnings(body, "base: fixed\n"), testing::ElementsAre(HasSubstr("no servo gains: joints are free")));
+  EXPECT_THAT(find_warnings(body, "base: fixed\nservo: {default: {kp: 0}, joints: {j: {kp: 5}}}\n"),
+              testing::ElementsAre(HasSubstr("s.yaml:3:8: warning: servo: no servo gains: these joints are free: k (kp is 0)")));
+  EXPECT_THAT(find_warnings(body, "base: fixed\nservo: {joints: {j: {kp: 5}}}\nunactuated: [k]\n"), testing::IsEmpty());
+  EXPECT_THAT(find_warnings(body, "servo: {default: {kp: 1}}\n"), testing::ElementsAre(HasSubstr("feet: is missing: nothing is known to stand on")));
+  EXPECT_THAT(find_warnings(body, "servo: {default: {kp: 1}}\nground: {type: none}\n"), testing::IsEmpty());
+}
+
 TEST(RobotLoader, MissingMeshesAreLeftOutWithAWarningButNotThoseOfFeet) {
   const std::string body = make_link("a", std::string(kInertia) + "<collision><geometry><mesh filename='package://p/m.stl'/></geometry></collision>");
   const RobotDescription robot = parse_robot("<robot name='r'>" + body + "</robot>", "r.urdf", make_scenario());
   EXPECT_TRUE(robot.shapes.empty());
-  ASSERT_EQ(robot.warnings.size(), 1u);
+  ASSERT_EQ(robot.warnings.size(), 2u) << "and one that no feet are named";
   EXPECT_THAT(robot.warnings[0], HasSubstr("there is no file 'package://p/m.stl'; simulated without it"));
   EXPECT_THAT(find_complaint(body, "feet: [a]"), HasSubstr("a foot needs its geometry"));
   EXPECT_EQ(find_complaint(body, "feet: [a]\nsoles: {a: {box: [0.2, 0.1, 0.02]}}"), "");
