@@ -1,15 +1,51 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/dynamics/engine.h"
 
+#include <cstdio>
+
 namespace hrp {
+namespace {
+
+constexpr double kHugeEffort = 1e5;    // [N m or N] no drive of a robot
+constexpr double kFastJoint = 1e3;     // [rad/s or m/s] no joint of a robot
+
+// Without "step 12: ": the caller says where.
+std::string remove_step(const std::string& text) {
+  const size_t colon = text.find(": ");
+  return text.rfind("step ", 0) == 0 && colon != std::string::npos ? text.substr(colon + 2) : text;
+}
+
+std::string find_likely_reason(const Scenario& scenario, const State& state, const JointCommand& command) {
+  if (command.effort.size() > 0 && command.effort.cwiseAbs().maxCoeff() > kHugeEffort) {
+    return "the controller's efforts, up to " + std::to_string(command.effort.cwiseAbs().maxCoeff()) + " N m";
+  }
+  if (scenario.integrator != "implicit") {
+    return "'integrator: " + scenario.integrator + "' cannot carry servos and contacts as stiff as these with this time step; "
+           "use 'integrator: implicit' or a shorter steps.time_step";
+  }
+  const bool fast = state.qd.size() > 0 && state.qd.cwiseAbs().maxCoeff() > kFastJoint;
+  return std::string(fast ? "joints had been thrown into motion before: " : "") +
+         "gains (servo, joint_laws) or contact.stiffness too high, or a mass or inertia too small, for this time step";
+}
+
+}  // namespace
+
+// Once, with what a person needs to mend it.
+std::string SimulatorEngine::describe_blow_up(const JointCommand& command) const {
+  char time[40];
+  std::snprintf(time, sizeof time, "t = %.4f s", simulator_.time());
+  return std::string("the state blows up at ") + time + ": " + remove_step(simulator_.fault_text()) + "; likely reason: " +
+         find_likely_reason(scenario_, simulator_.state(), command);
+}
 
 SimulatorEngine::SimulatorEngine(const RobotDescription& robot, const Scenario& scenario)
-    : simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)),
+    : scenario_(scenario), simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)),
       pushes_(robot, vary_scenario(robot, scenario)) {}
 
 std::string SimulatorEngine::step(const ContactSet& contacts, const JointCommand& command) {
   const StepStatus status = simulator_.step(contacts, command, pushes_.find(simulator_.time(), simulator_.state()));
   if (status == StepStatus::kOk) return "";
+  if (status == StepStatus::kNonFiniteState) return describe_blow_up(command);
   const std::string what = get_step_status_text(status);
   return simulator_.fault_text().empty() ? what : what + ": " + simulator_.fault_text();
 }

@@ -21,6 +21,9 @@ class SimulatorEngine : public DynamicsEngine {
   const std::vector<double>& foot_forces() const override { return simulator_.foot_forces(); }
 
  private:
+  std::string describe_blow_up(const JointCommand& command) const;
+
+  Scenario scenario_;
   Simulator simulator_;
   Pushes pushes_;
 };

@@ -7,7 +7,7 @@
 #include "common/multibody/model.h"
 #include "common/robot/scenario.h"
 #include "servers/dynamics/joint_drive.h"
-#include "servers/dynamics/reference.h"
+#include "common/robot/reference.h"
 
 namespace hrp {
 

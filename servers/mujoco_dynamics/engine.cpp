@@ -36,7 +36,9 @@ void ignore_warning(const char*) {}
 }  // namespace
 
 MujocoDynamicsEngine::MujocoDynamicsEngine(const RobotDescription& robot, const Scenario& scenario)
-    : robot_(robot), scenario_(scenario) {
+    : robot_(robot), scenario_(scenario),
+      reference_(parse_interpolation(scenario.interpolation), scenario.control_period, scenario.time_step,
+                 std::vector<double>(static_cast<size_t>(robot.tree.num_joints()), 0.0)) {
   mju_user_warning = ignore_warning;
   model_ = load_model(make_mjcf(robot, scenario), scenario);
   data_ = mj_makeData(model_);
@@ -63,10 +65,10 @@ MujocoDynamicsEngine::~MujocoDynamicsEngine() {
 void MujocoDynamicsEngine::reset() {
   mj_resetData(model_, data_);
   set_initial_state();
-  JointCommand hold;
   read_state();
-  hold.q = state_.q;
-  set_controls(hold);
+  step_ = 0;
+  reference_.reset(state_.q);
+  set_controls();
   mj_forward(model_, data_);
   efforts_.setZero();
   forces_.clear();
@@ -118,19 +120,19 @@ double MujocoDynamicsEngine::find_lowest_sole() const {
   return std::isfinite(lowest) ? lowest : 0.0;
 }
 
-void MujocoDynamicsEngine::set_controls(const JointCommand& command) {
+// References of the end of the step, which the servo is to reach.
+void MujocoDynamicsEngine::set_controls() {
   for (size_t i = 0; i < positions_.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
     const mjtNum* bias = model_->actuator_biasprm + mjNBIAS * i;  // 0, -kp, -kd
-    data_->ctrl[i] = -bias[1] * command.q[k];
-    if (command.qd.size() > 0) data_->ctrl[i] -= bias[2] * command.qd[k];
-    if (command.effort.size() > 0) data_->ctrl[i] += command.effort[k];
+    const ReferenceSample sample = reference_.get(static_cast<int>(i), 1.0);
+    data_->ctrl[i] = -bias[1] * sample.q - bias[2] * sample.qd + sample.effort;
   }
 }
 
 std::string MujocoDynamicsEngine::step(const ContactSet&, const JointCommand& command) {
   if (command.q.size() != static_cast<Eigen::Index>(positions_.size())) return "wrong number of joint commands";
-  set_controls(command);
+  reference_.start_step(step_++, command);
+  set_controls();
   mj_step(model_, data_);
   for (const int kind : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}) {
     if (data_->warning[kind].number == 0) continue;
@@ -139,6 +141,7 @@ std::string MujocoDynamicsEngine::step(const ContactSet&, const JointCommand& co
                   data_->warning[kind].lastinfo);
     return text;
   }
+  reference_.finish_step();
   // The constraint forces of the step are still in place; the next mj_forward would replace them.
   read_contacts();
   for (size_t i = 0; i < dofs_.size(); ++i) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/node/dynamics_loop.h"
+#include "common/robot/reference.h"
 
 struct mjModel_;
 struct mjData_;
@@ -36,7 +37,7 @@ class MujocoDynamicsEngine : public DynamicsEngine {
  private:
   void set_initial_state();
   double find_lowest_sole() const;
-  void set_controls(const JointCommand& command);
+  void set_controls();
   void read_state();
   void read_sensors();
   void read_contacts();
@@ -45,6 +46,8 @@ class MujocoDynamicsEngine : public DynamicsEngine {
 
   RobotDescription robot_;
   Scenario scenario_;
+  Reference reference_;  // as of our dynamics: a command that is held gives the robot a kick in every control period
+  long step_ = 0;
   mjModel_* model_ = nullptr;
   mjData_* data_ = nullptr;
   std::vector<int> positions_, dofs_;  // addresses of joint i

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "servers/model_parser/robot_loader.h"
@@ -75,6 +76,31 @@ TEST_F(MujocoDynamicsTest, ResetRepeatsTheRunToTheBit) {
   engine_->reset();
   run(300);
   EXPECT_EQ(engine_->state_hash(), hash);
+}
+
+// A slow squat from references every 5 ms. Held through the period, each of them kicks the feet: 38 N rms.
+TEST_F(MujocoDynamicsTest, ReferencesAreInterpolatedSoThatASquatDoesNotRippleTheFootForce) {
+  std::vector<double> sums;
+  const Eigen::VectorXd start = command_.q;
+  for (int step = 0; step < 1500; ++step) {
+    const double bend = 0.15 * (1.0 - std::cos(1e-3 * (step - step % 5 + 5)));  // [rad] of ankle and hip, twice of the knee
+    for (const char* side : {"R_", "L_"}) {
+      const auto joint = [&](const char* name) { return robot_.tree.find_joint(std::string(side) + name); };
+      command_.q[joint("HIP_P")] = start[joint("HIP_P")] - bend;
+      command_.q[joint("KNEE")] = start[joint("KNEE")] + 2 * bend;
+      command_.q[joint("ANKLE_P")] = start[joint("ANKLE_P")] - bend;
+    }
+    ASSERT_EQ(engine_->step({}, command_), "");
+    const std::vector<double>& feet = engine_->foot_forces();
+    sums.push_back(std::accumulate(feet.begin(), feet.end(), 0.0));
+  }
+  double square = 0;
+  for (size_t k = 1000; k < 1490; ++k) {
+    const double mean = std::accumulate(sums.begin() + static_cast<long>(k) - 5, sums.begin() + static_cast<long>(k) + 5, 0.0) / 10.0;
+    square += (sums[k] - mean) * (sums[k] - mean) / 490.0;
+  }
+  // A straight line between references still turns by a small angle at each of them.
+  EXPECT_LT(std::sqrt(square), 2.0) << "[N] rms about the mean over two control periods";
 }
 
 TEST_F(MujocoDynamicsTest, WhatItCannotDoIsRefusedByName) {

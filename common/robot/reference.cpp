@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "servers/dynamics/reference.h"
+#include "common/robot/reference.h"
 
 #include <cmath>
 
