@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/version.h"
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/search/fit.h"
@@ -112,7 +113,11 @@ nlohmann::ordered_json identify(const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fprintf(stderr, "usage: hrp-diagnose-baseline EXPERIMENT.yaml\n"), 2;
+  const char usage[] =
+      "Usage: hrp-diagnose-baseline EXPERIMENT.yaml\n"
+      "Least-squares identification of friction and rotor inertia, to compare hrp-diagnose with; prints JSON.";
+  if (hrp::answer_questions(argc, argv, "hrp-diagnose-baseline", usage)) return 0;
+  if (argc != 2) return std::fprintf(stderr, "%s\n", usage), 2;
   try {
     std::printf("%s\n", identify(argv[1]).dump(1).c_str());
     return 0;

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "common/base/diagnostics.h"
+#include "common/base/version.h"
 #include "diagnosis/report/report.h"
 
 int main(int argc, char** argv) {
@@ -15,6 +16,7 @@ int main(int argc, char** argv) {
       "Compares recordings of a robot with simulation, says which physics or sensor fault was left out, fits it,\n"
       "and writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
       "Exit status: 0 a verdict was reached, 2 bad input (file, line and column are named), 1 a fault of the tool."};
+  app.set_version_flag("--version", hrp::get_version_text("hrp-diagnose"));
   std::string experiment_path, out;
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
   double patience = 1.0;

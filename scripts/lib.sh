@@ -1,13 +1,31 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Shared by the scripts of this folder: source it. Sets ROOT and BUILD.
+# Shared by the scripts of this folder: source it. Sets ROOT and BUILD. Answers --help and --version for every script, at
+# once: nothing is installed, built or written for a question.
 ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 BUILD="${HRP_BUILD_DIR:-$ROOT/build}"
 
 say() { printf '%s\n' "$*" >&2; }
 fail() { say "$(basename "$0"): $*"; exit 1; }
 
-# print_help: the comment block at the top of the calling script, without its first two lines.
-print_help() { awk 'NR > 2 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$0"; }
+# print_help: the comment block at the top of the calling script, without its first two lines; and the options of the
+# program that "All options go to", as the program says them, or where it is not built, as docs/commands.md does.
+print_help() {
+  awk 'NR > 2 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$0"
+  local program
+  program="$(sed -n 's/^# .*All options go to \(hrp-[a-z-]*\):$/\1/p' "$0")"
+  if [ -z "$program" ]; then return; fi
+  echo
+  if [ -x "$BUILD/bin/$program" ]; then "$BUILD/bin/$program" --help; return; fi
+  awk -v title="## $program" '$0 == title { found = 1 } found && /^```/ { if (inside) exit; inside = 1; next } inside' "$ROOT/docs/commands.md"
+}
+
+# A sourced file sees the arguments of the script.
+for argument in "$@"; do
+  case "$argument" in
+    -h | --help) print_help; exit 0 ;;
+    --version) echo "$(basename "$0") (openhrp-dds) $(sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' "$ROOT/CMakeLists.txt")"; exit 0 ;;
+  esac
+done
 
 # Progress of the build with an estimate of the time left: one line that is redrawn on a terminal, a line per tenth of the
 # way elsewhere (a log of a CI machine); and whatever compilers say.

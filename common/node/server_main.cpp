@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/run_token.h"
 #include "common/node/runner.h"
@@ -91,6 +92,7 @@ int run(const ServerProgram& program, const CommonOptions& options, const NodeMa
 int run_server(int argc, char** argv, const ServerProgram& program, const NodeMaker& make_node,
                const OptionAdder& add_options) {
   CLI::App app(program.description, program.program);
+  app.set_version_flag("--version", get_version_text(program.program));
   CommonOptions options;
   options.role = program.role;
   add_common_options(app, &options);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/base/version.h"
 #include "common/spatial/minimum_jerk.h"
 #include "controller/motion/leg.h"
 
@@ -32,10 +33,9 @@ Eigen::Vector3d calc_rest(double offset) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: hrp-make-motion OUT.csv\nWrites the default squat and sway of the HRP-2P-like robot.\n");
-    return 2;
-  }
+  const char usage[] = "Usage: hrp-make-motion OUT.csv\nWrites the default squat and sway of the HRP-2P-like robot; --version says which program this is.";
+  if (hrp::answer_questions(argc, argv, "hrp-make-motion", usage)) return 0;
+  if (argc != 2 || argv[1][0] == '-') return std::fprintf(stderr, "%s\n", usage), 2;
   std::FILE* out = std::fopen(argv[1], "w");
   if (out == nullptr) {
     std::perror(argv[1]);

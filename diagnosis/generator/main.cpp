@@ -9,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/base/version.h"
 #include "diagnosis/generator/make_case.h"
 
 namespace {
@@ -79,6 +80,7 @@ int main(int argc, char** argv) {
   CLI::App app{
       "hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
       "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
+  app.set_version_flag("--version", hrp::get_version_text("hrp-make-cases"));
   std::string out = "cases-out", effect, family;
   int count = 10, jobs = 2;
   std::uint64_t seed = 1;

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/version.h"
 #include "common/robot/experiment_keys.h"
 #include "diagnosis/identification/motions.h"
 #include "diagnosis/identification/report.h"
@@ -114,6 +115,7 @@ void print_coverage(const Scenario& scenario, const std::string& folder, int see
 int main(int argc, char** argv) {
   CLI::App app("Identifies the rubber in a robot's feet from encoders, force sensors and the chest IMU.",
                "hrp-identify-foot");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-identify-foot"));
   app.require_subcommand(1);
   std::string scenario, folder, out;
   int tries = 0;

@@ -35,11 +35,11 @@ def find_walk(columns, feet=(LEFT, RIGHT)):
 
 
 def add_pictures(run, out, name, summary, columns, span=None, options=(), words='', feet=(LEFT, RIGHT)):
-    """Of the whole walk, of a span of time, or of the last two seconds before a fall."""
+    """Of the whole walk, of a span of time, or of a fall, from two seconds before it."""
     begin, end = span or find_walk(columns, feet)
     if summary['fallen']:
-        begin, end = max(0.0, summary['fall_time'] - 1.8), min(columns['time'][-1], summary['fall_time'] + 0.5)
-        words = 'the fall, until the body reaches the floor (nothing but soles touches it in the simulation)'
+        begin, end = max(0.0, summary['fall_time'] - 1.8), summary['fall_time'] + 1.0  # the log goes on after the fall
+        words = 'the fall, until the robot lies on the floor'
     caption = 'From the log of the server set: %s. Left limbs blue, right ones orange; thin lines every 0.2 m, heavy ones every ' \
               'metre; the camera goes along.' % (words or 'the walk')
     out.figure(caption, run.pictures(name, summary['log'], begin, end, options))

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/shared_files.h"
+#include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/viewer/viewer.h"
@@ -89,6 +90,7 @@ int main(int argc, char** argv) {
   hrp::handle_stop_signals();
   CLI::App app("The online viewer: a run, its contact forces and charts in the browser. It never slows or changes the run.",
                "hrp-viewer");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-viewer"));
   Options options;
   add_options(app, &options);
   CLI11_PARSE(app, argc, argv);

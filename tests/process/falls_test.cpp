@@ -64,5 +64,22 @@ TEST(Fall, OfARobotThatStandsNothingIsSaidOrLogged) {
   EXPECT_EQ(digest_log(set.log()).count(topics::kEvents.name), 0u) << "the log is what it was without events";
 }
 
+int count(const std::string& text, const std::string& word) {
+  int found = 0;
+  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++found;
+  return found;
+}
+
+// An explicit step of 1 ms cannot carry the stiff floor.
+TEST(BlowUp, IsSaidOnceWithJointTimeAndLikelyReason) {
+  const std::string path = write_scenario("explicit");
+  std::ofstream(path, std::ios::app) << "\nintegrator: semi_implicit_euler\n";
+  ServerSet set("explicit", {path, "--quiet"});
+  EXPECT_EQ(set.wait(), 1) << set.output();
+  EXPECT_EQ(count(set.output(), "the state blows up at t = 0."), 1) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("joint '"));
+  EXPECT_THAT(set.output(), HasSubstr("likely reason: 'integrator: semi_implicit_euler' cannot carry"));
+}
+
 }  // namespace
 }  // namespace hrp::test

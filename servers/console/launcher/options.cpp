@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/shared_files.h"
+#include "common/base/version.h"
 #include "common/bus/make_bus.h"
 #include "common/node/runner.h"
 #include "servers/scheduler/step_scheduler.h"
@@ -57,6 +58,7 @@ const std::vector<std::string>& get_roles() {
 bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* exit_code) {
   CLI::App app("Runs a scenario: starts the server set, shows its progress, says what went wrong, ends with the log.",
                "hrp-simulate");
+  app.set_version_flag("--version", get_version_text("hrp-simulate"));
   app.footer(kFooter);
   bool realtime = false, no_pin = false, no_plot = false;
   std::vector<std::string> dds_for, programs;

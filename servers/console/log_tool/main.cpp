@@ -5,11 +5,13 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/version.h"
 #include "common/plot/robot_pictures.h"
 #include "servers/console/log_tool/commands.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Looks into logs (MCAP) of runs.", "hrp-log");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-log"));
   app.require_subcommand(1);
   std::string file, other, out;
   bool force = false;

@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/version.h"
 #include "common/plot/svg_plot.h"
 
 namespace {
@@ -45,6 +46,7 @@ void read(const std::string& path, hrp::Plot* plot) {
 
 int main(int argc, char** argv) {
   CLI::App app("Draws the columns of a CSV file against its first column.", "hrp-plot");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-plot"));
   hrp::Plot plot;
   std::string data, out;
   app.add_option("data", data, "CSV file with a header")->required();

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/console/run_control/run_control.h"
@@ -23,6 +24,7 @@ CLI::App* add_request(CLI::App& app, const std::string& name, const std::string&
 
 int main(int argc, char** argv) {
   CLI::App app("Steers a running simulation: pause, run, single steps, reset, stop, status, list.", "hrp-run");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-run"));
   app.require_subcommand(1);
   hrp::JoinOptions join;
   hrp::add_join_options(app, &join);

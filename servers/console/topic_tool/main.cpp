@@ -3,12 +3,14 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/console/topic_tool/topic_tool.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Looks into a running simulation. Reads best-effort: it never slows or changes the run.", "hrp-topic");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-topic"));
   app.footer("Examples:\n"
              "  hrp-topic list\n"
              "  hrp-topic echo contact_forces --rate 2                the same as hrp/contact_forces\n"

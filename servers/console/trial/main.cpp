@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/version.h"
 #include "servers/console/trial/trial.h"
 
 namespace {
@@ -68,6 +69,7 @@ void print(const std::string& name, const hrp::Trial& trial, const hrp::TrialRes
 
 int main(int argc, char** argv) {
   CLI::App app("Runs scenarios in this process, without bus and log; prints one line of JSON each.", "hrp-trial");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-trial"));
   std::vector<std::string> paths;
   std::string csv;
   bool to_the_end = false;
