@@ -34,6 +34,8 @@ class Node {
   virtual void request_stop() = 0;
   // Why outcome() is kFailed.
   virtual std::string failure() const = 0;
+  // Whoever watches the run has been told of the failure: the program need not say it again.
+  virtual bool has_told_failure() const { return false; }
   // What this node needs and has not got: "sensor_data from dynamics". Empty when nothing is missing.
   virtual std::string find_missing() const { return ""; }
 };

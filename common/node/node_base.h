@@ -28,6 +28,7 @@ class NodeBase : public Node {
   NodeOutcome outcome() const override { return outcome_; }
   void request_stop() override { finish(); }
   std::string failure() const override { return failure_; }
+  bool has_told_failure() const override { return run_status_.phase() == msg::RUN_FAILED; }
   std::string find_missing() const override { return status_.waiting_for(); }
 
  protected:

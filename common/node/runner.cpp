@@ -31,6 +31,7 @@ bool g_has_parent = false;
 
 int find_exit_code(const Node& node, const std::string& program) {
   if (node.outcome() != NodeOutcome::kFailed) return kExitOk;
+  if (g_has_parent && node.has_told_failure()) return kExitFailed;
   // A refused model goes through the bus to the scheduler and the launcher; the terminal they share is told once.
   if (g_has_parent && node.failure().substr(0, node.failure().find('\n')).find("model refused") != std::string::npos) return kExitFailed;
   std::fprintf(stderr, "%s: %s\n", program.c_str(), node.failure().c_str());

@@ -17,7 +17,12 @@ std::string remove_step(const std::string& text) {
 
 std::string find_likely_reason(const Scenario& scenario, const State& state, const JointCommand& command) {
   if (command.effort.size() > 0 && command.effort.cwiseAbs().maxCoeff() > kHugeEffort) {
-    return "the controller's efforts, up to " + std::to_string(command.effort.cwiseAbs().maxCoeff()) + " N m";
+    char text[80];
+    std::snprintf(text, sizeof text, "the controller's efforts, up to %g N m", command.effort.cwiseAbs().maxCoeff());
+    return text;
+  }
+  for (const PushSpec& push : scenario.pushes) {
+    if (push.force_W.norm() > kHugeEffort) return "the push '" + push.name + "'";
   }
   if (scenario.integrator != "implicit") {
     return "'integrator: " + scenario.integrator + "' cannot carry servos and contacts as stiff as these with this time step; "
@@ -34,7 +39,13 @@ std::string find_likely_reason(const Scenario& scenario, const State& state, con
 std::string SimulatorEngine::describe_blow_up(const JointCommand& command) const {
   char time[40];
   std::snprintf(time, sizeof time, "t = %.4f s", simulator_.time());
-  return std::string("the state blows up at ") + time + ": " + remove_step(simulator_.fault_text()) + "; likely reason: " +
+  std::string fastest;
+  if (simulator_.state().qd.size() > 0) {
+    Eigen::Index joint = 0;
+    simulator_.state().qd.cwiseAbs().maxCoeff(&joint);
+    fastest = ", fastest before: joint '" + simulator_.tree().joint(static_cast<int>(joint)).name + "'";
+  }
+  return std::string("the state blows up at ") + time + ": " + remove_step(simulator_.fault_text()) + fastest + "; likely reason: " +
          find_likely_reason(scenario_, simulator_.state(), command);
 }
 

@@ -9,7 +9,7 @@
 
 #include "common/node/node_base.h"
 #include "hrp_idl/scheduling.h"
-#include "servers/logger/event_finder.h"
+#include "servers/logger/translate.h"
 #include "servers/logger/log_writer.h"
 
 namespace hrp {

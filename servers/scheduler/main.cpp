@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
             ->delimiter(',')
             ->capture_default_str();
         app.add_option("--duration", duration, "[s] of simulated time; without it, as the scenario says; 0 = endless")
-            ->check(CLI::Range(0.0, 1e9));
+            ->check([](const std::string& word) { return hrp::find_duration_fault(std::strtod(word.c_str(), nullptr)); });
         app.add_option("--speed", options.speed, "simulated seconds per second, 0 = as fast as it goes")
             ->check([](const std::string& word) { return hrp::find_speed_fault(std::strtod(word.c_str(), nullptr)); })
             ->capture_default_str();

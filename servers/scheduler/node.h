@@ -21,6 +21,7 @@ class SchedulerNode : public NodeBase {
   std::chrono::milliseconds idle_period() const override { return std::chrono::milliseconds(2); }
   NodeOutcome outcome() const override;
   std::string failure() const override { return scheduler_.failure(); }
+  bool has_told_failure() const override { return is_everybody_gone(); }
   std::string find_missing() const override { return scheduler_.late(); }
   // A clean end of the whole run.
   void request_stop() override;

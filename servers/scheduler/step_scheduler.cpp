@@ -31,6 +31,13 @@ std::string find_speed_fault(double speed) {
   return text;
 }
 
+std::string find_duration_fault(double duration) {
+  if (duration >= 0.0 && duration <= 1e9) return "";
+  char text[80];
+  std::snprintf(text, sizeof text, "duration is %g s, expected 0 to 1e9 s of simulated time", duration);
+  return text;
+}
+
 StepScheduler::StepScheduler(const SchedulerOptions& options)
     : options_(options), paused_(options.paused), speed_(options.speed) {}
 

@@ -43,6 +43,9 @@ struct SchedulerOptions {
 // Why a run cannot be held to this speed [s/s]; empty when it can. 0 is as fast as it goes.
 std::string find_speed_fault(double speed);
 
+// Why a run cannot last this long [s]; empty when it can. 0 is until it is stopped.
+std::string find_duration_fault(double duration);
+
 class StepScheduler {
  public:
   using Clock = std::chrono::steady_clock;

@@ -67,7 +67,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
   app.add_option("--dds-for", dds_for, "SERVER=cyclone|fast: DDS of one server; may be repeated");
   app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's")
-      ->check(CLI::Range(0.0, 1e9));
+      ->check([](const std::string& word) { return find_duration_fault(std::strtod(word.c_str(), nullptr)); });
   app.add_flag("--in-process", options->in_process, "all servers in one process and thread, without DDS");
   app.add_flag("--realtime", realtime, "not faster than real time (= --speed 1)");
   app.add_option("--speed", options->speed, "not faster than this many simulated seconds per second; 0 = no limit")

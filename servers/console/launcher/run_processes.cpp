@@ -149,9 +149,9 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
                      "--domain", std::to_string(claim_.domain()),
                      "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second};
   auto& arguments = child.arguments;
-  // These two then leave it to us to say why a model was refused.
+  // They then leave it to us to say what went wrong.
   const bool ours = program == options_.programs.end();
-  if (ours && (role == "model_parser" || role == "scheduler")) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
+  if (ours) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
   const std::vector<std::string> own = make_role_arguments(role);
   arguments.insert(arguments.end(), own.begin(), own.end());
   child.cores = find_cores_of(role);

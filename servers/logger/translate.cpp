@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "servers/logger/event_finder.h"
+#include "servers/logger/translate.h"
 
 #include <cstring>
 
