@@ -24,9 +24,9 @@ NAMED_FOLDER = re.compile(r"(?<![\w./$}<*~:-])((?:common|servers|controller|diag
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
 
-# Made by a build, by a run or by a reader; or of other projects.
+# Made by a build, by a run, by a reader or by scripts/commands_page.py; or of other projects.
 NOT_OURS = re.compile(r"^(build|out|logs|hrp_idl|experiment|compared|example_c|mine)/"
-                      r"|^[a-z]\.\w+$|^(NAME|DIR)\b")
+                      r"|^[a-z]\.\w+$|^(NAME|DIR)\b|^docs/commands\.md")
 # Names what is not there on purpose.
 NOT_READ = {"tests/documents/no_rule.md", "scripts/check_references.py"}
 
