@@ -21,6 +21,10 @@ bool has_real_drives(const TorqueVerdict& torque) {
   return torque.judged && torque.with_drives >= kSeveral && torque.with_drives >= kEveryDrive * torque.joints;
 }
 
+// The nominal model is exact for some joint: a simulated world, where a law that leaves more than noise is not the law.
+// No real robot has such a joint beside others that are wrong.
+bool is_exact_world(const TorqueVerdict& torque) { return torque.joints > 1 && torque.exact > 0; }
+
 Trial simulate(const Problem& problem, const Hypothesis& hypothesis) {
   Trial trial;
   trial.hypothesis = hypothesis;
@@ -139,7 +143,8 @@ Reports diagnose_fixed_base(const Problem& problem, const Progress& progress) {
     outcome.mismatch = true;
   } else {
     outcome = search_limbs(whole, progress);
-    if (!torque.judged || !outcome.mismatch || outcome.explained || torque.evidence.findings.empty()) {
+    if (!torque.judged || !outcome.mismatch || outcome.explained || torque.evidence.findings.empty() ||
+        is_exact_world(torque)) {
       Reports reports = make_reports(whole, outcome);
       upgrade_report(&reports.report);
       return reports;

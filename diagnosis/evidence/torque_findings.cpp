@@ -18,6 +18,11 @@ namespace {
 // Share of a joint's effort below which what is missing is no mismatch worth words.
 constexpr double kNothing = 0.02;
 
+// A joint is exact when less than this share of its effort is missing, and less than that of it is predicted by anything.
+constexpr double kSmall = 0.1, kFollows = 0.2;
+// Share of what a model without physics predicts that laws must reach to be supported.
+constexpr double kLaw = 0.7;
+
 class Judge {
  public:
   Judge(const Experiment& e, TorqueDesign&& design, int jobs)
@@ -32,9 +37,9 @@ class Judge {
     drop_lone_excess();
     add_findings(&out);
     for (const ServoDelay& delay : find_servo_delays(e_)) add_delay(delay, &out);
+    add_remaining(&out);
     sort_findings(&out.evidence.findings);
     out.evidence.summary = make_summary(e_, out.evidence);
-    add_remaining(&out);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
     out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
     return out;
@@ -158,6 +163,15 @@ class Judge {
     return out + calc_whole_columns(*design_.data, r, terms)[static_cast<size_t>(design_.joints[i].joint)] * theta;
   }
 
+  // What is missing at a joint follows its motion far closer than the laws that were found: they stand in for another.
+  static void doubt_law(const Where& where, TorqueVerdict* out) {
+    for (Finding& f : out->evidence.findings) {
+      if (f.where != where || f.grade != Grade::kSupported) continue;
+      f.grade = Grade::kAmbiguous;
+      f.statement += " What remains follows the motion closely, so another law may be the true one.";
+    }
+  }
+
   void add_remaining(TorqueVerdict* out) const {
     static const std::vector<Regressor> quantities{{"position", "its position", "rad"},
                                                    {"velocity", "its velocity", "rad/s"},
@@ -184,7 +198,10 @@ class Judge {
       const double scale = 1.0 / std::max(1e-300, joint.spread * joint.spread);
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
-      reachable += r.before * r.before * scale * std::max(own, find_free_share(learn, test));
+      const double free = find_free_share(learn, test);
+      reachable += r.before * r.before * scale * std::max(own, free);
+      if (own < kLaw * free) doubt_law(r.where, out);
+      if (r.before < kSmall * joint.spread && std::max(own, free) < kFollows) ++out->exact;
       out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), "N m", r.before, r.after, joint.spread});
       out->evidence.remaining.push_back(std::move(r));
     }

@@ -12,6 +12,7 @@ struct TorqueVerdict {
   Evidence evidence;      // without `fit`, `mismatch` and `verdict`
   Hypothesis model;       // all terms that help to predict, for `updated/`
   int joints = 0;         // that are judged
+  int exact = 0;          // of them, those whose missing torque is small and follows nothing: noise
   int with_drives = 0;    // of them, those with friction or a rotor that is supported
   std::vector<SignalFit> torque;  // by joint: root mean squares of the missing torque, held-out recordings [N m]
 };

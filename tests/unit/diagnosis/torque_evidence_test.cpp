@@ -68,7 +68,6 @@ TEST(TorqueEvidence, ALoadInTheHandIsNamedAtItsLinkWithItsMass) {
   ASSERT_FALSE(verdict.evidence.findings.empty());
   bool named = false;
   for (const Finding& f : verdict.evidence.findings) {
-    std::printf("%s\n", f.statement.c_str());
     if (f.family != get_family_name(EffectFamily::kMass)) continue;
     EXPECT_EQ(f.where.at("link"), "fore") << f.statement;
     named = true;
