@@ -51,16 +51,11 @@ RULES = [
     Rule(r"build/bin/hrp-log .*", RUNS),
     Rule(r"build/bin/hrp-(diagnose|plot|make-motion|simulate).* --help", RUNS),
     Rule(r"scripts/[\w/]+\.(sh|py) --help", RUNS),
-    # story_test runs it.
-    Rule(r"scripts/experiments\.sh story", RUNS, change=((r"story", "--list"),)),
     # One experiment on one DDS in place of 20 on two, ten times varied.
     Rule(r"scripts/experiments\.sh( \[?[\w|]+\]?)?", RUNS, change=((r"\.sh.*", ".sh fig4 --runs 0 --dds cyclone"),)),
     # A minute of robot motions; paper_b_test and identify_foot_test run it.
     Rule(r"scripts/identify_foot\.sh", RUNS, change=((r"$", " --help"),)),
     Rule(r"scripts/diagnose\.sh( .*)?", RUNS, change=((r"EXPERIMENT\.yaml", "experiment/experiment.yaml"), (r"\bDIR\b", "diagnosed"))),
-    # One case of one second in place of 60 of ten.
-    Rule(r"scripts/prove_concealed\.sh", RUNS,
-         change=((r"$", " --cases 1 --seed 13 --family none --duration 1 --jobs 1 --out proof"),)),
 ]
 
 # Fences of these languages are no commands.
