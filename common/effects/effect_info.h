@@ -107,6 +107,7 @@ struct TorqueRegressor {
   void (*calc_columns)(const JointSample& sample, const double* shape, double* columns) = nullptr;
   // All parameters from coefficients; false when they make no sense, for instance by their sign.
   bool (*make_parameters)(const double* x, const double* shape, double* p) = nullptr;
+  bool shape_of_speed = false;   // the second number of a shape is a share of the largest speed
 };
 
 struct EffectInfo {

@@ -10,6 +10,27 @@ double calc_servo_effort(const JointLaws& laws, double error, double error_rate,
   return laws.kp * error + laws.kd * error_rate + feed_forward;
 }
 
+double calc_given_torque(const JointLaws& laws, double effort, double v) {
+  double torque = std::clamp(laws.torque_scale * effort, -laws.saturation, laws.saturation);
+  for (const DriveTerm& term : laws.terms) torque = term.calc_torque(term.p, torque, v);
+  return torque;
+}
+
+TorqueSlope calc_given_slope(const JointLaws& laws, double effort, double v) {
+  if (std::abs(laws.torque_scale * effort) > laws.saturation) return {0.0, 0.0};
+  if (laws.terms.empty()) return {laws.torque_scale, 0.0};
+  // Central differences: laws have corners, where one side would do as well as the other.
+  const double du = 1e-6 * (1.0 + std::abs(effort)), dv = 1e-6 * (1.0 + std::abs(v));
+  return {(calc_given_torque(laws, effort + du, v) - calc_given_torque(laws, effort - du, v)) / (2.0 * du),
+          (calc_given_torque(laws, effort, v + dv) - calc_given_torque(laws, effort, v - dv)) / (2.0 * dv)};
+}
+
+double calc_taken_torque(const JointLaws& laws, double q, double v, double a) {
+  double torque = laws.motor_inertia * a + laws.viscous * v + laws.spring_stiffness * (q - laws.spring_rest);
+  if (laws.cogging_amplitude != 0.0) torque -= calc_cogging(laws, q);
+  return torque;
+}
+
 double calc_direction(double v) { return std::tanh(v / kDirectionSpeed); }
 
 double calc_friction_level(const JointLaws& laws, double speed, double load, double direction) {

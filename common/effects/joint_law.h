@@ -5,6 +5,7 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
 namespace hrp {
 
@@ -20,6 +21,13 @@ struct AffineEffort {
   double at(double v) const { return a - b * v; }
 };
 
+// A law of the drive without memory that a row of the table brings along, with its own numbers: no field for it here.
+struct DriveTerm {
+  // Torque [N m] behind the term from that before it, at the motor's speed v [rad/s].
+  double (*calc_torque)(const double* p, double torque, double v) = nullptr;
+  double p[2] = {0.0, 0.0};
+};
+
 // Everything that a joint can have; what is left at its default is absent. Source: effect list of the diagnosis tool.
 struct JointLaws {
   // Drive
@@ -30,6 +38,7 @@ struct JointLaws {
   double lag = 0.0;                      // [s] first-order lag of the drive's effort
   double saturation = kUnlimited;        // [N m] of the true torque (not logged)
   double torque_scale = 1.0;             // true torque = scale x logged effort
+  std::vector<DriveTerm> terms;          // behind scale and saturation, in their order
   // Friction, on the motor side of an elastic transmission
   double viscous = 0.0;                  // [N m s/rad]
   double coulomb = 0.0;                  // [N m] level while moving
@@ -56,6 +65,17 @@ struct JointLaws {
 
 // Servo: kp (r - measured) + kd (r' - measured rate) + feed-forward, before its limit.
 double calc_servo_effort(const JointLaws& laws, double error, double error_rate, double feed_forward);
+
+// The drive's equation, forward: torque [N m] on the motor at speed v from the effort of the servo, or of its log,
+// behind the lag: scale, then saturation of the true torque, then terms.
+double calc_given_torque(const JointLaws& laws, double effort, double v);
+// Its slopes over effort and over v; 0 over effort: at a limit.
+struct TorqueSlope {
+  double over_effort = 1.0, over_v = 0.0;
+};
+TorqueSlope calc_given_slope(const JointLaws& laws, double effort, double v);
+// Inverse: torque [N m] that rotor, viscous friction, cogging and parallel spring of a joint take at q, v, a.
+double calc_taken_torque(const JointLaws& laws, double q, double v, double a);
 
 // Direction of motion, -1 to 1, smooth through rest, for what is linear in dry friction. Velocities that were smoothed
 // from encoders of 1e-5 rad at 500 Hz have about 1 mrad/s of noise: a tenth of the speed at which it is 3/4.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/effects/effect_target.h"
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/attached/data.h"
@@ -12,11 +13,6 @@ namespace hrp::diagnosis::attached {
 namespace {
 
 constexpr double kStill = 0.02;  // [rad/s or m/s] slower, the direction of friction is not known
-
-struct JointTerms {
-  double viscous = 0, coulomb = 0, load = 0, rotor = 0, torque_scale = 1, offset = 0, stiffness = 0, moment = 0,
-         bias = 0;
-};
 
 struct SensorTerms {
   Vector3d bias{0, 0, 0}, rpy{0, 0, 0};
@@ -27,18 +23,21 @@ Vector3d get3(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
 
 // The hypothesis, sorted by where it acts.
 struct Terms {
-  std::vector<JointTerms> joints;
+  std::vector<JointLaws> joints;
+  std::vector<double> stiffness, moment, bias;  // by joint
   std::vector<SensorTerms> sensors;
   TreeSpec tree;
 
   Terms(const RowProblem& problem, const RowHypothesis& hypothesis)
-      : joints(static_cast<size_t>(problem.experiment->num_joints())),
+      : joints(problem.nominal.laws),
+        stiffness(joints.size(), 0.0),
+        moment(joints.size(), 0.0),
+        bias(joints.size(), 0.0),
         sensors(problem.sensors.size()),
         tree(problem.nominal.tree) {
-    for (size_t j = 0; j < joints.size(); ++j) joints[j] = make_stated(problem.nominal.laws[j]);
     for (const RowEffect& e : hypothesis) {
       if (e.id <= RowEffectId::kEffortBias)
-        add_joint(e, &joints[static_cast<size_t>(e.place)]);
+        add_joint(e);
       else if (e.id <= RowEffectId::kComError)
         add_link(e, &tree.links[static_cast<size_t>(e.place)].inertia);
       else
@@ -46,39 +45,20 @@ struct Terms {
     }
   }
 
-  static JointTerms make_stated(const JointLaws& laws) {
-    JointTerms j;
-    j.viscous = laws.viscous, j.coulomb = laws.coulomb, j.load = laws.load_ratio, j.rotor = laws.motor_inertia;
-    j.torque_scale = laws.torque_scale, j.offset = laws.joint_offset, j.stiffness = laws.spring_stiffness;
-    j.moment = -laws.spring_stiffness * laws.spring_rest;
-    return j;
-  }
-
-  static void add_joint(const RowEffect& e, JointTerms* j) {
-    switch (e.id) {
-      case RowEffectId::kViscous:
-        j->viscous += e.p[0];
-        break;
-      case RowEffectId::kCoulomb:
-        j->coulomb += e.p[0];
-        break;
-      case RowEffectId::kLoadFriction:
-        j->load += e.p[0];
-        break;
-      case RowEffectId::kRotorInertia:
-        j->rotor += e.p[0];
-        break;
-      case RowEffectId::kTorqueConstant:
-        j->torque_scale *= e.p[0];
-        break;
-      case RowEffectId::kJointOffset:
-        j->offset += e.p[0];
-        break;
-      case RowEffectId::kSpring:
-        j->stiffness += e.p[0], j->moment += e.p[1];
-        break;
-      default:
-        j->bias = e.p[0];
+  // Springs are written in stiffness and moment, in which rows are linear; all others as the table has them.
+  void add_joint(const RowEffect& e) {
+    const auto j = static_cast<size_t>(e.place);
+    if (e.id == RowEffectId::kSpring) {
+      stiffness[j] += e.p[0], moment[j] += e.p[1];
+    } else if (e.id == RowEffectId::kEffortBias) {
+      bias[j] = e.p[0];
+    } else {
+      std::vector<double> values = e.p;
+      const EffectInfo& effect = *find_effect(get_row_info(e.id).effect);
+      for (size_t i = values.size(); i < effect.parameters.size(); ++i) values.push_back(effect.parameters[i].value);
+      EffectTarget target;
+      target.joint = &joints[j];
+      effect.apply(values.data(), target);
     }
   }
 
@@ -148,17 +128,19 @@ class Calculator {
 
   // What the drive gives after friction, less what the motion needs.
   double calc_row(long k, int j) const {
-    const JointTerms& t = terms_.joints[static_cast<size_t>(j)];
-    const double v = r_.qd(k, j), sign = calc_direction(v);
+    const auto i = static_cast<size_t>(j);
+    const JointLaws& laws = terms_.joints[i];
+    const double q = r_.q(k, j), v = r_.qd(k, j), direction = calc_direction(v);
     const bool driven = terms_.tree.joint(j).actuated;
-    const double effort = driven ? t.torque_scale * (r_.effort(k, j) - t.bias) : 0.0;
-    const double friction = t.viscous * v + sign * (t.coulomb + t.load * std::abs(effort));
-    return effort - friction - t.rotor * r_.qdd(k, j) - t.stiffness * r_.q(k, j) - t.moment - tau_(j);
+    const double given = driven ? calc_given_torque(laws, r_.effort(k, j) - terms_.bias[i], v) : 0.0;
+    const double dry = direction * calc_friction_level(laws, std::abs(v), given, direction);
+    const double taken = calc_taken_torque(laws, q, v, r_.qdd(k, j)) + terms_.stiffness[i] * q + terms_.moment[i];
+    return given - dry - taken - tau_(j);
   }
 
   void add_sample(long k, std::vector<double>* out) {
     for (int j = 0; j < model_.num_joints(); ++j) {
-      state_.q(j) = r_.q(k, j) - terms_.joints[static_cast<size_t>(j)].offset;
+      state_.q(j) = r_.q(k, j) - terms_.joints[static_cast<size_t>(j)].joint_offset;
       state_.qd(j) = r_.qd(k, j), vdot_(j) = r_.qdd(k, j);
     }
     update_kinematics(model_, state_, &data_);

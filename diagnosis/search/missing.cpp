@@ -80,17 +80,13 @@ class Builder {
     }
   }
 
-  // Friction, spring, rotor of the base hypothesis along the motion.
+  // What the base hypothesis has for friction, spring, rotor and drive along the motion.
   double calc_law_effort(int j, const Grid& g, long k) const {
     const JointLaws& law = plant_.laws[static_cast<size_t>(j)];
-    const double v = g.qd(k, j), q = g.q(k, j), s = calc_direction(v);
-    double effort = plant_.rotor[static_cast<size_t>(j)] * g.qdd(k, j) + law.viscous * v;
-    if (law.elastic) effort += law.motor_inertia * g.qdd(k, j);
-    if (law.has_friction()) effort += calc_friction_level(law, std::abs(v), g.u(k, j), s) * s;
-    if (law.cogging_amplitude != 0.0) effort -= calc_cogging(law, q);
-    effort +=
-        law.spring_stiffness * (q - law.spring_rest) + (1.0 - law.torque_scale) * g.u(k, j) + law.lag * g.u1(k, j);
-    return effort;
+    const double v = g.qd(k, j), q = g.q(k, j), s = calc_direction(v), u = g.u(k, j);
+    const double given = calc_given_torque(law, u - law.lag * g.u1(k, j), v);
+    const double dry = law.has_friction() ? calc_friction_level(law, std::abs(v), given, s) * s : 0.0;
+    return u - given + calc_taken_torque(law, q, v, g.qdd(k, j)) + dry;
   }
 
   // Standard deviation of each row kind: effort noise after smoothing, acceleration noise through the mass matrix.

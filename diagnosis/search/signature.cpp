@@ -139,11 +139,48 @@ class Builder {
         return x[0] > 0.0 && x[0] < 0.5;
       });
     }
+    add_unnamed(j);
     const int offset = add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1,
                                                Eigen::VectorXd* d2) { d->setOnes(), d1->setZero(), d2->setZero(); });
     add_shape(EffectId::kJointOffset, j, {offset}, [](const std::vector<double>& x, std::vector<double>* p) {
       *p = x;
       return true;
+    });
+  }
+
+  // Rows of the table that no code mentions, by their own columns.
+  void add_unnamed(int j) {
+    double effort = 0.0, speed = 0.0;
+    for (const Grid& g : grids_) {
+      effort = std::max(effort, g.u.col(j).cwiseAbs().maxCoeff());
+      speed = std::max(speed, g.qd.col(j).cwiseAbs().maxCoeff());
+    }
+    for (const EffectInfo& effect : list_effects()) {
+      if (effect.id < EffectId::kNamed || effect.torque.num_columns == 0) continue;
+      for (std::vector<double> shape : effect.torque.shapes) {
+        if (effect.torque.shape_of_effort) shape[0] *= effort;
+        if (effect.torque.shape_of_speed) shape[1] *= speed;
+        add_row(j, effect, shape);
+      }
+    }
+  }
+
+  void add_row(int j, const EffectInfo& effect, const std::vector<double>& shape) {
+    const TorqueRegressor& torque = effect.torque;
+    std::vector<int> columns;
+    std::vector<double> values(static_cast<size_t>(torque.num_columns));
+    for (int i = 0; i < torque.num_columns; ++i) {
+      columns.push_back(add_column(j, 0, [&](const Grid& g, long k) {
+        const double v = g.qd(k, j);
+        const JointSample sample{g.q(k, j), v, g.qdd(k, j), calc_direction(v), g.u(k, j), g.u1(k, j)};
+        torque.calc_columns(sample, shape.data(), values.data());
+        return values[static_cast<size_t>(i)];
+      }));
+    }
+    const size_t size = effect.parameters.size();
+    add_shape(effect.id, j, columns, [&torque, shape, size](const std::vector<double>& x, std::vector<double>* p) {
+      p->assign(size, 0.0);
+      return torque.make_parameters(x.data(), shape.data(), p->data());
     });
   }
 

@@ -10,15 +10,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Value of a parameter at which its effect is absent; NaN where it only describes the effect's shape.
-double find_neutral(const Effect& effect, size_t i) {
-  if (list_infos(effect.id)[i].factor) return 1.0;
-  return i == 0 ? 0.0 : std::nan("");
-}
-
-bool is_vector(const Effect& effect) {
-  return effect.id == EffectId::kComError || effect.id == EffectId::kExternalForce;
-}
+bool is_vector(const Effect& effect) { return get_effect(effect.id).vector && effect.p.size() == 3; }
 
 // A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
 bool is_elastic(const Effect& effect, const std::vector<double>& std) {
@@ -33,10 +25,10 @@ bool is_elastic(const Effect& effect, const std::vector<double>& std) {
 
 bool is_significant(const Effect& effect, const std::vector<double>& std, double distance) {
   if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
-  if (effect.id == EffectId::kSaturation || effect.id == EffectId::kStribeck) return true;
+  if (get_effect(effect.id).always_shows) return true;
   if (is_vector(effect)) return distance > kSignificantVector;
   for (size_t i = 0; i < effect.p.size(); ++i) {
-    const double neutral = find_neutral(effect, i);
+    const double neutral = list_infos(effect.id)[i].neutral;
     // 1e-3 of a scale: below what any law is known to.
     const double least = list_infos(effect.id)[i].factor ? 2e-3 : 0.0;
     if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(kSignificantInJoint * std[i], least)) return true;
@@ -44,35 +36,17 @@ bool is_significant(const Effect& effect, const std::vector<double>& std, double
   return false;
 }
 
-bool is_dry(EffectId id) { return id == EffectId::kCoulomb || id == EffectId::kStribeck; }
+bool is_dry(EffectId id) { return get_effect(id).dry; }
 
-bool sticks(EffectId id) { return is_dry(id) || id == EffectId::kLoadFriction; }
+bool sticks(EffectId id) { return get_effect(id).sticks; }
 
 double get_rotor(const Effect& effect) {
-  switch (effect.id) {
-    case EffectId::kRotorInertia:
-      return effect.p[0];
-    case EffectId::kElasticity:
-      return effect.p[2];
-    case EffectId::kBacklash:
-      return effect.p[3];
-    default:
-      return 0.0;
-  }
+  const int rotor = get_effect(effect.id).rotor;
+  return rotor < 0 ? 0.0 : effect.p[static_cast<size_t>(rotor)];
 }
 
 bool is_smooth(const Hypothesis& hypothesis) {
-  return std::none_of(hypothesis.begin(), hypothesis.end(), [](const Effect& effect) {
-    switch (effect.id) {
-      case EffectId::kHysteresis:
-      case EffectId::kElasticity:
-      case EffectId::kBacklash:
-      case EffectId::kSaturation:
-        return true;
-      default:
-        return sticks(effect.id);
-    }
-  });
+  return std::all_of(hypothesis.begin(), hypothesis.end(), [](const Effect& e) { return get_effect(e.id).smooth; });
 }
 
 void normalise(Hypothesis* hypothesis) {

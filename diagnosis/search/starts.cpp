@@ -10,7 +10,7 @@
 
 namespace hrp::diagnosis {
 
-bool moves_link(const Effect& effect) { return effect.id == EffectId::kElasticity || effect.id == EffectId::kBacklash; }
+bool moves_link(const Effect& effect) { return get_effect(effect.id).flexible; }
 
 int find_joint(const Effect& effect) {
   switch (find_place_kind(effect.id)) {

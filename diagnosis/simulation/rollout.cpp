@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "diagnosis/data/command_reader.h"
 
@@ -33,6 +34,7 @@ class Rollout {
                                    &bias_, &B_, &Bs_, &fb_, &k1b_, &bristle_k_, &bristle_a_, &bristle_slip_}) {
       v->assign(static_cast<size_t>(n_), 0.0);
     }
+    within_.assign(static_cast<size_t>(n_), 0);
     couple_k_.assign(size, 0.0), couple_d_.assign(size, 0.0);
     A_.assign(size * size, 0.0), M_.assign(size * size, 0.0);
     mass_.assign(static_cast<size_t>(n_) * static_cast<size_t>(n_), 0.0);
@@ -59,7 +61,7 @@ class Rollout {
         const int finer = is_turning(h) ? kFiner : 1;
         taken += finer;
         for (int f = 0; f < finer; ++f) {
-          if (!step(t + h * (i + static_cast<double>(f) / finer), h / finer)) return false;
+          if (!step_within_limits(t + h * (i + static_cast<double>(f) / finer), h / finer)) return false;
         }
       }
       near_ = k + 1;
@@ -120,7 +122,7 @@ class Rollout {
     for (int j = 0; j < n_; ++j) {
       B_[j] = 0.0;
       if (!laws(j).has_friction()) continue;
-      const double missing = U_[j] * laws(j).torque_scale - tau[static_cast<size_t>(j)];
+      const double missing = calc_given_torque(laws(j), U_[j], V_[motor_[j]]) - tau[static_cast<size_t>(j)];
       B_[j] = missing / calc_level(j, 0.0, U_[j], missing) * laws(j).presliding;
       limit_bristles(j);
     }
@@ -177,7 +179,7 @@ class Rollout {
                  origin + (t - origin) * (1.0 + plant_.timing.clock_skew) - law.command_delay - plant_.timing.command_shift, near_,
                  &position, &rate);
     const double u = calc_servo_effort(law, position - Q[m] - law.joint_offset, rate - V[m], 0.0);
-    if (std::abs(u) > law.effort_limit) free_[j] = 1;
+    if (std::abs(u) > law.effort_limit && !within_[j]) free_[j] = 1;
     if (free_[j]) return u > 0.0 ? law.effort_limit : -law.effort_limit;
     K_[m] = law.kp, D_[m] = law.kd;
     return u;
@@ -221,13 +223,10 @@ class Rollout {
       K_[m] *= w / (1.0 + w), D_[m] *= w / (1.0 + w);
       u = U[j];
     }
-    if (std::abs(u) > law.saturation) {
-      u = u > 0.0 ? law.saturation : -law.saturation;
-      free_[j] = 1;
-      K_[m] = 0.0, D_[m] = 0.0;
-    }
-    u *= law.torque_scale;
-    K_[m] *= law.torque_scale, D_[m] *= law.torque_scale;
+    const TorqueSlope slope = calc_given_slope(law, u, V[m]);
+    u = calc_given_torque(law, u, V[m]);
+    if (slope.over_effort == 0.0) free_[j] = 1;
+    K_[m] *= slope.over_effort, D_[m] = D_[m] * slope.over_effort - std::min(0.0, slope.over_v);
     f_[m] += u + calc_friction(j, Q[m], V[m], &D_[m]);
     if (law.has_friction()) f_[m] += calc_dry_friction(j, h, V[m], u, B[j], &D_[m]);
     if (free_[j]) follow(j, t, Q[m] + law.joint_offset, V[m]);
@@ -268,7 +267,9 @@ class Rollout {
     for (int i = 0; i < n_; ++i) {
       for (int j = 0; j < n_; ++j) M_[i * N_ + j] = mass_[i * n_ + j];
       M_[motor_[i] * N_ + motor_[i]] += plant_.rotor[index(i)];
-      if (K_[motor_[i]] > 0.0) M_[motor_[i] * N_ + motor_[i]] -= laws(i).kd * plant_.timing.rate_lag;
+      // A first-order correction: it must stay a small one of what moves there.
+      double& own = M_[motor_[i] * N_ + motor_[i]];
+      if (K_[motor_[i]] > 0.0) own -= std::min(laws(i).kd * plant_.timing.rate_lag, 0.5 * own);
       if (laws(i).elastic) M_[motor_[i] * N_ + motor_[i]] += laws(i).motor_inertia;
     }
   }
@@ -318,6 +319,39 @@ class Rollout {
       rhs_[m] -= c * couple_k_[m] * dq[j];
       rhs_[j] -= c * couple_k_[m] * dq[m];
     }
+  }
+
+  // A servo may be so stiff for its link that one step at the effort limit throws the link far past the reference, to
+  // the other limit: between two steps it would hum there, whatever the real one does in between.
+  bool throws_over(int j, double h) const {
+    const double own = M_[motor_[j] * N_ + motor_[j]];  // 0: not known before the first step
+    return !plant_.effort_driven && own > 0.0 && laws(j).kd * h > own;
+  }
+
+  // Such a servo leaves its limit within the step: then the effort at the step's end is within it, and the step is
+  // that of the servo without a limit. Where it is not, the limit lasts.
+  bool step_within_limits(double t, double h) {
+    bool any = false;
+    for (int j = 0; j < n_; ++j) any = any || (within_[j] = throws_over(j, h));
+    if (!any) return step(t, h);
+    const auto before = std::make_tuple(Q_, V_, U_, Z_, B_);
+    if (step(t, h)) {
+      bool lasts = false;
+      for (int j = 0; j < n_; ++j) {
+        if (within_[j] && std::abs(calc_drive(j, t + h, Q_.data(), V_.data())) > laws(j).effort_limit) {
+          lasts = true, within_[j] = 0;
+        }
+      }
+      if (!lasts) return clear_within();
+    }
+    std::tie(Q_, V_, U_, Z_, B_) = before;
+    clear_within();
+    return step(t, h);
+  }
+
+  bool clear_within() {
+    std::fill(within_.begin(), within_.end(), 0);
+    return true;
   }
 
   bool step(double t, double h) {
@@ -423,7 +457,8 @@ class Rollout {
   std::vector<LinkMotion>* links_ = nullptr;
   size_t near_ = 0;
   std::vector<double> follow_k_, follow_d_;
-  std::vector<char> free_;  // the drive does not hold the joint now
+  std::vector<char> free_;    // the drive does not hold the joint now
+  std::vector<char> within_;  // the servo is back within its limit at the end of this step
   std::vector<int> motor_;  // coordinate of each joint's motor
   std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_;
   std::vector<double> B_, Bs_, fb_, k1b_, bristle_k_, bristle_a_, bristle_slip_;  // by joint; B_: deflections [rad]

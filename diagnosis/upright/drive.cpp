@@ -69,13 +69,13 @@ double Drives::read_log(size_t joint, size_t k, double* rate) const {
 }
 
 // What is missing in the effort after dry friction: all of what it can hold at rest, its level in motion.
-double Drives::take_friction(size_t joint, size_t k, double v, double effort, double missing) const {
+double Drives::take_friction(size_t joint, size_t k, double v, double given, double missing) const {
   const JointTerms& t = terms_.joints[joint];
   if (!t.has_friction()) return missing;
   const std::vector<double>& rate = r_.position[joint].rate;
   const double before = rate[k >= near_ ? k - near_ : 0], after = rate[std::min(k + near_, rate.size() - 1)];
   const bool moving = std::abs(v) > kStick && before * v > 0 && after * v > 0;
-  double level = t.coulomb + t.load * std::abs(effort);
+  double level = t.coulomb + t.load * std::abs(given);
   if (t.excess != 0) level += t.excess * std::exp(moving ? -std::pow(v / t.stribeck_velocity, 2) : 0);
   const double forward = level + t.coulomb * t.asymmetry, backward = -level + t.coulomb * t.asymmetry;
   if (moving) return missing - (v > 0 ? forward : backward);
@@ -91,9 +91,9 @@ void Drives::add(size_t joint, size_t k, const DriveState& s, std::vector<double
     if (t.periods > 0) {
       needed -= t.cogging_sin * std::sin(t.periods * s.encoder) + t.cogging_cos * std::cos(t.periods * s.encoder);
     }
-    const double given = std::clamp(effort - t.lag * rate, -t.limit, t.limit) * t.torque_scale;
+    const double given = calc_given_torque(t.drive, effort - t.lag * rate, s.velocity);
     if (!wound_[joint].empty()) needed += t.hysteresis * wound_[joint][k];
-    out->push_back(take_friction(joint, k, s.velocity, effort, given - needed));
+    out->push_back(take_friction(joint, k, s.velocity, given, given - needed));
   }
   if (p_.effort[joint] && p_.command[joint]) {
     out->push_back(read_log(joint, k, &rate) - calc_servo(joint, k, s, &rate));

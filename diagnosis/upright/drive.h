@@ -32,7 +32,7 @@ class Drives {
   void add(size_t joint, size_t k, const DriveState& state, std::vector<double>* out) const;
 
  private:
-  double take_friction(size_t joint, size_t k, double v, double effort, double missing) const;
+  double take_friction(size_t joint, size_t k, double v, double given, double missing) const;
   double read_log(size_t joint, size_t k, double* rate) const;
   double calc_servo(size_t joint, size_t k, const DriveState& s, double* rate) const;
   // A series that is read `later` seconds after sample k.

@@ -17,8 +17,9 @@ JointTerms make_stated_terms(const JointLaws& laws) {
   t.viscous = laws.viscous, t.coulomb = laws.coulomb, t.asymmetry = laws.asymmetry, t.load = laws.load_ratio;
   t.stribeck_velocity = laws.stribeck_velocity;
   if (t.stribeck_velocity > 0) t.excess = std::max(0.0, laws.static_level - laws.coulomb);
-  t.rotor = laws.motor_inertia, t.torque_scale = laws.torque_scale, t.lag = laws.lag, t.delay = laws.command_delay;
-  t.limit = std::min(t.limit, laws.saturation), t.offset = laws.joint_offset;
+  t.rotor = laws.motor_inertia, t.lag = laws.lag, t.delay = laws.command_delay;
+  t.drive.torque_scale = laws.torque_scale, t.drive.saturation = laws.saturation, t.drive.terms = laws.terms;
+  t.offset = laws.joint_offset;
   t.spring = laws.spring_stiffness, t.moment = -laws.spring_stiffness * laws.spring_rest;
   t.cogging_sin = laws.cogging_amplitude * std::cos(laws.cogging_phase);
   t.cogging_cos = laws.cogging_amplitude * std::sin(laws.cogging_phase), t.periods = laws.cogging_periods;
@@ -55,10 +56,10 @@ void add_drive(const StandEffect& e, JointTerms* j) {
       j->spring += e.p[0], j->moment += e.p[1];
       break;
     case StandId::kTorqueConstant:
-      j->torque_scale *= e.p[0];
+      j->drive.torque_scale *= e.p[0];
       break;
     case StandId::kSaturation:
-      j->limit = std::min(j->limit, e.p[0]);
+      j->drive.saturation = std::min(j->drive.saturation, e.p[0]);
       break;
     case StandId::kCogging:
       j->cogging_sin = e.p[0], j->cogging_cos = e.p[1], j->periods = e.p[2];

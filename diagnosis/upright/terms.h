@@ -91,8 +91,9 @@ using StandHypothesis = std::vector<StandEffect>;
 constexpr size_t kFootParameters = 10;
 
 struct JointTerms {
+  JointLaws drive;  // scale, saturation and terms of the drive
   double viscous = 0, coulomb = 0, asymmetry = 0, excess = 0, stribeck_velocity = 0, load = 0;
-  double rotor = 0, spring = 0, moment = 0, torque_scale = 1, limit = 1e300, lag = 0, delay = 0;
+  double rotor = 0, spring = 0, moment = 0, lag = 0, delay = 0;
   double cogging_sin = 0, cogging_cos = 0, periods = 0, hysteresis = 0, yield = 0;
   double compliance = 0, gap = 0, offset = 0;
   double effort_bias = 0, effort_scale = 1, effort_delay = 0;

@@ -50,6 +50,17 @@ AffineEffort calc_drive(const JointLaws& laws, const DriveMemory& memory, const 
   return {laws.torque_scale * drive.a, laws.torque_scale * drive.b};
 }
 
+// Laws of the drive that depend on speed, about the speed at the start of the step: a torque that falls with speed is
+// implicit, as friction is.
+void add_drive_terms(const JointLaws& laws, double motor_v, AffineEffort* motor) {
+  JointLaws behind = laws;  // scale and saturation are in the torque already
+  behind.torque_scale = 1.0, behind.saturation = kUnlimited;
+  const double before = motor->at(motor_v), torque = calc_given_torque(behind, before, motor_v);
+  const TorqueSlope slope = calc_given_slope(behind, before, motor_v);
+  const double b = slope.over_effort * motor->b - std::min(0.0, slope.over_v);
+  *motor = {torque + b * motor_v, b};
+}
+
 void add_motor_terms(const JointLaws& laws, double motor_q, double motor_v, DriveStep* step) {
   AffineEffort& motor = step->motor;
   motor.b += laws.viscous;
@@ -205,6 +216,7 @@ void linearise_drive(const JointLaws& laws, const DriveMemory& memory, DriveStep
   step->servo = calc_servo(laws, motor_q, *step);
   step->motor = calc_drive(laws, memory, step->servo, step->in.horizon);
   if (step->regime.saturation != 0) step->motor = {step->regime.saturation * laws.saturation, 0.0};
+  if (!laws.terms.empty()) add_drive_terms(laws, get_motor_v(laws, memory, *step), &step->motor);
   add_motor_terms(laws, motor_q, get_motor_v(laws, memory, *step), step);
   step->held = !laws.elastic && step->regime.friction == FrictionRegime::kHeld;
   step->link = step->motor;

@@ -81,7 +81,7 @@ TEST(EffectTable, GivesParametersFromTheCoefficientsOfItsTorqueColumns) {
   for (const EffectInfo& effect : list_effects()) {
     const TorqueRegressor& torque = effect.torque;
     if (torque.num_columns == 0) continue;
-    const std::vector<double> shape = torque.shapes.empty() ? std::vector<double>{20.0} : torque.shapes[0];
+    const std::vector<double> shape = torque.shapes.empty() ? std::vector<double>{20.0} : torque.shapes[0];  // periods [1/rad]
     std::vector<double> x(static_cast<size_t>(torque.num_columns), 0.5), p(effect.parameters.size(), -1.0), c(x.size());
     const JointSample sample{0.3, 0.2, 1.0, 1.0, 4.0, 2.0};
     torque.calc_columns(sample, shape.data(), c.data());
