@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Effects of a joint's drive and its encoder.
 #include <algorithm>
+#include <cmath>
 
 #include "common/effects/effect_rows.h"
 
@@ -37,6 +38,34 @@ EffectInfo make_saturation() {
   };
   row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
     p[0] = shape[0];
+    return x[0] > 0.3 && x[0] < 3.0;
+  };
+  row.always_shows = true, row.smooth = false;
+  return row;
+}
+
+// |torque| <= stall_torque (1 - |v| / max_speed)
+double limit_by_speed(const double* p, double torque, double v) {
+  const double limit = std::max(0.0, p[0] * (1.0 - std::abs(v) / p[1]));
+  return std::clamp(torque, -limit, limit);
+}
+
+EffectInfo make_velocity_limit() {
+  EffectInfo row = make_row(EffectId::kNamed, "velocity_limit", PlaceKind::kJoint, EffectFamily::kLimits,
+                            "the drive gives less torque the faster it turns",
+                            {P("stall_torque", "N m").bounds(0, kUnbounded).search(1e-3, 1e9).size(0.5),
+                             P("max_speed", "rad/s").bounds(1e-3, kUnbounded).search(0.05, 1e4).size(0.1)});
+  row.apply = [](const double* p, const EffectTarget& at) {
+    at.joint->terms.push_back({&limit_by_speed, {p[0], p[1]}});
+  };
+  row.torque.num_columns = 1;
+  row.torque.shapes = {{0.5, 1.2}, {0.7, 1.5}, {0.8, 1.1}, {1.0, 1.1}, {1.0, 1.5}, {1.3, 1.2}, {2.0, 1.1}};
+  row.torque.shape_of_effort = row.torque.shape_of_speed = true;
+  row.torque.calc_columns = [](const JointSample& s, const double* shape, double* c) {
+    c[0] = s.effort - limit_by_speed(shape, s.effort, s.v);
+  };
+  row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
+    p[0] = shape[0], p[1] = shape[1];
     return x[0] > 0.3 && x[0] < 3.0;
   };
   row.always_shows = true, row.smooth = false;
@@ -95,7 +124,7 @@ EffectInfo make_joint_offset() {
 }  // namespace
 
 std::vector<EffectInfo> list_drive_rows() {
-  return {make_torque_constant(), make_saturation(),   make_lag(),          make_delay(),
+  return {make_torque_constant(), make_saturation(),   make_velocity_limit(), make_lag(),          make_delay(),
           make_timing(),          make_drive_timing(), make_joint_offset()};
 }
 
