@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <set>
 
-#include "diagnosis/attached/search.h"
+#include "diagnosis/held_feet/search.h"
 #include "diagnosis/evidence/schema2.h"
 #include "diagnosis/fixed_base.h"
-#include "diagnosis/impact/search.h"
+#include "diagnosis/toss/search.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
@@ -90,15 +90,15 @@ void say_what_was_not_compared(const Experiment& e, const std::set<std::string>&
 Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;
-  if (upright::diagnose_upright(problem, progress, &reports)) {
+  if (standing::diagnose_standing(problem, progress, &reports)) {
     say_what_was_not_compared(e, {"/joint_states_link"}, progress, &reports);
     return reports;
   }
   std::string obstacle = find_obstacle(e);
   if (!obstacle.empty()) {
-    if (impact::diagnose_impact(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
+    if (toss::diagnose_toss(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
     std::string why;
-    if (attached::diagnose_attached(e, progress, &reports.report, &reports.series, &why)) return reports;
+    if (held_feet::diagnose_held_feet(e, progress, &reports.report, &reports.series, &why)) return reports;
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }

@@ -7,7 +7,7 @@
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/evidence/schema2.h"
 #include "diagnosis/evidence/torque_findings.h"
-#include "diagnosis/search/limbs.h"
+#include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -135,14 +135,14 @@ Reports diagnose_fixed_base(const Problem& problem, const Progress& progress) {
   TorqueVerdict torque = judge_torque(*problem.experiment, problem.jobs);
   say(torque, progress);
   Problem whole = problem;
-  split_limbs(&whole);
+  split_subtrees(&whole);
   Outcome outcome;
   if (has_real_drives(torque)) {
     progress("friction and rotors in most joints: sets of a few effects are not searched");
     outcome.nominal = simulate(whole, {});
     outcome.mismatch = true;
   } else {
-    outcome = search_limbs(whole, progress);
+    outcome = search_subtrees(whole, progress);
     if (!torque.judged || !outcome.mismatch || outcome.explained || torque.evidence.findings.empty() ||
         is_exact_world(torque)) {
       Reports reports = make_reports(whole, outcome);

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "diagnosis/data/recording.h"
-#include "diagnosis/data/suspicions.h"
+#include "diagnosis/data/plausibility.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp::diagnosis {

@@ -2,7 +2,7 @@
 #include "diagnosis/evidence/polish.h"
 
 #include "diagnosis/search/fit.h"
-#include "diagnosis/simulation/nearby.h"
+#include "diagnosis/search/nearby.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -31,7 +31,7 @@ Hypothesis fit_joint(const Problem& problem, const Hypothesis& start) {
 
 Hypothesis polish_joints(const Problem& problem, const Hypothesis& model) {
   Problem along = problem;
-  along.view = {}, along.limbs.clear();
+  along.view = {}, along.subtrees.clear();
   if (along.nominal_paths.empty()) prepare_paths(&along);
   Hypothesis links;
   for (const Effect& effect : model) {

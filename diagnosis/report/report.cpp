@@ -7,7 +7,7 @@
 
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
-#include "diagnosis/search/limbs.h"
+#include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -11,11 +11,11 @@ struct Reports {
   Json report, series;
 };
 
-namespace upright {
+namespace standing {
 // A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion
 // (upright/channels.h). False when the recordings lack what that needs.
-bool diagnose_upright(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out);
-}  // namespace upright
+bool diagnose_standing(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out);
+}  // namespace standing
 
 // The whole diagnosis, for every kind of base and drive.
 Reports diagnose(const Problem& problem, const Progress& progress);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/report/json.h"
-#include "diagnosis/search/limbs.h"
+#include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "diagnosis/search/limbs.h"
+#include "diagnosis/search/subtrees.h"
 #include "diagnosis/search/trust.h"
 
 namespace hrp::diagnosis {
@@ -154,7 +154,7 @@ size_t count_channels(const Problem& problem) { return problem.view.joint < 0 ? 
 
 bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording,
                     std::vector<double>* residuals) {
-  if (!problem.limbs.empty()) return calc_limb_residuals(problem, hypothesis, recording, residuals);
+  if (!problem.subtrees.empty()) return calc_subtree_residuals(problem, hypothesis, recording, residuals);
   const size_t r = static_cast<size_t>(recording);
   const StartState* start = r < problem.starts.size() ? &problem.starts[r] : nullptr;
   return calc_residuals(problem, hypothesis, recording, problem.options, start, residuals);

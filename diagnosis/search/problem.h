@@ -29,7 +29,7 @@ struct View {
   int joint = -1;
 };
 
-struct Limb;
+struct Subtree;
 
 // What a search may cost: about two minutes of two cores (docs/diagnosis.md).
 constexpr double kUsualWork = 5e8;
@@ -48,11 +48,11 @@ struct Problem {
   StepErrors step_errors;            // added to what those simulations read; see step_error.h
   Paths nominal_paths;               // of the nominal model: slopes for all others; see prepare_paths
   View view;                         // what residuals are of
-  std::vector<Limb> limbs;           // of a robot that has more than one: simulated one by one; see limbs.h
+  std::vector<Subtree> subtrees;           // of a robot that has more than one: simulated one by one; see subtrees.h
 };
 
 // Joints of a robot on a standing base that no other joints move or are moved by: a robot of its own.
-struct Limb {
+struct Subtree {
   std::vector<int> joints;  // of the whole robot
   std::shared_ptr<const Experiment> experiment;
   Problem problem;

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <set>
 
-#include "diagnosis/drive/search.h"
+#include "diagnosis/search/drive_search.h"
 #include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/format.h"

@@ -17,7 +17,7 @@ struct Outcome {
   std::vector<Trial> rivals;      // best first, the chosen one too
   std::vector<Hypothesis> twins;  // as good as the chosen one: the data cannot tell
   // Of a partial explanation, by effect of the chosen model (empty: all are findings): by what factor the held-out
-  // error of its joint grows without it (infinite: its limb is explained), 0 where it only helps to predict, and why it
+  // error of its joint grows without it (infinite: its subtree is explained), 0 where it only helps to predict, and why it
   // is not certain then.
   std::vector<double> worth;
   std::vector<std::string> doubts;

@@ -6,7 +6,7 @@
 
 #include "diagnosis/search/screen.h"
 #include "diagnosis/search/significance.h"
-#include "diagnosis/simulation/nearby.h"
+#include "diagnosis/search/nearby.h"
 
 namespace hrp::diagnosis {
 

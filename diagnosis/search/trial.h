@@ -9,7 +9,7 @@ namespace hrp::diagnosis {
 // A hypothesis that was fitted on the training recordings and judged on the others.
 struct Trial {
   Hypothesis hypothesis;                 // without the timing of the drive's loop
-  Hypothesis timing;                     // of the drives' loops, by limb; empty: they take no time
+  Hypothesis timing;                     // of the drives' loops, by subtree; empty: they take no time
   std::vector<std::vector<double>> std;  // by effect, by parameter
   std::vector<double> distance;          // by effect, see FitResult
   Starts starts;                         // of all recordings, under this hypothesis
@@ -19,7 +19,7 @@ struct Trial {
   double worst = 1e300;  // largest root mean square of one signal there
   double probability = 0.0;
   bool refined = false;      // fitted to the end, with timing
-  std::vector<Trial> limbs;  // of a robot of several: starts and step errors
+  std::vector<Trial> subtrees;  // of a robot of several: starts and step errors
   Hypothesis full() const;   // with the timing
 };
 

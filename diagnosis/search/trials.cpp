@@ -6,9 +6,9 @@
 
 #include "diagnosis/search/format.h"
 #include "diagnosis/search/starts.h"
-#include "diagnosis/simulation/nearby.h"
-#include "diagnosis/simulation/start_state.h"
-#include "diagnosis/simulation/step_error.h"
+#include "diagnosis/search/nearby.h"
+#include "diagnosis/search/start_state.h"
+#include "diagnosis/search/step_error.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "diagnosis/report/report.h"
 #include "diagnosis/search/additions.h"
-#include "diagnosis/simulation/start_state.h"
+#include "diagnosis/search/start_state.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <functional>
 
-#include "diagnosis/drive/search.h"
+#include "diagnosis/search/drive_search.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -5,7 +5,7 @@
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/search.h"
 #include "diagnosis/search/trials.h"
-#include "diagnosis/simulation/nearby.h"
+#include "diagnosis/search/nearby.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What an experiment states about its robot is in every engine's nominal model: it is not found again and added twice.
-#include "diagnosis/attached/rows.h"
-#include "diagnosis/upright/terms.h"
+#include "diagnosis/held_feet/rows.h"
+#include "diagnosis/standing/terms.h"
 #include "simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -34,9 +34,9 @@ TEST(NominalModel, OfAFixedBaseTakesNoFrictionTwice) {
 
 TEST(NominalModel, OfAStandingRobotHasWhatTheExperimentStates) {
   const NominalRobot nominal = make_nominal(make_stating());
-  upright::StandProblem problem;
+  standing::StandProblem problem;
   problem.tree = nominal.tree, problem.laws = nominal.laws;
-  const upright::Terms terms(problem, {{upright::StandId::kCoulomb, kElbow, {0.5, 0.0}}});
+  const standing::Terms terms(problem, {{standing::StandId::kCoulomb, kElbow, {0.5, 0.0}}});
   EXPECT_DOUBLE_EQ(terms.joints[kElbow].coulomb, 2.5);
   EXPECT_DOUBLE_EQ(terms.joints[kElbow].asymmetry, 0.1);
   EXPECT_DOUBLE_EQ(terms.tree.links[kFore].inertia.mass, 1.5);
@@ -45,9 +45,9 @@ TEST(NominalModel, OfAStandingRobotHasWhatTheExperimentStates) {
 // A payload had an inertia in three engines of four.
 TEST(NominalModel, OfAStandingRobotGivesAPayloadTheInertiaThatTheSimulatorGivesIt) {
   const Experiment e = make_stating();
-  upright::StandProblem problem;
+  standing::StandProblem problem;
   problem.tree = e.robot.tree;
-  const upright::Terms terms(problem, {{upright::StandId::kPayload, kFore, {0.5, 0.15, 0.0, 0.0}}});  // mass, mass x com
+  const standing::Terms terms(problem, {{standing::StandId::kPayload, kFore, {0.5, 0.15, 0.0, 0.0}}});  // mass, mass x com
   const LinkInertia found = terms.tree.links[kFore].inertia, stated = make_nominal(e).tree.links[kFore].inertia;
   EXPECT_NEAR((found.I_LLcm_L - stated.I_LLcm_L).norm(), 0.0, 1e-12);
   EXPECT_NEAR((found.p_LLcm_L - stated.p_LLcm_L).norm(), 0.0, 1e-12);
@@ -55,18 +55,18 @@ TEST(NominalModel, OfAStandingRobotGivesAPayloadTheInertiaThatTheSimulatorGivesI
 
 // Equations along a recorded path: friction that is stated takes as much effort as the same friction in a hypothesis.
 TEST(NominalModel, OfHeldFeetHasWhatTheExperimentStates) {
-  attached::RowProblem problem;
+  held_feet::RowProblem problem;
   const Experiment e = make_stating();
   Experiment plain = e;
   plain.scenario.joint_laws.clear(), plain.scenario.link_laws.clear();
-  attached::RowRecording r;
+  held_feet::RowRecording r;
   r.q = r.qd = r.qdd = r.effort = r.clipped = Eigen::MatrixXd::Zero(1, 2);
   r.qd.setConstant(0.5), r.time = {0.0}, r.rows = {1, 1}, r.sudden = {0};
   problem.experiment = &e, problem.nominal = make_nominal(e), problem.recordings = {r};
-  const std::vector<double> stated = attached::calc_rows(problem, {}, 0);
+  const std::vector<double> stated = held_feet::calc_rows(problem, {}, 0);
   problem.experiment = &plain, problem.nominal = make_nominal(plain);
   problem.nominal.tree = make_nominal(e).tree;
-  const std::vector<double> found = attached::calc_rows(problem, {{attached::RowEffectId::kCoulomb, kElbow, {2.0}}}, 0);
+  const std::vector<double> found = held_feet::calc_rows(problem, {{held_feet::RowEffectId::kCoulomb, kElbow, {2.0}}}, 0);
   EXPECT_NEAR(stated[kElbow], found[kElbow], 1e-12);
 }
 

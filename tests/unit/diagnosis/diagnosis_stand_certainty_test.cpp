@@ -6,11 +6,11 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/upright/channels.h"
-#include "diagnosis/upright/layout.h"
-#include "diagnosis/upright/search.h"
+#include "diagnosis/standing/channels.h"
+#include "diagnosis/standing/layout.h"
+#include "diagnosis/standing/search.h"
 
-namespace hrp::diagnosis::upright {
+namespace hrp::diagnosis::standing {
 namespace {
 
 // Tables of chi-square for 5 %, two and three degrees of freedom.
@@ -189,4 +189,4 @@ TEST(StandingSearch, ALinkThatNothingEverHeldIsLooseOnlyIfTheFeetSayIt) {
 }
 
 }  // namespace
-}  // namespace hrp::diagnosis::upright
+}  // namespace hrp::diagnosis::standing

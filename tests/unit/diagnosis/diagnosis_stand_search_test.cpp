@@ -7,11 +7,11 @@
 #include <functional>
 #include <random>
 
-#include "diagnosis/upright/channels.h"
-#include "diagnosis/upright/layout.h"
-#include "diagnosis/upright/search.h"
+#include "diagnosis/standing/channels.h"
+#include "diagnosis/standing/layout.h"
+#include "diagnosis/standing/search.h"
 
-namespace hrp::diagnosis::upright {
+namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr int kSamples = 400;
@@ -312,4 +312,4 @@ TEST(StandingSearch, DropsWhatIsNotNeededWithoutWhatWasDroppedBefore) {
 }
 
 }  // namespace
-}  // namespace hrp::diagnosis::upright
+}  // namespace hrp::diagnosis::standing

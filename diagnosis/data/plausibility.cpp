@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/plausibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "common/base/diagnostics.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+// A unit's slope is a matter of right or wrong by a factor of 57; a tenth leaves room for everything else.
+constexpr double kSlopeRoom = 0.1;
+
+[[noreturn]] void fail(const Recording& recording, const std::string& column, const std::string& text) {
+  Diagnostic d;
+  const auto at = recording.column_of.find(column);
+  d.file = recording.spec.file, d.line = 1, d.column = at == recording.column_of.end() ? 0 : at->second;
+  d.field = column, d.message = text;
+  throw InputError(d);
+}
+
+ServoGains get_gains(const Experiment& e, int joint) {
+  const auto at = e.scenario.servo_joints.find(e.robot.tree.joint(joint).name);
+  return at == e.scenario.servo_joints.end() ? e.scenario.servo_default : at->second;
+}
+
+std::string text_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+// A reading and what it ought to be, sample by sample; empty where that is not known.
+struct Pair {
+  std::vector<double> reading, expected;
+};
+using Pairs = std::vector<Pair>;  // by joint
+
+void remove_mean(std::vector<double>* values) {
+  double sum = 0.0;
+  for (double v : *values) sum += v;
+  for (double& v : *values) v -= sum / static_cast<double>(values->size());
+}
+
+Pair without_means(Pair pair) {
+  remove_mean(&pair.reading), remove_mean(&pair.expected);
+  return pair;
+}
+
+double calc_rms(const std::vector<double>& a) {
+  double sum = 0.0;
+  for (double v : a) sum += v * v;
+  return a.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+double calc_rms_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size() || a.empty()) return HUGE_VAL;
+  double sum = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+// reading = slope x expected + noise; `fit` is the correlation.
+struct Line {
+  double slope = 0.0, fit = 0.0;
+};
+Line fit_line(const Pair& pair) {
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  for (size_t k = 0; k < pair.reading.size(); ++k) {
+    xx += pair.expected[k] * pair.expected[k], xy += pair.expected[k] * pair.reading[k],
+        yy += pair.reading[k] * pair.reading[k];
+  }
+  if (xx <= 0.0 || yy <= 0.0) return {};
+  return {xy / xx, xy / std::sqrt(xx * yy)};
+}
+
+bool is_near(double value, double target) { return std::abs(value / target - 1.0) < kSlopeRoom; }
+
+// Rows whose numbers are all there, at most about 4000: every so many samples.
+Pair collect(size_t count, const std::function<bool(size_t, double*, double*)>& get) {
+  Pair pair;
+  for (size_t k = 0; k < count; k += 1 + count / 4000) {
+    double reading = 0.0, expected = 0.0;
+    if (!get(k, &reading, &expected) || !std::isfinite(reading) || !std::isfinite(expected)) continue;
+    pair.reading.push_back(reading), pair.expected.push_back(expected);
+  }
+  return pair;
+}
+
+// Positions ought to follow their commands. Means are taken off: an offset is a finding, not a suspicion.
+Pair pair_position(const Recording& r, const JointColumns& joint) {
+  if (joint.command.empty() || !joint.has(Quantity::kPosition)) return {};
+  Pair pair = collect(r.size(), [&](size_t k, double* reading, double* expected) {
+    *reading = joint.signal[0][k], *expected = joint.command[k];
+    return true;
+  });
+  return without_means(pair);
+}
+
+// Velocities, summed over a twentieth of a second, ought to be the way the position went.
+Pair pair_velocity(const Recording& r, const JointColumns& joint) {
+  if (!joint.has(Quantity::kPosition) || !joint.has(Quantity::kVelocity)) return {};
+  const double dt = r.duration() / static_cast<double>(r.size() - 1);
+  const size_t span = std::max<size_t>(1, static_cast<size_t>(0.05 / dt));
+  if (r.size() <= span + 8) return {};
+  return collect(r.size() - span, [&](size_t k, double* reading, double* expected) {
+    *expected = joint.signal[0][k + span] - joint.signal[0][k];
+    *reading = 0.0;
+    for (size_t i = k; i < k + span; ++i)
+      *reading += 0.5 * (joint.signal[1][i] + joint.signal[1][i + 1]) * (r.time[i + 1] - r.time[i]);
+    return true;
+  });
+}
+
+// Logged efforts ought to be the servo's law, where it is not at its limit.
+Pair pair_effort(const Recording& r, const JointColumns& joint, const ServoGains& gains) {
+  if (joint.command.empty() || !joint.has(Quantity::kEffort) || !joint.has(Quantity::kPosition) || gains.kp <= 0.0)
+    return {};
+  if (gains.kd > 0.0 && (!joint.has(Quantity::kVelocity) || joint.command_rate.empty())) return {};
+  return collect(r.size(), [&](size_t k, double* reading, double* expected) {
+    *reading = joint.signal[2][k];
+    *expected = gains.kp * (joint.command[k] - joint.signal[0][k]);
+    if (gains.kd > 0.0) *expected += gains.kd * (joint.command_rate[k] - joint.signal[1][k]);
+    return std::abs(*expected) < 0.98 * gains.effort_limit;
+  });
+}
+
+const char* get_unit_fault(double slope) {
+  if (is_near(slope, kDegrees)) return "degrees";
+  if (is_near(slope * kDegrees, 1.0)) return "the other is in degrees";
+  if (is_near(slope, -1.0)) return "its sign is turned";
+  return nullptr;
+}
+
+// The columns of two joints are exchanged when each one's reading is the other's and not its own.
+void check_exchange(const Experiment& e, const Recording& r, const Pairs& pairs, Quantity q, const char* expected) {
+  for (size_t a = 0; a < pairs.size(); ++a) {
+    for (size_t b = a + 1; b < pairs.size(); ++b) {
+      const double own_a = calc_rms_difference(pairs[a].reading, pairs[a].expected),
+                   own_b = calc_rms_difference(pairs[b].reading, pairs[b].expected);
+      const double cross_a = calc_rms_difference(pairs[a].reading, pairs[b].expected),
+                   cross_b = calc_rms_difference(pairs[b].reading, pairs[a].expected);
+      if (!std::isfinite(own_a) || !std::isfinite(own_b)) continue;
+      const bool astray = own_a > 0.5 * calc_rms(pairs[a].expected) && own_b > 0.5 * calc_rms(pairs[b].expected);
+      if (!astray || cross_a > 0.3 * own_a || cross_b > 0.3 * own_b) continue;
+      fail(r, e.signal_name(static_cast<int>(a), q),
+           std::string("is ") + expected + " of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
+               " rather than its own, and the other way round: are the columns of these two joints exchanged?");
+    }
+  }
+}
+
+// Joints of `sound` are in the right units whatever they do.
+void check_units_of(const Experiment& e, const Recording& r, const Pairs& pairs, Quantity q, const char* expected,
+                    const std::vector<bool>& sound) {
+  for (size_t j = 0; j < pairs.size(); ++j) {
+    const Line line = fit_line(pairs[j]);
+    if (std::abs(line.fit) < 0.9 || sound[j]) continue;
+    const char* fault = get_unit_fault(line.slope);
+    if (fault == nullptr) continue;
+    fail(r, e.signal_name(static_cast<int>(j), q),
+         "is " + text_of(line.slope) + " times " + expected + ": " +
+             (fault[0] == 'd'   ? "degrees instead of rad?"
+              : fault[0] == 't' ? std::string("is ") + expected + " in degrees instead of rad?"
+                                : "is its sign turned?"));
+  }
+}
+
+// Whether what varies is turned, too: the effort of a joint that holds still may only be shifted.
+bool is_turned(const Pair& pair) {
+  const Line line = fit_line(without_means(pair));
+  return line.fit < -0.9 && is_near(line.slope, -1.0);
+}
+
+// Efforts are in N m whatever the angles are in: with everything else in degrees they are a 57th of the servo's law.
+void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pairs) {
+  for (size_t j = 0; j < pairs.size(); ++j) {
+    const Line line = fit_line(pairs[j]);
+    const int joint = static_cast<int>(j);
+    if (std::abs(line.fit) < 0.95) continue;
+    if (is_near(line.slope * kDegrees, 1.0)) {
+      fail(r, e.signal_name(joint, Quantity::kPosition),
+           "and its command are too large for the logged effort by " + text_of(1 / line.slope) +
+               " times: degrees instead of rad (or servo gains per degree)?");
+    }
+    if (is_near(line.slope, -1.0) && is_turned(pairs[j]))
+      fail(r, e.signal_name(joint, Quantity::kEffort), "is the servo's effort with its sign turned");
+    if (is_near(line.slope, 1000.0))
+      fail(r, e.signal_name(joint, Quantity::kEffort), "is 1000 times the servo's effort: mN m instead of N m?");
+  }
+}
+
+// All columns of two joints exchanged: each logs the law with the other's gains.
+void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs& pairs) {
+  const auto gains = [&](size_t j) { return get_gains(e, static_cast<int>(j)).kp; };
+  for (size_t a = 0; a < pairs.size(); ++a) {
+    for (size_t b = a + 1; b < pairs.size(); ++b) {
+      if (pairs[a].reading.empty() || pairs[b].reading.empty()) continue;
+      const Line la = fit_line(pairs[a]), lb = fit_line(pairs[b]);
+      const double ratio = gains(b) / gains(a);
+      // A logged effort follows its law to noise; a torque that is logged wrongly has no twin with the reciprocal
+      // error.
+      const bool clear = la.fit > 0.99 && lb.fit > 0.99 && std::abs(std::log(ratio)) > 0.2;
+      if (!clear || std::abs(la.slope / ratio - 1) > 0.05 || std::abs(lb.slope * ratio - 1) > 0.05) continue;
+      fail(r, e.signal_name(static_cast<int>(a), Quantity::kEffort),
+           "obeys the servo gains of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
+               ", and the other way round: are the columns of these two joints exchanged?");
+    }
+  }
+}
+
+bool is_still(const std::vector<double>& values) {
+  const double* first = nullptr;
+  for (const double& v : values) {
+    if (!std::isfinite(v)) continue;
+    if (first == nullptr) first = &v;
+    if (v != *first) return false;
+  }
+  return first != nullptr;
+}
+
+double calc_range(const std::vector<double>& values) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (double v : values) {
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  }
+  return high > low ? high - low : 0.0;
+}
+
+// An encoder that stands still while its command moves by more than a degree was not read. Other columns that never
+// change say nothing.
+void check_still(Experiment* e, Recording* r, int j) {
+  JointColumns& joint = r->joints[static_cast<size_t>(j)];
+  const bool moves = calc_range(joint.command) > 0.02;
+  if (moves && is_still(joint.signal[0])) {
+    fail(*r, e->signal_name(j, Quantity::kPosition),
+         "is " + text_of(joint.signal[0].front()) + " throughout although its command moves: was the encoder read?");
+  }
+  for (Quantity q : {Quantity::kVelocity, Quantity::kEffort}) {
+    std::vector<double>& signal = joint.signal[static_cast<int>(q)];
+    if (!is_still(signal) || calc_range(joint.signal[0]) == 0.0) continue;
+    e->warnings.push_back(r->spec.name + ": " + e->signal_name(j, q) + " never changes: taken as not recorded");
+    signal.clear();
+  }
+}
+
+// Far beyond the joint's limits and beyond a whole turn.
+void check_limits(const Experiment& e, const Recording& r, int j) {
+  const JointSpec& spec = e.robot.tree.joint(j);
+  const JointColumns& joint = r.joints[static_cast<size_t>(j)];
+  if (spec.kind != JointKind::kRevolute || !joint.has(Quantity::kPosition)) return;
+  double largest = 0.0;
+  for (double q : joint.signal[0]) {
+    if (std::isfinite(q)) largest = std::max(largest, std::abs(q));
+  }
+  const double range = std::max(std::abs(spec.lower), std::abs(spec.upper));
+  if (std::isfinite(range) && largest > 3.0 * range && largest > 2.0 * 3.14159265358979323846) {
+    fail(r, e.signal_name(j, Quantity::kPosition),
+         "reaches " + text_of(largest) + ", far beyond the joint's limits: degrees instead of rad?");
+  }
+}
+
+void check_commands(const Experiment& e, const Recording& r, int j) {
+  const JointSpec& spec = e.robot.tree.joint(j);
+  if (e.scenario.drive != "servo" || e.scenario.floating_base || !spec.actuated) return;
+  if (get_gains(e, j).kp <= 0.0 || !r.joints[static_cast<size_t>(j)].command.empty()) return;
+  fail(r, "/joint_commands/" + spec.name + "/position",
+       "is missing: the servo of this joint follows it (is the drive 'effort' or 'motion'?)");
+}
+
+}  // namespace
+
+void check_suspicions(Experiment* e) {
+  for (Recording& r : e->recordings) {
+    Pairs position, velocity, effort;
+    for (int j = 0; j < e->num_joints(); ++j) {
+      check_still(e, &r, j);
+      check_commands(*e, r, j);
+      const JointColumns& joint = r.joints[static_cast<size_t>(j)];
+      position.push_back(pair_position(r, joint));
+      velocity.push_back(pair_velocity(r, joint));
+      effort.push_back(pair_effort(r, joint, get_gains(*e, j)));
+    }
+    // A leg whose foot sticks to the ground may follow a 57th of its command; its effort then obeys the servo's law.
+    std::vector<bool> sound, none(effort.size(), false);
+    for (const Pair& pair : effort) {
+      const Line law = fit_line(pair);
+      sound.push_back(law.fit > 0.95 && is_near(law.slope, 1.0));
+    }
+    check_units_of(*e, r, position, Quantity::kPosition, "the command", sound);
+    check_units_of(*e, r, velocity, Quantity::kVelocity, "the rate of the position", none);
+    check_exchange(*e, r, position, Quantity::kPosition, "the motion");
+    check_exchange(*e, r, velocity, Quantity::kVelocity, "the rate");
+    check_exchange(*e, r, effort, Quantity::kEffort, "the servo's effort");
+    check_effort_units(*e, r, effort);
+    check_exchanged_gains(*e, r, effort);
+    for (int j = 0; j < e->num_joints(); ++j) check_limits(*e, r, j);
+  }
+}
+
+}  // namespace hrp::diagnosis

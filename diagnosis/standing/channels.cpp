@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/standing/channels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/multibody/kinematics.h"
+#include "diagnosis/standing/effects.h"
+#include "diagnosis/standing/layout.h"
+#include "diagnosis/standing/motion.h"
+#include "diagnosis/standing/slip.h"
+
+namespace hrp::diagnosis::standing {
+namespace {
+
+constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
+constexpr int kTurning = 5;       // windows: half of the 0.3 s over which turning is compared
+constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
+constexpr double kNearly = 0.9;    // share of what friction holds at which a foot may slide: forces are smoothed
+constexpr double kLoaded = 0.01;   // share of the weight that a foot must carry to count as standing
+
+class Calculator : StandMotion {
+ public:
+  Calculator(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording, TeethOffsets offsets)
+      : StandMotion(problem, hypothesis, recording, std::move(offsets)),
+        tau_(model_.nv()),
+        rolled_(problem.feet.size(), Vector3d::Zero()) {
+    friction_ = terms_.friction > 0 ? terms_.friction : problem.experiment->scenario.ground.friction;
+    for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
+  }
+
+  std::vector<double> run(StandBase* base) {
+    add_samples(base);
+    size_t first = find_drives(p_);
+    for (size_t j = 0; j < joints_.size(); first += count_drive_channels(p_, j++)) {
+      if (p_.is_driven(j)) take_out_memory(drives_, r_, j, first, channels_, &out_);
+    }
+    remove_mean_places();
+    add_turning();
+    add_gravity();
+    for (size_t s = 0; s < known_samples_.size(); ++s) {
+      const auto row = out_.begin() + static_cast<long>(s * channels_);
+      if (!known_samples_[s]) std::fill(row, row + static_cast<long>(channels_), 0.0);
+    }
+    if (base) base->residuals = out_, base->flat = flat_, base->ratios = ratios_;
+    return std::move(out_);
+  }
+
+  // Samples one by one, places as they are: their means and what takes many samples are left to run().
+  std::vector<double> add_samples(StandBase* base) {
+    channels_ = list_channels(p_).size();
+    out_.reserve(r_.samples.size() * channels_);
+    for (size_t s = 0; s < r_.samples.size(); ++s) {
+      read_motion(s);
+      add_sample(static_cast<size_t>(r_.samples[s]));
+      if (base) base->states.insert(base->states.end(), joints_.begin(), joints_.end());
+    }
+    return out_;
+  }
+
+ private:
+  // Where the ground presses on the sole: at an edge the foot may roll over it, and its tilt says nothing.
+  bool presses_flat(const StandFoot& foot, const Vector3d& force, const Vector3d& torque) const {
+    const Vector3d moment = torque - foot.sole.cross(force);
+    return force.z() > load_ && std::abs(moment.y() / force.z()) < kInside * foot.size.x() / 2 &&
+           std::abs(moment.x() / force.z()) < kInside * foot.size.y() / 2;
+  }
+
+  // Tilt of a flat foot against the ground, less what its bush gives.
+  void add_tilt(size_t foot, const Vector3d& normal_W, bool flat) {
+    const StandFoot& f = p_.feet[foot];
+    const FootTerms& t = terms_.feet[foot];
+    const Transform X = get_pose(data_, f.link);
+    const Vector3d w_F = X.R.transpose() * get_velocity(data_, f.link).head<3>(), n = X.R.transpose() * normal_W;
+    const double angles[2] = {std::atan2(n.y(), n.z()), -std::asin(std::clamp(n.x(), -1.0, 1.0))};  // roll, pitch
+    const Vector3d center = f.bush + t.shift;
+    // Through the bush goes what the sensor feels and the weight of the foot between them.
+    const Vector3d weight = f.mass * (X.R.transpose() * p_.experiment->scenario.gravity_W);
+    const Vector3d moment = torque_[foot] - center.cross(force_[foot]) - (f.com - center).cross(weight);
+    for (int a = 0; a < 2; ++a) {
+      const double bent = -t.inverse_k[a] * (moment(a) + t.moment[a]) - t.c_over_k[a] * w_F(a) -
+                          t.hardening * angles[a] * angles[a] * angles[a];
+      out_.push_back(flat ? angles[a] - bent : 0);
+    }
+  }
+
+  // A point of the foot that stays where it is: the bush's centre less how far it sank, a ball's centre less how far
+  // it rolled.
+  Vector3d find_fixed_point(size_t foot, double dt) {
+    const StandFoot& f = p_.feet[foot];
+    const Transform X = get_pose(data_, f.link);
+    if (f.kind == SoleKind::kBall) {
+      const Vector3d w_W = get_velocity(data_, f.link).head<3>();
+      rolled_[foot] += dt * f.radius * w_W.cross(Vector3d::UnitZ());
+      return X * f.bush - rolled_[foot];
+    }
+    return X * f.bush + Vector3d(0, 0, terms_.feet[foot].inverse_kz * force_[foot].z());
+  }
+
+  void add_feet(size_t k) {
+    const Vector3d normal_W = make_rotation_from_rpy({terms_.slope_roll, terms_.slope_pitch, 0}) * Vector3d::UnitZ();
+    const double dt = flat_.empty() ? 0 : r_.time[k] - r_.time[last_];
+    last_ = k;
+    std::vector<Vector3d> points;
+    bool all_flat = true, slips = false;
+    double worst = 0;
+    for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
+      const bool flat = known_ && presses_flat(p_.feet[foot], force_[foot], torque_[foot]);
+      all_flat = all_flat && flat;
+      if (p_.feet[foot].kind == SoleKind::kFlat) add_tilt(foot, normal_W, flat);
+      points.push_back(find_fixed_point(foot, dt));
+      // The ground also carries the foot, which hangs below its sensor.
+      const double weight = p_.feet[foot].mass * p_.experiment->scenario.gravity_W.norm();
+      const double vertical = std::max(1.0, force_[foot].z() + weight);
+      const double ratio = find_asked_friction(p_.feet[foot], force_[foot], torque_[foot], vertical);
+      slips = slips || ratio > kNearly * friction_;
+      worst = std::max(worst, ratio);
+    }
+    places_.push_back(get_pose(data_, p_.imu_link) * p_.p_LI - points[0]);
+    if (p_.base_pose) add_vector(find_standing_point(k));
+    for (size_t foot = 1; foot < p_.feet.size(); ++foot) add_vector(points[foot] - points[0]);
+    flat_.push_back(all_flat), slips_.push_back(slips), ratios_.push_back(worst);
+  }
+
+  // The first foot in the world, by the recorded pose of the base.
+  Vector3d find_standing_point(size_t k) const {
+    const StandFoot& f = p_.feet[0];
+    const Vector3d at_B = state_.R_WB.conjugate() * (get_pose(data_, f.link) * f.bush - rolled_[0]);
+    const Vector3d sunk(0, 0, terms_.feet[0].inverse_kz * force_[0].z());
+    const Vector3d p_WB(r_.base_position[0].value[k], r_.base_position[1].value[k], r_.base_position[2].value[k]);
+    return p_WB + read_base_attitude(k) * at_B + sunk;
+  }
+
+  Eigen::Quaterniond read_base_attitude(size_t k) const {
+    const Series* q = r_.base_attitude;
+    return Eigen::Quaterniond(q[0].value[k], q[1].value[k], q[2].value[k], q[3].value[k]).normalized();
+  }
+
+  void add_vector(const Vector3d& v) {
+    for (int i = 0; i < 3; ++i) out_.push_back(v(i));
+  }
+
+  void add_base(size_t k) {
+    if (!p_.base_pose || !p_.attitude) return;
+    const Eigen::Quaterniond off = state_.R_WB * read_base_attitude(k).conjugate();
+    add_vector((off.w() < 0 ? -2.0 : 2.0) * off.vec());  // in world axes; the heading less its mean, see below
+    yaw_ += out_.back();
+  }
+
+  void add_sample(size_t k) {
+    known_samples_.push_back(known_);
+    attitudes_.emplace_back(R_WI_), rates_.push_back(w_), turns_.push_back(dw_);
+    add_feet(k);
+    calc_inverse_dynamics(model_, vdot_, &wrenches_, &data_, &tau_);
+    for (int i = 0; i < 6; ++i) out_.push_back(tau_(i));
+    add_base(k);
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      joints_[j].torque = tau_(6 + static_cast<long>(j));
+      drives_.add(j, k, joints_[j], &out_);
+    }
+    gravity_.push_back(f_ + R_WI_.transpose() * p_.experiment->scenario.gravity_W);
+    for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // filled by add_turning and add_gravity
+  }
+
+  // Whether a foot may stand elsewhere than at the sample before: between them one was lifted, stood on an edge of its
+  // sole, where it turns and creeps, or was pushed along the ground or turned nearly as hard as friction holds it.
+  bool may_have_moved(size_t k) const {
+    for (auto i = static_cast<size_t>(r_.samples[k - 1]); i <= static_cast<size_t>(r_.samples[k]); ++i) {
+      for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
+        const auto read = [&](size_t axis) { return r_.wrench[6 * foot + axis].value[i]; };
+        const Vector3d force(read(0), read(1), read(2)), torque(read(3), read(4), read(5));
+        const double asked = find_asked_friction(p_.feet[foot], force, torque, std::max(1.0, force.z()));
+        const bool slides = asked > kNearly * friction_;
+        if (slides || !presses_flat(p_.feet[foot], force, torque)) return true;
+      }
+    }
+    return false;
+  }
+
+  // Places are known but for constants: the mean over the flat samples is taken out, or, where feet may have moved,
+  // over each stretch in which they stood. The heading of IMU and base pose: the mean.
+  void remove_mean_places() {
+    const size_t n = r_.samples.size(), first = find_places(p_);
+    std::vector<size_t> stretch(n, 0);
+    size_t count = 1;
+    for (size_t k = 1; k < n; ++k) {
+      const bool seen = flat_[k] && flat_[k - 1] && follows(k);
+      const bool moved = slips_[k] || slips_[k - 1] || (terms_.friction > 0 && !seen) || may_have_moved(k);
+      stretch[k] = moved ? count++ : count - 1;
+    }
+    for (size_t c = first; c < first + count_places(p_); ++c) {
+      std::vector<double> sum(count, 0.0), flat(count, 0.0);
+      for (size_t k = 0; k < n; ++k) {
+        if (flat_[k]) sum[stretch[k]] += out_[k * channels_ + c], ++flat[stretch[k]];
+      }
+      for (size_t k = 0; k < n; ++k) {
+        double& place = out_[k * channels_ + c];
+        place = flat_[k] && flat[stretch[k]] > 1 ? place - sum[stretch[k]] / flat[stretch[k]] : 0;
+      }
+    }
+    if (!p_.base_pose || !p_.attitude) return;
+    for (size_t k = 0; k < n; ++k) out_[k * channels_ + find_drives(p_) - 1] -= yaw_ / static_cast<double>(n);
+  }
+
+  // How the attitude turned in a stretch against the gyroscope's integral over it: a derivative of the attitude would
+  // be far noisier. One stretch after the other, so that their errors are independent; between them nothing is said.
+  // The trapezoidal rule with its end correction (Euler-Maclaurin): alone it errs by 1 % at 2 Hz and 30 ms a sample.
+  void add_turning() {
+    const auto half = static_cast<size_t>((kTurning * r_.window + r_.step - 1) / r_.step);  // samples
+    for (size_t s = half; s + half < r_.samples.size(); s += 2 * half) {
+      const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
+      const int span = r_.samples[s + half] - r_.samples[s - half];
+      if (span > 2 * static_cast<int>(half) * r_.step) continue;  // samples between are left out
+      Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
+      for (size_t k = s - half; k < s + half; ++k) {
+        const double dt = time(k + 1) - time(k);
+        const Vector3d step = 0.5 * dt * (rates_[k] + rates_[k + 1]) + dt * dt / 12 * (turns_[k] - turns_[k + 1]);
+        turned = turned * Eigen::Quaterniond(1, step.x() / 2, step.y() / 2, step.z() / 2).normalized();
+      }
+      const Eigen::Quaterniond seen = attitudes_[s - half].conjugate() * attitudes_[s + half];
+      const Eigen::Quaterniond off = turned.conjugate() * seen;
+      const Vector3d rate = (off.w() < 0 ? -2.0 : 2.0) * off.vec() / (time(s + half) - time(s - half));
+      for (size_t i = 0; i < 3; ++i) out_[s * channels_ + channels_ - 6 + i] = rate(static_cast<long>(i));
+    }
+  }
+
+  // No sample is left out before the k-th. Never so where samples are thinned out: what takes a whole run is silent.
+  bool follows(size_t k) const { return r_.samples[k] - r_.samples[k - 1] <= r_.window; }
+
+  // First and end of the longest run of samples without a gap or a slip.
+  std::pair<size_t, size_t> find_longest_run() const {
+    std::pair<size_t, size_t> best{0, 0};
+    size_t begin = 0;
+    for (size_t k = 1; k <= r_.samples.size(); ++k) {
+      const bool goes_on = k < r_.samples.size() && follows(k) && !slips_[k];
+      if (goes_on) continue;
+      if (k - begin > best.second - best.first) best = {begin, k};
+      begin = k;
+    }
+    return best;
+  }
+
+  // Mean of specific force and gravity with a window w = 1 - cos that fades at both ends, less the mean acceleration of
+  // the IMU over its standing foot: w and its rate vanish at the ends, so that is the mean of w'' times the place.
+  void add_gravity() {
+    const auto [begin, end] = find_longest_run();
+    const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
+    const double span = end > begin ? time(end - 1) - time(begin) : 0;
+    if (span < kLongEnough) return;
+    const double n = static_cast<double>(end - begin);
+    Vector3d sum = Vector3d::Zero();
+    double weight = 0;
+    for (size_t k = begin; k < end; ++k) {
+      const double angle = 2 * M_PI * (static_cast<double>(k - begin) + 0.5) / n;
+      const double w = 1 - std::cos(angle), second = std::pow(2 * M_PI / span, 2) * std::cos(angle);
+      sum += w * (attitudes_[k] * gravity_[k]) - second * places_[k], weight += w;
+    }
+    sum = attitudes_[(begin + end) / 2].conjugate() * sum;  // summed in the world, told in the sensor's axes
+    for (size_t k = 0; k < r_.samples.size(); ++k) {
+      for (size_t i = 0; i < 3; ++i) {
+        out_[k * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;
+      }
+    }
+  }
+
+  Eigen::VectorXd tau_;
+  std::vector<Vector3d> rolled_, gravity_;
+  std::vector<Eigen::Quaterniond> attitudes_;
+  std::vector<Vector3d> rates_, turns_, places_;
+  std::vector<char> known_samples_, flat_, slips_;
+  std::vector<double> ratios_, out_;
+  double load_ = 0, yaw_ = 0, friction_ = 0;  // [N], [rad], of the ground
+  size_t channels_ = 0, last_ = 0;
+};
+
+struct PlacedLink {
+  std::vector<int> sides;       // by sample: where the torque holds the teeth
+  std::vector<double> offsets;  // [rad]
+};
+
+// Once with the teeth in the middle, once a little to the side: what the feet say about where they lie.
+PlacedLink place_link(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+                      TeethOffsets offsets, size_t joint, double gap, double slack) {
+  StandBase middle, aside;
+  offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
+  const std::vector<double> at = Calculator(problem, hypothesis, recording, offsets).add_samples(&middle);
+  std::fill(offsets[joint].begin(), offsets[joint].end(), kTeethStep);
+  const std::vector<double> moved = Calculator(problem, hypothesis, recording, offsets).add_samples(&aside);
+  std::vector<double> torque;
+  for (size_t k = joint; k < middle.states.size(); k += offsets.size()) torque.push_back(middle.states[k].torque);
+  const size_t places = find_places(problem), channels = list_channels(problem).size();
+  PlacedLink out{find_sides(torque, slack), {}};
+  const TeethRows rows{at, moved, channels, places + count_places(problem), places};
+  out.offsets = place_teeth(rows, problem.noise, out.sides, gap);
+  return out;
+}
+
+// [N m] A torque that holds the teeth on one side; none does in a gap that nothing was seen to end.
+double choose_slack(const StandProblem& problem, const StandEffect& backlash) {
+  return backlash.p[0] < kMostPlay ? problem.slack[static_cast<size_t>(backlash.place)] : 1e300;
+}
+
+}  // namespace
+
+double find_play(const StandProblem& problem, const StandHypothesis& hypothesis, size_t joint) {
+  std::vector<double> seen;
+  for (size_t r = 0; r < problem.recordings.size(); ++r) {
+    if (!problem.recordings[r].train) continue;
+    const std::vector<double> one =
+        place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint, kMostPlay, 1e300).offsets;
+    seen.insert(seen.end(), one.begin(), one.end());
+  }
+  if (seen.empty()) return 0;
+  std::sort(seen.begin(), seen.end());
+  const size_t few = seen.size() / 20;
+  return seen[seen.size() - 1 - few] - seen[few];
+}
+
+void find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, StandEffect* backlash) {
+  const auto joint = static_cast<size_t>(backlash->place);
+  double low = kMostPlay, high = -kMostPlay;
+  long held_low = 0, held_high = 0;
+  const auto look = [&](double gap, double slack) {
+    for (size_t r = 0; r < problem.recordings.size(); ++r) {
+      const PlacedLink link =
+          place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint, gap, slack);
+      for (double offset : link.offsets) low = std::min(low, offset), high = std::max(high, offset);
+      held_low += std::count(link.sides.begin(), link.sides.end(), -1);
+      held_high += std::count(link.sides.begin(), link.sides.end(), 1);
+    }
+  };
+  look(backlash->p[0], choose_slack(problem, *backlash));
+  constexpr long kEnough = 10;  // samples
+  const bool at_low = held_low > kEnough, at_high = held_high > kEnough;
+  if (!at_low && !at_high) {
+    backlash->p[0] = kMostPlay, low = kMostPlay, high = -kMostPlay;
+    look(kMostPlay, 1e300);
+  }
+  backlash->p[3] = at_low && at_high ? 0 : high - low;
+}
+
+std::vector<double> calc_channels(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+                                  StandBase* base) {
+  TeethOffsets offsets(problem.effort.size());
+  for (const StandEffect& e : hypothesis) {
+    if (e.id != StandId::kBacklash || e.p[0] == 0 || problem.slack.empty()) continue;
+    const auto joint = static_cast<size_t>(e.place);
+    offsets[joint] =
+        place_link(problem, hypothesis, recording, offsets, joint, e.p[0], choose_slack(problem, e)).offsets;
+  }
+  return Calculator(problem, hypothesis, recording, std::move(offsets)).run(base);
+}
+
+std::vector<double> calc_drive_channels(const StandProblem& problem, const StandHypothesis& hypothesis,
+                                        size_t recording, const StandBase& base, int joint) {
+  const StandRecording& r = problem.recordings[recording];
+  const Terms terms(problem, hypothesis);
+  const Drives drives(problem, r, terms);
+  const size_t joints = terms.joints.size(), channels = base.residuals.size() / r.samples.size();
+  const size_t first = find_drive(problem, static_cast<size_t>(joint));
+  std::vector<double> out = base.residuals, added;
+  for (size_t s = 0; s < r.samples.size(); ++s) {
+    const auto j = static_cast<size_t>(joint);
+    added.clear();
+    drives.add(j, static_cast<size_t>(r.samples[s]), base.states[s * joints + j], &added);
+    std::copy(added.begin(), added.end(), out.begin() + static_cast<long>(s * channels + first));
+  }
+  if (problem.is_driven(static_cast<size_t>(joint))) {
+    take_out_memory(drives, r, static_cast<size_t>(joint), first, channels, &out);
+  }
+  return out;
+}
+
+}  // namespace hrp::diagnosis::standing

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/standing/data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "diagnosis/data/smooth.h"
+#include "diagnosis/model/nominal.h"
+#include "diagnosis/standing/attitude.h"
+#include "diagnosis/standing/sole.h"
+
+namespace hrp::diagnosis::standing {
+namespace {
+
+constexpr double kWindow = 0.03;  // [s] half of it: a standing robot moves below 3 Hz, a local cubic keeps that
+
+// Windows whose remainder exceeds the quiet ones' so many times are left out: of white noise in 10 samples the rms
+// scatters by a quarter of itself. A robot that shakes all the time is judged by its quieter part.
+constexpr double kRough = 3.0, kLeastShare = 0.2;
+constexpr double kHeldShare = 0.2;  // of samples equal to the one before: noise that is read anew repeats none
+
+// Columns base/x, base/y, ... smoothed; false when the recording lacks one.
+bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
+                 Series* out) {
+  for (int i = 0; parts[i]; ++i) {
+    const auto at = recording.other.find(base + "/" + parts[i]);
+    if (at == recording.other.end()) return false;
+    out[i] = smoother.run(fill_gaps(at->second));
+  }
+  return true;
+}
+
+bool read_quaternion(const Recording& recording, const Smoother& smoother, const std::string& base, Series* wxyz) {
+  Series xyzw[4];
+  if (!read_vector(recording, smoother, base, "xyzw", xyzw)) return false;
+  for (int i = 0; i < 4; ++i) wxyz[(i + 1) % 4] = std::move(xyzw[i]);
+  return true;
+}
+
+void read_joints(const Experiment& e, const Recording& recording, const Smoother& smoother, const Smoother& wide,
+                 StandRecording* out) {
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const JointColumns& columns = recording.joints[static_cast<size_t>(j)];
+    const auto read = [&](Quantity q) {
+      return columns.has(q) ? smoother.run(fill_gaps(columns.signal[static_cast<int>(q)])) : Series{};
+    };
+    out->position.push_back(read(Quantity::kPosition));
+    out->velocity.push_back(read(Quantity::kVelocity));
+    out->effort.push_back(read(Quantity::kEffort));
+    if (columns.has(Quantity::kEffort)) {
+      out->effort.back().second = wide.run(fill_gaps(columns.signal[static_cast<int>(Quantity::kEffort)])).second;
+    }
+    out->command.push_back(columns.command.empty() ? Series{} : smoother.run(columns.command));
+  }
+}
+
+bool read_feet(const Recording& recording, const Smoother& smoother, const StandProblem& problem, StandRecording* out,
+               std::string* why) {
+  for (const StandFoot& foot : problem.feet) {
+    Series axes[6];
+    if (!read_vector(recording, smoother, "/wrench/" + foot.sensor + "/force", "xyz", axes) ||
+        !read_vector(recording, smoother, "/wrench/" + foot.sensor + "/torque", "xyz", axes + 3)) {
+      return *why = out->file + ": /wrench/" + foot.sensor + " lacks columns", false;
+    }
+    for (Series& s : axes) out->wrench.push_back(std::move(s));
+  }
+  return true;
+}
+
+// Where a local cubic cannot follow the raw signals of IMU and force sensors (an impact, a foot that rolls on to its
+// edge): rms of what it leaves there, over that of the quietest quarter; the worst of the columns, by sample.
+std::vector<double> find_roughness(const Recording& recording, const StandRecording& out,
+                                   const std::vector<std::pair<std::string, const Series*>>& columns) {
+  const auto n = out.time.size();
+  const auto half = static_cast<size_t>(out.window);
+  std::vector<double> worst(n, 0.0);
+  for (const auto& [name, series] : columns) {
+    const std::vector<double> raw = fill_gaps(recording.other.at(name));
+    std::vector<double> sum(n + 1, 0.0), rms(n, 0.0);
+    for (size_t k = 0; k < n; ++k) sum[k + 1] = sum[k] + std::pow(raw[k] - series->value[k], 2);
+    for (size_t k = 0; k < n; ++k) {
+      const size_t a = k >= half ? k - half : 0, b = std::min(n, k + half + 1);
+      rms[k] = std::sqrt((sum[b] - sum[a]) / static_cast<double>(b - a));
+    }
+    std::vector<double> sorted = rms;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(n / 4), sorted.end());
+    const double quiet = sorted[n / 4];
+    for (size_t k = 0; k < n && quiet > 0; ++k) worst[k] = std::max(worst[k], rms[k] / quiet);
+  }
+  return worst;
+}
+
+// One sample a window; ends of a recording, where the cubics stand on one side only, and rough samples left out.
+void choose_samples(const Recording& recording, const StandProblem& problem, StandRecording* out) {
+  std::vector<std::pair<std::string, const Series*>> columns;
+  const std::string imu = "/imu/" + problem.imu, axes = "xyz";
+  for (size_t i = 0; i < 3; ++i) {
+    columns.emplace_back(imu + "/angular_velocity/" + axes[i], &out->gyro[i]);
+    columns.emplace_back(imu + "/linear_acceleration/" + axes[i], &out->accelerometer[i]);
+    for (size_t f = 0; f < problem.feet.size(); ++f) {
+      const std::string wrench = "/wrench/" + problem.feet[f].sensor;
+      columns.emplace_back(wrench + "/force/" + axes[i], &out->wrench[6 * f + i]);
+      columns.emplace_back(wrench + "/torque/" + axes[i], &out->wrench[6 * f + 3 + i]);
+    }
+  }
+  const std::vector<double> rough = find_roughness(recording, *out, columns);
+  const int half = out->window, n = static_cast<int>(recording.size());
+  std::vector<double> sorted = rough;
+  const auto most = static_cast<long>(kLeastShare * n);
+  std::nth_element(sorted.begin(), sorted.begin() + most, sorted.end());
+  const double limit = std::max(kRough, sorted[static_cast<size_t>(most)]);
+  for (int k = 2 * half; k + 2 * half < n; k += half) {
+    out->grid.push_back(k);
+    if (rough[static_cast<size_t>(k)] <= limit) out->samples.push_back(k);
+  }
+}
+
+bool read_recording(const Experiment& e, const Recording& recording, Smoothing smoothing, const StandProblem& problem,
+                    StandRecording* out, std::string* why) {
+  out->file = recording.spec.name;
+  out->train = recording.spec.train;
+  out->time = recording.time;
+  if (recording.size() < 40) return *why = out->file + " is too short", false;
+  const double step = recording.duration() / static_cast<double>(recording.size() - 1);
+  const int half = std::max(3, static_cast<int>(std::lround(kWindow / step)));
+  const Smoother smoother(recording.time, static_cast<int>(std::ceil(smoothing.wider * half)), smoothing.parity);
+  const Smoother wide(recording.time, std::min(3 * smoother.half(), static_cast<int>(recording.size() / 4)),
+                      smoothing.parity);
+  read_joints(e, recording, smoother, wide, out);
+  const std::string imu = "/imu/" + problem.imu;
+  if (!read_vector(recording, smoother, imu + "/angular_velocity", "xyz", out->gyro) ||
+      !read_vector(recording, smoother, imu + "/linear_acceleration", "xyz", out->accelerometer)) {
+    return *why = out->file + ": " + imu + " lacks columns", false;
+  }
+  if (!read_quaternion(recording, smoother, imu + "/orientation", out->attitude)) out->attitude[0] = {};
+  if (!read_vector(recording, smoother, "/base/pose/position", "xyz", out->base_position) ||
+      !read_quaternion(recording, smoother, "/base/pose/orientation", out->base_attitude)) {
+    out->base_attitude[0] = {};
+  }
+  if (!read_feet(recording, smoother, problem, out, why)) return false;
+  out->window = out->step = smoother.half();
+  choose_samples(recording, problem, out);
+  // Halves and wide windows are looked at where the usual smoothing of all samples keeps them.
+  const bool usual = smoothing.parity == Parity::kAll && smoothing.wider == 1;
+  if (usual && out->samples.size() <= 20) return *why = out->file + " is too short", false;
+  return true;
+}
+
+// Whether many samples of a sensor are those before them, in all its columns: they were held until the next ones came.
+bool are_held(const std::vector<const std::vector<double>*>& columns) {
+  size_t same = 0;
+  const size_t size = columns.empty() ? 0 : columns[0]->size();
+  for (size_t k = 1; k < size; ++k) {
+    same += std::all_of(columns.begin(), columns.end(), [k](const auto* c) { return (*c)[k] == (*c)[k - 1]; });
+  }
+  return static_cast<double>(same) > kHeldShare * static_cast<double>(size);
+}
+
+bool has_held_samples(const Recording& recording) {
+  for (const JointColumns& joint : recording.joints) {
+    std::vector<const std::vector<double>*> columns;
+    for (Quantity q : {Quantity::kPosition, Quantity::kVelocity, Quantity::kEffort}) {
+      if (joint.has(q)) columns.push_back(&joint.signal[static_cast<int>(q)]);
+    }
+    if (are_held(columns)) return true;
+  }
+  std::map<std::string, std::vector<const std::vector<double>*>> sensors;  // by name, which the columns' begin with
+  for (const auto& [name, column] : recording.other) sensors[name.substr(0, name.rfind('/'))].push_back(&column);
+  return std::any_of(sensors.begin(), sensors.end(), [](const auto& sensor) { return are_held(sensor.second); });
+}
+
+// Feet must be links of their own with a force sensor; their mass hangs below it.
+bool find_feet(const Experiment& e, StandProblem* problem) {
+  for (const std::string& name : e.scenario.feet) {
+    StandFoot foot;
+    foot.name = name;
+    foot.link = e.robot.tree.find_link(name);
+    for (const WrenchSpec& sensor : e.scenario.sensors.wrenches) {
+      if (sensor.link == name) foot.sensor = sensor.name;
+    }
+    if (foot.link < 0 || foot.sensor.empty()) return false;
+    read_sole(e.robot, &foot);
+    LinkInertia& inertia = problem->tree.links[static_cast<size_t>(foot.link)].inertia;
+    foot.mass = inertia.mass, foot.com = inertia.p_LLcm_L;
+    problem->feet.push_back(foot);
+    inertia = LinkInertia{};
+    inertia.mass = 1e-9, inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
+  }
+  return !problem->feet.empty();
+}
+
+// Which columns every recording has; false when a joint has no position.
+bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) {
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const auto i = static_cast<size_t>(j);
+    // Joints that are taken as recorded have no servo whose law could be held against them.
+    bool effort = true, command = e.scenario.drive != "motion", velocity = true;
+    for (const StandRecording& r : problem->recordings) {
+      if (r.position[i].value.empty()) {
+        return *why = "joint " + e.robot.tree.joint(j).name + " has no position", false;
+      }
+      effort = effort && !r.effort[i].value.empty(), command = command && !r.command[i].value.empty();
+      velocity = velocity && !r.velocity[i].value.empty();
+    }
+    problem->effort.push_back(effort), problem->command.push_back(command), problem->velocity.push_back(velocity);
+  }
+  problem->base_pose = true;
+  for (const StandRecording& r : problem->recordings) {
+    problem->base_pose = problem->base_pose && !r.base_attitude[0].value.empty();
+    problem->attitude = problem->attitude && !r.attitude[0].value.empty();
+  }
+  return true;
+}
+
+}  // namespace
+
+bool make_stand_problem(const Experiment& e, Smoothing smoothing, StandProblem* problem, std::string* why) {
+  problem->experiment = &e;
+  NominalRobot nominal = make_nominal(e);
+  problem->tree = std::move(nominal.tree), problem->laws = std::move(nominal.laws);
+  problem->force_W = std::move(nominal.force_W);
+  if (!e.scenario.floating_base) return *why = "the base is fixed", false;
+  if (e.scenario.sensors.imus.empty()) return *why = "no IMU", false;
+  const ImuSpec& imu = e.scenario.sensors.imus[0];
+  problem->imu = imu.name;
+  const int frame = e.robot.tree.find_frame(imu.link);
+  if (frame < 0) return *why = "the IMU's link is not of the robot", false;
+  const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
+  problem->imu_link = f.link, problem->R_LI = f.X_LF.R, problem->p_LI = f.X_LF * imu.p_LS;
+  if (!find_feet(e, problem)) return *why = "not every foot has a force sensor at its own link", false;
+  for (const Recording& recording : e.recordings) {
+    StandRecording out;
+    if (!read_recording(e, recording, smoothing, *problem, &out, why)) return false;
+    problem->recordings.push_back(std::move(out));
+    problem->held = problem->held || has_held_samples(recording);
+  }
+  if (!find_columns(e, problem, why)) return false;
+  if (!problem->attitude) {
+    for (StandRecording& r : problem->recordings) {
+      problem->attitude_error = std::max(problem->attitude_error, find_attitude(*problem, &r));
+    }
+  }
+  return true;
+}
+
+}  // namespace hrp::diagnosis::standing

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/standing/judge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/search/fit.h"
+
+namespace hrp::diagnosis::standing {
+namespace {
+
+constexpr double kFew = 8;  // samples
+constexpr double kLeastNoise = 0.25;
+constexpr double kTurn = 0.3;  // [s] over which a gyroscope is held against two attitudes
+constexpr double kLeadingOrder =
+    2;  // times an error that is known to its leading order, and the same in all recordings
+constexpr double kLeastShared = 0.25;  // square of what is worth telling, in squares of the noise
+// Of a product's sum over the root of its squares' sum: products of two independent errors are as often negative, so
+// that this is exceeded with a probability below 2 exp(-5^2 / 2): twice in 80 equations of one robot of a thousand.
+constexpr double kNoChance = 5;
+// Windows next but one do not overlap: filters of sensors forget sooner, motion does not. What swings by a
+// quarter from one to the other shows one later.
+constexpr size_t kLater[] = {2, 3};
+constexpr double kClearer = 0.5;  // of an equation's noise, so that another reading of the same is worth it
+constexpr size_t kThin = 3;       // one sample of so many is enough to rank candidates by
+
+// Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
+// error of an attitude that was not recorded. Balance and efforts have none of that: IMU, encoders and force sensors
+// tell all of it in the robot's own axes.
+double find_floor(const StandProblem& p, const Channel& c) {
+  const double tilt = p.attitude_error;
+  if (c.kind == "tilt") return std::max(2e-5, tilt);
+  if (c.kind == "gap") return std::max(5e-6, 0.3 * tilt);  // feet some 0.3 m apart
+  if (c.kind == "stand" || c.kind == "base") return 1e-5;
+  if (c.kind == "balance") return 0.02;
+  if (c.kind == "gyro") return std::max(1e-4, std::sqrt(2) * tilt / kTurn);
+  if (c.kind == "velocity") return 1e-4;
+  return c.kind == "gravity" ? std::max(3e-3, 9.81 * tilt) : 2e-3;
+}
+
+bool is_loose(const StandHypothesis& h) {
+  return std::any_of(h.begin(), h.end(), [](const StandEffect& e) { return e.id == StandId::kBacklash; });
+}
+
+// Where a link is free between loose teeth its place is read off the feet: their noise is no longer all there.
+size_t find_first_sure(const StandProblem& p, const StandHypothesis& h) {
+  return is_loose(h) ? find_places(p) + count_places(p) : 0;
+}
+
+}  // namespace
+
+StandJudge::StandJudge(const StandProblem& problem)
+    : problem_(&problem), channels_(list_channels(problem)), sigma_(channels_.size(), 1e300) {
+  for (size_t r = 0; r < problem.recordings.size(); ++r) (problem.recordings[r].train ? train_ : held_).push_back(r);
+  if (held_.empty()) held_ = train_;
+  if (train_.empty()) train_ = held_;
+}
+
+void StandJudge::update_sigma(const Evaluation& evaluation, const StandHypothesis& h) {
+  for (size_t c = find_first_sure(*problem_, h); c < channels_.size(); ++c) {
+    const bool sparse = channels_[c].kind == "gyro";
+    std::vector<double> found;
+    for (const StandBase& base : evaluation) {
+      std::vector<double> one;
+      for (size_t k = c; k < base.residuals.size(); k += channels_.size()) {
+        const double v = base.residuals[k];
+        if (v != 0 || !sparse) one.push_back(v == 0 ? std::nan("") : v);  // 0: says nothing
+      }
+      const double noise = one.size() > 8 ? estimate_noise(one) : 0;
+      if (noise > 0 || sigma_[c] == 1e300) found.push_back(noise);
+    }
+    if (found.empty()) continue;
+    std::sort(found.begin(), found.end());
+    const double floor = find_floor(*problem_, channels_[c]);
+    sigma_[c] = std::min(sigma_[c], std::max(floor, found[found.size() / 2]));
+  }
+}
+
+// Square of the noise of each channel in the mean of even and odd samples: a quarter of the square of their difference.
+std::vector<double> StandJudge::find_noise(const Evaluation& even, const Evaluation& odd) const {
+  std::vector<double> out;
+  for (size_t c = 0; c < channels_.size(); ++c) {
+    double sum = 0, count = 0;
+    for (size_t r = 0; r < even.size(); ++r) {
+      for (size_t k = c; k < even[r].residuals.size(); k += channels_.size()) {
+        const double a = even[r].residuals[k], b = odd[r].residuals[k];
+        if (a != 0 && b != 0) sum += 0.25 * (a - b) * (a - b), ++count;
+      }
+    }
+    out.push_back(count > 0 ? sum / count : 0);
+  }
+  return out;
+}
+
+// Square of what smoothing takes away from each channel. A local cubic's error grows with the square of its window, so
+// windows wider by the root of two err twice as much; the product of both halves' differences has no noise in it.
+std::vector<double> StandJudge::find_smoothed_away(const std::array<Evaluation, 4>& halves) const {
+  std::vector<double> sum(channels_.size(), 0.0), count(channels_.size(), 0.0);
+  for (size_t r = 0; r < halves[0].size(); ++r) {
+    const auto get = [&](size_t half, size_t k) { return halves[half][r].residuals[k]; };
+    for (size_t k = 0; k < halves[0][r].residuals.size(); ++k) {
+      if (get(0, k) == 0 || get(1, k) == 0 || get(2, k) == 0 || get(3, k) == 0) continue;
+      sum[k % channels_.size()] += (get(2, k) - get(0, k)) * (get(3, k) - get(1, k)), ++count[k % channels_.size()];
+    }
+  }
+  for (size_t c = 0; c < sum.size(); ++c) {
+    sum[c] = kLeadingOrder * kLeadingOrder * std::max(0.0, sum[c] / std::max(1.0, count[c]));
+  }
+  return sum;
+}
+
+void StandJudge::update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves,
+                              const StandHypothesis& h) {
+  const std::vector<double> noise = find_noise(halves[0], halves[1]), away = find_smoothed_away(halves);
+  if (problem_->held) {
+    update_sigma(all, h);
+    return set_reference(noise);
+  }
+  for (size_t c = find_first_sure(*problem_, h); c < channels_.size(); ++c) {
+    const double found = std::max(find_floor(*problem_, channels_[c]), std::sqrt(noise[c] + away[c]));
+    sigma_[c] = std::min(sigma_[c], found);
+  }
+  if (away_.empty()) away_ = away;
+  for (size_t c = 0; c < away.size(); ++c) away_[c] = std::min(away_[c], away[c]);
+  set_reference(noise);
+}
+
+// As sigma_ it can only get smaller.
+void StandJudge::set_reference(const std::vector<double>& noise) {
+  if (reference_.empty()) reference_ = noise;
+  for (size_t c = 0; c < noise.size(); ++c) {
+    reference_[c] = std::min(reference_[c], noise[c]);
+    sigma_[c] = std::max(sigma_[c], std::sqrt(reference_[c]));  // third differences of few samples may be none
+  }
+}
+
+// Mean of the products of a channel's even samples with odd ones so many windows later, and the reverse, in squares of
+// its noise; 0 where its size may be chance.
+double StandJudge::find_memory(size_t c, size_t later, const Evaluation& even, const Evaluation& odd) const {
+  double sum = 0, squares = 0, count = 0;
+  for (size_t r = 0; r < even.size(); ++r) {
+    const std::vector<int>& samples = problem_->recordings[r].samples;
+    const int apart = static_cast<int>(later) * problem_->recordings[r].step;
+    for (size_t k = 0; k + later < samples.size(); ++k) {
+      const size_t first = k * channels_.size() + c, second = first + later * channels_.size();
+      const double a[] = {even[r].residuals[first], odd[r].residuals[first]};
+      const double b[] = {even[r].residuals[second], odd[r].residuals[second]};
+      if (samples[k + later] - samples[k] != apart || a[0] == 0 || a[1] == 0 || b[0] == 0 || b[1] == 0) continue;
+      const double product = 0.5 * (a[0] * b[1] + a[1] * b[0]) / (sigma_[c] * sigma_[c]);
+      sum += product, squares += product * product, ++count;
+    }
+  }
+  return std::abs(sum) > kNoChance * std::sqrt(squares) ? sum / count : 0;
+}
+
+std::vector<double> StandJudge::find_shared(const Evaluation& even, const Evaluation& odd) const {
+  std::vector<double> out(channels_.size(), 0.0);
+  for (size_t c = 0; c < channels_.size() && !problem_->held; ++c) {
+    if (channels_[c].kind == "gravity") continue;  // one number a recording
+    const double floor = find_floor(*problem_, channels_[c]);
+    const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / (sigma_[c] * sigma_[c]);
+    double most = 0;
+    for (size_t later : kLater) most = std::max(most, std::abs(find_memory(c, later, even, odd)) - granted);
+    if (most > kLeastShared) out[c] = std::sqrt(most);
+  }
+  return out;
+}
+
+std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const Evaluation& odd) const {
+  std::vector<double> out = find_noise(even, odd);
+  for (size_t c = 0; c < out.size(); ++c) out[c] = std::max(0.0, out[c] - reference_[c]);
+  return out;
+}
+
+// What noise and smoothing leave of a channel [square, in units of sigma_]. Third differences of samples whose windows
+// overlap make sigma_ too large by a tenth or so; below that, what is left could not be told from noise.
+double StandJudge::find_least(size_t channel) const {
+  if (reference_.empty()) return 1;
+  const double left = reference_[channel] + (away_.empty() ? 0 : away_[channel]);
+  return std::clamp(left / (sigma_[channel] * sigma_[channel]), kLeastNoise, 1.0);
+}
+
+double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, const Evaluation& evaluation,
+                               double extra, StandFit* fit) const {
+  double sum = 0, count = 0, said = 0;
+  for (size_t r : recordings) {
+    const std::vector<double>& residuals = evaluation[r].residuals;
+    for (size_t k = c; k < residuals.size(); k += channels_.size(), ++count) {
+      sum += residuals[k] * residuals[k];
+      said += residuals[k] != 0;  // where friction holds or a foot rolls over its edge nothing is said
+    }
+  }
+  sum = std::max(0.0, sum - said * extra);
+  // With as many samples of noise beside them as an rms needs: few may be large by chance.
+  const double square = (sum / (sigma_[c] * sigma_[c]) + kFew) / (said + kFew);
+  if (channels_[c].kind == "gyro") count = said;
+  // A link that is free at every sample follows the noise of the feet's places: nothing is won by that.
+  const bool free = c < find_places(*problem_) + count_places(*problem_) && is_loose(fit->hypothesis);
+  fit->score += count * std::log(std::max(square, free ? 1.0 : find_least(c)));
+  if (square > kMismatch * kMismatch) fit->mismatch += count * std::log(square);
+  return std::sqrt(square);
+}
+
+// Recordings that were fitted count as well: of so many samples a few parameters cannot follow the noise. What helps
+// must help the others, too (add_effect()).
+StandFit StandJudge::judge(const StandHypothesis& h, const Evaluation& evaluation,
+                           const std::vector<double>& extra) const {
+  StandFit fit;
+  fit.hypothesis = h;
+  for (const StandEffect& e : h) {
+    fit.score += kCorrelated * (static_cast<double>(e.p.size()) + find_doubt(*problem_, e));
+  }
+  const double parameters = fit.score;
+  for (size_t c = 0; c < channels_.size(); ++c) {
+    fit.channel_rms.push_back(add_channel(c, held_, evaluation, extra.empty() ? 0 : extra[c], &fit));
+  }
+  fit.held_score = fit.score - parameters;
+  for (size_t c = 0; c < channels_.size() && train_ != held_; ++c) {
+    fit.train_rms.push_back(add_channel(c, train_, evaluation, extra.empty() ? 0 : extra[c], &fit));
+  }
+  if (fit.train_rms.empty()) fit.train_rms = fit.channel_rms;
+  return fit;
+}
+
+FitSelection StandJudge::select(const StandFit& so_far) const {
+  FitSelection out{train_, {}};
+  for (size_t c = 0; c < channels_.size(); ++c) {
+    out.weight.push_back(1 / (sigma_[c] * std::clamp(so_far.channel_rms[c], 1.0, 3.0)));
+  }
+  return out;
+}
+
+bool StandJudge::is_quiet(double left, double before) {
+  return left <= kLeftOver || left * left <= 1e-3 * before * before;
+}
+
+void choose_laws(StandProblems* problems) {
+  const StandProblem& all = problems->all;
+  const size_t joints = all.effort.size();
+  std::vector<char> both(joints, 0);
+  for (size_t j = 0; j < joints; ++j) both[j] = all.effort[j] && all.command[j] && !all.held;
+  if (std::find(both.begin(), both.end(), 1) == both.end()) return;
+  StandProblem* const each[] = {&problems->all, &problems->even, &problems->odd, &problems->wide_even,
+                                &problems->wide_odd};
+  std::vector<double> shared, noise[2];  // by channel; the noise with logs and with laws
+  for (const bool law : {false, true}) {
+    for (StandProblem* p : each) p->law.assign(joints, law);
+    const std::array<Evaluation, 4> halves{evaluate(problems->even, {}), evaluate(problems->odd, {}),
+                                           evaluate(problems->wide_even, {}), evaluate(problems->wide_odd, {})};
+    StandJudge judge(all);
+    judge.update_sigma(evaluate(all, {}), halves, {});
+    noise[law ? 1 : 0] = judge.sigma();
+    if (!law) shared = judge.find_shared(halves[0], halves[1]);
+  }
+  for (size_t j = 0; j < joints; ++j) {
+    const size_t c = find_drive(all, j);  // its equation of motion, and log against law after that
+    const bool better = both[j] && shared[c + 1] == 0 && noise[1][c] < kClearer * noise[0][c];
+    for (StandProblem* p : each) p->law[j] = better;
+  }
+}
+
+StandProblem make_coarse(StandProblem problem) {
+  for (StandRecording& r : problem.recordings) {
+    std::vector<int> few;
+    for (size_t s = kThin / 2; s < r.samples.size(); s += kThin) few.push_back(r.samples[s]);
+    r.samples = few, r.step *= static_cast<int>(kThin);
+  }
+  return problem;
+}
+
+Evaluation thin_out(const Evaluation& evaluation, size_t channels) {
+  Evaluation out(evaluation.size());
+  for (size_t r = 0; r < evaluation.size(); ++r) {
+    const std::vector<double>& all = evaluation[r].residuals;
+    for (size_t at = kThin / 2 * channels; at < all.size(); at += kThin * channels) {
+      const auto row = all.begin() + static_cast<long>(at);
+      out[r].residuals.insert(out[r].residuals.end(), row, row + static_cast<long>(channels));
+    }
+  }
+  return out;
+}
+
+double find_student(double normal, double degrees) {
+  const double n = std::max(4.0, degrees), z = normal * (8 * n + 3) / (8 * n + 1);
+  return std::sqrt(n * (std::exp(z * z / n) - 1));
+}
+
+double find_length(double normal, size_t components) {
+  const auto chance = [](double z, size_t n) {  // of more than z: chi's distribution
+    if (n == 2) return std::exp(-0.5 * z * z);
+    return std::erfc(z * M_SQRT1_2) + (n == 3 ? z * std::sqrt(2 / M_PI) * std::exp(-0.5 * z * z) : 0.0);
+  };
+  double low = normal, high = normal + 3;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (chance(middle, components) > chance(normal, 1) ? low : high) = middle;
+  }
+  return high;
+}
+
+double calc_deviations(const Eigen::VectorXd& vector, const Eigen::MatrixXd& covariance) {
+  return std::sqrt(std::max(0.0, vector.dot(covariance.ldlt().solve(vector))));
+}
+
+Eigen::Vector2d find_tilting(const StandProblem& p) {
+  Eigen::Vector2d sum(0, 0);
+  double count = 0;
+  for (const StandRecording& r : p.recordings) {
+    for (int k : r.samples) {
+      for (size_t f = 0; f < p.feet.size(); ++f, ++count) {
+        const auto read = [&](size_t i) { return r.wrench[6 * f + i].value[static_cast<size_t>(k)]; };
+        const Vector3d force(read(0), read(1), read(2)), torque(read(3), read(4), read(5));
+        const Vector3d moment = torque - p.feet[f].bush.cross(force);
+        for (int a = 0; a < 2; ++a) sum(a) += std::pow(moment(a) * find_give(p.feet[f], a), 2);
+      }
+    }
+  }
+  return (sum / (12 * std::max(1.0, count))).cwiseSqrt();
+}
+
+}  // namespace hrp::diagnosis::standing

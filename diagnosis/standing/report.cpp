@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/standing/dependence.h"
+#include "diagnosis/standing/findings.h"
+
+namespace hrp::diagnosis::standing {
+namespace {
+
+const StandTrial* find_runner_up(const StandOutcome& o, size_t round) {
+  if (round >= o.rounds.size()) return nullptr;
+  const StandEffect& chosen = o.chosen.hypothesis[round];
+  for (const StandTrial& t : o.rounds[round]) {
+    const StandEffect& e = t.fit.hypothesis[round];
+    if (t.fit.score < 1e299 && (e.id != chosen.id || e.place != chosen.place)) return &t;
+  }
+  return nullptr;
+}
+
+std::string spell(const char* effect) {
+  std::string out = effect;
+  std::replace(out.begin(), out.end(), '_', ' ');
+  return out;
+}
+
+std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t round, const std::string& where,
+                           const Json& parameters) {
+  const char* phrase = find_phrase(o.chosen.hypothesis[round].id);
+  std::string out = where + ": " + phrase + " (" + describe_values(parameters) + ").";
+  if (const StandTrial* second = find_runner_up(o, round)) {
+    const StandEffect& other = second->fit.hypothesis[round];
+    const double worst = *std::max_element(second->fit.channel_rms.begin(), second->fit.channel_rms.end());
+    out += " The next best explanation, " + spell(get_stand_info(other.id).effect) + " at " +
+           find_place(p, other).second + ", leaves up to " + number(worst, 2) + " times the noise.";
+  }
+  return out;
+}
+
+Json make_alternatives(const StandProblem& p, const std::vector<StandEffect>& twins) {
+  Json out = Json::array();
+  for (const StandEffect& e : twins) {
+    const auto [kind, name] = find_place(p, e);
+    out.push_back({{"effect", get_stand_info(e.id).effect}, {"where", {{kind, name}}}});
+  }
+  return out;
+}
+
+void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) {
+  for (size_t i = 0; i < o.chosen.hypothesis.size(); ++i) {
+    const StandEffect& e = o.chosen.hypothesis[i];
+    double probability = i < o.rounds.size() ? 0 : 0.999;
+    for (const StandTrial& t : i < o.rounds.size() ? o.rounds[i] : std::vector<StandTrial>{}) {
+      const StandEffect& tried = t.fit.hypothesis[i];
+      if (tried.id == e.id && tried.place == e.place) probability = std::min(0.999, t.probability);
+    }
+    for (size_t f = 0; f < (is_foot(e.id) ? p.feet.size() : 1); ++f) {
+      auto [kind, name] = find_place(p, e);
+      if (is_foot(e.id)) name = p.feet[f].name;
+      const Json parameters = make_parameters(p, e, o.widening * o.chosen.std[i], f);
+      Json finding{{"effect", get_stand_info(e.id).effect},
+                   {"where", {{kind, name}}},
+                   {"parameters", parameters},
+                   {"probability", probability},
+                   {"statement", make_statement(p, o, i, name, parameters)}};
+      if (i < o.twins.size() && !o.twins[i].empty()) finding["alternatives"] = make_alternatives(p, o.twins[i]);
+      findings->push_back(finding);
+    }
+  }
+}
+
+// Where a channel points, as the schema writes places.
+Json make_where(const Channel& c) {
+  if (!c.joint.empty()) return {{"joint", c.joint}};
+  if (!c.foot.empty()) return {{"foot", c.foot}};
+  if (!c.sensor.empty()) return {{"sensor", c.sensor}};
+  return {{"link", c.link}};
+}
+
+// What stays: the worst channel, and other places that stand out nearly as much.
+void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
+  const Evaluation left = evaluate(p, o.chosen.hypothesis);
+  std::vector<size_t> order(o.channels.size());
+  for (size_t c = 0; c < order.size(); ++c) order[c] = c;
+  std::vector<double> rms = o.shared;
+  for (size_t c = 0; o.shared.empty() && c < order.size(); ++c) {
+    rms.push_back(std::max(o.chosen.channel_rms[c], o.chosen.train_rms[c]));
+  }
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return rms[a] > rms[b]; });
+  std::vector<Json> places;
+  for (size_t c : order) {
+    const Json where = make_where(o.channels[c]);
+    const bool loud = o.shared.empty() ? rms[c] >= 2 : rms[c] > 0;
+    if (places.size() >= 3 || (!places.empty() && (!loud || rms[c] < 0.5 * rms[order[0]]))) break;
+    if (std::find(places.begin(), places.end(), where) != places.end()) continue;
+    places.push_back(where);
+    std::string statement = "What is left at " + where.begin().value().get<std::string>() +
+                            " (equation: " + o.channels[c].kind + ") is up to " + number(rms[c], 2) +
+                            " times its noise; no known effect explains it.";
+    if (!o.shared.empty()) statement += " It hardly shows, but lasts longer than noise does.";
+    if (o.opposite) {
+      statement += " Two drives lack equal or opposite efforts, as if something coupled them.";
+    } else if (o.coupled) {
+      statement += " One spring across two joints would explain as much as a spring in each.";
+    } else if (o.uneven) {
+      statement += " Dry friction explains it only if its level follows the position.";
+    } else if (o.periodic) {
+      statement += " What the drive lacks is one sinusoid of time.";
+    } else if (!o.doubtful.empty()) {
+      statement += " The nearest, " + spell(get_stand_info(o.doubtful.back().id).effect) +
+                   ", does not leave noise where it acts, or differs from recording to recording.";
+    }
+    const Relation follows = find_dependence(p, o.channels[c], c, left);
+    if (!follows.names.empty()) statement += " It follows " + follows.words + ".";
+    out->push_back({{"where", where}, {"depends_on", follows.names}, {"statement", statement}});
+  }
+}
+
+}  // namespace
+
+double calc_fit(const StandProblem& p, const StandOutcome& o, const Evaluation& evaluation, bool train) {
+  double sum = 0, count = 0;
+  for (size_t r = 0; r < p.recordings.size(); ++r) {
+    if (p.recordings[r].train != train) continue;
+    const std::vector<double>& flat = evaluation[r].residuals;
+    for (size_t k = 0; k < flat.size(); ++k) {
+      const double z = flat[k] / o.sigma[k % o.channels.size()];
+      sum += z * z, count += flat[k] != 0;
+    }
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+namespace {
+
+// Spread of the recorded columns of a channel's signal about their means, in that signal's unit; 0 when none is found.
+double calc_spread(const StandProblem& p, const std::string& signal, bool held) {
+  double sum = 0, count = 0;
+  for (const Recording& recording : p.experiment->recordings) {
+    if (held && recording.spec.train) continue;
+    const auto add = [&](const std::vector<double>& column) {
+      double mean = 0, n = 0;
+      for (double v : column) {
+        if (std::isfinite(v)) mean += v, ++n;
+      }
+      for (double v : column) {
+        if (std::isfinite(v)) sum += std::pow(v - mean / n, 2), ++count;
+      }
+    };
+    for (const auto& [name, column] : recording.other) {
+      if (name.rfind(signal + "/", 0) == 0) add(column);
+    }
+    for (size_t j = 0; j < recording.joints.size(); ++j) {
+      for (int q = 0; q < kQuantities; ++q) {
+        if (p.experiment->signal_name(static_cast<int>(j), static_cast<Quantity>(q)) == signal) {
+          add(recording.joints[j].signal[q]);
+        }
+      }
+    }
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+// Largest normalised error of the channels of each signal: what an equation leaves over the spread of the signal.
+Json make_signals(const StandProblem& p, const StandOutcome& o) {
+  const bool held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
+  Json out = Json::object();
+  for (size_t c = 0; c < o.channels.size(); ++c) {
+    const Channel& channel = o.channels[c];
+    double spread = calc_spread(p, channel.signal, held);
+    if (channel.kind == "tilt" || channel.kind == "base") spread *= 2;  // a quaternion's part is half an angle
+    if (spread == 0 || channel.kind == "gap") continue;                 // a gap has no recorded signal in metres
+    const double unit = o.sigma[c] / spread;
+    const double before = o.nominal.channel_rms[c] * unit, after = o.chosen.channel_rms[c] * unit;
+    if (out.contains(channel.signal) && out[channel.signal]["before"].get<double>() >= before) continue;
+    out[channel.signal] = {{"before", before}, {"after", after}, {"equation", channel.kind}};
+  }
+  return out;
+}
+
+Json make_fit(const StandProblem& p, const StandOutcome& o) {
+  const Evaluation nominal = evaluate(p, {}), chosen = evaluate(p, o.chosen.hypothesis);
+  Json fit;
+  for (const bool train : {true, false}) {
+    const double before = calc_fit(p, o, nominal, train), after = calc_fit(p, o, chosen, train);
+    if (before > 0) fit[train ? "train" : "validate"] = {{"before", before}, {"after", after}};
+  }
+  fit["per_signal"] = make_signals(p, o);
+  return fit;
+}
+
+void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
+  const Evaluation nominal = evaluate(p, {});
+  for (size_t c = 0; c < o.channels.size(); ++c) {
+    const bool shared = !o.shared.empty() && o.shared[c] > 0;
+    for (size_t r = 0; (shared || o.nominal.channel_rms[c] >= 2) && r < p.recordings.size(); ++r) {
+      const StandRecording& recording = p.recordings[r];
+      double sum = 0, count = 0, begin = -1, end = -1;
+      Json intervals = Json::array();
+      for (size_t s = 0; s < recording.samples.size(); ++s) {
+        const double z = nominal[r].residuals[s * o.channels.size() + c] / o.sigma[c];
+        const double t = recording.time[static_cast<size_t>(recording.samples[s])];
+        sum += z * z, ++count;
+        if (std::abs(z) < 4) continue;
+        if (begin < 0 || t > end + 0.15) {
+          if (begin >= 0) intervals.push_back({begin, end});
+          begin = t;
+        }
+        end = t;
+      }
+      if (begin >= 0) intervals.push_back({begin, end});
+      const double score = std::sqrt(sum / count);
+      if (!shared && score < 2) continue;
+      out->push_back({{"signal", o.channels[c].signal},
+                      {"recording", recording.file},
+                      {"score", score},
+                      {"intervals", intervals},
+                      {"regime", "stance"},
+                      {"equation", o.channels[c].kind}});
+    }
+  }
+  std::stable_sort(out->begin(), out->end(),
+                   [](const Json& a, const Json& b) { return a["score"].get<double>() > b["score"].get<double>(); });
+}
+
+void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* out) {
+  for (const StandEffect& e : o.chosen.hypothesis) {
+    if (!is_foot(e.id)) continue;
+    out->push_back({{"effect", "foot_compliance.cz"},
+                    {"why", "a standing robot hardly moves up and down on its soles"},
+                    {"motion_that_would_tell", "short vertical bounces above 5 Hz"}});
+  }
+  for (const StandEffect& e : o.chosen.hypothesis) {
+    if (e.id != StandId::kBacklash || e.p[3] == 0) continue;
+    const auto [kind, name] = find_place(p, e);
+    out->push_back({{"effect", "backlash.gap"},
+                    {"where", {{kind, name}}},
+                    {"why", "no torque held the teeth on both sides: the gap is at least as wide as what was seen"},
+                    {"motion_that_would_tell", "loads on the joint that change their sign"}});
+  }
+  for (size_t i = 0; i < o.twins.size(); ++i) {
+    for (const StandEffect& e : o.twins[i]) {
+      const auto [kind, name] = find_place(p, e);
+      if (e.id == StandId::kBacklash && o.chosen.hypothesis[i].id == StandId::kJointOffset) {
+        out->push_back({{"effect", get_stand_info(e.id).effect},
+                        {"where", {{kind, name}}},
+                        {"why", "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
+                                    " rad apart would look like the offset"},
+                        {"motion_that_would_tell", "loads on the joint that change their sign"}});
+        continue;
+      }
+      out->push_back({{"effect", get_stand_info(e.id).effect},
+                      {"where", {{kind, name}}},
+                      {"why", "explains the held-out recordings about as well as what is reported"},
+                      {"motion_that_would_tell", "wider and faster sweeps of the joints and of the trunk's lean"}});
+    }
+  }
+  out->push_back({{"effect", "restitution"},
+                  {"where", {{"ground", "ground"}}},
+                  {"why", "feet that stay on the ground do not bounce"},
+                  {"motion_that_would_tell", "hops that land flat"}});
+  const bool any_effort = std::any_of(p.effort.begin(), p.effort.end(), [](bool b) { return b; });
+  if (any_effort) return;
+  out->push_back({{"effect", "torque_saturation"},
+                  {"why", "no effort was recorded; the servo law stands in for it"},
+                  {"motion_that_would_tell", "any, with the drives' efforts recorded"}});
+}
+
+std::string find_verdict(const StandOutcome& o) {
+  if (!o.mismatch) return "no_mismatch";
+  if (o.explained) return "explained";
+  return o.chosen.hypothesis.empty() ? "unexplained" : "partly_explained";
+}
+
+}  // namespace
+
+Json make_stand_report(const StandProblem& p, const StandOutcome& o) {
+  Json out{{"schema", 1},
+           {"verdict", find_verdict(o)},
+           {"mismatch", Json::array()},
+           {"findings", Json::array()},
+           {"unexplained", Json::array()},
+           {"not_identifiable", Json::array()}};
+  if (o.mismatch) add_mismatch(p, o, &out["mismatch"]);
+  add_findings(p, o, &out["findings"]);
+  if (o.mismatch && !o.explained) add_unexplained(p, o, &out["unexplained"]);
+  add_not_identifiable(p, o, &out["not_identifiable"]);
+  out["fit"] = make_fit(p, o);
+  out["prediction"] = {{"method",
+                        "equations of motion along the recorded motion: attitude and encoders against foot "
+                        "sensors, efforts and servo law; fit in units of each equation's noise"},
+                       {"horizon", 0.0}};
+  return out;
+}
+
+}  // namespace hrp::diagnosis::standing

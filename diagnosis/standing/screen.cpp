@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/search/fit.h"
+#include "diagnosis/standing/hints.h"
+#include "diagnosis/standing/searcher.h"
+
+namespace hrp::diagnosis::standing {
+
+namespace {
+
+constexpr size_t kRefined = 8;  // candidates that are fitted to the end in each round
+
+}  // namespace
+
+// The linear prediction of what a candidate would leave: enough to rank.
+StandTrial StandSearcher::screen(const StandFit& so_far, const StandEffect& candidate, const Screen& all) const {
+  const SharedColumns& shared = all.columns;
+  const Evaluation& base = all.base;
+  StandTrial trial;
+  StandHypothesis h = so_far.hypothesis;
+  h.push_back(candidate);
+  const bool late = candidate.id == StandId::kImuDelay || candidate.id == StandId::kWrenchDelay;
+  if (candidate.id == StandId::kBacklash || late) {  // too far from linear
+    h = refine(coarse_, judge_.select(so_far), h, late ? 2 : 1);
+    trial.fit = judge_.judge(h, evaluate(coarse_, h));
+    if (!are_sensible(p_, h)) trial.fit.score = 1e300;
+    return trial;
+  }
+  if (starts_away(candidate)) {
+    trial.fit = judge_.judge(h, thin_out(evaluate(p_, h), channels()));
+    trial.fit.score += all.offset;
+    return trial;
+  }
+  const std::vector<Derivative> added = differentiate(coarse_, h, so_far.hypothesis.size(), base, all_);
+  const Eigen::VectorXd delta = find_step(so_far, h, added, all);
+  if (delta.allFinite()) add_step(delta, 0, &h);
+  Evaluation predicted(base.size());
+  const size_t n = shared.columns.size();
+  for (size_t r = 0; r < base.size(); ++r) {
+    predicted[r].residuals = base[r].residuals;
+    for (size_t c = 0; c < n + added.size() && delta.allFinite(); ++c) {
+      const std::vector<double>& column = c < n ? shared.columns[c][r] : added[c - n][r];
+      const double d = delta(static_cast<long>(c));
+      for (size_t k = 0; k < column.size(); ++k) predicted[r].residuals[k] += column[k] * d;
+    }
+  }
+  if (!are_sensible(p_, h)) {
+    trial.fit.hypothesis = h, trial.fit.score = 1e300;
+    return trial;
+  }
+  trial.fit = judge_.judge(h, predicted, adds_noise(candidate.id) ? find_noise_of(h, all) : std::vector<double>{});
+  return trial;
+}
+
+// To the parameters of a hypothesis whose last effect's columns are `added`. What multiplies a noisy signal is stepped
+// by even against odd samples: plain least squares would make it small for the noise's sake.
+Eigen::VectorXd StandSearcher::find_step(const StandFit& so_far, const StandHypothesis& h,
+                                         const std::vector<Derivative>& added, const Screen& all) const {
+  const FitSelection selection = judge_.select(so_far);
+  const ColumnSide plain{all.columns, added};
+  if (!adds_noise(h.back().id)) return solve_with(coarse_, selection, h, plain, plain);
+  const size_t first = h.size() - 1;
+  const auto even = differentiate(coarse_even_, h, first, all.even, selection.recordings);
+  const auto odd = differentiate(coarse_odd_, h, first, all.odd, selection.recordings);
+  return solve_with(coarse_, selection, h, {all.even_columns, even}, {all.odd_columns, odd});
+}
+
+// By channel the noise [squared] that the last effect of a hypothesis adds.
+std::vector<double> StandSearcher::find_noise_of(const StandHypothesis& h, const Screen& all) const {
+  const StandEffect& last = h.back();
+  const auto with = [&](const StandProblem& half, const Evaluation& without) {
+    Evaluation out(without.size());
+    for (size_t r = 0; r < out.size(); ++r) {
+      out[r].residuals =
+          is_drive(last.id) ? calc_drive_channels(half, h, r, without[r], last.place) : calc_channels(half, h, r);
+    }
+    return out;
+  };
+  std::vector<double> out = judge_.find_noise(with(coarse_even_, all.even), with(coarse_odd_, all.odd));
+  for (size_t c = 0; c < out.size(); ++c) out[c] = std::max(0.0, out[c] - all.noise[c]);
+  return out;
+}
+
+// What may be added: anything at first, then only what was found at other joints already.
+std::vector<StandEffect> StandSearcher::list_next(const StandFit& so_far, const Evaluation& base) const {
+  StandHints hints = hints_;
+  hints.ripples = find_ripples(coarse_, base);
+  for (size_t j = 0; j < hints.play.size(); ++j) hints.play[j] = find_play(coarse_, so_far.hypothesis, j);
+  std::vector<StandEffect> list = list_candidates(p_, so_far.hypothesis, hints);
+  if (so_far.hypothesis.size() < kMostEffects) return list;
+  const auto is_new = [&](const StandEffect& candidate) {
+    const StandHypothesis& h = so_far.hypothesis;
+    return !is_joint(candidate.id) ||
+           std::none_of(h.begin(), h.end(), [&](const StandEffect& e) { return e.id == candidate.id; });
+  };
+  list.erase(std::remove_if(list.begin(), list.end(), is_new), list.end());
+  return list;
+}
+
+StandSearcher::Screen StandSearcher::prepare_screen(const StandFit& so_far) const {
+  const StandHypothesis& h = so_far.hypothesis;
+  const FitSelection selection = judge_.select(so_far);
+  Screen out{evaluate(coarse_, h), evaluate(coarse_even_, h), evaluate(coarse_odd_, h), {}, 0, 0, {}, {}, {}};
+  out.score = judge_.judge(h, out.base).score;
+  out.offset = out.score - judge_.judge(h, thin_out(evaluate(p_, h), channels())).score;
+  out.noise = judge_.find_noise(out.even, out.odd);
+  const auto share = [&](const StandProblem& problem, const Evaluation& base, const std::vector<size_t>& recordings) {
+    return share_columns(selection, differentiate(problem, h, 0, base, recordings), base);
+  };
+  out.columns = share(coarse_, out.base, all_);
+  out.even_columns = share(coarse_even_, out.even, selection.recordings);
+  out.odd_columns = share(coarse_odd_, out.odd, selection.recordings);
+  return out;
+}
+
+// A hypothesis from a start fitted to the training recordings, and judged.
+StandFit StandSearcher::fit_trial(const StandFit& so_far, const StandHypothesis& start, int iterations) const {
+  StandHypothesis h = refine(p_, judge_.select(so_far), start, iterations);
+  Eigen::MatrixXd covariance;
+  if (adds_noise(h.back().id)) polish(problems_, judge_.select(so_far), iterations, &h, &covariance);
+  StandFit fit = judge(h);
+  const StandEffect& last = h.back();
+  const bool doubtful = last.id == StandId::kElasticity && last.p[0] <= find_bound(p_, last, 0);
+  if (!are_sensible(p_, h) || (doubtful && !exceeds_ground(fit))) fit.score = 1e300;
+  return fit;
+}
+
+// Candidates added to what was found so far, the best few of them fitted to the end; best first.
+std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) const {
+  const Screen shared = prepare_screen(so_far);
+  const std::vector<StandEffect> candidates = list_next(so_far, shared.base);
+  std::vector<StandTrial> trials(candidates.size());
+  parallel_for(jobs_, static_cast<int>(candidates.size()), [&](int i) {
+    trials[static_cast<size_t>(i)] = screen(so_far, candidates[static_cast<size_t>(i)], shared);
+  });
+  const auto better = [](const StandTrial& a, const StandTrial& b) { return a.fit.score < b.fit.score; };
+  std::stable_sort(trials.begin(), trials.end(), better);
+  std::vector<StandTrial> best;  // of one effect at one place only the best start
+  for (const StandTrial& t : trials) {
+    if (best.size() >= kRefined || t.fit.score >= shared.score) break;
+    const bool known = std::any_of(best.begin(), best.end(), [&](const StandTrial& b) {
+      return is_same(b.fit.hypothesis.back(), t.fit.hypothesis.back());
+    });
+    if (!known) best.push_back(t);
+  }
+  for (const int iterations : {2, 3}) {  // those that are far behind after the first two are left there
+    const double first = best.empty() ? 0 : best[0].fit.score;
+    const double within = first + 0.5 * std::abs(so_far.score - first) + kGain;
+    parallel_for(jobs_, static_cast<int>(best.size()), [&](int i) {
+      StandTrial& trial = best[static_cast<size_t>(i)];
+      if (iterations > 2 && trial.fit.score > within) return;
+      trial.fit = fit_trial(so_far, trial.fit.hypothesis, iterations);
+    });
+    std::stable_sort(best.begin(), best.end(), better);
+  }
+  double total = 0;
+  for (StandTrial& t : best) {
+    total += t.probability = std::exp(std::max(-200.0, (best[0].fit.score - t.fit.score) / kCorrelated));
+  }
+  for (StandTrial& t : best) t.probability /= total;
+  return best;
+}
+
+}  // namespace hrp::diagnosis::standing

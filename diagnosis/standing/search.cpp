@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/standing/search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/standing/layout.h"
+#include "diagnosis/standing/searcher.h"
+#include "diagnosis/standing/slip.h"
+#include "diagnosis/standing/free_play.h"
+
+namespace hrp::diagnosis::standing {
+
+StandOutcome StandSearcher::run() {
+  update_noise({});
+  out_.nominal = out_.chosen = judge({});
+  if (!find_slip_ratio(p_, &hints_.slip_ratio, &slip_spread_)) hints_.slip_ratio = 0;
+  hints_.ripples.resize(p_.effort.size()), hints_.play.resize(p_.effort.size());
+  give_ = find_tilting(p_), significant_ = find_deviations(kNormal);
+  extend();
+  if (out_.mismatch && !out_.explained) start_with_soles();
+  if (out_.explained) refuse_couplings();
+  if (out_.explained) refuse_bundles();
+  if (out_.explained) refuse_uneven_friction();
+  if (!out_.explained) doubt();
+  if (!out_.mismatch) look_below_noise();
+  find_twins();
+  out_.sigma = judge_.sigma();
+  out_.widening = find_deviations(kNinetyFive) / kNinetyFive;
+  return std::move(out_);
+}
+
+// No equation stands out and nothing was found: what even and odd samples share all the same is there, and no effect of
+// the list is it.
+void StandSearcher::look_below_noise() {
+  out_.shared = judge_.find_shared(evaluate(problems_.even, {}), evaluate(problems_.odd, {}));
+  out_.mismatch = std::any_of(out_.shared.begin(), out_.shared.end(), [](double s) { return s > 0; });
+}
+
+bool StandSearcher::is_full() const { return out_.chosen.hypothesis.size() >= kMostEffects; }
+
+void StandSearcher::extend() {
+  while (out_.chosen.hypothesis.size() < kMostEffects && add_effect()) {
+  }
+  if (out_.chosen.hypothesis.size() > 1) exchange_effects(false);
+  while (is_full() && out_.chosen.hypothesis.size() < kMostAlike && add_effect()) {
+  }
+  enrich_effects();
+  const bool found = !out_.chosen.hypothesis.empty(), quiet = is_explained();
+  const std::vector<double>& train = out_.nominal.train_rms;
+  const double most = *std::max_element(train.begin(), train.end());
+  out_.mismatch = found || worst(out_.nominal) > kMismatch || most > StandJudge::kLeftOver;
+  out_.explained = found && quiet;
+}
+
+// Soft soles beside a second effect in the feet may look impossible alone (a stiffness below zero) and are then never
+// the first to be added: once more from them, if that explains what else would stay unexplained.
+void StandSearcher::start_with_soles() {
+  const auto soft = [](const StandEffect& e) { return is_foot(e.id); };
+  const StandHypothesis& found = out_.chosen.hypothesis;
+  if (std::any_of(found.begin(), found.end(), soft)) return;
+  for (const StandEffect& e : list_candidates(p_, {}, hints_)) {
+    if (e.id != StandId::kFootCompliance) continue;
+    const StandOutcome before = out_;
+    const StandJudge judge_before = judge_;
+    out_.chosen = fit_trial(out_.nominal, {e}, 2);
+    out_.rounds.assign(1, {});
+    extend();
+    const bool more = out_.chosen.hypothesis.size() > 1;
+    if (!more || !out_.explained || !are_sensible(p_, out_.chosen.hypothesis)) out_ = before, judge_ = judge_before;
+  }
+}
+
+bool StandSearcher::is_explained() const {
+  for (size_t c = 0; c < channels(); ++c) {
+    if (!StandJudge::is_quiet(out_.chosen.channel_rms[c], out_.nominal.channel_rms[c])) return false;
+  }
+  return true;
+}
+
+double StandSearcher::find_deviations(double normal) const {
+  double stretches = 0;
+  for (size_t r : judge_.train())
+    stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kStretch;
+  return find_student(normal, stretches - 1);
+}
+
+bool StandSearcher::has_moving_feet() const {
+  for (size_t c = 0; c < find_places(p_) + count_places(p_); ++c) {
+    if (std::max(out_.chosen.channel_rms[c], out_.chosen.train_rms[c]) > kMismatch) return true;
+  }
+  return false;
+}
+
+bool StandSearcher::is_significant(const StandFit& fit) const {
+  const StandEffect& e = fit.hypothesis.back();
+  const StandInfo& info = get_stand_info(e.id);
+  // How far a free link moves has no deviation; the held-out gain tells. A link that nothing ever held follows what the
+  // feet say at every sample: then they must say it beyond their noise.
+  if (e.id == StandId::kBacklash) return e.p[3] == 0 || has_moving_feet();
+  if (is_vector(e.id)) {
+    const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
+    return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kNormal, e.p.size()));
+  }
+  const bool grounded = !exceeds_ground(fit);
+  for (size_t i = 0; i < e.p.size(); ++i) {
+    const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
+    if (std <= 0 || !is_main(e.id, i)) continue;
+    if (std::abs(e.p[i] - from) - (grounded ? find_bound(p_, e, i) : 0) > significant_ * std) return true;
+  }
+  return false;
+}
+
+namespace {
+
+// A transmission has a rotor, too: where what it gives is not sure the rotor alone may be, unless it is far worse than
+// `so_far` allows: beside other effects that are still missing a little more is no proof.
+bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& so_far) {
+  const StandEffect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
+  const double far = std::max(kRicher, kRotorsLack * (so_far.score - rich.score));
+  return a.id == StandId::kRotorInertia && b.id == StandId::kElasticity && a.place == b.place &&
+         simple.score - rich.score < far;
+}
+
+}  // namespace
+
+// Of those that explain as much, and of the rotors of transmissions among them that are not sure, the first that differs
+// from nothing; no hypothesis where none does.
+StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) const {
+  std::vector<const StandFit*> unsure;
+  for (const StandTrial& t : trials) {
+    const bool contained = std::any_of(unsure.begin(), unsure.end(), [&](const StandFit* rich) {
+      return is_contained(t.fit, *rich, out_.chosen);
+    });
+    if (t.probability < kTwin && !contained) continue;
+    const StandFit finished = finish(t.fit, t.fit.hypothesis);
+    if (is_significant(finished)) return finished;
+    unsure.push_back(&t.fit);
+  }
+  return {};
+}
+
+bool StandSearcher::add_effect() {
+  const std::vector<StandTrial> trials = try_candidates(out_.chosen);
+  if (trials.empty() || trials[0].fit.score >= 1e299) return false;
+  const StandTrial& best = trials[0];
+  const double gain = out_.chosen.score - best.fit.score;
+  if (progress_) {
+    std::string text = "gain " + std::to_string(std::lround(gain)) + " by";
+    for (size_t i = 0; i < std::min<size_t>(4, trials.size()); ++i) {
+      const double behind = std::min(1e6, trials[i].fit.score - best.fit.score);
+      text += std::string(i ? ", " : " ") + get_stand_info(trials[i].fit.hypothesis.back().id).effect +
+              (i ? " (" + std::to_string(std::lround(behind)) + " behind)" : "");
+    }
+    progress_(text);
+  }
+  if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // also shown when nothing is accepted
+  if (gain < std::max(kGain, 0.02 * out_.nominal.mismatch)) return false;
+  // Feet that were seen to slide need not slide again in the recordings that were not fitted; all else must not make
+  // them worse.
+  const bool slips = best.fit.hypothesis.back().id == StandId::kGroundFriction;
+  if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
+  const StandFit finished = find_significant(trials);
+  if (finished.hypothesis.empty()) return false;
+  if (!out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);
+  update_noise(finished.hypothesis);
+  out_.nominal = judge({});
+  out_.chosen = finish(judge_again(finished), finished.hypothesis);
+  return true;
+}
+
+// What makes the law richer differs from nothing.
+bool StandSearcher::is_richer(const StandFit& fit, size_t effect) const {
+  const StandEffect& e = fit.hypothesis[effect];
+  const Eigen::VectorXd& std = fit.std[effect];
+  if (e.id == StandId::kStribeck) return e.p[1] > significant_ * std(1);
+  for (size_t at = kFootParameters; at < e.p.size(); at += kFootParameters + 1) {
+    if (e.p[at] > significant_ * std(static_cast<long>(at))) return true;
+  }
+  return false;
+}
+
+void StandSearcher::enrich_effects() {
+  for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
+    StandFit best;
+    best.score = out_.chosen.score - kRicher;
+    for (const StandEffect& richer : list_richer(p_, out_.chosen.hypothesis[i])) {
+      StandHypothesis h = out_.chosen.hypothesis;
+      h[i] = richer;
+      h = refine(p_, judge_.select(out_.chosen), h, 5);
+      const StandFit fit = judge(h);
+      if (are_sensible(p_, h) && fit.score < best.score) best = fit;
+    }
+    if (best.hypothesis.empty()) continue;
+    const StandFit finished = finish(best, best.hypothesis);
+    // Parameters of a richer law are often alike (a level that falls with speed): then what it wins counts.
+    const bool wins = out_.chosen.score - best.score > kGain && best.held_score < out_.chosen.held_score;
+    if (!wins && !is_richer(finished, i)) continue;
+    if (progress_) progress_(std::string("refined to ") + get_stand_info(finished.hypothesis[i].id).effect);
+    if (i < out_.rounds.size() && !out_.rounds[i].empty()) {
+      StandTrial& first = out_.rounds[i][0];
+      if (is_same(first.fit.hypothesis[i], out_.chosen.hypothesis[i])) first.fit.hypothesis[i] = finished.hypothesis[i];
+    }
+    out_.chosen = finished;
+  }
+}
+
+// Each effect against all others in its place, given the rest: what came first was chosen without knowing the second.
+// The last one knew all others, but for one that was taken out since.
+void StandSearcher::exchange_effects(bool all) {
+  for (size_t i = 0; i + (all ? 0 : 1) < out_.chosen.hypothesis.size(); ++i) {
+    StandHypothesis rest = out_.chosen.hypothesis;
+    const StandEffect before = rest[i];
+    rest.erase(rest.begin() + static_cast<long>(i));
+    const StandHypothesis refitted = rest.empty() ? rest : refine(p_, judge_.select(out_.chosen), rest, 5);
+    const StandFit fit = judge(refitted);
+    if (fit.score - out_.chosen.score < kGain) {  // no longer needed
+      out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
+      out_.chosen = rest.empty() ? fit : finish(fit, refitted);
+      return exchange_effects(true);
+    }
+    std::vector<StandTrial> trials = try_candidates(fit);
+    if (trials.empty() || trials[0].fit.score >= 1e299) continue;
+    const bool better = !is_same(trials[0].fit.hypothesis.back(), before) &&
+                        trials[0].fit.score < out_.chosen.score - kCorrelated;
+    if (better && is_significant(finish(trials[0].fit, trials[0].fit.hypothesis))) {
+      StandHypothesis h = trials[0].fit.hypothesis;
+      if (progress_) progress_(std::string("exchanged for ") + get_stand_info(h.back().id).effect);
+      std::rotate(h.begin() + static_cast<long>(i), h.end() - 1, h.end());
+      out_.chosen = finish(trials[0].fit, h);
+    }
+    for (StandTrial& t : trials) {
+      std::rotate(t.fit.hypothesis.begin() + static_cast<long>(i), t.fit.hypothesis.end() - 1, t.fit.hypothesis.end());
+    }
+    out_.rounds[i] = trials;
+  }
+}
+
+void StandSearcher::find_twins() {
+  for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
+    out_.twins.emplace_back();
+    const StandEffect& found = out_.chosen.hypothesis[i];
+    for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
+      const StandTrial& t = out_.rounds[i][k];
+      const StandEffect& e = t.fit.hypothesis[i];
+      if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, found)) out_.twins.back().push_back(e);
+    }
+    const auto is_listed = [&](StandId id) {
+      const std::vector<StandEffect>& twins = out_.twins.back();
+      return std::any_of(twins.begin(), twins.end(), [&](const StandEffect& e) { return e.id == id; });
+    };
+    if (may_be_load(i) && !is_listed(StandId::kPayload)) {
+      out_.twins.back().push_back({StandId::kPayload, found.place, {0, 0, 0, 0}});
+    }
+    if (found.id != StandId::kJointOffset) continue;
+    const auto joint = static_cast<size_t>(found.place);
+    if (!may_be_teeth(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;
+    out_.twins.back().push_back({StandId::kBacklash, found.place, {2 * std::abs(found.p[0]), 0, 0, 0}});
+  }
+}
+
+StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress) {
+  return StandSearcher(problems, jobs, progress).run();
+}
+
+}  // namespace hrp::diagnosis::standing

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The search of search.h: its state, its rounds (search.cpp), what may be added (screen.cpp), how sure it is
+// (certainty.cpp).
+#pragma once
+
+#include <algorithm>
+
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/standing/search.h"
+
+namespace hrp::diagnosis::standing {
+
+// For the score, whose eighth is a logarithm of probability: ln(500 / 1e-3).
+constexpr double kNormal = kSignificantInRobot;
+constexpr double kGain = kCorrelated * 13.1;
+constexpr double kRicher = 40;  // the same where a law is replaced by a richer one at the same place
+constexpr double kRotorsLack = 0.05;  // share of a transmission's gain that its rotor alone may lack
+constexpr double kTwin = 0.05;  // least probability of what is reported as not to be told apart
+constexpr size_t kMostEffects = 3;
+// A robot's drives are made alike: what one joint lacks the others may lack, too. So many effects with those.
+constexpr size_t kMostAlike = 12;
+
+inline bool is_same(const StandEffect& a, const StandEffect& b) { return a.id == b.id && a.place == b.place; }
+
+class StandSearcher {
+ public:
+  StandSearcher(const StandProblems& problems, int jobs, const Progress& progress)
+      : problems_(problems),
+        p_(problems.all),
+        coarse_(make_coarse(p_)),
+        coarse_even_(make_coarse(problems.even)),
+        coarse_odd_(make_coarse(problems.odd)),
+        judge_(p_),
+        jobs_(jobs),
+        progress_(progress) {
+    out_.channels = judge_.list();
+    for (size_t r = 0; r < p_.recordings.size(); ++r) all_.push_back(r);
+  }
+
+  StandOutcome run();
+
+ private:
+  size_t channels() const { return out_.channels.size(); }
+  static double worst(const StandFit& fit) { return *std::max_element(fit.channel_rms.begin(), fit.channel_rms.end()); }
+
+  bool is_full() const;
+  void extend();
+  void start_with_soles();
+  bool is_explained() const;
+  bool add_effect();
+  void enrich_effects();
+  bool is_richer(const StandFit& fit, size_t effect) const;
+  std::vector<StandEffect> list_next(const StandFit& so_far, const Evaluation& base) const;
+  std::vector<StandTrial> try_candidates(const StandFit& so_far) const;
+  struct Screen {  // what screening of all candidates shares: the rows of what was found so far
+    Evaluation base, even, odd;
+    std::vector<double> noise;
+    double score = 0, offset = 0;  // of it; less that of all samples thinned out, whose means are others
+    SharedColumns columns, even_columns, odd_columns;
+  };
+  Screen prepare_screen(const StandFit& so_far) const;
+  Eigen::VectorXd find_step(const StandFit& so_far, const StandHypothesis& h, const std::vector<Derivative>& added,
+                            const Screen& shared) const;
+  StandFit fit_trial(const StandFit& so_far, const StandHypothesis& h, int iterations) const;
+  StandTrial screen(const StandFit& so_far, const StandEffect& candidate, const Screen& shared) const;
+  std::vector<double> find_noise_of(const StandHypothesis& h, const Screen& shared) const;
+  StandFit judge(const StandHypothesis& h) const;
+  void update_noise(const StandHypothesis& h);
+  StandFit finish(const StandFit& so_far, const StandHypothesis& hypothesis) const;
+  StandFit judge_again(const StandFit& fit) const;
+  double find_deviations(double normal) const;
+  bool has_moving_feet() const;  // against the ground or each other, as what was found so far has them
+  bool is_significant(const StandFit& fit) const;
+  StandFit find_significant(const std::vector<StandTrial>& trials) const;
+  bool exceeds_ground(const StandFit& fit) const;
+  bool may_be_load(size_t effect) const;
+  void exchange_effects(bool all);
+  void look_below_noise();
+  void find_twins();
+  void doubt();
+  bool is_consistent(size_t effect) const;
+  bool explains_its_part(size_t effect) const;
+  bool is_balanced() const;
+  bool has_equal_drives() const;
+  bool is_coupled(size_t effect) const;
+  void refuse_couplings();
+  void refuse_uneven_friction();
+  void refuse_bundles();
+  size_t find_effort_channel(int joint) const;  // channels() where no effort drives it
+
+  const StandProblems& problems_;
+  const StandProblem& p_;
+  StandProblem coarse_, coarse_even_, coarse_odd_;  // a third of the samples: enough to rank candidates
+  StandJudge judge_;
+  int jobs_;
+  Progress progress_;
+  StandOutcome out_;
+  std::vector<size_t> all_;
+  StandHints hints_;
+  double slip_spread_ = 0, significant_ = 0;
+  Eigen::Vector2d give_{0, 0};  // [rad] deviation of a foot's roll and pitch by what ground and sole may give
+};
+
+}  // namespace hrp::diagnosis::standing

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a hypothesis makes of the world and of the pose sensor.
+#pragma once
+
+#include "diagnosis/toss/fit.h"
+
+namespace hrp::diagnosis::toss {
+
+// Recorded pose of a true one.
+struct PoseSensor {
+  double scale = 1.0;                 // of positions
+  Vector3d bias{0, 0, 0};             // [m]
+  Matrix3d R = Matrix3d::Identity();  // of the tracked frame in the body
+  double delay = 0.0;                 // [s] of attitudes
+  double skew = 0.0;                  // a stamp t is that of the true time t (1 + skew)
+};
+
+struct TossModel {
+  World world;
+  PoseSensor sensor;
+};
+
+TossModel make_toss_model(const TossProblem& problem, const TossHypothesis& hypothesis);
+
+}  // namespace hrp::diagnosis::toss

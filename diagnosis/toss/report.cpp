@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "diagnosis/toss/search.h"
+#include "diagnosis/report/json.h"
+
+namespace hrp::diagnosis::toss {
+namespace {
+
+const char* const kSignals[] = {"/base/pose/position/x",
+                                "/base/pose/position/y",
+                                "/base/pose/position/z",
+                                "/base/pose/orientation (turn about x)",
+                                "/base/pose/orientation (turn about y)",
+                                "/base/pose/orientation (turn about z)"};
+
+Json make_where(const TossProblem& problem, const TossInfo& info) {
+  if (std::string(info.kind) == "link") return {{"link", problem.nominal.body.links[0].name}};
+  return {{info.kind, info.place}};
+}
+
+// Parameters named x_x, x_y, x_z are one vector x; a lone value_z is a vector along z.
+Json make_parameters(const TossEffect& effect, const std::vector<double>& std) {
+  const TossInfo& info = get_toss_info(effect.id);
+  Json out;
+  for (size_t i = 0; i < effect.p.size(); ++i) {
+    const std::string name = info.parameters[i].name, unit = info.parameters[i].unit;
+    const double v = effect.p[i], s = std[i];
+    const size_t n = name.size();
+    if (n < 3 || name[n - 2] != '_' || name[n - 1] < 'x') {
+      out[name] = make_value(v, s, unit);
+      continue;
+    }
+    Json& vector = out[name.substr(0, n - 2)];
+    if (vector.is_null()) {
+      vector = {{"value", {0.0, 0.0, 0.0}},
+                {"std", {0.0, 0.0, 0.0}},
+                {"ci95", {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}},
+                {"unit", unit}};
+    }
+    const auto axis = static_cast<size_t>(name[n - 1] - 'x');
+    vector["value"][axis] = v, vector["std"][axis] = s, vector["ci95"][axis] = {v - 1.96 * s, v + 1.96 * s};
+  }
+  return out;
+}
+
+std::string describe(const TossProblem& problem, const TossEffect& effect, const std::vector<double>& std) {
+  const TossInfo& info = get_toss_info(effect.id);
+  std::string text;
+  for (size_t i = 0; i < effect.p.size(); ++i) {
+    text += (i ? ", " : "") + std::string(info.parameters[i].name) + " " + number(effect.p[i], 3) + " +- " +
+            number(1.96 * std[i], 3);
+    if (std::string(info.parameters[i].unit) != "1") text += std::string(" ") + info.parameters[i].unit;
+  }
+  text += ", where the model has ";
+  const TossEffect neutral = make_neutral(problem, effect.id);
+  for (size_t i = 0; i < neutral.p.size(); ++i) text += (i ? ", " : "") + number(neutral.p[i], 3);
+  return text;
+}
+
+// Residuals of a fit by toss, sample by sample; NaN outside its windows.
+struct Left {
+  std::vector<std::vector<double>> by_toss;  // [sample * 6 + signal], whitened
+  std::vector<Regime> worst;                 // by window
+};
+
+Left calc_left(const TossProblem& problem, const TossFit& fit) {
+  Left left;
+  for (const Toss& t : problem.tosses) left.by_toss.emplace_back(6 * t.p.size(), std::nan(""));
+  for (size_t i = 0; i < problem.windows.size(); ++i) {
+    const Window& w = problem.windows[i];
+    std::vector<Regime> regimes;
+    const std::vector<double> r = calc_window_residuals(problem, fit.hypothesis, w, fit.starts[i], &regimes);
+    std::copy(r.begin(), r.end(), left.by_toss[w.toss].begin() + static_cast<long>(6 * w.first));
+    Regime worst = Regime::kFlight;
+    for (Regime g : regimes) {
+      if (g == Regime::kImpact || (g == Regime::kContact && worst == Regime::kFlight)) worst = g;
+    }
+    left.worst.push_back(worst);
+  }
+  return left;
+}
+
+// Root mean square over the samples of a role (or of one toss), 0 when there are none.
+double calc_score(const TossProblem& problem, const Left& left, int role, int toss, int signal) {
+  double sum = 0.0, count = 0.0;
+  for (size_t t = 0; t < problem.tosses.size(); ++t) {
+    if ((role >= 0 && problem.tosses[t].train != (role == 1)) || (toss >= 0 && static_cast<size_t>(toss) != t))
+      continue;
+    for (size_t i = 0; i < left.by_toss[t].size(); ++i) {
+      const double r = left.by_toss[t][i];
+      if (!std::isfinite(r) || (signal >= 0 && static_cast<int>(i % 6) != signal)) continue;
+      sum += r * r, count += 1.0;
+    }
+  }
+  return count > 0.0 ? std::sqrt(sum / count) : 0.0;
+}
+
+const char* get_regime_name(Regime regime) {
+  return regime == Regime::kImpact ? "impact" : regime == Regime::kContact ? "sliding, rolling or rest" : "flight";
+}
+
+Json make_mismatch(const TossProblem& problem, const TossOutcome& outcome, const Left& before) {
+  Json list = Json::array();
+  if (!outcome.mismatch) return list;
+  std::vector<size_t> order(problem.windows.size());
+  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return outcome.nominal.misfit[a] > outcome.nominal.misfit[b]; });
+  for (size_t i = 0; i < std::min<size_t>(12, order.size()); ++i) {
+    const Window& w = problem.windows[order[i]];
+    const Toss& t = problem.tosses[w.toss];
+    int signal = 0;
+    double worst = 0.0;
+    for (int s = 0; s < 6; ++s) {
+      double sum = 0.0;
+      for (size_t k = w.first; k < w.first + w.count; ++k)
+        sum += std::pow(before.by_toss[w.toss][6 * k + static_cast<size_t>(s)], 2);
+      if (sum > worst) worst = sum, signal = s;
+    }
+    list.push_back({{"signal", kSignals[signal]},
+                    {"recording", t.file},
+                    {"score", std::sqrt(outcome.nominal.misfit[order[i]])},
+                    {"intervals", {{t.time[w.first], t.time[w.first + w.count - 1]}}},
+                    {"regime", get_regime_name(before.worst[order[i]])}});
+  }
+  return list;
+}
+
+// Standard deviations that intervals are made of: they hold what a single toss asks for, too.
+std::vector<double> find_widths(const TossFit& fit, size_t effect) {
+  std::vector<double> widths = fit.std[effect];
+  for (size_t i = 0; i < widths.size(); ++i) widths[i] = std::hypot(widths[i], fit.spread[effect][i]);
+  return widths;
+}
+
+Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
+  Json list = Json::array();
+  const TossFit& fit = outcome.chosen;
+  for (size_t e = 0; e < fit.hypothesis.size(); ++e) {
+    const TossEffect& effect = fit.hypothesis[e];
+    const TossInfo& info = get_toss_info(effect.id);
+    if (effect.id == TossId::kDrag) continue;  // what slows a body in flight the recordings do not say
+    const std::string rest =
+        outcome.explained
+            ? "With it what is left is noise."
+            : "It holds alike in both halves of the tosses and in those it was not fitted to, but something else "
+              "is missing as well.";
+    list.push_back({{"effect", info.effect},
+                    {"where", make_where(problem, info)},
+                    {"parameters", make_parameters(effect, find_widths(fit, e))},
+                    {"probability", outcome.explained ? 0.98 : 0.9},
+                    {"statement", std::string(info.effect) + ": " + info.phrase + " (" +
+                                      describe(problem, effect, find_widths(fit, e)) + "). " + rest}});
+  }
+  return list;
+}
+
+Json make_unexplained(const TossProblem& problem, const TossOutcome& outcome, const Left& after) {
+  Json list = Json::array();
+  if (has_effect(outcome.chosen.hypothesis, TossId::kDrag)) {
+    list.push_back(
+        {{"where", {{"link", problem.nominal.body.links[0].name}}},
+         {"depends_on", {"velocity"}},
+         {"statement",
+          "The body loses speed in flight in proportion to it; what does that (air, a thread) the poses do not say."}});
+  }
+  if (!outcome.mismatch || outcome.explained) return list;
+  double sum[3] = {0, 0, 0}, count[3] = {0, 0, 0};
+  for (size_t i = 0; i < problem.windows.size(); ++i) {
+    const auto g = static_cast<size_t>(after.worst[i]);
+    sum[g] += outcome.chosen.misfit[i], count[g] += 1.0;
+  }
+  std::string text = "What is left, in units of the noise:";
+  size_t worst = 0;
+  for (size_t g = 0; g < 3; ++g) {
+    const double score = count[g] > 0.0 ? std::sqrt(sum[g] / count[g]) : 0.0;
+    if (count[g] > 0.0)
+      text += std::string(g && text.back() != ':' ? "," : "") + " " + number(score, 3) + " in windows with " +
+              get_regime_name(static_cast<Regime>(g));
+    if (count[g] > 0.0 && score > (count[worst] > 0.0 ? std::sqrt(sum[worst] / count[worst]) : 0.0)) worst = g;
+  }
+  const Json where = worst == 0 ? Json{{"link", problem.nominal.body.links[0].name}} : Json{{"ground", "ground"}};
+  text += worst == static_cast<size_t>(Regime::kImpact)
+              ? ". Impacts of rigid bodies with one restitution and one friction do not describe it."
+              : ".";
+  list.push_back({{"where", where}, {"depends_on", {worst == 2 ? "time" : "velocity"}}, {"statement", text}});
+  return list;
+}
+
+Json make_not_identifiable(const TossProblem& problem) {
+  Json list = Json::array();
+  list.push_back({{"effect", "mass_error"},
+                  {"why",
+                   "Gravity and the forces of a rigid ground act in proportion to mass: a body that is heavier by a "
+                   "factor in mass and "
+                   "inertia moves alike."},
+                  {"motion_that_would_tell", "a push of known force, a spring, or a toss onto a force plate"}});
+  if (!problem.has_linear && !problem.has_angular) {
+    list.push_back({{"effect", "sensor_delay"},
+                    {"why", "Without a second, independent sensor a delay of all poses only shifts time."},
+                    {"motion_that_would_tell", "any toss with an inertial sensor on the body"}});
+  }
+  return list;
+}
+
+Json make_per_signal(const TossProblem& problem, const Left& before, const Left& after) {
+  Json out = Json::object();
+  for (size_t s = 0; s < 6; ++s) {
+    double mean = 0.0, square = 0.0, count = 0.0;
+    for (const Toss& t : problem.tosses) {
+      for (size_t k = 0; k < t.p.size(); ++k) {
+        const double v = s < 3 ? t.p[k][static_cast<long>(s)] : calc_turn(t.R[0], t.R[k])[static_cast<long>(s) - 3];
+        mean += v, square += v * v, count += 1.0;
+      }
+    }
+    const double spread = std::sqrt(std::max(1e-18, square / count - mean * mean / (count * count)));
+    const double noise = s < 3 ? problem.sigma_p : problem.sigma_R;
+    out[kSignals[s]] = {{"before", noise * calc_score(problem, before, -1, -1, static_cast<int>(s)) / spread},
+                        {"after", noise * calc_score(problem, after, -1, -1, static_cast<int>(s)) / spread}};
+  }
+  return out;
+}
+
+Json make_trace(const Toss& t, const std::vector<double>& before, const std::vector<double>& after, size_t s,
+                double noise) {
+  Json time = Json::array(), recorded = Json::array(), jb = Json::array(), ja = Json::array();
+  for (size_t k = 0; k < t.p.size(); ++k) {
+    const double value = s < 3 ? t.p[k][static_cast<long>(s)] : calc_turn(t.R[0], t.R[k])[static_cast<long>(s) - 3];
+    if (!std::isfinite(before[6 * k + s]) || !std::isfinite(after[6 * k + s])) continue;
+    time.push_back(t.time[k]), recorded.push_back(value);
+    jb.push_back(value - noise * before[6 * k + s]), ja.push_back(value - noise * after[6 * k + s]);
+  }
+  return {{"signal", s}, {"time", time}, {"recorded", recorded}, {"before", jb}, {"after", ja}};
+}
+
+}  // namespace
+
+Json make_toss_report(const TossProblem& problem, const TossOutcome& outcome) {
+  const Left before = calc_left(problem, outcome.nominal), after = calc_left(problem, outcome.chosen);
+  Json report{{"schema", 1}};
+  report["verdict"] = !outcome.mismatch   ? "no_mismatch"
+                      : outcome.explained ? "explained"
+                      : outcome.partly    ? "partly_explained"
+                                          : "unexplained";
+  report["mismatch"] = make_mismatch(problem, outcome, before);
+  report["findings"] = make_findings(problem, outcome);
+  if (outcome.partly && report["findings"].empty()) report["verdict"] = "unexplained";
+  report["unexplained"] = make_unexplained(problem, outcome, after);
+  report["not_identifiable"] = make_not_identifiable(problem);
+  report["fit"] = {{"train", {{"before", outcome.nominal.train}, {"after", outcome.chosen.train}}},
+                   {"validate", {{"before", outcome.nominal.validate}, {"after", outcome.chosen.validate}}},
+                   {"per_signal", make_per_signal(problem, before, after)}};
+  report["prediction"] = {
+      {"method",
+       "simulated flight and rigid contact over windows one after the other; the start state of each window is "
+       "estimated from the window, before and after alike, and taken off the degrees of freedom"},
+      {"without_the_worst_twentieth",
+       {{"before", std::max(outcome.nominal.typical_train, outcome.nominal.typical_validate)},
+        {"after", std::max(outcome.chosen.typical_train, outcome.chosen.typical_validate)}}},
+      {"horizon", problem.horizon},
+      {"windows", problem.windows.size()},
+      {"noise",
+       {{"position", problem.sigma_p},
+        {"turn", problem.sigma_R},
+        {"slow_height", problem.slow_p},
+        {"slow_tilt", problem.slow_R}}}};
+  report["warnings"] = problem.experiment->warnings;
+  for (const std::string& note : problem.notes) report["warnings"].push_back(note);
+  return report;
+}
+
+Json make_toss_series(const TossProblem& problem, const TossOutcome& outcome) {
+  const Left before = calc_left(problem, outcome.nominal), after = calc_left(problem, outcome.chosen);
+  Json series{{"schema", 1}, {"experiment", problem.experiment->path}, {"robot", problem.nominal.body.name}};
+  for (size_t s = 0; s < 6; ++s) {
+    series["signals"].push_back({{"name", kSignals[s]},
+                                 {"unit", s < 3 ? "m" : "rad"},
+                                 {"noise", s < 3 ? problem.sigma_p : problem.sigma_R},
+                                 {"noise_source", problem.stated ? "stated" : "estimated"}});
+  }
+  series["recordings"] = Json::array();
+  for (size_t t = 0; t < problem.tosses.size() && series["recordings"].size() < 8; ++t) {
+    const Toss& toss = problem.tosses[t];
+    if (outcome.nominal.cost[t] <= 0.0) continue;
+    Json entry{{"file", toss.file},
+               {"role", toss.train ? "train" : "validate"},
+               {"start", toss.time.front()},
+               {"end", toss.time.back()}};
+    for (size_t i = 0; i < problem.windows.size(); ++i) {
+      const Window& w = problem.windows[i];
+      if (w.toss != t || before.worst[i] != Regime::kImpact) continue;
+      entry["marks"].push_back(
+          {{"kind", "impact"}, {"from", toss.time[w.first]}, {"to", toss.time[w.first + w.count - 1]}});
+    }
+    for (size_t s : {size_t{0}, size_t{2}, size_t{3}, size_t{4}}) {
+      entry["traces"].push_back(
+          make_trace(toss, before.by_toss[t], after.by_toss[t], s, s < 3 ? problem.sigma_p : problem.sigma_R));
+    }
+    series["recordings"].push_back(entry);
+  }
+  series["rivals"] = Json::array();
+  for (const TossTrial& trial : outcome.trials) {
+    const TossInfo& info = get_toss_info(trial.added);
+    series["rivals"].push_back(
+        {{"effect", info.effect},
+         {"where", make_where(problem, info)},
+         {"probability", trial.accepted ? 0.9 : 0.0},
+         {"validate_score", trial.fit.validate > 0.0 ? trial.fit.validate : trial.fit.train},
+         {"complexity", trial.fit.hypothesis.size()},
+         {"chosen", trial.accepted},
+         {"why", trial.accepted ? "takes away most, in every part of the recordings" : trial.why}});
+  }
+  series["notes"] = problem.experiment->warnings;
+  for (const std::string& note : problem.notes) series["notes"].push_back(note);
+  return series;
+}
+
+}  // namespace hrp::diagnosis::toss

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/toss/search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/estimate/significance.h"
+
+namespace hrp::diagnosis::toss {
+namespace {
+
+constexpr size_t kSearchWindows = 110;  // a minute on two cores
+constexpr double kFloor = 1.2;          // score below which what is left counts as noise
+constexpr int kMostEffects = 5;
+// While something else is missing as well, an effect must take away this share of the cost that is left: a smaller one
+// may be a stand-in for what is missing.
+constexpr double kLeastShare = 0.03;
+constexpr double kLeastGain = 10.0;  // of the cost, beside 2 for each parameter: odds of about e^10 on noise alone
+constexpr double kSure = kSignificantInTosses;  // standard errors
+constexpr double kSteady = 0.5;      // spread from toss to toss over the value: beyond it is no property of anything
+constexpr double kSame = 0.25;       // relative difference of two halves that still counts as the same value
+
+bool has_validation(const TossProblem& problem) {
+  return std::any_of(problem.tosses.begin(), problem.tosses.end(), [](const Toss& t) { return !t.train; });
+}
+
+double judge(const TossProblem& problem, const TossFit& fit) {
+  return has_validation(problem) ? fit.validate : fit.train;
+}
+
+void decide(const TossProblem& problem, TossOutcome* outcome) {
+  const double before = judge(problem, outcome->nominal), after = judge(problem, outcome->chosen);
+  const bool found = !outcome->chosen.hypothesis.empty();
+  outcome->mismatch = found || before > kFloor;
+  outcome->explained = found && after < kFloor;
+  outcome->partly = found && !outcome->explained;
+}
+
+// Mean over training tosses of what each gained, over its standard error.
+double calc_sureness(const TossProblem& problem, const TossFit& before, const TossFit& after) {
+  double n = 0.0, sum = 0.0, square = 0.0;
+  for (size_t t = 0; t < problem.tosses.size(); ++t) {
+    if (!problem.tosses[t].train || before.cost[t] <= 0.0) continue;
+    const double d = before.cost[t] - after.cost[t];
+    n += 1.0, sum += d, square += d * d;
+  }
+  if (n < 3.0) return sum > 0.0 ? kSure : 0.0;  // too few to tell: the other tests decide
+  const double variance = std::max(1e-12, (square - sum * sum / n) / (n - 1.0));
+  return sum / std::sqrt(n * variance);
+}
+
+class Search {
+ public:
+  Search(const TossProblem& problem, int jobs, const TossProgress& progress)
+      : problem_(problem), jobs_(jobs), progress_(progress) {}
+
+  TossOutcome run() {
+    out_.nominal = fit_starts(problem_, {}, nullptr, jobs_);
+    out_.chosen = out_.nominal;
+    say("nominal: " + std::to_string(judge(problem_, out_.nominal)) + " times the noise");
+    for (int round = 0; round < kMostEffects && add_best(); ++round) {
+    }
+    if (out_.chosen.hypothesis.size() > 1) refine();
+    decide(problem_, &out_);
+    return std::move(out_);
+  }
+
+ private:
+  void say(const std::string& text) const {
+    if (progress_) progress_(text);
+  }
+
+  TossFitOptions options(int rounds) const {
+    TossFitOptions o;
+    o.jobs = jobs_, o.rounds = rounds;
+    return o;
+  }
+
+  // Where to start a candidate: beside its neutral value where the prediction does not feel a small change.
+  std::vector<TossEffect> list_starts(TossId id) const {
+    const TossEffect neutral = make_neutral(problem_, id);
+    if (id == TossId::kGroundFriction) {  // what sticks does not feel friction: less and more
+      std::vector<TossEffect> out{neutral, neutral};
+      out[0].p[0] *= 0.5, out[1].p[0] *= 1.5;
+      return out;
+    }
+    if (id == TossId::kRestitution) {  // below a threshold speed nothing bounces: no small change shows
+      TossEffect start = neutral;
+      start.p[0] = std::min(1.0, start.p[0] + 0.2);
+      return {start};
+    }
+    if (id == TossId::kPayload) {  // the centre of mass is where com_error put it; a tenth of the mass did it
+      TossEffect start = neutral;
+      const double mass = problem_.nominal.body.links[0].inertia.mass;
+      start.p[0] = 0.1 * mass;
+      for (const TossEffect& e : out_.chosen.hypothesis) {
+        for (size_t i = 0; e.id == TossId::kComError && i < 3; ++i) start.p[i + 1] = 11.0 * e.p[i];
+      }
+      return {start};
+    }
+    return {neutral};
+  }
+
+  TossTrial try_effect(TossId id) const {
+    TossTrial best;
+    best.added = id;
+    for (const TossEffect& effect : list_starts(id)) {
+      TossHypothesis hypothesis = out_.chosen.hypothesis;
+      if (id == TossId::kPayload) {  // instead of com_error, which it contains
+        hypothesis.erase(std::remove_if(hypothesis.begin(), hypothesis.end(),
+                                        [](const TossEffect& e) { return e.id == TossId::kComError; }),
+                         hypothesis.end());
+      }
+      hypothesis.push_back(effect);
+      const TossFit fit = fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(4));
+      const double gain = out_.chosen.train_cost - fit.train_cost;
+      if (best.fit.hypothesis.empty() || gain > best.gain) best.fit = fit, best.gain = gain;
+    }
+    best.sureness = calc_sureness(problem_, out_.chosen, best.fit);
+    return best;
+  }
+
+  // The added effect's parameters from each half of the training tosses alone.
+  bool is_consistent(const TossTrial& trial) const {
+    TossFit half[2];
+    for (size_t h = 0; h < 2; ++h) {
+      std::vector<char> use;
+      for (size_t t = 0; t < problem_.tosses.size(); ++t)
+        use.push_back(problem_.tosses[t].train && chosen_half(t) == h);
+      if (std::count(use.begin(), use.end(), 1) == 0) return true;
+      TossFitOptions o = options(3);
+      o.use = &use;
+      half[h] = fit_tosses(problem_, trial.fit, o);
+    }
+    const size_t last = trial.fit.hypothesis.size() - 1;
+    const TossEffect neutral = make_neutral(problem_, trial.added);
+    for (size_t i = 0; i < neutral.p.size(); ++i) {
+      const double a = half[0].hypothesis[last].p[i], b = half[1].hypothesis[last].p[i];
+      const double size = std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]);
+      const double error = 3.0 * std::hypot(half[0].std[last][i], half[1].std[last][i]);
+      if (std::abs(a - b) > std::max(kSame * size, error)) return false;
+    }
+    return true;
+  }
+
+  // Every other one of the training tosses that have windows.
+  size_t chosen_half(size_t toss) const {
+    size_t number = 0;
+    for (size_t t = 0; t < toss; ++t) number += problem_.tosses[t].train && out_.nominal.cost[t] > 0.0 ? 1 : 0;
+    return number % 2;
+  }
+
+  // Whether single tosses ask for about the same value: material and clocks do not change between them.
+  bool is_steady(const TossTrial& trial) const {
+    const TossEffect neutral = make_neutral(problem_, trial.added);
+    for (size_t i = 0; i < neutral.p.size(); ++i) {
+      const double size = std::abs(trial.fit.hypothesis.back().p[i] - neutral.p[i]);
+      const bool tells = size > kSure * trial.fit.std.back()[i];
+      if (tells && trial.fit.spread.back()[i] > kSteady * size) return false;
+    }
+    return true;
+  }
+
+  bool is_significant(const TossTrial& trial) const {
+    const size_t last = trial.fit.hypothesis.size() - 1;
+    const TossEffect neutral = make_neutral(problem_, trial.added);
+    for (size_t i = 0; i < neutral.p.size(); ++i) {
+      const double std = trial.fit.std[last][i];
+      if (std > 0.0 && std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSure * std) return true;
+    }
+    return false;
+  }
+
+  // What acts in flight must not make windows without contact worse, beyond chance. True when there are none.
+  bool shows_in_flight(const TossTrial& trial) const {
+    const TossId id = trial.added;
+    const bool flies = id == TossId::kComError || id == TossId::kPositionScale || id == TossId::kClockSkew ||
+                       id == TossId::kDrag || id == TossId::kOrientationDelay;
+    if (!flies) return true;
+    double gain = 0.0, count = 0.0;
+    for (size_t i = 0; i < problem_.windows.size(); ++i) {
+      const Window& w = problem_.windows[i];
+      std::vector<Regime> regimes;
+      calc_window_residuals(problem_, out_.chosen.hypothesis, w, out_.chosen.starts[i], &regimes);
+      if (std::any_of(regimes.begin(), regimes.end(), [](Regime g) { return g != Regime::kFlight; })) continue;
+      const double n = 6.0 * static_cast<double>(w.count);
+      gain += calc_cost(out_.chosen.misfit[i], n) - calc_cost(trial.fit.misfit[i], n), count += 1.0;
+    }
+    return count == 0.0 || gain > -kLeastGain;
+  }
+
+  void examine(TossTrial* trial) const {
+    const double before = out_.chosen.train_cost, left = judge(problem_, trial->fit);
+    const size_t count = make_neutral(problem_, trial->added).p.size();
+    const double least = kLeastGain + 2.0 * static_cast<double>(count) + (left < kFloor ? 0.0 : kLeastShare * before);
+    if (trial->gain < least)
+      trial->why = "it takes away too little of what is missing";
+    else if (has_validation(problem_) && trial->fit.validate_cost >= out_.chosen.validate_cost)
+      trial->why = "the recordings it was not fitted to get no better";
+    else if (trial->sureness < kSure)
+      trial->why = "only few tosses get better";
+    else if (!is_significant(*trial))
+      trial->why = "its parameters cannot be told from nothing";
+    else if (!shows_in_flight(*trial))
+      trial->why = "flight gets worse with it";
+    else if (trial->added == TossId::kInertiaError)
+      trial->why = "only impacts speak of it, and their law is not known well enough";
+    else if (!is_steady(*trial))
+      trial->consistent = false, trial->why = "its value differs from toss to toss";
+    else if (!is_consistent(*trial))
+      trial->consistent = false, trial->why = "halves of the tosses ask for different values";
+    else
+      trial->accepted = true;
+  }
+
+  std::vector<TossId> list_candidates() const {
+    std::vector<TossId> candidates, wanted;
+    int others = 0;
+    for (int i = 0; i < kTossIds; ++i) {
+      const auto id = static_cast<TossId>(i);
+      if (id != TossId::kPayload && !has_effect(out_.chosen.hypothesis, id)) candidates.push_back(id);
+    }
+    const std::vector<double> gains = calc_gains(problem_, out_.chosen, candidates, jobs_);
+    std::vector<size_t> order(candidates.size());
+    for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return gains[a] > gains[b]; });
+    for (size_t i : order) {
+      // Friction does not show to first order where everything sticks, nor restitution where nothing bounces.
+      const bool blind = candidates[i] == TossId::kGroundFriction || candidates[i] == TossId::kRestitution;
+      if (blind || (others < 2 && gains[i] > kLeastGain)) wanted.push_back(candidates[i]);
+      others += blind ? 0 : 1;
+    }
+    if (has_effect(out_.chosen.hypothesis, TossId::kComError)) wanted.push_back(TossId::kPayload);
+    return wanted;
+  }
+
+  bool add_best() {
+    if (out_.chosen.typical_train < 0.5) return false;  // the noise is overstated: nothing to find
+    std::vector<TossTrial> round;
+    for (TossId id : list_candidates()) {
+      round.push_back(try_effect(id));
+      say(std::string("with ") + get_toss_info(id).effect + ": " + std::to_string(judge(problem_, round.back().fit)));
+    }
+    std::stable_sort(round.begin(), round.end(),
+                     [](const TossTrial& a, const TossTrial& b) { return a.gain > b.gain; });
+    bool found = false;
+    for (TossTrial& trial : round) {
+      if (!found)
+        examine(&trial);
+      else
+        trial.why = "another effect takes away more";
+      found = found || trial.accepted;
+    }
+    for (TossTrial& trial : round) {
+      if (trial.accepted) out_.chosen = trial.fit;
+      out_.trials.push_back(std::move(trial));
+    }
+    return found && judge(problem_, out_.chosen) > 1.0;
+  }
+
+  void refine() { out_.chosen = fit_tosses(problem_, out_.chosen, options(4)); }
+
+  const TossProblem& problem_;
+  int jobs_;
+  const TossProgress& progress_;
+  TossOutcome out_;
+};
+
+}  // namespace
+
+TossProblem make_small_problem(const TossProblem& problem, size_t most, bool other) {
+  TossProblem small = problem;
+  const auto count = problem.windows.size(), stride = (count + most - 1) / most;
+  const size_t offset = other ? stride / 2 : 0;
+  std::vector<char> use(problem.tosses.size(), 0);
+  size_t number[2] = {0, 0};
+  for (size_t t = 0; t < use.size(); ++t) {
+    use[t] = number[problem.tosses[t].train ? 1 : 0]++ % stride == offset && (!other || offset > 0);
+  }
+  small.windows.clear();
+  for (const Window& w : problem.windows) {
+    if (use[w.toss]) small.windows.push_back(w);
+  }
+  return small;
+}
+
+namespace {
+
+// Tosses that had no part in the search must ask for the same values; half of what they differ by widens the intervals.
+// Effects that others do not confirm are taken out.
+void confirm(const TossProblem& problem, const TossProblem& others, int jobs, const TossProgress& progress,
+             TossOutcome* outcome) {
+  if (others.windows.empty() || outcome->chosen.hypothesis.empty()) return;
+  TossFitOptions options;
+  options.jobs = jobs, options.rounds = 4;
+  const TossFit& found = outcome->chosen;
+  const TossFit again = fit_tosses(others, fit_starts(others, found.hypothesis, nullptr, jobs), options);
+  TossFit kept = found;
+  kept.hypothesis.clear(), kept.std.clear(), kept.spread.clear();
+  for (size_t e = 0; e < found.hypothesis.size(); ++e) {
+    const TossEffect neutral = make_neutral(problem, found.hypothesis[e].id);
+    std::vector<double> std = found.std[e];
+    bool same = true;
+    for (size_t i = 0; i < std.size(); ++i) {
+      const double apart = std::abs(found.hypothesis[e].p[i] - again.hypothesis[e].p[i]);
+      const double size = std::abs(found.hypothesis[e].p[i] - neutral.p[i]);
+      const double error = std::hypot(found.std[e][i], again.std[e][i]);
+      same = same && !(size > kSure * std[i] && apart > std::max(kSame * size, kSure * error));
+      std[i] = std::hypot(std[i], 0.5 * apart);
+    }
+    const char* name = get_toss_info(found.hypothesis[e].id).effect;
+    if (progress) progress(std::string("other tosses ") + (same ? "confirm " : "do not confirm ") + name);
+    if (!same) continue;
+    kept.hypothesis.push_back(found.hypothesis[e]), kept.std.push_back(std), kept.spread.push_back(found.spread[e]);
+  }
+  if (kept.hypothesis.size() < found.hypothesis.size()) {
+    const std::vector<std::vector<double>> std = kept.std;
+    kept = fit_tosses(problem, fit_starts(problem, kept.hypothesis, &found, jobs), options);
+    for (size_t e = 0; e < std.size(); ++e) {
+      for (size_t i = 0; i < std[e].size(); ++i) kept.std[e][i] = std::max(kept.std[e][i], std[e][i]);
+    }
+  }
+  outcome->chosen = kept;
+  decide(problem, outcome);
+}
+
+}  // namespace
+
+TossOutcome search_tosses(const TossProblem& problem, int jobs, const TossProgress& progress) {
+  return Search(problem, jobs, progress).run();
+}
+
+bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress,
+                     nlohmann::ordered_json* report, nlohmann::ordered_json* series) {
+  TossProblem whole;
+  std::string why;
+  if (!make_toss_problem(experiment, &whole, &why)) return false;
+  const TossProblem problem = make_small_problem(whole, kSearchWindows);
+  if (progress) {
+    progress("tossed body: " + std::to_string(problem.windows.size()) + " of " + std::to_string(whole.windows.size()) +
+             " windows");
+  }
+  TossOutcome outcome = search_tosses(problem, jobs, progress);
+  confirm(problem, make_small_problem(whole, kSearchWindows, true), jobs, progress, &outcome);
+  *report = make_toss_report(problem, outcome);
+  *series = make_toss_series(problem, outcome);
+  return true;
+}
+
+}  // namespace hrp::diagnosis::toss

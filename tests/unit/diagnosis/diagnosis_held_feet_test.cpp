@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A leg on a rail whose foot is held and whose foot force is measured: what its joints hide is found from the equations
+// of motion, with an unknown force on the rail and the height not recorded.
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "common/multibody/inverse_dynamics.h"
+#include "common/multibody/kinematics.h"
+#include "diagnosis/held_feet/search.h"
+
+namespace hrp::diagnosis::held_feet {
+namespace {
+
+LinkSpec make_link(const std::string& name, int parent, JointKind kind, const Vector3d& axis, const Vector3d& p, double mass) {
+  LinkSpec link;
+  link.name = name, link.parent = parent;
+  link.inertia.mass = mass, link.inertia.p_LLcm_L = Vector3d(0, 0, -0.1), link.inertia.I_LLcm_L = mass * 2e-3 * Matrix3d::Identity();
+  link.joint.name = "j_" + name, link.joint.kind = kind, link.joint.axis_F = axis, link.joint.X_PF.p = p;
+  return link;
+}
+
+Experiment make_leg() {
+  Experiment e;
+  e.scenario.floating_base = false;
+  TreeSpec& tree = e.robot.tree;
+  tree.name = "leg", tree.floating_base = false;
+  LinkSpec world;
+  world.name = "world", world.inertia.mass = 1.0, world.inertia.I_LLcm_L = Matrix3d::Identity();
+  tree.links = {world, make_link("slider", 0, JointKind::kPrismatic, Vector3d::UnitZ(), Vector3d::Zero(), 0.5),
+                make_link("thigh", 1, JointKind::kRevolute, Vector3d::UnitY(), Vector3d::Zero(), 0.3),
+                make_link("shank", 2, JointKind::kRevolute, Vector3d::UnitY(), Vector3d(0, 0, -0.2), 0.1)};
+  tree.links[1].joint.actuated = false;
+  tree.frames = {{"foot", 3, {Matrix3d::Identity(), Vector3d(0, 0, -0.2)}}};
+  WrenchSpec sensor;
+  sensor.name = "floor", sensor.link = "foot";
+  e.scenario.sensors.wrenches = {sensor};
+  e.keys.wrench_frame["floor"] = "world";
+  return e;
+}
+
+// The knee's effort is logged as 1 / scale of the true torque; friction of `level` acts in it.
+void add_recording(double scale, double level, unsigned seed, Experiment* e) {
+  Recording r;
+  r.spec.name = "held", r.spec.train = seed == 1;
+  r.spec.feet_attached = {"foot"}, r.spec.unknown_force = {"j_slider"};
+  r.joints.resize(3);
+  Model model(e->robot.tree);
+  Data data(model);
+  State state = make_state(model);
+  Eigen::VectorXd vdot(3), tau(3);
+  LinkWrenches wrenches(4, Vector6d::Zero());
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise;
+  for (int k = 0; k < 6000; ++k) {  // 12 s at 500 Hz
+    const double t = 0.002 * k, w = seed == 1 ? 2.0 : 3.0, b = 0.8 + 0.4 * std::sin(w * t), bd = 0.4 * w * std::cos(w * t), bdd = -0.4 * w * w * std::sin(w * t);
+    state.q << 0.4 * std::cos(b), b, -2 * b, state.qd << -0.4 * std::sin(b) * bd, bd, -2 * bd;
+    vdot << -0.4 * (std::cos(b) * bd * bd + std::sin(b) * bdd), bdd, -2 * bdd;
+    update_kinematics(model, state, &data);
+    const Vector3d force(2 * std::sin(1.3 * t), 0.5, 12 + 6 * std::sin(0.7 * t)), p_WF = get_pose(data, 3) * Vector3d(0, 0, -0.2);
+    Vector6d F;
+    F << Vector3d::Zero(), force;
+    wrenches[3] = calc_wrench_about_origin(data, 3, p_WF, F);
+    calc_inverse_dynamics(model, vdot, &wrenches, &data, &tau);
+    tau(2) = (tau(2) + level * (state.qd(2) > 0 ? 1 : -1)) / scale;
+    r.time.push_back(t);
+    for (int j = 1; j < 3; ++j) {
+      r.joints[static_cast<size_t>(j)].signal[0].push_back(state.q(j) + 1e-5 * noise(random));
+      r.joints[static_cast<size_t>(j)].signal[2].push_back(tau(j) + 0.01 * noise(random));
+    }
+    const char* const axes[] = {"x", "y", "z"};
+    for (int i = 0; i < 3; ++i) r.other[std::string("/wrench/floor/force/") + axes[i]].push_back(force[i] + 0.05 * noise(random));
+  }
+  e->recordings.push_back(r);
+}
+
+RowOutcome diagnose_leg(double scale, double level) {
+  Experiment e = make_leg();
+  for (unsigned seed : {1u, 2u}) add_recording(scale, level, seed, &e);
+  RowProblem problem;
+  std::string why;
+  EXPECT_TRUE(make_row_problem(e, &problem, &why)) << why;
+  return search_rows(problem, nullptr);
+}
+
+TEST(HeldFoot, DryFrictionAndTorqueConstantOfTheKneeComeBack) {
+  const RowOutcome outcome = diagnose_leg(0.8, 0.15);
+  ASSERT_EQ(outcome.chosen.hypothesis.size(), 2u);
+  for (const RowEffect& e : outcome.chosen.hypothesis) {
+    EXPECT_EQ(e.place, 2);
+    if (e.id == RowEffectId::kTorqueConstant) EXPECT_NEAR(e.p[0], 0.8, 0.05 * 0.2);
+    else EXPECT_NEAR(e.p[0], 0.15, 0.05 * 0.15);
+  }
+  EXPECT_LT(outcome.chosen.held, outcome.baseline.held);
+}
+
+TEST(HeldFoot, NothingIsFoundWhenNothingIsHidden) { EXPECT_TRUE(diagnose_leg(1.0, 0.0).chosen.hypothesis.empty()); }
+
+}  // namespace
+}  // namespace hrp::diagnosis::held_feet

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tossed bodies: the prediction against closed forms, and hidden friction and restitution found again.
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "diagnosis/toss/fit.h"
+
+namespace hrp::diagnosis::toss {
+namespace {
+
+constexpr double kEdge = 0.1;    // [m]
+constexpr double kNoise = 5e-5;  // [m]; attitudes 5e-4 rad
+
+RobotDescription make_body(ShapeKind kind) {
+  RobotDescription robot;
+  LinkSpec link;
+  link.name = "body";
+  link.inertia.mass = 0.4, link.inertia.I_LLcm_L = 0.4 * kEdge * kEdge / 6.0 * Matrix3d::Identity();
+  robot.tree.name = "tossed", robot.tree.links = {link};
+  CollisionShape shape;
+  shape.kind = kind, shape.sole = true;
+  shape.size = kind == ShapeKind::kBox ? Vector3d::Constant(kEdge) : Vector3d(kEdge / 2, 0, 0);
+  robot.shapes = {shape};
+  return robot;
+}
+
+World make_world(const RobotDescription& robot, double friction, double restitution) {
+  World world;
+  world.body = robot.tree, world.ground.friction = friction, world.restitution = restitution;
+  return world;
+}
+
+std::vector<double> make_times(double duration, double step) {
+  std::vector<double> times;
+  for (int k = 0; k * step <= duration; ++k) times.push_back(k * step);
+  return times;
+}
+
+TEST(TossedBody, RisesAgainToTheSquareOfTheRestitution) {
+  const RobotDescription robot = make_body(ShapeKind::kSphere);
+  BodyState start;
+  start.p_WB.z() = kEdge / 2 + 0.2;
+  std::vector<BodyState> states;
+  ASSERT_TRUE(roll_out(make_world(robot, 0.5, 0.5), make_soles(robot), start, make_times(0.42, 0.002), &states));
+  double highest = 0.0;
+  for (size_t k = 110; k < states.size(); ++k) highest = std::max(highest, states[k].p_WB.z() - kEdge / 2);
+  EXPECT_NEAR(highest, 0.25 * 0.2, 2e-4);  // the touch is found to 20 um, samples stand 2 ms apart
+}
+
+TEST(TossedBody, LosesSpeedAtFrictionTimesGravityWhileItSlides) {
+  const RobotDescription robot = make_body(ShapeKind::kBox);
+  BodyState start;
+  start.p_WB.z() = kEdge / 2, start.v_WB.x() = 1.0;
+  std::vector<BodyState> states;
+  ASSERT_TRUE(roll_out(make_world(robot, 0.2, 0.0), make_soles(robot), start, make_times(0.2, 0.01), &states));
+  EXPECT_NEAR(states.back().v_WB.x(), 1.0 - 0.2 * 9.81 * 0.2, 2e-3);          // first contact step may still settle
+  EXPECT_NEAR(states.back().p_WB.x(), 0.2 - 0.5 * 0.2 * 9.81 * 0.04, 1e-3);
+}
+
+Experiment make_experiment(double friction, double restitution, int tosses) {
+  Experiment e;
+  e.robot = make_body(ShapeKind::kBox);
+  e.scenario.floating_base = true, e.scenario.ground.friction = 0.5, e.sample_time = 0.008;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  const World truth = make_world(e.robot, friction, restitution);
+  for (int t = 0; t < tosses; ++t) {
+    BodyState start;
+    start.R_WB = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
+    start.p_WB.z() = 0.12, start.v_WB = Vector3d(0.8, 0.3 * normal(random), -0.5);
+    start.w_WB = Vector3d(normal(random), 3.0 * normal(random), normal(random));
+    Recording r;
+    r.spec.name = "toss", r.spec.train = t + 1 < tosses, r.time = make_times(0.38, e.sample_time);
+    std::vector<BodyState> states;
+    EXPECT_TRUE(roll_out(truth, make_soles(e.robot), start, r.time, &states));
+    for (const BodyState& s : states) {
+      const Vector3d turn = 10.0 * kNoise * Vector3d(normal(random), normal(random), normal(random));
+      const Eigen::Quaterniond R = Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * s.R_WB;
+      const char* const names[] = {"x", "y", "z", "w"};
+      for (int i = 0; i < 4; ++i) {
+        if (i < 3) r.other[std::string("/base/pose/position/") + names[i]].push_back(s.p_WB[i] + kNoise * normal(random));
+        r.other[std::string("/base/pose/orientation/") + names[i]].push_back(R.coeffs()[i]);
+      }
+    }
+    e.recordings.push_back(r);
+  }
+  return e;
+}
+
+TEST(TossedBody, FrictionAndRestitutionComeBack) {
+  const Experiment e = make_experiment(0.2, 0.3, 5);
+  TossProblem problem;
+  std::string why;
+  ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
+  TossHypothesis start{make_neutral(problem, TossId::kGroundFriction), make_neutral(problem, TossId::kRestitution)};
+  start[0].p[0] = 0.3, start[1].p[0] = 0.2;
+  const TossFit nominal = fit_starts(problem, {}, nullptr, 1);
+  const TossFit fit = fit_tosses(problem, fit_starts(problem, start, nullptr, 1), {});
+  EXPECT_NEAR(fit.hypothesis[0].p[0], 0.2, 0.05 * 0.2);
+  EXPECT_NEAR(fit.hypothesis[1].p[0], 0.3, 0.05 * 0.3);
+  EXPECT_LT(fit.train, 0.2 * nominal.train);
+}
+
+TEST(TossedBody, NothingIsMissingWhenNothingIsHidden) {
+  const Experiment e = make_experiment(0.5, 0.0, 3);
+  TossProblem problem;
+  std::string why;
+  ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
+  const TossFit nominal = fit_starts(problem, {}, nullptr, 1);
+  EXPECT_LT(nominal.train, 1.2);  // the score from which on a mismatch is reported
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::toss
