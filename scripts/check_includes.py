@@ -47,6 +47,18 @@ COMMON = {
     "plot": ["base", "spatial", "multibody", "effects", "robot", "mcap", "messages"],
 }
 
+# Folders of the diagnosis that know no other folder of it beside those given. Whatever the others know, there is no
+# cycle among them: find_cycle().
+DIAGNOSIS = {
+    "data": [],
+    "estimate": [],
+    "model": ["data"],
+    "simulation": ["data", "model"],
+    "search": ["data", "estimate", "model", "simulation"],
+    "page": [],
+    "generator": [],
+}
+
 # Parts of a server that may know the bus: everything else in servers/ is core.
 BUS_SIDE = re.compile(r"^servers/(console/.*|viewer/.*|[^/]+/(node|main|translate|engine)[^/]*\.(h|cpp))$")
 BUS_HEADERS = ("common/bus/", "common/messages/", "common/node/", "hrp_idl/")
@@ -114,6 +126,49 @@ def check_server(path, header):
     return None
 
 
+def check_diagnosis(path, header):
+    if not is_under(path, "diagnosis") or not is_under(header, "diagnosis"):
+        return None
+    own, other = path.split("/")[1], header.split("/")[1]
+    if own == other or own not in DIAGNOSIS or other in DIAGNOSIS[own] or "/" not in header[len("diagnosis/"):]:
+        return None
+    return f"diagnosis/{own} may not include diagnosis/{other}"
+
+
+def find_cycle(edges):
+    """A way from a folder back to itself as a list of folders; None: there is none. `edges`: folder -> folders."""
+    done = set()
+
+    def walk(folder, way):
+        if folder in way:
+            return way[way.index(folder):] + [folder]
+        if folder in done:
+            return None
+        for other in sorted(edges.get(folder, ())):
+            cycle = walk(other, way + [folder])
+            if cycle:
+                return cycle
+        done.add(folder)
+        return None
+
+    for start in sorted(edges):
+        cycle = walk(start, [])
+        if cycle:
+            return cycle
+    return None
+
+
+def find_diagnosis_edges(path, lines, edges):
+    if not is_under(path, "diagnosis") or path.count("/") < 2:
+        return
+    own = path.split("/")[1]
+    for line in lines:
+        match = INCLUDE.match(line)
+        parts = match.group(1).split("/") if match else []
+        if len(parts) > 2 and parts[0] == "diagnosis" and parts[1] != own:
+            edges.setdefault(own, set()).add(parts[1])
+
+
 def check_source(path, lines):
     if "SPDX-License-Identifier: BSD-3-Clause" not in lines[0]:
         yield 1, "the first line is no SPDX line"
@@ -123,7 +178,8 @@ def check_source(path, lines):
         match = INCLUDE.match(line)
         if not match:
             continue
-        for problem in (check_vendor(path, match.group(1)), check_direction(path, match.group(1))):
+        for check in (check_vendor, check_direction, check_diagnosis):
+            problem = check(path, match.group(1))
             if problem:
                 yield number, problem
 
@@ -139,7 +195,7 @@ def find_files(root):
 
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
-    problems, count = [], 0
+    problems, count, edges = [], 0, {}
     for path in sorted(find_files(str(root))):
         file = root / path
         if file.suffix not in TEXT_FILES or not file.is_file():
@@ -148,9 +204,13 @@ def main():
         lines = file.read_text(encoding="utf-8", errors="replace").splitlines() or [""]
         if file.suffix in (".h", ".cpp"):
             problems += [f"{path}:{number}: {text}" for number, text in check_source(path, lines)]
+            find_diagnosis_edges(path, lines, edges)
         for number, line in enumerate(lines, 1):
             if MACHINE_PATH.search(line):
                 problems.append(f"{path}:{number}: a path of somebody's machine")
+    cycle = find_cycle(edges)
+    if cycle:
+        problems.append("diagnosis: folders include each other in a circle: " + " -> ".join(cycle))
     print("\n".join(problems) if problems else f"{count} files, nothing to complain about")
     return 1 if problems else 0
 
