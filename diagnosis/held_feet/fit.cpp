@@ -3,18 +3,26 @@
 #include <cmath>
 
 #include "diagnosis/held_feet/search.h"
-#include "diagnosis/search/parameters.h"
 
 namespace hrp::diagnosis::held_feet {
 namespace {
 
 constexpr double kBlock = 0.5;  // [s] what is left is correlated over tenths of a second at most
 
-using Parameters = std::vector<Parameter<RowParameter>>;
+// A column of the fit: its value is hypothesis[effect].p[index].
+struct RowSlot {
+  size_t effect, index;
+  Coordinate info;
+};
+using Parameters = std::vector<RowSlot>;
 
 Parameters list_parameters(const RowHypothesis& hypothesis) {
-  return flatten<RowParameter>(
-      hypothesis, [](const RowEffect& e) -> const auto& { return get_row_info(e.id).parameters; });
+  Parameters out;
+  for (size_t e = 0; e < hypothesis.size(); ++e) {
+    const std::vector<Coordinate> infos = list_coordinates(hypothesis[e].id, hypothesis[e].place);
+    for (size_t i = 0; i < infos.size(); ++i) out.push_back({e, i, infos[i]});
+  }
+  return out;
 }
 
 // Whitened rows of all recordings; 0 where there is none.
@@ -40,10 +48,10 @@ std::vector<Eigen::MatrixXd> calc_columns(const RowProblem& problem, const RowHy
   for (const Eigen::VectorXd& r : rows) J.emplace_back(r.size(), static_cast<long>(parameters.size()));
   for (size_t i = 0; i < parameters.size(); ++i) {
     RowHypothesis moved = hypothesis;
-    moved[parameters[i].effect].p[parameters[i].index] += parameters[i].info->step;
+    moved[parameters[i].effect].p[parameters[i].index] += parameters[i].info.step;
     const std::vector<Eigen::VectorXd> there = calc_whitened(problem, moved);
     for (size_t r = 0; r < rows.size(); ++r)
-      J[r].col(static_cast<long>(i)) = (there[r] - rows[r]) / parameters[i].info->step;
+      J[r].col(static_cast<long>(i)) = (there[r] - rows[r]) / parameters[i].info.step;
   }
   return J;
 }
@@ -59,8 +67,8 @@ Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
     Eigen::VectorXd y = b;
     for (long i = 0; i < n; ++i) {
       if (!pinned[static_cast<size_t>(i)]) continue;
-      const Parameter<RowParameter>& p = parameters[static_cast<size_t>(i)];
-      const double to = p.info->neutral - hypothesis[p.effect].p[p.index];
+      const RowSlot& p = parameters[static_cast<size_t>(i)];
+      const double to = p.info.neutral - hypothesis[p.effect].p[p.index];
       y -= A.col(i) * to;
       M.row(i).setZero(), M.col(i).setZero();
       M(i, i) = 1.0;
@@ -68,7 +76,7 @@ Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
     }
     for (long i = 0; i < n; ++i) {
       if (!pinned[static_cast<size_t>(i)]) continue;
-      y[i] = parameters[static_cast<size_t>(i)].info->neutral -
+      y[i] = parameters[static_cast<size_t>(i)].info.neutral -
              hypothesis[parameters[static_cast<size_t>(i)].effect].p[parameters[static_cast<size_t>(i)].index];
     }
     M.diagonal().array() += 1e-12 * (1e-12 + M.diagonal().array());
@@ -76,9 +84,9 @@ Eigen::VectorXd solve_signed(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
     long worst = -1;
     double depth = 1e-12;
     for (long i = 0; i < n; ++i) {
-      const Parameter<RowParameter>& p = parameters[static_cast<size_t>(i)];
-      if (!p.info->positive || pinned[static_cast<size_t>(i)]) continue;
-      const double below = (p.info->neutral - hypothesis[p.effect].p[p.index] - x[i]) * std::sqrt(A(i, i));
+      const RowSlot& p = parameters[static_cast<size_t>(i)];
+      if (!p.info.positive || pinned[static_cast<size_t>(i)]) continue;
+      const double below = (p.info.neutral - hypothesis[p.effect].p[p.index] - x[i]) * std::sqrt(A(i, i));
       if (below > depth) depth = below, worst = i;
     }
     if (worst < 0) break;

@@ -12,28 +12,31 @@ std::string get_joint(const RowProblem& problem, size_t j) {
   return problem.experiment->robot.tree.joint(static_cast<int>(j)).name;
 }
 
+const char* get_suffix(Reading reading) {
+  return reading == Reading::kForce ? "/force" : reading == Reading::kTorque ? "/torque" : "";
+}
+
 Json make_where(const RowProblem& problem, const RowEffect& e) {
-  const RowInfo& info = get_row_info(e.id);
-  const auto place = static_cast<size_t>(e.place);
-  const std::string kind = info.kind, suffix = info.suffix;
-  if (kind == "joint") return {{"joint", get_joint(problem, place)}};
-  if (kind == "link") return {{"link", problem.experiment->robot.tree.links[place].name}};
-  if (suffix == "effort") return {{"sensor", "/joint_states/" + get_joint(problem, place) + "/effort"}};
-  return {{"sensor", "/wrench/" + problem.sensors[place].name + (suffix.empty() ? "" : "/" + suffix)}};
+  const auto at = static_cast<size_t>(e.place.index);
+  if (e.place.kind == PlaceKind::kJoint) return {{"joint", get_joint(problem, at)}};
+  if (e.place.kind == PlaceKind::kLink) return {{"link", problem.experiment->robot.tree.links[at].name}};
+  if (is_of_joint(e.place.reading)) return {{"sensor", "/joint_states/" + get_joint(problem, at) + "/effort"}};
+  return {{"sensor", "/wrench/" + problem.sensors[at].name + get_suffix(e.place.reading)}};
+}
+
+std::string get_unit(const RowEffect& e, const EffectParameter& parameter) {
+  if (!parameter.unit.empty()) return parameter.unit;
+  return e.place.reading == Reading::kForce ? "N" : "N m";
 }
 
 Json make_parameters(const RowEffect& e, const std::vector<double>& std) {
-  const RowInfo& info = get_row_info(e.id);
+  const ParameterValues all = make_parameter_values(e, std);
+  const EffectParameter& first = *all.parameters[0];
+  if (first.axis >= 0) return {{first.name, make_vector(all.value, all.std, get_unit(e, first))}};
   Json out;
-  if (e.id == RowEffectId::kSpring) {  // moment = -stiffness rest
-    const double rest = -e.p[1] / std::max(1e-9, e.p[0]);
-    out["stiffness"] = make_value(e.p[0], std[0], info.parameters[0].unit);
-    out["rest"] = make_value(rest, std::hypot(std[1], rest * std[0]) / std::max(1e-9, e.p[0]), "rad");
-    return out;
+  for (size_t i = 0; i < all.value.size(); ++i) {
+    out[all.parameters[i]->name] = make_value(all.value[i], all.std[i], get_unit(e, *all.parameters[i]));
   }
-  if (e.p.size() == 1) return {{info.parameters[0].name, make_value(e.p[0], std[0], info.parameters[0].unit)}};
-  const std::string first = info.parameters[0].name;
-  out[first.substr(0, first.size() - 2)] = make_vector(e.p, std, info.parameters[0].unit);
   return out;
 }
 
@@ -41,22 +44,23 @@ Json make_findings(const RowProblem& problem, const RowOutcome& outcome) {
   Json list = Json::array();
   for (size_t i = 0; i < outcome.chosen.hypothesis.size(); ++i) {
     const RowEffect& e = outcome.chosen.hypothesis[i];
-    const RowInfo& info = get_row_info(e.id);
+    const EffectInfo& info = get_effect(e.id);
+    const ParameterValues all = make_parameter_values(e, outcome.chosen.std[i]);
     const Json where = make_where(problem, e);
     std::string values;
-    for (size_t p = 0; p < e.p.size(); ++p) {
-      values += (p ? ", " : "") + std::string(info.parameters[p].name) + " " + number(e.p[p], 3) + " +- " +
-                number(1.96 * outcome.chosen.std[i][p], 3) +
-                (std::string(info.parameters[p].unit) == "1" ? "" : std::string(" ") + info.parameters[p].unit);
+    for (size_t p = 0; p < all.value.size(); ++p) {
+      const std::string unit = get_unit(e, *all.parameters[p]);
+      values += (p ? ", " : "") + all.parameters[p]->key() + " " + number(all.value[p], 3) + " +- " +
+                number(1.96 * all.std[p], 3) + (unit == "1" ? "" : " " + unit);
     }
     const std::string rest = outcome.explained ? " With it what is left is noise."
                                                : " The value is the same in parts of the recordings looked at alone, "
                                                  "but something else is missing as well.";
-    list.push_back({{"effect", info.effect},
+    list.push_back({{"effect", info.name},
                     {"where", where},
                     {"parameters", make_parameters(e, outcome.chosen.std[i])},
                     {"probability", outcome.explained ? 0.98 : 0.9},
-                    {"statement", std::string(info.effect) + " at " + where.begin().value().get<std::string>() + ": " +
+                    {"statement", info.name + " at " + where.begin().value().get<std::string>() + ": " +
                                       info.phrase + " (" + values + ")." + rest}});
   }
   return list;
@@ -231,7 +235,7 @@ Json make_row_series(const RowProblem& problem, const RowOutcome& outcome) {
   series["rivals"] = Json::array();
   for (const RowTrial& trial : outcome.trials) {
     series["rivals"].push_back(
-        {{"effect", get_row_info(trial.added.id).effect},
+        {{"effect", get_effect(trial.added.id).name},
          {"where", make_where(problem, trial.added)},
          {"probability", trial.accepted ? 0.9 : 0.0},
          {"validate_score", trial.fit.held},

@@ -14,76 +14,46 @@ namespace {
 
 constexpr double kStill = 0.02;  // [rad/s or m/s] slower, the direction of friction is not known
 
-struct SensorTerms {
-  Vector3d bias{0, 0, 0}, rpy{0, 0, 0};
-  double scale = 1, delay = 0;
-};
-
-Vector3d get3(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
-
 // The hypothesis, sorted by where it acts.
 struct Terms {
   std::vector<JointLaws> joints;
-  std::vector<double> stiffness, moment, bias;  // by joint
-  std::vector<SensorTerms> sensors;
+  std::vector<SensorErrors> efforts;  // readings, by joint
+  std::vector<SensorErrors> sensors;
+  std::vector<RowEffect> columns;     // effects that are coefficients of the table's columns of torque
   TreeSpec tree;
 
   Terms(const RowProblem& problem, const RowHypothesis& hypothesis)
       : joints(problem.nominal.laws),
-        stiffness(joints.size(), 0.0),
-        moment(joints.size(), 0.0),
-        bias(joints.size(), 0.0),
+        efforts(joints.size()),
         sensors(problem.sensors.size()),
         tree(problem.nominal.tree) {
     for (const RowEffect& e : hypothesis) {
-      if (e.id <= RowEffectId::kEffortBias)
-        add_joint(e);
-      else if (e.id <= RowEffectId::kComError)
-        add_link(e, &tree.links[static_cast<size_t>(e.place)].inertia);
+      if (has_columns(e.id))
+        columns.push_back(e);
       else
-        add_sensor(e, &sensors[static_cast<size_t>(e.place)]);
+        get_effect(e.id).apply(make_values(e).data(), find_target(e.place));
     }
   }
 
-  // Springs are written in stiffness and moment, in which rows are linear; all others as the table has them.
-  void add_joint(const RowEffect& e) {
-    const auto j = static_cast<size_t>(e.place);
-    if (e.id == RowEffectId::kSpring) {
-      stiffness[j] += e.p[0], moment[j] += e.p[1];
-    } else if (e.id == RowEffectId::kEffortBias) {
-      bias[j] = e.p[0];
-    } else {
-      std::vector<double> values = e.p;
-      const EffectInfo& effect = *find_effect(get_row_info(e.id).effect);
-      for (size_t i = values.size(); i < effect.parameters.size(); ++i) values.push_back(effect.parameters[i].value);
-      EffectTarget target;
-      target.joint = &joints[j];
-      effect.apply(values.data(), target);
-    }
+  EffectTarget find_target(const Place& place) {
+    EffectTarget target;
+    const auto i = static_cast<size_t>(place.index);
+    if (place.kind == PlaceKind::kJoint) target.joint = &joints[i];
+    if (place.kind == PlaceKind::kLink) target.link = {&tree.links[i].inertia};
+    if (place.kind == PlaceKind::kSensor) target.sensor = is_of_joint(place.reading) ? &efforts[i] : &sensors[i];
+    return target;
   }
 
-  static void add_link(const RowEffect& e, LinkInertia* link) {
-    const double scale = std::max(0.01, e.p[0]);  // a search may ask for less than nothing
-    if (e.id == RowEffectId::kMassError)
-      link->mass *= scale, link->I_LLcm_L *= scale;
-    else
-      link->p_LLcm_L += get3(e.p);
-  }
-
-  static void add_sensor(const RowEffect& e, SensorTerms* s) {
-    switch (e.id) {
-      case RowEffectId::kForceBias:
-        s->bias = get3(e.p);
-        break;
-      case RowEffectId::kForceScale:
-        s->scale = e.p[0];
-        break;
-      case RowEffectId::kForceDelay:
-        s->delay = e.p[0];
-        break;
-      default:
-        s->rpy = get3(e.p);
+  // Torque [N m] of what is written in columns.
+  double calc_columns(int joint, const JointSample& sample) const {
+    double sum = 0.0;
+    for (const RowEffect& e : columns) {
+      if (e.place.index != joint) continue;
+      std::vector<double> c(e.p.size());
+      get_effect(e.id).torque.calc_columns(sample, nullptr, c.data());
+      for (size_t i = 0; i < c.size(); ++i) sum += e.p[i] * c[i];
     }
+    return sum;
   }
 };
 
@@ -111,11 +81,11 @@ class Calculator {
     for (Vector6d& w : wrenches_) w.setZero();
     for (size_t s = 0; s < problem_.sensors.size(); ++s) {
       const RowSensor& sensor = problem_.sensors[s];
-      const SensorTerms& t = terms_.sensors[s];
+      const SensorErrors& t = terms_.sensors[s];
       const Vector6d read = (r_.wrench[s].row(k) + t.delay * r_.wrench_rate[s].row(k)).transpose();
-      const Matrix3d R_turn = make_rotation_from_rpy(t.rpy);
-      const Vector3d force = R_turn * Vector3d((read.head<3>() - t.bias) / t.scale),
-                     torque = R_turn * Vector3d(read.tail<3>() / t.scale);
+      const Matrix3d R_turn = make_rotation_from_rpy(t.misalignment);
+      const Vector3d force = R_turn * Vector3d((read.head<3>() - t.bias) / t.scale.x()),
+                     torque = R_turn * Vector3d(read.tail<3>() / t.scale.x());
       const Matrix3d R = sensor.world ? Matrix3d::Identity() : get_pose(data_, sensor.link).R;
       const FrameSpec& frame = terms_.tree.frames[static_cast<size_t>(
           problem_.experiment->robot.tree.find_frame(problem_.experiment->scenario.sensors.wrenches[s].link))];
@@ -132,10 +102,10 @@ class Calculator {
     const JointLaws& laws = terms_.joints[i];
     const double q = r_.q(k, j), v = r_.qd(k, j), direction = calc_direction(v);
     const bool driven = terms_.tree.joint(j).actuated;
-    const double given = driven ? calc_given_torque(laws, r_.effort(k, j) - terms_.bias[i], v) : 0.0;
+    const double given = driven ? calc_given_torque(laws, r_.effort(k, j) - terms_.efforts[i].bias.x(), v) : 0.0;
     const double dry = direction * calc_friction_level(laws, std::abs(v), given, direction);
-    const double taken = calc_taken_torque(laws, q, v, r_.qdd(k, j)) + terms_.stiffness[i] * q + terms_.moment[i];
-    return given - dry - taken - tau_(j);
+    const JointSample sample{q, v, r_.qdd(k, j), direction, given, 0.0};
+    return given - dry - calc_taken_torque(laws, q, v, sample.a) - terms_.calc_columns(j, sample) - tau_(j);
   }
 
   void add_sample(long k, std::vector<double>* out) {
@@ -166,73 +136,47 @@ class Calculator {
 
 }  // namespace
 
-const RowInfo& get_row_info(RowEffectId id) {
-  static const std::vector<RowInfo> table{
-      {"viscous_friction",
-       "joint",
-       "",
-       {{"coefficient", "N m s/rad", 0, 1e-3, true}},
-       "the effort left over is in proportion to speed"},
-      {"coulomb_friction",
-       "joint",
-       "",
-       {{"level", "N m", 0, 1e-3, true}},
-       "the effort left over jumps with the direction of motion"},
-      {"load_dependent_friction",
-       "joint",
-       "",
-       {{"ratio", "1", 0, 1e-2, true}},
-       "the effort left over jumps with the direction of motion, the more the joint carries"},
-      {"rotor_inertia",
-       "joint",
-       "",
-       {{"inertia", "kg m^2", 0, 1e-5, true}},
-       "the effort left over follows the acceleration"},
-      {"torque_constant_error",
-       "joint",
-       "",
-       {{"scale", "1", 1, 1e-2, false}},
-       "the true torque is a fixed multiple of the logged effort"},
-      {"joint_offset",
-       "joint",
-       "",
-       {{"offset", "rad", 0, 1e-3, false}},
-       "the encoder's zero is off: foot force and weight act at other levers"},
-      {"parallel_spring",
-       "joint",
-       "",
-       {{"stiffness", "N m/rad", 0, 1e-2, true}, {"moment", "N m", 0, 1e-2, false}},
-       "a spring acts across the joint"},
-      {"sensor_bias",
-       "sensor",
-       "effort",
-       {{"value", "N m", 0, 1e-2, false}},
-       "the logged effort is shifted by a constant"},
-      {"mass_error", "link", "", {{"scale", "1", 1, 1e-2, false}}, "the link's mass is wrong by a factor"},
-      {"com_error",
-       "link",
-       "",
-       {{"offset_x", "m", 0, 1e-3, false}, {"offset_y", "m", 0, 1e-3, false}, {"offset_z", "m", 0, 1e-3, false}},
-       "the link's centre of mass is elsewhere"},
-      {"sensor_bias",
-       "sensor",
-       "force",
-       {{"value_x", "N", 0, 1e-1, false}, {"value_y", "N", 0, 1e-1, false}, {"value_z", "N", 0, 1e-1, false}},
-       "the force reading is shifted by a constant"},
-      {"sensor_scale", "sensor", "", {{"scale", "1", 1, 1e-2, false}}, "the force reading is scaled"},
-      {"sensor_delay", "sensor", "", {{"delay", "s", 0, 1e-3, false}}, "the force sensor's readings come late"},
-      {"sensor_misalignment",
-       "sensor",
-       "",
-       {{"rpy_x", "rad", 0, 1e-2, false}, {"rpy_y", "rad", 0, 1e-2, false}, {"rpy_z", "rad", 0, 1e-2, false}},
-       "the force sensor is turned"}};
-  return table[static_cast<size_t>(id)];
+namespace {
+
+// Laws of a joint that the equations know: linear in torque, of one instant, and not of the effort's rate, which is not
+// kept; and the encoder's zero, which turns the levers of weight and foot force.
+bool knows_joint_effect(const EffectInfo& effect) {
+  const bool linear = effect.torque.num_columns > 0 && effect.torque.shapes.empty() && !effect.torque.shape_from_data;
+  return (linear && effect.family != EffectFamily::kTiming) || effect.family == EffectFamily::kZero;
 }
 
-RowEffect make_neutral(RowEffectId id, int place) {
-  RowEffect effect{id, place, {}};
-  for (const RowParameter& p : get_row_info(id).parameters) effect.p.push_back(p.neutral);
-  return effect;
+bool is_driven(const RowProblem& problem, int joint) {
+  return problem.experiment->robot.tree.joint(joint).actuated && problem.sigma[static_cast<size_t>(joint)] > 0.0;
+}
+
+}  // namespace
+
+std::vector<RowEffect> list_row_effects(const RowProblem& problem) {
+  std::vector<RowEffect> out;
+  const auto add = [&](const EffectInfo& effect, int place, Reading reading) {
+    out.push_back(make_absent(effect.id, {effect.place, place, reading}));
+  };
+  for (const EffectInfo& effect : list_effects()) {
+    if (!effect.reported) continue;
+    if (effect.place == PlaceKind::kJoint && knows_joint_effect(effect)) {
+      for (int j = 0; j < problem.experiment->num_joints(); ++j) {
+        if (is_driven(problem, j)) add(effect, j, Reading::kAll);
+      }
+    }
+    if (effect.place == PlaceKind::kLink && effect.of_whole_link && effect.family == EffectFamily::kMass) {
+      for (int link = 1; link <= problem.experiment->num_joints(); ++link) add(effect, link, Reading::kAll);
+    }
+    if (effect.id == EffectId::kSensorBias) {
+      for (int j = 0; j < problem.experiment->num_joints(); ++j) {
+        if (is_driven(problem, j)) add(effect, j, Reading::kEffort);
+      }
+    }
+    if (effect.place == PlaceKind::kSensor && effect.id != EffectId::kClockSkew) {
+      const Reading reading = effect.id == EffectId::kSensorBias ? Reading::kForce : Reading::kAll;
+      for (size_t s = 0; s < problem.sensors.size(); ++s) add(effect, static_cast<int>(s), reading);
+    }
+  }
+  return out;
 }
 
 std::vector<double> calc_rows(const RowProblem& problem, const RowHypothesis& hypothesis, size_t recording) {

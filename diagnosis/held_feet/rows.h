@@ -12,50 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/model/effect.h"
 #include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis::held_feet {
 
-enum class RowEffectId {
-  kViscous,
-  kCoulomb,
-  kLoadFriction,
-  kRotorInertia,
-  kTorqueConstant,
-  kJointOffset,
-  kSpring,
-  kEffortBias,
-  kMassError,
-  kComError,
-  kForceBias,
-  kForceScale,
-  kForceDelay,
-  kForceMisalignment
-};
-constexpr int kRowEffects = 14;
-
-struct RowParameter {
-  const char* name;
-  const char* unit;
-  double neutral, step;
-  bool positive;  // below neutral it means nothing
-};
-
-struct RowInfo {
-  const char* effect;  // of the report
-  const char* kind;    // joint, link, sensor
-  const char* suffix;  // of a sensor's name
-  std::vector<RowParameter> parameters;
-  const char* phrase;
-};
-const RowInfo& get_row_info(RowEffectId id);
-
-struct RowEffect {
-  RowEffectId id;
-  int place = 0;  // joint, link or wrench sensor
-  std::vector<double> p;
-};
-using RowHypothesis = std::vector<RowEffect>;
+using RowEffect = PlacedEffect;
+using RowHypothesis = PlacedHypothesis;
 
 // One recording, smoothed alike in every signal and thinned to about independent samples.
 struct RowRecording {
@@ -93,7 +56,7 @@ bool make_row_problem(const Experiment& experiment, RowProblem* problem, std::st
 // in samples in which a joint is as good as at rest (what friction does there is not known).
 std::vector<double> calc_rows(const RowProblem& problem, const RowHypothesis& hypothesis, size_t recording);
 
-// The effect with values that change nothing.
-RowEffect make_neutral(RowEffectId id, int place);
+// Effects whose part in these equations is known at the places that they can be at.
+std::vector<RowEffect> list_row_effects(const RowProblem& problem);
 
 }  // namespace hrp::diagnosis::held_feet

@@ -46,7 +46,7 @@ class Search {
     for (int round = 0; round < kMostEffects && add_best(); ++round) {
       if (!progress_) continue;
       const RowEffect& e = out_.chosen.hypothesis.back();
-      progress_(std::string("with ") + get_row_info(e.id).effect + ": " + std::to_string(out_.chosen.held) +
+      progress_("with " + get_effect(e.id).name + ": " + std::to_string(out_.chosen.held) +
                 " times the noise");
     }
     out_.mismatch = std::max(out_.nominal.held, out_.nominal.train) > kFloor || !out_.chosen.hypothesis.empty();
@@ -56,39 +56,19 @@ class Search {
   }
 
  private:
-  bool is_driven(int joint) const {
-    const auto j = static_cast<size_t>(joint);
-    return problem_.experiment->robot.tree.joint(joint).actuated && problem_.sigma[j] > 0.0;
-  }
-
+  // Viscous and Coulomb friction and a rotor in every driven joint: what everybody would fit.
   RowHypothesis make_baseline() const {
     RowHypothesis out;
-    for (int j = 0; j < problem_.experiment->num_joints(); ++j) {
-      if (!is_driven(j)) continue;
-      for (RowEffectId id : {RowEffectId::kViscous, RowEffectId::kCoulomb, RowEffectId::kRotorInertia})
-        out.push_back(make_neutral(id, j));
+    for (const RowEffect& e : list_row_effects(problem_)) {
+      if (e.id == EffectId::kViscous || e.id == EffectId::kCoulomb || e.id == EffectId::kRotorInertia) out.push_back(e);
     }
     return out;
   }
 
-  bool has(RowEffectId id, int place) const {
-    return std::any_of(out_.chosen.hypothesis.begin(), out_.chosen.hypothesis.end(),
-                       [&](const RowEffect& e) { return e.id == id && e.place == place; });
-  }
-
   std::vector<RowEffect> list_candidates() const {
     std::vector<RowEffect> out;
-    for (int i = 0; i < kRowEffects; ++i) {
-      const auto id = static_cast<RowEffectId>(i);
-      const std::string kind = get_row_info(id).kind;
-      const bool joint = i <= static_cast<int>(RowEffectId::kEffortBias);
-      const int places = joint            ? problem_.experiment->num_joints()
-                         : kind == "link" ? static_cast<int>(problem_.experiment->robot.tree.links.size())
-                                          : static_cast<int>(problem_.sensors.size());
-      for (int place = 0; place < places; ++place) {
-        const bool senseless = (joint && !is_driven(place)) || (kind == "link" && place == 0);
-        if (!senseless && !has(id, place)) out.push_back(make_neutral(id, place));
-      }
+    for (const RowEffect& e : list_row_effects(problem_)) {
+      if (!contains(out_.chosen.hypothesis, e.id, e.place)) out.push_back(e);
     }
     return out;
   }
@@ -108,7 +88,7 @@ class Search {
       parts[(k / 4) % 2][k] = 1, parts[2 + blocks[k].recording][k] = 1;
     }
     const size_t last = trial.fit.hypothesis.size() - 1;
-    const RowEffect neutral = make_neutral(trial.added.id, trial.added.place);
+    const RowEffect neutral = make_absent(trial.added.id, trial.added.place);
     for (const std::vector<char>& part : parts) {
       if (std::count(part.begin(), part.end(), 1) < 2) continue;
       // Only the new effect is free: a part need not tell all of them.
@@ -138,9 +118,10 @@ class Search {
 
   bool is_significant(const RowTrial& trial) const {
     const size_t last = trial.fit.hypothesis.size() - 1;
-    const RowEffect neutral = make_neutral(trial.added.id, trial.added.place);
+    const RowEffect neutral = make_absent(trial.added.id, trial.added.place);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
-      if (std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSignificantInJoint * trial.fit.std[last][i]) return true;
+      const double size = std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]);
+      if (size > kSignificantInJoint * trial.fit.std[last][i]) return true;
     }
     return false;
   }

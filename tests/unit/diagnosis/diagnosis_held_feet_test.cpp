@@ -88,8 +88,8 @@ TEST(HeldFoot, DryFrictionAndTorqueConstantOfTheKneeComeBack) {
   const RowOutcome outcome = diagnose_leg(0.8, 0.15);
   ASSERT_EQ(outcome.chosen.hypothesis.size(), 2u);
   for (const RowEffect& e : outcome.chosen.hypothesis) {
-    EXPECT_EQ(e.place, 2);
-    if (e.id == RowEffectId::kTorqueConstant) EXPECT_NEAR(e.p[0], 0.8, 0.05 * 0.2);
+    EXPECT_EQ(e.place.index, 2);
+    if (e.id == EffectId::kTorqueConstant) EXPECT_NEAR(e.p[0], 0.8, 0.05 * 0.2);
     else EXPECT_NEAR(e.p[0], 0.15, 0.05 * 0.15);
   }
   EXPECT_LT(outcome.chosen.held, outcome.baseline.held);

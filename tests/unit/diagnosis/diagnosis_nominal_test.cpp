@@ -66,7 +66,7 @@ TEST(NominalModel, OfHeldFeetHasWhatTheExperimentStates) {
   const std::vector<double> stated = held_feet::calc_rows(problem, {}, 0);
   problem.experiment = &plain, problem.nominal = make_nominal(plain);
   problem.nominal.tree = make_nominal(e).tree;
-  const std::vector<double> found = held_feet::calc_rows(problem, {{held_feet::RowEffectId::kCoulomb, kElbow, {2.0}}}, 0);
+  const std::vector<double> found = held_feet::calc_rows(problem, {{EffectId::kCoulomb, {PlaceKind::kJoint, kElbow}, {2.0}}}, 0);
   EXPECT_NEAR(stated[kElbow], found[kElbow], 1e-12);
 }
 
