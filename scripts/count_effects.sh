@@ -1,0 +1,17 @@
+#!/bin/sh
+# SPDX-License-Identifier: BSD-3-Clause
+# count_effects.sh [COMMIT]: how far effects are spread over the code (docs/effects.md). Default: HEAD.
+set -eu
+commit=${1:-HEAD}
+cd "$(dirname -- "$0")/.."
+code() { git grep "$@" "$commit" -- 'diagnosis/*.cpp' 'diagnosis/*.h' 'servers/*.cpp' 'servers/*.h' 'common/*.cpp' \
+  'common/*.h' ':!common/effects' ':!diagnosis/generator' ':!diagnosis/evidence' || true; }
+id='\b(EffectId|StandId|I|TossId|RowEffectId|E)::k[A-Z][A-Za-z]*'
+echo "mentions of an effect outside the table: $(code -hoE "$id" | wc -l) in $(code -lE "$id" | wc -l) files"
+echo "enumerations of effects: $(git grep -hE 'enum class (EffectId|StandId|TossId|RowEffectId)' "$commit" -- '*.h' | wc -l)"
+echo "files that know a parallel spring: $(code -lE 'kSpring\b|parallel_spring|spring_stiffness' | wc -l)"
+echo "files that know a velocity limit: $(code -lE '"velocity_limit"' | wc -l) and the table's"
+echo "lines of the diagnosis: $(git ls-tree -r --name-only "$commit" diagnosis | grep -E '\.(cpp|h)$' |
+  grep -vE '/(generator|identification|page|evidence)/' | while read -r file; do git show "$commit:$file"; done | wc -l)"
+echo "tuning constants: $(git grep -hE '^ *(static )?constexpr (double|int|size_t|float) k' "$commit" -- 'diagnosis/*.cpp' \
+  'diagnosis/*.h' ':!diagnosis/generator' ':!diagnosis/identification' ':!diagnosis/page' ':!diagnosis/evidence' | wc -l)"
