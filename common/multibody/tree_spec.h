@@ -63,6 +63,8 @@ struct FrameSpec {
   std::string name;
   int link = 0;
   Transform X_LF;
+  // Of this URDF link and of all that is fixed to it, frame axes: what a force sensor at the frame has below it.
+  LinkInertia below{};
 };
 
 struct TreeSpec {

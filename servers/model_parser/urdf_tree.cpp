@@ -69,6 +69,7 @@ class TreeBuilder {
   bool place(const JointScan& joint);
   JointSpec make_joint(const JointScan& joint, const urdf::Joint& parsed, const Place& parent);
   void lump(const std::string& name, const Place& place);
+  LinkInertia add_fixed(const std::string& name) const;
   LinkInertia read_inertia(const LinkScan& link);
   void add_shapes();
   void add_shape(const LinkScan& link, const Place& place, size_t index, const urdf::Collision& collision);
@@ -133,6 +134,17 @@ void TreeBuilder::lump(const std::string& name, const Place& place) {
     total = add_inertias(total, read_inertia(link), place.X_LC);
   }
   places_[name] = place;
+}
+
+// Inertia of a URDF link and of what is fixed to it, in the link's axes.
+LinkInertia TreeBuilder::add_fixed(const std::string& name) const {
+  LinkInertia total = make_inertia(*model_.getLink(name));
+  for (const JointScan& joint : scan_.joints) {
+    if (joint.parent != name || joint.type != "fixed") continue;
+    const Transform X = make_transform(model_.getJoint(joint.name)->parent_to_joint_origin_transform);
+    total = add_inertias(total, add_fixed(joint.child), X);
+  }
+  return total;
 }
 
 JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& parsed, const Place& parent) {
@@ -326,7 +338,7 @@ void TreeBuilder::build() {
   place_links();
   for (const LinkScan& link : scan_.links) {
     const Place& place = places_.at(link.name);
-    robot_.tree.frames.push_back({link.name, place.link, place.X_LC});
+    robot_.tree.frames.push_back({link.name, place.link, place.X_LC, add_fixed(link.name)});
   }
   add_shapes();
   resolve_mimics();

@@ -71,6 +71,8 @@ TEST(RobotLoader, FixedLinksAreLumpedAndKeepTheirFrames) {
   EXPECT_NEAR(inertia.p_LLcm_L.x(), (2.5 * 0.15 - 1.5 * 0.12) / 4.0, 1e-15);
   // Steiner: two point masses 0.27 m apart have m1 m2 / (m1 + m2) d^2 about their common centre.
   EXPECT_NEAR(inertia.I_LLcm_L(1, 1), 0.02 + 0.001 + 2.5 * 1.5 / 4.0 * 0.27 * 0.27, 1e-12);
+  EXPECT_DOUBLE_EQ(frame.below.mass, 1.5);  // what a force sensor there would have below it
+  EXPECT_DOUBLE_EQ(tree.frames[static_cast<size_t>(tree.find_frame("upper_arm"))].below.mass, 4.0);
 }
 
 TEST(RobotLoader, ScenarioOverridesRotorInertiaAndDrives) {
