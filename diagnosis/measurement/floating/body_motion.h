@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How the body moves at a sample, from whichever sensors tell it. Everything is in the axes of the base: the equations
+// of motion need rate, its derivative and specific force of the base there, and no attitude.
+#pragma once
+
+#include "common/multibody/inverse_dynamics.h"
+#include "diagnosis/measurement/floating/legged_log.h"
+
+namespace hrp::diagnosis::floating {
+
+// Where rate and specific force of the base come from.
+enum class MotionSource { kNone, kFixed, kImu, kPose, kFoot };
+const char* get_source_name(MotionSource source);
+
+class BodyMotion {
+ public:
+  BodyMotion(const LeggedLog& log, const Clip& clip);
+
+  // Which sources this recording has, best first.
+  static MotionSource find_rate_source(const LeggedLog& log);
+  static MotionSource find_force_source(const LeggedLog& log);
+  static int find_main_imu(const LeggedLog& log);  // -1: none with a gyroscope
+
+  // State, velocities and accelerations at sample k. False where the sources say nothing.
+  bool update(size_t k);
+
+  // From the next update() on, joint j stands so much further than its encoder says.
+  void turn_joint(int j, double angle) { turned_ = j, turn_ = angle; }
+
+  const Model& model() const { return model_; }
+  Data& data() { return data_; }
+  const State& state() const { return state_; }
+  const Eigen::VectorXd& vdot() const { return vdot_; }  // [alpha; specific force of the base's origin; qdd], base axes
+  const Vector3d& rate() const { return w_; }
+  // Upwards in base axes: from an attitude, else from gyroscope and specific force over seconds.
+  Vector3d find_up(size_t k) const;
+  bool has_attitude() const { return has_attitude_; }
+  Matrix3d find_attitude(size_t k) const;  // R_WB; yaw means nothing where no attitude was recorded
+
+ private:
+  Vector3d get(const Track* xyz, size_t k) const { return {xyz[0].value[k], xyz[1].value[k], xyz[2].value[k]}; }
+  Vector3d get_rate(const Track* xyz, size_t k) const { return {xyz[0].rate[k], xyz[1].rate[k], xyz[2].rate[k]}; }
+  void read_joints(size_t k);
+  void find_rate(size_t k);
+  void find_force(size_t k);
+  void find_attitudes();
+  void find_slow_attitudes();
+
+  const LeggedLog& log_;
+  const Clip& clip_;
+  Model model_;
+  Data data_;
+  State state_;
+  Eigen::VectorXd vdot_;
+  MotionSource rate_source_, force_source_;
+  int imu_ = -1, accelerometer_ = -1;
+  bool has_attitude_ = false;
+  int turned_ = -1;
+  double turn_ = 0;
+  Vector3d w_{0, 0, 0};
+  std::vector<Eigen::Quaterniond> attitude_;  // R_WB by sample; empty: unknown
+};
+
+// Rate and its derivative in body axes from a unit quaternion's tracks (w x y z) at a sample.
+void calc_quaternion_rates(const Track* wxyz, size_t k, Vector3d* w, Vector3d* dw);
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/multibody/kinematics.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kSwings = 0.25;   // share of the stance's reading below which a foot must fall to count as lifted
+constexpr double kLoaded = 0.12;   // share of the way from air to stance at which a foot is loaded
+constexpr double kHeight = 0.012;  // [m] a foot this far above the lowest one swings, where no force tells
+constexpr double kShortest = 0.04; // [s] of a spell: shorter ones are chatter
+
+double find_quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<long>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<size_t>(at)];
+}
+
+ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
+  std::vector<double> all;
+  for (const Clip& clip : log.clips) {
+    for (size_t k = 0; k < clip.size(); ++k) all.push_back(calc_vertical_force(log, clip, sensor, k));
+  }
+  ForceLevels levels;
+  levels.stance = find_quantile(all, 0.75);
+  levels.air = find_quantile(all, 0.02);
+  levels.swings = levels.air < kSwings * levels.stance;
+  if (!levels.swings) return levels.air = 0, levels;  // never in the air: its zero is not known
+  // In the air the reading stays near its lowest: the mean of what does.
+  std::vector<double> low;
+  for (double v : all) {
+    if (v < levels.air + 0.5 * kLoaded * (levels.stance - levels.air)) low.push_back(v);
+  }
+  levels.air = find_quantile(low, 0.5);
+  return levels;
+}
+
+// Spells shorter than kShortest join their neighbours.
+void clean(double step, std::vector<char>* loaded) {
+  const auto least = static_cast<size_t>(std::ceil(kShortest / step));
+  for (size_t begin = 0; begin < loaded->size();) {
+    size_t end = begin;
+    while (end < loaded->size() && (*loaded)[end] == (*loaded)[begin]) ++end;
+    if (end - begin < least && begin > 0 && end < loaded->size()) {
+      std::fill(loaded->begin() + static_cast<long>(begin), loaded->begin() + static_cast<long>(end), (*loaded)[begin - 1]);
+    }
+    begin = end;
+  }
+}
+
+std::vector<std::vector<char>> find_by_forces(const LeggedLog& log, const Clip& clip, const Contacts& contacts) {
+  std::vector<std::vector<char>> out;
+  for (const Foot& foot : log.feet) {
+    std::vector<char> loaded(clip.size(), 1);
+    const ForceLevels& l = contacts.levels[static_cast<size_t>(foot.sensor)];
+    for (size_t k = 0; l.swings && k < clip.size(); ++k) {
+      const double f = calc_vertical_force(log, clip, static_cast<size_t>(foot.sensor), k);
+      loaded[k] = f > l.air + kLoaded * (l.stance - l.air);
+    }
+    clean(clip.step, &loaded);
+    out.push_back(std::move(loaded));
+  }
+  return out;
+}
+
+std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Clip& clip) {
+  std::vector<std::vector<char>> out(log.feet.size(), std::vector<char>(clip.size(), 0));
+  BodyMotion motion(log, clip);
+  std::vector<double> height(log.feet.size());
+  for (size_t k = 0; k < clip.size(); ++k) {
+    motion.update(k);
+    const Vector3d up = motion.find_up(k);
+    for (size_t f = 0; f < height.size(); ++f) {
+      height[f] = up.dot(get_pose(motion.data(), log.feet[f].link) * log.feet[f].p_LC) - log.feet[f].radius;
+    }
+    const double lowest = *std::min_element(height.begin(), height.end());
+    for (size_t f = 0; f < height.size(); ++f) out[f][k] = height[f] < lowest + kHeight;
+  }
+  for (std::vector<char>& loaded : out) clean(clip.step, &loaded);
+  return out;
+}
+
+void add_spells(size_t clip, const std::vector<std::vector<char>>& loaded, Contacts* contacts) {
+  for (size_t f = 0; f < loaded.size(); ++f) {
+    for (size_t begin = 0; begin < loaded[f].size();) {
+      size_t end = begin;
+      while (end < loaded[f].size() && loaded[f][end] == loaded[f][begin]) ++end;
+      contacts->spells.push_back({clip, f, begin, end, loaded[f][begin] != 0});
+      contacts->walks = contacts->walks || !loaded[f][begin];
+      begin = end;
+    }
+  }
+}
+
+}  // namespace
+
+double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k) {
+  const ForceSensor& s = log.sensors[sensor];
+  if (s.axis[2] && (s.world || !s.has_force())) return clip.force[6 * sensor + 2].value[k];
+  if (s.has_force()) {
+    // A foot's axis along the leg carries the load; what it leaves out is second order in its tilt.
+    return clip.force[6 * sensor + 2].value[k];
+  }
+  return 0;
+}
+
+int Contacts::find_phase(size_t clip, size_t k) const {
+  int phase = 0;
+  for (size_t f = 0; f < loaded[clip].size(); ++f) phase |= loaded[clip][f][k] ? 1 << f : 0;
+  return phase;
+}
+
+const char* Contacts::find_phase_name(int phase) const {
+  int count = 0;
+  for (int rest = phase; rest != 0; rest &= rest - 1) ++count;
+  const auto feet = loaded.empty() ? 0 : static_cast<int>(loaded[0].size());
+  if (count == 0) return "flight";
+  if (count == feet) return walks ? "double support" : "stance";
+  return count == 1 ? "single support" : "partial support";
+}
+
+Contacts find_contacts(const LeggedLog& log) {
+  Contacts contacts;
+  for (size_t s = 0; s < log.sensors.size(); ++s) contacts.levels.push_back(find_levels(log, s));
+  contacts.from_forces = !log.feet.empty();
+  for (const Foot& foot : log.feet) contacts.from_forces = contacts.from_forces && foot.sensor >= 0;
+  for (size_t c = 0; c < log.clips.size(); ++c) {
+    contacts.loaded.push_back(contacts.from_forces ? find_by_forces(log, log.clips[c], contacts)
+                                                   : find_by_kinematics(log, log.clips[c]));
+    add_spells(c, contacts.loaded.back(), &contacts);
+  }
+  return contacts;
+}
+
+}  // namespace hrp::diagnosis::floating

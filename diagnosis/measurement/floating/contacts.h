@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which feet carry the robot, and the phases of walking: from forces, else from kinematics.
+#pragma once
+
+#include "diagnosis/measurement/floating/body_motion.h"
+
+namespace hrp::diagnosis::floating {
+
+// One foot's time on the ground or in the air.
+struct Contact {
+  size_t clip = 0, foot = 0, begin = 0, end = 0;  // samples
+  bool loaded = false;
+};
+
+// Two levels of a force sensor's reading, in its own unit: in the air and in stance.
+struct ForceLevels {
+  double air = 0, stance = 0;
+  bool swings = false;  // the reading does fall to the level of the air
+};
+
+struct Contacts {
+  std::vector<std::vector<std::vector<char>>> loaded;  // by clip, by foot, by sample
+  std::vector<ForceLevels> levels;                     // by sensor
+  std::vector<Contact> spells;
+  bool walks = false;           // some foot leaves the ground and comes back
+  bool from_forces = false;
+  // Feet loaded at a sample as bits; the phase of walking it is in.
+  int find_phase(size_t clip, size_t k) const;
+  const char* find_phase_name(int phase) const;
+};
+
+// Reading of a sensor along the vertical, [N] or its own unit.
+double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k);
+
+Contacts find_contacts(const LeggedLog& log);
+
+}  // namespace hrp::diagnosis::floating

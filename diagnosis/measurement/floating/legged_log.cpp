@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/legged_log.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "diagnosis/upright/sole.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kSigma = 0.015;     // [s] kernel: passes what a walking body does, below 10 Hz
+constexpr double kSamples = 1.2;     // the same in samples, at least: coarser grids alias
+constexpr double kLongest = 0.05;    // [s] without a sample: a gap; a body that falls moves 12 mm meanwhile
+constexpr double kGapSamples = 3.5;  // the same in samples, at least
+constexpr double kShortest = 0.6;    // [s] of a clip that is used
+constexpr double kHeld = 0.05;       // share of repeated samples that is worth a note
+
+const char* const kAxes[] = {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"};
+
+std::string get_column(const ForceSensor& sensor, int axis) {
+  return "/wrench/" + sensor.name + "/" + kAxes[axis];
+}
+
+bool has_in_all(const Experiment& e, const std::string& column) {
+  return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) { return r.has(column); });
+}
+
+bool has_vector(const Experiment& e, const std::string& base, const char* parts) {
+  for (; *parts; ++parts) {
+    if (!has_in_all(e, base + "/" + *parts)) return false;
+  }
+  return true;
+}
+
+// Takes the inertia `part` (frame F of the link) out of a link; what is left has at least a speck of mass.
+void take_out(const LinkInertia& part, const Transform& X_LF, LinkInertia* total) {
+  const double mass = total->mass - part.mass;
+  if (mass < 1e-6 * std::max(1e-3, total->mass)) {
+    *total = LinkInertia{1e-9, Vector3d::Zero(), 1e-12 * Matrix3d::Identity()};
+    return;
+  }
+  const Vector3d c_part = X_LF * part.p_LLcm_L;
+  const Vector3d c = (total->mass * total->p_LLcm_L - part.mass * c_part) / mass;
+  const auto about = [](double m, const Vector3d& d) {
+    return Matrix3d(m * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose()));
+  };
+  total->I_LLcm_L += about(total->mass, total->p_LLcm_L) - X_LF.R * part.I_LLcm_L * X_LF.R.transpose() -
+                     about(part.mass, c_part) - about(mass, c);
+  total->mass = mass, total->p_LLcm_L = c;
+}
+
+void find_sensors(const Experiment& e, LeggedLog* log) {
+  for (const WrenchSpec& spec : e.scenario.sensors.wrenches) {
+    const int frame = e.robot.tree.find_frame(spec.link);
+    if (frame < 0) continue;
+    const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
+    ForceSensor s;
+    s.name = spec.name, s.link = f.link, s.X_LS = f.X_LF;
+    const auto world = e.keys.wrench_frame.find(spec.name);
+    s.world = world != e.keys.wrench_frame.end() && world->second == "world";
+    bool any = false;
+    for (int i = 0; i < 6; ++i) {
+      s.axis[i] = has_in_all(e, get_column(s, i));
+      any = any || s.axis[i];
+      if (!s.axis[i]) log->missing.push_back("no column " + get_column(s, i) + " in every recording");
+    }
+    if (!any) continue;
+    if (!s.world && f.below.mass > 0) {
+      take_out(f.below, f.X_LF, &log->tree.links[static_cast<size_t>(f.link)].inertia);
+      log->mass_below += f.below.mass;
+    }
+    log->sensors.push_back(s);
+  }
+}
+
+void find_feet(const Experiment& e, LeggedLog* log) {
+  for (const std::string& name : e.scenario.feet) {
+    const int frame = e.robot.tree.find_frame(name);
+    if (frame < 0) continue;
+    const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
+    upright::StandFoot sole;
+    sole.link = f.link, sole.size.setZero();
+    upright::read_sole(e.robot, &sole);
+    Foot foot;
+    foot.name = name, foot.link = f.link;
+    foot.flat = sole.kind == upright::SoleKind::kFlat && sole.size.x() > 0;
+    const bool known = foot.flat || sole.kind == upright::SoleKind::kBall;
+    foot.p_LC = foot.flat ? sole.sole : known ? sole.bush : f.X_LF.p;
+    foot.radius = foot.flat ? 0 : sole.radius;
+    foot.size = foot.flat ? sole.size : Vector3d::Zero();
+    for (size_t s = 0; s < log->sensors.size(); ++s) {
+      if (log->sensors[s].link != f.link) continue;
+      foot.sensor = static_cast<int>(s), log->sensors[s].foot = static_cast<int>(log->feet.size());
+    }
+    if (foot.sensor < 0) log->missing.push_back("no force sensor at foot " + name);
+    log->feet.push_back(foot);
+  }
+}
+
+void find_imus(const Experiment& e, LeggedLog* log) {
+  for (const ImuSpec& spec : e.scenario.sensors.imus) {
+    const int frame = e.robot.tree.find_frame(spec.link);
+    if (frame < 0) continue;
+    const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
+    ImuSensor imu;
+    const std::string base = "/imu/" + spec.name;
+    imu.name = spec.name, imu.link = f.link, imu.R_LI = f.X_LF.R, imu.p_LI = f.X_LF * spec.p_LS;
+    imu.attitude = has_vector(e, base + "/orientation", "xyzw");
+    imu.gyro = has_vector(e, base + "/angular_velocity", "xyz");
+    imu.accelerometer = has_vector(e, base + "/linear_acceleration", "xyz");
+    if (!imu.attitude) log->missing.push_back("no column " + base + "/orientation/x");
+    if (!imu.gyro) log->missing.push_back("no column " + base + "/angular_velocity/x");
+    if (!imu.accelerometer) log->missing.push_back("no column " + base + "/linear_acceleration/x");
+    if (imu.attitude || imu.gyro || imu.accelerometer) log->imus.push_back(imu);
+  }
+}
+
+void find_joints(const Experiment& e, LeggedLog* log) {
+  bool any = false;
+  for (size_t j = 0; j < static_cast<size_t>(e.num_joints()); ++j) {
+    bool position = true, effort = true, command = e.scenario.drive == "servo";
+    for (const Recording& r : e.recordings) {
+      position = position && r.joints[j].has(Quantity::kPosition);
+      effort = effort && r.joints[j].has(Quantity::kEffort);
+      command = command && !r.joints[j].command.empty();
+    }
+    const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
+    const auto own = e.scenario.servo_joints.find(name);
+    const ServoGains& gains = own == e.scenario.servo_joints.end() ? e.scenario.servo_default : own->second;
+    log->has_position.push_back(position), log->has_effort.push_back(effort);
+    log->has_law.push_back(command && position && gains.kp > 0);
+    any = any || effort || log->has_law.back();
+    if (!position) log->missing.push_back("no column /joint_states/" + name + "/position: taken as not moving");
+  }
+  if (!any && e.num_joints() > 0) {
+    log->missing.push_back(
+        "no effort, and no command with gains: friction, rotors and other effects of drives are not compared");
+  }
+}
+
+// The columns of a recording by sensor: "/imu/root/angular_velocity" -> its axes.
+using Groups = std::map<std::string, std::vector<const std::vector<double>*>>;
+Groups find_groups(const Recording& r) {
+  Groups groups;
+  for (const auto& [name, column] : r.other) groups[name.substr(0, name.rfind('/'))].push_back(&column);
+  return groups;
+}
+
+class ClipMaker {
+ public:
+  ClipMaker(const Experiment& e, size_t index, Half half, LeggedLog* log)
+      : r_(e.recordings[index]), index_(index), half_(half), log_(*log) {}
+
+  void run() {
+    std::vector<double> steps;
+    for (size_t k = 1; k < r_.size(); ++k) steps.push_back(r_.time[k] - r_.time[k - 1]);
+    std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 2), steps.end());
+    step_ = std::max(1e-3, steps[steps.size() / 2]);
+    find_fresh();
+    std::vector<Gap> gaps;
+    const std::vector<Span> spans = find_spans(r_.time, any_fresh_, std::max(kLongest, kGapSamples * step_), &gaps);
+    note_gaps(gaps);
+    for (const Span& span : spans) {
+      if (span.end > span.begin + 8 && r_.time[span.end - 1] - r_.time[span.begin] > kShortest) add_clip(span);
+    }
+  }
+
+ private:
+  void find_fresh() {
+    any_fresh_.assign(r_.size(), 0);
+    const auto merge = [&](const std::vector<char>& fresh) {
+      for (size_t k = 0; k < fresh.size(); ++k) any_fresh_[k] |= fresh[k];
+    };
+    for (const auto& [name, columns] : find_groups(r_)) {
+      fresh_[name] = find_new_samples(columns);
+      merge(fresh_[name]);
+      note_held(name, fresh_[name]);
+    }
+    for (const JointColumns& joint : r_.joints) {
+      if (joint.has(Quantity::kPosition)) merge(find_new_samples({&joint.signal[0]}));
+    }
+    any_fresh_.front() = any_fresh_.back() = 1;
+  }
+
+  void note_held(const std::string& name, const std::vector<char>& fresh) {
+    const auto count = static_cast<size_t>(std::count(fresh.begin(), fresh.end(), 0));
+    if (static_cast<double>(count) < kHeld * static_cast<double>(fresh.size())) return;
+    char text[160];
+    std::snprintf(text, sizeof text, "%s: %zu of %zu samples of %s repeat the one before (held); bridged",
+                  r_.spec.name.c_str(), count, fresh.size(), name.c_str());
+    log_.notes.push_back(text);
+  }
+
+  void note_gaps(const std::vector<Gap>& gaps) {
+    double longest = 0;
+    for (const Gap& g : gaps) longest = std::max(longest, g.to - g.from);
+    if (gaps.empty()) return;
+    char text[160];
+    std::snprintf(text, sizeof text, "%s: %zu gaps without a new reading, up to %.0f ms; nothing is fitted across them",
+                  r_.spec.name.c_str(), gaps.size(), 1e3 * longest);
+    log_.notes.push_back(text);
+  }
+
+  Track read(const Resampler& resampler, const std::string& column) const {
+    const auto at = r_.other.find(column);
+    if (at == r_.other.end()) return {};
+    const auto fresh = fresh_.find(column.substr(0, column.rfind('/')));
+    return resampler.run(at->second, fresh == fresh_.end() ? std::vector<char>{} : fresh->second);
+  }
+
+  void read_vector(const Resampler& resampler, const std::string& base, Track* xyz) const {
+    for (int i = 0; i < 3; ++i) xyz[i] = read(resampler, base + "/" + "xyz"[i]);
+  }
+
+  // Signs made continuous before smoothing: q and -q are one attitude.
+  void read_quaternion(const Resampler& resampler, const std::string& base, Track* wxyz) const {
+    std::vector<double> parts[4];
+    for (int i = 0; i < 4; ++i) {
+      const auto at = r_.other.find(base + "/" + "wxyz"[i]);
+      if (at == r_.other.end()) return;
+      parts[i] = at->second;
+    }
+    for (size_t k = 1; k < parts[0].size(); ++k) {
+      double dot = 0;
+      for (const auto& part : parts) dot += part[k] * part[k - 1];
+      for (auto& part : parts) part[k] *= dot < 0 ? -1 : 1;
+    }
+    const auto fresh = fresh_.find(base);
+    for (int i = 0; i < 4; ++i) wxyz[i] = resampler.run(parts[i], fresh == fresh_.end() ? std::vector<char>{} : fresh->second);
+  }
+
+  void read_joints(const Resampler& resampler, Clip* clip) const {
+    for (size_t j = 0; j < r_.joints.size(); ++j) {
+      const JointColumns& c = r_.joints[j];
+      const auto run = [&](const std::vector<double>& v) { return v.empty() ? Track{} : resampler.run(v); };
+      clip->position.push_back(run(c.signal[0]));
+      clip->effort.push_back(run(c.signal[static_cast<int>(Quantity::kEffort)]));
+      clip->command.push_back(run(c.command)), clip->command_rate.push_back(run(c.command_rate));
+    }
+  }
+
+  void read_sensors(const Resampler& resampler, Clip* clip) const {
+    for (const ForceSensor& s : log_.sensors) {
+      for (int i = 0; i < 6; ++i) clip->force.push_back(read(resampler, get_column(s, i)));
+    }
+    for (const ImuSensor& imu : log_.imus) {
+      ImuTracks t;
+      const std::string base = "/imu/" + imu.name;
+      read_vector(resampler, base + "/angular_velocity", t.gyro);
+      read_vector(resampler, base + "/linear_acceleration", t.accelerometer);
+      if (imu.attitude) read_quaternion(resampler, base + "/orientation", t.attitude);
+      clip->imus.push_back(std::move(t));
+    }
+    read_vector(resampler, "/base/pose/position", clip->base_position);
+    read_quaternion(resampler, "/base/pose/orientation", clip->base_attitude);
+  }
+
+  void add_roughness(const Resampler& resampler, const std::string& column, const Track& smooth, Clip* clip) const {
+    const auto at = r_.other.find(column);
+    clip->taken_away.push_back(at == r_.other.end() || smooth.empty() ? std::vector<double>(clip->size(), 0.0)
+                                                                      : resampler.calc_roughness(at->second, smooth));
+  }
+
+  void find_roughness(const Resampler& resampler, Clip* clip) const {
+    for (size_t i = 0; i < log_.imus.size(); ++i) {
+      for (int a = 0; a < 3; ++a) {
+        add_roughness(resampler, "/imu/" + log_.imus[i].name + "/linear_acceleration/" + "xyz"[a],
+                      clip->imus[i].accelerometer[a], clip);
+      }
+    }
+    for (size_t s = 0; s < log_.sensors.size(); ++s) {
+      if (log_.sensors[s].has_force()) add_roughness(resampler, get_column(log_.sensors[s], 2), clip->force[6 * s + 2], clip);
+    }
+  }
+
+  void add_clip(Span span) {
+    const double sigma = std::max(kSigma, kSamples * 2 * step_);
+    const Resampler resampler(r_.time, span, step_, sigma, half_);
+    Clip clip;
+    clip.recording = index_, clip.train = r_.spec.train;
+    clip.time = resampler.grid(), clip.step = step_;
+    clip.edge = static_cast<size_t>(std::ceil(4 * sigma / step_));
+    if (clip.size() < 4 * clip.edge) return;
+    read_joints(resampler, &clip);
+    read_sensors(resampler, &clip);
+    find_roughness(resampler, &clip);
+    log_.clips.push_back(std::move(clip));
+  }
+
+  const Recording& r_;
+  size_t index_;
+  Half half_;
+  LeggedLog& log_;
+  double step_ = 0;
+  std::map<std::string, std::vector<char>> fresh_;
+  std::vector<char> any_fresh_;
+};
+
+// Samples of vibrations and impacts stand badly for what is between them: how much more than in the quietest quarter of
+// the quietest clip the kernel takes away there; the worst of the columns.
+void scale_roughness(LeggedLog* log) {
+  const size_t columns = log->clips.empty() ? 0 : log->clips[0].taken_away.size();
+  for (Clip& clip : log->clips) clip.roughness.assign(clip.size(), 1.0);
+  for (size_t c = 0; c < columns; ++c) {
+    double quiet = 1e300;
+    for (const Clip& clip : log->clips) {
+      std::vector<double> sorted = clip.taken_away[c];
+      std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 4), sorted.end());
+      if (sorted[sorted.size() / 4] > 0) quiet = std::min(quiet, sorted[sorted.size() / 4]);
+    }
+    for (Clip& clip : log->clips) {
+      for (size_t k = 0; k < clip.size(); ++k) clip.roughness[k] = std::max(clip.roughness[k], clip.taken_away[c][k] / quiet);
+    }
+  }
+  for (Clip& clip : log->clips) clip.taken_away.clear();
+}
+
+}  // namespace
+
+LeggedLog make_legged_log(const Experiment& e, Half half) {
+  LeggedLog log;
+  log.experiment = &e;
+  log.tree = e.robot.tree;
+  log.sample_time = e.sample_time;
+  for (const LinkSpec& link : log.tree.links) log.mass += link.inertia.mass;
+  find_sensors(e, &log);
+  find_feet(e, &log);
+  find_imus(e, &log);
+  find_joints(e, &log);
+  log.base_pose = has_vector(e, "/base/pose/position", "xyz") && has_vector(e, "/base/pose/orientation", "xyzw");
+  if (!log.base_pose && e.scenario.floating_base) log.missing.push_back("no column /base/pose/position/x");
+  for (size_t r = 0; r < e.recordings.size(); ++r) ClipMaker(e, r, half, &log).run();
+  scale_roughness(&log);
+  return log;
+}
+
+}  // namespace hrp::diagnosis::floating

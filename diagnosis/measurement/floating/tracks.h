@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Signals of a recording on an even grid, all smoothed by one kernel: what is linear in them stays exactly true. A
+// stretch ends where the recording has a gap; nothing is interpolated across one.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis::floating {
+
+// A smoothed signal at the grid's stamps, and its derivatives by differences of the smoothed values.
+struct Track {
+  std::vector<double> value, rate, second;
+  bool empty() const { return value.empty(); }
+};
+
+// Samples [begin, end) of a recording, without a gap between.
+struct Span {
+  size_t begin = 0, end = 0;
+};
+
+// A stretch of the recording's time that was sampled without a gap.
+struct Gap {
+  double from = 0, to = 0;  // [s]
+};
+
+// Which samples of a sensor's columns are new readings: false where all of them repeat the sample before.
+std::vector<char> find_new_samples(const std::vector<const std::vector<double>*>& columns);
+
+// Cuts a recording at stamps that stand further apart than `longest`, and where no sensor gave a new reading for so
+// long. `fresh`: samples that any sensor read anew; gaps are listed.
+std::vector<Span> find_spans(const std::vector<double>& time, const std::vector<char>& fresh, double longest,
+                             std::vector<Gap>* gaps);
+
+// Which samples are looked at. The noise of even and of odd ones is independent: see least_squares.h.
+enum class Half { kEven, kOdd };
+
+// Even grid over a span; smooths by a Gaussian of deviation `sigma` [s], cut off at 4 deviations.
+class Resampler {
+ public:
+  Resampler(const std::vector<double>& time, Span span, double step, double sigma, Half half);
+
+  size_t size() const { return grid_.size(); }
+  const std::vector<double>& grid() const { return grid_; }  // [s]
+  double step() const { return step_; }
+
+  // Samples that are not finite, or not `fresh` (empty: all are), are bridged by a line.
+  Track run(const std::vector<double>& values, const std::vector<char>& fresh = {}) const;
+  // Root mean square, at each stamp, of what the kernel takes away: high where an impact was.
+  std::vector<double> calc_roughness(const std::vector<double>& values, const Track& smooth) const;
+
+ private:
+  std::vector<double> interpolate_samples(const std::vector<double>& values, const std::vector<char>& fresh) const;
+
+  const std::vector<double>& time_;
+  Span span_;
+  double step_ = 0;
+  size_t first_ = 0;  // 0 even, 1 odd
+  std::vector<double> grid_, kernel_;
+};
+
+}  // namespace hrp::diagnosis::floating
