@@ -1,0 +1,453 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/equations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "common/multibody/kinematics.h"
+#include "common/multibody/regressor.h"
+#include "diagnosis/measurement/floating/foot_rows.h"
+#include "diagnosis/measurement/floating/imu_rows.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kCell = 0.04;     // [s] of a row: two or three kernels' deviations, errors of neighbours are nearly free
+constexpr double kSpacing = 0.008; // [s] between the samples of a cell: finer ones repeat what the kernel passes
+constexpr double kBlock = 0.5;     // [s] errors of blocks are independent
+constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
+constexpr double kSlowest = 0.02;  // share of a joint's largest speed at which dry friction has its direction
+
+// A wrench on a link: [moment about p; force] in base axes.
+struct PointWrench {
+  int link = 0;
+  Vector3d p, force, moment;
+};
+
+class EquationMaker {
+ public:
+  EquationMaker(const LeggedLog& log, const Contacts& contacts)
+      : log_(log), contacts_(contacts), layout_(log), table_(layout_.count()) {}
+
+  RowTable run() {
+    find_speeds();
+    add_channels();
+    FootRows feet(log_, contacts_, layout_, &table_);
+    ImuRows imus(log_, contacts_, layout_, &table_);
+    int block = 0;
+    for (size_t c = 0; c < log_.clips.size(); ++c) {
+      run_clip(c, &feet, &imus, &block);
+    }
+    table_.finish();
+    return std::move(table_);
+  }
+
+ private:
+  void run_clip(size_t c, FootRows* feet, ImuRows* imus, int* block) {
+    const Clip& clip = log_.clips[c];
+    clip_ = &clip, clip_index_ = c;
+    BodyMotion motion(log_, clip);
+    motion_ = &motion;
+    const auto stride = static_cast<size_t>(std::max(1L, std::lround(kSpacing / clip.step)));
+    const auto per_cell = static_cast<size_t>(std::max(1L, std::lround(kCell / (clip.step * static_cast<double>(stride)))));
+    double block_end = clip.time[clip.edge] + kBlock;
+    for (size_t begin = clip.edge; begin + clip.edge + per_cell * stride < clip.size(); begin += per_cell * stride) {
+      if (clip.time[begin] > block_end) ++*block, block_end += kBlock;
+      double rough = 0;
+      for (size_t i = 0; i < per_cell; ++i) rough += std::pow(clip.roughness[begin + i * stride], 2);
+      table_.begin_cell({clip.time[begin + per_cell * stride / 2], static_cast<int>(clip.recording), *block,
+                         contacts_.find_phase(c, begin), clip.train, static_cast<int>(per_cell), rough / static_cast<double>(per_cell)});
+      for (size_t i = 0; i < per_cell; ++i) {
+        const size_t k = begin + i * stride;
+        if (!motion.update(k)) continue;
+        imus->add(c, k, &motion);
+        feet->add(c, k, &motion);
+        add_sample(k);
+      }
+      table_.end_cell();
+    }
+    ++*block;
+  }
+
+  // Largest speeds of joints: what "slow" is.
+  void find_speeds() {
+    slow_.assign(static_cast<size_t>(log_.num_joints()), 1e-6);
+    for (const Clip& clip : log_.clips) {
+      for (size_t j = 0; j < slow_.size(); ++j) {
+        if (clip.position[j].empty()) continue;
+        for (size_t k = clip.edge; k + clip.edge < clip.size(); ++k) {
+          slow_[j] = std::max(slow_[j], kSlowest * std::abs(clip.position[j].rate[k]));
+        }
+      }
+    }
+  }
+
+  // Sensors whose wrench on the robot is known whenever their foot may be loaded.
+  bool is_known(const Foot& foot) const {
+    if (foot.sensor < 0) return false;
+    const ForceSensor& s = log_.sensors[static_cast<size_t>(foot.sensor)];
+    return s.has_wrench() || (s.has_force() && !foot.flat);
+  }
+
+  bool is_above(int link, int foot_link) const {
+    for (int l = foot_link; l >= 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
+      if (l == link) return true;
+    }
+    return false;
+  }
+
+  std::vector<int> list_link_columns(int from) const {
+    std::vector<int> out;
+    for (int l = 0; l < layout_.links; ++l) {
+      for (int p = 0; is_above(from, l) && p < kLinkColumns; ++p) out.push_back(layout_.link(l, p));
+    }
+    return out;
+  }
+
+  void add_sensor_columns(int from, std::vector<int>* out) const {
+    for (int s = 0; s < layout_.sensors; ++s) {
+      if (!is_above(from, log_.sensors[static_cast<size_t>(s)].link)) continue;
+      for (int c = 0; c < kSensorColumns; ++c) out->push_back(layout_.sensor(s, c));
+    }
+  }
+
+  void add_imu_columns(std::vector<int>* out) const {
+    if (!uses_accelerometer()) return;
+    for (int c = 0; c < kGyroScaleColumn; ++c) out->push_back(layout_.imu(BodyMotion::find_main_imu(log_), c));
+  }
+
+  void add_offset_columns(std::vector<int>* out) const {
+    for (int j = 0; j < layout_.joints; ++j) {
+      if (log_.has_position[static_cast<size_t>(j)]) out->push_back(layout_.joint(j, kOffsetColumn));
+    }
+  }
+
+  bool uses_accelerometer() const { return BodyMotion::find_force_source(log_) == MotionSource::kImu; }
+
+  void add_channels() {
+    std::vector<int> columns = list_link_columns(0);
+    add_sensor_columns(0, &columns), add_imu_columns(&columns), add_offset_columns(&columns);
+    bool all = !log_.feet.empty() && log_.tree.floating_base, vertical = all;
+    for (const Foot& foot : log_.feet) {
+      all = all && is_known(foot);
+      vertical = vertical && foot.sensor >= 0 && log_.sensors[static_cast<size_t>(foot.sensor)].axis[2];
+    }
+    const bool moves = BodyMotion::find_force_source(log_) != MotionSource::kFoot || !contacts_.walks;
+    const char* const names[] = {"moment x", "moment y", "moment z", "force x", "force y", "force z"};
+    for (int i = 0; all && moves && i < 6; ++i) {
+      const std::string part = i < 3 ? "torque" : "force";
+      balance_.push_back(table_.add_channel({std::string("balance, ") + names[i], "/wrench/" + log_.sensors[0].name + "/" + part,
+                                             i < 3 ? "N m" : "N", "link", log_.tree.links[0].name}, columns));
+    }
+    if (!all && vertical && moves) {
+      weight_ = table_.add_channel({"weight", "/wrench/" + log_.sensors[0].name + "/force", "N", "link", log_.tree.links[0].name},
+                                   columns);
+    }
+    joint_.assign(static_cast<size_t>(layout_.joints), -1), servo_ = joint_;
+    for (int j = 0; j < layout_.joints; ++j) add_joint_channels(j);
+  }
+
+  void add_joint_channels(int j) {
+    const auto i = static_cast<size_t>(j);
+    const JointSpec& joint = log_.tree.joint(j);
+    const bool turns = joint.kind == JointKind::kRevolute;
+    const std::string signal = "/joint_states/" + joint.name + "/effort";
+    const ChannelInfo info{"joint", signal, turns ? "N m" : "N", "joint", joint.name};
+    std::vector<int> columns = list_link_columns(j + 1);
+    add_sensor_columns(j + 1, &columns), add_imu_columns(&columns), add_offset_columns(&columns);
+    for (int c = 0; c < kOffsetColumn; ++c) columns.push_back(layout_.joint(j, c));
+    if (!log_.has_effort[i]) columns.push_back(layout_.joint(j, kDelayColumn));
+    const bool passive = !joint.actuated && log_.has_position[i];
+    if ((log_.is_driven(i) && joint.actuated) || passive) joint_[i] = table_.add_channel(info, columns);
+    if (log_.has_effort[i] && log_.has_law[i] && joint.actuated) {
+      servo_[i] = table_.add_channel({"servo", signal, info.unit, "joint", joint.name},
+                                     {layout_.joint(j, kDelayColumn), layout_.joint(j, kEffortScaleColumn)});
+    }
+  }
+
+  // Whether a joint's torque can be compared now: no foot beyond it bears an unknown force.
+  bool is_joint_known(int j, size_t k) const {
+    for (size_t f = 0; f < log_.feet.size(); ++f) {
+      if (!is_above(j + 1, log_.feet[f].link) || is_known(log_.feet[f])) continue;
+      if (contacts_.loaded[clip_index_][f][k]) return false;
+      // What lands or lifts pushes a little before it counts as loaded.
+      const size_t reach = clip_->edge, a = k > reach ? k - reach : 0, b = std::min(k + reach, clip_->size() - 1);
+      if (contacts_.loaded[clip_index_][f][a] || contacts_.loaded[clip_index_][f][b]) return false;
+    }
+    for (const Foot& foot : log_.feet) {
+      if (!is_above(j + 1, foot.link)) continue;
+      for (const std::string& held : log_.experiment->recordings[clip_->recording].spec.unknown_force) {
+        if (held == foot.name) return false;
+      }
+    }
+    const auto& unknown = log_.experiment->recordings[clip_->recording].spec.unknown_force;
+    return std::find(unknown.begin(), unknown.end(), log_.tree.joint(j).name) == unknown.end();
+  }
+
+  Vector3d get(const Track* xyz, size_t k) const {
+    Vector3d v = Vector3d::Zero();
+    for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
+    return v;
+  }
+  Vector3d get_rate(const Track* xyz, size_t k) const {
+    Vector3d v = Vector3d::Zero();
+    for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].rate[k];
+    return v;
+  }
+
+  // Where a sensor's wrench acts and its axes, in base axes. A force without a moment acts where the foot touches.
+  void find_sensor_frame(int s, size_t k, Matrix3d* R, Vector3d* p) const {
+    const ForceSensor& sensor = log_.sensors[static_cast<size_t>(s)];
+    const Transform X = get_pose(motion_->data(), sensor.link);
+    *R = sensor.world ? Matrix3d(motion_->find_attitude(k).transpose()) : Matrix3d(X.R * sensor.X_LS.R);
+    *p = X * sensor.X_LS.p;
+    if (sensor.foot < 0 || sensor.has_wrench()) return;
+    const Foot& foot = log_.feet[static_cast<size_t>(sensor.foot)];
+    *p = X * foot.p_LC - foot.radius * motion_->find_up(k);
+  }
+
+  // Adds what a wrench does to each equation: `column` -1 collects it in y.
+  void project(const PointWrench& w, double sign, int column) {
+    const Data& data = motion_->data();
+    const Vector3d about = w.moment + w.p.cross(w.force);
+    for (int i = 0; i < 6 && !balance_.empty(); ++i) {
+      put(balance_[static_cast<size_t>(i)], i, sign * (i < 3 ? about(i) : w.force(i - 3)), column);
+    }
+    if (weight_ >= 0) put(weight_, 3, sign * normal_.dot(w.force), column);
+    for (int l = w.link; l > 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
+      const LinkKinematics& at = data.kinematics[static_cast<size_t>(l)];
+      const Vector3d axis = small::to_eigen(at.axis);
+      const bool turns = log_.tree.joint(l - 1).kind == JointKind::kRevolute;
+      const Vector3d arm = w.p - small::to_eigen(at.p);
+      put(joint_[static_cast<size_t>(l - 1)], 6 + l - 1, sign * (turns ? axis.dot(w.moment + arm.cross(w.force)) : axis.dot(w.force)), column);
+    }
+  }
+
+  void put(int channel, int row, double value, int column) {
+    if (column < 0) {
+      y_(row) += value;
+    } else if (channel >= 0 && open_[static_cast<size_t>(row)]) {
+      table_.add(channel, column, value);
+    }
+  }
+
+  // What the sensors say less what the motion takes, by row: 0 to 5 the whole body (weight: 3), 6 + j joints.
+  void calc_residuals(size_t k) {
+    const int n = layout_.joints, base = motion_->model().num_base();
+    y_ = Eigen::VectorXd::Zero(6 + n), measured_ = y_;
+    tau_.resize(motion_->model().nv());
+    calc_inverse_dynamics(motion_->model(), motion_->vdot(), nullptr, &motion_->data(), &tau_);
+    for (int s = 0; s < layout_.sensors; ++s) project(read_wrench(s, k), 1, -1);
+    measured_ = y_;
+    for (int j = 0; j < n; ++j) {
+      const double effort = joint_[static_cast<size_t>(j)] >= 0 ? find_effort(static_cast<size_t>(j), k) : 0.0;
+      measured_(6 + j) = effort;
+      y_(6 + j) += effort - tau_(base + j);
+    }
+    if (base == 0) return;
+    if (weight_ >= 0) {
+      y_(3) -= normal_.dot(tau_.segment<3>(3));
+    } else {
+      y_.head<6>() -= tau_.head<6>();
+    }
+  }
+
+  PointWrench read_wrench(int s, size_t k) const {
+    PointWrench w;
+    Matrix3d R;
+    w.link = log_.sensors[static_cast<size_t>(s)].link;
+    find_sensor_frame(s, k, &R, &w.p);
+    w.force = R * get(&clip_->force[6 * static_cast<size_t>(s)], k);
+    w.moment = R * get(&clip_->force[6 * static_cast<size_t>(s) + 3], k);
+    return w;
+  }
+
+  double calc_law(size_t j, size_t k, double* rate) const {
+    const Scenario& scenario = log_.experiment->scenario;
+    const auto own = scenario.servo_joints.find(log_.tree.joint(static_cast<int>(j)).name);
+    const ServoGains& g = own == scenario.servo_joints.end() ? scenario.servo_default : own->second;
+    const Track &c = clip_->command[j], &cd = clip_->command_rate[j], &q = clip_->position[j];
+    const double speed = cd.empty() ? c.rate[k] : cd.value[k], slope = cd.empty() ? c.second[k] : cd.rate[k];
+    *rate = g.kp * speed + g.kd * slope;  // of the command's part
+    return std::clamp(g.kp * (c.value[k] - q.value[k]) + g.kd * (speed - q.rate[k]), -g.effort_limit, g.effort_limit);
+  }
+
+  double find_effort(size_t j, size_t k) const {
+    double rate = 0;
+    if (log_.has_effort[j]) return clip_->effort[j].value[k];
+    return log_.has_law[j] ? calc_law(j, k, &rate) : 0.0;
+  }
+
+  // The mean of the soles' normals, by load: along it the weight is compared where feet tell no other force.
+  void find_normal(size_t k) {
+    normal_.setZero();
+    for (const Foot& foot : log_.feet) {
+      if (!foot.flat || foot.sensor < 0) continue;
+      Matrix3d R;
+      Vector3d p;
+      find_sensor_frame(foot.sensor, k, &R, &p);
+      normal_ += std::max(0.0, calc_vertical_force(log_, *clip_, static_cast<size_t>(foot.sensor), k)) * R.col(2);
+    }
+    normal_ = normal_.norm() > 0 ? Vector3d(normal_.normalized()) : motion_->find_up(k);
+  }
+
+  void add_sample(size_t k) {
+    find_normal(k);
+    calc_residuals(k);
+    const Eigen::VectorXd y = y_;
+    open_.assign(static_cast<size_t>(y.size()), 0);
+    for (int i = 0; i < 6 && !balance_.empty(); ++i) open(balance_[static_cast<size_t>(i)], i);
+    if (weight_ >= 0) open(weight_, 3);
+    for (int j = 0; j < layout_.joints; ++j) {
+      if (joint_[static_cast<size_t>(j)] >= 0 && is_joint_known(j, k)) open(joint_[static_cast<size_t>(j)], 6 + j);
+    }
+    add_links();
+    add_drives(k);
+    for (int s = 0; s < layout_.sensors; ++s) add_sensor(s, k);
+    if (uses_accelerometer()) add_accelerometer(k);
+    add_servo(k);
+    add_offsets(k, y);
+  }
+
+  void open(int channel, int row) {
+    open_[static_cast<size_t>(row)] = 1;
+    table_.begin_row(channel, y_(row), measured_(row));
+  }
+
+  void add_links() {
+    if (!regressor_) regressor_ = std::make_unique<Regressor>(motion_->model());
+    calc_regressor(motion_->model(), motion_->vdot(), &motion_->data(), regressor_.get());
+    const Regressor& Y = *regressor_;
+    for (int l = 0; l < layout_.links; ++l) {
+      for (int p = 0; p < kLinkColumns; ++p) {
+        const long at = kInertialParameters * l + p;
+        for (int i = 0; i < 6 && !balance_.empty(); ++i) put(balance_[static_cast<size_t>(i)], i, Y.Y_BI(i, at), layout_.link(l, p));
+        if (weight_ >= 0) put(weight_, 3, normal_.dot(Y.Y_BI.block<3, 1>(3, at)), layout_.link(l, p));
+        for (int j = 0; j < l; ++j) {
+          if (Y.Y_JI(j, at) != 0) put(joint_[static_cast<size_t>(j)], 6 + j, Y.Y_JI(j, at), layout_.link(l, p));
+        }
+      }
+    }
+  }
+
+  void add_drives(size_t k) {
+    for (int j = 0; j < layout_.joints; ++j) {
+      const auto i = static_cast<size_t>(j);
+      if (joint_[i] < 0 || !open_[static_cast<size_t>(6 + j)]) continue;
+      const Track& q = clip_->position[i];
+      const double v = q.empty() ? 0 : q.rate[k], a = q.empty() ? 0 : q.second[k], way = std::tanh(v / slow_[i]);
+      const double effort = measured_(6 + j);
+      double rate = 0;
+      if (log_.has_effort[i]) {
+        rate = clip_->effort[i].rate[k];
+      } else if (log_.has_law[i]) {
+        calc_law(i, k, &rate);
+        table_.add(joint_[i], layout_.joint(j, kDelayColumn), rate);
+      }
+      const double values[] = {v, way, way * std::abs(effort), a, -effort,
+                               q.empty() ? 0 : q.value[k], 1.0, rate};
+      for (int c = 0; c < kOffsetColumn; ++c) table_.add(joint_[i], layout_.joint(j, c), values[c]);
+    }
+  }
+
+  // reading = R(turn)^T (scale true + bias), late by a delay.
+  void add_sensor(int s, size_t k) {
+    const auto i = static_cast<size_t>(s);
+    Matrix3d R;
+    PointWrench w = read_wrench(s, k);
+    Vector3d p;
+    find_sensor_frame(s, k, &R, &p);
+    const Vector3d none = Vector3d::Zero(), force = w.force, moment = w.moment;
+    const auto add = [&](const Vector3d& f, const Vector3d& m, int column) {
+      project({w.link, w.p, f, m}, 1, layout_.sensor(s, column));
+    };
+    const bool whole = log_.sensors[i].has_wrench();
+    add(force, none, kForceScaleColumn);
+    if (whole) add(none, moment, kTorqueScaleColumn);
+    for (int a = 0; a < 3; ++a) {
+      if (log_.sensors[i].axis[a]) add(R.col(a), none, kForceBiasColumn + a);
+      if (whole) add(none, R.col(a), kTorqueBiasColumn + a);
+      if (log_.sensors[i].has_force()) add(-R.col(a).cross(force), whole ? Vector3d(-R.col(a).cross(moment)) : none, kWrenchTurnColumn + a);
+    }
+    add(-(R * get_rate(&clip_->force[6 * i], k)), whole ? Vector3d(-(R * get_rate(&clip_->force[6 * i + 3], k))) : none,
+        kWrenchDelayColumn);
+  }
+
+  // Specific force moves every equation as a translation of the base does.
+  void add_accelerometer(size_t k) {
+    const int imu = BodyMotion::find_main_imu(log_);
+    const auto i = static_cast<size_t>(imu);
+    const Matrix3d R = get_pose(motion_->data(), log_.imus[i].link).R * log_.imus[i].R_LI;
+    const Eigen::VectorXd nominal = tau_;
+    Eigen::MatrixXd slope(tau_.size(), 3);
+    for (int a = 0; a < 3; ++a) {
+      Eigen::VectorXd moved = motion_->vdot();
+      moved.segment<3>(3) += R.col(a);
+      calc_inverse_dynamics(motion_->model(), moved, nullptr, &motion_->data(), &tau_);
+      slope.col(a) = nominal - tau_;  // of the residual, by specific force in the IMU's axes
+    }
+    tau_ = nominal;
+    const Vector3d f = get(clip_->imus[i].accelerometer, k), rate = get_rate(clip_->imus[i].accelerometer, k);
+    const auto add = [&](const Vector3d& change, int column) {
+      const Eigen::VectorXd d = slope * change;
+      for (int r = 0; r < 6 && !balance_.empty(); ++r) put(balance_[static_cast<size_t>(r)], r, d(r), layout_.imu(imu, column));
+      if (weight_ >= 0) put(weight_, 3, normal_.dot(d.segment<3>(3)), layout_.imu(imu, column));
+      for (int j = 0; j < layout_.joints; ++j) put(joint_[static_cast<size_t>(j)], 6 + j, d(6 + j), layout_.imu(imu, column));
+    };
+    add(f, kAccelerometerScaleColumn);
+    for (int a = 0; a < 3; ++a) {
+      add(Vector3d::Unit(a), kAccelerometerBiasColumn + a);
+      add(-Vector3d::Unit(a).cross(f), kAccelerometerTurnColumn + a);
+    }
+    add(-rate, kAccelerometerDelayColumn);
+  }
+
+  void add_servo(size_t k) {
+    for (int j = 0; j < layout_.joints; ++j) {
+      const auto i = static_cast<size_t>(j);
+      if (servo_[i] < 0) continue;
+      double rate = 0;
+      const double logged = clip_->effort[i].value[k], law = calc_law(i, k, &rate);
+      table_.begin_row(servo_[i], logged - law, logged);
+      table_.add(servo_[i], layout_.joint(j, kDelayColumn), -rate);
+      table_.add(servo_[i], layout_.joint(j, kEffortScaleColumn), law);
+    }
+  }
+
+  // y(q) with q = reading - offset: y = offset dy/dq.
+  void add_offsets(size_t k, const Eigen::VectorXd& y) {
+    for (int j = 0; j < layout_.joints; ++j) {
+      if (!log_.has_position[static_cast<size_t>(j)]) continue;
+      motion_->turn_joint(j, kTurn), motion_->update(k);
+      calc_residuals(k);
+      const Eigen::VectorXd slope = (y_ - y) / kTurn;
+      for (int r = 0; r < 6 && !balance_.empty(); ++r) put(balance_[static_cast<size_t>(r)], r, slope(r), layout_.joint(j, kOffsetColumn));
+      if (weight_ >= 0) put(weight_, 3, slope(3), layout_.joint(j, kOffsetColumn));
+      for (int i = 0; i < layout_.joints; ++i) put(joint_[static_cast<size_t>(i)], 6 + i, slope(6 + i), layout_.joint(j, kOffsetColumn));
+      motion_->turn_joint(j, 0);
+    }
+    motion_->update(k);
+  }
+
+  const LeggedLog& log_;
+  const Contacts& contacts_;
+  ColumnLayout layout_;
+  RowTable table_;
+  std::vector<double> slow_;  // [rad/s] by joint
+  std::vector<int> balance_, joint_, servo_;
+  int weight_ = -1;
+  const Clip* clip_ = nullptr;
+  size_t clip_index_ = 0;
+  BodyMotion* motion_ = nullptr;
+  Eigen::VectorXd y_, measured_, tau_;
+  Vector3d normal_{0, 0, 1};
+  std::vector<char> open_;
+  std::unique_ptr<Regressor> regressor_;
+};
+
+}  // namespace
+
+RowTable make_equations(const LeggedLog& log, const Contacts& contacts) { return EquationMaker(log, contacts).run(); }
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/foot_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/multibody/kinematics.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kSettled = 0.08;  // [s] after landing and before lifting: the foot is not flat for sure
+constexpr double kInside = 0.88;   // share of a sole's half edges within which the centre of pressure means flat contact
+constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
+constexpr size_t kMostPairs = 4;   // feet that are compared pair by pair
+
+Vector3d get(const Track* xyz, size_t k) {
+  Vector3d v = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
+  return v;
+}
+
+// Roll and pitch of a foot whose axes see the vertical as `up`.
+Eigen::Vector2d calc_tilt(const Vector3d& up) {
+  return {std::atan2(up.y(), up.z()), -std::asin(std::clamp(up.x(), -1.0, 1.0))};
+}
+
+}  // namespace
+
+FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table)
+    : log_(log), contacts_(contacts), layout_(layout), table_(*table), tilt_(2 * log.feet.size(), -1), imu_(log.feet.size(), -1) {
+  if (!log.tree.floating_base || log.clips.empty()) return;
+  const bool upright = BodyMotion(log, log.clips[0]).has_attitude();
+  std::vector<int> joints;
+  for (int j = 0; j < layout.joints; ++j) joints.push_back(layout.joint(j, kOffsetColumn));
+  for (size_t f = 0; f < imu_.size(); ++f) {
+    for (size_t i = 0; i < log.imus.size(); ++i) {
+      if (log.imus[i].link == log.feet[f].link && log.imus[i].accelerometer) imu_[f] = static_cast<int>(i);
+    }
+  }
+  const auto whole = [&](size_t f) {
+    return log.feet[f].sensor >= 0 && log.sensors[static_cast<size_t>(log.feet[f].sensor)].has_wrench();
+  };
+  for (size_t f = 0; f < log.feet.size(); ++f) {
+    for (int a = 0; log.feet[f].flat && (upright || imu_[f] >= 0) && a < 2; ++a) {
+      std::vector<int> columns = imu_[f] < 0 ? joints : std::vector<int>{};
+      columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
+      for (int c = 0; whole(f) && c < 2; ++c) {
+        columns.push_back(layout.foot(static_cast<int>(f), 2 * a + c));
+        columns.push_back(layout.foot(static_cast<int>(f), (a == 0 ? kRollShiftColumn : kPitchShiftColumn) + c));
+      }
+      tilt_[2 * f + static_cast<size_t>(a)] =
+          table->add_channel({a == 0 ? "tilt, roll" : "tilt, pitch", "/joint_states", "rad", "foot", log.feet[f].name}, columns);
+    }
+  }
+  for (size_t a = 0; upright && a < log.feet.size() && log.feet.size() <= kMostPairs; ++a) {
+    for (size_t b = a + 1; b < log.feet.size(); ++b) {
+      std::vector<int> columns = joints;
+      columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
+      columns.push_back(layout.foot(static_cast<int>(a), kSinkColumn));
+      columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
+      pairs_.push_back({a, b, table->add_channel({"height", "/joint_states", "m", "foot", log.feet[b].name}, columns)});
+    }
+  }
+}
+
+bool FootRows::stands(size_t clip, size_t foot, size_t k) const {
+  const std::vector<char>& loaded = contacts_.loaded[clip][foot];
+  const auto reach = static_cast<size_t>(std::lround(kSettled / log_.clips[clip].step));
+  return loaded[k] && loaded[k > reach ? k - reach : 0] && loaded[std::min(k + reach, loaded.size() - 1)];
+}
+
+FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*) const {
+  Load load;
+  const Foot& foot = log_.feet[f];
+  load.flat = stands(clip, f, k);
+  if (foot.sensor < 0) return load;
+  const auto s = static_cast<size_t>(foot.sensor);
+  const ForceSensor& sensor = log_.sensors[s];
+  const Clip& c = log_.clips[clip];
+  load.force = calc_vertical_force(log_, c, s, k);
+  load.known = true;
+  if (!sensor.has_wrench() || sensor.world) return load;
+  const Vector3d force = sensor.X_LS.R * get(&c.force[6 * s], k);
+  load.moment = sensor.X_LS.R * get(&c.force[6 * s + 3], k) + (sensor.X_LS.p - foot.p_LC).cross(force);
+  load.force = force.z(), load.whole = force;
+  load.flat = load.flat && std::abs(load.moment.y()) < kInside * foot.size.x() / 2 * force.z() &&
+              std::abs(load.moment.x()) < kInside * foot.size.y() / 2 * force.z();
+  return load;
+}
+
+// Tilts of all feet, then heights of all pairs, at the pose that `motion` has.
+Eigen::VectorXd FootRows::calc_values(size_t clip, size_t k, BodyMotion* motion) const {
+  Eigen::VectorXd out(static_cast<long>(tilt_.size() + pairs_.size()));
+  const Vector3d up = motion->find_up(k);
+  const auto place = [&](size_t f) -> Vector3d {
+    return get_pose(motion->data(), log_.feet[f].link) * log_.feet[f].p_LC - log_.feet[f].radius * up;
+  };
+  for (size_t f = 0; f < log_.feet.size(); ++f) {
+    const Matrix3d R = get_pose(motion->data(), log_.feet[f].link).R;
+    Vector3d up_F = R.transpose() * up;
+    if (imu_[f] >= 0) {  // a foot that stands hardly accelerates: what its IMU feels is its weight
+      const auto i = static_cast<size_t>(imu_[f]);
+      up_F = (log_.imus[i].R_LI * get(log_.clips[clip].imus[i].accelerometer, k)).normalized();
+    }
+    out.segment<2>(static_cast<long>(2 * f)) = calc_tilt(up_F);
+  }
+  for (size_t i = 0; i < pairs_.size(); ++i) {
+    out(static_cast<long>(tilt_.size() + i)) = up.dot(place(pairs_[i].b) - place(pairs_[i].a));
+  }
+  return out;
+}
+
+void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
+  if (pairs_.empty() && std::all_of(tilt_.begin(), tilt_.end(), [](int c) { return c < 0; })) return;
+  std::vector<Load> loads;
+  for (size_t f = 0; f < log_.feet.size(); ++f) loads.push_back(find_load(clip, f, k, motion));
+  const Eigen::VectorXd y = calc_values(clip, k, motion);
+  const Matrix3d R_BW = motion->find_attitude(k).transpose();
+  const Vector3d turned[2] = {R_BW * Vector3d(0, -1, 0), R_BW * Vector3d(1, 0, 0)};  // of the normal, by roll and pitch
+  std::vector<int> open(static_cast<size_t>(y.size()), -1);
+  for (size_t f = 0; f < log_.feet.size(); ++f) {
+    const Transform X = get_pose(motion->data(), log_.feet[f].link);
+    const Vector3d w = X.R.transpose() * get_velocity(motion->data(), log_.feet[f].link).head<3>();
+    for (int a = 0; a < 2; ++a) {
+      const int channel = tilt_[2 * f + static_cast<size_t>(a)];
+      if (channel < 0 || !loads[f].flat) continue;
+      open[2 * f + static_cast<size_t>(a)] = channel;
+      table_.begin_row(channel, y(static_cast<long>(2 * f) + a), y(static_cast<long>(2 * f) + a));
+      table_.add(channel, layout_.foot(static_cast<int>(f), 2 * a), -loads[f].moment(a));
+      table_.add(channel, layout_.foot(static_cast<int>(f), 2 * a + 1), -w(a));
+      const int shift = a == 0 ? kRollShiftColumn : kPitchShiftColumn;
+      table_.add(channel, layout_.foot(static_cast<int>(f), shift), loads[f].whole.z());
+      table_.add(channel, layout_.foot(static_cast<int>(f), shift + 1), loads[f].whole(a == 0 ? 1 : 0));
+      for (int axis = 0; axis < 2; ++axis) {
+        const Vector3d change = X.R.transpose() * turned[axis];
+        table_.add(channel, layout_.slope(axis), a == 0 ? -change.y() : change.x());
+      }
+    }
+  }
+  for (size_t i = 0; i < pairs_.size(); ++i) {
+    const Pair& p = pairs_[i];
+    if (!loads[p.a].flat || !loads[p.b].flat) continue;
+    open[tilt_.size() + i] = p.channel;
+    table_.begin_row(p.channel, y(static_cast<long>(tilt_.size() + i)), y(static_cast<long>(tilt_.size() + i)));
+    if (loads[p.a].known) table_.add(p.channel, layout_.foot(static_cast<int>(p.a), kSinkColumn), loads[p.a].force);
+    if (loads[p.b].known) table_.add(p.channel, layout_.foot(static_cast<int>(p.b), kSinkColumn), -loads[p.b].force);
+    const Vector3d apart = get_pose(motion->data(), log_.feet[p.b].link) * log_.feet[p.b].p_LC -
+                           get_pose(motion->data(), log_.feet[p.a].link) * log_.feet[p.a].p_LC;
+    for (int axis = 0; axis < 2; ++axis) table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));
+  }
+  for (int j = 0; j < layout_.joints; ++j) {
+    motion->turn_joint(j, kTurn), motion->update(k);
+    const Eigen::VectorXd slope = (calc_values(clip, k, motion) - y) / kTurn;
+    motion->turn_joint(j, 0);
+    for (size_t r = 0; r < open.size(); ++r) {
+      if (open[r] >= 0) table_.add(open[r], layout_.joint(j, kOffsetColumn), slope(static_cast<long>(r)));
+    }
+  }
+  motion->update(k);
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Equations of feet that stand: tilt of flat soles against the level ground, and heights of feet against each other.
+#pragma once
+
+#include "diagnosis/measurement/floating/columns.h"
+#include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/row_table.h"
+
+namespace hrp::diagnosis::floating {
+
+class FootRows {
+ public:
+  FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);
+  // Adds the rows of sample k; `motion` stands there, and does so again afterwards.
+  void add(size_t clip, size_t k, BodyMotion* motion);
+
+ private:
+  struct Load {
+    bool known = false, flat = false;
+    double force = 0;            // [N] along the foot's normal
+    Vector3d moment{0, 0, 0}, whole{0, 0, 0};  // [N m] about the sole's centre, [N]; foot axes
+  };
+  Load find_load(size_t clip, size_t foot, size_t k, BodyMotion* motion) const;
+  bool stands(size_t clip, size_t foot, size_t k) const;
+  Eigen::VectorXd calc_values(size_t clip, size_t k, BodyMotion* motion) const;
+
+  const LeggedLog& log_;
+  const Contacts& contacts_;
+  const ColumnLayout& layout_;
+  RowTable& table_;
+  struct Pair {
+    size_t a = 0, b = 0;
+    int channel = -1;
+  };
+  std::vector<int> tilt_;  // by foot * 2, -1: none
+  std::vector<int> imu_;   // by foot: an IMU on it, which sees its tilt; -1: none
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace hrp::diagnosis::floating
