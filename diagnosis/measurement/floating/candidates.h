@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Effects that the equations of a robot on its feet may show, each as a combination of columns.
+#pragma once
+
+#include <Eigen/Dense>
+#include <utility>
+
+#include "diagnosis/evidence/finding.h"
+#include "diagnosis/measurement/floating/columns.h"
+#include "diagnosis/measurement/floating/contacts.h"
+
+namespace hrp::diagnosis::floating {
+
+// One coefficient: the columns that it multiplies.
+using Terms = std::vector<std::pair<int, double>>;
+
+struct Candidate {
+  std::string effect;
+  Where where;
+  int place = -1;            // joint, link, foot, sensor, IMU by index; -1: none or all
+  std::vector<Terms> terms;  // by coefficient
+  bool positive = false;     // the first coefficient cannot be negative
+  double least = 0;          // what the first coefficient must exceed to be worth a name
+  double low = -1e9, high = 1e9;  // of the first coefficient
+  bool vector = false;       // coefficients are three axes of one quantity
+};
+
+std::vector<Candidate> list_candidates(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout);
+
+// A load is a point: its inertia follows from mass and place. Adds the terms for a load at `place` [m] in its link.
+Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const Vector3d& place);
+
+// Parameters as the report has them.
+std::vector<Estimate> make_estimates(const Candidate& candidate, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
+
+// Whether the values can be: a load lies within `reach` [m] of its link, stiffness is positive, and so on.
+bool is_sensible(const Candidate& candidate, const Eigen::VectorXd& x, double reach);
+
+// "friction" and so on, as evidence reports it.
+std::string find_family(const std::string& effect);
+std::string find_phrase(const Candidate& candidate);
+
+}  // namespace hrp::diagnosis::floating

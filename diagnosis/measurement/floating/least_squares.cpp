@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/least_squares.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kExact = 5e-3;   // share of a quantity's spread to which models of rigid bodies are exact
+constexpr int kLags = 25;         // rows, the most that errors remember
+constexpr double kRidge = 1e-9;   // of the diagonal: against exact twins
+constexpr size_t kBins = 8, kLeastInBin = 12;  // rows
+constexpr double kMedianOfSquare = 0.455;  // of a normal error of variance 1
+
+long count_coefficients(const std::vector<Candidate>& effects) {
+  long n = 0;
+  for (const Candidate& c : effects) n += static_cast<long>(c.terms.size());
+  return n;
+}
+
+// [unit squared] What gyroscopes, encoders and models leave whatever is fitted.
+double find_least(const std::string& unit) {
+  if (unit == "rad") return 1e-4;
+  if (unit == "m") return 1e-4;
+  if (unit == "rad/s") return 1e-4;
+  if (unit == "m/s^2") return 1e-3;
+  return 1e-3;
+}
+
+Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double ridge) {
+  if (A.size() > 0 && A.diagonal().minCoeff() <= 0) return Eigen::VectorXd::Constant(b.size(), std::nan(""));
+  const Eigen::VectorXd scale = A.diagonal().cwiseSqrt();
+  Eigen::MatrixXd S = scale.cwiseInverse().asDiagonal() * A * scale.cwiseInverse().asDiagonal();
+  S.diagonal().array() += ridge;
+  return scale.cwiseInverse().asDiagonal() * S.ldlt().solve(Eigen::VectorXd(scale.cwiseInverse().asDiagonal() * b));
+}
+
+}  // namespace
+
+size_t LeggedFit::find_first(size_t effect) const {
+  size_t first = 0;
+  for (size_t i = 0; i < effect; ++i) first += effects[i].terms.size();
+  return first;
+}
+
+Eigen::VectorXd LeggedFit::get(size_t effect) const {
+  return x.segment(static_cast<long>(find_first(effect)), static_cast<long>(effects[effect].terms.size()));
+}
+
+LeggedFitter::LeggedFitter(std::vector<ChannelRows> table, int columns) : channels_(std::move(table)) {
+  for (const ChannelRows& c : channels()) has_held_ = has_held_ || std::count(c.train.begin(), c.train.end(), 0) > 0;
+  for (size_t c = 0; c < channels().size(); ++c) {
+    const ChannelRows& rows = channels()[c];
+    std::vector<int> local(static_cast<size_t>(columns), -1);
+    for (size_t i = 0; i < rows.columns.size(); ++i) local[static_cast<size_t>(rows.columns[i])] = static_cast<int>(i);
+    local_.push_back(std::move(local));
+    rows_.emplace_back(rows.rows(), 1.0);
+    const double least = std::max(find_least(rows.info.unit), kExact * rows.scale);
+    floor_.push_back(least * least);
+  }
+  weight_.assign(channels().size(), 1.0), memory_ = weight_, noise_.assign(channels().size(), 0.0);
+  update_moments();
+  update_weights(fit({}));
+}
+
+void LeggedFitter::update_moments() {
+  for (size_t part = 0; part < 2; ++part) moments_[part].clear(), counts_[part].clear();
+  for (size_t c = 0; c < channels().size(); ++c) {
+    const ChannelRows& rows = channels()[c];
+    const auto p = static_cast<long>(rows.columns.size());
+    Moments m[2];
+    size_t n[2] = {0, 0};
+    for (Moments& one : m) one.G = Eigen::MatrixXd::Zero(p, p), one.b = Eigen::VectorXd::Zero(p);
+    for (size_t i = 0; i < rows.rows(); ++i) {
+      const size_t part = is_held(c, i) ? 1 : 0;
+      const Eigen::Map<const Eigen::VectorXd> x(rows.row(i), p), d(rows.noise_row(i), p);
+      const double w = rows_[c][i], e = rows.noise_y[i];
+      m[part].G.selfadjointView<Eigen::Lower>().rankUpdate(x, w);
+      m[part].G.selfadjointView<Eigen::Lower>().rankUpdate(d, -w);
+      m[part].b += w * (rows.y[i] * x - e * d), m[part].yy += w * (rows.y[i] * rows.y[i] - e * e), ++n[part];
+      m[part].total += w, m[part].noise += w * e * e;
+    }
+    noise_[c] = (m[0].noise + m[1].noise) / std::max(1e-300, m[0].total + m[1].total);
+    for (size_t part = 0; part < 2; ++part) {
+      m[part].G = Eigen::MatrixXd(m[part].G.selfadjointView<Eigen::Lower>());
+      moments_[part].push_back(std::move(m[part])), counts_[part].push_back(n[part]);
+    }
+  }
+}
+
+// Errors grow with what the kernel takes away: the variance of each eighth of the rows, ordered by roughness, by its
+// median, so that a few impacts do not set it; never less than that of a quieter eighth.
+void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
+  const std::vector<double>& rough = channels()[c].roughness;
+  const size_t bins = std::min(kBins, r.size() / kLeastInBin);
+  if (bins < 2) return;
+  std::vector<size_t> order(r.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t i, size_t k) { return rough[i] < rough[k]; });
+  double variance = floor_[c], quietest = 0;
+  for (size_t bin = 0; bin < bins; ++bin) {
+    const size_t begin = bin * r.size() / bins, end = (bin + 1) * r.size() / bins;
+    std::vector<double> squares;
+    for (size_t i = begin; i < end; ++i) squares.push_back(r[order[i]] * r[order[i]]);
+    std::nth_element(squares.begin(), squares.begin() + static_cast<long>(squares.size() / 2), squares.end());
+    variance = std::max(variance, squares[squares.size() / 2] / kMedianOfSquare);
+    if (bin == 0) quietest = variance;
+    for (size_t i = begin; i < end; ++i) rows_[c][order[i]] = quietest / variance;
+  }
+}
+
+bool LeggedFitter::is_held(size_t channel, size_t row) const {
+  const ChannelRows& c = channels()[channel];
+  return has_held_ ? !c.train[row] : c.block[row] % 2 == 1;
+}
+
+double LeggedFitter::count_independent(Part part, size_t channel) const {
+  return static_cast<double>(count(part, channel)) / memory_[channel];
+}
+
+void LeggedFitter::update_weights(const LeggedFit& so_far) {
+  for (size_t c = 0; c < channels().size(); ++c) update_row_weights(c, calc_residuals(so_far, c));
+  update_moments();
+  const LeggedFit fit = this->fit(so_far.effects);
+  for (size_t c = 0; c < channels().size(); ++c) {
+    std::vector<double> r = calc_residuals(fit, c);
+    const ChannelRows& rows = channels()[c];
+    for (size_t i = 0; i < r.size(); ++i) r[i] *= std::sqrt(rows_[c][i]);
+    double zero = 1e-300, memory = 1;
+    for (double v : r) zero += v * v;
+    for (int lag = 1; lag <= kLags; ++lag) {
+      double sum = 0;
+      for (size_t i = static_cast<size_t>(lag); i < r.size(); ++i) {
+        if (rows.recording[i] == rows.recording[i - static_cast<size_t>(lag)]) sum += r[i] * r[i - static_cast<size_t>(lag)];
+      }
+      if (sum / zero < 0.05) break;
+      memory += 2 * sum / zero;
+    }
+    memory_[c] = memory;
+    weight_[c] = 1 / (memory * (fit.mean_square[0][c] + floor(c)));
+  }
+}
+
+std::vector<std::pair<int, double>> LeggedFitter::find_local(size_t channel, const Terms& terms) const {
+  std::vector<std::pair<int, double>> out;
+  for (const auto& [column, factor] : terms) {
+    const int at = local_[channel][static_cast<size_t>(column)];
+    if (at >= 0) out.emplace_back(at, factor);
+  }
+  return out;
+}
+
+void LeggedFitter::add_normal(Part part, size_t c, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
+                              Eigen::VectorXd* b) const {
+  std::vector<std::vector<std::pair<int, double>>> local;
+  bool any = false;
+  for (const Candidate& e : effects) {
+    for (const Terms& t : e.terms) local.push_back(find_local(c, t)), any = any || !local.back().empty();
+  }
+  if (!any) return;
+  const Moments& m = moments_[static_cast<size_t>(part)][c];
+  for (size_t i = 0; i < local.size(); ++i) {
+    for (const auto& [li, fi] : local[i]) {
+      (*b)(static_cast<long>(i)) += weight_[c] * fi * m.b(li);
+      for (size_t j = 0; j <= i; ++j) {
+        double sum = 0;
+        for (const auto& [lj, fj] : local[j]) sum += fj * m.G(li, lj);
+        (*A)(static_cast<long>(i), static_cast<long>(j)) += weight_[c] * fi * sum;
+      }
+    }
+  }
+}
+
+double LeggedFitter::calc_left(Part part, size_t c, const LeggedFit& fit) const {
+  const Moments& m = moments_[static_cast<size_t>(part)][c];
+  if (count(part, c) == 0) return 0;
+  std::map<int, double> coefficient;
+  long at = 0;
+  for (const Candidate& e : fit.effects) {
+    for (const Terms& t : e.terms) {
+      for (const auto& [local, factor] : find_local(c, t)) coefficient[local] += factor * fit.x(at);
+      ++at;
+    }
+  }
+  double left = m.yy;
+  for (const auto& [i, xi] : coefficient) {
+    left -= 2 * xi * m.b(i);
+    for (const auto& [j, xj] : coefficient) left += xi * xj * m.G(i, j);
+  }
+  return std::max(0.0, left) / std::max(1e-300, m.total);
+}
+
+LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
+  LeggedFit out;
+  out.effects = effects;
+  const long n = count_coefficients(effects);
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+  for (size_t c = 0; n > 0 && c < channels().size(); ++c) add_normal(Part::kTrain, c, effects, &A, &b);
+  A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
+  out.x = n > 0 ? solve_scaled(A, b, kRidge) : Eigen::VectorXd();
+  for (const Part part : {Part::kTrain, Part::kHeld}) {
+    for (size_t c = 0; c < channels().size(); ++c) {
+      out.mean_square[static_cast<size_t>(part)].push_back(calc_left(part, c, out));
+    }
+  }
+  return out;
+}
+
+double LeggedFitter::calc_gain(Part part, size_t c, const LeggedFit& a, const LeggedFit& b) const {
+  const auto p = static_cast<size_t>(part);
+  if (count(part, c) == 0) return 0;
+  return count_independent(part, c) * std::log((a.mean_square[p][c] + floor(c)) / (b.mean_square[p][c] + floor(c)));
+}
+
+double LeggedFitter::calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const {
+  double sum = 0;
+  for (size_t c = 0; c < channels().size(); ++c) sum += calc_gain(part, c, a, b);
+  return sum;
+}
+
+Eigen::MatrixXd LeggedFitter::calc_columns(size_t c, const std::vector<Candidate>& effects, bool noise) const {
+  const ChannelRows& rows = channels()[c];
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(static_cast<long>(rows.rows()), count_coefficients(effects));
+  long at = 0;
+  for (const Candidate& e : effects) {
+    for (const Terms& t : e.terms) {
+      for (const auto& [local, factor] : find_local(c, t)) {
+        for (size_t i = 0; i < rows.rows(); ++i) X(static_cast<long>(i), at) += factor * (noise ? rows.noise_row(i) : rows.row(i))[local];
+      }
+      ++at;
+    }
+  }
+  return X;
+}
+
+std::vector<double> LeggedFitter::calc_residuals(const LeggedFit& fit, size_t c, bool noise) const {
+  std::vector<double> out = noise ? channels()[c].noise_y : channels()[c].y;
+  if (fit.x.size() == 0) return out;
+  const Eigen::VectorXd predicted = calc_columns(c, fit.effects, noise) * fit.x;
+  for (size_t i = 0; i < out.size(); ++i) out[i] -= predicted(static_cast<long>(i));
+  return out;
+}
+
+Eigen::MatrixXd LeggedFitter::calc_covariance(const LeggedFit& fit, bool all) const {
+  const long n = fit.x.size();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n), scatter = A;
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+  std::map<int, Eigen::VectorXd> scores;  // by block
+  for (size_t c = 0; c < channels().size(); ++c) {
+    add_normal(Part::kTrain, c, fit.effects, &A, &b);
+    if (all) add_normal(Part::kHeld, c, fit.effects, &A, &b);
+    const Eigen::MatrixXd X = calc_columns(c, fit.effects, false), D = calc_columns(c, fit.effects, true);
+    const std::vector<double> r = calc_residuals(fit, c), e = calc_residuals(fit, c, true);
+    for (size_t i = 0; i < r.size(); ++i) {
+      if (!all && is_held(c, i)) continue;
+      auto at = scores.try_emplace(channels()[c].block[i], Eigen::VectorXd::Zero(n)).first;
+      const auto k = static_cast<long>(i);
+      at->second += weight_[c] * rows_[c][i] * (r[i] * X.row(k) - e[i] * D.row(k)).transpose();
+    }
+  }
+  for (const auto& [block, s] : scores) scatter += s * s.transpose();
+  A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
+  A.diagonal() *= 1 + kRidge;
+  const auto blocks = static_cast<double>(scores.size());
+  const double few = blocks > static_cast<double>(n) + 1 ? blocks / (blocks - static_cast<double>(n)) : blocks;
+  const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  return few * inverse * scatter * inverse;
+}
+
+std::vector<Eigen::VectorXd> LeggedFitter::fit_parts(const LeggedFit& fit, size_t effect) const {
+  const std::vector<Candidate> one{fit.effects[effect]};
+  const long n = count_coefficients(one), first = static_cast<long>(fit.find_first(effect));
+  std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;  // by recording * 2 + half
+  std::map<int, double> middle;
+  for (const ChannelRows& rows : channels()) {
+    std::map<int, std::pair<double, double>> ends;
+    for (size_t i = 0; i < rows.rows(); ++i) {
+      auto& e = ends.try_emplace(rows.recording[i], 1e300, -1e300).first->second;
+      e.first = std::min(e.first, rows.time[i]), e.second = std::max(e.second, rows.time[i]);
+    }
+    for (const auto& [r, e] : ends) middle[r] = 0.5 * (e.first + e.second);
+  }
+  const bool halves = middle.size() < 3;
+  for (size_t c = 0; c < channels().size(); ++c) {
+    const Eigen::MatrixXd X = calc_columns(c, one, false), D = calc_columns(c, one, true);
+    if (X.isZero(0)) continue;
+    const std::vector<double> r = calc_residuals(fit, c), e = calc_residuals(fit, c, true);
+    for (size_t i = 0; i < r.size(); ++i) {
+      const ChannelRows& rows = channels()[c];
+      const int part = 2 * rows.recording[i] + (halves && rows.time[i] > middle[rows.recording[i]]);
+      auto& [A, b] = normal.try_emplace(part, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
+      const Eigen::VectorXd x = X.row(static_cast<long>(i)).transpose(), d = D.row(static_cast<long>(i)).transpose();
+      const Eigen::VectorXd so_far = fit.x.segment(first, n);
+      const double w = weight_[c] * rows_[c][i];
+      A += w * (x * x.transpose() - d * d.transpose());
+      b += w * (x * (r[i] + x.dot(so_far)) - d * (e[i] + d.dot(so_far)));
+    }
+  }
+  double most = 0;
+  for (const auto& [part, ab] : normal) most = std::max(most, ab.first(0, 0));
+  std::vector<Eigen::VectorXd> out;
+  for (const auto& [part, ab] : normal) {
+    // A part in which the effect hardly shows says nothing of its size.
+    if (ab.first(0, 0) > 0.05 * most) out.push_back(solve_scaled(ab.first, ab.second, kRidge));
+  }
+  return out;
+}
+
+double LeggedFitter::calc_ceiling(size_t c) const {
+  const Moments &train = moments_[0][c], &held = moments_[1][c];
+  if (count(Part::kTrain, c) == 0 || count(Part::kHeld, c) == 0 || held.yy <= 0) return 0;
+  double best = 0;
+  for (const double ridge : {1e-4, 1e-3, 1e-2, 1e-1}) {
+    const Eigen::VectorXd x = solve_scaled(train.G, train.b, ridge);
+    best = std::max(best, (2 * x.dot(held.b) - x.dot(held.G * x)) / held.yy);
+  }
+  return std::min(1.0, best);
+}
+
+}  // namespace hrp::diagnosis::floating

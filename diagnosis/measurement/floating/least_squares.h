@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One weighted least-squares fit of chosen effects over all equations. Each equation weighs what the best model so far
+// leaves in it, not its noise: a law that is right but not alone keeps its significance (design of the evidence).
+//
+// Noise of an acceleration stands in a residual and in what it is explained by: plain least squares would take one for
+// the other. Rows come from even and from odd samples, whose noise is independent. With m their mean and d half their
+// difference, sums of (m m^T - d d^T) are products of one half with the other, without the noise's square (an
+// instrumental-variable estimator). What is left is then mismatch alone; noise is known beside it.
+#pragma once
+
+#include <memory>
+
+#include "diagnosis/measurement/floating/candidates.h"
+#include "diagnosis/measurement/floating/row_table.h"
+
+namespace hrp::diagnosis::floating {
+
+// Rows that are fitted, and those that a fit is tried on.
+enum class Part { kTrain, kHeld };
+
+// What a hypothesis leaves.
+struct LeggedFit {
+  std::vector<Candidate> effects;
+  Eigen::VectorXd x;                       // coefficients of all effects in turn
+  std::vector<double> mean_square[2];      // weighted, by part, by channel; 0 where there are no rows
+  size_t find_first(size_t effect) const;  // of an effect's coefficients in x
+  Eigen::VectorXd get(size_t effect) const;
+};
+
+class LeggedFitter {
+ public:
+  LeggedFitter(std::vector<ChannelRows> channels, int columns);
+
+  const std::vector<ChannelRows>& channels() const { return channels_; }
+  size_t count(Part part, size_t channel) const { return counts_[static_cast<size_t>(part)][channel]; }
+  // Square of what is left beside any mismatch: noise, and what no model is more exact than.
+  double floor(size_t channel) const { return floor_[channel] + noise_[channel]; }
+  // Independent rows of a channel, with the errors that `fit` leaves.
+  double count_independent(Part part, size_t channel) const;
+  bool is_held(size_t channel, size_t row) const;  // of the part that is not fitted
+
+  // Weights from what a fit leaves, for the fits to come.
+  void update_weights(const LeggedFit& fit);
+  // Fits; not finite where the effects cannot be told apart at all.
+  LeggedFit fit(const std::vector<Candidate>& effects) const;
+  // n log of what is left in `a` over what is left in `b`, over all channels: how much better b is.
+  double calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const;
+  double calc_gain(Part part, size_t channel, const LeggedFit& a, const LeggedFit& b) const;
+  // Of the coefficients: scatter of the scores of blocks (sandwich), of the fitted rows or of all.
+  Eigen::MatrixXd calc_covariance(const LeggedFit& fit, bool all = false) const;
+  // The coefficients of one effect by recording, or by half where there is one recording only; the rest stays as it is.
+  std::vector<Eigen::VectorXd> fit_parts(const LeggedFit& fit, size_t effect) const;
+  // By row: of the halves' mean, or half their difference.
+  std::vector<double> calc_residuals(const LeggedFit& fit, size_t channel, bool noise = false) const;
+  // Share of the held-out mismatch that all columns together take away, fitted freely to the training part.
+  double calc_ceiling(size_t channel) const;
+
+ private:
+  struct Moments {
+    Eigen::MatrixXd G;
+    Eigen::VectorXd b;
+    double yy = 0, total = 0, noise = 0;
+  };
+  std::vector<std::pair<int, double>> find_local(size_t channel, const Terms& terms) const;
+  void add_normal(Part part, size_t channel, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
+                  Eigen::VectorXd* b) const;
+  double calc_left(Part part, size_t channel, const LeggedFit& fit) const;
+  Eigen::MatrixXd calc_columns(size_t channel, const std::vector<Candidate>& effects, bool noise) const;
+
+  std::vector<ChannelRows> channels_;
+  std::vector<Moments> moments_[2];
+  std::vector<size_t> counts_[2];
+  void update_moments();
+  void update_row_weights(size_t channel, const std::vector<double>& residuals);
+
+  std::vector<double> floor_, noise_, weight_, memory_;
+  std::vector<std::vector<double>> rows_;  // by channel: weights of rows against each other, 1 for the quietest
+  std::vector<std::vector<int>> local_;  // by channel, by column
+  bool has_held_ = false;
+};
+
+}  // namespace hrp::diagnosis::floating

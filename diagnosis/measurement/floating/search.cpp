@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/search.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr size_t kMost = 24;          // effects
+constexpr double kGain = 30;          // n log that one effect of one coefficient must win on all rows: chance among
+                                      // hundreds wins 12 on those that are fitted
+constexpr double kTrainGain = 3;      // on rows that were fitted
+constexpr double kPerCoefficient = 4; // more for each further one
+constexpr double kHeldGain = 4;       // on rows that were not fitted
+constexpr double kShare = 0.1;        // of an equation's mismatch (mean square) that must go
+constexpr int kSettle = 4;              // rounds of weights
+constexpr double kDeviations = 2.5;   // of the robust error over all rows: the held-out gain has to say the rest
+constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
+constexpr double kRivalLeast = 8;     // n log, the same for small gains
+
+class Searcher {
+ public:
+  Searcher(LeggedFitter* fitter, const std::vector<Candidate>& candidates, const ColumnLayout& layout, double reach, const Say& say)
+      : fitter_(*fitter), candidates_(candidates), layout_(layout), reach_(reach), say_(say) {}
+
+  LeggedOutcome run() {
+    out_.nominal = fitter_.fit({});
+    chosen_ = out_.nominal;
+    while (chosen_.effects.size() < kMost && add()) {
+    }
+    prune();
+    exchange();
+    prune();
+    describe();
+    out_.chosen = chosen_;
+    return std::move(out_);
+  }
+
+ private:
+  struct Trial {
+    LeggedFit fit;
+    double gain = 0, held = 0;
+  };
+
+  bool has(const Candidate& c) const {
+    return std::any_of(chosen_.effects.begin(), chosen_.effects.end(),
+                       [&](const Candidate& e) { return e.effect == c.effect && e.where == c.where; });
+  }
+
+  // Two laws of one kind in a place (a wrong mass and a load) share what one would explain.
+  static bool is_same_kind(const Candidate& a, const Candidate& b) {
+    return a.where == b.where && a.place == b.place && find_family(a.effect) == find_family(b.effect);
+  }
+
+  // Fits effects; loads have their inertia found along with their place.
+  LeggedFit fit(std::vector<Candidate> effects) const {
+    LeggedFit out = fitter_.fit(effects);
+    for (int round = 0; round < 4; ++round) {
+      bool any = false;
+      for (size_t i = 0; i < effects.size(); ++i) {
+        if (effects[i].effect != "payload") continue;
+        const Eigen::VectorXd x = out.get(i);
+        const Vector3d c = x.tail<3>() / x(0);
+        if (!c.allFinite() || x(0) <= 0 || c.norm() > reach_) continue;
+        effects[i] = make_load(effects[i], layout_, c), any = true;
+      }
+      if (!any) break;
+      out = fitter_.fit(effects);
+    }
+    return out;
+  }
+
+  bool are_sensible(const LeggedFit& f) const {
+    for (size_t i = 0; i < f.effects.size(); ++i) {
+      if (!is_sensible(f.effects[i], f.get(i), reach_)) return false;
+    }
+    return true;
+  }
+
+  static double calc_cost(const Candidate& c) { return kGain + kPerCoefficient * static_cast<double>(c.terms.size() - 1); }
+
+  // The equation that a step helps most, by held-out rows.
+  size_t find_main_channel(const LeggedFit& without, const LeggedFit& with) const {
+    size_t best = 0;
+    double most = -1e300;
+    for (size_t c = 0; c < fitter_.channels().size(); ++c) {
+      const double gain = fitter_.calc_gain(Part::kHeld, c, without, with) + fitter_.calc_gain(Part::kTrain, c, without, with);
+      if (gain > most) most = gain, best = c;
+    }
+    return best;
+  }
+
+  double calc_share(const LeggedFit& without, const LeggedFit& with, size_t c) const {
+    const double before = out_.nominal.mean_square[1][c] > 0 ? out_.nominal.mean_square[1][c] : 1e300;
+    return (without.mean_square[1][c] - with.mean_square[1][c]) / before;
+  }
+
+  // Whether all recordings together, those that were not fitted too, could have shown it by chance.
+  bool is_significant(const LeggedFit& f, size_t effect) const {
+    const Eigen::MatrixXd all = fitter_.calc_covariance(f, true);
+    const auto first = static_cast<long>(f.find_first(effect)), n = static_cast<long>(f.effects[effect].terms.size());
+    const Eigen::VectorXd x = f.get(effect);
+    const Candidate& c = f.effects[effect];
+    if (std::abs(x(0)) < c.least && !c.vector) return false;
+    if (!c.vector) return std::abs(x(0)) > kDeviations * std::sqrt(std::max(0.0, all(first, first)));
+    const Eigen::MatrixXd own = all.block(first, first, n, n);
+    return std::sqrt(std::max(0.0, x.dot(own.ldlt().solve(x)))) > kDeviations + 1;
+  }
+
+  std::vector<Trial> try_all(const LeggedFit& base) const {
+    std::vector<Trial> out;
+    for (const Candidate& c : candidates_) {
+      const bool there = std::any_of(base.effects.begin(), base.effects.end(), [&](const Candidate& e) {
+        return (e.effect == c.effect && e.where == c.where) || is_same_kind(e, c);
+      });
+      if (there) continue;
+      std::vector<Candidate> effects = base.effects;
+      effects.push_back(c);
+      Trial t;
+      t.fit = fit(effects);
+      if (!is_sensible(t.fit.effects.back(), t.fit.get(effects.size() - 1), reach_)) continue;
+      t.gain = fitter_.calc_gain(Part::kTrain, base, t.fit) - calc_cost(c);
+      t.held = fitter_.calc_gain(Part::kHeld, base, t.fit);
+      if (t.gain + calc_cost(c) > kTrainGain && t.held > kHeldGain && t.gain + t.held > 0) out.push_back(std::move(t));
+    }
+    std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.gain + a.held > b.gain + b.held; });
+    return out;
+  }
+
+  // Weights follow what is left, and what is left follows the weights.
+  void settle(const std::vector<Candidate>& effects) {
+    chosen_ = fit(effects);
+    for (int round = 0; round < kSettle; ++round) {
+      fitter_.update_weights(chosen_);
+      chosen_ = fit(chosen_.effects);
+    }
+    out_.nominal = fitter_.fit({});
+  }
+
+  bool add() {
+    for (const Trial& t : try_all(chosen_)) {
+      const size_t at = t.fit.effects.size() - 1, channel = find_main_channel(chosen_, t.fit);
+      if (calc_share(chosen_, t.fit, channel) < kShare || !is_significant(t.fit, at)) continue;
+      if (say_) say_("gain " + std::to_string(std::lround(t.gain + t.held)) + " by " + t.fit.effects[at].effect + " at " + t.fit.effects[at].where.dump());
+      settle(t.fit.effects);
+      return true;
+    }
+    return false;
+  }
+
+  LeggedFit fit_without(size_t effect) const {
+    std::vector<Candidate> rest = chosen_.effects;
+    rest.erase(rest.begin() + static_cast<long>(effect));
+    return fit(rest);
+  }
+
+  // Takes out what the others explain by now, and what the others have made impossible.
+  void prune() {
+    for (size_t i = chosen_.effects.size(); i-- > 0;) {
+      const LeggedFit rest = fit_without(i);
+      const double gain = fitter_.calc_gain(Part::kTrain, rest, chosen_) - calc_cost(chosen_.effects[i]);
+      const double held = fitter_.calc_gain(Part::kHeld, rest, chosen_);
+      const bool sensible = is_sensible(chosen_.effects[i], chosen_.get(i), reach_);
+      const size_t channel = find_main_channel(rest, chosen_);
+      const bool matters = calc_share(rest, chosen_, channel) > kShare;
+      if (gain + held > 0 && held > kHeldGain && sensible && matters && is_significant(chosen_, i)) continue;
+      if (say_) say_("without " + chosen_.effects[i].effect + " at " + chosen_.effects[i].where.dump());
+      settle(rest.effects);
+      i = chosen_.effects.size();
+    }
+  }
+
+  // Each effect against all others in its place: what came first was chosen without knowing the rest.
+  void exchange() {
+    for (size_t i = 0; i < chosen_.effects.size(); ++i) {
+      const LeggedFit rest = fit_without(i);
+      const std::vector<Trial> trials = try_all(rest);
+      if (trials.empty()) continue;
+      const double before = fitter_.calc_gain(Part::kTrain, rest, chosen_) + fitter_.calc_gain(Part::kHeld, rest, chosen_) - calc_cost(chosen_.effects[i]);
+      const double now = trials[0].gain + trials[0].held;
+      const size_t at = trials[0].fit.effects.size() - 1;
+      if (now < before + kRivalLeast || !is_significant(trials[0].fit, at)) continue;
+      if (say_) say_("exchanged for " + trials[0].fit.effects.back().effect + " at " + trials[0].fit.effects.back().where.dump());
+      settle(trials[0].fit.effects);
+    }
+  }
+
+  // Robust errors, widened by what recordings and halves differ by (random effects).
+  Eigen::VectorXd find_deviation(const LeggedFit& f, size_t i, double* spread) const {
+    const Eigen::MatrixXd all = fitter_.calc_covariance(f);
+    const auto first = static_cast<long>(f.find_first(i));
+    const Eigen::VectorXd x = f.get(i);
+    Eigen::VectorXd out(x.size());
+    const std::vector<Eigen::VectorXd> parts = fitter_.fit_parts(f, i);
+    for (long k = 0; k < x.size(); ++k) {
+      double variance = std::max(0.0, all(first + k, first + k)), sum = 0;
+      for (const Eigen::VectorXd& p : parts) sum += std::pow(p(k) - x(k), 2);
+      const auto n = static_cast<double>(parts.size());
+      const double between = n > 1 ? sum / (n - 1) : 0;
+      if (k == 0 && spread) *spread = std::sqrt(between) / std::max(1e-300, std::abs(x(0)));
+      if (n > 1) variance = std::max(variance, between / n);
+      out(k) = std::sqrt(variance);
+    }
+    return out;
+  }
+
+  void describe() {
+    for (size_t i = 0; i < chosen_.effects.size(); ++i) {
+      const LeggedFit rest = fit_without(i);
+      FoundEffect f;
+      f.effect = chosen_.effects[i], f.x = chosen_.get(i);
+      f.std = find_deviation(chosen_, i, &f.spread);
+      f.channel = find_main_channel(rest, chosen_);
+      f.gain = fitter_.calc_gain(Part::kHeld, rest, chosen_) + fitter_.calc_gain(Part::kTrain, rest, chosen_);
+      const LeggedFit alone = fit({f.effect});
+      f.share = std::clamp(0.5 * (calc_share(rest, chosen_, f.channel) + calc_share(out_.nominal, alone, f.channel)), 0.0, 1.0);
+      find_rivals(rest, &f);
+      out_.effects.push_back(std::move(f));
+    }
+  }
+
+  void find_rivals(const LeggedFit& rest, FoundEffect* f) const {
+    const double limit = f->gain - std::max(kRivalLeast, kRival * f->gain);
+    for (const Trial& t : try_all(rest)) {
+      const size_t at = t.fit.effects.size() - 1;
+      const double gain = t.gain + t.held + calc_cost(t.fit.effects[at]);
+      if (gain < limit || (t.fit.effects[at].effect == f->effect.effect && t.fit.effects[at].where == f->effect.where)) continue;
+      if (f->rivals.size() >= 6) break;
+      f->rivals.push_back({t.fit.effects[at], t.fit.get(at), find_deviation(t.fit, at, nullptr), f->gain - gain});
+    }
+  }
+
+  LeggedFitter& fitter_;
+  const std::vector<Candidate>& candidates_;
+  const ColumnLayout& layout_;
+  double reach_;
+  const Say& say_;
+  LeggedFit chosen_;
+  LeggedOutcome out_;
+};
+
+}  // namespace
+
+LeggedOutcome search_legged(LeggedFitter* fitter, const std::vector<Candidate>& candidates, const ColumnLayout& layout,
+                            double reach, const Say& say) {
+  return Searcher(fitter, candidates, layout, reach, say).run();
+}
+
+}  // namespace hrp::diagnosis::floating
