@@ -4,8 +4,9 @@
 #include "diagnosis/held_feet/search.h"
 #include "diagnosis/evidence/schema2.h"
 #include "diagnosis/fixed_base.h"
-#include "diagnosis/toss/search.h"
+#include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/report/report.h"
+#include "diagnosis/toss/search.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -86,11 +87,34 @@ void say_what_was_not_compared(const Experiment& e, const std::set<std::string>&
   reports->series["notes"].push_back(text);
 }
 
+// A robot on its feet by every equation that its sensors allow. Null where nothing can be compared; `reports` then has
+// what was missing.
+bool judge_legged(const Experiment& e, const Progress& progress, bool only_walks, Reports* reports) {
+  if (!e.scenario.floating_base) return false;
+  const floating::LeggedReport legged = floating::diagnose_legged(e, progress);
+  if (!legged.judged || (only_walks && !legged.walks)) return false;
+  reports->report = make_report(legged.evidence), reports->series = legged.series;
+  return true;
+}
+
+// Walks: the equations over all phases name what the standing robot's do not; what neither names keeps its place.
+bool is_settled(const Reports& reports) {
+  const std::string verdict = reports.report["verdict"];
+  return verdict == "no_mismatch" || verdict == "explained" || verdict == "mostly_explained";
+}
+
 // In whatever schema the engine speaks.
 Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;
+  Reports walked;
+  const bool walks = judge_legged(e, progress, true, &walked);
+  if (walks && is_settled(walked)) return walked;
   if (standing::diagnose_standing(problem, progress, &reports)) {
+    Reports stood;
+    const bool open = !is_settled(reports) && (walks || judge_legged(e, progress, false, &stood));
+    const Reports& legged = walks ? walked : stood;
+    if (open && !legged.report["findings"].empty() && reports.report["findings"].empty()) reports = legged;
     say_what_was_not_compared(e, {"/joint_states_link"}, progress, &reports);
     return reports;
   }
@@ -99,6 +123,8 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
     if (toss::diagnose_toss(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
     std::string why;
     if (held_feet::diagnose_held_feet(e, progress, &reports.report, &reports.series, &why)) return reports;
+    if (walks) return walked;
+    if (judge_legged(e, progress, false, &reports)) return reports;
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }

@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "common/multibody/kinematics.h"
+#include "diagnosis/measurement/floating/body_motion.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kWeight = 0.008;    // to which scales and models of masses are known
+constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
+constexpr double kOdd = 6;           // median deviations (four of a normal error) beyond which a recording is odd
+constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
+constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
+constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
+constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
+constexpr double kSlip = 0.03;       // [m/s] of a foot that slides
+constexpr size_t kSlips = 20;        // samples
+constexpr double kBearing = 0.2;     // share of the weight that a foot must carry to be judged
+
+std::string format(const char* pattern, double a, double b = 0, double c = 0, double d = 0) {
+  char text[240];
+  std::snprintf(text, sizeof text, pattern, a, b, c, d);
+  return text;
+}
+
+Estimate make_one(const std::string& name, const std::string& unit, double value, double std) {
+  Estimate e;
+  e.name = name, e.unit = unit, e.value = {value}, e.std = {std};
+  return e;
+}
+
+Alternative make_alternative(const std::string& effect, const Where& where, std::vector<Estimate> parameters,
+                             const std::string& motion) {
+  return {effect, find_family(effect), where, std::move(parameters), motion};
+}
+
+class Checker {
+ public:
+  Checker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, const ColumnLayout& layout)
+      : log_(log), contacts_(contacts), channels_(channels), at_(layout) {}
+
+  CheckResult run() {
+    check_weight();
+    for (size_t i = 0; i < log_.imus.size(); ++i) {
+      if (log_.imus[i].accelerometer) check_gravity(i);
+    }
+    for (const ChannelRows& c : channels_) check_gyro(c);
+    if (log_.base_pose) check_heights();
+    check_slip();
+    return std::move(out_);
+  }
+
+ private:
+  // The equation along which the robot weighs; null: none.
+  const ChannelRows* find_weight() const {
+    const ChannelRows* best = nullptr;
+    for (const ChannelRows& c : channels_) {
+      const bool force = c.info.kind == "weight" || c.info.kind.rfind("balance, force", 0) == 0;
+      if (force && c.rows() > 0 && (!best || std::abs(c.mean) > std::abs(best->mean))) best = &c;
+    }
+    return best;
+  }
+
+  std::map<int, std::vector<double>> split(const ChannelRows& c) const {
+    std::map<int, std::vector<double>> out;
+    for (size_t i = 0; i < c.rows(); ++i) out[c.recording[i]].push_back(c.y[i]);
+    return out;
+  }
+
+  void check_weight() {
+    const ChannelRows* c = find_weight();
+    if (!c) return;
+    const double weight = (log_.mass - log_.mass_below) * log_.experiment->scenario.gravity_W.norm();
+    std::vector<double> ratios;
+    for (const auto& [r, y] : split(*c)) {
+      std::vector<double> sorted = y;
+      std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
+      ratios.push_back(1 + sorted[sorted.size() / 2] / weight);
+    }
+    std::vector<double> sorted = ratios;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
+    const double middle = sorted[sorted.size() / 2];
+    if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
+    const Consensus k = find_consensus(ratios, kWeight);
+    const std::string odd = k.odd > 0 ? format("; %.0f recordings differ (a sensor of theirs, or pushes)", static_cast<double>(k.odd)) : "";
+    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kWeight)) {
+      out_.notes.push_back(format("weight: the feet carry %.4f +- %.4f of what the model weighs: they agree", k.mean, 2 * k.std) + odd);
+      return;
+    }
+    add_weight(k, weight, odd);
+  }
+
+  // One number, many causes: nothing but other sensors, or another load, can tell them apart.
+  void add_weight(const Consensus& k, double weight, const std::string& odd) {
+    const std::string motion = "the robot on a scale; one more load of known mass";
+    const double more = (k.mean - 1) * weight, error = k.std * weight, g = log_.experiment->scenario.gravity_W.norm();
+    Finding f;
+    f.effect = "mass_error", f.family = find_family(f.effect), f.where = {{"link", log_.tree.links[0].name}};
+    const double own = std::max(1e-6, log_.tree.links[0].inertia.mass);
+    f.parameters = {make_one("scale", "1", 1 + more / g / own, error / g / own)};
+    f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
+    f.statement = format("The feet carry %.3f +- %.3f of what the model weighs (%+.1f N, %+.2f kg)", k.mean, 2 * k.std, more, more / g) +
+                  ": a link is heavier or lighter than in the model, something is carried, or the force sensors have a wrong scale or zero; standing and walking alone cannot tell which" + odd + ".";
+    Estimate where;
+    where.name = "com", where.unit = "m", where.vector = true, where.value = {0, 0, 0}, where.std = {1, 1, 1};
+    if (more > 0) f.alternatives.push_back(make_alternative("payload", {{"link", log_.tree.links[0].name}}, {make_one("mass", "kg", more / g, error / g), where}, motion));
+    for (const ForceSensor& s : log_.sensors) {
+      const Where place{{"sensor", "/wrench/" + s.name + "/force"}};
+      f.alternatives.push_back(make_alternative("sensor_scale", place, {make_one("scale", "1", k.mean, k.std)}, motion));
+      f.alternatives.push_back(make_alternative("sensor_bias", place, {make_one("value", "N", more / static_cast<double>(log_.sensors.size()), error)}, motion));
+    }
+    out_.findings.push_back(std::move(f));
+  }
+
+  // Forces in an unknown unit: required = sum of (reading - zero) / scale, the zero from feet in the air.
+  void find_units(const ChannelRows& c) {
+    out_.raw_counts = true;
+    const int n = at_.sensors;
+    std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;
+    std::vector<int> local(static_cast<size_t>(n), -1);
+    for (int s = 0; s < n; ++s) {
+      for (size_t i = 0; i < c.columns.size(); ++i) {
+        if (c.columns[i] == at_.sensor(s, kForceScaleColumn)) local[static_cast<size_t>(s)] = static_cast<int>(i);
+      }
+    }
+    for (size_t i = 0; i < c.rows(); ++i) {
+      Eigen::VectorXd reading(n);
+      double sum = 0;
+      for (int s = 0; s < n; ++s) {
+        const double f = c.row(i)[local[static_cast<size_t>(s)]];
+        sum += f, reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
+      }
+      auto& [A, b] = normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
+      A += reading * reading.transpose(), b += (sum - c.y[i]) * reading;
+    }
+    std::vector<Eigen::VectorXd> each;
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+    for (const auto& [r, one] : normal) {
+      if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) A += one.first, b += one.second;
+      each.push_back(one.first.ldlt().solve(one.second));
+    }
+    const Eigen::VectorXd x = A.ldlt().solve(b);
+    for (int s = 0; s < n; ++s) add_unit(s, x(s), each);
+    out_.notes.push_back("the feet's forces are no newtons: nothing is told of masses, friction and ground");
+  }
+
+  void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
+    const std::string name = "/wrench/" + log_.sensors[static_cast<size_t>(s)].name + "/force";
+    double spread = 0;
+    for (const Eigen::VectorXd& e : each) spread += std::pow(e(s) - per_unit, 2) / static_cast<double>(each.size());
+    spread = std::sqrt(spread);
+    const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
+    Finding f;
+    f.effect = "sensor_scale", f.family = find_family(f.effect), f.where = {{"sensor", name}};
+    f.parameters = {make_one("scale", "1", 1 / per_unit, spread / (per_unit * per_unit))};
+    f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
+    f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
+    out_.findings.push_back(f);
+    if (!level.swings) return;
+    f.effect = "sensor_bias", f.family = find_family(f.effect), f.weight = 0.5;
+    f.parameters = {make_one("value", "N", level.air, 0.02 * std::abs(level.stance - level.air))};
+    f.statement = name + format(": its zero is off: %.1f counts in the air.", level.air);
+    out_.findings.push_back(std::move(f));
+  }
+
+  // Mean specific force against gravity: at rest, else over walks that are long enough.
+  std::vector<double> list_gravity(size_t imu) const {
+    const std::string signal = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
+    const double g = log_.experiment->scenario.gravity_W.norm();
+    std::vector<double> out;
+    for (const ChannelRows& c : channels_) {
+      if (c.info.kind != "gravity" || c.info.signal != signal) continue;
+      for (const auto& [r, y] : split(c)) {
+        double sum = 0;
+        for (double v : y) sum += v;
+        if (y.size() >= kQuietRows) out.push_back(1 + sum / static_cast<double>(y.size()) / g);
+      }
+    }
+    if (out.size() >= 2 || static_cast<int>(imu) != BodyMotion::find_main_imu(log_)) return out;
+    out.clear();
+    for (const Clip& clip : log_.clips) {
+      if (clip.time.back() - clip.time.front() < kLong) continue;
+      BodyMotion motion(log_, clip);
+      double sum = 0, count = 0;
+      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += 4) {
+        motion.update(k);
+        const Transform X = get_pose(motion.data(), log_.imus[imu].link);
+        Vector3d f;
+        for (int a = 0; a < 3; ++a) f(a) = clip.imus[imu].accelerometer[a].value[k];
+        sum += motion.find_up(k).dot(X.R * log_.imus[imu].R_LI * f), count += 1;
+      }
+      out.push_back(1 + (sum / count - g) / g);
+    }
+    return out;
+  }
+
+  void check_gravity(size_t imu) {
+    const std::vector<double> values = list_gravity(imu);
+    const std::string name = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
+    if (values.size() < 2) return;
+    const Consensus k = find_consensus(values, kGravity);
+    const double g = log_.experiment->scenario.gravity_W.norm();
+    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kGravity)) {
+      out_.notes.push_back(name + format(": at rest %.4f +- %.4f of gravity: they agree", k.mean, 2 * k.std));
+      return;
+    }
+    Finding f;
+    f.effect = "sensor_scale", f.family = find_family(f.effect), f.where = {{"sensor", name}};
+    f.parameters = {make_one("scale", "1", k.mean, k.std)};
+    f.grade = Grade::kAmbiguous, f.probability = 0.9, f.share = 1, f.weight = 0.3;
+    f.statement = name + format(": at rest it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright shows only their sum.", k.mean, 2 * k.std);
+    f.alternatives.push_back(make_alternative("sensor_bias", f.where, {make_one("value", "m/s^2", (k.mean - 1) * g, k.std * g)}, "the IMU at rest in six attitudes"));
+    out_.findings.push_back(std::move(f));
+  }
+
+  void check_gyro(const ChannelRows& c) {
+    if (c.info.kind.rfind("gyroscope", 0) != 0 || c.rows() < kQuietRows || c.scale <= 0) return;
+    double sum = 0;
+    for (double y : c.y) sum += y * y;
+    const double left = std::sqrt(sum / static_cast<double>(c.rows())) / c.scale;
+    out_.notes.push_back(c.info.signal + format(", %.0f cells: ", static_cast<double>(c.rows())) + c.info.kind + format(" differs from encoders and attitude by %.2f of its spread", left));
+  }
+
+  // Where feet stand, by the base's pose: a level floor has one height.
+  void check_heights() {
+    std::vector<Vector3d> at;
+    for (const Contact& spell : contacts_.spells) {
+      const Clip& clip = log_.clips[spell.clip];
+      if (!spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < 0.3) continue;
+      BodyMotion motion(log_, clip);
+      const size_t k = (spell.begin + spell.end) / 2;
+      if (k < clip.edge || k + clip.edge >= clip.size()) continue;
+      motion.update(k);
+      const Foot& foot = log_.feet[spell.foot];
+      Vector3d p;
+      for (int i = 0; i < 3; ++i) p(i) = clip.base_position[i].value[k];
+      const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+      at.push_back(p + q.normalized() * (get_pose(motion.data(), foot.link) * foot.p_LC));
+    }
+    if (at.size() < 6) return;
+    add_heights(at);
+  }
+
+  void add_heights(const std::vector<Vector3d>& at) {
+    const auto n = static_cast<long>(at.size());
+    Eigen::MatrixXd A(n, 3);
+    Eigen::VectorXd z(n);
+    Vector3d middle = Vector3d::Zero();
+    for (const Vector3d& p : at) middle += p / static_cast<double>(n);
+    for (long i = 0; i < n; ++i) {
+      const Vector3d d = at[static_cast<size_t>(i)] - middle;
+      A.row(i) << d.x(), d.y(), 1;
+      z(i) = d.z();
+    }
+    const Eigen::MatrixXd inverse = (A.transpose() * A).ldlt().solve(Eigen::MatrixXd::Identity(3, 3));
+    const Eigen::VectorXd x = inverse * A.transpose() * z;
+    const double variance = (z - A * x).squaredNorm() / static_cast<double>(n - 3);
+    const double way = (A.leftCols<2>().rowwise().norm()).maxCoeff();
+    const Vector3d slope(x(0), x(1), 0), error(std::sqrt(variance * inverse(0, 0)), std::sqrt(variance * inverse(1, 1)), 0);
+    const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
+    if (way < 0.3 || !sure || slope.norm() * way < 1e-3) return;
+    Finding f;
+    f.effect = "ground_slope", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
+    f.parameters = {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())};
+    f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = 0.5, f.weight = 0.1;
+    f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * 2 * way, 2 * way);
+    f.alternatives.push_back(make_alternative("sensor_misalignment", {{"sensor", "/base/pose"}}, {make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()))}, "a level, or an attitude by another sensor"));
+    out_.findings.push_back(std::move(f));
+  }
+
+  // Friction that feet ask for while they slide, by base pose and force sensors of three axes.
+  void check_slip() {
+    if (!log_.base_pose) return;
+    const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm();
+    std::vector<double> ratios;
+    for (size_t c = 0; c < log_.clips.size(); ++c) {
+      const Clip& clip = log_.clips[c];
+      BodyMotion motion(log_, clip);
+      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += 2) {
+        bool updated = false;
+        for (size_t f = 0; f < log_.feet.size(); ++f) {
+          const Foot& foot = log_.feet[f];
+          if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].has_force()) continue;
+          if (!contacts_.loaded[c][f][k] || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kBearing * weight) continue;
+          if (!updated) motion.update(k), updated = true;
+          if (find_speed(clip, foot, k, &motion) < kSlip) continue;
+          ratios.push_back(find_ratio(clip, foot, k, &motion));
+        }
+      }
+    }
+    add_slip(std::move(ratios));
+  }
+
+  // Of the sole along the ground [m/s]: the base's recorded motion and the encoders.
+  double find_speed(const Clip& clip, const Foot& foot, size_t k, BodyMotion* motion) const {
+    Vector3d v;
+    for (int i = 0; i < 3; ++i) v(i) = clip.base_position[i].rate[k];
+    const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+    const Transform X = get_pose(motion->data(), foot.link);
+    const Vector3d at = calc_point_velocity(motion->data(), foot.link, X * foot.p_LC).tail<3>();
+    return (v + q.normalized() * at).head<2>().norm();
+  }
+
+  double find_ratio(const Clip& clip, const Foot& foot, size_t k, BodyMotion* motion) const {
+    const auto s = static_cast<size_t>(foot.sensor);
+    const ForceSensor& sensor = log_.sensors[s];
+    Vector3d f;
+    for (int i = 0; i < 3; ++i) f(i) = clip.force[6 * s + static_cast<size_t>(i)].value[k];
+    const Matrix3d R = sensor.world ? Matrix3d::Identity() : Matrix3d(motion->find_attitude(k) * get_pose(motion->data(), sensor.link).R * sensor.X_LS.R);
+    f = R * f;
+    return f.head<2>().norm() / std::max(1e-9, f.z());
+  }
+
+  void add_slip(std::vector<double> ratios) {
+    if (ratios.size() < kSlips) return;
+    std::sort(ratios.begin(), ratios.end());
+    // The densest half: a foot that turns as it slides, or begins to, feels less than the whole friction.
+    const size_t half = ratios.size() / 2;
+    size_t best = 0;
+    for (size_t i = 0; i + half < ratios.size(); ++i) {
+      if (ratios[i + half] - ratios[i] < ratios[best + half] - ratios[best]) best = i;
+    }
+    const double value = ratios[best + half / 2], spread = 0.5 * (ratios[best + half] - ratios[best]);
+    const double nominal = log_.experiment->scenario.ground.friction;
+    if (spread > 0.2 * value || value > 0.95 * nominal || value < 0.02) return;
+    Finding f;
+    f.effect = "ground_friction", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
+    f.parameters = {make_one("coefficient", "1", value, spread)};
+    f.grade = Grade::kSupported, f.probability = 0.9, f.share = 1, f.weight = 0.8;
+    f.statement = format("Loaded feet slide at %.2f +- %.2f of their normal force: the ground is more slippery than the model's %.2f.", value, 2 * spread, nominal);
+    out_.findings.push_back(std::move(f));
+  }
+
+  const LeggedLog& log_;
+  const Contacts& contacts_;
+  const std::vector<ChannelRows>& channels_;
+  const ColumnLayout& at_;
+  CheckResult out_;
+};
+
+}  // namespace
+
+Consensus find_consensus(std::vector<double> values, double least) {
+  Consensus out;
+  if (values.empty()) return out;
+  std::sort(values.begin(), values.end());
+  const double middle = values.size() % 2 ? values[values.size() / 2] : 0.5 * (values[values.size() / 2] + values[values.size() / 2 - 1]);
+  std::vector<double> away, kept;
+  for (double v : values) away.push_back(std::abs(v - middle));
+  std::nth_element(away.begin(), away.begin() + static_cast<long>(away.size() / 2), away.end());
+  const double limit = std::max(least, kOdd * away[away.size() / 2]);
+  for (double v : values) {
+    if (std::abs(v - middle) <= limit) kept.push_back(v);
+  }
+  if (3 * kept.size() < 2 * values.size()) kept = values;  // they scatter: nobody is odd
+  out.kept = kept.size(), out.odd = values.size() - kept.size();
+  if (kept.empty()) return out;
+  for (double v : kept) out.mean += v / static_cast<double>(kept.size());
+  double sum = 0;
+  for (double v : kept) sum += std::pow(v - out.mean, 2);
+  const auto n = static_cast<double>(kept.size());
+  out.std = n > 1 ? std::sqrt(sum / (n - 1) / n) : 1e9;
+  return out;
+}
+
+CheckResult run_checks(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+                       const ColumnLayout& layout) {
+  return Checker(log, contacts, channels, layout).run();
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/diagnose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "diagnosis/measurement/floating/checks.h"
+#include "diagnosis/measurement/floating/equations.h"
+#include "diagnosis/measurement/floating/search.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kReach = 1.0;       // [m] of a load from its link's origin
+constexpr double kClear = 0.35;      // share of an equation's mismatch that can be predicted: then something is missing
+constexpr double kStands = 3.0;      // times its noise and exactness that a mismatch must be
+constexpr size_t kMostRemaining = 8;
+constexpr size_t kTrace = 500;       // points of a curve
+
+std::string format(const char* pattern, double a, double b = 0, double c = 0) {
+  char text[200];
+  std::snprintf(text, sizeof text, pattern, a, b, c);
+  return text;
+}
+
+std::string describe(const std::vector<Estimate>& parameters) {
+  std::string out;
+  for (const Estimate& e : parameters) {
+    out += (out.empty() ? "" : ", ") + e.name + " ";
+    for (size_t i = 0; i < e.value.size(); ++i) out += (i ? ", " : "") + format("%.4g +- %.2g", e.value[i], 1.96 * e.std[i]);
+    if (e.unit != "1") out += " " + e.unit;
+  }
+  return out;
+}
+
+std::string get_place(const Where& where) {
+  return where.empty() ? std::string("the robot") : where.begin().value().get<std::string>();
+}
+
+class Reporter {
+ public:
+  Reporter(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter, const LeggedOutcome& outcome)
+      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome) {}
+
+  Evidence run(const CheckResult& checks) {
+    out_.method =
+        "equations of motion along the recorded motion, with every signal that was recorded; means of 40 ms, products "
+        "of even with odd samples";
+    out_.missing = log_.missing;
+    out_.warnings = log_.notes;
+    out_.warnings.insert(out_.warnings.end(), checks.notes.begin(), checks.notes.end());
+    for (const FoundEffect& f : o_.effects) out_.findings.push_back(make_finding(f));
+    add_checks(checks);
+    sort_findings(&out_.findings);
+    add_fit();
+    add_remaining();
+    add_mismatch();
+    out_.verdict = find_verdict();
+    out_.summary = make_summary();
+    return std::move(out_);
+  }
+
+ private:
+  size_t count() const { return fitter_.channels().size(); }
+  Part held(size_t c) const { return fitter_.count(Part::kHeld, c) > 0 ? Part::kHeld : Part::kTrain; }
+  double get(const LeggedFit& fit, size_t c) const { return fit.mean_square[static_cast<size_t>(held(c))][c]; }
+
+  Finding make_finding(const FoundEffect& f) const {
+    Finding out;
+    out.effect = f.effect.effect, out.family = find_family(out.effect), out.where = f.effect.where;
+    out.parameters = make_estimates(f.effect, f.x, f.std);
+    out.share = f.share, out.probability = std::min(0.99, 1 - 1 / (1 + std::max(0.0, f.gain)));
+    out.weight = std::max(0.0, f.gain) / std::max(1.0, fitter_.calc_gain(Part::kHeld, o_.nominal, o_.chosen) + fitter_.calc_gain(Part::kTrain, o_.nominal, o_.chosen));
+    for (const Rival& r : f.rivals) {
+      out.alternatives.push_back({r.effect.effect, find_family(r.effect.effect), r.effect.where, make_estimates(r.effect, r.x, r.std),
+                                  "wider and faster motion of the joints around it, loaded and unloaded"});
+    }
+    out.grade = f.rivals.empty() ? Grade::kSupported : Grade::kAmbiguous;
+    out.statement = get_place(out.where) + ": " + find_phrase(f.effect) + " (" + describe(out.parameters) + "). It takes " +
+                    format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + fitter_.channels()[f.channel].info.kind +
+                    "' away.";
+    if (!out.alternatives.empty()) {
+      out.statement += " As well explained by ";
+      for (size_t i = 0; i < out.alternatives.size() && i < 3; ++i) {
+        out.statement += (i ? ", or " : "") + out.alternatives[i].effect + " at " + get_place(out.alternatives[i].where);
+      }
+      out.statement += ".";
+    }
+    return out;
+  }
+
+  // What whole recordings say, where the equations have not named it already.
+  void add_checks(const CheckResult& checks) {
+    for (const Finding& f : checks.findings) {
+      const bool known = std::any_of(out_.findings.begin(), out_.findings.end(), [&](const Finding& g) {
+        if (g.effect == f.effect && g.where == f.where) return true;
+        const bool weighs = f.effect == "mass_error" && (g.family == f.family || g.where.dump().find("/wrench") != std::string::npos);
+        const bool slopes = f.effect == "ground_slope" && g.effect == f.effect;
+        const bool senses = f.where.contains("sensor") && f.where == g.where;
+        return weighs || slopes || (senses && !checks.raw_counts);
+      });
+      if (!known) out_.findings.push_back(f);
+    }
+  }
+
+  // Noise deviations of an equation, squared, before and after.
+  void add_fit() {
+    double sum[2][2] = {{0, 0}, {0, 0}}, rows[2] = {0, 0}, before = 0, after = 0, could = 0;
+    for (size_t c = 0; c < count(); ++c) {
+      for (int p = 0; p < 2; ++p) {
+        const auto n = static_cast<double>(fitter_.count(p ? Part::kHeld : Part::kTrain, c));
+        sum[p][0] += n * (1 + o_.nominal.mean_square[p][c] / fitter_.floor(c));
+        sum[p][1] += n * (1 + o_.chosen.mean_square[p][c] / fitter_.floor(c)), rows[p] += n;
+      }
+      const double x = get(o_.nominal, c) / fitter_.floor(c), y = get(o_.chosen, c) / fitter_.floor(c);
+      if (fitter_.channels()[c].rows() == 0) continue;
+      before += std::log1p(x), after += std::log1p(y);
+      could += std::log1p(x) - std::log1p(x * (1 - std::max(fitter_.calc_ceiling(c), x > 0 ? 1 - y / x : 0)));
+      add_signal(c);
+    }
+    const auto rms = [](double s, double n) { return n > 0 ? std::sqrt(s / n) : 0; };
+    out_.fit.train_before = rms(sum[0][0], rows[0]), out_.fit.train_after = rms(sum[0][1], rows[0]);
+    out_.fit.validate_before = rms(sum[1][0], rows[1]), out_.fit.validate_after = rms(sum[1][1], rows[1]);
+    out_.explained = before > 0 ? std::clamp((before - after) / before, 0.0, 1.0) : 0;
+    out_.ceiling = before > 0 ? std::clamp(could / before, 0.0, 1.0) : 0;
+  }
+
+  void add_signal(size_t c) {
+    const ChannelInfo& info = fitter_.channels()[c].info;
+    SignalFit s{info.signal + " (" + info.kind + ")", info.unit, std::sqrt(get(o_.nominal, c)), std::sqrt(get(o_.chosen, c)), fitter_.channels()[c].scale};
+    out_.fit.signals.push_back(s);
+  }
+
+  // An equation of which something is left that could be predicted, or that is far beyond its noise.
+  bool is_left(const LeggedFit& fit, size_t c) const {
+    const double left = get(fit, c);
+    return left > kStands * kStands * fitter_.floor(c) && fitter_.calc_ceiling(c) > kClear;
+  }
+
+  static Where make_where(const ChannelInfo& info) { return {{info.place, info.name}}; }
+
+  void add_remaining() {
+    std::vector<size_t> order;
+    for (size_t c = 0; c < count(); ++c) {
+      if (fitter_.channels()[c].rows() > 0 && (is_left(o_.chosen, c) || get(o_.chosen, c) < 0.7 * get(o_.nominal, c))) order.push_back(c);
+    }
+    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+      return get(o_.nominal, a) / fitter_.floor(a) > get(o_.nominal, b) / fitter_.floor(b);
+    });
+    if (order.size() > kMostRemaining) order.resize(kMostRemaining);
+    for (size_t c : order) {
+      const ChannelInfo& info = fitter_.channels()[c].info;
+      Remaining r;
+      r.where = make_where(info), r.unit = info.unit;
+      r.before = std::sqrt(get(o_.nominal, c)), r.after = std::sqrt(get(o_.chosen, c));
+      r.statement = info.name + " (equation: " + info.kind + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit + " are left, root mean square beyond noise.";
+      out_.remaining.push_back(std::move(r));
+    }
+  }
+
+  void add_mismatch() {
+    for (size_t c = 0; c < count(); ++c) {
+      if (fitter_.channels()[c].rows() == 0) continue;
+      const double score = std::sqrt(get(o_.nominal, c) / fitter_.floor(c));
+      const bool told = is_left(o_.nominal, c) || get(o_.chosen, c) < 0.7 * get(o_.nominal, c);
+      if (score < 1 || !told) continue;
+      add_intervals(c, score);
+    }
+    std::stable_sort(out_.mismatch.begin(), out_.mismatch.end(), [](const Mismatch& a, const Mismatch& b) { return a.score > b.score; });
+    if (out_.mismatch.size() > 24) out_.mismatch.resize(24);
+  }
+
+  void add_intervals(size_t c, double score) {
+    const ChannelRows& rows = fitter_.channels()[c];
+    const double limit = 2 * std::sqrt(get(o_.nominal, c) + fitter_.floor(c));
+    std::map<int, Mismatch> found;
+    std::map<int, std::map<int, int>> phases;
+    for (size_t i = 0; i < rows.rows(); ++i) {
+      if (std::abs(rows.y[i]) < limit) continue;
+      Mismatch& m = found[rows.recording[i]];
+      ++phases[rows.recording[i]][rows.phase[i]];
+      if (!m.intervals.empty() && rows.time[i] < m.intervals.back().second + 0.15) {
+        m.intervals.back().second = rows.time[i];
+      } else if (m.intervals.size() < 12) {
+        m.intervals.emplace_back(rows.time[i], rows.time[i]);
+      }
+    }
+    for (auto& [r, m] : found) {
+      int phase = 0, most = 0;
+      for (const auto& [p, n] : phases[r]) {
+        if (n > most) most = n, phase = p;
+      }
+      m.signal = rows.info.signal, m.score = score, m.regime = contacts_.find_phase_name(phase);
+      m.recording = log_.experiment->recordings[static_cast<size_t>(r)].spec.name;
+      out_.mismatch.push_back(m);
+    }
+  }
+
+  Verdict find_verdict() const {
+    bool left = false;
+    for (size_t c = 0; c < count(); ++c) left = left || (fitter_.channels()[c].rows() > 0 && is_left(o_.chosen, c));
+    if (out_.findings.empty()) return left ? Verdict::kUnexplained : Verdict::kNoMismatch;
+    if (o_.effects.empty()) return Verdict::kPartlyExplained;
+    if (!left) return Verdict::kExplained;
+    return out_.explained >= 0.8 * out_.ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
+  }
+
+  std::string make_summary() const {
+    std::string compared;
+    for (const ChannelRows& c : fitter_.channels()) {
+      const std::string kind = c.info.kind.substr(0, c.info.kind.find_first_of(", "));
+      if (c.rows() > 0 && compared.find(kind) == std::string::npos) compared += (compared.empty() ? "" : ", ") + kind;
+    }
+    if (out_.findings.empty()) {
+      return (out_.verdict == Verdict::kNoMismatch ? "Nothing stands out of what could be compared: " : "Something is missing that no known effect explains; compared were: ") + compared + ".";
+    }
+    std::string text;
+    for (size_t i = 0; i < out_.findings.size() && i < 3; ++i) text += (i ? " " : "") + out_.findings[i].statement;
+    return text;
+  }
+
+  const LeggedLog& log_;
+  const Contacts& contacts_;
+  const LeggedFitter& fitter_;
+  const LeggedOutcome& o_;
+  Evidence out_;
+};
+
+// Curves of the equations that say most: what they lacked, and what is left.
+nlohmann::ordered_json make_series(const Experiment& e, const LeggedFitter& fitter, const LeggedOutcome& o, const Evidence& evidence) {
+  using Json = nlohmann::ordered_json;
+  Json series{{"schema", 1}, {"experiment", e.path}, {"robot", e.robot.tree.name}, {"summary", evidence.summary}};
+  std::vector<size_t> order;
+  for (size_t c = 0; c < fitter.channels().size(); ++c) {
+    if (fitter.channels()[c].rows() > 0) order.push_back(c);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return o.nominal.mean_square[1][a] / fitter.floor(a) > o.nominal.mean_square[1][b] / fitter.floor(b);
+  });
+  if (order.size() > 6) order.resize(6);
+  Json signals = Json::array(), recordings = Json::array();
+  for (size_t c : order) {
+    const ChannelInfo& info = fitter.channels()[c].info;
+    signals.push_back({{"name", info.signal + ": " + info.name + ", " + info.kind}, {"unit", info.unit}, {"noise", std::sqrt(fitter.floor(c))}, {"noise_source", "estimated"}});
+  }
+  for (size_t r = 0; r < e.recordings.size(); ++r) {
+    const Recording& recording = e.recordings[r];
+    Json traces = Json::array();
+    for (size_t s = 0; s < order.size(); ++s) {
+      const ChannelRows& rows = fitter.channels()[order[s]];
+      const std::vector<double> left = fitter.calc_residuals(o.chosen, order[s]);
+      Json time = Json::array(), recorded = Json::array(), before = Json::array(), after = Json::array();
+      const size_t skip = rows.rows() / kTrace + 1;
+      for (size_t i = 0; i < rows.rows(); i += skip) {
+        if (rows.recording[i] != static_cast<int>(r)) continue;
+        time.push_back(rows.time[i]), recorded.push_back(rows.y[i]), before.push_back(0.0), after.push_back(rows.y[i] - left[i]);
+      }
+      traces.push_back({{"signal", s}, {"time", time}, {"recorded", recorded}, {"before", before}, {"after", after}});
+    }
+    recordings.push_back({{"file", recording.spec.name}, {"role", recording.spec.train ? "train" : "validate"}, {"start", recording.time.front()}, {"end", recording.time.back()}, {"traces", traces}});
+  }
+  series["signals"] = signals, series["recordings"] = recordings;
+  series["notes"] = e.warnings;
+  for (const std::string& text : evidence.warnings) series["notes"].push_back(text);
+  for (const std::string& text : evidence.missing) series["notes"].push_back("missing: " + text);
+  return series;
+}
+
+}  // namespace
+
+LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const std::string&)>& progress) {
+  LeggedReport out;
+  const LeggedLog even = make_legged_log(e, Half::kEven), odd = make_legged_log(e, Half::kOdd);
+  const Contacts contacts = find_contacts(even);
+  const RowTable rows = make_equations(even, contacts), others = make_equations(odd, contacts);
+  std::vector<ChannelRows> channels = merge_halves(rows, others);
+  out.walks = contacts.walks;
+  out.judged = std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= 8; });
+  out.evidence.missing = even.missing, out.evidence.warnings = even.notes;
+  if (!out.judged) return out;
+  const ColumnLayout layout(even);
+  const CheckResult checks = run_checks(even, contacts, channels, layout);
+  if (checks.raw_counts) {
+    for (ChannelRows& c : channels) {
+      const bool forces = c.info.kind == "weight" || c.info.kind == "joint" || c.info.kind.rfind("balance", 0) == 0;
+      if (forces) c = ChannelRows{c.info, c.columns, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, c.mean, c.scale};
+    }
+  }
+  size_t equations = 0;
+  for (const ChannelRows& c : channels) equations += c.rows() > 0;
+  if (progress) progress("robot on its feet" + std::string(out.walks ? ", walking" : "") + ": " + std::to_string(equations) + " equations");
+  LeggedFitter fitter(std::move(channels), rows.num_columns());
+  const LeggedOutcome outcome = search_legged(&fitter, list_candidates(even, contacts, layout), layout, kReach, progress);
+  out.evidence = Reporter(even, contacts, fitter, outcome).run(checks);
+  out.series = make_series(e, fitter, outcome, out.evidence);
+  return out;
+}
+
+}  // namespace hrp::diagnosis::floating
