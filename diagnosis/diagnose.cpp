@@ -2,7 +2,7 @@
 #include <set>
 
 #include "diagnosis/held_feet/search.h"
-#include "diagnosis/evidence/schema2.h"
+#include "diagnosis/findings/schema2.h"
 #include "diagnosis/fixed_base.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/report/report.h"

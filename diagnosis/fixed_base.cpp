@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/evidence/polish.h"
-#include "diagnosis/evidence/schema2.h"
+#include "diagnosis/findings/schema2.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/search/subtrees.h"
 

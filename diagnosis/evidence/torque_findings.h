@@ -2,7 +2,7 @@
 // What the missing torque of a robot on a fixed base says: findings, what remains, and the model for a simulation.
 #pragma once
 
-#include "diagnosis/evidence/finding.h"
+#include "diagnosis/findings/finding.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {

@@ -3,7 +3,7 @@
 // takes away, whether its value is the same in all stretches, and what would do as well in its place.
 #pragma once
 
-#include "diagnosis/evidence/finding.h"
+#include "diagnosis/findings/finding.h"
 #include "diagnosis/evidence/torque_model.h"
 
 namespace hrp::diagnosis {

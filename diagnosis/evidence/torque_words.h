@@ -2,7 +2,7 @@
 // Graded terms as findings, effects of a simulation, and sentences.
 #pragma once
 
-#include "diagnosis/evidence/finding.h"
+#include "diagnosis/findings/finding.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/simulation/plant.h"
 

@@ -13,7 +13,7 @@ struct Reports {
 
 namespace standing {
 // A standing robot with an IMU and force sensors in its feet, by equations along the recorded motion
-// (upright/channels.h). False when the recordings lack what that needs.
+// (standing/channels.h). False when the recordings lack what that needs.
 bool diagnose_standing(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out);
 }  // namespace standing
 

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <utility>
 
-#include "diagnosis/evidence/finding.h"
+#include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/columns.h"
 #include "diagnosis/measurement/floating/contacts.h"
 

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "diagnosis/evidence/finding.h"
+#include "diagnosis/findings/finding.h"
 
 namespace hrp::diagnosis {
 struct Experiment;

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <map>
 
-#include "diagnosis/upright/sole.h"
+#include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -81,13 +81,13 @@ void find_feet(const Experiment& e, LeggedLog* log) {
     const int frame = e.robot.tree.find_frame(name);
     if (frame < 0) continue;
     const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
-    upright::StandFoot sole;
+    standing::StandFoot sole;
     sole.link = f.link, sole.size.setZero();
-    upright::read_sole(e.robot, &sole);
+    standing::read_sole(e.robot, &sole);
     Foot foot;
     foot.name = name, foot.link = f.link;
-    foot.flat = sole.kind == upright::SoleKind::kFlat && sole.size.x() > 0;
-    const bool known = foot.flat || sole.kind == upright::SoleKind::kBall;
+    foot.flat = sole.kind == standing::SoleKind::kFlat && sole.size.x() > 0;
+    const bool known = foot.flat || sole.kind == standing::SoleKind::kBall;
     foot.p_LC = foot.flat ? sole.sole : known ? sole.bush : f.X_LF.p;
     foot.radius = foot.flat ? 0 : sole.radius;
     foot.size = foot.flat ? sole.size : Vector3d::Zero();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/evidence/finding.h"
+#include "diagnosis/findings/finding.h"
 
 #include <algorithm>
 

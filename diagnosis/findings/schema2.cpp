@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/evidence/schema2.h"
+#include "diagnosis/findings/schema2.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/evidence/families.h"
+#include "diagnosis/findings/families.h"
 
 namespace hrp::diagnosis {
 namespace {

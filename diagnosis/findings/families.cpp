@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/evidence/families.h"
+#include "diagnosis/findings/families.h"
 
 #include "common/effects/effect_info.h"
 

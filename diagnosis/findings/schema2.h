@@ -2,7 +2,7 @@
 // Reports of engines that speak schema 1, as schema 2.
 #pragma once
 
-#include "diagnosis/evidence/finding.h"
+#include "diagnosis/findings/finding.h"
 
 namespace hrp::diagnosis {
 
