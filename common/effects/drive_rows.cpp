@@ -59,7 +59,10 @@ EffectInfo make_velocity_limit() {
     at.joint->terms.push_back({&limit_by_speed, {p[0], p[1]}});
   };
   row.torque.num_columns = 1;
-  row.torque.shapes = {{0.5, 1.2}, {0.7, 1.5}, {0.8, 1.1}, {1.0, 1.1}, {1.0, 1.5}, {1.3, 1.2}, {2.0, 1.1}};
+  // A servo that gets less than it asks for asks for more: the limit may be a small share of the largest effort.
+  for (double stall : {0.05, 0.1, 0.17, 0.3, 0.5, 0.8, 1.3}) {
+    for (double speed : {1.05, 1.4, 2.0}) row.torque.shapes.push_back({stall, speed});
+  }
   row.torque.shape_of_effort = row.torque.shape_of_speed = true;
   row.torque.calc_columns = [](const JointSample& s, const double* shape, double* c) {
     c[0] = s.effort - limit_by_speed(shape, s.effort, s.v);
