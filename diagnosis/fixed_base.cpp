@@ -15,7 +15,7 @@ namespace {
 // Share of the joints in which friction or a rotor is supported, from which sets of a few effects cannot explain the
 // robot: each joint has several of its own.
 constexpr double kEveryDrive = 0.6;
-constexpr int kSeveral = 2;  // joints, at least
+constexpr int kSeveral = 3;  // joints, at least; the sets of fewer are searched soon
 
 bool has_real_drives(const TorqueVerdict& torque) {
   return torque.judged && torque.with_drives >= kSeveral && torque.with_drives >= kEveryDrive * torque.joints;

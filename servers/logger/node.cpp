@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/logger/node.h"
 
+#include <cstdio>
+
 #include "common/base/diagnostics.h"
 #include "common/messages/convert_robot.h"
 #include "common/messages/reflection/schema.h"
@@ -137,13 +139,23 @@ void LoggerNode::take_description(Bytes sample) {
   decode(sample, &robot);
   const Scenario scenario = parse_scenario(robot.scenario(), robot.scenario_path());
   const std::string& word = options_.compression.empty() ? scenario.logging.compression : options_.compression;
+  watch_events(robot, scenario);
+  log_.set_description(sample.data, sample.size, scenario.control_period, mcap::parse_compression(word));
+  report_progress();
+}
+
+// Events need a robot that fits together. One that does not is logged all the same: what was sent is never lost.
+void LoggerNode::watch_events(const msg::RobotDescription& robot, const Scenario& scenario) {
   RobotDescription description;
-  from_message(robot, &description);
+  try {
+    from_message(robot, &description);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "logger: no events in this log: %s\n", error.what());
+    return;
+  }
   event_finder_ = std::make_unique<EventFinder>(description, scenario);
   log_.set_events({topics::kEvents.name, topics::kEvents.type_name, find_schema_text(topics::kEvents.type_name)},
                   [this](const auto& state, const auto& forces) { return event_finder_->find(state, forces); });
-  log_.set_description(sample.data, sample.size, scenario.control_period, mcap::parse_compression(word));
-  report_progress();
 }
 
 void LoggerNode::take_sample(size_t topic, Bytes sample) {

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "common/node/node_base.h"
+#include "common/robot/scenario.h"
+#include "hrp_idl/model.h"
 #include "hrp_idl/scheduling.h"
 #include "servers/logger/translate.h"
 #include "servers/logger/log_writer.h"
@@ -40,6 +42,7 @@ class LoggerNode : public NodeBase {
   void listen_raw(size_t topic);
   std::string find_wrong_end(const msg::StepGrant& grant) const;
   void take_description(Bytes sample);
+  void watch_events(const msg::RobotDescription& robot, const Scenario& scenario);
   void take_sample(size_t topic, Bytes sample);
   // Does the work; what it throws becomes the fault of this server, with the last step of the log.
   void attempt(const std::function<void()>& work);

@@ -95,7 +95,8 @@ TEST_P(Robots, MoveAsInDartOnAFloatingBase) { compare_robot(GetParam(), true, co
 TEST_P(Robots, MoveAsInDartOnAFixedBase) { compare_robot(GetParam(), false, compare_with_dart); }
 
 std::string make_name(const ::testing::TestParamInfo<std::string>& info) {
-  std::string name = std::filesystem::path(info.param).stem().string();
+  const std::filesystem::path path(info.param);
+  std::string name = path.parent_path().filename().string() + "_" + path.stem().string();
   for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
   return name;
 }

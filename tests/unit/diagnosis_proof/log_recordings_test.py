@@ -49,7 +49,7 @@ class Logs(unittest.TestCase):
                 "sensors: {encoders: {position_noise: 2.0e-5, velocity_noise: 2.0e-3, effort_noise: 0.02}}\n"
                 "steps: {time_step: 0.0005, control_period: 0.004, duration: 3}\ninterpolation: hermite\n"
                 f"controller: {{motion: {name}_motion.csv}}\n")
-            call(BIN / "hrp-simulate", folder / f"{name}.yaml", "--in-process", "--no-plot", "--quiet", "--log", folder / f"{name}.mcap")
+            call(BIN / "hrp-simulate", folder / f"{name}.yaml", "--in-process", "--no-plot", "--quiet", "--force", "--log", folder / f"{name}.mcap")
             call(BIN / "hrp-log", "csv", folder / f"{name}.mcap", "--out", folder / f"{name}.csv")
         cls.report = {}
         for kind in ("mcap", "csv"):
@@ -116,7 +116,7 @@ class Logs(unittest.TestCase):
         updated = self.folder / "mcap" / "updated" / "scenario.yaml"
         self.assertIn("effects:", updated.read_text())
         log = self.folder / "again.mcap"
-        call(BIN / "hrp-simulate", updated, "--in-process", "--no-plot", "--quiet", "--log", log)
+        call(BIN / "hrp-simulate", updated, "--in-process", "--no-plot", "--quiet", "--force", "--log", log)
         call(BIN / "hrp-log", "csv", log, "--out", self.folder / "again.csv")
 
         def position(name):

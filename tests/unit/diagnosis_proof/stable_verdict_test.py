@@ -59,7 +59,7 @@ def make_case(folder, laws, noise, seconds=3.0):
         write_motion(made / "motion.csv", phase, seconds)
         (made / "run.yaml").write_text(HEAD + laws + noise + "controller: {motion: motion.csv}\ninterpolation: hermite\n"
                                        "steps: {time_step: 0.0001, control_period: 0.005, duration: %g}\n" % seconds)
-        call(BIN / "hrp-simulate", made / "run.yaml", "--in-process", "--no-plot", "--quiet", "--log", made / "log.mcap")
+        call(BIN / "hrp-simulate", made / "run.yaml", "--in-process", "--no-plot", "--quiet", "--force", "--log", made / "log.mcap")
         call(BIN / "hrp-log", "csv", made / "log.mcap", "--out", folder / (name + ".csv"))
         entries += "  - {file: %s.csv, role: %s}\n" % (name, name.split("_")[0])
     (folder / "experiment.yaml").write_text(HEAD + "recordings:\n" + entries)
