@@ -44,6 +44,8 @@ function differs(ours, theirs, enumNames, where) {
     }
     return null;
   }
+  // A hash is 16 hexadecimal digits in our JSON: a number would lose its last bits.
+  if (typeof theirs === "bigint" && /^[0-9a-f]{16}$/.test(ours)) ours = BigInt(`0x${ours}`) === theirs ? Number(theirs) : NaN;
   if (typeof theirs === "bigint") theirs = Number(theirs);
   if (typeof theirs === "number" && typeof ours === "string") {
     if (enumNames.get(ours) === theirs) return null;
