@@ -112,6 +112,8 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
   }
 
   void take() {
+    // A read that was finished before this connection ended comes after its client is gone.
+    if (closing_ || !client_) return;
     const std::string message = beast::buffers_to_string(buffer_.data());
     buffer_.consume(buffer_.size());
     try {
