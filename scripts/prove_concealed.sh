@@ -7,7 +7,9 @@
 # are hashed too; only then is the archive opened and everything counted. Prints the tables and writes DIR/proof.html.
 #   --cases N    how many (60)               --seed S   the same seed gives the same cases (the clock's second, printed)
 #   --jobs J     tools at a time (all cores) --out DIR  where to work (out/proof-SEED)
-#   --family F   only these families, a comma list such as stand,pair (hrp-make-cases --help lists them)
+#   --family F   only these families, a comma list such as stand,pair (hrp-make-cases --help lists them); dirty:
+#                worlds like reality, with friction and rotors in every joint
+#   --urdf F     the robot of all cases (else drawn)
 #   --effect E   only this effect            --limit T  seconds after which a run counts as no answer (600)
 #   --duration D seconds of the longest recordings (10)
 #   --stage X    make (cases and seal), answer (goes on where it was stopped), open (count), or all (the default)
@@ -15,11 +17,11 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-cases=60 seed="" jobs=$(nproc) out="" effect="" family="" limit=600 duration=10 stage=all readme=""
+cases=60 seed="" jobs=$(nproc) out="" effect="" family="" urdf="" limit=600 duration=10 stage=all readme=""
 while [ $# -gt 0 ]; do
   case "$1" in
     -h | --help) print_help; exit 0 ;;
-    --cases | --seed | --jobs | --out | --effect | --family | --limit | --duration | --stage | --readme)
+    --cases | --seed | --jobs | --out | --effect | --family | --urdf | --limit | --duration | --stage | --readme)
       [ $# -ge 2 ] || { echo "prove_concealed.sh: $1 wants a value" >&2; exit 2; }
       declare "${1#--}=$2"; shift 2 ;;
     *) echo "prove_concealed.sh: unknown option $1" >&2; exit 2 ;;
@@ -42,11 +44,11 @@ make_cases() {
   fi
   mkdir -p "$out"
   "$BUILD/bin/hrp-make-cases" --out "$out" --cases "$cases" --seed "$seed" --jobs "$jobs" --duration "$duration" \
-    ${effect:+--effect "$effect"} ${family:+--family "$family"}
+    ${effect:+--effect "$effect"} ${family:+--family "$family"} ${urdf:+--urdf "$urdf"}
   tar --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner -C "$out" -cf "$out/truths.sealed.tar" truths
   rm -r "$out/truths"
   sha256sum "$out/truths.sealed.tar" | cut -d' ' -f1 >"$out/seal.txt"
-  echo "seed $seed, $cases cases${effect:+, only $effect}${family:+, only $family}" >"$out/trial.txt"
+  echo "seed $seed, $cases cases${effect:+, only $effect}${family:+, only $family}${urdf:+, robot $(basename "$urdf")}" >"$out/trial.txt"
 }
 
 # 2. The tool answers. It gets a folder that holds the case alone. A case that has its answer is not asked again.

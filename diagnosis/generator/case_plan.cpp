@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "diagnosis/generator/dirt.h"
 #include "diagnosis/generator/make_case.h"
 
 namespace hrp::cases {
@@ -38,6 +39,7 @@ bool is_wanted(const CaseRequest& request, const std::string& families) {
   for (std::size_t at = 0; at <= families.size();) {
     const std::size_t end = std::min(families.find(',', at), families.size());
     const std::string one = families.substr(at, end - at);
+    if (one == "dirty" && request.family.find(one) != std::string::npos) return true;
     if (one == request.family || one == (request.biped ? "stand" : "arm")) return true;
     if (one == "single" && is_single(request.family)) return true;
     at = end + 1;
@@ -122,9 +124,18 @@ void add_stand_round(std::vector<CaseRequest>& round, Prng& random) {
   for (int i = 0; i < 4; ++i) round.push_back(draw_stand_pair(random));
 }
 
+// Worlds like reality, two arms to a standing robot.
+void add_dirty_round(std::vector<CaseRequest>& round, Prng& random) {
+  for (int i = 0; i < 9; ++i) {
+    const bool biped = i % 3 == 2;
+    round.push_back({biped ? "stand_dirty" : "arm_dirty", biped, draw_on_top(biped, random)});
+  }
+}
+
 // One round: every single effect once, and the other families in the proportions of a sensible trial.
-std::vector<CaseRequest> make_round(Prng& random) {
+std::vector<CaseRequest> make_round(bool dirty, Prng& random) {
   std::vector<CaseRequest> round;
+  if (dirty) add_dirty_round(round, random);
   add_arm_round(round, random);
   add_stand_round(round, random);
   random.shuffle(round);
@@ -137,7 +148,7 @@ std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::str
   Prng random(seed ^ 0x5eedULL);
   std::vector<CaseRequest> deck;
   for (int rounds = 0; static_cast<int>(deck.size()) < count; ++rounds) {
-    for (CaseRequest& request : make_round(random)) {
+    for (CaseRequest& request : make_round(family.find("dirty") != std::string::npos, random)) {
       if (is_wanted(request, family)) deck.push_back(std::move(request));
     }
     if (deck.empty() && rounds > 3) throw std::invalid_argument("no family is called '" + family + "'");

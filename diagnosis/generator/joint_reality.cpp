@@ -41,6 +41,12 @@ const std::map<std::string, Apply>& friction_table() {
        }},
       {"friction_drift",
        [](JointReality& j, const Hidden& h) { j.drift_level = h.get("level"), j.drift_time = h.get("time_constant"); }},
+      {"friction_texture",
+       [](JointReality& j, const Hidden& h) {
+         j.texture = h.get("modulation"), j.texture_periods = h.get("periods"), j.texture_phase = h.get("phase");
+       }},
+      {"friction_fades",
+       [](JointReality& j, const Hidden& h) { j.fade_drop = h.get("drop"), j.fade_time = h.get("time_constant"); }},
       {"quadratic_drag", [](JointReality& j, const Hidden& h) { j.drag = h.get("coefficient"); }}};
   return table;
 }
@@ -163,7 +169,8 @@ double calc_dry_friction(const JointReality& j, double q, double v, double torqu
   }
   const double b = (q - j.bump_center) / j.bump_width;
   level += j.bump_level * std::exp(-b * b) + j.drift_level * std::exp(-std::max(time, 0.0) / j.drift_time);
-  return level;
+  level *= 1 + j.texture * std::sin(j.texture_periods * q + j.texture_phase);
+  return level * (1 - j.fade_drop * (1 - std::exp(-std::max(time, 0.0) / j.fade_time)));
 }
 
 }  // namespace hrp::cases

@@ -97,7 +97,8 @@ int main(int argc, char** argv) {
   app.add_option(
       "--family", family,
       "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
-      "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown");
+      "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown; dirty, arm_dirty, "
+      "stand_dirty");
   app.add_option("--urdf", options.urdf,
                  "the robot of the cases, held by its root link or on its feet (else arms and bipeds are drawn)")
       ->check(CLI::ExistingFile);

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "diagnosis/generator/dirt_truth.h"
+#include "diagnosis/generator/draft.h"
+
 namespace hrp::cases {
 namespace {
 
@@ -12,14 +15,7 @@ namespace {
 constexpr double kShows = 4.0;
 constexpr int kDraws = 200;  // of robot, effects and motion, before a case is given up
 
-struct Draft {
-  RobotPlan robot;
-  std::vector<Hidden> hidden;
-  RecorderPlan recorder;
-  std::vector<RecordingPlan> recordings;
-  std::vector<Commands> commands;
-  std::vector<std::vector<double>> times;
-};
+bool is_dirty(const CaseRequest& request) { return request.family.find("dirty") != std::string::npos; }
 
 void draw_recordings(Draft& draft, const CaseRequest& request, const CaseOptions& options, Prng& random) {
   std::vector<std::string> kinds = draw_motion_kinds(draft.robot, random);
@@ -76,6 +72,11 @@ Draft draw_draft(const CaseRequest& request, const CaseOptions& options, double 
                               : (drawn ? make_arm(body) : make_hung_robot(options.urdf, body));
   draft.hidden = draw_all_hidden(request, draft.robot, boost, places);
   draft.recorder = draw_recorder(draft.robot, draft.hidden, recorder);
+  if (is_dirty(request)) {
+    Prng dirt = random.fork(5);
+    draft.dirt = draw_dirt(draft.robot, draft.hidden, dirt);
+    soil_recorder(draft.robot, draft.hidden, &draft.recorder, dirt);
+  }
   draw_recordings(draft, request, options, motion);
   return draft;
 }
@@ -83,7 +84,35 @@ Draft draw_draft(const CaseRequest& request, const CaseOptions& options, double 
 RecorderPlan without_noise(RecorderPlan plan) {
   plan.position_noise = plan.velocity_noise = plan.effort_noise = plan.force_noise = plan.torque_noise = 0;
   plan.rate_noise = plan.acceleration_noise = plan.attitude_noise = plan.pose_noise = 0;
+  plan.encoder_step = plan.stamp_error = 0;
+  plan.effort_noises.clear(), plan.ripples.clear();
   return plan;
+}
+
+// Dither and rounding of encoders, noise of efforts by joint.
+double find_dirty_noise(const Draft& draft, const std::string& column) {
+  const RecorderPlan& plan = draft.recorder;
+  if (column.find("/position") != std::string::npos)
+    return std::hypot(plan.position_noise, plan.encoder_step / std::sqrt(12.0));
+  for (std::size_t j = 0; j < plan.effort_noises.size(); ++j) {
+    if (column == "/joint_states/" + joint(draft.robot, static_cast<int>(j)).name + "/effort")
+      return std::hypot(plan.effort_noises[j], plan.ripples[j].amplitude / std::sqrt(2.0));
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::vector<Hidden> list_listed(const Draft& draft) {
+  std::vector<Hidden> all = draft.dirt.background;  // first: what is hidden on top of it has the last word
+  all.insert(all.end(), draft.hidden.begin(), draft.hidden.end());
+  return all;
+}
+
+std::vector<Hidden> list_all(const Draft& draft) {
+  std::vector<Hidden> all = list_listed(draft);
+  all.insert(all.end(), draft.dirt.unlisted.begin(), draft.dirt.unlisted.end());
+  return all;
 }
 
 std::vector<Column> record_clean(const Draft& draft, const std::vector<Hidden>& hidden, std::size_t i, double until) {
@@ -96,10 +125,11 @@ std::vector<Column> record_clean(const Draft& draft, const std::vector<Hidden>& 
                 none);
 }
 
-// Deviation used to judge a column: what the recorder adds to it.
-double find_noise(const RecorderPlan& plan, const std::string& column) {
+double find_noise(const Draft& draft, const std::string& column) {
+  const RecorderPlan& plan = draft.recorder;
   auto has = [&](const char* part) { return column.find(part) != std::string::npos; };
   if (has("/joint_commands")) return 0;
+  if (const double dirty = has("/joint_states/") ? find_dirty_noise(draft, column) : 0; dirty > 0) return dirty;
   if (has("/base/pose")) return plan.pose_noise;
   if (has("/orientation")) return plan.attitude_noise;
   if (has("/angular_velocity")) return plan.rate_noise;
@@ -111,11 +141,14 @@ double find_noise(const RecorderPlan& plan, const std::string& column) {
   return has("/position") ? plan.position_noise : 0;
 }
 
+namespace {
+
+
 // Largest rms difference of a column in noise deviations.
-double calc_strength(const RecorderPlan& plan, const std::vector<Column>& with, const std::vector<Column>& without) {
+double calc_strength(const Draft& draft, const std::vector<Column>& with, const std::vector<Column>& without) {
   double strongest = 0;
   for (std::size_t c = 1; c < with.size(); ++c) {
-    const double noise = find_noise(plan, with[c].name);
+    const double noise = find_noise(draft, with[c].name);
     if (noise <= 0) continue;
     double sum = 0;
     for (std::size_t k = 0; k < with[c].values.size(); ++k) {
@@ -138,16 +171,16 @@ std::vector<double> calc_strengths(const Draft& draft) {
   for (std::size_t i : {std::size_t{0}, std::size_t{2}}) {
     if (all_show(strengths)) break;
     const double until = std::min(4.0, draft.recordings[i].duration);
-    const std::vector<Column> with = record_clean(draft, draft.hidden, i, until);
+    const std::vector<Column> with = record_clean(draft, list_all(draft), i, until);
     for (std::size_t h = 0; h < draft.hidden.size(); ++h) {
       if (h > 0 &&
           draft.hidden[h].effect == draft.hidden[h - 1].effect) {  // the other foot: the same story, half the time
         strengths[h] = strengths[h - 1];
         continue;
       }
-      std::vector<Hidden> others = draft.hidden;
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(h));
-      strengths[h] = std::max(strengths[h], calc_strength(draft.recorder, with, record_clean(draft, others, i, until)));
+      std::vector<Hidden> others = list_all(draft);
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(draft.dirt.background.size() + h));
+      strengths[h] = std::max(strengths[h], calc_strength(draft, with, record_clean(draft, others, i, until)));
     }
   }
   return strengths;
@@ -189,13 +222,25 @@ void rename(int scheme, Case& made) {
   made.truth = nlohmann::ordered_json::parse(truth);
 }
 
+void add_dirt(const Draft& draft, const std::vector<std::vector<Column>>& recorded, nlohmann::ordered_json& truth) {
+  for (const auto& [key, list] : {std::pair{"background", draft.dirt.background}, {"unlisted", draft.dirt.unlisted}}) {
+    truth[key] = nlohmann::ordered_json::array();
+    for (const Hidden& h : list) truth[key].push_back(to_json(h));
+  }
+  truth["influence"] = make_influences(draft);
+  truth["drive"] = draft.recorder.effort_driven ? "effort" : "servo";
+  if (!draft.recorder.effort_driven && !draft.robot.floating) truth["listed_error"] = make_listed_error(draft, recorded);
+}
+
 Case finish(const Draft& draft, const CaseRequest& request, const std::vector<double>& strengths,
             const CaseOptions& options, Prng random) {
   Case out;
   const RecorderPlan recorder = options.noise_scale == 0 ? without_noise(draft.recorder) : draft.recorder;
+  std::vector<std::vector<Column>> recorded;
   for (std::size_t i = 0; i < draft.recordings.size(); ++i) {
-    out.files[draft.recordings[i].file] = make_csv(
-        record(draft.robot, draft.hidden, recorder, draft.recordings[i], draft.commands[i], draft.times[i], random));
+    recorded.push_back(
+        record(draft.robot, list_all(draft), recorder, draft.recordings[i], draft.commands[i], draft.times[i], random));
+    out.files[draft.recordings[i].file] = make_csv(recorded.back());
   }
   out.files["robot.urdf"] = make_urdf(draft.robot);
   out.files["experiment.yaml"] = make_experiment_yaml(draft.robot, draft.recorder, draft.recordings);
@@ -219,6 +264,7 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<do
                  {"velocity", recorder.with_velocity},
                  {"noise_stated", recorder.noise_stated},
                  {"start", draft.recordings[0].start}}}};
+  if (is_dirty(request)) add_dirt(draft, recorded, out.truth);
   if (draft.robot.floating) rename(draft.robot.name_scheme, out);
   return out;
 }

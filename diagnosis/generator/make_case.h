@@ -14,7 +14,7 @@ namespace hrp::cases {
 // What kind of case is wanted: a robot, the effects hidden in it (none: a case without), and the family it counts for.
 struct CaseRequest {
   // none, joint, link, sensor, pair, pair_same_joint, triple, unknown for arms; with `stand_` in front for standing
-  // robots, where `stand_foot` is what sits below the force sensor.
+  // robots, where `stand_foot` is what sits below the force sensor. Worlds like reality: arm_dirty, stand_dirty.
   std::string family;
   bool biped = false;
   std::vector<std::string> effects;
@@ -33,7 +33,7 @@ struct CaseOptions {
 };
 
 // `count` requests that cover every effect evenly, in an order drawn from the seed. `family`: only these, a comma list
-// of family names, of `arm`, `stand` or of `single`; empty: all. Throws std::invalid_argument where nothing is left.
+// of family names, of `arm`, `stand`, `single` or `dirty`; empty: all but dirty ones. Throws std::invalid_argument where nothing is left.
 std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::string& family = "");
 
 // A request for named effects, such as "coulomb_friction" or "rotor_inertia+cogging" or "none" or "stand:payload".

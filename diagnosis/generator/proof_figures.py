@@ -115,7 +115,9 @@ def draw_fits(cases):
     return svg(420, 360, parts)
 
 
-def make_figures(cases):
+def make_figures(cases, clean):
     """Section's name -> picture."""
-    return {"By family": draw_families(cases), "What was hidden and what was named": draw_confusion(cases),
-            "Parameters": draw_parameters(cases), "Every case": draw_fits(cases)}
+    pictures = {"By family": draw_families(cases), "Every case": draw_fits(cases)}
+    if clean:
+        pictures |= {"What was hidden and what was named": draw_confusion(clean), "Parameters": draw_parameters(clean)}
+    return pictures

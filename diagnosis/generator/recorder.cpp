@@ -36,10 +36,17 @@ struct Channel {
   std::function<std::vector<double>(const Reading&)> take;
   bool is_quaternion = false;  // x y z w, noise is a small turn [rad]
   bool is_vector = false;      // turned by a misalignment
+  double step = 0;             // readings are whole numbers of it; 0: any
 };
 
 std::vector<double> list(const Vec3& v) { return {v[0], v[1], v[2]}; }
 std::vector<double> list_xyzw(const Quat& q) { return {q[1], q[2], q[3], q[0]}; }
+
+double read_effort(const RecorderPlan& plan, const Reading& r, std::size_t j) {
+  if (plan.ripples.empty()) return r.effort[j];
+  const EffortRipple& ripple = plan.ripples[j];
+  return r.effort[j] + ripple.amplitude * std::sin(ripple.periods * r.position[j] + ripple.phase);
+}
 
 std::vector<Channel> make_joint_channels(const RobotPlan& robot, const RecorderPlan& plan) {
   std::vector<Channel> out;
@@ -48,15 +55,14 @@ std::vector<Channel> make_joint_channels(const RobotPlan& robot, const RecorderP
     const std::string base = "/joint_states/" + name;
     out.push_back({base + "/position", {""}, plan.position_noise, [j](const Reading& r) {
                      return std::vector<double>{r.position[j]};
-                   }});
+                   }, false, false, plan.encoder_step});
     if (plan.with_velocity)
       out.push_back({base + "/velocity", {""}, plan.velocity_noise, [j](const Reading& r) {
                        return std::vector<double>{r.velocity[j]};
                      }});
     if (plan.with_effort)
-      out.push_back({base + "/effort", {""}, plan.effort_noise, [j](const Reading& r) {
-                       return std::vector<double>{r.effort[j]};
-                     }});
+      out.push_back({base + "/effort", {""}, plan.effort_noises.empty() ? plan.effort_noise : plan.effort_noises[j],
+                     [j, &plan](const Reading& r) { return std::vector<double>{read_effort(plan, r, j)}; }});
     if (plan.link_encoder == name) {
       out.push_back({"/joint_states_link/" + name + "/position", {""}, plan.position_noise, [j](const Reading& r) {
                        return std::vector<double>{r.link_position[j]};
@@ -130,7 +136,10 @@ std::vector<double> add_faults(const std::vector<Hidden>& hidden, const Channel&
 
 std::vector<double> add_noise(const Channel& channel, std::vector<double> v, Prng& random) {
   if (!channel.is_quaternion) {
-    for (double& x : v) x += channel.noise * random.normal();
+    for (double& x : v) {
+      x += channel.noise * random.normal();
+      if (channel.step > 0) x = channel.step * std::round(x / channel.step);
+    }
     return v;
   }
   const Vec3 turn{channel.noise * random.normal(), channel.noise * random.normal(), channel.noise * random.normal()};
@@ -184,6 +193,20 @@ std::vector<double> draw_row_times(const RecorderPlan& plan, double start, doubl
   return times;
 }
 
+namespace {
+
+// What the clock shows: its origin and its error, ascending.
+void stamp(const RecorderPlan& plan, Prng& random, std::vector<double>* times) {
+  double last = -1e300;
+  for (double& t : *times) {
+    const double error = plan.stamp_error > 0 ? plan.stamp_error * random.normal() : 0.0;
+    t = std::max(last + 1e-5, t + plan.clock_origin + error);
+    last = t;
+  }
+}
+
+}  // namespace
+
 std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
                            const RecordingPlan& recording, const Commands& commands, const std::vector<double>& times,
                            Prng& random) {
@@ -202,7 +225,7 @@ std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hi
   };
 
   std::vector<Column> out{{"time", times, 0}};
-  for (double& t : out[0].values) t += plan.clock_origin;
+  stamp(plan, random, &out[0].values);
   for (std::size_t j = 0; plan.with_commands && j < commands.position.size(); ++j) {
     const std::string base = "/joint_commands/" + joint(robot, static_cast<int>(j)).name;
     Column q{base + "/position", {}, 0}, v{base + "/velocity", {}, 0};

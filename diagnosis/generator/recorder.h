@@ -8,6 +8,11 @@
 
 namespace hrp::cases {
 
+// Torque that a drive's current shows and the joint does not feel: amplitude sin(periods q + phase) [N m].
+struct EffortRipple {
+  double amplitude = 0, periods = 0, phase = 0;
+};
+
 // How a case is recorded.
 struct RecorderPlan {
   double rate = 500;                                                  // [Hz]
@@ -20,6 +25,11 @@ struct RecorderPlan {
   double pose_noise = 0;                                              // motion capture [m, rad]
   bool noise_stated = true;
   bool with_velocity = true, with_effort = true, with_base_pose = false, with_commands = true, with_attitude = true;
+  double encoder_step = 0;             // [rad] positions are whole numbers of it; 0: as fine as the file
+  double stamp_error = 0;              // [s] standard deviation of what the clock stamps
+  std::vector<double> effort_noises;   // [N m] by joint, in the place of effort_noise; empty: that
+  std::vector<EffortRipple> ripples;   // by joint; empty: none
+  bool effort_driven = false;          // efforts are the input, commands are not recorded
   std::string link_encoder;  // joint that has a second encoder behind the transmission; empty: none
 };
 

@@ -65,7 +65,7 @@ std::string make_experiment_yaml(const RobotPlan& robot, const RecorderPlan& pla
                                  const std::vector<RecordingPlan>& recordings) {
   std::string out = "robot: robot.urdf\nbase: ";
   out += robot.floating ? "floating\n" : "fixed\n";
-  if (!plan.with_commands) out += "drive: motion\n";
+  if (!plan.with_commands) out += plan.effort_driven ? "drive: effort\n" : "drive: motion\n";
   out += "gravity: [0, 0, -9.81]\n";
   if (robot.floating) {
     out += "ground: {type: plane, height: 0, friction: " + text(robot.ground_friction) + "}\nfeet:\n";
@@ -82,7 +82,7 @@ std::string make_experiment_yaml(const RobotPlan& robot, const RecorderPlan& pla
   if (plan.noise_stated) {
     out += "noise: {position: " + text(plan.position_noise);
     if (plan.with_velocity) out += ", velocity: " + text(plan.velocity_noise);
-    if (plan.with_effort) out += ", effort: " + text(plan.effort_noise);
+    if (plan.with_effort && plan.effort_noises.empty()) out += ", effort: " + text(plan.effort_noise);
     out += "}\n";
   }
   out += "sample_rate: " + text(plan.rate) + "\ninitial:\n";

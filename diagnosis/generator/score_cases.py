@@ -13,6 +13,7 @@ import pathlib
 import sys
 
 import proof_figures
+import score_dirty
 
 PLACE_KEYS = ("joint", "link", "foot", "sensor", "ground")
 # True of the simulated transmission, but not what defines the effect (design: backlash {gap}).
@@ -142,6 +143,9 @@ class Case:
     def __init__(self, name, truth, report, run):
         self.name, self.truth, self.report, self.run = name, truth, report, run or {}
         self.word, self.pairs, self.missing, self.extra = judge(truth, report)
+        self.dirty = score_dirty.Tally(truth, report) if score_dirty.is_dirty(truth) else None
+        if self.dirty:
+            self.word, self.pairs, self.missing, self.extra = self.dirty.word(), [], [], []
         self.parameters = [row for h, f in self.pairs for row in compare_parameters(h, f)]
         self.right = self.word in ("right", "right among twins")
 
@@ -244,6 +248,13 @@ def number(value):
 
 
 def summary(cases):
+    dirty = [c for c in cases if c.dirty]
+    clean = [c for c in cases if not c.dirty]
+    return ((summary_clean(clean) if clean else []) + (score_dirty.summary([c.dirty for c in dirty]) if dirty else []) +
+            summary_runs(cases))
+
+
+def summary_clean(cases):
     count = lambda c: len({h["effect"] for h in c.truth["hidden"]})
     listed = [c for c in cases if c.truth["hidden"] and not c.unlisted]
     single = [c for c in listed if count(c) == 1 and "pair" not in c.family()]
@@ -254,7 +265,6 @@ def summary(cases):
     rows = [row for c in cases for row in c.parameters]
     known = [w for *_, w in rows if w is not None]
     fits = [c.fit("after") for c in listed if c.fit("after") is not None]
-    seconds = [c.run["seconds"] for c in cases if isinstance(c.run.get("seconds"), (int, float))]
     wrong = ("wrong cause", "wrong place", "extra finding", "false finding")
     yes = lambda some: share(sum(c.right for c in some), len(some))
     return [
@@ -267,15 +277,26 @@ def summary(cases):
         ["cases of any kind with something named that is not there", share(sum(c.word in wrong for c in cases), len(cases))],
         ["parameters within 5 % or inside their interval", share(sum(r[4] <= 0.05 or bool(r[5]) for r in rows), len(rows))],
         ["parameters inside their 95 % interval (bar: 95 in 100)", share(sum(known), len(known))],
-        ["held-out fit at most 1.2 noise floors (listed effects)", share(sum(f <= 1.2 for f in fits), len(fits))],
+        ["held-out fit at most 1.2 noise floors (listed effects)", share(sum(f <= 1.2 for f in fits), len(fits))]]
+
+
+def summary_runs(cases):
+    seconds = [c.run["seconds"] for c in cases if isinstance(c.run.get("seconds"), (int, float))]
+    return [
         ["median seconds a case; longest", f"{number(median(seconds))}; {number(max(seconds, default=None))}"],
         ["runs without an answer", share(sum(c.report is None for c in cases), len(cases))]]
 
 
 def sections(cases):
-    return [("Summary", (["question", "answer"], summary(cases))), ("By family", table_families(cases)),
-            ("By effect", table_effects(cases)), ("What was hidden and what was named", table_confusion(cases)),
-            ("Parameters", table_parameters(cases)), ("Every case", table_fit(cases))]
+    clean, dirty = [c for c in cases if not c.dirty], [c.dirty for c in cases if c.dirty]
+    out = [("Summary", (["question", "answer"], summary(cases))), ("By family", table_families(cases))]
+    if clean:
+        out += [("By effect", table_effects(clean)), ("What was hidden and what was named", table_confusion(clean)),
+                ("Parameters", table_parameters(clean))]
+    if dirty:
+        out += [("Dirty worlds: effects", score_dirty.table_effects(dirty)),
+                ("Dirty worlds: values", score_dirty.table_intervals(dirty))]
+    return out + [("Every case", table_fit(cases))]
 
 
 def print_table(head, rows):
@@ -288,6 +309,8 @@ def print_table(head, rows):
 
 
 def describe_miss(case):
+    if case.dirty:
+        return score_dirty.describe(case.name, case.dirty)
     lines = [f"{case.name}: {case.word}"]
     lines += ["  hidden: " + json.dumps(h) for h in case.truth["hidden"]] or ["  hidden: nothing"]
     if case.report is None:
@@ -319,7 +342,7 @@ def make_page(cases, title, notes):
     parts = ["<!DOCTYPE html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>",
              f"<title>{html.escape(title)}</title><style>{STYLE}</style></head><body><h1>{html.escape(title)}</h1>"]
     parts += [f"<p><code>{html.escape(note)}</code></p>" for note in notes]
-    pictures = proof_figures.make_figures(cases)
+    pictures = proof_figures.make_figures(cases, [c for c in cases if not c.dirty])
     for name, (head, rows) in sections(cases):
         parts.append(f"<h2>{html.escape(name)}</h2>{pictures.get(name, '')}{html_table(head, rows)}")
     parts.append("<h2>Every miss</h2>")
@@ -365,7 +388,7 @@ def main():
         print_table(head, rows)
     print("\nEvery miss")
     for case in cases:
-        if not case.right:
+        if not case.right or case.dirty:
             print("\n".join("  " + line for line in describe_miss(case)))
     if args.html:
         pathlib.Path(args.html).write_text(make_page(cases, "Proof on concealed cases", args.note))

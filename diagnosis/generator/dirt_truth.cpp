@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/generator/dirt_truth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp::cases {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Series = std::vector<double>;
+
+constexpr std::size_t kHeld = 3;      // recordings from here on are held out
+constexpr double kLongest = 6.0;      // [s] of a recording are enough to tell shares
+constexpr double kStartTime = 0.6;    // [s] in which a start state settles: not compared
+constexpr double kSlow = 1e-3;        // [rad/s] below it friction holds, in no direction
+
+const Series& find(const std::vector<Column>& columns, const std::string& name) {
+  static const Series none;
+  for (const Column& column : columns) {
+    if (column.name == name) return column.values;
+  }
+  return none;
+}
+
+double mean_square(const Series& x) {
+  double sum = 0;
+  for (double value : x) sum += value * value;
+  return x.empty() ? 0 : sum / static_cast<double>(x.size());
+}
+
+Series subtract(const Series& a, const Series& b) {
+  Series out(a.size());
+  for (std::size_t k = 0; k < a.size(); ++k) out[k] = a[k] - b[k];
+  return out;
+}
+
+// Motion of one joint as it truly was.
+struct Motion {
+  Series time, q, v, a, effort;
+};
+
+Motion take_motion(const std::vector<Column>& columns, const std::string& joint) {
+  const std::string base = "/joint_states/" + joint;
+  Motion m{columns[0].values, find(columns, base + "/position"), find(columns, base + "/velocity"), {},
+           find(columns, base + "/effort")};
+  m.a.assign(m.v.size(), 0);
+  for (std::size_t k = 1; k + 1 < m.v.size(); ++k) m.a[k] = (m.v[k + 1] - m.v[k - 1]) / (m.time[k + 1] - m.time[k - 1]);
+  return m;
+}
+
+// Effort that a law of the joint takes at one moment, without what no list holds [N m].
+double calc_taken(const Hidden& h, const Motion& m, std::size_t k) {
+  const double direction = std::abs(m.v[k]) < kSlow ? 0 : m.v[k] > 0 ? 1.0 : -1.0;
+  if (h.effect == "viscous_friction") return h.get("coefficient") * m.v[k];
+  if (h.effect == "rotor_inertia") return h.get("inertia") * m.a[k];
+  if (h.effect == "coulomb_friction") return h.get("level") * direction;
+  if (h.effect == "load_dependent_friction") return h.get("ratio") * std::abs(m.effort[k]) * direction;
+  if (h.effect == "sensor_scale") return (h.get("scale") - 1) * m.effort[k];
+  if (h.effect != "stribeck_friction") return 0;
+  const double s = m.v[k] / h.get("stribeck_velocity");
+  return direction * (h.get("coulomb") + (h.get("static") - h.get("coulomb")) * std::exp(-s * s));
+}
+
+Series calc_taken(const Hidden& h, const Motion& m) {
+  Series out(m.v.size());
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = calc_taken(h, m, k);
+  return out;
+}
+
+bool is_of(const Hidden& h, const std::string& joint) {
+  return h.where == joint || h.where == "/joint_states/" + joint + "/effort";
+}
+
+struct Sums {
+  double missed = 0, y = 0, yy = 0, n = 0;
+};
+
+class Influences {
+ public:
+  explicit Influences(const Draft& draft) : draft_(draft) {
+    draft_.recorder.with_velocity = draft_.recorder.with_effort = draft_.recorder.with_commands = true;
+    const std::vector<Hidden> all = list_all(draft_);
+    with_ = run(all);
+    nominal_ = run({});
+    for (const Hidden& h : draft_.hidden) {
+      std::vector<Hidden> rest;
+      for (const Hidden& other : all) {
+        if (other.effect != h.effect || other.where != h.where) rest.push_back(other);
+      }
+      without_.push_back(run(rest));
+    }
+  }
+
+  Json make() {
+    std::vector<double> on_top(draft_.hidden.size(), 0);
+    Json list = Json::array();
+    for (int j = 0; j < joint_count(draft_.robot); ++j) {
+      const std::string& name = joint(draft_.robot, j).name;
+      const double missing = find_missing(name);
+      const Motion motion = take_motion(with_, name);
+      for (const Hidden& h : draft_.dirt.background) {
+        if (is_of(h, name)) list.push_back(make_entry(h, mean_square(calc_taken(h, motion)) / missing));
+      }
+      for (std::size_t h = 0; h < on_top.size(); ++h) on_top[h] = std::max(on_top[h], find_share(h, name, missing));
+    }
+    for (std::size_t h = 0; h < on_top.size(); ++h) {
+      const std::string& kind = draft_.hidden[h].where_kind;
+      const bool of_joints = kind == "joint" || kind == "link";
+      list.push_back(make_entry(draft_.hidden[h], of_joints ? on_top[h] : 1.0));
+    }
+    return list;
+  }
+
+ private:
+  std::vector<Column> run(const std::vector<Hidden>& hidden) const {
+    return record_clean(draft_, hidden, kHeld, std::min(kLongest, draft_.recordings[kHeld].duration));
+  }
+
+  static Json make_entry(const Hidden& h, double share) {
+    return {{"effect", h.effect}, {h.where_kind, h.where}, {"share", tidy(share)}};
+  }
+
+  Series differ(std::size_t h, const std::string& signal) const {
+    return subtract(find(with_, signal), find(without_[h], signal));
+  }
+
+  // Mean square of all that the joint's effort has to do beside the nominal motion [(N m)^2].
+  double find_missing(const std::string& joint) const {
+    const Motion motion = take_motion(with_, joint);
+    Series sum(motion.v.size(), 0);
+    const auto add = [&](const Series& x) {
+      for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += x[k];
+    };
+    for (const Hidden& h : draft_.dirt.background) {
+      if (is_of(h, joint)) add(calc_taken(h, motion));
+    }
+    for (std::size_t h = 0; h < without_.size(); ++h) add(differ(h, "/joint_states/" + joint + "/effort"));
+    return std::max(1e-300, mean_square(sum));
+  }
+
+  double find_share(std::size_t h, const std::string& joint, double missing) const {
+    const std::string q = "/joint_states/" + joint + "/position", y = "/joint_states/" + joint + "/effort";
+    const double moved = mean_square(subtract(find(with_, q), find(nominal_, q)));
+    return std::max(mean_square(differ(h, y)) / missing, mean_square(differ(h, q)) / std::max(1e-300, moved));
+  }
+
+  Draft draft_;
+  std::vector<Column> with_, nominal_;
+  std::vector<std::vector<Column>> without_;
+};
+
+}  // namespace
+
+Json make_influences(const Draft& draft) { return Influences(draft).make(); }
+
+Json make_listed_error(const Draft& draft, const std::vector<std::vector<Column>>& recorded) {
+  std::map<std::string, Sums> sums;
+  for (std::size_t i = kHeld; i < recorded.size(); ++i) {
+    const std::vector<Column> listed = record_clean(draft, list_listed(draft), i, 1e9);
+    for (std::size_t c = 1; c < recorded[i].size(); ++c) {
+      const std::string& name = recorded[i][c].name;
+      if (name.rfind("/joint_states/", 0) != 0) continue;
+      const Series& model = find(listed, name);
+      for (std::size_t k = 0; k < model.size(); ++k) {
+        if (draft.times[i][k] < draft.recordings[i].start + kStartTime) continue;
+        const double y = recorded[i][c].values[k];
+        Sums& s = sums[name];
+        s.missed += (y - model[k]) * (y - model[k]), s.y += y, s.yy += y * y, s.n += 1;
+      }
+    }
+  }
+  Json out = Json::object();
+  for (const auto& [name, s] : sums) {
+    const double spread = std::sqrt(std::max(0.0, s.yy / s.n - s.y * s.y / (s.n * s.n)));
+    out[name] = {{"error", tidy(std::sqrt(s.missed / s.n))}, {"noise", tidy(find_noise(draft, name))},
+                 {"spread", tidy(spread)}};
+  }
+  return out;
+}
+
+}  // namespace hrp::cases

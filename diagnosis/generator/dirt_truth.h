@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the truth of a dirty world says beside the list of what is in it.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "diagnosis/generator/draft.h"
+
+namespace hrp::cases {
+
+// How much of its place's mismatch each listed effect causes, on a held-out recording: mean square of its torque over
+// that of everything that is missing there; of effects on top also by the positions that they move.
+nlohmann::ordered_json make_influences(const Draft& draft);
+
+// Root mean square, by joint signal, of held-out recordings against a simulation of all listed effects with their true
+// values: what a perfect answer leaves. `recorded`: columns as written, by recording; others are empty.
+nlohmann::ordered_json make_listed_error(const Draft& draft, const std::vector<std::vector<Column>>& recorded);
+
+}  // namespace hrp::cases

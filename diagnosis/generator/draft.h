@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "diagnosis/generator/dirt.h"
+#include "diagnosis/generator/recorder.h"
+
+namespace hrp::cases {
+
+// Everything that is drawn of a case, before it runs.
+struct Draft {
+  RobotPlan robot;
+  std::vector<Hidden> hidden;
+  Dirt dirt;  // of worlds like reality; else empty
+  RecorderPlan recorder;
+  std::vector<RecordingPlan> recordings;
+  std::vector<Commands> commands;
+  std::vector<std::vector<double>> times;
+};
+
+// What is hidden and, of dirty worlds, what is everywhere.
+std::vector<Hidden> list_listed(const Draft& draft);
+std::vector<Hidden> list_all(const Draft& draft);
+
+// Recording `i` up to `until` seconds, without noise.
+std::vector<Column> record_clean(const Draft& draft, const std::vector<Hidden>& hidden, std::size_t i, double until);
+
+// Deviation used to judge a column: what the recorder adds to it.
+double find_noise(const Draft& draft, const std::string& column);
+
+}  // namespace hrp::cases
