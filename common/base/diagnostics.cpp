@@ -5,6 +5,8 @@
 #include <cctype>
 #include <numeric>
 
+#include "common/base/printable.h"
+
 namespace hrp {
 namespace {
 
@@ -37,13 +39,13 @@ size_t calc_edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string Diagnostic::text() const {
-  std::string out = file;
+  std::string out = make_printable_line(file);
   if (line > 0) out += ":" + std::to_string(line);
   if (line > 0 && column > 0) out += ":" + std::to_string(column);
   if (!out.empty()) out += ": ";
   out += severity == Severity::kError ? "error: " : "warning: ";
-  if (!field.empty()) out += field + ": ";
-  return out + message;
+  if (!field.empty()) out += make_printable_line(field) + ": ";
+  return out + make_printable(message);
 }
 
 void Diagnostics::add_error(Diagnostic diagnostic) {

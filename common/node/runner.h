@@ -20,7 +20,7 @@ namespace hrp {
 // Exit codes of every program of the tree.
 enum ExitCode { kExitOk = 0, kExitFailed = 1, kExitBadInput = 2, kExitInterrupted = 130 };
 
-// Set by SIGINT and SIGTERM once handle_stop_signals() was called.
+// Set by SIGINT, SIGTERM and SIGHUP (unless it was ignored from the start) once handle_stop_signals() was called.
 extern std::atomic<bool> g_stop_signal;
 void handle_stop_signals();
 

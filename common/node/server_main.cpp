@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/printable.h"
 #include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/run_token.h"
@@ -108,7 +109,7 @@ int run_server(int argc, char** argv, const ServerProgram& program, const NodeMa
     std::fprintf(stderr, "%s\n", error.what());
     return kExitBadInput;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", program.program.c_str(), error.what());
+    std::fprintf(stderr, "%s: %s\n", program.program.c_str(), make_printable(error.what()).c_str());
     return kExitFailed;
   }
 }

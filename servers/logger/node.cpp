@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "common/base/diagnostics.h"
+#include "common/base/printable.h"
 #include "common/messages/convert_robot.h"
 #include "common/messages/reflection/schema.h"
 #include "common/messages/topics.h"
@@ -53,6 +54,7 @@ LogOptions make_log_options(const LoggerOptions& options) {
   LogOptions log;
   log.path = options.path;
   log.existing = options.force ? mcap::Existing::kReplace : mcap::Existing::kRefuse;
+  log.durable = options.durable;
   log.topics = make_log_topics();
   return log;
 }
@@ -150,7 +152,7 @@ void LoggerNode::watch_events(const msg::RobotDescription& robot, const Scenario
   try {
     from_message(robot, &description);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "logger: no events in this log: %s\n", error.what());
+    std::fprintf(stderr, "logger: no events in this log: %s\n", make_printable(error.what()).c_str());
     return;
   }
   event_finder_ = std::make_unique<EventFinder>(description, scenario);

@@ -151,6 +151,11 @@ TEST_P(Foreign, WhoeverDoesNotKnowTheTokenNeitherSteersNorEndsARun) {
   fault.server("dynamics");
   fault.phase(msg::SERVER_FAULT);
   shout(set.bus(), topics::kServerStatus, fault);
+  msg::ServerStatus words;  // anybody may say something; nobody steers the terminal by it
+  words.server("guest");
+  words.phase(msg::SERVER_READY);
+  words.message("\x1b[2J\x1b]0;hello\x07");
+  shout(set.bus(), topics::kServerStatus, words);
   const std::string domain = std::to_string(set.find_domain());
   // Without the folder of the run's user: as somebody else.
   Program other({"/bin/sh", "-c", "mkdir -m 700 " + get_test_folder() + "/nobody-" + GetParam() + " && XDG_RUNTIME_DIR=" +
@@ -161,6 +166,8 @@ TEST_P(Foreign, WhoeverDoesNotKnowTheTokenNeitherSteersNorEndsARun) {
   EXPECT_EQ(go.wait(), 0) << go.output();
   EXPECT_EQ(set.wait(), 0) << set.output();
   EXPECT_THAT(set.output(), HasSubstr("not signed with the token of this run"));
+  EXPECT_THAT(set.output(), HasSubstr("guest: \\x1b[2J\\x1b]0;hello\\x07"));
+  EXPECT_EQ(set.output().find('\x1b'), std::string::npos);
   EXPECT_EQ(digest_log(set.log()), digest_log(reference.log())) << "not a bit of the run has changed";
 }
 

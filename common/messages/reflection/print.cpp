@@ -21,9 +21,21 @@ std::string find_special(double value) {
   return std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
 }
 
+// The code of a control character, which must not reach a terminal: C0, DEL, or C1 as UTF-8 has it (0xc2 and one more
+// byte); 0 where there is none at this place.
+unsigned find_control(const std::string& text, size_t at) {
+  const auto byte = static_cast<unsigned char>(text[at]);
+  if (byte < 0x20 || byte == 0x7f) return byte;
+  if (byte != 0xc2 || at + 1 == text.size()) return 0;
+  const auto next = static_cast<unsigned char>(text[at + 1]);
+  return next >= 0x80 && next < 0xa0 ? next : 0;
+}
+
 std::string quote(const std::string& text) {
   std::string quoted = "\"";
-  for (const char c : text) {
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const unsigned control = find_control(text, i);
     switch (c) {
       case '"': quoted += "\\\""; break;
       case '\\': quoted += "\\\\"; break;
@@ -31,13 +43,14 @@ std::string quote(const std::string& text) {
       case '\r': quoted += "\\r"; break;
       case '\t': quoted += "\\t"; break;
       default:
-        if (static_cast<unsigned char>(c) < 0x20) {
-          char code[8];
-          std::snprintf(code, sizeof(code), "\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
-          quoted += code;
-        } else {
+        if (control == 0 && c != '\0') {
           quoted += c;
+          break;
         }
+        char code[8];
+        std::snprintf(code, sizeof(code), "\\u%04x", control);
+        quoted += code;
+        if (control >= 0x80) ++i;
     }
   }
   return quoted + "\"";

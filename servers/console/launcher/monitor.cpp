@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "common/base/printable.h"
 #include "common/messages/topics.h"
 #include "common/node/run_token.h"
 
@@ -38,7 +39,7 @@ void RunMonitor::take(const msg::ServerStatus& status) {
   servers_[status.server()] = status;
   if (!status.file().empty() && (logs_.empty() || logs_.back() != status.file())) logs_.push_back(status.file());
   if (status.phase() == msg::SERVER_FAULT || status.message().empty()) return;
-  const std::string text = status.server() + ": " + status.message();
+  const std::string text = make_printable(status.server() + ": " + status.message());
   if (said_.insert(text).second) messages_.push_back(text);
 }
 
@@ -46,6 +47,8 @@ void RunMonitor::take(const msg::RunStatus& status) {
   const bool over = status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
   if (over && !is_signed(token_, topics::kRunStatus.type_name, status)) return;  // not from our scheduler
   run_status_ = status;
+  run_status_.message(make_printable(status.message()));
+  run_status_.late(make_printable_line(status.late()));
   heard_scheduler_ = true;
   if (status.step() > 0) part_ends_[status.epoch()] = status.time();
 }
@@ -119,7 +122,7 @@ std::string format_progress(const msg::RunStatus& status, const std::vector<std:
   std::snprintf(text, sizeof text, "  %5.1f x real time", status.real_time_factor());
   line += text;
   for (size_t i = 0; i < status.foot_forces().size(); ++i) {
-    const std::string name = i < feet.size() ? feet[i] : "foot " + std::to_string(i);
+    const std::string name = i < feet.size() ? make_printable_line(feet[i]) : "foot " + std::to_string(i);
     std::snprintf(text, sizeof text, "  %s %6.1f N", name.c_str(), status.foot_forces()[i]);
     line += text;
   }

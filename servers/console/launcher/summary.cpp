@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/console/launcher/summary.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <ctime>
 #include <exception>
 #include <filesystem>
@@ -16,6 +11,7 @@
 
 #include "common/base/bit_hash.h"
 #include "common/base/diagnostics.h"
+#include "common/base/printable.h"
 #include "common/mcap/claimed_file.h"
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
@@ -48,7 +44,7 @@ LogEnd find_log_end(const std::string& log) {
         if (event.kind() != msg::EVENT_FALL) return true;
         char time[40];
         std::snprintf(time, sizeof time, "t = %.3f s: ", event.header().time());
-        end.fall = time + event.text();
+        end.fall = make_printable_line(time + event.text());
         return false;
       },
       {topics::kEvents.name});
@@ -62,7 +58,7 @@ LogEnd find_log_end(const std::string& log) {
         return true;
       },
       {topics::kRobotState.name});
-  end.damage = reader.damage();
+  end.damage = make_printable_line(reader.damage());
   return end;
 }
 
@@ -89,14 +85,15 @@ std::string make_time_stamp() {
   throw InputError(problem);
 }
 
-// A name that nobody has: "run.mcap", else "run-2.mcap", "run-3.mcap", ... The empty file keeps it for us.
+// A name that nobody has: "run.mcap", else "run-2.mcap", "run-3.mcap", ... The file, without a step, keeps it for us.
 fs::path reserve_name(const fs::path& wanted) {
   fs::path name = wanted;
   for (int number = 2;; ++number) {
-    const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-    if (file < 0 && errno != EEXIST) refuse_log(name.string() + ": " + std::strerror(errno));
-    if (file >= 0) ::close(file);
-    if (file >= 0) return name;
+    try {
+      if (mcap::reserve_file(name.string())) return name;
+    } catch (const mcap::McapError& error) {
+      refuse_log(error.what());
+    }
     name = wanted;
     name.replace_filename(wanted.stem().string() + "-" + std::to_string(number) + wanted.extension().string());
   }
@@ -159,7 +156,7 @@ bool is_logged(const LaunchOptions& options) {
 
 LogName::~LogName() {
   std::error_code ignored;
-  if (!fs::is_regular_file(path_, ignored) || fs::file_size(path_, ignored) > 0) return;
+  if (!fs::is_regular_file(path_, ignored) || mcap::holds_something(path_)) return;
   try {
     mcap::ClaimedFile(path_, mcap::Existing::kRefuse);  // takes empty files with it
   } catch (const mcap::McapError&) {
@@ -185,8 +182,7 @@ void print_summary(const LaunchOptions& options, const RunOutcome& outcome, cons
   if (!is_logged(options)) return;
   std::vector<std::string> logs = outcome.logs;
   // A logger that was killed may have had no time to say where it writes; what is new can only be its.
-  std::error_code ignored;
-  if (logs.empty() && !options.force && fs::exists(log, ignored) && fs::file_size(log, ignored) > 0) logs.push_back(log);
+  if (logs.empty() && !options.force && mcap::holds_something(log)) logs.push_back(log);
   if (logs.empty()) std::printf("log        none: the run ended before its first step\n");
   for (const std::string& file : logs) print_log(file, options.plot);
   if (!logs.empty()) print_playback(logs);

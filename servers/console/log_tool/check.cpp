@@ -6,6 +6,7 @@
 
 #include "common/base/bit_hash.h"
 #include "common/mcap/writer.h"
+#include "common/base/printable.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
 
@@ -58,7 +59,7 @@ class Flattener : public SampleVisitor {
     std::snprintf(text.data(), text.size(), "%.17g", value);
     add_value(text.data());
   }
-  void on_string(const std::string& value) override { add_value("'" + value.substr(0, 60) + "'"); }
+  void on_string(const std::string& value) override { add_value("'" + make_printable_line(value.substr(0, 60)) + "'"); }
   void on_enum(const EnumType&, uint32_t value) override { add_value(std::to_string(value)); }
   const Values& values() const { return values_; }
 
@@ -144,12 +145,12 @@ int show_hashes(const std::string& file) {
     return true;
   });
   for (const auto& [id, topic] : log.topics()) {
-    std::printf("%-24s %10llu messages  %s\n", topic.topic.c_str(), static_cast<unsigned long long>(hashes[id].first),
+    std::printf("%-24s %10llu messages  %s\n", make_printable_line(topic.topic).c_str(), static_cast<unsigned long long>(hashes[id].first),
                 format_hash(hashes[id].second).c_str());
   }
   if (!state_hash.empty()) std::printf("state hash %s at step %s\n", state_hash.c_str(), state_step.c_str());
   if (log.reader().damage().empty()) return 0;
-  std::fprintf(stderr, "%s\n", log.reader().damage().c_str());
+  std::fprintf(stderr, "%s\n", make_printable_line(log.reader().damage()).c_str());
   return 1;
 }
 
@@ -166,7 +167,7 @@ int compare_logs(const std::string& one_path, const std::string& other_path) {
   for (const auto& [topic, stamps] : a) {
     const auto found = b.find(topic);
     if (found == b.end()) {
-      std::printf("%s: only in %s\n", topic.c_str(), one_path.c_str());
+      std::printf("%s: only in %s\n", make_printable_line(topic).c_str(), one_path.c_str());
       differences.push_back({topic, stamps.size(), 0});
       continue;
     }
@@ -177,14 +178,14 @@ int compare_logs(const std::string& one_path, const std::string& other_path) {
     if (i < count) {
       differences.push_back({topic, i, stamps[i].step});
     } else if (stamps.size() != found->second.size()) {
-      std::printf("%s: %zu messages against %zu, equal as far as both go\n", topic.c_str(), stamps.size(),
+      std::printf("%s: %zu messages against %zu, equal as far as both go\n", make_printable_line(topic).c_str(), stamps.size(),
                   found->second.size());
       const auto& longer = stamps.size() > count ? stamps : found->second;
       differences.push_back({topic, count, longer[count].step});
     }
   }
   for (const auto& [topic, stamps] : b) {
-    if (a.count(topic) == 0) std::printf("%s: only in %s\n", topic.c_str(), other_path.c_str());
+    if (a.count(topic) == 0) std::printf("%s: only in %s\n", make_printable_line(topic).c_str(), other_path.c_str());
     if (a.count(topic) == 0) differences.push_back({topic, stamps.size(), 0});
   }
   std::stable_sort(differences.begin(), differences.end(),
@@ -193,11 +194,11 @@ int compare_logs(const std::string& one_path, const std::string& other_path) {
     const auto in_a = a.find(difference.topic), in_b = b.find(difference.topic);
     if (in_a == a.end() || in_b == b.end()) continue;
     if (difference.index >= in_a->second.size() || difference.index >= in_b->second.size()) continue;
-    std::printf("%s: first difference at step %u\n", difference.topic.c_str(), difference.step);
+    std::printf("%s: first difference at step %u\n", make_printable_line(difference.topic).c_str(), difference.step);
     print_first_difference(&one, &other, difference.topic, difference.index);
   }
   for (LogFile* log : {&one, &other}) {
-    if (!log->reader().damage().empty()) std::fprintf(stderr, "%s\n", log->reader().damage().c_str());
+    if (!log->reader().damage().empty()) std::fprintf(stderr, "%s\n", make_printable_line(log->reader().damage()).c_str());
   }
   if (differences.empty()) std::printf("equal: %zu messages, every payload the same\n", compared);
   return differences.empty() ? 0 : 1;
@@ -233,7 +234,7 @@ int recover_log(const std::string& in, const std::string& out, bool force) {
   });
   writer.close();
   std::printf("%s: %llu messages recovered\n", out.c_str(), static_cast<unsigned long long>(count));
-  if (!reader.damage().empty()) std::printf("left behind: %s\n", reader.damage().c_str());
+  if (!reader.damage().empty()) std::printf("left behind: %s\n", make_printable_line(reader.damage()).c_str());
   return 0;
 }
 

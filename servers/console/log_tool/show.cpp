@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdio>
 
+#include "common/base/printable.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
 
@@ -15,7 +16,7 @@ struct TopicCount {
 
 int say_damage(const mcap::Reader& reader) {
   if (reader.damage().empty()) return 0;
-  std::fprintf(stderr, "%s\n", reader.damage().c_str());
+  std::fprintf(stderr, "%s\n", make_printable_line(reader.damage()).c_str());
   return 1;
 }
 
@@ -42,7 +43,7 @@ int show_info(const std::string& file) {
               "last time/s");
   for (const auto& [id, topic] : log.topics()) {
     const TopicCount& count = counts[id];
-    std::printf("%-24s %-28s %10llu %10.2f %10llu %10llu %12.4f\n", topic.topic.c_str(),
+    std::printf("%-24s %-28s %10llu %10.2f %10llu %10llu %12.4f\n", make_printable_line(topic.topic).c_str(),
                 topic.type != nullptr ? topic.type->name.c_str() : "?",
                 static_cast<unsigned long long>(count.messages), static_cast<double>(count.bytes) * 1e-6,
                 static_cast<unsigned long long>(count.first_step), static_cast<unsigned long long>(count.last_step),
@@ -79,10 +80,10 @@ int show_messages(const CatOptions& options) {
         }
         if (!text) return true;
         if (options.json) {
-          return std::printf("{\"topic\":\"%s\",\"step\":%u,\"time\":%.9g,\"message\":%s}\n", topic.topic.c_str(),
+          return std::printf("{\"topic\":\"%s\",\"step\":%u,\"time\":%.9g,\"message\":%s}\n", make_printable_line(topic.topic).c_str(),
                              message.sequence, time, text->c_str()) >= 0;
         }
-        return std::printf("--- %s step %u, %.9g s\n%s%s", topic.topic.c_str(), message.sequence, time, text->c_str(),
+        return std::printf("--- %s step %u, %.9g s\n%s%s", make_printable_line(topic.topic).c_str(), message.sequence, time, text->c_str(),
                            text->empty() || text->back() != '\n' ? "\n" : "") >= 0;
       },
       wanted);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/base/printable.h"
 #include "common/messages/pubsub.h"
 #include "common/messages/topics.h"
 #include "common/node/run_token.h"
@@ -33,7 +34,8 @@ void print(const msg::RunStatus& status) {
   std::printf("%s epoch %llu step %llu t = %.3f s, %.1f x real time%s%s%s%s\n", get_text(status.phase()),
               static_cast<unsigned long long>(status.epoch()), static_cast<unsigned long long>(status.step()),
               status.time(), status.real_time_factor(), status.late().empty() ? "" : ", waits for ",
-              status.late().c_str(), status.message().empty() ? "" : ": ", status.message().c_str());
+              make_printable_line(status.late()).c_str(), status.message().empty() ? "" : ": ",
+              make_printable(status.message()).c_str());
   std::fflush(stdout);
 }
 
@@ -94,7 +96,7 @@ int send_request(Bus& bus, const JoinedRun& run, msg::RunControl control) {
   const bool taken = wait_for(bus, kPatience, &voice, "the run to show the request",
                               [&] { return !refused.empty() || has_taken(control, before, status); });
   if (!refused.empty()) {
-    std::fprintf(stderr, "hrp-run: refused: %s\n", refused.c_str());
+    std::fprintf(stderr, "hrp-run: refused: %s\n", make_printable(refused).c_str());
     return kExitBadInput;
   }
   print(status);

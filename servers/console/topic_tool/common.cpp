@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/printable.h"
 #include "common/messages/reflection/schema.h"
 #include "common/messages/topics.h"
 #include "servers/console/topic_tool/topic_tool.h"
@@ -17,7 +18,7 @@ constexpr auto kDiscovery = std::chrono::milliseconds(300);
 
 std::string join(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + make_printable_line(name);
   return text;
 }
 
@@ -33,7 +34,7 @@ std::vector<TopicSeen> find_written(Bus& bus) {
 std::string describe_wait(const std::string& name, const std::vector<std::string>& names) {
   const std::string nearest = find_nearest(name, names);
   if (names.empty()) return name + "; nothing is written there yet";
-  return name + ", which nobody writes" + (nearest.empty() ? "" : "; is it " + nearest + "?") + " (written: " + join(names) + ")";
+  return name + ", which nobody writes" + (nearest.empty() ? "" : "; is it " + make_printable_line(nearest) + "?") + " (written: " + join(names) + ")";
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <deque>
 
+#include "common/base/printable.h"
 #include "common/messages/reflection/sample.h"
 #include "servers/console/topic_tool/topic_tool.h"
 
@@ -87,7 +88,8 @@ int echo_topic(const ToolContext& context, const EchoOptions& options) {
   if (topic.name.empty()) return 0;
   const StructType* type = get_schema().find_struct(topic.type_name);
   if (!type) {
-    std::fprintf(stderr, "hrp-topic: %s carries %s, which is not in our IDL\n", topic.name.c_str(), topic.type_name.c_str());
+    std::fprintf(stderr, "hrp-topic: %s carries %s, which is not in our IDL\n", make_printable_line(topic.name).c_str(),
+                 make_printable_line(topic.type_name).c_str());
     return 1;
   }
   const EchoPrinter printer(*type, options);

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <map>
 
+#include "common/base/printable.h"
 #include "servers/console/topic_tool/topic_tool.h"
 
 namespace hrp {
@@ -56,7 +57,7 @@ class TrafficCount {
 
 void print_json_line(const TopicSeen& topic, int readers, double rate, double bytes) {
   std::printf("{\"topic\":\"%s\",\"type\":\"%s\",\"writers\":%d,\"readers\":%d,\"rate\":%.6g,\"bytes_per_second\":%.6g}\n",
-              topic.name.c_str(), topic.type_name.c_str(), topic.writers, readers, rate, bytes);
+              make_printable_line(topic.name).c_str(), make_printable_line(topic.type_name).c_str(), topic.writers, readers, rate, bytes);
 }
 
 }  // namespace
@@ -79,8 +80,8 @@ int list_topics(const ToolContext& context, double seconds, bool json) {
     if (json) {
       print_json_line(topic, readers, rate, bytes);
     } else {
-      std::printf("%-32s %-40s %7d %7d %10.1f %10.1f\n", topic.name.c_str(), topic.type_name.c_str(), topic.writers,
-                  readers, rate, bytes / 1000);
+      std::printf("%-32s %-40s %7d %7d %10.1f %10.1f\n", make_printable_line(topic.name).c_str(),
+                  make_printable_line(topic.type_name).c_str(), topic.writers, readers, rate, bytes / 1000);
     }
   }
   return 0;

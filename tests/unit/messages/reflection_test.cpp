@@ -103,6 +103,17 @@ TEST(Print, JsonHasEveryFieldAndExactNumbers) {
   EXPECT_THAT(json, HasSubstr(R"("total":{"moment":{"x":0,"y":0,"z":0},"force":{"x":0,"y":0,"z":412.5}},"clipped":true)"));
 }
 
+TEST(Print, NoControlCharacterReachesATerminal) {
+  msg::ServerStatus status;
+  status.message("\x1b[2J\x7f\xc2\x9b""1m\xc3\xa9");
+  std::vector<char> buffer;
+  const Bytes sample = encode(status, &buffer);
+  const StructType& type = *get_schema().find_struct("hrp::msg::ServerStatus");
+  for (const std::string& text : {print_json(type, sample), print_text(type, sample)}) {
+    EXPECT_THAT(text, HasSubstr("\\u001b[2J\\u007f\\u009b1m\xc3\xa9"));
+  }
+}
+
 TEST(Print, JsonQuotesAndSaysNotANumber) {
   msg::ServerStatus status;
   status.message("a \"b\"\n");

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/base/printable.h"
+
+namespace hrp {
+namespace {
+
+// C0 and DEL; C1 (U+0080 to U+009F) as UTF-8 has it: 0xc2 and one more byte. U+009B begins sequences like ESC [.
+bool is_control(const std::string& text, size_t at) {
+  const auto byte = static_cast<unsigned char>(text[at]);
+  if (byte < 0x20 || byte == 0x7f) return true;
+  return byte == 0xc2 && at + 1 < text.size() && static_cast<unsigned char>(text[at + 1]) < 0xa0;
+}
+
+void append_code(unsigned char byte, std::string* out) {
+  static const char kDigits[] = "0123456789abcdef";
+  *out += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
+}
+
+std::string escape(const std::string& text, const char* kept) {
+  std::string out;
+  out.reserve(text.size());
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if (!is_control(text, i) || std::string(kept).find(text[i]) != std::string::npos) {
+      out += text[i];
+      continue;
+    }
+    append_code(byte, &out);
+    if (byte == 0xc2) append_code(static_cast<unsigned char>(text[++i]), &out);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string make_printable(const std::string& text) { return escape(text, "\n\t"); }
+
+std::string make_printable_line(const std::string& text) { return escape(text, "\t"); }
+
+}  // namespace hrp
