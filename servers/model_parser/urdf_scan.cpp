@@ -154,7 +154,7 @@ void Scanner::scan_link(const Element& element) {
     scan_origin(*c, owner);
     scan_geometry(*c, owner);
   }
-  scan_->links.push_back(link);
+  scan_->add(link);
 }
 
 std::string Scanner::read_link_reference(const Element& joint, const std::string& owner, const char* tag) {
@@ -234,7 +234,7 @@ void Scanner::scan_joint(const Element& element) {
   joint.parent = read_link_reference(element, owner, "parent");
   joint.child = read_link_reference(element, owner, "child");
   scan_joint_numbers(element, owner, &joint);
-  scan_->joints.push_back(joint);
+  scan_->add(joint);
 }
 
 void Scanner::scan_robot(const Element& robot) {
@@ -252,6 +252,25 @@ void add_error(const std::string& file, int line, const std::string& field, cons
   d.field = field;
   d.message = message;
   diagnostics->add_error(d);
+}
+
+// Each link is walked through once: from it up to a root, or to one that was walked through before.
+void check_cycles(const UrdfScan& scan, const std::map<std::string, const JointScan*>& joint_of_child, Diagnostics* diagnostics) {
+  std::set<std::string> walked;
+  for (const LinkScan& link : scan.links) {
+    std::set<std::string> seen;
+    std::string at = link.name;
+    auto joint = joint_of_child.find(at);
+    while (joint != joint_of_child.end() && walked.count(at) == 0 && seen.insert(at).second) {
+      at = joint->second->parent;
+      joint = joint_of_child.find(at);
+    }
+    const bool cycle = joint != joint_of_child.end() && walked.count(at) == 0;
+    walked.insert(seen.begin(), seen.end());
+    if (!cycle) continue;
+    add_error(scan.file, joint->second->line, "joint '" + joint->second->name + "'", "is part of a cycle of parents and children",
+              diagnostics);
+  }
 }
 
 // One root, one parent a link, no cycle.
@@ -274,17 +293,7 @@ void check_tree(UrdfScan* scan, Diagnostics* diagnostics) {
                   "): a robot has one root", diagnostics);
   }
   if (!roots.empty()) scan->root = roots[0]->name;
-  std::set<std::string> named;  // one message a cycle
-  for (const LinkScan& link : scan->links) {
-    std::set<std::string> seen;
-    std::string at = link.name;
-    while (joint_of_child.count(at) > 0 && seen.insert(at).second) at = joint_of_child.at(at)->parent;
-    if (joint_of_child.count(at) == 0 || named.count(at) > 0) continue;
-    named.insert(seen.begin(), seen.end());
-    const JointScan& joint = *joint_of_child.at(at);
-    add_error(scan->file, joint.line, "joint '" + joint.name + "'", "is part of a cycle of parents and children",
-              diagnostics);
-  }
+  check_cycles(*scan, joint_of_child, diagnostics);
 }
 
 void remove_children(tinyxml2::XMLElement* parent, const char* name) {
@@ -303,18 +312,24 @@ std::string print_bare(tinyxml2::XMLDocument* document, tinyxml2::XMLElement* ro
 
 }  // namespace
 
+void UrdfScan::add(const LinkScan& link) {
+  links.push_back(link);
+  link_lines_.emplace(link.name, link.line);
+}
+
+void UrdfScan::add(const JointScan& joint) {
+  joints.push_back(joint);
+  joint_lines_.emplace(joint.name, joint.line);
+}
+
 int UrdfScan::find_link_line(const std::string& name) const {
-  for (const LinkScan& link : links) {
-    if (link.name == name) return link.line;
-  }
-  return 0;
+  const auto found = link_lines_.find(name);
+  return found == link_lines_.end() ? 0 : found->second;
 }
 
 int UrdfScan::find_joint_line(const std::string& name) const {
-  for (const JointScan& joint : joints) {
-    if (joint.name == name) return joint.line;
-  }
-  return 0;
+  const auto found = joint_lines_.find(name);
+  return found == joint_lines_.end() ? 0 : found->second;
 }
 
 UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics* diagnostics) {

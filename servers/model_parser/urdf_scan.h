@@ -5,6 +5,7 @@
 
 #include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "common/base/diagnostics.h"
@@ -35,8 +36,14 @@ struct UrdfScan {
   // reading a link at a faulty visual and silently drops the collision elements behind it (seen with SR1's chest).
   std::string bare_xml;
 
+  void add(const LinkScan& link);
+  void add(const JointScan& joint);
+  // Line of the first one of this name, 0 for none.
   int find_link_line(const std::string& name) const;
   int find_joint_line(const std::string& name) const;
+
+ private:
+  std::unordered_map<std::string, int> link_lines_, joint_lines_;
 };
 
 // Adds errors to `diagnostics`; the scan can be used when there are none.

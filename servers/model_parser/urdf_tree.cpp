@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <unordered_map>
 
 #include <console_bridge/console.h>
 #include <urdf_model/model.h>
@@ -65,11 +66,12 @@ class TreeBuilder {
     bool sole = false;  // the URDF link, or one that it is fixed to, is a foot
   };
   void add(int line, const std::string& field, const std::string& message, bool is_error);
+  void index_links();
   void place_links();
-  bool place(const JointScan& joint);
+  void place(const JointScan& joint);
   JointSpec make_joint(const JointScan& joint, const urdf::Joint& parsed, const Place& parent);
   void lump(const std::string& name, const Place& place);
-  LinkInertia add_fixed(const std::string& name) const;
+  void sum_fixed();
   LinkInertia read_inertia(const LinkScan& link);
   void add_shapes();
   void add_shape(const LinkScan& link, const Place& place, size_t index, const urdf::Collision& collision);
@@ -84,7 +86,11 @@ class TreeBuilder {
   const Scenario& scenario_;
   RobotDescription& robot_;
   Diagnostics* diagnostics_;
-  std::map<std::string, Place> places_;
+  std::unordered_map<std::string, const LinkScan*> links_;
+  std::unordered_map<std::string, std::vector<const JointScan*>> children_;  // joints below a link, in the order of the file
+  std::unordered_map<std::string, Place> places_;
+  std::vector<std::string> placed_;                     // links, parents first
+  std::unordered_map<std::string, LinkInertia> fixed_;  // of a link and what is fixed to it, in the link's axes
 };
 
 void TreeBuilder::add(int line, const std::string& field, const std::string& message, bool is_error) {
@@ -128,23 +134,23 @@ LinkInertia TreeBuilder::read_inertia(const LinkScan& link) {
 }
 
 void TreeBuilder::lump(const std::string& name, const Place& place) {
-  for (const LinkScan& link : scan_.links) {
-    if (link.name != name) continue;
-    LinkInertia& total = robot_.tree.links[static_cast<size_t>(place.link)].inertia;
-    total = add_inertias(total, read_inertia(link), place.X_LC);
-  }
+  LinkInertia& total = robot_.tree.links[static_cast<size_t>(place.link)].inertia;
+  total = add_inertias(total, read_inertia(*links_.at(name)), place.X_LC);
   places_[name] = place;
+  placed_.push_back(name);
 }
 
-// Inertia of a URDF link and of what is fixed to it, in the link's axes.
-LinkInertia TreeBuilder::add_fixed(const std::string& name) const {
-  LinkInertia total = make_inertia(*model_.getLink(name));
-  for (const JointScan& joint : scan_.joints) {
-    if (joint.parent != name || joint.type != "fixed") continue;
-    const Transform X = make_transform(model_.getJoint(joint.name)->parent_to_joint_origin_transform);
-    total = add_inertias(total, add_fixed(joint.child), X);
+// From the leaves: a chain of fixed links costs each link once.
+void TreeBuilder::sum_fixed() {
+  for (auto name = placed_.rbegin(); name != placed_.rend(); ++name) {
+    LinkInertia total = make_inertia(*model_.getLink(*name));
+    for (const JointScan* joint : children_[*name]) {
+      if (joint->type != "fixed") continue;
+      const Transform X = make_transform(model_.getJoint(joint->name)->parent_to_joint_origin_transform);
+      total = add_inertias(total, fixed_.at(joint->child), X);
+    }
+    fixed_[*name] = total;
   }
-  return total;
 }
 
 JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& parsed, const Place& parent) {
@@ -174,11 +180,9 @@ JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& par
   return spec;
 }
 
-bool TreeBuilder::place(const JointScan& joint) {
-  const auto parent = places_.find(joint.parent);
-  if (parent == places_.end()) return false;
+void TreeBuilder::place(const JointScan& joint) {
   const urdf::JointConstSharedPtr parsed = model_.getJoint(joint.name);
-  Place place = parent->second;
+  Place place = places_.at(joint.parent);
   if (joint.type == "fixed") {
     place.X_LC = place.X_LC * make_transform(parsed->parent_to_joint_origin_transform);
     place.sole = place.sole || is_foot(joint.child);
@@ -191,24 +195,35 @@ bool TreeBuilder::place(const JointScan& joint) {
     place = {static_cast<int>(robot_.tree.links.size()) - 1, Transform(), is_foot(joint.child)};
   }
   lump(joint.child, place);
-  return true;
 }
 
-// Joints in the order of the file, but parents first: passes over what is left until nothing is.
+void TreeBuilder::index_links() {
+  for (const LinkScan& link : scan_.links) links_[link.name] = &link;
+  for (const JointScan& joint : scan_.joints) children_[joint.parent].push_back(&joint);
+}
+
+// Joints in the order of the file, but parents first, as if by passes over the file: a joint is placed in the pass of its
+// parent when it stands behind it, else in the next one.
 void TreeBuilder::place_links() {
   robot_.tree.links.assign(1, LinkSpec());
   robot_.tree.links[0].name = scan_.root;
   lump(scan_.root, {0, Transform(), is_foot(scan_.root)});
-  std::vector<const JointScan*> left;
-  for (const JointScan& joint : scan_.joints) left.push_back(&joint);
-  while (!left.empty()) {
-    std::vector<const JointScan*> next;
-    for (const JointScan* joint : left) {
-      if (!place(*joint)) next.push_back(joint);
+  struct Turn {
+    int pass;
+    const JointScan* joint;  // in the file's order, as they are of one array
+  };
+  std::vector<Turn> turns;
+  for (const JointScan* joint : children_[scan_.root]) turns.push_back({0, joint});
+  for (size_t i = 0; i < turns.size(); ++i) {
+    const Turn parent = turns[i];
+    for (const JointScan* joint : children_[parent.joint->child]) {
+      turns.push_back({parent.pass + (joint > parent.joint ? 0 : 1), joint});
     }
-    if (next.size() == left.size()) return;  // cannot be: the scan found one tree
-    left.swap(next);
   }
+  std::sort(turns.begin(), turns.end(), [](const Turn& a, const Turn& b) {
+    return a.pass != b.pass ? a.pass < b.pass : a.joint < b.joint;
+  });
+  for (const Turn& turn : turns) place(*turn.joint);
 }
 
 bool TreeBuilder::is_replaced_by_sole_box(const std::string& link) const {
@@ -335,10 +350,12 @@ void TreeBuilder::check_moving_masses() {
 void TreeBuilder::build() {
   robot_.tree.name = model_.getName();
   robot_.tree.floating_base = scenario_.floating_base;
+  index_links();
   place_links();
+  sum_fixed();
   for (const LinkScan& link : scan_.links) {
     const Place& place = places_.at(link.name);
-    robot_.tree.frames.push_back({link.name, place.link, place.X_LC, add_fixed(link.name)});
+    robot_.tree.frames.push_back({link.name, place.link, place.X_LC, fixed_.at(link.name)});
   }
   add_shapes();
   resolve_mimics();

@@ -75,6 +75,37 @@ TEST(RobotLoader, FixedLinksAreLumpedAndKeepTheirFrames) {
   EXPECT_DOUBLE_EQ(tree.frames[static_cast<size_t>(tree.find_frame("upper_arm"))].below.mass, 4.0);
 }
 
+// Parents first in the file, and every other one last. Work that grows faster than the links takes minutes here, beyond
+// the limit of the suite; the robot itself is read in a second.
+TEST(RobotLoader, ALongChainOfFixedLinksIsOneBodyInLinearTime) {
+  constexpr int kLinks = 20000;
+  const std::string inertia = "<inertial><mass value='1e-5'/><inertia ixx='1e-8' ixy='0' ixz='0' iyy='1e-8' iyz='0' izz='1e-8'/></inertial>";
+  std::string links = make_link("l0", inertia), forward, odd, even;
+  for (int i = 0; i < kLinks; ++i) {
+    const std::string at = std::to_string(i), next = std::to_string(i + 1);
+    links += make_link("l" + next, inertia);
+    const std::string joint = make_joint("j" + at, "fixed", "l" + at, "l" + next, "<origin xyz='1e-5 0 0'/>");
+    forward += joint;
+    (i % 2 == 0 ? even : odd) += joint;
+  }
+  for (const std::string& joints : {forward, odd + even}) {
+    const RobotDescription robot = parse_robot("<robot name='r'>\n" + links + joints + "</robot>\n", "r.urdf", make_scenario("base: fixed\n"));
+    ASSERT_EQ(robot.tree.links.size(), 1u);
+    // Sums of 2e4 equal terms: each rounds once, by at most 1e-16 of the sum so far.
+    EXPECT_NEAR(robot.tree.links[0].inertia.mass, 1e-5 * (kLinks + 1), 1e-11);
+    EXPECT_NEAR(robot.tree.frames[kLinks].X_LF.p.x(), 1e-5 * kLinks, 1e-11);
+    EXPECT_NEAR(robot.tree.frames[kLinks / 2].below.mass, 1e-5 * (kLinks / 2 + 1), 1e-11);
+  }
+}
+
+TEST(RobotLoader, ControlCharactersInNamesAreSaidAsCodes) {
+  const std::string complaint = find_complaint(make_link("a\x1b[2J\x7f\xc2\x9b""1m", "<inertial><mass value='-1'/></inertial>"));
+  EXPECT_THAT(complaint, HasSubstr("link 'a\\x1b[2J\\x7f\\xc2\\x9b1m'"));
+  EXPECT_THAT(complaint, HasSubstr("value is negative"));
+  EXPECT_EQ(complaint.find('\x1b'), std::string::npos);
+  EXPECT_THAT(find_complaint(make_link("\xe8\x84\x9a", "<inertial><mass value='-1'/></inertial>")), HasSubstr("link '\xe8\x84\x9a'")) << "other letters stay";
+}
+
 TEST(RobotLoader, ScenarioOverridesRotorInertiaAndDrives) {
   const TreeSpec tree = load_arm("base: fixed\nrotor_inertia: {elbow: 0.5}\nunactuated: [grip]\n").tree;
   EXPECT_DOUBLE_EQ(tree.joint(2).rotor_inertia, 0.5);
