@@ -52,7 +52,8 @@ Loops::Loops(const Model& model, std::vector<LoopConstraint> constraints) : cons
   Jt_ = X_ = Eigen::MatrixXd::Zero(model.nv(), rows);
   G_ = Eigen::MatrixXd::Zero(rows, rows);
   position_error_ = velocity_error_ = bias_ = lambda_ = Eigen::VectorXd::Zero(rows);
-  solver_ = Eigen::LDLT<Eigen::MatrixXd>(rows);
+  // Factored once: an Eigen::LDLT that has only been sized holds an enum that was never set, and is copied with it.
+  solver_.compute(Eigen::MatrixXd::Identity(rows, rows));
 }
 
 // Rows of c = p_A - p_B in world axes, and of the turns.
