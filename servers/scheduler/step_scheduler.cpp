@@ -56,7 +56,8 @@ void StepScheduler::take_report(const ServerReport& report, Clock::time_point no
   if (report.state != ServerState::kFault) return;
   // A logger may find out while it closes its file, after a run that went well.
   if (state_ == RunState::kFinished) state_ = RunState::kRunning;
-  request_stop(report.role + ": " + report.message);
+  const std::string role = report.role.empty() ? "a server without a name" : report.role;
+  request_stop(role + ": " + (report.message.empty() ? "failed without a reason" : report.message));
 }
 
 void StepScheduler::take_dynamics_report(const ServerReport& report, Clock::time_point now) {

@@ -81,6 +81,15 @@ TEST(Pace, SpeedsThatNobodyCanMeanAreRefusedAndChangeNothing) {
   EXPECT_EQ(run.scheduler().speed(), 1.0);
 }
 
+TEST(Fault, WithoutARoleOrAReasonStillEndsTheRunInWords) {
+  PacedRun run(0.0);
+  ServerReport report;
+  report.state = ServerState::kFault;
+  run.scheduler().take_report(report, run.now());
+  EXPECT_EQ(run.scheduler().state(), RunState::kFailed);
+  EXPECT_EQ(run.scheduler().failure(), "a server without a name: failed without a reason");
+}
+
 TEST(Steps, NoneOrBillionsAreRefused) {
   PacedRun run(0.0);
   run.scheduler().request_pause();
