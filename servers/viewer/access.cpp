@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/viewer/access.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -9,17 +10,10 @@
 namespace hrp {
 namespace {
 
-const char kCookie[] = "hrp_viewer_token=";
-
 // "localhost:8080" -> "localhost", "[::1]:80" -> "[::1]"
 std::string strip_port(const std::string& host) {
   if (!host.empty() && host[0] == '[') return host.substr(0, host.find(']') + 1);
   return host.substr(0, host.find(':'));
-}
-
-std::string strip_scheme(const std::string& origin) {
-  const size_t slashes = origin.find("://");
-  return slashes == std::string::npos ? origin : origin.substr(slashes + 3);
 }
 
 // As long for a wrong guess as for a right one.
@@ -31,17 +25,25 @@ bool equals(const std::string& guess, const std::string& token) {
   return difference == 0;
 }
 
-std::string find_cookie(const std::string& cookies) {
-  const size_t begin = cookies.find(kCookie);
-  if (begin == std::string::npos) return "";
-  const size_t value = begin + sizeof kCookie - 1;
-  return cookies.substr(value, cookies.find(';', value) - value);
+// "a=b; name=value; c=d" -> "value"
+std::string find_cookie(const std::string& cookies, const std::string& name) {
+  for (size_t at = 0; at < cookies.size();) {
+    const size_t end = std::min(cookies.find(';', at), cookies.size());
+    const std::string pair = cookies.substr(at, end - at);
+    if (pair.rfind(name + "=", 0) == 0) return pair.substr(name.size() + 1);
+    at = end + 1;
+    while (at < cookies.size() && cookies[at] == ' ') ++at;
+  }
+  return "";
+}
+
+// Whole origins: a scheme of its own ("file://", that of an extension) or a subdomain is another origin.
+bool is_own_origin(const AccessRequest& request) {
+  return !request.host.empty() && request.origin == "http://" + request.host;
 }
 
 bool is_foxglove_origin(const std::string& origin) {
-  const std::string end = ".foxglove.dev";
-  return origin.rfind("https://", 0) == 0 && origin.size() > end.size() &&
-         origin.compare(origin.size() - end.size(), end.size(), end) == 0;
+  return origin == "https://app.foxglove.dev" || origin == "https://studio.foxglove.dev";
 }
 
 }  // namespace
@@ -58,16 +60,18 @@ std::string find_refusal(const AccessRules& rules, const AccessRequest& request)
   if (rules.loopback && host != "localhost" && host != "[::1]" && !is_loopback_address(host)) {
     return "this viewer answers to localhost and 127.0.0.1 only, not to '" + host + "'";
   }
-  const bool own = request.origin.empty() || strip_scheme(request.origin) == request.host;
+  const bool own = request.origin.empty() || is_own_origin(request);
   if (!own && !(request.foxglove && is_foxglove_origin(request.origin))) {
     return "pages of " + request.origin + " may not connect";
   }
   if (rules.token.empty()) return "";
-  if (equals(find_query_value(request.target, "token"), rules.token) || equals(find_cookie(request.cookie), rules.token)) {
+  if (equals(find_query_value(request.target, "token"), rules.token) || equals(find_cookie(request.cookie, make_cookie_name(rules)), rules.token)) {
     return "";
   }
   return "the token is missing or wrong: use the address that the viewer printed";
 }
+
+std::string make_cookie_name(const AccessRules& rules) { return "hrp_viewer_token_" + std::to_string(rules.port); }
 
 std::string make_token() {
   unsigned char bytes[16];

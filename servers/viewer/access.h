@@ -2,6 +2,7 @@
 // Who may connect. Pages of strangers in the same browser may not: their origin and the host they name give them away.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace hrp {
@@ -9,6 +10,7 @@ namespace hrp {
 struct AccessRules {
   std::string token;       // empty: none needed
   bool loopback = true;    // bound to this machine only
+  uint16_t port = 0;       // that the viewer listens at: names its cookie, as all ports of a host share cookies
 };
 
 struct AccessRequest {
@@ -21,6 +23,9 @@ struct AccessRequest {
 
 // Empty when access is granted, else the reason.
 std::string find_refusal(const AccessRules& rules, const AccessRequest& request);
+
+// "hrp_viewer_token_8080"
+std::string make_cookie_name(const AccessRules& rules);
 
 bool is_loopback_address(const std::string& address);
 // 128 bits of the kernel's random numbers as text.

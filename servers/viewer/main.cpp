@@ -33,13 +33,13 @@ void add_options(CLI::App& app, Options* options) {
              "  hrp-viewer run.mcap                   a recorded one\n"
              "  hrp-viewer run.mcap other.mcap        two, side by side\n"
              "  hrp-viewer experiment/                CSV recordings of an experiment folder\n"
-             "Foxglove connects to the same address: ws://127.0.0.1:PORT");
+             "Foxglove connects to the same address with ws in the place of http, token included.");
   app.add_option("FILES", options->files, "logs (MCAP), or experiment folders");
   hrp::add_join_options(app, &options->join);
   app.add_option("--port", options->web.port, "0 = a free one")->capture_default_str();
-  app.add_option("--address", options->web.address, "address to listen at; others than this machine's own need a token")
+  app.add_option("--address", options->web.address, "address to listen at; default: this machine only")
       ->capture_default_str();
-  app.add_option("--token", options->web.access.token, "what those who connect must know; default: random where it is needed");
+  app.add_option("--token", options->web.access.token, "what those who connect must know; default: a random one");
   app.add_flag("--read-only", options->read_only, "no run control: pages only look");
   app.add_option("--page", options->viewer.page_folder, "folder of the page; default: ../share/viewer beside this program");
   app.add_option("--then", options->viewer.log_after, "log of the live run, shown when the run is over");
@@ -71,10 +71,11 @@ int serve(Options options) {
   }
   hrp::AccessRules& access = options.web.access;
   access.loopback = hrp::is_loopback_address(options.web.address);
-  if (!access.loopback && access.token.empty()) access.token = hrp::make_token();
+  // On this machine, too: every user of it reaches its ports.
+  if (access.token.empty()) access.token = hrp::make_token();
   hrp::WebServer server(options.web, viewer);
   const std::string host = options.web.address.find(':') == std::string::npos ? options.web.address : "[" + options.web.address + "]";
-  std::printf("viewer     http://%s:%u/%s%s\n", host.c_str(), server.port(), access.token.empty() ? "" : "?token=", access.token.c_str());
+  std::printf("viewer     http://%s:%u/%s%s\n", host.c_str(), server.port(), "?token=", access.token.c_str());
   std::fflush(stdout);
   server.run(kTickMs, [&] {
     viewer.tick();

@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <deque>
+#include <list>
+#include <map>
 #include <vector>
 
 #include <boost/asio/ip/tcp.hpp>
@@ -35,11 +37,44 @@ constexpr size_t kStreamBytes = 32 << 20;
 constexpr size_t kNeededDepth = 64;
 constexpr size_t kNeededBytes = 256 << 20;
 constexpr size_t kMostConnections = 64;
+// Of one address, when others than this machine may connect. A browser opens six, and one for each page.
+constexpr size_t kMostOfOneAddress = 24;
+// Who has connected asks within this time, and reads the answer within the other one.
+constexpr auto kQuestionTime = std::chrono::seconds(10);
+constexpr auto kAnswerTime = std::chrono::seconds(30);
+// A page that is there answers pings; what does not is gone.
+constexpr auto kSilence = std::chrono::seconds(60);
+
+class HttpSession;
 
 struct Shared {
   WebOptions options;
   WebApplication& application;
   size_t connections = 0;
+  std::map<std::string, size_t> of_address;
+  std::list<HttpSession*> idle;  // connected, and have not asked anything yet; the first one for the longest time
+};
+
+// Counts a connection for as long as it is there.
+class Counted {
+ public:
+  Counted(std::shared_ptr<Shared> shared, std::string address) : shared_(std::move(shared)), address_(std::move(address)) {
+    ++shared_->connections;
+    ++shared_->of_address[address_];
+  }
+  ~Counted() {
+    --shared_->connections;
+    if (--shared_->of_address[address_] == 0) shared_->of_address.erase(address_);
+  }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+  Shared* operator->() const { return shared_.get(); }
+  const std::shared_ptr<Shared>& shared() const { return shared_; }
+  const std::string& address() const { return address_; }
+
+ private:
+  std::shared_ptr<Shared> shared_;
+  std::string address_;
 };
 
 std::string to_text(beast::string_view view) { return std::string(view.data(), view.size()); }
@@ -55,15 +90,13 @@ std::string find_foxglove_protocol(const Request& request) {
 
 class SocketSession final : public Connection, public std::enable_shared_from_this<SocketSession> {
  public:
-  SocketSession(beast::tcp_stream&& stream, std::shared_ptr<Shared> shared)
-      : socket_(std::move(stream)), shared_(std::move(shared)) {
-    ++shared_->connections;
-  }
-  ~SocketSession() override { --shared_->connections; }
+  SocketSession(beast::tcp_stream&& stream, const Counted& http) : socket_(std::move(stream)), shared_(http.shared(), http.address()) {}
 
   void start(const Request& request, const std::string& protocol) {
     foxglove_ = !protocol.empty();
-    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    auto times = websocket::stream_base::timeout::suggested(beast::role_type::server);
+    times.idle_timeout = kSilence;
+    socket_.set_option(times);
     socket_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& response) {
       if (!protocol.empty()) response.set(http::field::sec_websocket_protocol, protocol);
     }));
@@ -157,7 +190,7 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
   }
 
   websocket::stream<beast::tcp_stream> socket_;
-  std::shared_ptr<Shared> shared_;
+  Counted shared_;
   std::unique_ptr<Client> client_;
   beast::flat_buffer buffer_;
   std::deque<Outgoing> queue_;  // the first one is being written
@@ -169,19 +202,27 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
 
 class HttpSession final : public std::enable_shared_from_this<HttpSession> {
  public:
-  HttpSession(tcp::socket&& socket, std::shared_ptr<Shared> shared) : stream_(std::move(socket)), shared_(std::move(shared)) {
-    ++shared_->connections;
-  }
-  ~HttpSession() { --shared_->connections; }
+  HttpSession(tcp::socket&& socket, std::shared_ptr<Shared> shared, const std::string& address)
+      : stream_(std::move(socket)), shared_(std::move(shared), address) {}
+  ~HttpSession() { shared_->idle.remove(this); }
 
   void read() {
     parser_.emplace();
     parser_->header_limit(kLargestHeader);
     parser_->body_limit(kLargestBody);
-    stream_.expires_after(std::chrono::seconds(30));
+    stream_.expires_after(kQuestionTime);
+    shared_->idle.push_back(this);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](ErrorCode error, size_t) {
+      self->shared_->idle.remove(self.get());
       if (!error) self->answer(self->parser_->release());
     });
+  }
+
+  const std::string& address() const { return shared_.address(); }
+  // Makes room for others.
+  void give_up() {
+    shared_->idle.remove(this);
+    stream_.close();
   }
 
  private:
@@ -218,12 +259,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                   "connect-src 'self' ws: wss:; frame-ancestors 'none'");
     const std::string& token = shared_->options.access.token;
     if (!token.empty() && status == http::status::ok) {
-      response->set(http::field::set_cookie, "hrp_viewer_token=" + token + "; HttpOnly; SameSite=Strict; Path=/");
+      response->set(http::field::set_cookie, make_cookie_name(shared_->options.access) + "=" + token + "; HttpOnly; SameSite=Strict; Path=/");
     }
     response->keep_alive(request.keep_alive());
     response->body() = std::move(file.content);
     response->prepare_payload();
     if (request.method() == http::verb::head) response->body().clear();
+    stream_.expires_after(kAnswerTime);
     http::async_write(stream_, *response, [self = shared_from_this(), response](ErrorCode error, size_t) {
       if (!error && response->keep_alive()) return self->read();
       ErrorCode ignored;
@@ -232,7 +274,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
 
   beast::tcp_stream stream_;
-  std::shared_ptr<Shared> shared_;
+  Counted shared_;
   beast::flat_buffer buffer_;
   boost::optional<http::request_parser<http::string_body>> parser_;
 };
@@ -245,13 +287,29 @@ struct WebServer::State {
 
   void accept() {
     acceptor.async_accept(context, [this](ErrorCode error, tcp::socket socket) {
-      if (!error && shared->connections < kMostConnections) {
+      ErrorCode gone;
+      const std::string address = error ? "" : socket.remote_endpoint(gone).address().to_string();
+      if (!error && !gone && make_room(address)) {
         ErrorCode ignored;
         socket.set_option(tcp::no_delay(true), ignored);
-        std::make_shared<HttpSession>(std::move(socket), shared)->read();
+        std::make_shared<HttpSession>(std::move(socket), shared, address)->read();
       }
       accept();
     });
+  }
+
+  // Whoever connects and asks nothing goes first: idle connections, however many, keep nobody out. On this machine all
+  // clients have one address, so it tells nothing there.
+  bool make_room(const std::string& address) {
+    const auto same = shared->of_address.find(address);
+    const bool crowded = !shared->options.access.loopback && same != shared->of_address.end() && same->second >= kMostOfOneAddress;
+    if (!crowded && shared->connections < kMostConnections) return true;
+    for (HttpSession* session : shared->idle) {
+      if (crowded && session->address() != address) continue;
+      session->give_up();
+      return true;
+    }
+    return false;
   }
 
   void wait(int period_ms, const std::function<bool()>& tick) {
@@ -276,6 +334,7 @@ WebServer::WebServer(const WebOptions& options, WebApplication& application)
     state_->acceptor.set_option(asio::socket_base::reuse_address(true));
     state_->acceptor.bind(endpoint);
     state_->acceptor.listen();
+    state_->shared->options.access.port = port();
   } catch (const boost::system::system_error& error) {
     throw std::runtime_error("cannot serve at " + options.address + ":" + std::to_string(options.port) + ": " +
                              error.code().message());

@@ -79,7 +79,7 @@ async function checkRecorded(log) {
   await waitFor("what the log holds", () => reader.of("hrp/robot_description").length > 0 && reader.of("hrp/robot_state").length > 0);
   check(reader.of("hrp/robot_description")[0].message.name.length > 0, "a recorded run has the same topics");
   // A page that moves along the time line takes Foxglove with it.
-  const page = new WebSocket(`${viewer.socket}ws`);
+  const page = new WebSocket(`ws://127.0.0.1:${viewer.port}${viewer.with("/ws")}`);
   await waitFor("the page", () => page.readyState === WebSocket.OPEN);
   page.send(JSON.stringify({ op: "at", time: 0.25, sources: [0] }));
   await waitFor("the state of that time", () => reader.of("hrp/robot_state").some(({ message }) => Math.abs(message.header.time - 0.25) < 1e-9));

@@ -9,20 +9,20 @@ import { check, hashLog, openPage, run, startBrowser, startRun, startViewer, wai
 
 const signals = ["hrp/contact_forces:pairs[L_ANKLE_R_LINK].total.force.z", "hrp/sensor_data:positions[L_KNEE]", "hrp/robot_state:X_WB.translation.z"];
 
-function upgrade(port, headers = {}) {
-  const lines = { Host: `127.0.0.1:${port}`, Upgrade: "websocket", Connection: "Upgrade", "Sec-WebSocket-Version": "13",
+function upgrade(viewer, headers = {}) {
+  const lines = { Host: `127.0.0.1:${viewer.port}`, Upgrade: "websocket", Connection: "Upgrade", "Sec-WebSocket-Version": "13",
                   "Sec-WebSocket-Key": randomBytes(16).toString("base64"), ...headers };
-  return `GET /ws HTTP/1.1\r\n${Object.entries(lines).map(([key, value]) => `${key}: ${value}\r\n`).join("")}\r\n`;
+  return `GET ${viewer.with("/ws")} HTTP/1.1\r\n${Object.entries(lines).map(([key, value]) => `${key}: ${value}\r\n`).join("")}\r\n`;
 }
 
 // A raw connection: sends the upgrade, then whatever is given, and tells what comes back.
-function connectRaw(port, headers) {
-  const socket = createConnection(port, "127.0.0.1");
+function connectRaw(viewer, headers) {
+  const socket = createConnection(viewer.port, "127.0.0.1");
   socket.answer = "";
   socket.on("data", (data) => { socket.answer += data.toString("latin1").slice(0, 2000 - socket.answer.length); });
   socket.on("close", () => { socket.gone = true; });
   socket.on("error", () => { socket.gone = true; });
-  socket.write(upgrade(port, headers));
+  socket.write(upgrade(viewer, headers));
   return socket;
 }
 
@@ -35,8 +35,10 @@ function fetchStatus(port, path, headers = {}) {
   }));
 }
 
-function openPlainPage(url) {
-  const page = new WebSocket(`${url}ws`);
+const openSocket = (viewer) => new WebSocket(`ws://127.0.0.1:${viewer.port}${viewer.with("/ws")}`);
+
+function openPlainPage(viewer) {
+  const page = openSocket(viewer);
   page.frames = 0;
   page.samples = 0;
   page.on("error", () => {});
@@ -58,38 +60,40 @@ function makeFrame(first, length, payload) {
   return Buffer.concat([head, payload]);
 }
 
-async function checkStrangers(port) {
-  check((await fetchStatus(port, "/", { Host: "evil.example" })) === 403, "a foreign host name (DNS rebinding) is refused");
-  check((await fetchStatus(port, "/../../../etc/passwd")) === 404, "files outside of the page's folder are not served");
-  check((await fetchStatus(port, "/%2e%2e/viewer.js")) === 404, "nor by their codes");
-  check((await fetchStatus(port, `/mesh?source=0&file=${encodeURIComponent("/etc/passwd")}`)) === 404, "nor as meshes");
-  const stranger = connectRaw(port, { Origin: "http://evil.example" });
+async function checkStrangers(viewer) {
+  const ask = (path, headers) => fetchStatus(viewer.port, viewer.with(path), headers);
+  check((await ask("/", { Host: "evil.example" })) === 403, "a foreign host name (DNS rebinding) is refused");
+  check((await ask("/../../../etc/passwd")) === 404, "files outside of the page's folder are not served");
+  check((await ask("/%2e%2e/viewer.js")) === 404, "nor by their codes");
+  check((await ask(`/mesh?source=0&file=${encodeURIComponent("/etc/passwd")}`)) === 404, "nor as meshes");
+  check((await fetchStatus(viewer.port, "/")) === 403, "on this machine, too, nobody looks who does not know the token");
+  const stranger = connectRaw(viewer, { Origin: "http://evil.example" });
   await waitFor("a refusal", () => stranger.answer.includes("403"));
   check(true, "a page of another site may not connect");
   stranger.destroy();
 }
 
-async function checkBadFrames(port) {
-  const huge = connectRaw(port);
+async function checkBadFrames(viewer) {
+  const huge = connectRaw(viewer);
   await switched(huge);
   huge.write(makeFrame(0x81, 2 ** 40, Buffer.alloc(1000)));
   await waitFor("the end of the huge one", () => huge.gone);
-  const malformed = connectRaw(port);
+  const malformed = connectRaw(viewer);
   await switched(malformed);
   malformed.write(makeFrame(0xff, 10, Buffer.alloc(10)));  // reserved bits and an operation that does not exist
   await waitFor("the end of the malformed one", () => malformed.gone);
-  const nonsense = new WebSocket(`ws://127.0.0.1:${port}/ws`);
+  const nonsense = openSocket(viewer);
   nonsense.on("error", () => {});
   nonsense.on("open", () => nonsense.send('{"op":"series","id":1}{'));
   await waitFor("the end of the nonsense", () => nonsense.readyState === WebSocket.CLOSED);
-  const large = new WebSocket(`ws://127.0.0.1:${port}/ws`);
+  const large = openSocket(viewer);
   let largeEnd = 0;
   large.on("error", () => {});
   large.on("close", (code) => { largeEnd = code; });
   large.on("open", () => large.send(JSON.stringify({ op: "subscribe", signals: ["x".repeat(100000)] })));
   await waitFor("the end of the large one", () => largeEnd);
   check(largeEnd === 1009, "a message over 64 kB is refused by name (1009, too big)");
-  const odd = new WebSocket(`ws://127.0.0.1:${port}/ws`);
+  const odd = openSocket(viewer);
   odd.on("open", () => {
     odd.send(JSON.stringify({ op: "subscribe", signals: ["no_colon", "hrp/robot_state:positions[NO_SUCH_JOINT]", "a:b", "hrp/robot_state:[", ...signals] }));
     odd.send(JSON.stringify({ op: "series", id: 1, source: -5, signal: "x" }));
@@ -116,14 +120,14 @@ run(async () => {
   const viewer = await startViewer(["--domain", String(watched.domain)]);
   const browser = await startBrowser();
   const pages = await Promise.all([1, 2].map(() => openPage(browser, viewer.url)));
-  const plain = Array.from({ length: 8 }, () => openPlainPage(viewer.url));
-  const stalled = connectRaw(viewer.port);
+  const plain = Array.from({ length: 8 }, () => openPlainPage(viewer));
+  const stalled = connectRaw(viewer);
   await switched(stalled);
   stalled.pause();
-  const leaver = connectRaw(viewer.port);
+  const leaver = connectRaw(viewer);
   await switched(leaver);
-  await checkStrangers(viewer.port);
-  await checkBadFrames(viewer.port);
+  await checkStrangers(viewer);
+  await checkBadFrames(viewer);
   await waitFor("the scheduler", () => pages[0].evaluate(() => window.hrpViewer.run?.phase === "RUN_PAUSED" && window.hrpViewer.topics["hrp/sensor_data"] !== undefined));
   // Slow at first, so that everybody has something to see, and one leaves in the middle of a message of its own.
   await pages[0].selectOption("#speed", "0.5");

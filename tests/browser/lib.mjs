@@ -76,6 +76,8 @@ export async function startViewer(args) {
   if (!viewer.url) throw new Error(`FAILED: the viewer did not start: ${viewer.text}`);
   viewer.port = Number(new URL(viewer.url).port);
   viewer.socket = viewer.url.replace("http", "ws");
+  // A path as somebody asks for it who knows the token.
+  viewer.with = (path) => `${path}${path.includes("?") ? "&" : "?"}${new URL(viewer.url).searchParams}`;
   viewer.end = async () => {
     viewer.kill("SIGTERM");
     return viewer.ended;

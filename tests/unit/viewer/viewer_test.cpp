@@ -115,18 +115,30 @@ TEST(Access, IsForThisMachineAndItsOwnPageOnly) {
   EXPECT_NE(find_refusal(rules, foxglove), "");
   foxglove.foxglove = true;
   EXPECT_EQ(find_refusal(rules, foxglove), "");
-  foxglove.origin = "https://evilfoxglove.dev";
-  EXPECT_NE(find_refusal(rules, foxglove), "");
+  for (const char* origin : {"https://evilfoxglove.dev", "https://user.foxglove.dev", "http://app.foxglove.dev", "https://app.foxglove.dev:81"}) {
+    foxglove.origin = origin;
+    EXPECT_NE(find_refusal(rules, foxglove), "") << origin;
+  }
+}
+
+TEST(Access, OriginsAreComparedWhole) {
+  const AccessRules rules;
+  for (const char* origin : {"file://", "null", "file://127.0.0.1:80", "chrome-extension://127.0.0.1:80", "https://127.0.0.1:80", "127.0.0.1:80"}) {
+    EXPECT_NE(find_refusal(rules, make_request("127.0.0.1:80", origin)), "") << origin;
+  }
+  EXPECT_NE(find_refusal({"", false, 80}, make_request("", "file://")), "") << "without a host nothing is one's own";
 }
 
 TEST(Access, NeedsTheTokenWhereThereIsOne) {
-  const AccessRules rules{"sesame", false};
+  const AccessRules rules{"sesame", false, 8080};
   EXPECT_NE(find_refusal(rules, make_request("robot.lan")), "");
   EXPECT_NE(find_refusal(rules, make_request("robot.lan", "", "/?token=sesam")), "");
   EXPECT_EQ(find_refusal(rules, make_request("robot.lan", "", "/ws?x=1&token=sesame")), "");
   AccessRequest cookie = make_request("robot.lan");
-  cookie.cookie = "a=b; hrp_viewer_token=sesame; c=d";
+  cookie.cookie = "a=b; hrp_viewer_token_8080=sesame; c=d";
   EXPECT_EQ(find_refusal(rules, cookie), "");
+  cookie.cookie = "hrp_viewer_token_8081=sesame; x=hrp_viewer_token_8080=sesame";
+  EXPECT_NE(find_refusal(rules, cookie), "") << "of a viewer at another port; within another value";
   EXPECT_NE(make_token(), make_token());
 }
 
