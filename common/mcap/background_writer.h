@@ -17,7 +17,7 @@
 namespace hrp::mcap {
 
 // Memory is bounded: when kMaxWaiting chunks wait for the disk, write_chunk() waits, too. A chunk counts as written when
-// the operating system has it (it survives a kill of this process), and not before.
+// the operating system has it (it survives a kill of this process), or of a durable writer when the disk has it; not before.
 class BackgroundWriter {
  public:
   // Schemas and channels as with `writer`, before it comes here.

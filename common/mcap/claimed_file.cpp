@@ -9,11 +9,38 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include "common/mcap/format.h"
 
 namespace hrp::mcap {
+
+namespace {
+
+std::string make_beginning() {
+  Buffer bytes;
+  put_beginning(&bytes);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+bool is_beginning(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string expected = make_beginning();
+  std::string bytes(expected.size() + 1, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return bytes.substr(0, static_cast<size_t>(file.gcount())) == expected;
+}
+
+// An error number, 0 for none. The place of the next write() stays where it was.
+int write_beginning(int file) {
+  const std::string bytes = make_beginning();
+  const ssize_t written = ::pwrite(file, bytes.data(), bytes.size(), 0);
+  if (written < 0) return errno;
+  return static_cast<size_t>(written) == bytes.size() ? 0 : ENOSPC;
+}
+
+}  // namespace
 
 ClaimedFile::ClaimedFile(const std::string& path, Existing existing) : path_(path) {
   while (!lock(existing)) {
@@ -51,23 +78,47 @@ bool ClaimedFile::lock(Existing existing) {
     ::close(std::exchange(file_, -1));
     return false;
   }
-  if (info.st_size > 0 && existing == Existing::kRefuse) {
+  const bool holds = info.st_size > 0 && !is_beginning(path_);
+  if (holds && existing == Existing::kRefuse) {
     refuse("is there already (" + std::to_string(info.st_size) + " bytes); choose another name, or --force to overwrite it");
+  }
+  if (holds) return true;
+  if (const int error = write_beginning(file_)) {
+    ::unlink(path_.c_str());
+    refuse(std::string("cannot be written: ") + std::strerror(error));
   }
   return true;
 }
 
 void ClaimedFile::clear() {
   struct stat info {};
-  if (::fstat(file_, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0) return;
-  if (::ftruncate(file_, 0) != 0) throw McapError(path_ + ": cannot be emptied: " + std::strerror(errno));
+  if (::fstat(file_, &info) != 0 || !S_ISREG(info.st_mode)) return;
+  if (const int error = write_beginning(file_)) throw McapError(path_ + ": cannot be written: " + std::strerror(error));
+  const auto size = static_cast<off_t>(make_beginning().size());
+  if (::ftruncate(file_, size) != 0) throw McapError(path_ + ": cannot be emptied: " + std::strerror(errno));
 }
 
 void ClaimedFile::close() {
   if (file_ < 0) return;
   struct stat info {};
-  if (::fstat(file_, &info) == 0 && S_ISREG(info.st_mode) && info.st_size == 0) ::unlink(path_.c_str());
+  const bool regular = ::fstat(file_, &info) == 0 && S_ISREG(info.st_mode);
+  if (regular && (info.st_size == 0 || is_beginning(path_))) ::unlink(path_.c_str());
   if (::close(std::exchange(file_, -1)) != 0) throw McapError(path_ + ": cannot be closed: " + std::strerror(errno));
+}
+
+bool holds_something(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::file_size(path, error) > 0 && !error && !is_beginning(path);
+}
+
+bool reserve_file(const std::string& path) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (file < 0 && errno == EEXIST) return false;
+  int error = file < 0 ? errno : write_beginning(file);
+  if (file >= 0) ::close(file);
+  if (file >= 0 && error != 0) ::unlink(path.c_str());
+  if (error != 0) throw McapError(path + ": " + std::strerror(error));
+  return true;
 }
 
 bool is_same_file(const std::string& one, const std::string& other) {

@@ -10,7 +10,8 @@ namespace hrp::mcap {
 enum class Existing { kRefuse, kReplace };
 
 // Locked (flock) until it goes, so that two runs never write one log. What it replaces stays as it is until clear(): a run
-// that fails before its first step costs nobody an older log. A file that is still empty at the end is removed.
+// that fails before its first step costs nobody an older log. A new file holds the beginning of a log from the start, so
+// that what a kill leaves behind can be opened at any time; one that holds no more than that at the end is removed.
 class ClaimedFile {
  public:
   // Throws McapError: not writable, written by another program right now, or not empty and to be kept.
@@ -21,7 +22,7 @@ class ClaimedFile {
 
   const std::string& path() const { return path_; }
   int descriptor() const { return file_; }
-  // Removes what was in it. Throws McapError.
+  // Removes what was in it, but for the beginning of a log. Throws McapError.
   void clear();
   // Unlocks. Throws McapError when the system reports an error only now (network file systems, quotas).
   void close();
@@ -34,6 +35,12 @@ class ClaimedFile {
   std::string path_;
   int file_ = -1;
 };
+
+// There is a file of this name that holds more than the beginning of a log.
+bool holds_something(const std::string& path);
+
+// Makes a file with the beginning of a log, so that nobody else takes the name; false when there is one. Throws McapError.
+bool reserve_file(const std::string& path);
 
 // True when both names lead to one file.
 bool is_same_file(const std::string& one, const std::string& other);

@@ -135,6 +135,8 @@ class Cursor {
   bool ok_ = true;
 };
 
+// What every log of ours begins with: the magic and the header record.
+void put_beginning(Buffer* out);
 void put_schema(const Schema& schema, Buffer* out);
 void put_channel(const Channel& channel, Buffer* out);
 // Contents of a record without its head; false when they are malformed.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/mcap/writer.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,11 +17,7 @@ namespace hrp::mcap {
 Writer::Writer(ClaimedFile file, Compression compression)
     : path_(file.path()), file_(std::move(file)), compression_(compression), compressor_(compression) {
   file_.clear();
-  definitions_.put_bytes(kMagic.data(), kMagic.size());
-  const size_t begin = definitions_.begin_record(Opcode::kHeader);
-  definitions_.put_string("");  // profile: none of the registered ones fits
-  definitions_.put_string("openhrp-dds");
-  definitions_.end_record(begin);
+  put_beginning(&definitions_);
 }
 
 Writer::~Writer() {
@@ -70,7 +67,11 @@ void Writer::write_chunk() {
     append_to_file(definitions_);
     definitions_.clear();
   }
-  if (chunk_.size() == 0) return;
+  if (chunk_.size() > 0) append_chunk();
+  if (durable_) sync();
+}
+
+void Writer::append_chunk() {
   out_.clear();
   const size_t begin = out_.begin_record(Opcode::kChunk);
   out_.put(chunk_start_);
@@ -115,6 +116,22 @@ void Writer::put_message_indexes(ChunkIndex* index) {
   index->message_index_length = out_.size() - indexes_begin;
 }
 
+// A file's name is on the disk when its folder is.
+void Writer::sync() {
+  if (::fdatasync(file_.descriptor()) != 0 && errno != EINVAL) {  // EINVAL: a pipe or a device
+    failed_ = true;
+    throw McapError(path_ + ": cannot be brought to the disk: " + std::strerror(errno));
+  }
+  if (name_synced_) return;
+  name_synced_ = true;
+  const size_t slash = path_.find_last_of('/');
+  const std::string folder = slash == std::string::npos ? "." : path_.substr(0, slash + 1);
+  const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return;
+  ::fsync(file);
+  ::close(file);
+}
+
 void Writer::append_to_file(const Buffer& bytes) {
   size_t done = 0;
   while (done < bytes.size()) {
@@ -144,6 +161,7 @@ void Writer::close() {
     // After a failure the index may still fit into the space that the trimmed chunk gave back; if not, the file is
     // readable without it.
     if (file_size_ > 0) write_summary();
+    if (durable_ && !failed_) sync();
   } catch (const McapError&) {
     ClaimedFile(std::move(file_));  // closed without a word: the first error is the one to tell
     throw;

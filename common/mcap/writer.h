@@ -28,6 +28,8 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
+  // From now on write_chunk() and close() return when the bytes are on the disk: they survive a power cut, not only a kill.
+  void set_durable(bool durable) { durable_ = durable; }
   // Schemas before channels before messages, at any time. They are on disk after the next write_chunk().
   uint16_t add_schema(const std::string& name, const std::string& encoding, const std::string& text);
   uint16_t add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding);
@@ -52,6 +54,8 @@ class Writer {
   };
   using TimeAndOffset = std::pair<uint64_t, uint64_t>;
 
+  void append_chunk();
+  void sync();
   void append_to_file(const Buffer& bytes);
   void put_message_indexes(ChunkIndex* index);
   void put_statistics(Buffer* out) const;
@@ -62,6 +66,8 @@ class Writer {
   std::string path_;
   ClaimedFile file_;
   bool closed_ = false;
+  bool durable_ = false;
+  bool name_synced_ = false;
   Compression compression_;
   Compressor compressor_;
   uint64_t file_size_ = 0;   // bytes of whole records on disk

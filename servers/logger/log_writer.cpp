@@ -131,8 +131,7 @@ void LogWriter::start_epoch(uint64_t epoch) {
 mcap::ClaimedFile LogWriter::claim_next_file() const {
   size_t number = files_.size();
   const auto is_taken = [](const std::string& name) {
-    std::error_code ignored;
-    return std::filesystem::exists(name, ignored) && std::filesystem::file_size(name, ignored) > 0;
+    return mcap::holds_something(name);
   };
   while (options_.existing == mcap::Existing::kRefuse && is_taken(make_file_name(options_.path, number))) ++number;
   return mcap::ClaimedFile(make_file_name(options_.path, number), options_.existing);
@@ -144,6 +143,7 @@ void LogWriter::open_file() {
   files_.push_back(claim.path());
   event_channel_.reset();
   auto file = std::make_unique<mcap::Writer>(std::move(claim), compression_);
+  file->set_durable(options_.durable);
   for (const LogTopic& topic : options_.topics) {
     file->add_channel(topic.name, file->add_schema(topic.type_name, "omgidl", topic.schema_text), "cdr");
   }

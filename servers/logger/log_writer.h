@@ -34,6 +34,7 @@ struct LogOptions {
   // which says how far the run has come.
   std::vector<LogTopic> topics;
   int chunk_steps = 32;         // steps a chunk
+  bool durable = false;         // a chunk counts as on disk when a power cut does not lose it
 };
 
 // Steps are written when they are complete, in order; a chunk is closed after every chunk_steps steps, so that equal

@@ -15,5 +15,6 @@ int main(int argc, char** argv) {
         app.add_option("--compression", options.compression, "instead of the scenario's")
             ->check(CLI::IsMember({"none", "lz4", "zstd"}));
         app.add_flag("--force", options.force, "overwrite a log that is there");
+        app.add_flag("--durable", options.durable, "bring each part of the log to the disk: a power cut loses no step that is said to be there");
       });
 }

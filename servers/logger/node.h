@@ -20,6 +20,7 @@ struct LoggerOptions {
   std::string path = "run.mcap";
   std::string compression;  // none, lz4, zstd; empty: as the scenario says
   bool force = false;       // overwrite a file that holds something
+  bool durable = false;     // a step counts as logged when a power cut does not lose it
 };
 
 class LoggerNode : public NodeBase {

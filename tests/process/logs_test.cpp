@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "common/mcap/reader.h"
 #include "tests/process/server_set.h"
@@ -95,6 +97,81 @@ TEST(Logs, AKillBeforeTheFirstChunkLeavesALogThatSaysSo) {
   EXPECT_THAT(set.output(), HasSubstr("holds no step"));
   EXPECT_FALSE(mcap::Reader(set.log()).channels().empty()) << "it can be opened, and tells its topics";
 }
+
+// Wherever the kill falls, the file can be opened: it holds the beginning of a log before the servers are there.
+TEST(Logs, AKillOfEverybodyAtOnceLeavesNoFileThatCannotBeOpened) {
+  for (int delay : {0, 10, 20, 40, 80}) {  // [ms] after the file was seen; the set needs some 100 ms to its first step
+    const std::string name = "killed-all-" + std::to_string(delay);
+    ServerSet set(name, {write_steps(name, kEndless)});
+    ASSERT_TRUE(wait_until([&] { return fs::exists(set.log()) || set.has_ended(); })) << set.output();
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay));
+    set.send_signal(SIGSTOP);  // starts nobody any more
+    for (const ProcessSeen& server : find_processes()) {
+      if (server.parent_id == set.process_id()) kill(server.process_id, SIGKILL);
+    }
+    set.send_signal(SIGKILL);
+    EXPECT_EQ(set.wait(), -SIGKILL);
+    if (!fs::exists(set.log())) continue;  // the logger had not taken it yet
+    EXPECT_GT(fs::file_size(set.log()), 0u) << name;
+    EXPECT_NO_THROW(mcap::Reader{set.log()}) << name;
+    ServerSet next(name, {write_steps(name, kShort), "--in-process", "--force"});
+    EXPECT_EQ(next.wait(), 0) << next.output();
+  }
+}
+
+TEST(Logs, ATerminalThatIsClosedEndsARunLikeCtrlC) {
+  ServerSet set("hung-up", {write_steps("hung-up", kEndless)});
+  const int domain = set.find_domain();
+  ASSERT_TRUE(set.wait_for_step(100)) << set.output();
+  set.send_signal(SIGHUP);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_TRUE(mcap::Reader(set.log()).indexed()) << "closed";
+  EXPECT_GE(find_last_step(set.log()), 100);
+  EXPECT_TRUE(wait_until([domain] { return find_servers(domain).empty(); }));
+}
+
+TEST(Logs, ARunUnderNohupOutlivesItsTerminal) {
+  signal(SIGHUP, SIG_IGN);  // as nohup does; the children inherit it
+  ServerSet set("nohup", {write_steps("nohup", kEndless)});
+  signal(SIGHUP, SIG_DFL);
+  ASSERT_TRUE(set.wait_for_step(100)) << set.output();
+  set.send_signal(SIGHUP);
+  EXPECT_TRUE(set.wait_for_step(set.run_status().step() + 1000)) << set.output();
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+}
+
+// The shim notes how much of the log fdatasync() has brought to the disk; a power cut loses what came after.
+void cut_power(const std::string& log, const std::string& synced) {
+  std::ifstream file(synced);
+  uintmax_t size = 0;
+  file >> size;
+  fs::resize_file(log, std::min(size, fs::file_size(log)));
+}
+
+long find_step_said_to_be_logged(const std::string& output) {
+  const size_t place = output.find(" at step ");
+  return place == std::string::npos ? -1 : std::stol(output.substr(place + 9));
+}
+
+class PowerCut : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(PowerCut, LosesNoStepOfADurableLogThatIsSaidToBeOnDisk) {
+  const std::string name = std::string("power-") + GetParam(), synced = get_test_folder() + "/" + name + ".synced";
+  setenv("HRP_TEST_SYNCED", synced.c_str(), 1);
+  setenv("LD_PRELOAD", HRP_BIN_DIR "/../tests/libpower_cut.so", 1);
+  ServerSet set(name, {write_steps(name, kEndless), "--durable", "--dds", GetParam()});
+  unsetenv("LD_PRELOAD");
+  unsetenv("HRP_TEST_SYNCED");
+  ASSERT_TRUE(set.wait_for_step(2000)) << set.output();
+  kill(set.find_server("hrp-logger"), SIGKILL);
+  EXPECT_EQ(set.wait(), 1) << set.output();
+  cut_power(set.log(), synced);
+  const long said = find_step_said_to_be_logged(set.output());
+  EXPECT_GE(said, 1000) << "the scheduler lets nobody run more than some windows of 64 steps ahead of the disk\n" << set.output();
+  EXPECT_GE(find_last_step(set.log()), said) << set.output();
+}
+INSTANTIATE_TEST_SUITE_P(Vendors, PowerCut, ::testing::Values("cyclone", "fast"));
 
 // The limit of a file's size stands in for a full disk, as in outsiders_test.
 TEST(Logs, ADiskThatIsFullFromTheStartIsSaidAndLeavesNoFile) {

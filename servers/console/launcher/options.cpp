@@ -74,6 +74,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
       ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
   app.add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
   app.add_flag("--force", options->force, "overwrite a log that is there");
+  app.add_flag("--durable", options->durable, "bring each part of the log to the disk: a power cut loses no step that is said to be there");
   app.add_option("--without", options->without, "leave this server out: somebody else starts it; may be repeated")
       ->check(CLI::IsMember(get_roles()));
   app.add_option("--program", programs, "SERVER=PROGRAM: another program in the place of a server; may be repeated");

@@ -19,6 +19,7 @@ struct LaunchOptions {
   double speed = 0.0;       // [s/s] 0 = as fast as it goes
   std::string log;          // empty: chosen
   bool force = false;       // overwrite it
+  bool durable = false;     // each part of it is brought to the disk
   int domain = -1;          // < 0: a free one
   bool paused = false;
   bool keep_going = false;

@@ -29,6 +29,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   LoggerOptions logging;
   logging.path = log;
   logging.force = options.force;
+  logging.durable = options.durable;
   LoggerNode logger(context("logger"), logging);
   DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
   CollisionCheckerNode collision_checker(context("collision_checker"));

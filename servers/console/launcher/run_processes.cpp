@@ -86,6 +86,7 @@ class ProcessRun {
   void say_what_is_missing();
   void watch();
   void handle_end(const ChildEnd& end);
+  void say_viewer_ended(const ChildEnd& end);
   std::string find_refusal() const;
   void settle_pending();
   void fail(const std::string& failure);
@@ -132,6 +133,7 @@ std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role
   if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
   if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
   if (role == "logger" && options_.force) arguments.push_back("--force");
+  if (role == "logger" && options_.durable) arguments.push_back("--durable");
   if (role != "scheduler") return arguments;
   arguments.insert(arguments.end(), {"--wait-for", is_left_out("logger") ? "dynamics" : "dynamics,logger"});
   arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
@@ -239,6 +241,7 @@ void ProcessRun::watch() {
   bus_->spin(std::chrono::milliseconds(10));
   if (g_stop_signal) interrupted_ = true;
   while (const auto end = children_.take_ended()) handle_end(*end);
+  while (const auto end = viewer_ ? viewer_->take_ended() : std::nullopt) say_viewer_ended(*end);
   settle_pending();
   show();
 }
@@ -259,6 +262,13 @@ void ProcessRun::handle_end(const ChildEnd& end) {
   }
   fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
        " at step " + std::to_string(monitor_->find_step_of_end(end.role)));
+}
+
+// The run does not need it, but whoever looks at a page that stands still should know why.
+void ProcessRun::say_viewer_ended(const ChildEnd& end) {
+  progress_.clear();
+  std::fprintf(stderr, "hrp-simulate: the viewer (%s, process %d) %s; the run goes on without it\n", end.program.c_str(),
+               static_cast<int>(end.process_id), describe_end(end.status).c_str());
 }
 
 // On a busy machine the set may have refused its model and gone before this process was discovered.

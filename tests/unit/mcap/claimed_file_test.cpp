@@ -44,6 +44,31 @@ TEST(ClaimedFile, LeavesNoEmptyFileBehind) {
   EXPECT_FALSE(std::filesystem::exists(file.path()));
 }
 
+TEST(ClaimedFile, CanBeOpenedAsALogFromTheStart) {
+  const TemporaryFile file("begun");
+  const ClaimedFile mine(file.path(), Existing::kReplace);
+  EXPECT_GT(read_file(file.path()).size(), 0u);
+  EXPECT_FALSE(holds_something(file.path()));
+  EXPECT_TRUE(Reader(file.path()).channels().empty());
+}
+
+TEST(ClaimedFile, ANameThatIsReservedIsFreeForOneWriterAlone) {
+  const TemporaryFile file("reserved");
+  EXPECT_TRUE(reserve_file(file.path()));
+  EXPECT_FALSE(reserve_file(file.path()));
+  EXPECT_FALSE(holds_something(file.path()));
+  write_small_log(file.path(), Compression::kNone);  // refuses a file that holds something
+  EXPECT_TRUE(holds_something(file.path()));
+  EXPECT_TRUE(Reader(file.path()).indexed());
+}
+
+TEST(ClaimedFile, AFileOfTheSameLengthIsNoReservation) {
+  const TemporaryFile file("same_length");
+  ASSERT_TRUE(reserve_file(file.path()));
+  write_file(file.path(), std::string(read_file(file.path()).size(), 'x'));
+  EXPECT_THAT(find_refusal(file.path(), Existing::kRefuse), HasSubstr("is there already"));
+}
+
 TEST(ClaimedFile, DevicesAreNotRemoved) {
   { const ClaimedFile null("/dev/null", Existing::kRefuse); }
   EXPECT_TRUE(std::filesystem::exists("/dev/null"));
