@@ -45,6 +45,9 @@ def check_row(number, cells):
 
 
 def main():
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(__doc__.strip())
+        return 0
     rows = list(read_rows(ROOT / "docs/equations.md"))
     faults = [fault for number, cells in rows for fault in check_row(number, cells)]
     known = {(cells[0], cells[1]) for _, cells in rows}

@@ -194,6 +194,9 @@ def find_files(root):
 
 
 def main():
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(__doc__.strip())
+        return 0
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
     problems, count, edges = [], 0, {}
     for path in sorted(find_files(str(root))):

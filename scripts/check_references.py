@@ -24,9 +24,9 @@ NAMED_FOLDER = re.compile(r"(?<![\w./$}<*~:-])((?:common|servers|controller|diag
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
 
-# Made by a build, by a run, by a reader or by scripts/commands_page.py; or of other projects.
+# Made by a build, by a run or by a reader; or of other projects.
 NOT_OURS = re.compile(r"^(build|out|logs|hrp_idl|experiment|compared|example_c|mine)/"
-                      r"|^[a-z]\.\w+$|^(NAME|DIR)\b|^docs/commands\.md")
+                      r"|^[a-z]\.\w+$|^(NAME|DIR)\b")
 # Names what is not there on purpose.
 NOT_READ = {"tests/documents/no_rule.md", "scripts/check_references.py"}
 
@@ -84,6 +84,9 @@ def check_line(path, line, tree, root):
 
 
 def main():
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(__doc__.strip())
+        return 0
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
     files = [f for f in find_files(str(root)) if (root / f).is_file()]
     tree, problems, count = Tree(files), [], 0

@@ -1,9 +1,12 @@
-#!/bin/sh
+#!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# count_effects.sh [COMMIT]: how far effects are spread over the code (docs/effects.md). Default: HEAD.
-set -eu
+# scripts/count_effects.sh [COMMIT]
+#
+# Counts how far effects are spread over the code (docs/effects.md), in the commit (default: HEAD).
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 commit=${1:-HEAD}
-cd "$(dirname -- "$0")/.."
+cd "$ROOT"
 code() { git grep "$@" "$commit" -- 'diagnosis/*.cpp' 'diagnosis/*.h' 'servers/*.cpp' 'servers/*.h' 'common/*.cpp' \
   'common/*.h' ':!common/effects' ':!diagnosis/generator' ':!diagnosis/evidence' || true; }
 id='\b(EffectId|StandId|I|TossId|RowEffectId|E)::k[A-Z][A-Za-z]*'

@@ -1,9 +1,12 @@
-#!/bin/sh
+#!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# diagnose_open_cases.sh [FOLDER OF CASES] [OUT]: runs the tool on every case and prints what it said beside the truth.
-set -eu
-here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
-cases=${1:-$here/../../shared/cases/open}
+# scripts/diagnose_open_cases.sh [FOLDER OF CASES] [OUT]
+#
+# Runs the tool on every case of a folder whose truths are known, and prints what it said beside the truth. The cases are
+# those of ../shared/cases/open when no folder is named; the reports go to OUT, else to a temporary folder.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+cases=${1:-$ROOT/../shared/cases/open}
 out=${2:-$(mktemp -d)}
 if [ ! -d "$cases" ]; then
   echo "diagnose_open_cases.sh: there is no folder $cases" >&2
@@ -12,7 +15,7 @@ fi
 for folder in "$cases"/*/; do
   name=$(basename "$folder")
   begin=$(date +%s)
-  "$here/diagnose.sh" "$folder/experiment.yaml" --out "$out/$name" --quiet >"$out/$name.txt" 2>&1 || echo "  (exit $?)"
+  "$ROOT/scripts/diagnose.sh" "$folder/experiment.yaml" --out "$out/$name" --quiet >"$out/$name.txt" 2>&1 || echo "  (exit $?)"
   python3 - "$folder" "$out/$name" "$(($(date +%s) - begin))" <<'P'
 import json, os, sys
 folder, out, seconds = sys.argv[1:4]

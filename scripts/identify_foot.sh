@@ -1,4 +1,4 @@
-#!/bin/sh
+#!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Identifies the rubber in the feet (Mikami et al. 2014) and writes a report.
 #
@@ -14,14 +14,13 @@
 #       the same from recordings of one's own: an experiment with the key `recordings` (docs/identification.md).
 #
 # Afterwards: DIR/report.html, and DIR/identified.yaml, which scripts/simulate.sh runs.
-set -eu
-here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
-bin="${HRP_BUILD_DIR:-$here/../build}/bin"
-scenario="$here/../models/scenarios/paper_b/foot.yaml"
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+bin="$BUILD/bin"
+scenario="$ROOT/models/scenarios/paper_b/foot.yaml"
 out="" in_process="" coverage="" improve=0 rubber=given
 while [ $# -gt 0 ]; do
   case "$1" in
-    -h | --help) sed -n '3,17s/^# \{0,1\}//p' "$0"; exit 0 ;;
     --out) [ $# -ge 2 ] || { echo "identify_foot.sh: --out needs a folder" >&2; exit 2; }; out=$2; shift ;;
     --in-process) in_process=yes ;;
     --coverage) [ $# -ge 2 ] || { echo "identify_foot.sh: --coverage needs a number of seeds" >&2; exit 2; }; coverage=$2; shift ;;
@@ -33,7 +32,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 : "${out:=identify_foot}"
-[ -x "$bin/hrp-identify-foot" ] && [ -x "$bin/hrp-simulate" ] || "$here/build.sh" --run hrp-identify-foot >&2
+[ -x "$bin/hrp-identify-foot" ] && [ -x "$bin/hrp-simulate" ] || "$ROOT/scripts/build.sh" --run hrp-identify-foot >&2
 if [ ! -f "$scenario" ]; then
   echo "identify_foot.sh: no file $scenario" >&2
   exit 2
