@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/effects/units.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/search/subtrees.h"
+#include "diagnosis/simulation/windows.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -16,6 +18,9 @@ namespace {
 // robot: each joint has several of its own.
 constexpr double kEveryDrive = 0.6;
 constexpr int kSeveral = 3;  // joints, at least; the sets of fewer are searched soon
+// [s] of a free simulation from measured efforts: longer than a reversal, shorter than what a small error takes to grow.
+constexpr double kWindow = 0.5;
+constexpr int kMostWindows = 400;
 
 bool has_real_drives(const TorqueVerdict& torque) {
   return torque.judged && torque.with_drives >= kSeveral && torque.with_drives >= kEveryDrive * torque.joints;
@@ -81,9 +86,34 @@ std::vector<SignalFit> list_signals(const Problem& problem, const Outcome& outco
     const double spread = spread_of(*problem.experiment, held, c);
     if (spread <= 0.0) continue;
     static const char* const units[] = {"rad", "rad/s", "N m"};
-    list.push_back({signal_name(*problem.experiment, c), units[c % kQuantities],
+    const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(c / kQuantities));
+    list.push_back({signal_name(*problem.experiment, c), get_joint_unit(joint, units[c % kQuantities]),
                     outcome.nominal.validate.rms(c) / problem.weights[c],
                     outcome.chosen.validate.rms(c) / problem.weights[c], spread});
+  }
+  return list;
+}
+
+const std::vector<int>& get_held(const Problem& problem) {
+  return problem.validate.empty() ? problem.train : problem.validate;
+}
+
+bool is_effort_driven(const Problem& problem) { return problem.experiment->scenario.drive == "effort"; }
+
+WindowErrors calc_windows(const Problem& problem, const Hypothesis& hypothesis) {
+  const Plant plant = make_plant(*problem.experiment, hypothesis);
+  return calc_window_errors(plant, *problem.experiment, problem.smooth, get_held(problem), kWindow, kMostWindows, problem.jobs);
+}
+
+// Positions by free simulation of short windows, for recorded efforts.
+std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outcome) {
+  std::vector<SignalFit> list;
+  const WindowErrors before = calc_windows(problem, {}), after = calc_windows(problem, outcome.chosen.hypothesis);
+  for (size_t j = 0; j < before.rms.size(); ++j) {
+    const double spread = spread_of(*problem.experiment, get_held(problem), j * kQuantities);
+    if (!std::isfinite(before.rms[j]) || spread <= 0.0) continue;
+    const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(j));
+    list.push_back({signal_name(*problem.experiment, j * kQuantities), get_joint_unit(joint, "rad"), before.rms[j], after.rms[j], spread});
   }
   return list;
 }
@@ -106,7 +136,18 @@ void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdic
   }
   before = std::sqrt(before / std::max(1.0, n)), after = std::sqrt(after / std::max(1.0, n));
   fit.train_before = fit.validate_before = before, fit.train_after = fit.validate_after = after;
-  evidence->method += "; errors are shares of each effort's spread";
+  evidence->method += "; errors are shares of each effort's spread; positions by simulation from the recorded efforts over " +
+                      number(kWindow, 2) + " s";
+  evidence->horizon = kWindow;
+  for (const SignalFit& s : list_windows(problem, outcome)) fit.signals.push_back(s);
+}
+
+// Of the finding that an effect of the model stands for.
+std::string find_grade(const Evidence& evidence, const std::string& effect, const Where& where) {
+  for (const Finding& f : evidence.findings) {
+    if (f.effect == effect && f.where == where) return get_grade_name(f.grade);
+  }
+  return "not named: it helps to predict";
 }
 
 Reports make_torque_reports(const Problem& problem, const Outcome& outcome, TorqueVerdict torque) {
@@ -119,10 +160,13 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
   reports.report = make_report(evidence);
   reports.report["mismatch"] = mismatch;
   reports.report["model"] = Json::array();
-  for (const Effect& effect : outcome.chosen.hypothesis)
+  for (const Effect& effect : outcome.chosen.hypothesis) {
+    const Where where = make_where(*problem.experiment, effect);
     reports.report["model"].push_back({{"effect", get_effect(effect.id).name},
-                                       {"where", make_where(*problem.experiment, effect)},
-                                       {"parameters", make_parameters(effect, {}, false)}});
+                                       {"where", where},
+                                       {"parameters", make_parameters(*problem.experiment, effect, {}, false)},
+                                       {"grade", find_grade(evidence, get_effect(effect.id).name, where)}});
+  }
   reports.series["summary"] = evidence.summary;
   reports.series["prediction"] = reports.report["prediction"];
   return reports;

@@ -66,12 +66,17 @@ Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& who
 // [m] from a link's frame: its children's joints and its own centre of mass, doubled, and a hand's width.
 double find_reach(const TorqueData& data, const Term& term) {
   const TreeSpec& tree = data.experiment->robot.tree;
-  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt) return 0.0;
+  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt || term.kind == TermKind::kBusDelay) return 0.0;
   double reach = tree.links[static_cast<size_t>(term.place)].inertia.p_LLcm_L.norm();
   for (const LinkSpec& link : tree.links) {
     if (link.parent == term.place) reach = std::max(reach, link.joint.X_PF.p.norm());
   }
   return 0.1 + 2.0 * reach;
+}
+
+// Of several shapes one is tried.
+bool is_scanned(TermKind kind) {
+  return kind == TermKind::kStribeck || kind == TermKind::kCogging || kind == TermKind::kCommandDelay;
 }
 
 struct Subset {
@@ -136,19 +141,19 @@ class SubsetSearch {
     return (k - 1.0) * (other_k - 1.0) > 0.0 && std::abs(k - other_k) < kBracket * std::abs(middle - 1.0);
   }
 
-  // One Stribeck velocity and one period of ripple, those that help most beside the usual terms.
+  // One Stribeck velocity, one period of ripple, one delay: those that help most beside the usual terms.
   Terms list_pool() const {
     Terms pool, base;
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
       const TermKind kind = joint_.terms[t].kind;
-      if (kind == TermKind::kStribeck || kind == TermKind::kCogging || kind == TermKind::kGainOfModel) continue;
+      if (is_scanned(kind) || kind == TermKind::kGainOfModel) continue;
       if (kind == TermKind::kGain && !joint_.loaded) continue;
       pool.push_back(t);
       if (kind == TermKind::kViscous || kind == TermKind::kDry || kind == TermKind::kRotor ||
           kind == TermKind::kConstant)
         base.push_back(t);
     }
-    for (TermKind kind : {TermKind::kStribeck, TermKind::kCogging}) {
+    for (TermKind kind : {TermKind::kStribeck, TermKind::kCogging, TermKind::kCommandDelay}) {
       double best = 1e300;
       size_t chosen = joint_.terms.size();
       for (size_t t = 0; t < joint_.terms.size(); ++t) {
@@ -198,6 +203,7 @@ class Chooser {
     Choice choice = choose_own({}, Eigen::VectorXd::Zero(whole_width()));
     while (choice.model.whole.size() < kMostWhole && add_whole(&choice)) {
     }
+    merge_into_loads(&choice);
     return choice;
   }
 
@@ -205,6 +211,33 @@ class Chooser {
   long whole_width() const {
     return std::accumulate(design_.whole.begin(), design_.whole.end(), 0L,
                            [](long sum, const Term& term) { return sum + term.columns; });
+  }
+
+  // A wrong mass and a centre of mass elsewhere, of one link, are one load: it has the same four parameters.
+  void merge_into_loads(Choice* choice) const {
+    for (size_t load = 0; load < design_.whole.size(); ++load) {
+      if (design_.whole[load].kind != TermKind::kPayload) continue;
+      Terms rest;
+      for (size_t term : choice->model.whole) {
+        const TermKind kind = design_.whole[term].kind;
+        const bool of_link = kind == TermKind::kMassError || kind == TermKind::kComError;
+        if (!of_link || design_.whole[term].place != design_.whole[load].place) rest.push_back(term);
+      }
+      if (rest.size() + 2 != choice->model.whole.size()) continue;
+      rest.push_back(load);
+      const Choice with = choose_beside(rest);
+      if (with.fit.evidence > choice->fit.evidence && is_whole_choice_physical(with)) *choice = with;
+    }
+  }
+
+  // The joints' best subsets beside terms of the whole robot, whose parameters come from a fit of both.
+  Choice choose_beside(const Terms& whole) const {
+    TorqueModel model;
+    model.own = list_usual();
+    model.whole = whole;
+    const Choice with = choose_own(whole, spread_whole(model, fit_torque(design_, model)));
+    // Once more, with parameters that the chosen subsets leave.
+    return choose_own(whole, spread_whole(with.model, with.fit));
   }
 
   // The joints' best subsets beside given terms of the whole robot, whose columns have the parameters `theta`.
@@ -253,9 +286,13 @@ class Chooser {
       gains[term] = {there ? -1e300 : fit_torque(design_, with).evidence - base, term};
     });
     std::sort(gains.rbegin(), gains.rend());
+    // Beside a rotor at every joint a delay of all of them shows little, but it saves a delay at each.
     std::vector<size_t> ranked;
-    for (size_t i = 0; i < std::min(kTried, gains.size()); ++i) {
-      if (gains[i].first > 0.0) ranked.push_back(gains[i].second);
+    bool delay = std::any_of(have.begin(), have.end(), [&](size_t t) { return design_.whole[t].kind == TermKind::kBusDelay; });
+    for (size_t i = 0; i < gains.size(); ++i) {
+      const bool of_bus = design_.whole[gains[i].second].kind == TermKind::kBusDelay;
+      if (of_bus ? !delay : i < kTried && gains[i].first > 0.0) ranked.push_back(gains[i].second);
+      delay = delay || of_bus;
     }
     return ranked;
   }
@@ -280,19 +317,21 @@ class Chooser {
     return true;
   }
 
+  // One delay in the place of one at each joint adds nothing: it makes the model smaller.
+  double get_margin(size_t whole_term) const {
+    return design_.whole[whole_term].kind == TermKind::kBusDelay ? 0.0 : kWholeGain;
+  }
+
   bool add_whole(Choice* choice) const {
     Choice best;
-    best.fit.evidence = choice->fit.evidence + kWholeGain;
+    double most = 0.0;
     bool found = false;
     for (size_t term : rank_whole(choice->model.whole)) {
-      TorqueModel model;
-      model.own = list_usual();
-      model.whole = choice->model.whole;
-      model.whole.push_back(term);
-      Choice with = choose_own(model.whole, spread_whole(model, fit_torque(design_, model)));
-      // Once more, with parameters that the chosen subsets leave.
-      with = choose_own(with.model.whole, spread_whole(with.model, with.fit));
-      if (with.fit.evidence > best.fit.evidence && is_whole_choice_physical(with)) best = with, found = true;
+      Terms whole = choice->model.whole;
+      whole.push_back(term);
+      const Choice with = choose_beside(whole);
+      const double gain = with.fit.evidence - choice->fit.evidence - get_margin(term);
+      if (gain > most && is_whole_choice_physical(with)) best = with, most = gain, found = true;
     }
     if (found) *choice = best;
     return found;
@@ -304,10 +343,11 @@ class Chooser {
 
 }  // namespace
 
+constexpr double kLongest = 0.1;  // [s] of a drive's lag
+
 bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, const Eigen::VectorXd& theta) {
   constexpr double kMostLoss = 0.6;        // of the load: no transmission loses so much
   constexpr double kLeastGain = 0.5, kMostGain = 2.0;
-  constexpr double kLongest = 0.1;         // [s] of a drive's lag
   const JointDesign& joint = design.joints[at];
   const auto get = [&](TermKind kind) { return get_parameter(joint, terms, theta, kind); };
   for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kRotor, TermKind::kStribeck,
@@ -322,6 +362,7 @@ bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, cons
 bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& p) {
   constexpr double kLeastScale = 0.3, kMostScale = 3.0, kMostAngle = 0.3;  // [rad]
   const double reach = find_reach(*design.data, term);
+  if (term.kind == TermKind::kBusDelay) return p[0] > 0.0 && p[0] < kLongest;
   if (term.kind == TermKind::kPayload) return p[0] > 0.0 && p.tail<3>().norm() < reach * p[0];
   if (term.kind == TermKind::kComError) return p.norm() < reach;
   if (term.kind == TermKind::kMassError) return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/evidence/torque_grade.h"
@@ -71,6 +72,10 @@ class Judge {
     std::set<int> with_drives;
     for (const GradedTerm& g : graded_) {
       if (g.helps_held && g.gain > 0.0) add_to_model(g, &out->model);
+      if (g.named && g.term.kind == TermKind::kBusDelay) {
+        add_bus_delay(g, out);
+        continue;
+      }
       if (!g.named) {
         out->evidence.not_identifiable.push_back(make_detail(e_, g));
         continue;
@@ -110,7 +115,29 @@ class Judge {
       if (other.term.kind == TermKind::kConstant && other.place.joint == g.place.joint && other.helps_held) constant = &other;
     }
     const Effect effect = make_effect(g, excess, constant);
-    if (effect.id != EffectId::kNamed) model->push_back(effect);
+    if (effect.id == EffectId::kNamed) return;
+    if (g.term.kind != TermKind::kBusDelay) model->push_back(effect);
+    else for (int joint : list_servo_joints()) model->push_back({effect.id, joint, effect.p});
+  }
+
+  std::vector<int> list_servo_joints() const {
+    std::vector<int> list;
+    for (const JointDesign& joint : design_.joints) {
+      if (design_.data->source[static_cast<size_t>(joint.joint)] == EffortSource::kServoLaw) list.push_back(joint.joint);
+    }
+    return list;
+  }
+
+  // One finding for each joint, with what the delay does there.
+  void add_bus_delay(const GradedTerm& g, TorqueVerdict* out) const {
+    const std::vector<int> servo = list_servo_joints();
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      if (std::find(servo.begin(), servo.end(), design_.joints[i].joint) == servo.end()) continue;
+      GradedTerm own = g;
+      own.term.place = design_.joints[i].joint;
+      own.share = g.joint_share[i], own.weight = g.joint_weight[i];
+      out->evidence.findings.push_back(make_finding(e_, own, nullptr));
+    }
   }
 
   // Missing torque of a joint that the model leaves, by recording; samples in use.
@@ -186,7 +213,7 @@ class Judge {
       std::vector<Observed> held = observe(i, !design_.has_held, &test);
       Remaining r;
       r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
-      r.unit = "N m";
+      r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
       r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(fit_.held[i]);
       if (r.after > kNothing * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
@@ -202,7 +229,7 @@ class Judge {
       reachable += r.before * r.before * scale * std::max(own, free);
       if (own < kLaw * free) doubt_law(r.where, out);
       if (r.before < kSmall * joint.spread && std::max(own, free) < kFollows) ++out->exact;
-      out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), "N m", r.before, r.after, joint.spread});
+      out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), r.unit, r.before, r.after, joint.spread});
       out->evidence.remaining.push_back(std::move(r));
     }
     out->evidence.explained = before > 0.0 ? std::max(0.0, 1.0 - after / before) : 0.0;

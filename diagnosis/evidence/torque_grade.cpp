@@ -17,6 +17,7 @@ constexpr double kEven = 3.0;             // [nats] within which another term do
 constexpr double kNamedGain = 3.0;        // [nats] that a supported term must add
 constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, even if its share is small
 constexpr double kLeastShare = 0.001;     // but not none
+constexpr double kExpected = 6.0;         // [nats] the same for what every drive has: viscous and dry friction, a rotor
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
 
 bool is_same_family(const Term& a, const Term& b) { return get_family(a.kind) == get_family(b.kind); }
@@ -63,7 +64,17 @@ class Grader {
     g.parameters = fit_.theta.segment(slot, g.term.columns);
     g.std = fit_.covariance.diagonal().segment(slot, g.term.columns).cwiseMax(0.0).cwiseSqrt();
     g.std[0] = std::hypot(g.std[0], between);
+    if (g.term.kind == TermKind::kGain) g.std[0] = std::hypot(g.std[0], find_bracket(g));
     graded_.push_back(g);
+  }
+
+  // Half the distance of a gain's two bounds, by the effort and by the model's torque: the truth is between them.
+  double find_bracket(const GradedTerm& g) const {
+    const size_t i = static_cast<size_t>(g.place.joint);
+    TorqueModel other = choice_.model;
+    ++other.own[i][g.place.at];  // its column by the model's torque stands behind it in the list of terms
+    const double by_model = fit_torque(design_, other).theta[slots_.own[i][g.place.at]];
+    return 0.5 * std::abs(1.0 - g.parameters[0] - 1.0 / std::max(1e-3, 1.0 + by_model));
   }
 
   // Over all subsets, members of a family exclude each other nearly always: their probabilities add up.
@@ -203,6 +214,7 @@ class Grader {
         } else if (g.place.joint < 0) {
           const double own = value[choice_.model.own[i].size() + g.place.at];
           g.weight += own * scale[i] / whole;
+          g.joint_share.push_back(own / nominal), g.joint_weight.push_back(own * scale[i] / whole);
           g.share = std::max(g.share, own / nominal);  // of the joint that it says most of
         }
       }
@@ -259,7 +271,7 @@ class Grader {
 
   // Whether a link moves with a joint, so that what is wrong with it shows there.
   bool is_beyond(const Term& other, size_t i) const {
-    if (other.kind == TermKind::kOffset || other.kind == TermKind::kTilt) return true;
+    if (other.kind == TermKind::kOffset || other.kind == TermKind::kTilt || other.kind == TermKind::kBusDelay) return true;
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {
       if (tree.links[static_cast<size_t>(link)].joint.name == tree.joint(design_.joints[i].joint).name) return true;
@@ -271,7 +283,9 @@ class Grader {
     const std::vector<size_t>& have = choice_.model.own[i];
     for (size_t term = 0; term < design_.joints[i].terms.size(); ++term) {
       const Term& other = design_.joints[i].terms[term];
-      if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind) continue;
+      if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind ||
+          find_effect_id(other.kind) == find_effect_id(g->term.kind))
+        continue;
       // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
       const bool of_drive = g->place.joint >= 0;
       if (other.kind == TermKind::kGainOfModel && of_drive) continue;
@@ -306,10 +320,19 @@ class Grader {
       TorqueModel model = rest;
       model.whole.push_back(term);
       const TorqueFit fit = fit_torque(design_, model);
-      if (!fills(*g, fit, alone)) continue;
+      if (!fills(*g, fit, alone) || is_needed_beside(*g, term, fit)) continue;
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns);
       if (is_whole_physical(design_, other, p)) g->rivals.push_back({other, p});
     }
+  }
+
+  // A term of the whole robot helps at other joints, too, which says nothing of this one: the joint's own term is
+  // needed if it still adds beside the other. `without`: the fit of the other alone.
+  bool is_needed_beside(const GradedTerm& g, size_t whole_term, const TorqueFit& without) const {
+    if (g.place.joint < 0) return false;
+    TorqueModel both = choice_.model;
+    both.whole.push_back(whole_term);
+    return fit_torque(design_, both).evidence - without.evidence > kNamedGain;
   }
 
   // Whether a term of the whole robot fills the gap in the joint's own row: cheap, and most do not.
@@ -339,12 +362,16 @@ class Grader {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
     const bool clear = g->parameters.norm() > kDeviations * g->std.norm();
-    const bool overwhelming = g->gain > kOverwhelming && g->share > kLeastShare;
+    const double enough = get_cost(g->term.kind) < 1.0 ? kExpected : kOverwhelming;
+    const bool overwhelming = g->gain > enough && g->share > kLeastShare;
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
-    g->named = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
+    const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
+    // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
+    const bool usual = get_cost(g->term.kind) < 1.0 && clear && g->gain > kNamedGain;
+    g->named = holds || usual;
     const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;
     const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);
-    g->grade = sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
+    g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }
 
   // The effort was recorded; else it follows from gains that somebody stated, and a wrong gain is theirs or the drive's.

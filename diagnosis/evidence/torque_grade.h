@@ -28,6 +28,7 @@ struct GradedTerm {
   double gain = 0.0;    // [nats] that the model loses without it
   double share = 0.0;   // of its joint's held-out mismatch (Shapley), of the whole robot's: of all joints' together
   double weight = 0.0;  // of the whole mismatch
+  std::vector<double> joint_share, joint_weight;  // of the whole robot's: the same by joint of the design
   double agreement = 0.0;  // share of stretches that give its first parameter the same sign
   bool helps_held = true;  // held-out recordings together are predicted worse without it
   std::vector<Rival> rivals;

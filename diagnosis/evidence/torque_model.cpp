@@ -158,6 +158,7 @@ double get_cost(TermKind kind) {
       return 2.0;
     case TermKind::kMassError:
     case TermKind::kOffset:
+    case TermKind::kBusDelay:
       return 4.0;
     case TermKind::kTilt:
       return 5.0;

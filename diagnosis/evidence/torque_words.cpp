@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -32,7 +33,7 @@ Where make_place(const Experiment& e, const Term& term) {
   return {{is_of_link(term) ? "link" : "joint", get_place_name(e, term)}};
 }
 
-Estimate scalar(const char* name, const char* unit, double value, double std) {
+Estimate scalar(const char* name, const std::string& unit, double value, double std) {
   return {name, unit, {value}, {std}, false};
 }
 
@@ -40,8 +41,8 @@ Estimate vector(const char* name, const char* unit, const Eigen::VectorXd& value
   return {name, unit, {value.data(), value.data() + value.size()}, {std.data(), std.data() + std.size()}, true};
 }
 
-// Parameters of the report from coefficients p with deviations s.
-std::vector<Estimate> make_parameters(const Term& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
+// Parameters of the report from coefficients p with deviations s, at a joint that turns.
+std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
   switch (term.kind) {
     case TermKind::kViscous: return {scalar("coefficient", "N m s/rad", p[0], s[0])};
     case TermKind::kDry: return {scalar("level", "N m", p[0], s[0])};
@@ -58,7 +59,7 @@ std::vector<Estimate> make_parameters(const Term& term, const Eigen::VectorXd& p
               scalar("rest", "rad", rest, std::hypot(s[1], rest * s[0]) / std::max(1e-12, std::abs(p[0])))};
     }
     case TermKind::kLag: return {scalar("time_constant", "s", p[0], s[0])};
-    case TermKind::kCommandDelay: return {scalar("delay", "s", p[0], s[0])};
+    case TermKind::kCommandDelay: case TermKind::kBusDelay: return {scalar("delay", "s", p[0], s[0])};
     case TermKind::kCogging:
       return {scalar("amplitude", "N m", p.norm(), s[0]), scalar("periods", "1/rad", term.shape, 0.1 * term.shape),
               scalar("phase", "rad", std::atan2(p[1], p[0]), s[0] / std::max(1e-12, p.norm()))};
@@ -71,6 +72,14 @@ std::vector<Estimate> make_parameters(const Term& term, const Eigen::VectorXd& p
     case TermKind::kTilt: return {scalar("roll", "rad", p[0], s[0]), scalar("pitch", "rad", p[1], s[1])};
   }
   return {};
+}
+
+std::vector<Estimate> make_parameters(const Experiment& e, const Term& term, const Eigen::VectorXd& p,
+                                      const Eigen::VectorXd& s) {
+  std::vector<Estimate> list = list_estimates(term, p, s);
+  if (is_of_link(term)) return list;
+  for (Estimate& estimate : list) estimate.unit = get_joint_unit(e.robot.tree.joint(term.place), estimate.unit);
+  return list;
 }
 
 std::string describe(const std::vector<Estimate>& parameters) {
@@ -97,6 +106,7 @@ const char* get_phrase(TermKind kind) {
     case TermKind::kSpring: return "a spring across the joint";
     case TermKind::kLag: return "a drive that lags";
     case TermKind::kCommandDelay: return "commands that arrive late";
+    case TermKind::kBusDelay: return "commands that arrive late, at all joints alike";
     case TermKind::kCogging: return "torque that ripples with position";
     case TermKind::kPayload: return "a load";
     case TermKind::kMassError: return "a wrong mass";
@@ -112,7 +122,7 @@ const char* get_motion(TermKind kind) {
   switch (kind) {
     case TermKind::kDry: case TermKind::kLoadDry: case TermKind::kStribeck: case TermKind::kViscous:
       return "constant speeds, slow and fast, in both directions, in postures of different load";
-    case TermKind::kRotor: case TermKind::kLag: case TermKind::kCommandDelay:
+    case TermKind::kRotor: case TermKind::kLag: case TermKind::kCommandDelay: case TermKind::kBusDelay:
       return "short, fast reversals of this joint alone";
     case TermKind::kConstant: case TermKind::kSpring: case TermKind::kOffset: case TermKind::kCogging:
       return "slow sweeps of the joint over its whole range, in postures of different load";
@@ -139,11 +149,12 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   f.effect = excess ? get_effect_name(TermKind::kStribeck) : get_effect_name(g.term.kind);
   f.family = get_family_name(get_family(g.term.kind));
   f.where = make_place(e, g.term);
-  f.parameters = make_parameters(g.term, g.parameters, g.std);
+  f.parameters = make_parameters(e, g.term, g.parameters, g.std);
   if (excess) {
-    f.parameters = {scalar("coulomb", "N m", g.parameters[0], g.std[0]),
-                    scalar("static", "N m", g.parameters[0] + excess->parameters[0], std::hypot(g.std[0], excess->std[0])),
-                    scalar("stribeck_velocity", "rad/s", excess->term.shape, 0.5 * excess->term.shape)};
+    const auto unit = [&](const char* turning) { return get_joint_unit(e.robot.tree.joint(g.term.place), turning); };
+    f.parameters = {scalar("coulomb", unit("N m"), g.parameters[0], g.std[0]),
+                    scalar("static", unit("N m"), g.parameters[0] + excess->parameters[0], std::hypot(g.std[0], excess->std[0])),
+                    scalar("stribeck_velocity", unit("rad/s"), excess->term.shape, 0.5 * excess->term.shape)};
   }
   f.grade = g.grade;
   f.probability = std::min(0.99, g.probability);
@@ -153,7 +164,7 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
     if (f.alternatives.size() == kMostAlternatives) break;
     const Eigen::VectorXd std = 0.5 * r.parameters.cwiseAbs();
     f.alternatives.push_back({get_effect_name(r.term.kind), get_family_name(get_family(r.term.kind)), make_place(e, r.term),
-                              make_parameters(r.term, r.parameters, std), get_motion(g.term.kind)});
+                              make_parameters(e, r.term, r.parameters, std), get_motion(g.term.kind)});
   }
   f.statement = make_statement(e, g, f, get_phrase(excess ? TermKind::kStribeck : g.term.kind));
   return f;
@@ -174,7 +185,7 @@ Effect make_effect(const GradedTerm& g, const GradedTerm* excess, const GradedTe
     case TermKind::kGain: return make(EffectId::kTorqueConstant, {1.0 - p[0]});
     case TermKind::kSpring: return make(EffectId::kSpring, {p[0], p[0] != 0.0 ? -p[1] / p[0] : 0.0});
     case TermKind::kLag: return make(EffectId::kLag, {p[0]});
-    case TermKind::kCommandDelay: return make(EffectId::kDelay, {p[0]});
+    case TermKind::kCommandDelay: case TermKind::kBusDelay: return make(EffectId::kDelay, {p[0]});
     case TermKind::kCogging: return make(EffectId::kCogging, {p.norm(), g.term.shape, std::atan2(p[1], p[0])});
     case TermKind::kPayload: return make(EffectId::kPayload, {p[0], p[1] / p[0], p[2] / p[0], p[3] / p[0], 0.0});
     case TermKind::kMassError: return make(EffectId::kMassError, {1.0 + p[0]});
@@ -197,8 +208,8 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
 }
 
 std::string make_remaining_words(const Experiment& e, int joint, const Remaining& r, const std::string& follows) {
-  return e.robot.tree.joint(joint).name + ": of " + number(r.before, 3) + " N m missing torque (root mean square), " +
-         number(r.after, 3) + " N m remain" + (follows.empty() ? "." : ", which follow " + follows + ".");
+  return e.robot.tree.joint(joint).name + ": of " + number(r.before, 3) + " " + r.unit + " missing torque (root mean square), " +
+         number(r.after, 3) + " " + r.unit + " remain" + (follows.empty() ? "." : ", which follow " + follows + ".");
 }
 
 std::string make_summary(const Experiment&, const Evidence& evidence) {

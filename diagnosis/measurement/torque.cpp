@@ -103,6 +103,27 @@ constexpr double kStillDeviations = 8.0;  // of position noise, within which an 
 
 using Flags = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
+// While a joint sticks, its friction is whatever the drive gives: no term says which. The filter carries that into the
+// samples around. A joint that only turns around is slow for a shorter time than the filter sees.
+constexpr double kSticks = 0.1;   // periods of the cutoff below the slow speed, from which on a joint sticks
+constexpr double kReach = 0.5;    // periods of the cutoff that the filter carries it
+
+// Where the direction of motion is known: faster than `slow`, and out of the filter's reach of where the joint sticks.
+Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cutoff) {
+  const long rows = v.size(), least = std::lround(kSticks / cutoff / step), reach = std::lround(kReach / cutoff / step);
+  Flags moving = v.array().abs() > slow;
+  const Flags fast = moving;
+  for (long begin = 0; begin < rows; ++begin) {
+    if (fast[begin]) continue;
+    long end = begin;
+    while (end < rows && !fast[end]) ++end;
+    const long from = std::max(0L, begin - reach), to = std::min(rows, end + reach);
+    if (end - begin >= least) moving.segment(from, to - from).setConstant(false);
+    begin = end;
+  }
+  return moving;
+}
+
 // Where every encoder stays within its noise for kFrozenTime from here on. `raw`: positions on the grid, not smoothed.
 Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, double step) {
   const long rows = raw.rows(), window = std::min(rows - 1, std::lround(kFrozenTime / step));
@@ -302,12 +323,12 @@ class Maker {
     for (long j = 0; j < n; ++j) {
       const JointSpec& spec = e_.robot.tree.joint(static_cast<int>(j));
       const Eigen::VectorXd direction = data_.calc_direction(*r, static_cast<int>(j));
+      const Flags moving = find_moving(r->v.col(j), data_.slow[static_cast<size_t>(j)], r->step, data_.cutoff);
       for (long k = 0; k < kept; ++k) {
         const long row = r->full_row(k);
         r->missing(k, j) = r->effort(row, j) - r->tau(row, j) - spec.viscous_friction * r->v(row, j) -
                            spec.coulomb_friction * direction[k];
-        r->use(k, j) = data_.is_judged(static_cast<int>(j)) && !frozen[row] &&
-                       std::abs(r->v(row, j)) > data_.slow[static_cast<size_t>(j)];
+        r->use(k, j) = data_.is_judged(static_cast<int>(j)) && !frozen[row] && moving[row];
       }
     }
   }

@@ -4,11 +4,13 @@
 // Of one joint, in its own row; s is the smooth sign of its velocity:
 //   viscous b v; dry c s; growing with load mu |tau| s; Stribeck (f_s - f_c) exp(-(v / v_s)^2) s; rotor J a;
 //   true torque k times the effort: (1 - k) y, or (1/k - 1) tau; constant; spring k (q - rest); lag or delay T dy/dt;
-//   late commands T (kp r' + kd r''); cogging A sin(p q + phase).
+//   late commands T (c(t) - c(t - T0)) / T0 with c = kp r + kd r', for several T0, of which the one nearest to T fits
+//   best; cogging A sin(p q + phase).
 // The factor k by either column: errors of tau (accelerations) draw the second one down, physics that is left out draws
 // the first one up; the truth is between the two (errors in variables, Frisch's bounds).
 // Of the whole robot, in every row: mass, centre of mass and load of a link (regressor of inverse dynamics), a constant
-// force (-J^T F), an encoder's zero (-d tau / d q_j), the base turned against gravity (d tau / d roll, pitch).
+// force (-J^T F), an encoder's zero (-d tau / d q_j), the base turned against gravity (d tau / d roll, pitch), and
+// commands that are late at all joints alike: the column above in every row, as on one bus.
 #pragma once
 
 #include <optional>
@@ -20,13 +22,13 @@ namespace hrp::diagnosis {
 
 enum class TermKind {
   kViscous, kDry, kLoadDry, kStribeck, kRotor, kGain, kGainOfModel, kConstant, kSpring, kLag, kCommandDelay, kCogging,
-  kPayload, kMassError, kComError, kForce, kOffset, kTilt
+  kPayload, kMassError, kComError, kForce, kOffset, kTilt, kBusDelay
 };
 
 struct Term {
   TermKind kind;
   int place = 0;       // joint, or link
-  double shape = 0.0;  // Stribeck velocity [rad/s], cogging [1/rad]
+  double shape = 0.0;  // Stribeck velocity [rad/s], cogging [1/rad], delay T0 [s]
   int columns = 1;
   bool whole = false;  // rows of every joint, else of `place` alone
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "common/effects/units.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/subtrees.h"
@@ -105,6 +106,11 @@ Json make_mismatch(const Problem& problem, const Outcome& outcome) {
 
 constexpr double kUnseen = 10.0;  // half an interval over its value: then the value says nothing
 
+std::string get_place_unit(const Experiment& e, const Effect& effect, const EffectParameter& info) {
+  if (find_place_kind(effect.id) != PlaceKind::kJoint) return info.unit;
+  return get_joint_unit(e.robot.tree.joint(effect.place), info.unit);
+}
+
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,
                            const std::vector<double>& std) {
   const Experiment& e = *problem.experiment;
@@ -118,7 +124,7 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
       continue;
     }
     text += " " + number(effect.p[i]) + " +- " + number(2.0 * std[i], 2) +
-            (infos[i].unit == "1" ? "" : " " + infos[i].unit);
+            (infos[i].unit == "1" ? "" : " " + get_place_unit(e, effect, infos[i]));
   }
   text += ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
           " times the noise.";
@@ -153,7 +159,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
     list.push_back(
         {{"effect", get_effect(effect.id).name},
          {"where", make_where(*problem.experiment, effect)},
-         {"parameters", make_parameters(effect, std, true)},
+         {"parameters", make_parameters(*problem.experiment, effect, std, true)},
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
          {"statement", make_statement(problem, outcome, effect, std) + make_worth(outcome, i)}});
   }
@@ -243,7 +249,7 @@ Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
 
 }  // namespace
 
-Json make_parameters(const Effect& effect, const std::vector<double>& std, bool with_intervals) {
+Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std, bool with_intervals) {
   const std::vector<EffectParameter>& infos = list_infos(effect.id);
   Json parameters = Json::object();
   std::map<std::string, std::vector<size_t>> vectors;
@@ -259,7 +265,7 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std, bool 
       parameters[name] = {{"value", round_to(value, 8)},
                           {"std", round_to(s, 4)},
                           {"ci95", {round_to(value - 1.96 * s, 8), round_to(value + 1.96 * s, 8)}},
-                          {"unit", infos[i].unit}};
+                          {"unit", get_place_unit(e, effect, infos[i])}};
   }
   for (const auto& item : vectors) {
     Json value = Json::array(), spread = Json::array(), interval = Json::array();

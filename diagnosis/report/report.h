@@ -31,6 +31,6 @@ Reports make_empty_reports(const Problem& problem, const std::string& reason);
 void write_reports(const Experiment& experiment, const std::string& folder, Reports reports);
 
 // Parameters of one effect as the schema has them: vectors gathered under one name, nuisances left out.
-Json make_parameters(const Effect& effect, const std::vector<double>& std, bool with_intervals);
+Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std, bool with_intervals);
 
 }  // namespace hrp::diagnosis

@@ -75,19 +75,46 @@ std::string make_effect_line(const nlohmann::json& finding) {
          "\n";
 }
 
-// Every finding that the simulator has a law for; the others as comments that say why not.
-std::string make_effects(const std::string& scenario, const std::string& before, const nlohmann::json& findings,
+bool is_listed(const nlohmann::json& list, const nlohmann::json& finding) {
+  return std::any_of(list.begin(), list.end(), [&](const nlohmann::json& other) {
+    return other.at("effect") == finding.at("effect") && other.at("where") == finding.at("where");
+  });
+}
+
+// The best model that was found, whatever its effects are called; else the findings.
+nlohmann::json list_effects(const nlohmann::json& report) {
+  const nlohmann::json& findings = report.at("findings");
+  if (!report.contains("model") || report.at("model").empty()) return findings;
+  nlohmann::json list = report.at("model");
+  for (const nlohmann::json& finding : findings) {
+    if (!is_listed(list, finding)) list.push_back(finding);
+  }
+  return list;
+}
+
+std::string make_note(const nlohmann::json& effect, const std::string& why) {
+  std::string place = effect.at("where").empty() ? "the world" : effect.at("where").begin()->get<std::string>();
+  return "# not simulated: " + effect.at("effect").get<std::string>() + " at " + place + ": " + why + "; see report.json\n";
+}
+
+// Every effect that the simulator has a law for, with its grade; the others as comments that say why not.
+std::string make_effects(const std::string& scenario, const std::string& before, const nlohmann::json& list,
                          const std::string& path) {
   std::string effects = before, notes;
-  for (const nlohmann::json& finding : findings) {
-    const std::string line = make_effect_line(finding);
+  for (const nlohmann::json& effect : list) {
+    if (!find_effect(effect.at("effect").get<std::string>())) {
+      notes += make_note(effect, "the simulator has no such law");
+      continue;
+    }
+    const std::string line = make_effect_line(effect);
     try {
       parse_scenario(scenario + "effects:\n" + line, path);
-      effects += line;
+      const std::string grade = effect.value("grade", "");
+      effects += line.substr(0, line.size() - 1) + (grade.empty() ? "" : "  # " + grade) + "\n";
     } catch (const InputError& error) {
       std::string why = error.what();
       std::replace(why.begin(), why.end(), '\n', ' ');
-      notes += "# not simulated: " + finding.at("effect").get<std::string>() + " (" + why + "); see report.json\n";
+      notes += make_note(effect, why);
     }
   }
   return (effects.empty() ? "" : "effects:\n" + effects) + notes;
@@ -156,7 +183,7 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) text += "contact: {margin: 0.001}\n";
   write_text(folder / "nominal.yaml", text + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
   const fs::path path = folder / "scenario.yaml";
-  text += make_effects(text, parts.effects, report.at("findings"), path.string());
+  text += make_effects(text, parts.effects, list_effects(report), path.string());
   write_text(path, text);
   return text;
 }

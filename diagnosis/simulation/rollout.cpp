@@ -45,6 +45,7 @@ class Rollout {
            std::vector<LinkMotion>* links) {
     const size_t rows = recording_.size();
     links_ = links;
+    free_running_ = options.free_running;
     if (links) prepare_links(rows);
     begin(smooth_.start);
     if (start) correct(*start);
@@ -229,7 +230,7 @@ class Rollout {
     K_[m] *= slope.over_effort, D_[m] = D_[m] * slope.over_effort - std::min(0.0, slope.over_v);
     f_[m] += u + calc_friction(j, Q[m], V[m], &D_[m]);
     if (law.has_friction()) f_[m] += calc_dry_friction(j, h, V[m], u, B[j], &D_[m]);
-    if (free_[j]) follow(j, t, Q[m] + law.joint_offset, V[m]);
+    if (free_[j] && !free_running_) follow(j, t, Q[m] + law.joint_offset, V[m]);
     if (law.cogging_amplitude != 0.0) K_[m] -= calc_cogging_slope(law, Q[m]);
     if (law.spring_stiffness != 0.0) {
       f_[j] -= law.spring_stiffness * (Q[j] - law.spring_rest);
@@ -456,6 +457,7 @@ class Rollout {
   int n_, N_ = 0;
   std::vector<LinkMotion>* links_ = nullptr;
   size_t near_ = 0;
+  bool free_running_ = false;
   std::vector<double> follow_k_, follow_d_;
   std::vector<char> free_;    // the drive does not hold the joint now
   std::vector<char> within_;  // the servo is back within its limit at the end of this step

@@ -29,6 +29,7 @@ using Work = std::atomic<long>;
 struct RolloutOptions {
   double max_step = 0.0005;    // [s]
   double until = 0.0;          // [s] stop after this long; 0: at the recording's end
+  bool free_running = false;   // nothing draws a joint to its recorded motion: for short windows
   std::shared_ptr<Work> work;  // to which a rollout adds its own, where there is one
 };
 

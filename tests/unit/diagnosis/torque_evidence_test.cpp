@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/search/problem.h"
+#include "diagnosis/simulation/windows.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -101,6 +103,53 @@ TEST(TorqueEvidence, LateCommandsShowInTheServosOwnLawBesideFriction) {
   EXPECT_EQ(find(verdict, "command_delay", "shoulder"), nullptr);
   // A millisecond: a fifth of the recording's sample time, which the parabola through the scan resolves.
   EXPECT_NEAR(f->parameters[0].value[0], 0.012, 1e-3);
+}
+
+// Without efforts a delay T looks much like viscous friction kp T and a rotor kd T. What differs shows where the drive
+// turns around, unless the joint sticks there: such stretches are left out.
+TEST(TorqueEvidence, LateCommandsOfPositionLogsAreNoViscousFrictionAndNoRotor) {
+  Hypothesis hidden{{EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}}, {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}};
+  for (int joint : {kShoulder, kElbow}) hidden.push_back({EffectId::kDelay, joint, {0.012}});
+  Experiment e = make_simulated_experiment("torque_bus", kArm, kJoints, hidden);
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) joint.signal[2].clear();
+  }
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  for (const std::string& joint : kJoints) {
+    const Finding* f = find(verdict, "command_delay", joint);
+    ASSERT_NE(f, nullptr) << joint;
+    EXPECT_NEAR(f->parameters[0].value[0], 0.012, 1e-3) << f->statement;  // a fifth of the sample time
+    EXPECT_EQ(find(verdict, "viscous_friction", joint), nullptr);
+    EXPECT_EQ(find(verdict, "rotor_inertia", joint), nullptr);
+  }
+}
+
+TEST(TorqueEvidence, FrictionOfASlideHasUnitsOfForces) {
+  const std::string urdf = R"(<robot name="cart"><link name="base"/>
+    <link name="cart"><inertial><mass value="5"/>
+      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
+    <joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>
+      <limit lower="-3" upper="3" effort="500" velocity="10"/></joint></robot>)";
+  const Experiment e = make_simulated_experiment("torque_slide", urdf, {"slide"}, {{EffectId::kViscous, 0, {8.0}}});
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "viscous_friction", "slide");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->parameters[0].unit, "N s/m");
+  EXPECT_EQ(verdict.evidence.remaining[0].unit, "N");
+}
+
+// From measured efforts a simulation drifts within seconds; over half a second the right model is near the recording.
+TEST(TorqueEvidence, WindowsOfTheTrueModelAreTenTimesNearerThanNominalOnes) {
+  const Hypothesis hidden = make_drives();
+  Experiment e = make_simulated_experiment("torque_windows", kArm, kJoints, hidden);
+  e.scenario.drive = "effort";
+  const Problem problem = make_problem(e, 1);
+  const auto errors = [&](const Hypothesis& h) {
+    return calc_window_errors(make_plant(e, h), e, problem.smooth, problem.train, 0.5, 100, 1);
+  };
+  const WindowErrors nominal = errors({}), right = errors(hidden);
+  EXPECT_GT(nominal.windows, 5);
+  for (size_t j = 0; j < kJoints.size(); ++j) EXPECT_LT(right.rms[j], 0.1 * nominal.rms[j]) << kJoints[j];
 }
 
 TEST(TorqueEvidence, AFrozenLogIsLeftOutWithAWarning) {

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/simulation/windows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+namespace hrp::diagnosis {
+namespace {
+
+struct Window {
+  int recording = 0;
+  size_t begin = 0, end = 0;  // samples
+};
+
+std::vector<Window> list_windows(const Experiment& e, const std::vector<SmoothRecording>& smooth,
+                                 const std::vector<int>& recordings, double length) {
+  std::vector<Window> list;
+  for (int r : recordings) {
+    const std::vector<double>& time = e.recordings[static_cast<size_t>(r)].time;
+    size_t begin = smooth[static_cast<size_t>(r)].start;
+    for (size_t k = begin; k < time.size(); ++k) {
+      if (time[k] - time[begin] < length) continue;
+      if (time[k] - time[begin] < 1.5 * length) list.push_back({r, begin, k});  // not across a gap
+      begin = k;
+    }
+  }
+  return list;
+}
+
+std::vector<Window> choose(const std::vector<Window>& all, int most) {
+  if (static_cast<int>(all.size()) <= most) return all;
+  std::vector<Window> out;
+  for (int i = 0; i < most; ++i) out.push_back(all[all.size() * static_cast<size_t>(i) / static_cast<size_t>(most)]);
+  return out;
+}
+
+// Sums of squares and counts by joint.
+struct Sums {
+  std::vector<double> square, count;
+  int finite = 0;
+};
+
+// The recording's part that a window needs.
+Recording cut(const Recording& in, const Window& w) {
+  Recording out;
+  out.spec = in.spec;
+  const auto part = [&](const std::vector<double>& v) {
+    return v.empty() ? v : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
+  };
+  out.time = part(in.time);
+  for (const JointColumns& joint : in.joints) {
+    JointColumns own;
+    for (size_t q = 0; q < kQuantities; ++q) own.signal[q] = part(joint.signal[q]);
+    own.command = part(joint.command), own.command_rate = part(joint.command_rate);
+    out.joints.push_back(std::move(own));
+  }
+  return out;
+}
+
+SmoothRecording cut(const SmoothRecording& in, const Window& w) {
+  SmoothRecording out;
+  const auto part = [&](const std::vector<double>& v) {
+    return v.empty() ? v : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
+  };
+  for (const SmoothJoint& joint : in.joints) {
+    SmoothJoint own = joint;
+    own.q = part(joint.q), own.qd = part(joint.qd), own.qdd = part(joint.qdd);
+    out.joints.push_back(std::move(own));
+  }
+  for (const std::vector<double>& effort : in.effort) out.effort.push_back(part(effort));
+  return out;
+}
+
+void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& smooth, const Window& w, Sums* sums) {
+  const Recording recording = cut(e.recordings[static_cast<size_t>(w.recording)], w);
+  const size_t n = static_cast<size_t>(e.num_joints()), width = n * kQuantities;
+  std::vector<double> readings(recording.size() * width, 0.0);
+  RolloutOptions options;
+  options.free_running = true;
+  const bool ok = simulate_recording(plant, recording, cut(smooth, w), options, &readings);
+  sums->finite += ok;
+  for (size_t j = 0; j < n; ++j) {
+    const std::vector<double>& q = recording.joints[j].signal[0];
+    for (size_t k = 1; k < q.size(); ++k) {
+      if (!std::isfinite(q[k])) continue;
+      const double error = ok ? std::min(2.0 * M_PI, std::abs(q[k] - readings[k * width + j * kQuantities])) : 2.0 * M_PI;
+      sums->square[j] += error * error, sums->count[j] += 1.0;
+    }
+  }
+}
+
+}  // namespace
+
+WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const std::vector<SmoothRecording>& smooth,
+                                const std::vector<int>& recordings, double length, int most, int jobs) {
+  const std::vector<Window> windows = choose(list_windows(e, smooth, recordings, length), most);
+  const size_t n = static_cast<size_t>(e.num_joints());
+  std::vector<Sums> parts(windows.size());
+  const auto work = [&](size_t first) {
+    for (size_t i = first; i < windows.size(); i += static_cast<size_t>(jobs)) {
+      parts[i].square.assign(n, 0.0), parts[i].count.assign(n, 0.0);
+      add_window(plant, e, smooth[static_cast<size_t>(windows[i].recording)], windows[i], &parts[i]);
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int t = 1; t < jobs; ++t) threads.emplace_back(work, static_cast<size_t>(t));
+  work(0);
+  for (std::thread& thread : threads) thread.join();
+  WindowErrors out;
+  out.length = length;
+  std::vector<double> square(n, 0.0), count(n, 0.0);
+  for (const Sums& s : parts) {  // in order: sums repeat to the bit
+    out.windows += s.finite;
+    for (size_t j = 0; j < n; ++j) square[j] += s.square[j], count[j] += s.count[j];
+  }
+  for (size_t j = 0; j < n; ++j) out.rms.push_back(count[j] > 0.0 ? std::sqrt(square[j] / count[j]) : std::nan(""));
+  return out;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Multiple shooting: a model simulated over many short windows, each from the recorded state at its begin. A simulation
+// from measured efforts drifts within seconds, whatever the model; within half a second it says how good the model is.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/simulation/rollout.h"
+
+namespace hrp::diagnosis {
+
+struct WindowErrors {
+  double length = 0.0;       // [s] of a window
+  int windows = 0;           // that stayed finite in the model
+  std::vector<double> rms;   // by joint, of simulated less recorded position [rad or m]; NaN without positions
+};
+
+// Root mean squares over windows of `recordings`, one after another without a gap between them; evenly chosen ones where
+// there are more than `most`. A window in which the model blows up counts as an error of one turn.
+WindowErrors calc_window_errors(const Plant& plant, const Experiment& experiment,
+                                const std::vector<SmoothRecording>& smooth, const std::vector<int>& recordings,
+                                double length, int most, int jobs);
+
+}  // namespace hrp::diagnosis
