@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cstdio>
 #include <filesystem>
 
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/topics.h"
+#include "hrp_idl/dynamics.h"
 #include "servers/viewer/recording.h"
 
 namespace hrp {
@@ -26,6 +28,20 @@ void add_topics(const mcap::Reader& reader, Recording* recording) {
   }
 }
 
+// "fell at t = 0.412 s: the robot has fallen: ..."; empty for other events, and for one that is not as ours are today.
+std::string describe_fall(Bytes sample) {
+  msg::RobotEvent event;
+  try {
+    decode(sample, &event);
+  } catch (const DecodeError&) {
+    return "";
+  }
+  if (event.kind() != msg::EVENT_FALL) return "";
+  char time[60];
+  std::snprintf(time, sizeof time, "fell at t = %.3f s: ", event.header().time());
+  return time + event.text();
+}
+
 }  // namespace
 
 std::unique_ptr<Recording> read_log(const std::string& path) {
@@ -46,6 +62,9 @@ std::unique_ptr<Recording> read_log(const std::string& path) {
       msg::RobotDescription description;
       decode(sample, &description);
       recording->set_scene(make_scene(description));
+    }
+    if (topic == topics::kEvents.name) {
+      if (const std::string fall = describe_fall(sample); !fall.empty()) recording->add_note(fall);
     }
     recording->add(topic, time.has_header() ? time.find(sample) : 1e-9 * static_cast<double>(message.log_time), sample);
     return true;

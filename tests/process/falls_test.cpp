@@ -9,6 +9,7 @@
 #include "common/mcap/reader.h"
 #include "common/messages/topics.h"
 #include "hrp_idl/dynamics.h"
+#include "servers/viewer/recording.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {
@@ -51,6 +52,7 @@ TEST(Fall, IsSaidLoggedAndEndsOnTheGroundAlikeInOneProcessAndSix) {
     EXPECT_THAT(set->output(), HasSubstr("on the ground: "));
     EXPECT_GT(read_last_state(set->log()).X_WB().translation().z(), 0.0) << "a base 0.1 m thick lies on the ground, not under it";
   }
+  EXPECT_THAT(read_log(six.log())->notes(), ::testing::Contains(HasSubstr("fell at t = 0."))) << "what the page lists of a recording";
   const auto events = digest_log(one.log());
   ASSERT_GT(events.at(topics::kEvents.name).count, 0u);
   EXPECT_EQ(events, digest_log(six.log()));

@@ -122,7 +122,8 @@ void print_times(const RunOutcome& outcome) {
   std::printf("\n");
 }
 
-void print_log(const std::string& log, bool plot) {
+// True when there is something in it to be played back.
+bool print_log(const std::string& log, bool plot) {
   std::printf("log        %s\n", log.c_str());
   try {
     const LogEnd end = find_log_end(log);
@@ -135,8 +136,10 @@ void print_log(const std::string& log, bool plot) {
     }
     if (end.any && plot) print_plot(log);
     if (!end.damage.empty()) std::printf("           the file was cut short and is readable up to there: %s\n", end.damage.c_str());
+    return end.any;
   } catch (const std::exception& error) {
     std::printf("           the log cannot be read: %s\n", error.what());
+    return false;
   }
 }
 
@@ -184,8 +187,11 @@ void print_summary(const LaunchOptions& options, const RunOutcome& outcome, cons
   // A logger that was killed may have had no time to say where it writes; what is new can only be its.
   if (logs.empty() && !options.force && mcap::holds_something(log)) logs.push_back(log);
   if (logs.empty()) std::printf("log        none: the run ended before its first step\n");
-  for (const std::string& file : logs) print_log(file, options.plot);
-  if (!logs.empty()) print_playback(logs);
+  std::vector<std::string> played;
+  for (const std::string& file : logs) {
+    if (print_log(file, options.plot)) played.push_back(file);
+  }
+  if (!played.empty()) print_playback(played);
 }
 
 }  // namespace hrp

@@ -215,6 +215,7 @@ class Page {
     if (frames[0]) {
       this.latest = frames[0].topics;
       this.showNumbers(this.latest);
+      this.showFall(this.latest["hrp/events"]);
     }
     for (const chart of this.charts) chart.redrawNow();
     this.showTransport();
@@ -282,6 +283,12 @@ class Page {
     const step = topics["hrp/contact_forces"]?.header.step;
     $("forces-step").textContent = step === undefined ? "" : `· forces of step ${step}`;
     $("forces-step").dataset.step = step ?? "";
+  }
+
+  // Of a recording, from the fall on; a live run says it beside its phase.
+  showFall(event) {
+    $("late").hidden = event?.kind !== "EVENT_FALL";
+    $("late").textContent = event ? `fell at ${event.header.time.toFixed(3)} s` : "";
   }
 
   showTransport() {
