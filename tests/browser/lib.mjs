@@ -56,11 +56,11 @@ function start(program, args) {
 }
 
 // A run on a domain of its own; `domain` and `log` are set.
-export async function startRun(name, args = []) {
+export async function startRun(name, args = [], path = scenario) {
   for (let i = 0; i < 20; ++i) {
     const domain = 40 + ((process.pid * 7 + i * 13) % 60);
     const log = join(folder, `${name}.mcap`);
-    const run = start("hrp-simulate", [scenario, "--domain", String(domain), "--log", log, "--no-plot", "--quiet", ...args]);
+    const run = start("hrp-simulate", [path, "--domain", String(domain), "--log", log, "--no-plot", "--quiet", ...args]);
     // A domain that somebody holds is said at once.
     await Promise.race([run.ended, pause(150)]);
     if (run.code !== undefined && run.code !== 0) continue;
