@@ -24,6 +24,7 @@ VENDORS = {
     "zstd": ["common/mcap"],
     "lz4": ["common/mcap"],
     "libdeflate": ["common/mcap"],
+    "sqlite3": ["common/log", "tests"],
     "mujoco/": ["servers/mujoco_dynamics", "tests", "diagnosis/generator"],
     "dart/": ["tests"],
     "ceres/": ["diagnosis"],
@@ -43,7 +44,7 @@ COMMON = {
     "bus": ["base"],
     "messages": ["base", "spatial", "multibody", "effects", "robot", "bus"],
     "node": ["base", "spatial", "multibody", "effects", "robot", "bus", "messages"],
-    "log": ["base", "effects", "robot", "mcap", "messages"],
+    "log": ["base", "bus", "effects", "robot", "mcap", "messages"],
     "plot": ["base", "spatial", "multibody", "effects", "robot", "mcap", "messages"],
 }
 

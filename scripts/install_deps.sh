@@ -19,7 +19,7 @@ run_packages=(
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev libssl-dev
   libcli11-dev libzstd-dev liblz4-dev libdeflate-dev zlib1g-dev
 )
-build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev)
+build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev libsqlite3-dev)
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium)
 
 # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.

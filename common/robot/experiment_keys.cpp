@@ -45,8 +45,9 @@ RecordingSpec read_recording(const std::string& path, const YAML::Node& node, co
   recording.line = node.Mark().line + 1;
   const fs::path file(recording.name);
   recording.file = (file.is_absolute() ? file : fs::path(path).parent_path() / file).lexically_normal().string();
-  if (!fs::is_regular_file(recording.file)) {
-    fail(path, node["file"], field + ".file", "there is no file '" + recording.file + "'");
+  // A folder is a ROS bag.
+  if (!fs::is_regular_file(recording.file) && !fs::is_directory(recording.file)) {
+    fail(path, node["file"], field + ".file", "there is no file or bag folder '" + recording.file + "'");
   }
   const std::string role = node["role"] && node["role"].IsScalar() ? node["role"].as<std::string>() : "train";
   if (role != "train" && role != "validate") {

@@ -6,9 +6,11 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <memory>
 #include <sstream>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/data/csv_stream.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -22,15 +24,10 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   throw InputError(d);
 }
 
-std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
+std::ifstream open(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
   if (!file) fail(path, 0, 0, "", "cannot be read: there is no such file, or no permission");
-  const std::streamsize size = file.tellg();
-  if (size < 0) fail(path, 0, 0, "", "is not a file");
-  std::string text(static_cast<size_t>(size), '\0');
-  file.seekg(0);
-  file.read(&text[0], size);
-  return text;
+  return file;
 }
 
 std::string trim(const char* begin, const char* end) {
@@ -122,34 +119,108 @@ int Table::find(const std::string& name) const {
   return -1;
 }
 
-Table read_csv(const std::string& path, std::vector<std::string>* warnings) {
-  const std::string text = read_text(path);
+namespace {
+
+constexpr double kGap = 5.0;  // times the last step: a gap, which ends a group
+
+// Rows go into the table as the means of `count` in a row.
+class Averager {
+ public:
+  Averager(size_t count, Table* table) : count_(count), table_(*table), sum_(table->names.size(), 0.0), n_(sum_.size(), 0.0) {
+    const int at = table->find("time");
+    time_ = at < 0 ? sum_.size() : static_cast<size_t>(at);
+  }
+
+  void add(const std::vector<double>& row, int line) {
+    const double t = time_ < row.size() ? row[time_] : 0.0;
+    if (taken_ > 0 && step_ > 0.0 && t - last_ > kGap * step_) close();
+    if (taken_ > 0) step_ = t - last_;
+    last_ = t;
+    if (taken_ == 0) line_ = line;
+    for (size_t i = 0; i < row.size(); ++i) {
+      if (std::isfinite(row[i])) sum_[i] += row[i], n_[i] += 1.0;
+    }
+    if (++taken_ == count_) close();
+  }
+
+  void close() {
+    if (taken_ == 0) return;
+    for (size_t i = 0; i < sum_.size(); ++i) {
+      table_.columns[i].push_back(n_[i] > 0.0 ? sum_[i] / n_[i] : kMissing);
+      sum_[i] = n_[i] = 0.0;
+    }
+    table_.lines.push_back(line_);
+    taken_ = 0;
+  }
+
+ private:
+  const size_t count_;
+  Table& table_;
+  std::vector<double> sum_, n_;
+  size_t time_ = 0, taken_ = 0;
+  double last_ = 0.0, step_ = 0.0;
+  int line_ = 0;
+};
+
+}  // namespace
+
+CsvShape probe_csv(const std::string& path) {
+  std::ifstream file = open(path);
+  Table head;
+  head.file = path;
+  std::string text;
+  std::vector<double> row;
+  std::streamoff bytes = 0;
+  for (int line = 1; line < 400 && std::getline(file, text); ++line) {
+    if (text.empty() || text[0] == '#' || text == "\r") continue;
+    if (head.names.empty()) {
+      read_header(text.data(), text.data() + text.size(), &head);
+      row.resize(head.names.size());
+    } else if (read_row(text.data(), text.data() + text.size(), line, &row, head)) {
+      for (size_t i = 0; i < row.size(); ++i) head.columns[i].push_back(row[i]);
+      head.lines.push_back(line), bytes += static_cast<std::streamoff>(text.size()) + 1;
+    }
+  }
+  CsvShape shape;
+  shape.columns = static_cast<double>(head.names.size());
+  file.clear();
+  file.seekg(0, std::ios::end);
+  if (bytes > 0) shape.rows = static_cast<double>(file.tellg()) * static_cast<double>(head.rows()) / static_cast<double>(bytes);
+  const int time = head.find("time");
+  if (time < 0 || head.rows() < 8) return shape;
+  const std::vector<double>& t = head.columns[static_cast<size_t>(time)];
+  if (t.back() > t.front()) shape.rate = static_cast<double>(t.size() - 1) / (t.back() - t.front());
+  return shape;
+}
+
+Table read_csv(const std::string& path, std::vector<std::string>* warnings) { return read_csv_averaged(path, 1, warnings); }
+
+// Line by line: a recording of twenty minutes may be larger than the memory it may take.
+Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings) {
+  std::ifstream file = open(path);
   Table table;
   table.file = path;
-  const char* at = text.data();
-  const char* const end = at + text.size();
+  std::string text;
   std::vector<double> row;
-  for (int line = 1; at < end; ++line) {
-    const char* stop = static_cast<const char*>(std::memchr(at, '\n', static_cast<size_t>(end - at)));
-    const char* line_end = stop ? stop : end;
-    const char* next = stop ? stop + 1 : end;
-    const bool blank = line_end == at || (line_end - at == 1 && *at == '\r') || *at == '#';
-    if (!blank && table.names.empty()) {
-      read_header(at, line_end, &table);
+  std::unique_ptr<Averager> rows;
+  for (int line = 1; std::getline(file, text); ++line) {
+    const char *begin = text.data(), *end = begin + text.size();
+    const bool blank = text.empty() || text == "\r" || text[0] == '#';
+    if (blank) continue;
+    if (table.names.empty()) {
+      read_header(begin, end, &table);
       row.resize(table.names.size());
-    } else if (!blank) {
-      if (read_row(at, line_end, line, &row, table)) {
-        for (size_t i = 0; i < row.size(); ++i) table.columns[i].push_back(row[i]);
-        table.lines.push_back(line);
-      } else if (next >= end) {
-        warnings->push_back(path + ":" + std::to_string(line) + ": warning: the last line is cut off and was dropped");
-      } else {
-        fail(path, line, 0, "", "fewer cells than the header's " + std::to_string(table.names.size()) + " columns");
-      }
+      rows = std::make_unique<Averager>(count, &table);
+    } else if (read_row(begin, end, line, &row, table)) {
+      rows->add(row, line);
+    } else if (file.peek() == std::ifstream::traits_type::eof()) {
+      warnings->push_back(path + ":" + std::to_string(line) + ": warning: the last line is cut off and was dropped");
+    } else {
+      fail(path, line, 0, "", "fewer cells than the header's " + std::to_string(table.names.size()) + " columns");
     }
-    at = next;
   }
   if (table.names.empty()) fail(path, 0, 0, "", "is empty: expected a header line");
+  rows->close();
   note_empty_cells(table, warnings);
   if (table.rows() < 2) fail(path, 1, 0, "", "holds no samples");
   return table;

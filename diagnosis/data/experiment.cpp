@@ -5,6 +5,11 @@
 #include <filesystem>
 #include <set>
 
+#include "common/log/ros_bag.h"
+#include "common/robot/topic_map.h"
+#include "diagnosis/data/bag_table.h"
+#include "diagnosis/data/csv_stream.h"
+#include "diagnosis/data/stretches.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/plausibility.h"
 #include "servers/model_parser/robot_loader.h"
@@ -137,10 +142,10 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
   fill_gaps(&joint->command_rate);
 }
 
-Recording read_recording(const Experiment& experiment, const RecordingSpec& spec, std::vector<std::string>* warnings) {
+Recording make_recording(const Experiment& experiment, const RecordingSpec& spec, const Table& table,
+                         std::vector<std::string>* warnings) {
   Recording recording;
   recording.spec = spec;
-  const Table table = read_recording_table(spec.file, warnings);
   const std::vector<size_t> rows = read_time(table, &recording, warnings);
   std::set<std::string> used{"time"};
   for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
@@ -173,6 +178,77 @@ Recording read_recording(const Experiment& experiment, const RecordingSpec& spec
   }
   return recording;
 }
+
+bool is_log(const std::string& file) { return fs::path(file).extension() == ".mcap"; }
+
+// What the experiment's text recordings hold altogether; how many samples in a row become one, so that all fit.
+size_t plan_averaging(const Experiment& e) {
+  double numbers = 0.0, rate = 0.0;
+  for (const RecordingSpec& spec : e.keys.recordings) {
+    if (is_ros_bag(spec.file) || is_log(spec.file)) continue;
+    const CsvShape shape = probe_csv(spec.file);
+    numbers += shape.rows * shape.columns, rate = std::max(rate, shape.rate);
+  }
+  return find_averaging(numbers, rate);
+}
+
+class Loader {
+ public:
+  explicit Loader(Experiment* e) : e_(*e), averaging_(plan_averaging(*e)) {
+    for (int j = 0; j < e_.num_joints(); ++j) robot_.joints.push_back(e_.robot.tree.joint(j).name);
+    for (const ImuSpec& imu : e_.scenario.sensors.imus) robot_.imus.push_back(imu.name);
+    for (const WrenchSpec& wrench : e_.scenario.sensors.wrenches) robot_.wrenches.push_back(wrench.name);
+    robot_.floating = e_.scenario.floating_base;
+  }
+
+  void load(const RecordingSpec& spec) {
+    if (is_ros_bag(spec.file)) return load_bag(spec);
+    const bool text = !is_log(spec.file);
+    const Table table = text && averaging_ > 1 ? read_csv_averaged(spec.file, averaging_, &e_.warnings)
+                                               : read_recording_table(spec.file, &e_.warnings);
+    if (text && averaging_ > 1)
+      e_.warnings.push_back(spec.name + ": " + std::to_string(averaging_) + " samples in a row are averaged to one: it is long");
+    e_.recordings.push_back(make_recording(e_, spec, table, &e_.warnings));
+  }
+
+  // What still does not fit is cut to the stretches that tell most.
+  void cut() {
+    double numbers = 0.0;
+    for (const Recording& r : e_.recordings) numbers += static_cast<double>(r.size() * r.column_of.size());
+    if (numbers <= kMostNumbers) return;
+    std::vector<Recording> all;
+    for (Recording& r : e_.recordings) {
+      const double seconds = r.duration() * kMostNumbers / numbers;
+      std::vector<Recording> pieces = cut_to_stretches(r, seconds);
+      e_.warnings.push_back(r.spec.name + ": of " + std::to_string(std::lround(r.duration())) + " s about " +
+                            std::to_string(std::lround(seconds)) + " s are used, those in which the joints move most");
+      r = Recording();
+      for (Recording& piece : pieces) all.push_back(std::move(piece));
+    }
+    e_.recordings = std::move(all);
+  }
+
+ private:
+  // A bag falls into several recordings where topics are silent.
+  void load_bag(const RecordingSpec& spec) {
+    std::vector<std::string> notes;
+    const TopicMap map = parse_topic_map(e_.scenario.text, e_.path);
+    for (BagTable& part : read_bag(spec.file, map, robot_, e_.path, &notes)) {
+      RecordingSpec own = spec;
+      own.name += part.part;
+      const std::vector<double>& time = part.table.columns[0];
+      const double rate = static_cast<double>(time.size()) / std::max(1e-9, time.back() - time.front());
+      const double numbers = static_cast<double>(time.size() * part.table.names.size() * e_.keys.recordings.size());
+      average_rows(find_averaging(numbers, rate), &part.table);
+      e_.recordings.push_back(make_recording(e_, own, part.table, &e_.warnings));
+    }
+    for (const std::string& note : notes) e_.warnings.push_back(spec.name + ": " + note);
+  }
+
+  Experiment& e_;
+  const size_t averaging_;
+  BagRobot robot_;
+};
 
 }  // namespace
 
@@ -325,7 +401,9 @@ Experiment load_experiment(const std::string& path) {
   e.keys = parse_experiment_keys(e.scenario.text, e.path);
   e.robot = load_robot(e.scenario);
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
-  for (const RecordingSpec& spec : e.keys.recordings) e.recordings.push_back(read_recording(e, spec, &e.warnings));
+  Loader loader(&e);
+  for (const RecordingSpec& spec : e.keys.recordings) loader.load(spec);
+  loader.cut();
   check_suspicions(&e);
   std::vector<double> steps;
   for (const Recording& r : e.recordings) {

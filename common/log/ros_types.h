@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Messages of ROS 2 by the definitions that bags carry, or by those that are built in. Bytes are read by the one
+// reflection of common/messages; here are only the types.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/messages/reflection/sample.h"
+
+namespace hrp {
+
+// A type of ROS 2 ("sensor_msgs/msg/JointState") with all that it needs.
+class RosType {
+ public:
+  // `definition`: text of the bag in the format `encoding` ("ros2msg"); empty or another format: the built-in one.
+  // Throws std::runtime_error when the type is known by neither.
+  RosType(const std::string& name, const std::string& encoding, const std::string& definition);
+  const std::string& name() const { return name_; }
+  const StructType& structure() const { return *structure_; }
+  // Paths of all numbers and texts: "header.stamp.sec", "position" (a list), "motor_state[].q".
+  bool has(const std::string& path) const;
+
+ private:
+  std::string name_;
+  std::shared_ptr<const Schema> schema_;
+  const StructType* structure_ = nullptr;
+};
+
+// Values of one message at the paths that were asked for. Elements of lists, and of lists of structs, one after the
+// other.
+class RosValues {
+ public:
+  explicit RosValues(const std::vector<std::string>& paths);
+  // Throws DecodeError when the bytes are no message of the type.
+  void read(const RosType& type, Bytes message);
+  const std::vector<double>& numbers(const std::string& path) const;
+  const std::vector<std::string>& texts(const std::string& path) const;
+
+ private:
+  friend class PathVisitor;
+  struct Slot {
+    std::vector<double> numbers;
+    std::vector<std::string> texts;
+  };
+  std::map<std::string, Slot> slots_;
+};
+
+// "sensor_msgs/JointState" and "sensor_msgs::msg::dds_::JointState_" -> "sensor_msgs/msg/JointState".
+std::string find_ros_name(const std::string& name);
+
+}  // namespace hrp

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Text recordings that are too large to be held as they are.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/data/csv.h"
+
+namespace hrp::diagnosis {
+
+struct CsvShape {
+  double rows = 0.0, columns = 0.0;  // rows: by the size of the file and of its first lines
+  double rate = 0.0;                 // [Hz] of its first samples; 0: not known
+};
+CsvShape probe_csv(const std::string& path);
+
+// As read_csv(), with every `count` samples in a row averaged while they are read. A gap ends a group.
+Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings);
+
+}  // namespace hrp::diagnosis
