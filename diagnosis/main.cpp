@@ -8,6 +8,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
+#include "diagnosis/checks/checks.h"
 #include "diagnosis/report/report.h"
 
 int main(int argc, char** argv) {
@@ -20,9 +21,10 @@ int main(int argc, char** argv) {
   std::string experiment_path, out;
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
   double patience = 1.0;
-  bool quiet = false;
+  bool quiet = false, check = false;
   app.add_option("experiment", experiment_path, "the experiment.yaml, or its folder")->required();
-  app.add_option("--out", out, "folder for the report (made when missing)")->required();
+  app.add_option("--out", out, "folder for the report (made when missing); needed but for --check");
+  app.add_flag("--check", check, "only looks at the recordings: rates, gaps, clocks, motion, and what it can tell");
   app.add_option("--jobs", jobs, "threads to use; the report does not depend on it")->check(CLI::Range(1, 256));
   app.add_option("--patience", patience,
                  "times the usual work of a search on a fixed base (about two minutes of two cores), for sets of\n"
@@ -35,6 +37,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  if (out.empty() && !check) {
+    std::fprintf(stderr, "hrp-diagnose: --out is required: a folder for the report\n");
+    return 2;
+  }
   const auto begin = std::chrono::steady_clock::now();
   const auto say = [&](const std::string& text) {
     if (quiet) return;
@@ -44,7 +50,10 @@ int main(int argc, char** argv) {
   try {
     if (std::filesystem::is_directory(experiment_path)) experiment_path += "/experiment.yaml";
     const Experiment experiment = load_experiment(experiment_path);
-    for (const std::string& warning : experiment.warnings) say("note: " + warning);
+    if (check) {
+      std::printf("%s", print_checks(make_checks(experiment)).c_str());
+      return 0;
+    }
     Problem problem = make_problem(experiment, jobs);
     problem.most_work *= patience;
     const Reports reports = diagnose(problem, say);

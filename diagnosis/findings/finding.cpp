@@ -46,6 +46,7 @@ Json make_finding(const Finding& f) {
           {"grade", get_grade_name(f.grade)},
           {"probability", round_to(f.probability, 3)},
           {"share", round_to(f.share, 3)},
+          {"weight", round_to(f.weight, 3)},
           {"statement", f.statement},
           {"alternatives", alternatives}};
 }

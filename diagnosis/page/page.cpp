@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "diagnosis/page/checks.h"
 #include "diagnosis/page/lead.h"
 #include "diagnosis/page/plots.h"
 #include "diagnosis/page/style.h"
@@ -340,8 +341,10 @@ std::string make_html_report(const json& report, const json& series) {
   out += "<title>" + escape(std::string(find_verdict_words(get_text(report, "verdict")).badge) + ": " + name) +
          "</title>\n<style>" + kReportStyle + "</style>\n</head>\n<body>\n<main>\n";
   out += make_header(report, series);
+  out += make_section("checks", "Checks of the recordings", make_checks_section(report));
   out += make_section("found", "What was found", make_findings(report));
-  out += make_section("shares", "What each finding takes away", make_shares(report));
+  out += make_section("shares", "What each finding takes away", make_waterfall(report) + make_shares(report));
+  out += make_section("each", "What each recording alone asks for", make_per_recording(report));
   out += make_section("remaining", "What remains", make_remaining(report));
   out += make_section("unknown", "What stays unexplained", make_unexplained(report));
   out += make_section("where", "Where and when", make_maps(series) + make_mismatch_table(report));

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/checks/checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "diagnosis/checks/motion.h"
+#include "diagnosis/checks/samples.h"
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kLag = 0.004;     // [s] of a velocity against its position that is worth words
+constexpr double kStill = 0.02;    // [rad] of travel: the joint hardly moved
+constexpr double kJitter = 0.5;    // of a period
+
+std::string join(const std::vector<std::string>& names) {
+  constexpr size_t kMost = 4;
+  std::string text;
+  for (size_t i = 0; i < std::min(kMost, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
+}
+
+void remark_samples(const Json& recordings, Json* remarks) {
+  for (const Json& r : recordings) {
+    const std::string file = r["file"];
+    if (!r["gaps"].empty())
+      remarks->push_back(file + ": " + number(r["lost"].get<double>(), 3) + " s without samples in gaps; the first from " +
+                         number(r["gaps"][0][0].get<double>(), 5) + " to " + number(r["gaps"][0][1].get<double>(), 5) + " s");
+    if (r["jitter"].get<double>() > kJitter)
+      remarks->push_back(file + ": samples come unevenly, by " + number(100.0 * r["jitter"].get<double>(), 2) + " % of their period");
+    std::vector<std::string> held;
+    for (const Json& h : r["held"]) held.push_back(h["signal"].get<std::string>() + " (" + number(h["rate"].get<double>(), 3) + " Hz)");
+    if (!held.empty()) remarks->push_back(file + ": changes less often than samples come: " + join(held));
+  }
+}
+
+// The median over recordings of how late each joint's velocity is.
+void remark_lags(const Experiment& e, Json* remarks) {
+  std::vector<std::string> late;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    std::vector<double> lags;
+    for (const Recording& r : e.recordings) {
+      const double lag = find_velocity_lag(r, static_cast<size_t>(j));
+      if (std::isfinite(lag)) lags.push_back(lag);
+    }
+    if (lags.empty()) continue;
+    std::nth_element(lags.begin(), lags.begin() + static_cast<long>(lags.size() / 2), lags.end());
+    const double lag = lags[lags.size() / 2];
+    if (std::abs(lag) > kLag) late.push_back(e.robot.tree.joint(j).name + " (" + number(1e3 * lag, 2) + " ms)");
+  }
+  if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));
+}
+
+void remark_motion(const Json& joints, Json* remarks) {
+  std::vector<std::string> still, unknown;
+  std::map<std::string, std::vector<std::string>> hidden;  // effect -> joints
+  for (const Json& j : joints) {
+    const std::string name = j["joint"];
+    if (j["effort"] == "unknown") unknown.push_back(name);
+    if (j["travel"].get<double>() < kStill) {
+      still.push_back(name);
+      continue;
+    }
+    for (const Json& t : j["tells"]) {
+      if (t["verdict"] == "hidden") hidden[t["effect"].get<std::string>()].push_back(name);
+    }
+  }
+  if (!still.empty()) remarks->push_back("hardly moves, so that nothing can be said of it: " + join(still));
+  if (!unknown.empty())
+    remarks->push_back("no effort, and no command with servo gains: nothing can be said of the drive of " + join(unknown));
+  for (const auto& [effect, names] : hidden) {
+    std::string word = effect;
+    std::replace(word.begin(), word.end(), '_', ' ');
+    remarks->push_back("this motion cannot tell " + word + " of " + join(names));
+  }
+}
+
+std::string pad(std::string text, size_t width) {
+  if (text.size() < width) text.resize(width, ' ');
+  return text;
+}
+
+}  // namespace
+
+Json make_checks(const Experiment& e) {
+  Json recordings = Json::array(), joints = Json::array(), remarks = Json::array();
+  for (const Recording& r : e.recordings) recordings.push_back(make_sample_check(e, r));
+  if (!e.scenario.floating_base && e.scenario.drive != "motion") joints = make_motion_checks(e);
+  for (const std::string& text : e.warnings) remarks.push_back(text);
+  remark_samples(recordings, &remarks);
+  remark_lags(e, &remarks);
+  remark_motion(joints, &remarks);
+  remarks.push_back("degrees, milliseconds, turned signs and exchanged columns: none was found");
+  return {{"recordings", recordings}, {"joints", joints}, {"remarks", remarks}};
+}
+
+std::string print_checks(const Json& checks) {
+  std::string out = pad("recording", 32) + pad("role", 10) + pad("s", 9) + pad("Hz", 8) + "samples\n";
+  for (const Json& r : checks["recordings"])
+    out += pad(r["file"].get<std::string>(), 32) + pad(r["role"].get<std::string>(), 10) + pad(number(r["duration"].get<double>(), 4), 9) +
+           pad(number(r["rate"].get<double>(), 4), 8) + std::to_string(r["samples"].get<size_t>()) + "\n";
+  if (!checks["joints"].empty())
+    out += "\n" + pad("joint", 28) + pad("travel", 9) + pad("speed", 9) + pad("accel.", 9) + "least that shows: dry [N m], viscous "
+           "[N m s/rad], rotor [kg m^2], gain [1]\n";
+  for (const Json& j : checks["joints"]) {
+    out += pad(j["joint"].get<std::string>(), 28);
+    for (const char* key : {"travel", "speed", "acceleration"}) out += pad(number(j[key].get<double>(), 3), 9);
+    for (const Json& t : j["tells"]) {
+      if (t["effect"] == "constant_torque") continue;
+      out += pad(t["verdict"] == "hidden" ? "-" : number(t["least"].get<double>(), 2) + (t["verdict"] == "weak" ? "?" : ""), 10);
+    }
+    out += "\n";
+  }
+  out += "\n";
+  for (const Json& text : checks["remarks"]) out += "- " + text.get<std::string>() + "\n";
+  return out;
+}
+
+}  // namespace hrp::diagnosis

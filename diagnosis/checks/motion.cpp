@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/checks/motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kClear = 0.1, kWeak = 0.3;  // of the effort's spread
+constexpr double kDeviations = 3.0, kLooks = 3.0;
+constexpr double kHigh = 0.95;               // quantile that stands for the largest speed and acceleration
+constexpr double kFewestRows = 50;
+
+struct Column {
+  TermKind kind;
+  const char* unit;
+};
+constexpr Column kColumns[] = {{TermKind::kDry, "N m"},   {TermKind::kViscous, "N m s/rad"}, {TermKind::kRotor, "kg m^2"},
+                               {TermKind::kGain, "1"},    {TermKind::kConstant, "N m"}};
+constexpr long kCount = 5;
+
+const char* get_source_words(EffortSource source) {
+  return source == EffortSource::kRecorded ? "recorded" : source == EffortSource::kServoLaw ? "from the servo's law" : "unknown";
+}
+
+// Everything that one joint did, training and held-out recordings together.
+struct Motion {
+  std::vector<double> speed, acceleration;
+  double low = 1e300, high = -1e300, least_load = 1e300, most_load = -1e300, half_cycles = 0.0, time = 0.0;
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(kCount, kCount);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(kCount);
+  double c = 0.0, n = 0.0, effort = 0.0, effort_squares = 0.0;
+};
+
+void add_range(const TorqueRecording& r, int joint, Motion* m) {
+  m->low = std::min(m->low, r.q.col(joint).minCoeff()), m->high = std::max(m->high, r.q.col(joint).maxCoeff());
+  m->time += static_cast<double>(r.q.rows()) * r.step;
+  double last = 0.0;
+  for (long k = 0; k < r.kept(); ++k) {
+    const long row = r.full_row(k);
+    m->speed.push_back(std::abs(r.v(row, joint))), m->acceleration.push_back(std::abs(r.a(row, joint)));
+    m->least_load = std::min(m->least_load, r.tau(row, joint)), m->most_load = std::max(m->most_load, r.tau(row, joint));
+    if (!r.use(k, joint)) continue;
+    if (r.v(row, joint) * last <= 0.0) m->half_cycles += 1.0;
+    last = r.v(row, joint);
+  }
+}
+
+void add_rows(const TorqueData& data, const TorqueRecording& r, int joint, Motion* m) {
+  Eigen::MatrixXd X(r.kept(), kCount);
+  for (long c = 0; c < kCount; ++c) X.col(c) = calc_joint_columns(data, r, {kColumns[c].kind, joint, 0.0, 1, false});
+  for (long k = 0; k < r.kept(); ++k) {
+    if (!r.use(k, joint)) continue;
+    const double y = r.missing(k, joint), u = r.effort(r.full_row(k), joint);
+    m->G += X.row(k).transpose() * X.row(k), m->b += y * X.row(k).transpose(), m->c += y * y, m->n += 1.0;
+    m->effort += u, m->effort_squares += u * u;
+  }
+}
+
+// The other column that is most like column i beside none: cosine of the angle between the two.
+long find_twin(const Eigen::MatrixXd& G, long i) {
+  long twin = i == 0 ? 1 : 0;
+  double most = -1.0;
+  for (long c = 0; c < kCount; ++c) {
+    const double likeness = std::abs(G(i, c)) / std::sqrt(std::max(1e-300, G(i, i) * G(c, c)));
+    if (c != i && likeness > most) most = likeness, twin = c;
+  }
+  return twin;
+}
+
+Json make_tells(const Motion& m) {
+  Json list = Json::array();
+  if (m.n < kFewestRows) return list;
+  const Eigen::VectorXd scale = m.G.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  Eigen::MatrixXd unit = scale.asDiagonal() * m.G * scale.asDiagonal();
+  unit.diagonal().array() += 1e-9;
+  const Eigen::MatrixXd inverse = unit.inverse();
+  const Eigen::VectorXd theta = inverse * scale.cwiseProduct(m.b);
+  const double left = std::max(0.0, m.c - theta.dot(scale.cwiseProduct(m.b))) / m.n;
+  const double spread = std::sqrt(std::max(1e-300, m.effort_squares / m.n - std::pow(m.effort / m.n, 2)));
+  const double looks = std::clamp(kLooks * m.half_cycles, 1.0, m.n);
+  for (long i = 0; i < kCount; ++i) {
+    const double size = std::sqrt(m.G(i, i) / m.n);  // root mean square of the column
+    const double std = std::sqrt(left * inverse(i, i) / looks);  // [N m] of the effect's torque
+    const double least = size > 0.0 ? kDeviations * std / size : HUGE_VAL;
+    const double share = kDeviations * std / spread;
+    const char* verdict = share < kClear ? "clear" : share < kWeak ? "weak" : "hidden";
+    Json entry{{"effect", get_effect_name(kColumns[i].kind)}, {"least", std::isfinite(least) ? round_to(least, 2) : 0.0},
+               {"unit", kColumns[i].unit}, {"verdict", verdict}};
+    if (share >= kClear) entry["hidden_by"] = inverse(i, i) > 4.0 ? get_effect_name(kColumns[find_twin(m.G, i)].kind) : "too little motion";
+    list.push_back(entry);
+  }
+  return list;
+}
+
+double find_high(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<long>(kHigh * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace
+
+Json make_motion_checks(const Experiment& e) {
+  Json list = Json::array();
+  const TorqueData data = make_torque_data(e);
+  if (data.recordings.empty()) return list;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    Motion m;
+    for (const TorqueRecording& r : data.recordings) {
+      add_range(r, j, &m);
+      if (data.is_judged(j)) add_rows(data, r, j, &m);
+    }
+    list.push_back({{"joint", e.robot.tree.joint(j).name},
+                    {"travel", round_to(m.high - m.low, 3)},
+                    {"speed", round_to(find_high(std::move(m.speed)), 3)},
+                    {"acceleration", round_to(find_high(std::move(m.acceleration)), 3)},
+                    {"load", {round_to(m.least_load, 3), round_to(m.most_load, 3)}},
+                    {"reversals", m.half_cycles},
+                    {"effort", get_source_words(data.source[static_cast<size_t>(j)])},
+                    {"tells", make_tells(m)}});
+  }
+  return list;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/checks/samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "diagnosis/data/low_pass.h"
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kGapPeriods = 5.0;  // without a sample
+constexpr double kHeld = 0.25;       // of the samples repeat while the joint moves: the signal changes less often
+constexpr size_t kMostGaps = 5;
+constexpr double kLagCutoff = 8.0;   // [Hz] of the motion that a lag is found from
+
+double find_quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<long>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// Samples that repeat the one before, as a share; those of a joint that moves are asked for.
+double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {
+  double low = 1e300, high = -1e300, held = 0.0, count = 0.0;
+  for (double q : position) {
+    if (std::isfinite(q)) low = std::min(low, q), high = std::max(high, q);
+  }
+  for (size_t k = 1; k < signal.size(); ++k) {
+    // Moving: a thousandth of the travel over four samples.
+    if (k >= 4 && std::abs(position[k] - position[k - 4]) < 1e-3 * (high - low)) continue;
+    if (!std::isfinite(signal[k]) && !std::isfinite(signal[k - 1])) continue;
+    held += signal[k] == signal[k - 1] || !std::isfinite(signal[k]) ? 1.0 : 0.0, count += 1.0;
+  }
+  return count > 50.0 ? held / count : 0.0;
+}
+
+Json list_held(const Experiment& e, const Recording& r, double rate) {
+  Json list = Json::array();
+  for (size_t j = 0; j < r.joints.size(); ++j) {
+    const std::vector<double>& position = r.joints[j].signal[0];
+    for (int q = 0; q < kQuantities && !position.empty(); ++q) {
+      const std::vector<double>& signal = r.joints[j].signal[q];
+      const double held = signal.empty() ? 0.0 : find_held_share(signal, position);
+      if (held > kHeld)
+        list.push_back({{"signal", e.signal_name(static_cast<int>(j), static_cast<Quantity>(q))},
+                        {"rate", round_to((1.0 - held) * rate, 3)}});
+    }
+  }
+  return list;
+}
+
+}  // namespace
+
+Json make_sample_check(const Experiment& e, const Recording& r) {
+  std::vector<double> steps;
+  for (size_t k = 1; k < r.size(); ++k) steps.push_back(r.time[k] - r.time[k - 1]);
+  const double period = find_quantile(steps, 0.5);
+  Json gaps = Json::array();
+  double lost = 0.0;
+  for (size_t k = 1; k < r.size(); ++k) {
+    if (r.time[k] - r.time[k - 1] <= kGapPeriods * period) continue;
+    lost += r.time[k] - r.time[k - 1];
+    if (gaps.size() < kMostGaps) gaps.push_back({round_to(r.time[k - 1], 6), round_to(r.time[k], 6)});
+  }
+  const double rate = period > 0.0 ? 1.0 / period : 0.0;
+  return {{"file", r.spec.name},
+          {"role", r.spec.train ? "train" : "validate"},
+          {"duration", round_to(r.duration(), 5)},
+          {"samples", r.size()},
+          {"rate", round_to(rate, 4)},
+          {"jitter", round_to((find_quantile(steps, 0.95) - find_quantile(steps, 0.05)) / std::max(1e-12, period), 2)},
+          {"lost", round_to(lost, 3)},
+          {"gaps", gaps},
+          {"held", list_held(e, r, rate)}};
+}
+
+// v recorded = v - lag x a, least squares along the smoothed motion.
+double find_velocity_lag(const Recording& r, size_t joint) {
+  const JointColumns& c = r.joints[joint];
+  if (!c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < 1.0) return std::numeric_limits<double>::quiet_NaN();
+  const double step = std::max(1e-3, r.duration() / static_cast<double>(r.size() - 1));
+  const long rows = static_cast<long>(r.duration() / step) + 1;
+  const Eigen::VectorXd q = low_pass(resample(r.time, c.signal[0], r.time[0], step, rows), step, kLagCutoff);
+  const Eigen::VectorXd v = differentiate(q, step), a = differentiate(v, step);
+  const Eigen::VectorXd said = low_pass(resample(r.time, c.signal[1], r.time[0], step, rows), step, kLagCutoff);
+  const double aa = a.squaredNorm(), rest = (said - v).squaredNorm();
+  if (aa <= 0.0 || v.squaredNorm() <= 0.0) return std::numeric_limits<double>::quiet_NaN();
+  const double lag = -(said - v).dot(a) / aa;
+  // A lag that explains little of the difference is none.
+  return lag * lag * aa > 0.5 * rest ? lag : 0.0;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Samples of one recording: how often, how evenly, which repeat.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis {
+
+// {"file", "role", "duration" [s], "samples", "rate" [Hz], "jitter" (share of a period), "gaps": [[from, to]],
+//  "held": [{"signal", "rate"}]}: signals that change less often than samples come.
+nlohmann::ordered_json make_sample_check(const Experiment& experiment, const Recording& recording);
+
+// [s] by which a recorded velocity is later than the rate of the position; NaN where the motion does not tell.
+double find_velocity_lag(const Recording& recording, size_t joint);
+
+}  // namespace hrp::diagnosis
