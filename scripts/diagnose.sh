@@ -8,6 +8,8 @@
 #
 #   --resimulate servers|process   also runs the nominal and the updated scenario, through the server set or in one
 #                                  process, and compares both with a recording that nothing was fitted to
+#   --resimulate mujoco            the same two models on MuJoCo: DIR/updated/export/mujoco.yaml, as far as MJCF holds it
+#   --check                        only looks at the recordings: rates, gaps, clocks, motion, and what it can tell
 # All other options go to hrp-diagnose, such as --jobs N, --patience F, --quiet.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -31,8 +33,8 @@ for word in "$@"; do
 done
 case "$previous" in --out | --resimulate) fail "$previous needs a value; --help says which" ;; esac
 case "$again" in
-  "" | servers | process) ;;
-  *) say "diagnose.sh: --resimulate wants 'servers' or 'process', not '$again'"; exit 2 ;;
+  "" | servers | process | mujoco) ;;
+  *) say "diagnose.sh: --resimulate wants 'servers', 'process' or 'mujoco', not '$again'"; exit 2 ;;
 esac
 : "${experiment:=$ROOT/models/experiments/arm/experiment.yaml}"
 [ -f "$experiment" ] || { say "diagnose.sh: no file $experiment"; exit 2; }
@@ -41,8 +43,11 @@ name="$(basename "$folder")"
 : "${out:=$ROOT/logs/diagnosis/$name}"
 
 targets=(hrp-diagnose)
-case "$again" in servers) targets+=(hrp_run_programs hrp-log) ;; process) targets+=(hrp-simulate hrp-log) ;; esac
+case "$again" in servers) targets+=(hrp_run_programs hrp-log) ;; mujoco) targets+=(hrp_run_programs hrp-dynamics-mujoco hrp-log) ;; process) targets+=(hrp-simulate hrp-log) ;; esac
 "$ROOT/scripts/build.sh" "${targets[@]}" >&2
+case " ${options[*]} " in
+  *" --check "*) exec "$BUILD/bin/hrp-diagnose" "$experiment" "${options[@]}" ;;
+esac
 "$BUILD/bin/hrp-diagnose" "$experiment" --out "$out" "${options[@]}"
 say "The report as a page: $out/report.html"
 answer="$(dirname "$folder")/answers/$name.json"

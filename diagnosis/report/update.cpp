@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "diagnosis/export/take_home.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/page/page.h"
 
@@ -33,7 +34,7 @@ struct ScenarioText {
 
 // What is replaced: the robot (copied beside), the recordings, and what moved the robot.
 ScenarioText split(const std::string& text) {
-  static const std::set<std::string> dropped{"robot", "recordings", "controller", "steps", "interpolation", "logging"};
+  static const std::set<std::string> dropped{"robot", "recordings", "topics", "controller", "steps", "interpolation", "logging"};
   ScenarioText out;
   std::istringstream in(text);
   std::string line, key;
@@ -150,6 +151,30 @@ std::string make_motion(const Experiment& e, const Recording& recording) {
   return text + "\n";
 }
 
+// Bags and parts of long files cannot be compared with a simulation by their own files.
+bool is_whole_file(const Recording& recording) {
+  return fs::is_regular_file(recording.spec.file) && recording.spec.name.find(" (") == std::string::npos;
+}
+
+// The readings of the joints as text, so that anything can compare a simulation with them.
+std::string make_recorded(const Experiment& e, const Recording& recording) {
+  std::string text = "time";
+  std::vector<const std::vector<double>*> columns;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    for (int q = 0; q < kQuantities; ++q) {
+      const std::vector<double>& column = recording.joints[static_cast<size_t>(j)].signal[q];
+      if (column.empty()) continue;
+      text += "," + e.signal_name(j, static_cast<Quantity>(q));
+      columns.push_back(&column);
+    }
+  }
+  for (size_t k = 0; k < recording.size(); ++k) {
+    text += "\n" + number(recording.time[k] - recording.time[0], kExact);
+    for (const auto* column : columns) text += std::isfinite((*column)[k]) ? "," + number((*column)[k], kExact) : ",";
+  }
+  return text + "\n";
+}
+
 // Steps of at most one millisecond, of which the period has to be a multiple.
 std::string make_steps(const Experiment& e, const Recording& recording) {
   const double period = find_period(e);
@@ -164,6 +189,16 @@ const Recording& find_replayed(const Experiment& e) {
     if (!r.spec.train) return r;
   }
   return e.recordings.front();
+}
+
+// A scenario that its own reader refuses is no reason to lose the report.
+void write_exports(const fs::path& folder) {
+  try {
+    write_take_home(folder.string());
+  } catch (const InputError& error) {
+    fs::create_directories(folder / "export");
+    write_text(folder / "export" / "README.txt", std::string("Nothing was exported: ") + error.what() + "\n");
+  }
 }
 
 std::string write_updated(const Experiment& e, const nlohmann::json& report, const fs::path& folder) {
@@ -185,6 +220,7 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   const fs::path path = folder / "scenario.yaml";
   text += make_effects(text, parts.effects, list_effects(report), path.string());
   write_text(path, text);
+  write_exports(folder);
   return text;
 }
 
@@ -196,11 +232,17 @@ void write_reports(const Experiment& e, const std::string& folder, Reports repor
   if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
   const nlohmann::json report = nlohmann::json::parse(reports.report.dump());
   const std::string text = write_updated(e, report, fs::path(folder) / "updated");
+  const Recording& replayed = find_replayed(e);
+  std::string replays = replayed.spec.file;
+  if (!is_whole_file(replayed)) {
+    replays = fs::absolute(fs::path(folder) / "updated" / "recorded.csv").string();
+    write_text(replays, make_recorded(e, replayed));
+  }
   reports.series["updated"] = {
       {"folder", "updated"},
       {"scenario", "updated/scenario.yaml"},
       {"text", text},
-      {"replays", find_replayed(e).spec.file},
+      {"replays", replays},
       {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
   write_text(fs::path(folder) / "report.json", reports.report.dump(1) + "\n");
   write_text(fs::path(folder) / "series.json", reports.series.dump() + "\n");

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs DIR/updated/nominal.yaml and DIR/updated/scenario.yaml of a diagnosis and compares both with the recording whose
 commands they replay: normalised error (root mean square over the recording's standard deviation) of every signal that
-both have. Writes DIR/resimulated.json. Usage: resimulate.py BIN_DIR DIR servers|process"""
+both have. Writes DIR/resimulated.json. `mujoco`: the same on MuJoCo's dynamics server, with what of the model that server
+holds (DIR/updated/export/mujoco.yaml). Usage: resimulate.py BIN_DIR DIR servers|process|mujoco"""
 import csv
 import json
 import math
@@ -42,7 +43,8 @@ def call(*words):
 
 def simulate(bin_folder, scenario, way, folder):
     log = pathlib.Path(folder) / (scenario.stem + ".mcap")
-    call(bin_folder / "hrp-simulate", scenario, "--log", log, "--no-plot", "--quiet", *(["--in-process"] if way == "process" else []))
+    options = {"process": ["--in-process"], "mujoco": ["--program", "dynamics=hrp-dynamics-mujoco"]}.get(way, [])
+    call(bin_folder / "hrp-simulate", scenario, "--log", log, "--no-plot", "--quiet", *options)
     return read_table(bin_folder, log, folder)
 
 
@@ -67,13 +69,14 @@ def compare(recorded, simulated, name):
 
 
 def main():
-    if len(sys.argv) != 4 or sys.argv[3] not in ("servers", "process"):
+    if len(sys.argv) != 4 or sys.argv[3] not in ("servers", "process", "mujoco"):
         sys.exit(__doc__)
     bin_folder, out, way = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3]
     updated = json.loads((out / "series.json").read_text())["updated"]
     with tempfile.TemporaryDirectory() as folder:
         recorded = read_table(bin_folder, updated["replays"], folder)
-        runs = [simulate(bin_folder, out / "updated" / name, way, folder) for name in ("nominal.yaml", "scenario.yaml")]
+        found = "export/mujoco.yaml" if way == "mujoco" else "scenario.yaml"
+        runs = [simulate(bin_folder, out / "updated" / name, way, folder) for name in ("nominal.yaml", found)]
     errors = {}
     for name in recorded:
         if name == "time" or name.startswith("/joint_commands") or any(name not in run for run in runs):

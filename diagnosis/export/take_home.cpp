@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/export/take_home.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "diagnosis/export/unheld.h"
+#include "servers/dynamics/joint_effects.h"
+#include "servers/dynamics/link_effects.h"
+#include "servers/model_parser/robot_loader.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read_text(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw std::runtime_error(path.string() + ": cannot be read");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+}  // namespace
+
+TakeHome load_take_home(const std::string& scenario_path) {
+  TakeHome out;
+  out.scenario = load_scenario(scenario_path);
+  out.scenario.foot_bush.clear();
+  out.robot = load_robot(out.scenario);
+  for (const SteadyForce& f : apply_link_laws(out.scenario, &out.robot.tree)) {
+    std::string text = out.robot.tree.links[static_cast<size_t>(f.link)].name + ": a constant force of (";
+    for (int axis = 0; axis < 3; ++axis) text += (axis > 0 ? ", " : "") + print_value(f.force_W[axis]);
+    out.forces.push_back(text + ") N along the world's axes");
+  }
+  out.laws = make_joint_laws(out.scenario, &out.robot.tree);
+  return out;
+}
+
+// The top-level sections `robot`, `rotor_inertia`, `controller` and `servo` are written anew.
+std::string make_mujoco_scenario(const TakeHome& model, const std::string& nominal) {
+  std::string text = "# For hrp-dynamics-mujoco: what MuJoCo holds of the model that was found.\nrobot: robot.urdf\n";
+  std::istringstream in(nominal);
+  std::string line, key;
+  bool motion = false;
+  while (std::getline(in, line)) {
+    const bool top = !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t';
+    if (top) key = line.substr(0, line.find(':'));
+    motion = motion || key == "controller";
+    if (key == "robot" || key == "rotor_inertia" || key == "controller" || key == "servo" || key == "unactuated") continue;
+    text += line + "\n";
+  }
+  if (motion) text += "controller: {motion: ../motion.csv}\n";
+  text += "servo:\n  joints:\n";
+  std::string rotors, free;
+  for (int j = 0; j < model.robot.tree.num_joints(); ++j) {
+    const JointLaws& laws = model.laws[static_cast<size_t>(j)];
+    const std::string& name = model.robot.tree.joint(j).name;
+    const double limit = std::min(laws.effort_limit * laws.torque_scale, laws.saturation);
+    text += "    " + name + ": {kp: " + print_value(laws.kp * laws.torque_scale) + ", kd: " + print_value(laws.kd * laws.torque_scale) +
+            (limit < kUnlimited ? ", effort_limit: " + print_value(limit) : "") + "}\n";
+    if (laws.motor_inertia > 0.0) rotors += "  " + name + ": " + print_value(laws.motor_inertia) + "\n";
+  }
+  for (const std::string& name : model.scenario.unactuated) free += (free.empty() ? "" : ", ") + name;
+  return text + (rotors.empty() ? "" : "rotor_inertia:\n" + rotors) + (free.empty() ? "" : "unactuated: [" + free + "]\n");
+}
+
+void write_take_home(const std::string& updated_folder) {
+  const fs::path updated(updated_folder), folder = updated / "export";
+  fs::create_directories(folder);
+  const TakeHome model = load_take_home((updated / "scenario.yaml").string());
+  write_text(folder / "robot.xml", make_mjcf_model(model));
+  write_text(folder / "robot.urdf", make_urdf_model(model));
+  write_text(folder / "robot.sdf", make_sdf_model(model));
+  write_text(folder / "isaac_lab.yaml", make_isaac_table(model));
+  if (fs::exists(updated / "nominal.yaml"))
+    write_text(folder / "mujoco.yaml", make_mujoco_scenario(model, read_text(updated / "nominal.yaml")));
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/export/unheld.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace hrp::diagnosis {
+
+std::string print_value(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value == 0.0 ? 0.0 : value);
+  return text;
+}
+
+std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds) {
+  std::vector<std::string> list;
+  const auto p = print_value;
+  if (!holds.rotor && laws.motor_inertia > 0.0) list.push_back("reflected inertia of the rotor, " + p(laws.motor_inertia) + " kg m^2");
+  if (!holds.gain && laws.torque_scale != 1.0) list.push_back("the true torque is " + p(laws.torque_scale) + " times the drive's effort");
+  if (!holds.spring && laws.spring_stiffness != 0.0)
+    list.push_back("a spring of " + p(laws.spring_stiffness) + " N m/rad, at rest at " + p(laws.spring_rest) + " rad");
+  if (!holds.delay && laws.command_delay > 0.0) list.push_back("commands arrive " + p(laws.command_delay) + " s late");
+  if (laws.lag > 0.0) list.push_back("the drive lags, time constant " + p(laws.lag) + " s");
+  if (!holds.static_friction && laws.static_level > laws.coulomb)
+    list.push_back("dry friction is " + p(laws.static_level) + " N m at rest and falls to " + p(laws.coulomb) + " N m above " +
+                   p(laws.stribeck_velocity) + " rad/s");
+  if (laws.asymmetry != 0.0)
+    list.push_back("dry friction is (1 +- " + p(laws.asymmetry) + ") times its level forward and backward");
+  if (laws.load_ratio > 0.0) list.push_back("dry friction grows by " + p(laws.load_ratio) + " times the drive's effort");
+  if (laws.cogging_amplitude != 0.0)
+    list.push_back("ripple of " + p(laws.cogging_amplitude) + " N m sin(" + p(laws.cogging_periods) + " q + " + p(laws.cogging_phase) + ")");
+  if (laws.elastic)
+    list.push_back("an elastic transmission, " + p(laws.stiffness) + " N m/rad and " + p(laws.damping) + " N m s/rad");
+  if (laws.gap > 0.0) list.push_back("backlash of " + p(laws.gap) + " rad");
+  if (laws.hysteresis_stiffness > 0.0)
+    list.push_back("hysteresis of " + p(laws.hysteresis_stiffness) + " N m/rad, yielding at " + p(laws.hysteresis_yield) + " rad");
+  if (laws.joint_offset != 0.0) list.push_back("the encoder reads " + p(laws.joint_offset) + " rad too much");
+  if (!laws.terms.empty()) list.push_back("a limit of the drive by speed");
+  return list;
+}
+
+}  // namespace hrp::diagnosis

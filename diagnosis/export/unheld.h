@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What of a joint's laws a format cannot hold, in words.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/effects/joint_law.h"
+
+namespace hrp::diagnosis {
+
+// What a format holds beside viscous and dry friction.
+struct Holds {
+  bool rotor = false, gain = false, spring = false, delay = false, static_friction = false;
+};
+
+// "dry friction is 0.31 N m at rest and falls to 0.2 N m above 0.05 rad/s", ...; empty when all is held.
+std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds);
+
+// Six digits: what recordings tell, and what a reader can read.
+std::string print_value(double value);
+
+}  // namespace hrp::diagnosis
