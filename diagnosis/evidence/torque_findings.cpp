@@ -69,7 +69,7 @@ class Judge {
   }
 
   void add_findings(TorqueVerdict* out) {
-    std::set<int> with_drives;
+    std::set<int> with_drives, any_drives;
     for (const GradedTerm& g : graded_) {
       if (g.helps_held && g.gain > 0.0) add_to_model(g, &out->model);
       if (g.named && g.term.kind == TermKind::kBusDelay) {
@@ -85,9 +85,10 @@ class Judge {
       out->evidence.findings.push_back(make_finding(e_, g, excess));
       const bool of_drive = g.term.kind == TermKind::kRotor || g.term.kind == TermKind::kViscous ||
                             g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry;
+      if (of_drive) any_drives.insert(g.place.joint);
       if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint);
     }
-    out->with_drives = static_cast<int>(with_drives.size());
+    out->with_drives = static_cast<int>(with_drives.size()), out->any_drives = static_cast<int>(any_drives.size());
   }
 
   // Told by the servo's own law, beside whatever acts on the joint.

@@ -14,6 +14,7 @@ struct TorqueVerdict {
   int joints = 0;         // that are judged
   int exact = 0;          // of them, those whose missing torque is small and follows nothing: noise
   int with_drives = 0;    // of them, those with friction or a rotor that is supported
+  int any_drives = 0;     // the same, ambiguous ones too
   std::vector<SignalFit> torque;  // by joint: root mean squares of the missing torque, held-out recordings [N m]
 };
 

@@ -14,11 +14,15 @@ constexpr double kProbable = 0.9;         // of a family, over all subsets
 constexpr double kDeviations = 3.0;       // of its value from none
 constexpr double kAgree = 0.85;           // of the stretches must give the same sign
 constexpr double kEven = 3.0;             // [nats] within which another term does as well: odds of 20
+constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms say the same, whatever they cost
 constexpr double kNamedGain = 3.0;        // [nats] that a supported term must add
 constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, even if its share is small
 constexpr double kLeastShare = 0.001;     // but not none
 constexpr double kExpected = 6.0;         // [nats] the same for what every drive has: viscous and dry friction, a rotor
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
+
+// A spring has a constant part: it always does as well as a constant torque, and is no rival of it.
+bool contains(TermKind larger, TermKind smaller) { return larger == TermKind::kSpring && smaller == TermKind::kConstant; }
 
 bool is_same_family(const Term& a, const Term& b) { return get_family(a.kind) == get_family(b.kind); }
 
@@ -264,8 +268,11 @@ class Grader {
     }
   }
 
-  // Does as well in the place of a term: nearly all of what the term adds.
-  bool fills(const GradedTerm& g, const TorqueFit& with, const TorqueFit& alone) const {
+  // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
+  // rotor that drives it.
+  bool fills(const GradedTerm& g, const Term& other, const TorqueFit& with, const TorqueFit& alone) const {
+    const double costs = get_cost(other.kind) - get_cost(g.term.kind);
+    if (with.evidence + costs > fit_.evidence - kSame) return true;
     return with.evidence > fit_.evidence - kEven && with.evidence - alone.evidence > 0.5 * g.gain;
   }
 
@@ -283,7 +290,7 @@ class Grader {
     const std::vector<size_t>& have = choice_.model.own[i];
     for (size_t term = 0; term < design_.joints[i].terms.size(); ++term) {
       const Term& other = design_.joints[i].terms[term];
-      if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind ||
+      if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind || contains(other.kind, g->term.kind) ||
           find_effect_id(other.kind) == find_effect_id(g->term.kind))
         continue;
       // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
@@ -294,7 +301,7 @@ class Grader {
       model.own[i].push_back(term);
       std::sort(model.own[i].begin(), model.own[i].end());
       const TorqueFit fit = fit_torque(design_, model);
-      if (!fills(*g, fit, alone)) continue;
+      if (!fills(*g, other, fit, alone)) continue;
       const Slots slots = list_slots(design_, model);
       const size_t at = static_cast<size_t>(std::find(model.own[i].begin(), model.own[i].end(), term) - model.own[i].begin());
       const Eigen::VectorXd own = fit.theta.segment(slots.own[i][0], count_columns(i, model.own[i]));
@@ -320,7 +327,7 @@ class Grader {
       TorqueModel model = rest;
       model.whole.push_back(term);
       const TorqueFit fit = fit_torque(design_, model);
-      if (!fills(*g, fit, alone) || is_needed_beside(*g, term, fit)) continue;
+      if (!fills(*g, other, fit, alone) || is_needed_beside(*g, term, fit)) continue;
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns);
       if (is_whole_physical(design_, other, p)) g->rivals.push_back({other, p});
     }

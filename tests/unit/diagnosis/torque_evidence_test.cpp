@@ -124,18 +124,32 @@ TEST(TorqueEvidence, LateCommandsOfPositionLogsAreNoViscousFrictionAndNoRotor) {
   }
 }
 
-TEST(TorqueEvidence, FrictionOfASlideHasUnitsOfForces) {
-  const std::string urdf = R"(<robot name="cart"><link name="base"/>
+const char* const kCart = R"(<robot name="cart"><link name="base"/>
     <link name="cart"><inertial><mass value="5"/>
       <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
     <joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>
       <limit lower="-3" upper="3" effort="500" velocity="10"/></joint></robot>)";
-  const Experiment e = make_simulated_experiment("torque_slide", urdf, {"slide"}, {{EffectId::kViscous, 0, {8.0}}});
+
+TEST(TorqueEvidence, FrictionOfASlideHasUnitsOfForces) {
+  const Experiment e = make_simulated_experiment("torque_slide", kCart, {"slide"}, {{EffectId::kViscous, 0, {8.0}}});
   const TorqueVerdict verdict = judge_torque(e, 1);
   const Finding* f = find(verdict, "viscous_friction", "slide");
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->parameters[0].unit, "N s/m");
   EXPECT_EQ(verdict.evidence.remaining[0].unit, "N");
+}
+
+// On a level slide the cart's mass, the rotor that drives it and the drive's gain are one number.
+TEST(TorqueEvidence, InertiaOfALevelCartIsAmbiguousWhateverItIsCalled) {
+  const Experiment e = make_simulated_experiment("torque_cart", kCart, {"slide"},
+                                                 {{EffectId::kRotorInertia, 0, {2.0}}, {EffectId::kViscous, 0, {8.0}}});
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  ASSERT_EQ(verdict.evidence.findings.size(), 2u);
+  for (const Finding& f : verdict.evidence.findings) {
+    if (f.effect == "viscous_friction") continue;
+    EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
+    EXPECT_FALSE(f.alternatives.empty()) << f.statement;
+  }
 }
 
 // From measured efforts a simulation drifts within seconds; over half a second the right model is near the recording.
