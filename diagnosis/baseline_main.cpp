@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// hrp-diagnose-baseline EXPERIMENT.yaml: what anybody would do first, for comparison with the tool. Plain linear least
-// squares of viscous and Coulomb friction and rotor inertia at every driven joint (Gautier and Khalil's inverse dynamic
-// identification in its simplest form), judged by the tool's own score on the recordings it did not see. Prints JSON.
+// hrp-diagnose-baseline EXPERIMENT.yaml [NAME=MODEL.yaml ...]: models side by side, judged alike on the recordings that
+// nothing was fitted to. The nominal one; what anybody would do first: plain linear least squares of viscous and Coulomb
+// friction and rotor inertia at every driven joint (Gautier and Khalil's inverse dynamic identification in its simplest
+// form); and every model whose `effects` a file states. Prints JSON.
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
+#include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/search/fit.h"
+#include "diagnosis/simulation/windows.h"
 
 namespace {
 
@@ -84,7 +88,72 @@ void add_recording(const Problem& problem, int r, std::vector<Normal>* normals) 
   }
 }
 
-nlohmann::ordered_json identify(const std::string& path) {
+constexpr double kWindow = 0.5;    // [s] of free simulation from recorded efforts, as in the report
+constexpr int kMostWindows = 400;
+
+// An experiment whose robot has the effects that a file states: that file's text from `effects:` to the next key.
+std::string read_effects(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) {
+    Diagnostic d;
+    d.file = path, d.message = "cannot be read";
+    throw InputError(d);
+  }
+  std::string text, line;
+  bool inside = false;
+  while (std::getline(file, line)) {
+    const bool top = !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#';
+    if (top) inside = line.rfind("effects:", 0) == 0;
+    if (inside) text += line + "\n";
+  }
+  return text;
+}
+
+Experiment add_effects(const Experiment& e, const std::string& path) {
+  const Scenario stated = parse_scenario(e.scenario.text + "\n" + read_effects(path), path);
+  Experiment with = e;
+  with.scenario.joint_laws = stated.joint_laws, with.scenario.link_laws = stated.link_laws;
+  with.scenario.rotor_inertia = stated.rotor_inertia;
+  return with;
+}
+
+double join(const std::vector<double>& rms) {
+  double sum = 0.0, n = 0.0;
+  for (double x : rms) {
+    if (std::isfinite(x)) sum += x * x, n += 1.0;
+  }
+  return n > 0.0 ? std::sqrt(sum / n) : std::nan("");
+}
+
+// Simulated positions, by joint [rad]: over the whole of each recording from its commands, or over windows from efforts.
+std::vector<double> calc_position_errors(const Problem& problem, const std::vector<int>& held, const Experiment& e,
+                                         const Hypothesis& hypothesis) {
+  if (e.scenario.drive == "effort")
+    return calc_window_errors(make_plant(e, hypothesis), e, problem.smooth, held, kWindow, kMostWindows, 2).rms;
+  const Score score = calc_score(problem, hypothesis, held);
+  std::vector<double> rms;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const size_t c = static_cast<size_t>(j) * kQuantities;
+    rms.push_back(score.ok ? score.rms(c) / problem.weights[c] : std::nan(""));
+  }
+  return rms;
+}
+
+nlohmann::ordered_json judge(const Experiment& e, const Hypothesis& hypothesis) {
+  const Problem problem = make_problem(e, 2);
+  const bool has_held = !problem.validate.empty();
+  const TorqueData data = make_torque_data(e);
+  const std::vector<double> positions = calc_position_errors(problem, has_held ? problem.validate : problem.train, e, hypothesis),
+                            efforts = calc_torque_residuals(data, make_plant(e, hypothesis), has_held);
+  const auto write = [&](const std::vector<double>& rms) {
+    nlohmann::ordered_json by_joint;
+    for (int j = 0; j < e.num_joints(); ++j) by_joint[e.robot.tree.joint(j).name] = rms[static_cast<size_t>(j)];
+    return nlohmann::ordered_json{{"all", join(rms)}, {"joints", by_joint}};
+  };
+  return {{"position", write(positions)}, {"effort", write(efforts)}};
+}
+
+nlohmann::ordered_json identify(const std::string& path, const std::vector<std::pair<std::string, std::string>>& models) {
   const Experiment e = load_experiment(path);
   const Problem problem = make_problem(e, 2);
   if (e.num_joints() == 0) return {{"joints", nullptr}};  // nothing that could have friction
@@ -107,19 +176,36 @@ nlohmann::ordered_json identify(const std::string& path) {
     if (before.ok && after.ok)
       out["fit"][name] = {{"before", before.rms()}, {"after", after.rms()}};  // else it diverges
   }
+  out["models"]["nominal"] = judge(e, {});
+  out["models"]["least squares"] = judge(e, hypothesis);
+  for (const auto& [name, file] : models) out["models"][name] = judge(add_effects(e, file), {});
   return out;
+}
+
+// "NAME=FILE"; false where there is no name.
+bool read_models(int argc, char** argv, std::vector<std::pair<std::string, std::string>>* models) {
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = argv[i];
+    const size_t at = word.find('=');
+    if (at == 0 || at == std::string::npos) return false;
+    models->emplace_back(word.substr(0, at), word.substr(at + 1));
+  }
+  return argc >= 2;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   const char usage[] =
-      "Usage: hrp-diagnose-baseline EXPERIMENT.yaml\n"
-      "Least-squares identification of friction and rotor inertia, to compare hrp-diagnose with; prints JSON.";
+      "Usage: hrp-diagnose-baseline EXPERIMENT.yaml [NAME=MODEL.yaml ...]\n"
+      "Judges models alike on recordings that nothing was fitted to: nominal, plain least squares of friction and rotor\n"
+      "inertia, and the `effects` of every MODEL.yaml. Positions in rad by simulation (from recorded efforts over 0.5 s),\n"
+      "efforts in N m along the recorded motion. Prints JSON.";
   if (hrp::answer_questions(argc, argv, "hrp-diagnose-baseline", usage)) return 0;
-  if (argc != 2) return std::fprintf(stderr, "%s\n", usage), 2;
+  std::vector<std::pair<std::string, std::string>> models;
+  if (!read_models(argc, argv, &models)) return std::fprintf(stderr, "%s\n", usage), 2;
   try {
-    std::printf("%s\n", identify(argv[1]).dump(1).c_str());
+    std::printf("%s\n", identify(argv[1], models).dump(1).c_str());
     return 0;
   } catch (const hrp::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -15,7 +15,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Share of the joints in which friction or a rotor is supported, from which sets of a few effects cannot explain the
+// Share of the joints in which friction or a rotor is found, from which sets of a few effects cannot explain the
 // robot: each joint has several of its own.
 constexpr double kEveryDrive = 0.6;
 constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one effect of a clean world
@@ -27,7 +27,8 @@ constexpr double kWindow = 0.5;
 constexpr int kMostWindows = 400;
 
 bool has_real_drives(const TorqueVerdict& torque) {
-  return torque.judged && torque.with_drives >= kSeveral && torque.with_drives >= kEveryDrive * torque.joints;
+  return torque.judged && torque.joints >= kSeveral && torque.with_drives > 0 &&
+         torque.any_drives >= kEveryDrive * torque.joints;
 }
 
 // The nominal model is exact for some joint: a simulated world, where a law that leaves more than noise is not the law.

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/diagnose_recordings.sh [--out DIR] [--jobs J] [FOLDER ...]
 #
-# Runs hrp-diagnose over folders of real recordings (all in ../shared/recordings when none is named), and beside it the
-# plain least-squares identification of viscous and Coulomb friction and rotor inertia. Prints one table and, for the
-# folders of ../shared/recordings, puts it between the marks in docs/recordings.md.
+# Runs hrp-diagnose over folders of real recordings (all in ../shared/recordings when none is named). Beside it stand the
+# nominal model, plain least squares of friction and rotor inertia, the model that the authors published
+# (models/published/NAME.yaml) and the plain baseline of ../shared/baselines, each where there is one. All are judged alike
+# on recordings that nothing was fitted to. Prints tables and, for the folders of ../shared/recordings, puts them between
+# the marks in docs/recordings.md.
 #   --out DIR   one folder of answers for each recording (out/recordings)
 #   --jobs J    threads of the tool (all cores)
 set -euo pipefail
@@ -39,6 +41,11 @@ for folder in "${folders[@]}"; do
   timeout "${HRP_DIAGNOSE_LIMIT:-900}" "$BUILD/bin/hrp-diagnose" "$folder/experiment.yaml" --out "$answer" --jobs "$jobs" >"$answer/terminal.txt" 2>&1 || status=$?
   end=$(date +%s.%N)
   printf '{"status": %d, "seconds": %s}\n' "$status" "$(awk "BEGIN {printf \"%.1f\", $end - $begin}")" >"$answer/run.json"
-  "$BUILD/bin/hrp-diagnose-baseline" "$folder/experiment.yaml" >"$answer/baseline.json" 2>"$answer/baseline.txt" || true
+  models=()
+  [ ! -f "$ROOT/models/published/$name.yaml" ] || models+=("published=$ROOT/models/published/$name.yaml")
+  [ ! -f "$answer/updated/scenario.yaml" ] || models+=("tool=$answer/updated/scenario.yaml")
+  "$BUILD/bin/hrp-diagnose-baseline" "$folder/experiment.yaml" "${models[@]}" >"$answer/baseline.json" 2>"$answer/baseline.txt" || true
+  floor=$ROOT/../shared/baselines/torque_evidence.py
+  [ ! -f "$floor" ] || python3 "$floor" "$folder" >"$answer/floor.txt" 2>/dev/null || true
 done
 python3 "$ROOT/scripts/recordings_table.py" "$out" "${table_options[@]}" "${folders[@]}"

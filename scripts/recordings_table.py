@@ -4,8 +4,11 @@
 import argparse
 import json
 import pathlib
+import re
 
 BEGIN, END = "<!-- table: begin (scripts/diagnose_recordings.sh) -->", "<!-- table: end -->"
+
+MODELS = ["nominal", "least squares", "published", "tool"]
 
 
 def read_json(path):
@@ -42,28 +45,72 @@ def unknown(item):
 
 
 def found(report):
-    lines = [f"{f.get('effect', '?').replace('_', ' ')} at {place(f.get('where'))}: {parameters(f)}"
-             for f in report.get("findings") or []]
-    lines += [unknown(u) for u in report.get("unexplained") or []]
+    groups = {}
+    for f in report.get("findings") or []:
+        groups.setdefault((f.get("grade", "certain"), f.get("effect", "?")), []).append(f)
+    lines = []
+    for (grade, effect), members in groups.items():
+        name = f"{effect.replace('_', ' ')} ({grade})"
+        if len(members) > 2:
+            lines.append(f"{name} at {len(members)} places: {value_range(members)}")
+        else:
+            lines += [f"{name} at {place(f.get('where'))}: {parameters(f)}" for f in members]
+    lines += [unknown(u) for u in report.get("unexplained") or [] if not groups]
     return "<br>".join(lines) or "-"
+
+
+def value_range(members):
+    values = []
+    for f in members:
+        for p in (f.get("parameters") or {}).values():
+            if isinstance(p.get("value"), (int, float)):
+                values.append((p["value"], p.get("unit", "")))
+            break
+    if not values:
+        return "-"
+    return f"{number(min(values)[0])} to {number(max(values)[0])} {values[0][1]}".strip()
 
 
 def row(folder, out):
     name = pathlib.Path(folder).resolve().name
     report, run = read_json(out / name / "report.json"), read_json(out / name / "run.json")
-    baseline = (read_json(out / name / "baseline.json").get("fit") or {})
     fit = report.get("fit") or {}
-    which = "validate" if fit.get("validate") or baseline.get("validate") else "train"
-    mine, plain = fit.get(which) or {}, baseline.get(which) or {}
     verdict = report.get("verdict") or f"no answer (exit status {run.get('status')})"
-    return [name, verdict, found(report), which, number(mine.get("before")), number(mine.get("after")), number(plain.get("after")),
-            number(run.get("seconds"))]
+    mine = fit.get("validate") or fit.get("train") or {}
+    return [name, verdict, found(report), f"{number(mine.get('before'))} to {number(mine.get('after'))}", number(run.get("seconds"))]
 
 
-def make_table(rows):
-    head = ["recording", "verdict", "what was found", "judged on", "nominal", "tool", "least squares", "s"]
+def floor_share(path):
+    """Mean share of the effort's spread that the plain baseline leaves; it prints 'of its torque A -> B missing'."""
+    try:
+        left = [float(x) for x in re.findall(r"of its torque [\d.]+ -> ([\d.]+) missing", path.read_text())]
+    except OSError:
+        return None
+    return sum(left) / len(left) if left else None
+
+
+def comparison(folder, out):
+    name = pathlib.Path(folder).resolve().name
+    models = read_json(out / name / "baseline.json").get("models") or {}
+    if not models:
+        return []
+    rows = []
+    for kind, unit in (("position", "rad"), ("effort", "N m")):
+        cells = [number(((models.get(m) or {}).get(kind) or {}).get("all")) for m in MODELS]
+        rows.append([name, f"{kind} [{unit}]"] + cells + [number(floor_share(out / name / "floor.txt")) if kind == "effort" else "-"])
+    return rows
+
+
+def make_table(head, rows):
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     return "\n".join(lines + ["| " + " | ".join(cell.replace("|", "/") for cell in r) + " |" for r in rows])
+
+
+def make_tables(folders, out):
+    head = ["recording", "verdict", "what was found", "its own measure, nominal to tool", "s"]
+    compared = ["recording", "error"] + MODELS + ["plain baseline, share"]
+    return (make_table(head, [row(f, out) for f in folders]) + "\n\n" +
+            make_table(compared, [r for f in folders for r in comparison(f, out)]))
 
 
 def main():
@@ -72,7 +119,7 @@ def main():
     parser.add_argument("folders", nargs="+")
     parser.add_argument("--page", type=pathlib.Path)
     args = parser.parse_args()
-    table = make_table([row(folder, args.out) for folder in args.folders])
+    table = make_tables(args.folders, args.out)
     print(table)
     if args.page:
         text = args.page.read_text()

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/torque_residual.h"
+
+#include <cmath>
+
+#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/simulation/bodies.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Torque [N m] that a joint's laws take beside the bodies, on the full grid.
+Eigen::VectorXd calc_taken(const JointLaws& laws, double rotor, const TorqueRecording& r, const Eigen::VectorXd& tau,
+                           const Eigen::VectorXd& direction, int j) {
+  Eigen::VectorXd taken(tau.size());
+  for (long k = 0; k < tau.size(); ++k) {
+    const double v = r.v(k, j), s = direction[k];
+    taken[k] = calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j)) + rotor * r.a(k, j);
+    if (laws.has_friction()) taken[k] += s * calc_friction_level(laws, std::abs(v), tau[k], s > 0.0 ? 1.0 : -1.0);
+  }
+  return taken;
+}
+
+Eigen::MatrixXd take_offsets(const Plant& plant, Eigen::MatrixXd q) {
+  for (long j = 0; j < q.cols(); ++j) q.col(j).array() -= plant.laws[static_cast<size_t>(j)].joint_offset;
+  return q;
+}
+
+}  // namespace
+
+std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& plant, bool held) {
+  const size_t n = plant.laws.size();
+  std::vector<double> square(n, 0.0), count(n, 0.0);
+  for (const TorqueRecording& r : data.recordings) {
+    if (r.train == held) continue;
+    const Eigen::MatrixXd tau = calc_efforts(plant, take_offsets(plant, r.q), r.v, r.a);
+    for (size_t i = 0; i < n; ++i) {
+      const int j = static_cast<int>(i);
+      if (!data.is_judged(j)) continue;
+      const JointLaws& laws = plant.laws[i];
+      const Eigen::VectorXd sign = (r.v.col(j).array() / data.slow[i]).tanh().matrix();
+      const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, plant.rotor[i], r, tau.col(j), sign, j));
+      const Eigen::MatrixXd late = calc_joint_columns(data, r, {TermKind::kCommandDelay, j, laws.command_delay, 1, false});
+      for (long k = 0; k < r.kept(); ++k) {
+        if (!r.use(k, j)) continue;
+        const long row = r.full_row(k);
+        const double effort = r.effort(row, j) - laws.command_delay * late(k, 0) - laws.lag * r.effort_rate(row, j);
+        const double left = (calc_given_torque(laws, effort, r.v(row, j)) - tau(row, j) - taken[k]) / laws.torque_scale;
+        square[i] += left * left, count[i] += 1.0;
+      }
+    }
+  }
+  std::vector<double> rms;
+  for (size_t i = 0; i < n; ++i) rms.push_back(count[i] > 0.0 ? std::sqrt(square[i] / count[i]) : std::nan(""));
+  return rms;
+}
+
+}  // namespace hrp::diagnosis
