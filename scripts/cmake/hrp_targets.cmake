@@ -32,6 +32,12 @@ function(hrp_quick target headers)
   hrp_precompile(${target} ${headers})
 endfunction()
 
+# hrp_plain(FILE ...): sources of this folder that neither compute nor use Eigen or CLI11. Without the precompiled header,
+# whose own objects cost a second in each file, and with little optimisation they take half of the time to compile.
+function(hrp_plain)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${HRP_QUICK}")
+endfunction()
+
 # Where #include "common/..." is found: the top of the tree, or of the installed headers.
 function(hrp_include_top target scope)
   target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/openhrp_dds>)
