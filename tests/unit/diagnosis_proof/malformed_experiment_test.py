@@ -116,6 +116,31 @@ class Malformed(unittest.TestCase):
             f["train_1.csv"] = "\n".join(lines)
         self.refused(r"train_1.csv:8:2:", change=change)
 
+    def test_an_empty_cell_is_named_with_line_and_column(self):
+        def change(f):
+            lines = f["train_1.csv"].split("\n")
+            cells = lines[7].split(",")
+            cells[3] = ""
+            lines[7] = ",".join(cells)
+            f["train_1.csv"] = "\n".join(lines)
+        status, text, _ = self.answered(change=change)
+        self.assertRegex(text, r"train_1.csv:8:4: warning: /joint_states/one/position: no number here")
+
+    def test_a_folder_stands_for_the_experiment_in_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "experiment.yaml").write_text(YAML)
+            pathlib.Path(folder, "robot.urdf").write_text(URDF)
+            run = subprocess.run([BIN / "hrp-diagnose", folder, "--out", f"{folder}/out"], capture_output=True, text=True, timeout=110)
+            self.assertEqual(run.returncode, 2)
+            self.assertIn("train_1.csv", run.stderr, "read as far as the recordings, which are not there")
+
+    def test_a_missing_joint_column_is_named(self):
+        def change(f):
+            for name in ("train_1.csv", "validate_1.csv"):
+                f[name] = f[name].replace("/joint_states/one/position", "/joint_states/one/pos", 1)
+        _, text, _ = self.answered(change=change)
+        self.assertRegex(text, r"train_1.csv has no (column /joint_states/one/position|position of joint one)")
+
     def test_time_that_runs_backwards_is_named(self):
         def change(f):
             lines = f["train_1.csv"].split("\n")
