@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/estimate/gram.h"
 
+#include "diagnosis/estimate/robust.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -94,7 +96,7 @@ Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& tota
     const Eigen::VectorXd score = own.b - own.G * theta;
     scores += score * score.transpose(), count += 1.0;
   }
-  return inverse * scores * inverse * (count > 1.0 ? count / (count - 1.0) : 1.0);
+  return make_robust_covariance(inverse, scores, find_few(count)).robust;
 }
 
 }  // namespace hrp::diagnosis

@@ -31,8 +31,7 @@ Gram sum(const std::vector<Gram>& folds, long width);
 // Mean square of each fold predicted from all others.
 double cross_validate(const std::vector<Gram>& folds, const Gram& total, const Columns& columns);
 
-// Robust covariance (sandwich) with the folds as clusters: A^-1 (sum g g^T) A^-1, g the score of a fold. It allows for
-// whatever correlation residuals have within a fold. Small samples: times F / (F - 1).
+// Robust covariance (robust.h) with the folds as clusters.
 Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& total, const Columns& columns,
                                 const Eigen::VectorXd& theta);
 

@@ -4,6 +4,8 @@
 
 #include "diagnosis/held_feet/search.h"
 
+#include "diagnosis/estimate/robust.h"
+
 namespace hrp::diagnosis::held_feet {
 namespace {
 
@@ -169,10 +171,9 @@ RowFit fit_rows(const RowProblem& problem, const RowHypothesis& start, const std
     Eigen::MatrixXd A = sums.A;
     A.diagonal().array() += 1e-12 * (1e-12 + A.diagonal().array());
     const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
-    const Eigen::MatrixXd covariance = inverse * sums.scores * sums.scores.transpose() * inverse;
+    const RobustCovariance covariance = make_robust_covariance(inverse, sums.scores * sums.scores.transpose());
     for (size_t i = 0; i < parameters.size(); ++i) {
-      const auto d = static_cast<long>(i);
-      fit.std[parameters[i].effect][parameters[i].index] = std::sqrt(std::max(covariance(d, d), inverse(d, d)));
+      fit.std[parameters[i].effect][parameters[i].index] = std::sqrt(covariance.find_variance(static_cast<long>(i)));
     }
   }
   return fit;

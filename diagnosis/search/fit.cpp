@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/robust.h"
 #include "diagnosis/search/parameters.h"
 #include "diagnosis/search/significance.h"
 
@@ -182,13 +183,12 @@ class Fitter {
       if (is_timing(hypothesis_[parameters_[static_cast<size_t>(i)].effect]))
         A(i, i) += 12.0 / std::pow(info.high - info.low, 2);
     }
-    const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
-    const Eigen::MatrixXd sandwich = inverse * B * inverse;
+    const RobustCovariance covariance = make_robust_covariance(A.ldlt().solve(Eigen::MatrixXd::Identity(p, p)), B);
     result->std.clear();
     for (const Effect& effect : result->hypothesis) result->std.emplace_back(effect.p.size(), 0.0);
     for (long i = 0; i < p; ++i) {
       const FreeParameter& parameter = parameters_[static_cast<size_t>(i)];
-      const double variance = std::max(inverse(i, i) * inflate, sandwich(i, i));
+      const double variance = covariance.find_variance(i, inflate);
       result->std[parameter.effect][parameter.index] = std::sqrt(std::max(0.0, variance));
     }
     for (size_t e = 0; e < result->hypothesis.size(); ++e) result->distance.push_back(calc_distance(A, B, inflate, e));
