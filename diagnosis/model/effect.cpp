@@ -16,6 +16,17 @@ bool is_one_number(const EffectInfo& info, const Place& place) {
 
 }  // namespace
 
+const char* get_unit(Reading reading) {
+  switch (reading) {
+    case Reading::kPosition: case Reading::kOrientation: return "rad";
+    case Reading::kVelocity: case Reading::kAngularVelocity: return "rad/s";
+    case Reading::kEffort: case Reading::kTorque: return "N m";
+    case Reading::kForce: return "N";
+    case Reading::kAcceleration: return "m/s^2";
+    default: return "";
+  }
+}
+
 bool has_columns(EffectId id) {
   const EffectInfo& info = get_effect(id);
   if (info.torque.num_columns < 2 || !info.torque.shapes.empty() || info.torque.shape_from_data) return false;

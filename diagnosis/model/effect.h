@@ -9,7 +9,13 @@
 namespace hrp::diagnosis {
 
 // What of a sensor's readings an effect is of.
-enum class Reading { kAll, kPosition, kVelocity, kEffort, kForce, kTorque };
+enum class Reading {
+  kAll,
+  kPosition, kVelocity, kEffort,                      // of a joint; kPosition also of a tracked body
+  kWrench, kForce, kTorque,                           // of a force sensor: both, or one
+  kImu, kOrientation, kAngularVelocity, kAcceleration // of an IMU: all, or one
+};
+const char* get_unit(Reading reading);  // of a joint's, a force sensor's or an IMU's single readings
 
 // `index`: of the joint, link or foot; of the joint whose position, velocity or effort is read, else of the sensor.
 struct Place {
@@ -20,6 +26,10 @@ struct Place {
     return kind == other.kind && index == other.index && reading == other.reading;
   }
 };
+
+inline Place at_joint(int joint) { return {PlaceKind::kJoint, joint, Reading::kAll}; }
+inline Place at_link(int link) { return {PlaceKind::kLink, link, Reading::kAll}; }
+inline Place at_sensor(int index, Reading reading) { return {PlaceKind::kSensor, index, reading}; }
 
 // Readings of a joint are one number each, all others are vectors.
 inline bool is_of_joint(Reading reading) {

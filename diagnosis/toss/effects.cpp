@@ -1,154 +1,178 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/toss/effects.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "common/effects/link_law.h"
+#include "common/base/check.h"
+#include "common/effects/effect_target.h"
 #include "diagnosis/toss/model.h"
 
 namespace hrp::diagnosis::toss {
-
-const TossInfo& get_toss_info(TossId id) {
-  static const std::vector<TossInfo> table{
-      {TossId::kGroundFriction,
-       "ground_friction",
-       "ground",
-       "ground",
-       {{"coefficient", "1", 0.5, 0.01, 0.0, 3.0}},
-       "the ground's friction differs from the model's: speed along the ground is lost at another rate"},
-      {TossId::kRestitution,
-       "restitution",
-       "ground",
-       "ground",
-       {{"coefficient", "1", 0.0, 0.01, 0.0, 1.0}},
-       "the body bounces: of the speed at which a point strikes, this share comes back"},
-      {TossId::kGroundSlope,
-       "ground_slope",
-       "ground",
-       "ground",
-       {{"roll", "rad", 0.0, 1e-3, -0.5, 0.5}, {"pitch", "rad", 0.0, 1e-3, -0.5, 0.5}},
-       "the ground is not level"},
-      {TossId::kComError,
-       "com_error",
-       "link",
-       "",
-       {{"offset_x", "m", 0.0, 1e-4, -1.0, 1.0},
-        {"offset_y", "m", 0.0, 1e-4, -1.0, 1.0},
-        {"offset_z", "m", 0.0, 1e-4, -1.0, 1.0}},
-       "the centre of mass is elsewhere: in flight the body turns about another point"},
-      {TossId::kPayload,
-       "payload",
-       "link",
-       "",
-       {{"mass", "kg", 0.0, 1e-3, 0.0, 1e3},
-        {"com_x", "m", 0.0, 1e-3, -1.0, 1.0},
-        {"com_y", "m", 0.0, 1e-3, -1.0, 1.0},
-        {"com_z", "m", 0.0, 1e-3, -1.0, 1.0}},
-       "an unmodelled mass is carried: centre of mass and inertia are both changed by it"},
-      {TossId::kInertiaError,
-       "inertia_error",
-       "link",
-       "",
-       {{"scale", "1", 1.0, 0.01, 0.1, 10.0}},
-       "the moments of inertia are those of another spread of mass: spin after an impact is off"},
-      {TossId::kPositionBias,
-       "sensor_bias",
-       "sensor",
-       "/base/pose/position",
-       {{"value_z", "m", 0.0, 1e-4, -1.0, 1.0}},
-       "recorded heights are shifted by a constant: the body seems to rest above or in the ground"},
-      {TossId::kPositionScale,
-       "sensor_scale",
-       "sensor",
-       "/base/pose/position",
-       {{"scale", "1", 1.0, 1e-3, 0.5, 2.0}},
-       "recorded positions are scaled: free fall has another acceleration"},
-      {TossId::kMisalignment,
-       "sensor_misalignment",
-       "sensor",
-       "/base/pose/orientation",
-       {{"rpy_x", "rad", 0.0, 1e-3, -1.0, 1.0},
-        {"rpy_y", "rad", 0.0, 1e-3, -1.0, 1.0},
-        {"rpy_z", "rad", 0.0, 1e-3, -1.0, 1.0}},
-       "the tracked frame is turned against the body: it lies flat at an attitude that is not flat"},
-      {TossId::kOrientationDelay,
-       "sensor_delay",
-       "sensor",
-       "/base/pose/orientation",
-       {{"delay", "s", 0.0, 2e-4, -0.1, 0.1}},
-       "attitudes come late against positions"},
-      {TossId::kClockSkew,
-       "clock_skew",
-       "sensor",
-       "/base/pose",
-       {{"skew", "1", 0.0, 1e-3, -0.5, 0.5}},
-       "the clock of the recording runs at another rate: free fall has another acceleration, lengths are right"},
-      {TossId::kDrag, "air_drag", "link", "", {{"rate", "1/s", 0.0, 0.01, -10.0, 10.0}}, "speed is lost in flight"}};
-  return table[static_cast<size_t>(id)];
-}
-
-TossEffect make_neutral(const TossProblem& problem, TossId id) {
-  TossEffect effect{id, {}};
-  for (const TossParameter& p : get_toss_info(id).parameters) effect.p.push_back(p.neutral);
-  if (id == TossId::kGroundFriction) effect.p[0] = problem.nominal.ground.friction;
-  if (id == TossId::kRestitution) effect.p[0] = problem.nominal.restitution;
-  return effect;
-}
-
-bool has_effect(const TossHypothesis& hypothesis, TossId id) {
-  return std::any_of(hypothesis.begin(), hypothesis.end(), [&](const TossEffect& e) { return e.id == id; });
-}
-
 namespace {
 
-Vector3d get3(const std::vector<double>& p, size_t at = 0) { return {p[at], p[at + 1], p[at + 2]}; }
+const Place kGround{PlaceKind::kGround, 0, Reading::kAll}, kBody = at_link(0), kPose = at_sensor(0, Reading::kAll),
+                                                           kPosition = at_sensor(0, Reading::kPosition),
+                                                           kAttitude = at_sensor(0, Reading::kOrientation);
+
+// Parameters from the `first` of the table on, `count` of them, all with the same step and bounds.
+std::vector<TossParameter> take(EffectId id, size_t first, size_t count, double step, double low, double high) {
+  std::vector<TossParameter> out;
+  for (size_t i = first; i < first + count; ++i) out.push_back({&get_effect(id).parameters.at(i), step, low, high});
+  return out;
+}
+
+TossRow make_friction() {
+  TossRow row{EffectId::kGroundFriction, kGround, take(EffectId::kGroundFriction, 0, 1, 0.01, 0, 3)};
+  row.find_nominal = [](const World& world, size_t) { return world.ground.friction; };
+  row.jumps = true;
+  // What sticks does not feel friction: less and more.
+  row.list_starts = [](const TossProblem&, const PlacedHypothesis&, const PlacedEffect& none) {
+    PlacedHypothesis out{none, none};
+    out[0].p[0] *= 0.5, out[1].p[0] *= 1.5;
+    return out;
+  };
+  return row;
+}
+
+TossRow make_restitution() {
+  TossRow row{EffectId::kRestitution, kGround, take(EffectId::kRestitution, 0, 1, 0.01, 0, 1)};
+  row.find_nominal = [](const World& world, size_t) { return world.restitution; };
+  row.jumps = true;
+  // Below a threshold speed nothing bounces.
+  row.list_starts = [](const TossProblem&, const PlacedHypothesis&, const PlacedEffect& none) {
+    PlacedHypothesis out{none};
+    out[0].p[0] = std::min(1.0, none.p[0] + 0.2);
+    return out;
+  };
+  return row;
+}
+
+TossRow make_slope() {
+  TossRow row{EffectId::kGroundSlope, kGround, take(EffectId::kGroundSlope, 0, 2, 1e-3, -0.5, 0.5)};
+  row.find_nominal = [](const World& world, size_t i) { return i == 0 ? world.ground.roll : world.ground.pitch; };
+  return row;
+}
+
+TossRow make_payload() {
+  TossRow row{EffectId::kPayload, kBody, take(EffectId::kPayload, 0, 4, 1e-3, -1, 1)};
+  row.parameters[0].low = 0, row.parameters[0].high = 1e3;
+  row.inside = EffectId::kComError;
+  // The centre of mass is where the offset put it; a tenth of the mass did it.
+  row.list_starts = [](const TossProblem& problem, const PlacedHypothesis& found, const PlacedEffect& none) {
+    PlacedHypothesis out{none};
+    out[0].p[0] = 0.1 * problem.nominal.body.links[0].inertia.mass;
+    for (const PlacedEffect& e : found) {
+      for (size_t i = 0; e.id == get_toss_row(none).inside && i < 3; ++i) out[0].p[i + 1] = 11.0 * e.p[i];
+    }
+    return out;
+  };
+  return row;
+}
+
+TossRow make_inertia() {
+  TossRow row{EffectId::kInertiaError, kBody, take(EffectId::kInertiaError, 0, 1, 0.01, 0.1, 10)};
+  row.refused = "only impacts speak of it, and their law is not known well enough";
+  return row;
+}
+
+TossRow make_height() {
+  TossRow row{EffectId::kSensorBias, kPosition, take(EffectId::kSensorBias, 2, 1, 1e-4, -1, 1)};
+  row.unit = "m";
+  return row;
+}
+
+TossRow make_flying(EffectId id, const Place& place, std::vector<TossParameter> parameters) {
+  TossRow row{id, place, std::move(parameters)};
+  row.flies = true;
+  return row;
+}
+
+std::vector<TossRow> make_rows() {
+  constexpr auto kOffset = EffectId::kComError, kScale = EffectId::kSensorScale, kDelay = EffectId::kSensorDelay,
+                 kSkew = EffectId::kClockSkew, kDrag = EffectId::kAirDrag, kTurn = EffectId::kSensorMisalignment;
+  return {make_friction(),
+          make_restitution(),
+          make_slope(),
+          make_flying(kOffset, kBody, take(kOffset, 0, 3, 1e-4, -1, 1)),
+          make_payload(),
+          make_inertia(),
+          make_height(),
+          make_flying(kScale, kPosition, take(kScale, 0, 1, 1e-3, 0.5, 2)),
+          {kTurn, kAttitude, take(kTurn, 0, 3, 1e-3, -1, 1)},
+          make_flying(kDelay, kAttitude, take(kDelay, 0, 1, 2e-4, -0.1, 0.1)),  // against positions: may be early
+          make_flying(kSkew, kPose, take(kSkew, 0, 1, 1e-3, -0.2, 0.2)),
+          make_flying(kDrag, kBody, take(kDrag, 0, 1, 0.01, -10, 10))};
+}
+
+// All values for the table: NaN, which changes nothing, for what poses do not tell.
+std::vector<double> list_values(const PlacedEffect& effect) {
+  const EffectInfo& info = get_effect(effect.id);
+  const TossRow& row = get_toss_row(effect);
+  std::vector<double> values;
+  for (const EffectParameter& p : info.parameters) values.push_back(p.required ? std::nan("") : p.value);
+  for (size_t i = 0; i < effect.p.size(); ++i) {
+    values[static_cast<size_t>(row.parameters[i].info - info.parameters.data())] = effect.p[i];
+  }
+  return values;
+}
 
 }  // namespace
 
-TossModel make_toss_model(const TossProblem& problem, const TossHypothesis& hypothesis) {
+const std::vector<TossRow>& list_toss_rows() {
+  static const std::vector<TossRow> rows = make_rows();
+  return rows;
+}
+
+const TossRow& get_toss_row(EffectId id) {
+  const auto& rows = list_toss_rows();
+  const auto at = std::find_if(rows.begin(), rows.end(), [id](const TossRow& row) { return row.id == id; });
+  HRP_CHECK(at != rows.end(), "poses of a tossed body do not show this effect");
+  return *at;
+}
+
+PlacedEffect make_neutral(const TossProblem& problem, EffectId id) {
+  const TossRow& row = get_toss_row(id);
+  PlacedEffect effect{id, row.place, {}};
+  for (size_t i = 0; i < row.parameters.size(); ++i) {
+    const double none = row.parameters[i].info->neutral;
+    effect.p.push_back(row.find_nominal ? row.find_nominal(problem.nominal, i) : std::isfinite(none) ? none : 0.0);
+  }
+  return effect;
+}
+
+bool has_effect(const PlacedHypothesis& hypothesis, EffectId id) {
+  return std::any_of(hypothesis.begin(), hypothesis.end(), [&](const PlacedEffect& e) { return e.id == id; });
+}
+
+PlacedHypothesis list_starts(const TossProblem& problem, const PlacedHypothesis& found, EffectId id) {
+  const PlacedEffect none = make_neutral(problem, id);
+  const TossRow& row = get_toss_row(id);
+  return row.list_starts ? row.list_starts(problem, found, none) : PlacedHypothesis{none};
+}
+
+TossModel make_toss_model(const TossProblem& problem, const PlacedHypothesis& hypothesis) {
   TossModel model{problem.nominal, {}};
-  World& w = model.world;
-  PoseSensor& s = model.sensor;
-  LinkInertia& link = w.body.links[0].inertia;
-  for (const TossEffect& e : hypothesis) {
-    switch (e.id) {
-      case TossId::kGroundFriction:
-        w.ground.friction = e.p[0];
-        break;
-      case TossId::kRestitution:
-        w.restitution = e.p[0];
-        break;
-      case TossId::kGroundSlope:
-        w.ground.roll += e.p[0], w.ground.pitch += e.p[1];
-        break;
-      case TossId::kComError:
-        link.p_LLcm_L += get3(e.p);
-        break;
-      case TossId::kPayload:
-        add_payload(e.p[0], get3(e.p, 1), 0.0, &link);
-        break;
-      case TossId::kInertiaError:
-        link.I_LLcm_L *= e.p[0];
-        break;
-      case TossId::kPositionBias:
-        s.bias.z() = e.p[0];
-        break;
-      case TossId::kPositionScale:
-        s.scale = e.p[0];
-        break;
-      case TossId::kMisalignment:
-        s.R = make_rotation_from_rpy(get3(e.p));
-        break;
-      case TossId::kOrientationDelay:
-        s.delay = e.p[0];
-        break;
-      case TossId::kClockSkew:
-        s.skew = e.p[0];
-        break;
-      case TossId::kDrag:
-        w.drag = e.p[0];
-        break;
+  World& world = model.world;
+  SensorErrors position, attitude;
+  ContactSpec contact;
+  contact.restitution = world.restitution;
+  EffectTarget target;
+  target.link = {&world.body.links[0].inertia};
+  target.ground = &world.ground, target.contact = &contact, target.drag = &world.drag;
+  for (const PlacedEffect& e : hypothesis) {
+    const std::vector<double> values = list_values(e);
+    for (SensorErrors* sensor : {&position, &attitude}) {
+      if (e.place == kPosition && sensor == &attitude) continue;
+      if (e.place == kAttitude && sensor == &position) continue;
+      if (e.place.kind != PlaceKind::kSensor && sensor == &attitude) continue;  // once
+      target.sensor = sensor;
+      get_effect(e.id).apply(values.data(), target);
     }
   }
+  world.restitution = contact.restitution;
+  model.sensor = {position.scale.x(), position.bias, make_rotation_from_rpy(attitude.misalignment), attitude.delay,
+                  attitude.clock_skew};
   return model;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/robust.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/toss/window.h"
 #include "diagnosis/search/parameters.h"
@@ -65,9 +66,9 @@ void continue_windows(const TossProblem& problem, int jobs, TossFit* fit) {
 
 using Parameters = std::vector<Parameter<TossParameter>>;
 
-Parameters list_parameters(const TossHypothesis& hypothesis) {
+Parameters list_parameters(const PlacedHypothesis& hypothesis) {
   return flatten<TossParameter>(
-      hypothesis, [](const TossEffect& e) -> const auto& { return get_toss_info(e.id).parameters; });
+      hypothesis, [](const PlacedEffect& e) -> const auto& { return get_toss_row(e).parameters; });
 }
 
 // Normal equations of the parameters with every start state eliminated, and the scores of each toss.
@@ -97,7 +98,7 @@ bool add_window(const TossProblem& problem, const TossFit& fit, size_t index, co
     Eigen::VectorXd side[2];
     double width = 0.0;
     for (int s = 0; s < 2; ++s) {
-      TossHypothesis moved = fit.hypothesis;
+      PlacedHypothesis moved = fit.hypothesis;
       double& value = moved[p.effect].p[p.index];
       const double centre = value;
       value = std::clamp(centre + (s ? -1.0 : 1.0) * p.info->step, p.info->low, p.info->high);
@@ -188,7 +189,7 @@ double calc_spread(const Normal& normal, const Eigen::VectorXd& along) {
   return std::sqrt(std::max(0.0, (scatter - (count - 1.0)) / (w1 - w2 / w1)));
 }
 
-// A^-1 (sum of the outer products of the tosses' scores) A^-1, with the small-sample factor of n tosses.
+// Robust covariance with tosses as clusters.
 void fill_std(const Normal& normal, const Parameters& parameters, TossFit* fit) {
   const auto n = static_cast<long>(parameters.size());
   Eigen::MatrixXd A = normal.A;
@@ -196,15 +197,15 @@ void fill_std(const Normal& normal, const Parameters& parameters, TossFit* fit) 
   const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
   double tosses = 0.0;
   for (const Eigen::MatrixXd& own : normal.by_toss) tosses += own.size() > 0 ? 1.0 : 0.0;
-  const double few = tosses > 1.5 ? tosses / (tosses - 1.0) : 4.0;
-  fit->covariance = few * inverse * normal.scores * normal.scores.transpose() * inverse;
+  const double few = tosses > 1.5 ? find_few(tosses) : 4.0;  // of one toss: as if of two, that differ twice as much
+  const RobustCovariance covariance = make_robust_covariance(inverse, normal.scores * normal.scores.transpose(), few);
+  fit->covariance = covariance.robust;
   fit->std.clear();
-  for (const TossEffect& e : fit->hypothesis) fit->std.emplace_back(e.p.size(), 0.0);
+  for (const PlacedEffect& e : fit->hypothesis) fit->std.emplace_back(e.p.size(), 0.0);
   fit->spread = fit->std;
   for (long i = 0; i < n; ++i) {
     const Parameter<TossParameter>& p = parameters[static_cast<size_t>(i)];
-    // Never better than what noise alone would leave.
-    fit->std[p.effect][p.index] = std::sqrt(std::max(fit->covariance(i, i), inverse(i, i)));
+    fit->std[p.effect][p.index] = std::sqrt(covariance.find_variance(i));
     fit->spread[p.effect][p.index] = calc_spread(normal, inverse.col(i) / inverse(i, i));
   }
 }
@@ -213,7 +214,7 @@ void fill_std(const Normal& normal, const Parameters& parameters, TossFit* fit) 
 
 double calc_cost(double misfit, double degrees) { return 2.0 * degrees * std::log1p(misfit / 4.0); }
 
-std::vector<double> calc_window_residuals(const TossProblem& problem, const TossHypothesis& hypothesis,
+std::vector<double> calc_window_residuals(const TossProblem& problem, const PlacedHypothesis& hypothesis,
                                           const Window& window, const WindowStart& start,
                                           std::vector<Regime>* regimes) {
   Eigen::VectorXd r;
@@ -221,7 +222,7 @@ std::vector<double> calc_window_residuals(const TossProblem& problem, const Toss
   return std::vector<double>(r.data(), r.data() + r.size() - kPrior);
 }
 
-TossFit fit_starts(const TossProblem& problem, const TossHypothesis& hypothesis, const TossFit* warm, int jobs) {
+TossFit fit_starts(const TossProblem& problem, const PlacedHypothesis& hypothesis, const TossFit* warm, int jobs) {
   TossFit fit;
   fit.hypothesis = hypothesis;
   const size_t count = problem.windows.size();
@@ -236,12 +237,12 @@ TossFit fit_starts(const TossProblem& problem, const TossHypothesis& hypothesis,
   return fit;
 }
 
-std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, const std::vector<TossId>& candidates,
+std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, const std::vector<EffectId>& candidates,
                                int jobs) {
   std::vector<char> use;
   for (const Toss& t : problem.tosses) use.push_back(t.train);
   TossFit with = fit;
-  for (TossId id : candidates) with.hypothesis.push_back(make_neutral(problem, id));
+  for (EffectId id : candidates) with.hypothesis.push_back(make_neutral(problem, id));
   const Parameters parameters = list_parameters(with.hypothesis);
   const Normal normal = make_normal(problem, with, parameters, use, jobs);
   std::vector<double> gains;

@@ -3,53 +3,9 @@
 // state of its own, which is estimated along with everything else: it is not known.
 #pragma once
 
-#include "diagnosis/toss/data.h"
+#include "diagnosis/toss/effects.h"
 
 namespace hrp::diagnosis::toss {
-
-enum class TossId {
-  kGroundFriction,
-  kRestitution,
-  kGroundSlope,
-  kComError,
-  kPayload,
-  kInertiaError,
-  kPositionBias,
-  kPositionScale,
-  kMisalignment,
-  kOrientationDelay,
-  kClockSkew,
-  kDrag
-};
-constexpr int kTossIds = 12;
-
-struct TossParameter {
-  const char* name;
-  const char* unit;
-  double neutral;  // changes nothing (friction and restitution: the scenario's stands in)
-  double step;     // for differences, about what the data resolve
-  double low, high;
-};
-
-struct TossInfo {
-  TossId id;
-  const char* effect;  // of the report
-  const char* kind;    // of the place
-  const char* place;
-  std::vector<TossParameter> parameters;
-  const char* phrase;  // what is seen
-};
-const TossInfo& get_toss_info(TossId id);
-
-struct TossEffect {
-  TossId id;
-  std::vector<double> p;
-};
-using TossHypothesis = std::vector<TossEffect>;
-
-// The effect with values that change nothing.
-TossEffect make_neutral(const TossProblem& problem, TossId id);
-bool has_effect(const TossHypothesis& hypothesis, TossId id);
 
 struct WindowStart : BodyState {
   Vector3d ground{0, 0,
@@ -57,7 +13,7 @@ struct WindowStart : BodyState {
 };
 
 struct TossFit {
-  TossHypothesis hypothesis;
+  PlacedHypothesis hypothesis;
   std::vector<WindowStart> starts;       // by window
   std::vector<double> misfit;            // by window: mean square of whitened residuals per degree of freedom
   std::vector<std::vector<double>> std;  // by effect, by parameter: from scores summed over tosses, so that it holds
@@ -76,7 +32,7 @@ struct TossFit {
 
 // Predicted readings against recorded ones, whitened: per sample position x y z, turn x y z. Empty when the simulation
 // failed.
-std::vector<double> calc_window_residuals(const TossProblem& problem, const TossHypothesis& hypothesis,
+std::vector<double> calc_window_residuals(const TossProblem& problem, const PlacedHypothesis& hypothesis,
                                           const Window& window, const WindowStart& start,
                                           std::vector<Regime>* regimes = nullptr);
 
@@ -87,13 +43,13 @@ struct TossFitOptions {
 };
 
 // Start states under the hypothesis as it stands.
-TossFit fit_starts(const TossProblem& problem, const TossHypothesis& hypothesis, const TossFit* warm, int jobs);
+TossFit fit_starts(const TossProblem& problem, const PlacedHypothesis& hypothesis, const TossFit* warm, int jobs);
 
 // Parameters and start states. Start states are found for every window, parameters from the windows in `use`.
 TossFit fit_tosses(const TossProblem& problem, const TossFit& start, const TossFitOptions& options);
 
 // How far the cost of the training recordings would fall with each candidate added to the fit, to first order.
-std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, const std::vector<TossId>& candidates,
+std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, const std::vector<EffectId>& candidates,
                                int jobs);
 
 // What a window adds to the cost: 2 n log(1 + misfit / 4), that of residuals whose scale is not known: a window in

@@ -16,46 +16,60 @@ const char* const kSignals[] = {"/base/pose/position/x",
                                 "/base/pose/orientation (turn about y)",
                                 "/base/pose/orientation (turn about z)"};
 
-Json make_where(const TossProblem& problem, const TossInfo& info) {
-  if (std::string(info.kind) == "link") return {{"link", problem.nominal.body.links[0].name}};
-  return {{info.kind, info.place}};
+Json make_where(const TossProblem& problem, EffectId id) {
+  const Place& place = get_toss_row(id).place;
+  if (place.kind == PlaceKind::kLink) return {{"link", problem.nominal.body.links[0].name}};
+  if (place.kind == PlaceKind::kGround) return {{"ground", "ground"}};
+  if (place.reading == Reading::kAll) return {{"sensor", "/base/pose"}};
+  return {{"sensor", place.reading == Reading::kPosition ? "/base/pose/position" : "/base/pose/orientation"}};
 }
 
-// Parameters named x_x, x_y, x_z are one vector x; a lone value_z is a vector along z.
-Json make_parameters(const TossEffect& effect, const std::vector<double>& std) {
-  const TossInfo& info = get_toss_info(effect.id);
+// One axis alone of what is no vector stands for all of them.
+bool is_scalar(const TossRow& row, size_t i) {
+  return row.parameters[i].info->axis < 0 || (row.parameters.size() == 1 && !get_effect(row.id).vector);
+}
+
+std::string get_unit(const TossRow& row, size_t i) {
+  const std::string& unit = row.parameters[i].info->unit;
+  return unit.empty() ? row.unit : unit;
+}
+
+Json make_parameters(const PlacedEffect& effect, const std::vector<double>& std) {
+  const TossRow& row = get_toss_row(effect);
   Json out;
   for (size_t i = 0; i < effect.p.size(); ++i) {
-    const std::string name = info.parameters[i].name, unit = info.parameters[i].unit;
+    const EffectParameter& parameter = *row.parameters[i].info;
+    const std::string unit = get_unit(row, i);
     const double v = effect.p[i], s = std[i];
-    const size_t n = name.size();
-    if (n < 3 || name[n - 2] != '_' || name[n - 1] < 'x') {
-      out[name] = make_value(v, s, unit);
+    if (is_scalar(row, i)) {
+      out[parameter.name] = make_value(v, s, unit);
       continue;
     }
-    Json& vector = out[name.substr(0, n - 2)];
+    Json& vector = out[parameter.name];
     if (vector.is_null()) {
       vector = {{"value", {0.0, 0.0, 0.0}},
                 {"std", {0.0, 0.0, 0.0}},
                 {"ci95", {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}},
                 {"unit", unit}};
     }
-    const auto axis = static_cast<size_t>(name[n - 1] - 'x');
+    const auto axis = static_cast<size_t>(parameter.axis);
     vector["value"][axis] = v, vector["std"][axis] = s, vector["ci95"][axis] = {v - 1.96 * s, v + 1.96 * s};
   }
   return out;
 }
 
-std::string describe(const TossProblem& problem, const TossEffect& effect, const std::vector<double>& std) {
-  const TossInfo& info = get_toss_info(effect.id);
+std::string describe(const TossProblem& problem, const PlacedEffect& effect, const std::vector<double>& std) {
+  const TossRow& row = get_toss_row(effect);
   std::string text;
   for (size_t i = 0; i < effect.p.size(); ++i) {
-    text += (i ? ", " : "") + std::string(info.parameters[i].name) + " " + number(effect.p[i], 3) + " +- " +
-            number(1.96 * std[i], 3);
-    if (std::string(info.parameters[i].unit) != "1") text += std::string(" ") + info.parameters[i].unit;
+    const EffectParameter& parameter = *row.parameters[i].info;
+    text += (i ? ", " : "") + (is_scalar(row, i) ? parameter.name : parameter.key()) + " " + number(effect.p[i], 3) +
+            " +- " + number(1.96 * std[i], 3);
+    const std::string unit = get_unit(row, i);
+    if (unit != "1") text += " " + unit;
   }
   text += ", where the model has ";
-  const TossEffect neutral = make_neutral(problem, effect.id);
+  const PlacedEffect neutral = make_neutral(problem, effect.id);
   for (size_t i = 0; i < neutral.p.size(); ++i) text += (i ? ", " : "") + number(neutral.p[i], 3);
   return text;
 }
@@ -140,19 +154,19 @@ Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
   Json list = Json::array();
   const TossFit& fit = outcome.chosen;
   for (size_t e = 0; e < fit.hypothesis.size(); ++e) {
-    const TossEffect& effect = fit.hypothesis[e];
-    const TossInfo& info = get_toss_info(effect.id);
-    if (effect.id == TossId::kDrag) continue;  // what slows a body in flight the recordings do not say
+    const PlacedEffect& effect = fit.hypothesis[e];
+    const EffectInfo& info = get_effect(effect.id);
+    if (!info.reported) continue;  // what slows a body in flight the recordings do not say
     const std::string rest =
         outcome.explained
             ? "With it what is left is noise."
             : "It holds alike in both halves of the tosses and in those it was not fitted to, but something else "
               "is missing as well.";
-    list.push_back({{"effect", info.effect},
-                    {"where", make_where(problem, info)},
+    list.push_back({{"effect", info.name},
+                    {"where", make_where(problem, effect.id)},
                     {"parameters", make_parameters(effect, find_widths(fit, e))},
                     {"probability", outcome.explained ? 0.98 : 0.9},
-                    {"statement", std::string(info.effect) + ": " + info.phrase + " (" +
+                    {"statement", info.name + ": " + info.phrase + " (" +
                                       describe(problem, effect, find_widths(fit, e)) + "). " + rest}});
   }
   return list;
@@ -160,7 +174,8 @@ Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
 
 Json make_unexplained(const TossProblem& problem, const TossOutcome& outcome, const Left& after) {
   Json list = Json::array();
-  if (has_effect(outcome.chosen.hypothesis, TossId::kDrag)) {
+  const PlacedHypothesis& found = outcome.chosen.hypothesis;
+  if (std::any_of(found.begin(), found.end(), [](const auto& e) { return !get_effect(e.id).reported; })) {
     list.push_back(
         {{"where", {{"link", problem.nominal.body.links[0].name}}},
          {"depends_on", {"velocity"}},
@@ -303,10 +318,9 @@ Json make_toss_series(const TossProblem& problem, const TossOutcome& outcome) {
   }
   series["rivals"] = Json::array();
   for (const TossTrial& trial : outcome.trials) {
-    const TossInfo& info = get_toss_info(trial.added);
     series["rivals"].push_back(
-        {{"effect", info.effect},
-         {"where", make_where(problem, info)},
+        {{"effect", get_effect(trial.added).name},
+         {"where", make_where(problem, trial.added)},
          {"probability", trial.accepted ? 0.9 : 0.0},
          {"validate_score", trial.fit.validate > 0.0 ? trial.fit.validate : trial.fit.train},
          {"complexity", trial.fit.hypothesis.size()},

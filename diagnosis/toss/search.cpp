@@ -76,41 +76,15 @@ class Search {
     return o;
   }
 
-  // Where to start a candidate: beside its neutral value where the prediction does not feel a small change.
-  std::vector<TossEffect> list_starts(TossId id) const {
-    const TossEffect neutral = make_neutral(problem_, id);
-    if (id == TossId::kGroundFriction) {  // what sticks does not feel friction: less and more
-      std::vector<TossEffect> out{neutral, neutral};
-      out[0].p[0] *= 0.5, out[1].p[0] *= 1.5;
-      return out;
-    }
-    if (id == TossId::kRestitution) {  // below a threshold speed nothing bounces: no small change shows
-      TossEffect start = neutral;
-      start.p[0] = std::min(1.0, start.p[0] + 0.2);
-      return {start};
-    }
-    if (id == TossId::kPayload) {  // the centre of mass is where com_error put it; a tenth of the mass did it
-      TossEffect start = neutral;
-      const double mass = problem_.nominal.body.links[0].inertia.mass;
-      start.p[0] = 0.1 * mass;
-      for (const TossEffect& e : out_.chosen.hypothesis) {
-        for (size_t i = 0; e.id == TossId::kComError && i < 3; ++i) start.p[i + 1] = 11.0 * e.p[i];
-      }
-      return {start};
-    }
-    return {neutral};
-  }
-
-  TossTrial try_effect(TossId id) const {
+  TossTrial try_effect(EffectId id) const {
     TossTrial best;
     best.added = id;
-    for (const TossEffect& effect : list_starts(id)) {
-      TossHypothesis hypothesis = out_.chosen.hypothesis;
-      if (id == TossId::kPayload) {  // instead of com_error, which it contains
-        hypothesis.erase(std::remove_if(hypothesis.begin(), hypothesis.end(),
-                                        [](const TossEffect& e) { return e.id == TossId::kComError; }),
-                         hypothesis.end());
-      }
+    const EffectId inside = get_toss_row(id).inside;
+    for (const PlacedEffect& effect : list_starts(problem_, out_.chosen.hypothesis, id)) {
+      PlacedHypothesis hypothesis = out_.chosen.hypothesis;
+      hypothesis.erase(std::remove_if(hypothesis.begin(), hypothesis.end(),
+                                      [&](const PlacedEffect& e) { return e.id == inside; }),
+                       hypothesis.end());
       hypothesis.push_back(effect);
       const TossFit fit = fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(4));
       const double gain = out_.chosen.train_cost - fit.train_cost;
@@ -133,7 +107,7 @@ class Search {
       half[h] = fit_tosses(problem_, trial.fit, o);
     }
     const size_t last = trial.fit.hypothesis.size() - 1;
-    const TossEffect neutral = make_neutral(problem_, trial.added);
+    const PlacedEffect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double a = half[0].hypothesis[last].p[i], b = half[1].hypothesis[last].p[i];
       const double size = std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]);
@@ -152,7 +126,7 @@ class Search {
 
   // Whether single tosses ask for about the same value: material and clocks do not change between them.
   bool is_steady(const TossTrial& trial) const {
-    const TossEffect neutral = make_neutral(problem_, trial.added);
+    const PlacedEffect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double size = std::abs(trial.fit.hypothesis.back().p[i] - neutral.p[i]);
       const bool tells = size > kSure * trial.fit.std.back()[i];
@@ -163,7 +137,7 @@ class Search {
 
   bool is_significant(const TossTrial& trial) const {
     const size_t last = trial.fit.hypothesis.size() - 1;
-    const TossEffect neutral = make_neutral(problem_, trial.added);
+    const PlacedEffect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double std = trial.fit.std[last][i];
       if (std > 0.0 && std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSure * std) return true;
@@ -173,10 +147,7 @@ class Search {
 
   // What acts in flight must not make windows without contact worse, beyond chance. True when there are none.
   bool shows_in_flight(const TossTrial& trial) const {
-    const TossId id = trial.added;
-    const bool flies = id == TossId::kComError || id == TossId::kPositionScale || id == TossId::kClockSkew ||
-                       id == TossId::kDrag || id == TossId::kOrientationDelay;
-    if (!flies) return true;
+    if (!get_toss_row(trial.added).flies) return true;
     double gain = 0.0, count = 0.0;
     for (size_t i = 0; i < problem_.windows.size(); ++i) {
       const Window& w = problem_.windows[i];
@@ -203,8 +174,8 @@ class Search {
       trial->why = "its parameters cannot be told from nothing";
     else if (!shows_in_flight(*trial))
       trial->why = "flight gets worse with it";
-    else if (trial->added == TossId::kInertiaError)
-      trial->why = "only impacts speak of it, and their law is not known well enough";
+    else if (get_toss_row(trial->added).refused)
+      trial->why = get_toss_row(trial->added).refused;
     else if (!is_steady(*trial))
       trial->consistent = false, trial->why = "its value differs from toss to toss";
     else if (!is_consistent(*trial))
@@ -213,33 +184,35 @@ class Search {
       trial->accepted = true;
   }
 
-  std::vector<TossId> list_candidates() const {
-    std::vector<TossId> candidates, wanted;
+  std::vector<EffectId> list_candidates() const {
+    std::vector<EffectId> candidates, wanted;
     int others = 0;
-    for (int i = 0; i < kTossIds; ++i) {
-      const auto id = static_cast<TossId>(i);
-      if (id != TossId::kPayload && !has_effect(out_.chosen.hypothesis, id)) candidates.push_back(id);
+    const PlacedHypothesis& found = out_.chosen.hypothesis;
+    const auto is_whole = [](const TossRow& row) { return row.inside == EffectId::kNamed; };
+    for (const TossRow& row : list_toss_rows()) {
+      if (is_whole(row) && !has_effect(found, row.id)) candidates.push_back(row.id);
     }
     const std::vector<double> gains = calc_gains(problem_, out_.chosen, candidates, jobs_);
     std::vector<size_t> order(candidates.size());
     for (size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return gains[a] > gains[b]; });
     for (size_t i : order) {
-      // Friction does not show to first order where everything sticks, nor restitution where nothing bounces.
-      const bool blind = candidates[i] == TossId::kGroundFriction || candidates[i] == TossId::kRestitution;
+      const bool blind = get_toss_row(candidates[i]).jumps;
       if (blind || (others < 2 && gains[i] > kLeastGain)) wanted.push_back(candidates[i]);
       others += blind ? 0 : 1;
     }
-    if (has_effect(out_.chosen.hypothesis, TossId::kComError)) wanted.push_back(TossId::kPayload);
+    for (const TossRow& row : list_toss_rows()) {
+      if (!is_whole(row) && has_effect(found, row.inside)) wanted.push_back(row.id);
+    }
     return wanted;
   }
 
   bool add_best() {
     if (out_.chosen.typical_train < 0.5) return false;  // the noise is overstated: nothing to find
     std::vector<TossTrial> round;
-    for (TossId id : list_candidates()) {
+    for (EffectId id : list_candidates()) {
       round.push_back(try_effect(id));
-      say(std::string("with ") + get_toss_info(id).effect + ": " + std::to_string(judge(problem_, round.back().fit)));
+      say(std::string("with ") + get_effect(id).name + ": " + std::to_string(judge(problem_, round.back().fit)));
     }
     std::stable_sort(round.begin(), round.end(),
                      [](const TossTrial& a, const TossTrial& b) { return a.gain > b.gain; });
@@ -298,7 +271,7 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
   TossFit kept = found;
   kept.hypothesis.clear(), kept.std.clear(), kept.spread.clear();
   for (size_t e = 0; e < found.hypothesis.size(); ++e) {
-    const TossEffect neutral = make_neutral(problem, found.hypothesis[e].id);
+    const PlacedEffect neutral = make_neutral(problem, found.hypothesis[e].id);
     std::vector<double> std = found.std[e];
     bool same = true;
     for (size_t i = 0; i < std.size(); ++i) {
@@ -308,7 +281,7 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
       same = same && !(size > kSure * std[i] && apart > std::max(kSame * size, kSure * error));
       std[i] = std::hypot(std[i], 0.5 * apart);
     }
-    const char* name = get_toss_info(found.hypothesis[e].id).effect;
+    const std::string& name = get_effect(found.hypothesis[e].id).name;
     if (progress) progress(std::string("other tosses ") + (same ? "confirm " : "do not confirm ") + name);
     if (!same) continue;
     kept.hypothesis.push_back(found.hypothesis[e]), kept.std.push_back(std), kept.spread.push_back(found.spread[e]);

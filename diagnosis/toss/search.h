@@ -12,7 +12,7 @@
 namespace hrp::diagnosis::toss {
 
 struct TossTrial {
-  TossId added;
+  EffectId added;
   TossFit fit;
   double gain = 0.0;       // of the cost, training recordings
   double sureness = 0.0;   // mean gain of a toss over the standard error of that mean

@@ -94,7 +94,8 @@ TEST(TossedBody, FrictionAndRestitutionComeBack) {
   TossProblem problem;
   std::string why;
   ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
-  TossHypothesis start{make_neutral(problem, TossId::kGroundFriction), make_neutral(problem, TossId::kRestitution)};
+  PlacedHypothesis start{make_neutral(problem, EffectId::kGroundFriction),
+                         make_neutral(problem, EffectId::kRestitution)};
   start[0].p[0] = 0.3, start[1].p[0] = 0.2;
   const TossFit nominal = fit_starts(problem, {}, nullptr, 1);
   const TossFit fit = fit_tosses(problem, fit_starts(problem, start, nullptr, 1), {});
