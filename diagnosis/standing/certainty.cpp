@@ -12,13 +12,7 @@ constexpr double kItsPart = 0.25;  // share of the largest gain from which on an
 
 // What links, IMU and force sensors are blamed for is felt in the balance of the whole body: with an unknown force in
 // it none of them is sure.
-bool acts_on_balance(StandId id) { return is_link(id) || is_imu(id) || is_wrench(id); }
-
-bool follows_position(StandId id) { return id == StandId::kSpring || id == StandId::kHysteresis; }
-
-bool is_friction(StandId id) {
-  return id == StandId::kCoulomb || id == StandId::kStribeck || id == StandId::kLoadFriction;
-}
+bool acts_on_balance(const PlacedEffect& e) { return is_link(e) || is_imu(e) || is_wrench(e); }
 
 bool are_about_one_place(const Channel& a, const Channel& b) {
   return a.kind == b.kind && a.joint == b.joint && a.foot == b.foot && a.sensor == b.sensor && a.link == b.link;
@@ -26,37 +20,36 @@ bool are_about_one_place(const Channel& a, const Channel& b) {
 
 }  // namespace
 
-StandFit StandSearcher::judge(const StandHypothesis& h) const {
+StandFit StandSearcher::judge(const PlacedHypothesis& h) const {
   return judge_.judge(h, evaluate(p_, h),
                       judge_.find_extra_noise(evaluate(problems_.even, h), evaluate(problems_.odd, h)));
 }
 
-void StandSearcher::update_noise(const StandHypothesis& h) {
+void StandSearcher::update_noise(const PlacedHypothesis& h) {
   const StandProblems& p = problems_;
   judge_.update_sigma(evaluate(p_, h),
                       {evaluate(p.even, h), evaluate(p.odd, h), evaluate(p.wide_even, h), evaluate(p.wide_odd, h)}, h);
 }
 
 // The final fit of a hypothesis, with deviations.
-StandFit StandSearcher::finish(const StandFit& so_far, const StandHypothesis& hypothesis) const {
-  StandHypothesis h = hypothesis;
+StandFit StandSearcher::finish(const StandFit& so_far, const PlacedHypothesis& hypothesis) const {
+  PlacedHypothesis h = hypothesis;
   Eigen::MatrixXd covariance;
   if (!polish(problems_, judge_.select(so_far), 3, &h, &covariance)) {
     const Evaluation base = evaluate(p_, h);
     covariance = solve(p_, judge_.select(so_far), h, differentiate(p_, h, 0, base, judge_.train()), base).covariance;
   }
-  for (StandEffect& e : h) {
-    if (e.id == StandId::kBacklash) find_seen_play(p_, h, &e);
+  for (PlacedEffect& e : h) {
+    if (get_row(e).loose) find_seen_play(p_, h, &e);
   }
   StandFit fit = judge(h);
   long at = 0;
-  for (const StandEffect& e : h) {
+  for (const PlacedEffect& e : h) {
     const auto n = static_cast<long>(e.p.size());
     Eigen::MatrixXd own = covariance.block(at, at, n, n);
     for (long i = 0; i < n; ++i) {
-      if (e.id == StandId::kGroundFriction) own(i, i) = std::pow(slip_spread_ / 2, 2);
-      if (e.id == StandId::kJointOffset) own(i, i) += give_.squaredNorm();
-      if (e.id == StandId::kGroundSlope) own(i, i) += give_(i) * give_(i);
+      if (get_row(e).slides) own(i, i) = std::pow(slip_spread_ / 2, 2);
+      if (get_row(e).tilts_feet) own(i, i) += n == 1 ? give_.squaredNorm() : give_(i) * give_(i);
     }
     fit.covariance.push_back(own), fit.std.push_back(own.diagonal().cwiseMax(0).cwiseSqrt());
     at += n;
@@ -72,21 +65,21 @@ StandFit StandSearcher::judge_again(const StandFit& fit) const {
 
 // Whether each recording alone asks for the same parameters: what is true is the same everywhere.
 bool StandSearcher::is_consistent(size_t effect) const {
-  const StandHypothesis& h = out_.chosen.hypothesis;
+  const PlacedHypothesis& h = out_.chosen.hypothesis;
   size_t first = 0;
   for (size_t i = 0; i < effect; ++i) first += h[i].p.size();
   const Evaluation base = evaluate(p_, h);
   const std::vector<Derivative> columns = differentiate(p_, h, 0, base, all_);
-  const StandInfo& info = get_stand_info(h[effect].id);
+  const StandRow& row = get_row(h[effect]);
   FitSelection selection = judge_.select(out_.chosen);
   for (size_t r = 0; r < p_.recordings.size(); ++r) {
     selection.recordings = {r};
     const StandStep step = solve(p_, selection, h, columns, base);
     if (!step.ok) continue;
     for (size_t i = 0; i < h[effect].p.size(); ++i) {
-      if (!is_main(h[effect].id, i)) continue;
+      if (!is_main(h[effect], i)) continue;
       const auto at = static_cast<long>(first + i);
-      const double size = std::abs(h[effect].p[i] - info.neutral[i % info.neutral.size()]);
+      const double size = std::abs(h[effect].p[i] - row.neutral[i % row.neutral.size()]);
       const double off = std::abs(step.delta(at)), std = std::sqrt(std::max(0.0, step.covariance(at, at)));
       if (off > 4 * std + 0.2 * size && off > 4 * out_.chosen.std[effect](static_cast<long>(i))) return false;
     }
@@ -98,13 +91,13 @@ bool StandSearcher::is_consistent(size_t effect) const {
 // moment, a leg by that of its joint. What the ground may give is then no reason to doubt it.
 bool StandSearcher::exceeds_ground(const StandFit& fit) const {
   const auto flat = [](const StandFoot& f) { return f.kind == SoleKind::kFlat; };
-  if (fit.hypothesis.back().id != StandId::kElasticity || !std::all_of(p_.feet.begin(), p_.feet.end(), flat)) {
+  if (!get_row(fit.hypothesis.back()).bends_leg || !std::all_of(p_.feet.begin(), p_.feet.end(), flat)) {
     return false;
   }
-  StandHypothesis h = fit.hypothesis;
+  PlacedHypothesis h = fit.hypothesis;
   h.pop_back();
-  if (std::any_of(h.begin(), h.end(), [](const StandEffect& e) { return is_foot(e.id); })) return true;
-  const StandEffect soles = make_soft_soles(p_);
+  if (std::any_of(h.begin(), h.end(), [](const PlacedEffect& e) { return is_foot(e); })) return true;
+  const PlacedEffect soles = make_soft_soles(p_);
   h.push_back(soles);
   const StandFit soft = judge(refine(p_, judge_.select(out_.chosen), h, 2));
   return soft.score - kCorrelated * static_cast<double>(soles.p.size()) > fit.score + kGain;
@@ -114,17 +107,17 @@ bool StandSearcher::exceeds_ground(const StandFit& fit) const {
 // stand still alike, and only what the load takes to accelerate tells them apart. True where all of the force that
 // points down may be such a weight, or none.
 bool StandSearcher::may_be_load(size_t effect) const {
-  StandHypothesis h = out_.chosen.hypothesis;
-  const StandEffect& offset = h[effect];
-  const auto pulls = [&](const StandEffect& e) { return e.id == StandId::kExternalForce && e.place == offset.place; };
+  PlacedHypothesis h = out_.chosen.hypothesis;
+  const PlacedEffect& offset = h[effect];
+  const auto pulls = [&](const PlacedEffect& e) { return e.id == EffectId::kExternalForce && e.place == offset.place; };
   const auto force = std::find_if(h.begin(), h.end(), pulls);
-  if (offset.id != StandId::kComError || force == h.end() || force->p[2] >= 0) return false;
+  if (offset.id != EffectId::kComError || force == h.end() || force->p[2] >= 0) return false;
   const double load = -force->p[2] / p_.experiment->scenario.gravity_W.norm();
-  const double mass = p_.tree.links[static_cast<size_t>(offset.place)].inertia.mass;
+  const double mass = p_.tree.links[static_cast<size_t>(offset.place.index)].inertia.mass;
   long at = 0;
   for (size_t i = 0; i < effect; ++i) at += static_cast<long>(h[i].p.size());
   force->p[2] = 0;
-  h[effect] = {StandId::kPayload, offset.place, {load, mass * offset.p[0], mass * offset.p[1], mass * offset.p[2]}};
+  h[effect] = {EffectId::kPayload, offset.place, {load, mass * offset.p[0], mass * offset.p[1], mass * offset.p[2]}};
   Eigen::MatrixXd covariance;
   if (!polish(problems_, judge_.select(out_.chosen), 0, &h, &covariance)) return false;
   return load < kNinetyFive * std::sqrt(covariance(at, at));
@@ -134,7 +127,7 @@ bool StandSearcher::may_be_load(size_t effect) const {
 // explains all of it. Equations about one place count together: an unknown force on the body is felt in its balance as
 // a moment or as a force, and a displaced mass that takes away the one leaves the other.
 bool StandSearcher::explains_its_part(size_t effect) const {
-  StandHypothesis rest = out_.chosen.hypothesis;
+  PlacedHypothesis rest = out_.chosen.hypothesis;
   rest.erase(rest.begin() + static_cast<long>(effect));
   const StandFit without = judge(rest);
   // Held-out recordings need not have shown it (feet on their edges tell no tilt): each set of recordings for itself.
@@ -166,12 +159,12 @@ bool StandSearcher::is_balanced() const {
 
 // Whether another joint lacks what follows the position of this effect's joint: then something couples the two.
 bool StandSearcher::is_coupled(size_t effect) const {
-  const StandEffect& e = out_.chosen.hypothesis[effect];
-  if (!is_joint(e.id)) return false;
+  const PlacedEffect& e = out_.chosen.hypothesis[effect];
+  if (!is_joint(e)) return false;
   const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
   for (size_t c = 0; c < channels(); ++c) {
     if (out_.channels[c].kind != "effort" || out_.chosen.channel_rms[c] < kMismatch) continue;
-    if (follows_joint(p_, out_.channels[c], c, left, e.place)) return true;
+    if (follows_joint(p_, out_.channels[c], c, left, e.place.index)) return true;
   }
   return false;
 }
@@ -187,15 +180,15 @@ size_t StandSearcher::find_effort_channel(int joint) const {
 // both joints explains as well are one: no effects of the one and of the other.
 void StandSearcher::refuse_couplings() {
   const Evaluation nominal = evaluate(p_, {});
-  const StandHypothesis& h = out_.chosen.hypothesis;
-  for (const StandEffect& a : h) {
-    for (const StandEffect& b : h) {
-      if (!is_joint(a.id) || !is_joint(b.id) || a.place >= b.place) continue;
-      const size_t x = find_effort_channel(a.place), y = find_effort_channel(b.place);
+  const PlacedHypothesis& h = out_.chosen.hypothesis;
+  for (const PlacedEffect& a : h) {
+    for (const PlacedEffect& b : h) {
+      if (!is_joint(a) || !is_joint(b) || a.place.index >= b.place.index) continue;
+      const size_t x = find_effort_channel(a.place.index), y = find_effort_channel(b.place.index);
       if (x >= channels() || y >= channels()) continue;
       out_.opposite = out_.opposite || are_equal(nominal, channels(), x, y, -1);
-      if (!follows_position(a.id) || !follows_position(b.id)) continue;
-      const SpringPair pair{{x, y}, {a.place, b.place}, {judge_.sigma()[x], judge_.sigma()[y]}};
+      if (!get_row(a).follows_position || !get_row(b).follows_position) continue;
+      const SpringPair pair{{x, y}, {a.place.index, b.place.index}, {judge_.sigma()[x], judge_.sigma()[y]}};
       out_.coupled = out_.coupled || calc_spring_gain(p_, nominal, pair) < kCorrelated * std::log(1 / kTwin);
     }
   }
@@ -205,11 +198,11 @@ void StandSearcher::refuse_couplings() {
 // Dry friction that is another at another position is in no list.
 void StandSearcher::refuse_uneven_friction() {
   const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
-  for (const StandEffect& e : out_.chosen.hypothesis) {
-    if (!is_friction(e.id)) continue;
-    const size_t c = find_effort_channel(e.place);
+  for (const PlacedEffect& e : out_.chosen.hypothesis) {
+    if (!get_effect(e.id).sticks) continue;
+    const size_t c = find_effort_channel(e.place.index);
     if (c >= channels()) continue;  // no effort was recorded
-    out_.uneven = out_.uneven || calc_uneven_gain(p_, left, c, static_cast<size_t>(e.place)) > kGain;
+    out_.uneven = out_.uneven || calc_uneven_gain(p_, left, c, static_cast<size_t>(e.place.index)) > kGain;
   }
   if (out_.uneven) out_.explained = false;
 }
@@ -217,20 +210,20 @@ void StandSearcher::refuse_uneven_friction() {
 // Several effects in one joint can bend to much that is none of them: then each must be the same in every recording,
 // what is missing no sinusoid of time, and what they leave noise.
 void StandSearcher::refuse_bundles() {
-  const StandHypothesis& h = out_.chosen.hypothesis;
+  const PlacedHypothesis& h = out_.chosen.hypothesis;
   const Evaluation nominal = evaluate(p_, {});
   const auto is_periodic = [&](int joint) {
     const size_t c = find_effort_channel(joint);
     return c < channels() && follows_time(p_, out_.channels[c], c, nominal);
   };
   for (size_t i = 0; i < h.size(); ++i) {
-    const auto beside = [&](const StandEffect& e) {
-      return &e != &h[i] && is_joint(e.id) && is_joint(h[i].id) && e.place == h[i].place;
+    const auto beside = [&](const PlacedEffect& e) {
+      return &e != &h[i] && is_joint(e) && is_joint(h[i]) && e.place == h[i].place;
     };
     if (std::none_of(h.begin(), h.end(), beside)) continue;
-    out_.periodic = out_.periodic || is_periodic(h[i].place);
+    out_.periodic = out_.periodic || is_periodic(h[i].place.index);
     // A thousandth of what there was, which details of a law may leave, is not enough here.
-    const size_t c = find_effort_channel(h[i].place);
+    const size_t c = find_effort_channel(h[i].place.index);
     const bool noise = c >= channels() || out_.chosen.channel_rms[c] < StandJudge::kLeftOver;
     out_.bent = out_.bent || !noise;
     if (out_.periodic || out_.bent || !is_consistent(i)) out_.explained = false;
@@ -241,9 +234,9 @@ void StandSearcher::refuse_bundles() {
 // alike and move alike do, too: this is asked only where something remains that no effect explains.
 bool StandSearcher::has_equal_drives() const {
   const Evaluation nominal = evaluate(p_, {});
-  for (const StandEffect& e : out_.chosen.hypothesis) {
-    if (!is_joint(e.id)) continue;
-    const size_t own = find_effort_channel(e.place);
+  for (const PlacedEffect& e : out_.chosen.hypothesis) {
+    if (!is_joint(e)) continue;
+    const size_t own = find_effort_channel(e.place.index);
     for (size_t c = 0; c < channels(); ++c) {
       const bool agrees = std::max(out_.nominal.channel_rms[c], out_.nominal.train_rms[c]) < kMismatch;
       if (out_.channels[c].kind != "effort" || c == own || agrees) continue;
@@ -257,9 +250,9 @@ bool StandSearcher::has_equal_drives() const {
 void StandSearcher::doubt() {
   out_.opposite = out_.opposite || has_equal_drives();
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
-    const bool joint = is_joint(out_.chosen.hypothesis[i].id);
+    const bool joint = is_joint(out_.chosen.hypothesis[i]);
     const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic || out_.uneven || out_.bent);
-    const bool sure = !acts_on_balance(out_.chosen.hypothesis[i].id) || is_balanced();
+    const bool sure = !acts_on_balance(out_.chosen.hypothesis[i]) || is_balanced();
     if (!refused && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);
     out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));

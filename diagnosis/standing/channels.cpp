@@ -21,11 +21,11 @@ constexpr double kLoaded = 0.01;   // share of the weight that a foot must carry
 
 class Calculator : StandMotion {
  public:
-  Calculator(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording, TeethOffsets offsets)
+  Calculator(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording, TeethOffsets offsets)
       : StandMotion(problem, hypothesis, recording, std::move(offsets)),
         tau_(model_.nv()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
-    friction_ = terms_.friction > 0 ? terms_.friction : problem.experiment->scenario.ground.friction;
+    friction_ = terms_.ground.friction > 0 ? terms_.ground.friction : problem.experiment->scenario.ground.friction;
     for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
   }
 
@@ -98,7 +98,7 @@ class Calculator : StandMotion {
   }
 
   void add_feet(size_t k) {
-    const Vector3d normal_W = make_rotation_from_rpy({terms_.slope_roll, terms_.slope_pitch, 0}) * Vector3d::UnitZ();
+    const Vector3d normal_W = make_rotation_from_rpy({terms_.ground.roll, terms_.ground.pitch, 0}) * Vector3d::UnitZ();
     const double dt = flat_.empty() ? 0 : r_.time[k] - r_.time[last_];
     last_ = k;
     std::vector<Vector3d> points;
@@ -185,7 +185,7 @@ class Calculator : StandMotion {
     size_t count = 1;
     for (size_t k = 1; k < n; ++k) {
       const bool seen = flat_[k] && flat_[k - 1] && follows(k);
-      const bool moved = slips_[k] || slips_[k - 1] || (terms_.friction > 0 && !seen) || may_have_moved(k);
+      const bool moved = slips_[k] || slips_[k - 1] || (terms_.ground.friction > 0 && !seen) || may_have_moved(k);
       stretch[k] = moved ? count++ : count - 1;
     }
     for (size_t c = first; c < first + count_places(p_); ++c) {
@@ -279,7 +279,7 @@ struct PlacedLink {
 };
 
 // Once with the teeth in the middle, once a little to the side: what the feet say about where they lie.
-PlacedLink place_link(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+PlacedLink place_link(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording,
                       TeethOffsets offsets, size_t joint, double gap, double slack) {
   StandBase middle, aside;
   offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
@@ -296,13 +296,13 @@ PlacedLink place_link(const StandProblem& problem, const StandHypothesis& hypoth
 }
 
 // [N m] A torque that holds the teeth on one side; none does in a gap that nothing was seen to end.
-double choose_slack(const StandProblem& problem, const StandEffect& backlash) {
-  return backlash.p[0] < kMostPlay ? problem.slack[static_cast<size_t>(backlash.place)] : 1e300;
+double choose_slack(const StandProblem& problem, const PlacedEffect& backlash) {
+  return backlash.p[0] < kMostPlay ? problem.slack[static_cast<size_t>(backlash.place.index)] : 1e300;
 }
 
 }  // namespace
 
-double find_play(const StandProblem& problem, const StandHypothesis& hypothesis, size_t joint) {
+double find_play(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t joint) {
   std::vector<double> seen;
   for (size_t r = 0; r < problem.recordings.size(); ++r) {
     if (!problem.recordings[r].train) continue;
@@ -316,8 +316,8 @@ double find_play(const StandProblem& problem, const StandHypothesis& hypothesis,
   return seen[seen.size() - 1 - few] - seen[few];
 }
 
-void find_seen_play(const StandProblem& problem, const StandHypothesis& hypothesis, StandEffect* backlash) {
-  const auto joint = static_cast<size_t>(backlash->place);
+void find_seen_play(const StandProblem& problem, const PlacedHypothesis& hypothesis, PlacedEffect* backlash) {
+  const auto joint = static_cast<size_t>(backlash->place.index);
   double low = kMostPlay, high = -kMostPlay;
   long held_low = 0, held_high = 0;
   const auto look = [&](double gap, double slack) {
@@ -339,19 +339,19 @@ void find_seen_play(const StandProblem& problem, const StandHypothesis& hypothes
   backlash->p[3] = at_low && at_high ? 0 : high - low;
 }
 
-std::vector<double> calc_channels(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+std::vector<double> calc_channels(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording,
                                   StandBase* base) {
   TeethOffsets offsets(problem.effort.size());
-  for (const StandEffect& e : hypothesis) {
-    if (e.id != StandId::kBacklash || e.p[0] == 0 || problem.slack.empty()) continue;
-    const auto joint = static_cast<size_t>(e.place);
+  for (const PlacedEffect& e : hypothesis) {
+    if (!get_row(e).loose || e.p[0] == 0 || problem.slack.empty()) continue;
+    const auto joint = static_cast<size_t>(e.place.index);
     offsets[joint] =
         place_link(problem, hypothesis, recording, offsets, joint, e.p[0], choose_slack(problem, e)).offsets;
   }
   return Calculator(problem, hypothesis, recording, std::move(offsets)).run(base);
 }
 
-std::vector<double> calc_drive_channels(const StandProblem& problem, const StandHypothesis& hypothesis,
+std::vector<double> calc_drive_channels(const StandProblem& problem, const PlacedHypothesis& hypothesis,
                                         size_t recording, const StandBase& base, int joint) {
   const StandRecording& r = problem.recordings[recording];
   const Terms terms(problem, hypothesis);

@@ -34,7 +34,7 @@ Drives::Drives(const StandProblem& problem, const StandRecording& recording, con
     const auto at = scenario.servo_joints.find(terms.tree.joint(j).name);
     servo_.push_back(at == scenario.servo_joints.end() ? scenario.servo_default : at->second);
     const auto i = static_cast<size_t>(j);
-    const double yield = terms.joints[i].yield;
+    const double yield = terms.joints[i].laws.hysteresis_yield;
     if (yield <= 0) continue;
     wound_[i] = wind(recording.position[i].value, yield, 0);
     aside_[i] = wind(recording.position[i].value, yield, 0.5 * yield);
@@ -49,7 +49,7 @@ double Drives::read(const std::vector<double>& values, size_t k, double later) c
 double Drives::calc_servo(size_t joint, size_t k, const DriveState& s, double* rate) const {
   const Series& command = r_.command[joint];
   const ServoGains& servo = servo_[joint];
-  const double late = terms_.joints[joint].delay;
+  const double late = terms_.joints[joint].laws.command_delay;
   const double c = read(command.value, k, -late), cd = read(command.rate, k, -late);
   const double effort = servo.kp * (c - s.encoder) + servo.kd * (cd - s.velocity);
   const bool limited = std::abs(effort) > servo.effort_limit;
@@ -64,8 +64,8 @@ double Drives::find_effort(size_t joint, size_t k, const DriveState& s, double* 
 double Drives::read_log(size_t joint, size_t k, double* rate) const {
   const JointTerms& t = terms_.joints[joint];
   const Series& effort = r_.effort[joint];
-  *rate = read(effort.rate, k, t.effort_delay) / t.effort_scale;
-  return (read(effort.value, k, t.effort_delay) - t.effort_bias) / t.effort_scale;
+  *rate = read(effort.rate, k, t.effort.delay) / t.effort.scale.x();
+  return (read(effort.value, k, t.effort.delay) - t.effort.bias.x()) / t.effort.scale.x();
 }
 
 // What is missing in the effort after dry friction: all of what it can hold at rest, its level in motion.
@@ -75,9 +75,9 @@ double Drives::take_friction(size_t joint, size_t k, double v, double given, dou
   const std::vector<double>& rate = r_.position[joint].rate;
   const double before = rate[k >= near_ ? k - near_ : 0], after = rate[std::min(k + near_, rate.size() - 1)];
   const bool moving = std::abs(v) > kStick && before * v > 0 && after * v > 0;
-  double level = t.coulomb + t.load * std::abs(given);
-  if (t.excess != 0) level += t.excess * std::exp(moving ? -std::pow(v / t.stribeck_velocity, 2) : 0);
-  const double forward = level + t.coulomb * t.asymmetry, backward = -level + t.coulomb * t.asymmetry;
+  double level = t.laws.coulomb + t.laws.load_ratio * std::abs(given);
+  if (t.excess != 0) level += t.excess * std::exp(moving ? -std::pow(v / t.laws.stribeck_velocity, 2) : 0);
+  const double forward = level + t.laws.coulomb * t.laws.asymmetry, backward = -level + t.laws.coulomb * t.laws.asymmetry;
   if (moving) return missing - (v > 0 ? forward : backward);
   return missing - std::clamp(missing, std::min(backward, forward), std::max(backward, forward));
 }
@@ -87,26 +87,28 @@ void Drives::add(size_t joint, size_t k, const DriveState& s, std::vector<double
   double rate = 0;
   const double effort = p_.is_driven(joint) ? find_effort(joint, k, s, &rate) : 0;
   if (p_.is_driven(joint)) {
-    double needed = s.torque + t.viscous * s.velocity + t.rotor * s.acceleration + t.spring * s.link + t.moment;
-    if (t.periods > 0) {
-      needed -= t.cogging_sin * std::sin(t.periods * s.encoder) + t.cogging_cos * std::cos(t.periods * s.encoder);
+    const JointLaws& laws = t.laws;
+    double needed = s.torque + laws.viscous * s.velocity + laws.motor_inertia * s.acceleration +
+                    laws.spring_stiffness * s.link + t.moment;
+    if (const double periods = laws.cogging_periods; periods > 0) {
+      needed -= t.cogging_sin * std::sin(periods * s.encoder) + t.cogging_cos * std::cos(periods * s.encoder);
     }
-    const double given = calc_given_torque(t.drive, effort - t.lag * rate, s.velocity);
-    if (!wound_[joint].empty()) needed += t.hysteresis * wound_[joint][k];
+    const double given = calc_given_torque(laws, effort - laws.lag * rate, s.velocity);
+    if (!wound_[joint].empty()) needed += laws.hysteresis_stiffness * wound_[joint][k];
     out->push_back(take_friction(joint, k, s.velocity, given, given - needed));
   }
   if (p_.effort[joint] && p_.command[joint]) {
     out->push_back(read_log(joint, k, &rate) - calc_servo(joint, k, s, &rate));
   }
   if (p_.velocity[joint]) {
-    const double logged = read(r_.velocity[joint].value, k, t.velocity_delay);
-    out->push_back((logged - t.velocity_bias) / t.velocity_scale - s.velocity);
+    const double logged = read(r_.velocity[joint].value, k, t.velocity.delay);
+    out->push_back((logged - t.velocity.bias.x()) / t.velocity.scale.x() - s.velocity);
   }
 }
 
 double Drives::find_memory(size_t joint, size_t k) const {
   if (wound_[joint].empty()) return 0;
-  return -terms_.joints[joint].hysteresis * (aside_[joint][k] - wound_[joint][k]);
+  return -terms_.joints[joint].laws.hysteresis_stiffness * (aside_[joint][k] - wound_[joint][k]);
 }
 
 void take_out_memory(const Drives& drives, const StandRecording& r, size_t joint, size_t first, size_t stride,

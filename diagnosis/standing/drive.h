@@ -28,7 +28,7 @@ class Drives {
   // 0 without hysteresis.
   double find_memory(size_t joint, size_t k) const;
 
-  // Residuals of a joint at a sample, in the order of list_drive_channels().
+  // Residuals of a joint at a sample.
   void add(size_t joint, size_t k, const DriveState& state, std::vector<double>* out) const;
 
  private:

@@ -2,6 +2,9 @@
 // Every effect that a standing robot's recordings may hide: how it is written, started, varied, bounded.
 #pragma once
 
+#include <utility>
+#include <vector>
+
 #include "diagnosis/standing/terms.h"
 
 namespace hrp::diagnosis::standing {
@@ -18,43 +21,77 @@ constexpr double kContact = 2e-5;
 
 constexpr double kMostPlay = 0.2;  // [rad] between teeth that somebody would still call a transmission
 
-struct StandInfo {
-  StandId id;
-  const char* effect;                   // name in the report
-  std::vector<const char*> parameters;  // names; "" is a nuisance
-  std::vector<const char*> units;
-  std::vector<double> neutral;  // value that changes nothing
-  std::vector<double> step;     // for finite differences
-  bool positive = false;        // first parameter must not fall below its neutral value
+// Where values of an effect go that are written in coefficients of their own (see StandRow).
+struct StandTarget {
+  JointTerms* joint = nullptr;
+  LinkInertia* link = nullptr;
+  std::vector<FootTerms>* feet = nullptr;
 };
-const StandInfo& get_stand_info(StandId id);
+
+// Coefficients from which a candidate starts, the others neutral.
+using Start = std::vector<std::pair<size_t, double>>;
+
+// How an effect of the table shows in the equations of a standing robot: the coefficients that are fitted, of which the
+// first is absent at its neutral value, and what a search has to know. Residuals are linear in most coefficients:
+//   feet: 1/k, c/k of roll, then of pitch, 1/kz, and nuisances: where the centre of the bush truly is
+//   (x y z [m] off the nominal), and moments at rest about x and y [N m]; hardening adds one coefficient [1/rad^2]
+//   payload: mass, mass x com;  spring: stiffness, moment at position 0;  cogging: sine and cosine amplitude, periods
+//   elasticity: 1/stiffness, rotor inertia;  Stribeck: Coulomb, static less Coulomb, velocity, viscous
+//   backlash: gap (kMostPlay where no torque ever held the link at an end), and as nuisances rotor inertia and
+//   compliance of the teeth; what the link was seen to move where no torque held it at both ends (read off), else 0
+// All others are the table's parameters, the first of them that are fitted.
+struct StandRow {
+  EffectId id;
+  Reading reading = Reading::kAll;
+  std::vector<double> neutral, step;  // step: of finite differences; 0: read off, not fitted
+  void (*apply)(const std::vector<double>& p, const StandTarget& at) = nullptr;  // null: the table's
+  bool positive = false;      // first coefficient must not fall below its neutral value
+  bool at_drive = false;      // leaves motion and forces as they are: changes only what a drive's effort is compared with
+  bool by_command = false;    // shows where commands were recorded
+  bool noisy = false;         // multiplies a noisy signal: rates, accelerations, efforts, moments
+  bool away = false;          // without a neutral start, or far from it: a slope at none says nothing
+  bool drifts = false;        // the same where it starts elsewhere than at none: clocks part too far
+  int refined = 0;            // so many steps of a fit, instead of one linear prediction, in screening
+  bool all_count = false;     // all coefficients define the effect, not the first alone
+  bool follows_position = false;
+  bool loose = false;         // the link's place is read off the feet
+  bool slides = false;        // is seen where feet slide only
+  bool tilts_feet = false;    // what ground and sole give looks like it
+  bool bends_leg = false;     // the same by how much: find_bound()
+  EffectId inside = EffectId::kNamed;  // an effect that has this one as a part
+  // None: not a candidate here. Null: from none.
+  std::vector<Start> (*list_starts)(const StandProblem&, const StandHints&, size_t place) = nullptr;
+  bool (*is_sensible)(const StandProblem&, const PlacedEffect&) = nullptr;
+  void (*keep)(std::vector<double>* p) = nullptr;  // shapes within bounds after a step
+  double (*find_prior)(const StandProblem&, const PlacedEffect&, size_t parameter) = nullptr;
+  double (*find_doubt)(const PlacedEffect&) = nullptr;
+  std::vector<PlacedEffect> (*list_richer)(const StandProblem&, const PlacedEffect&) = nullptr;
+};
+std::vector<StandRow> make_rows();  // of all effects: effect_rows.cpp
+const StandRow& get_row(const PlacedEffect& effect);
 
 // What may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity, the
 // periods of cogging) come several times, with different starts.
-std::vector<StandEffect> list_candidates(const StandProblem& problem, const StandHypothesis& base,
+std::vector<PlacedEffect> list_candidates(const StandProblem& problem, const PlacedHypothesis& base,
                                          const StandHints& hints);
 
 // Richer laws of the same kind, from where the plain one ended: no linear prediction from nothing finds them.
-std::vector<StandEffect> list_richer(const StandProblem& problem, const StandEffect& effect);
+std::vector<PlacedEffect> list_richer(const StandProblem& problem, const PlacedEffect& effect);
 
-// Effects without a neutral start, and starts far from it: a slope at none says nothing about them.
-bool starts_away(const StandEffect& effect);
-
-// Effects that multiply a noisy signal: rates, accelerations, efforts, moments. Positions are too quiet to matter.
-bool adds_noise(StandId id);
+bool starts_away(const PlacedEffect& effect);
 
 // One quantity written in axes that somebody chose: a force, an offset, a slope.
-bool is_vector(StandId id);
+bool is_vector(const PlacedEffect& effect);
 
 // Soles that give, from none.
-StandEffect make_soft_soles(const StandProblem& problem);
+PlacedEffect make_soft_soles(const StandProblem& problem);
 
 // Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
-bool is_main(StandId id, size_t parameter);
+bool is_main(const PlacedEffect& effect, size_t parameter);
 
 // Within what can be: positive stiffness, scales that a sensor can have.
-bool is_sensible(const StandProblem& problem, const StandEffect& effect);
-bool are_sensible(const StandProblem& problem, const StandHypothesis& hypothesis);
+bool is_sensible(const StandProblem& problem, const PlacedEffect& effect);
+bool are_sensible(const StandProblem& problem, const PlacedHypothesis& hypothesis);
 
 // [rad/(N m)] The most that ground and sole give about a foot's roll (axis 0) or pitch: kContact about the sole's short
 // edge, more about the long one. Straight down [m/N]: find_sinking.
@@ -63,13 +100,13 @@ double find_sinking(const StandFoot& foot);
 
 // How much of a parameter the ground may be to blame for, whatever the recordings say: what gives under the feet looks
 // like soles, or like transmissions of the leg about the same axis. An effect is sure of what exceeds that only.
-double find_bound(const StandProblem& problem, const StandEffect& effect, size_t parameter);
+double find_bound(const StandProblem& problem, const PlacedEffect& effect, size_t parameter);
 
 // Minus the logarithm of how much likelier than here an effect of this kind is at the likeliest place, before anything
 // is recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
-double find_doubt(const StandProblem& problem, const StandEffect& effect);
+double find_doubt(const StandProblem& problem, const PlacedEffect& effect);
 
 // Standard deviation of what is known beforehand of a parameter about its neutral value; 0: nothing.
-double find_prior(const StandProblem& problem, const StandEffect& effect, size_t parameter);
+double find_prior(const StandProblem& problem, const PlacedEffect& effect, size_t parameter);
 
 }  // namespace hrp::diagnosis::standing

@@ -9,22 +9,6 @@ namespace hrp::diagnosis::standing {
 
 namespace {
 
-std::string find_wrench_part(const StandProblem& p, const StandEffect& e) {
-  const std::string wrench = "/wrench/" + p.feet[static_cast<size_t>(e.place) % p.feet.size()].sensor;
-  const size_t part = static_cast<size_t>(e.place) / p.feet.size();
-  if (part == 1 || e.id == StandId::kForceBias || e.id == StandId::kForceScale) return wrench + "/force";
-  if (part == 2 || e.id == StandId::kTorqueBias || e.id == StandId::kTorqueScale) return wrench + "/torque";
-  return wrench;
-}
-
-std::string find_imu_part(const StandProblem& p, const StandEffect& e) {
-  const std::string imu = "/imu/" + p.imu;
-  if (e.place == 1) return imu + "/orientation";
-  if (e.place == 2 || e.id == StandId::kGyroBias || e.id == StandId::kGyroScale) return imu + "/angular_velocity";
-  const bool accelerometer = e.id == StandId::kAccelerometerBias || e.id == StandId::kAccelerometerScale;
-  return imu + (e.place == 3 || accelerometer ? "/linear_acceleration" : "");
-}
-
 constexpr double kLaws = 1e-3;  // share to which one's laws and integrator agree with another's
 
 // A value with a deviation of chance, and an unknown that is not chance but anywhere between two ends, the same every
@@ -36,7 +20,7 @@ Json make_bounded(double value, double chance, double one_end, double other_end,
 
 // Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation of chance. Ground and sole
 // give in series with the bush, by anything up to `contact`, so that a is what was seen less that.
-void add_bush_axis(const StandEffect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
+void add_bush_axis(const PlacedEffect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
                    Json* out) {
   const double seen = e.p[at], series = std::min(contact, 0.5 * seen), a = seen - 0.5 * series;
   const double sa = std(static_cast<long>(at)), b = e.p[at + 1], sb = std(static_cast<long>(at) + 1);
@@ -48,9 +32,9 @@ void add_bush_axis(const StandEffect& e, const Eigen::VectorXd& std, size_t at, 
   (*out)[std::string("c_") + axis] = make_bounded(damping(a), chance, damping(seen), damping(stiff), "N m s/rad");
 }
 
-Json make_bush(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& std, size_t foot) {
-  const bool hard = e.id == StandId::kFootHardening;
-  const size_t at = foot * (kFootParameters + (hard ? 1 : 0));
+Json make_bush(const StandProblem& p, const PlacedEffect& e, const Eigen::VectorXd& std, size_t foot) {
+  const size_t size = get_row(e).step.size(), at = foot * size;
+  const bool hard = size > kFootParameters;
   Json out;
   const double seen = e.p[at + 4], sink = std::min(find_sinking(p.feet[foot]), 0.5 * seen), a = seen - 0.5 * sink;
   const double s = std(static_cast<long>(at) + 4);
@@ -66,7 +50,7 @@ Json make_bush(const StandProblem& p, const StandEffect& e, const Eigen::VectorX
   return out;
 }
 
-Json make_payload(const StandEffect& e, const Eigen::VectorXd& std) {
+Json make_payload(const PlacedEffect& e, const Eigen::VectorXd& std) {
   std::vector<double> value, deviation;
   for (long i = 1; i < 4; ++i) {  // written as mass x com
     const double c = e.p[static_cast<size_t>(i)] / e.p[0];
@@ -78,7 +62,7 @@ Json make_payload(const StandEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_spring(const StandEffect& e, const Eigen::VectorXd& std) {
+Json make_spring(const PlacedEffect& e, const Eigen::VectorXd& std) {
   Json out;
   out["stiffness"] = make_value(e.p[0], std(0), "N m/rad");
   const double rest = -e.p[1] / e.p[0];
@@ -86,7 +70,7 @@ Json make_spring(const StandEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_stribeck(const StandEffect& e, const Eigen::VectorXd& std) {
+Json make_stribeck(const PlacedEffect& e, const Eigen::VectorXd& std) {
   Json out;
   out["coulomb"] = make_value(e.p[0], std(0), "N m");
   out["static"] = make_value(e.p[0] + e.p[1], std::hypot(std(0), std(1)), "N m");
@@ -95,7 +79,7 @@ Json make_stribeck(const StandEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_cogging(const StandEffect& e, const Eigen::VectorXd& std) {
+Json make_cogging(const PlacedEffect& e, const Eigen::VectorXd& std) {
   const double phase = std::atan2(e.p[1], e.p[0]);
   const double amplitude = std::hypot(e.p[0], e.p[1]), s = std::max(std(0), std(1));
   Json out;
@@ -106,7 +90,7 @@ Json make_cogging(const StandEffect& e, const Eigen::VectorXd& std) {
 }
 
 // Where no torque held the link at both ends the gap may be any that lets it go where it was seen.
-Json make_backlash(const StandEffect& e, const Eigen::VectorXd& std) {
+Json make_backlash(const PlacedEffect& e, const Eigen::VectorXd& std) {
   Json out;
   out["gap"] = make_value(e.p[3] > 0 ? e.p[3] : e.p[0], std(0), "rad");
   if (e.p[3] > 0) {
@@ -116,112 +100,63 @@ Json make_backlash(const StandEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_elasticity(const StandEffect& e, const Eigen::VectorXd& std) {
+Json make_elasticity(const PlacedEffect& e, const Eigen::VectorXd& std) {
   Json out;
   out["stiffness"] = make_value(1 / e.p[0], std(0) / (e.p[0] * e.p[0]), "N m/rad");
   out["rotor_inertia"] = make_value(e.p[1], std(1), "kg m^2");
   return out;
 }
 
+// Effects whose coefficients are not their parameters.
+using Make = Json (*)(const PlacedEffect&, const Eigen::VectorXd&);
+const std::map<EffectId, Make> kOwn{{EffectId::kPayload, &make_payload},     {EffectId::kSpring, &make_spring},
+                                    {EffectId::kStribeck, &make_stribeck},   {EffectId::kCogging, &make_cogging},
+                                    {EffectId::kBacklash, &make_backlash},   {EffectId::kElasticity, &make_elasticity}};
+
+const char* find_suffix(Reading reading) {
+  switch (reading) {
+    case Reading::kPosition: return "/position";
+    case Reading::kVelocity: return "/velocity";
+    case Reading::kEffort: return "/effort";
+    case Reading::kForce: return "/force";
+    case Reading::kTorque: return "/torque";
+    case Reading::kOrientation: return "/orientation";
+    case Reading::kAngularVelocity: return "/angular_velocity";
+    case Reading::kAcceleration: return "/linear_acceleration";
+    default: return "";
+  }
+}
+
 }  // namespace
 
-std::pair<std::string, std::string> find_place(const StandProblem& p, const StandEffect& e) {
-  if (is_joint(e.id)) return {"joint", p.tree.joint(e.place).name};
-  if (is_joint_sensor(e.id)) {
-    const bool effort = e.id <= StandId::kEffortDelay, velocity = !effort && e.id <= StandId::kVelocityDelay;
-    const std::string part = effort ? "/effort" : velocity ? "/velocity" : "/position";
-    return {"sensor", "/joint_states/" + p.tree.joint(e.place).name + part};
+std::pair<std::string, std::string> find_place(const StandProblem& p, const PlacedEffect& e) {
+  const auto i = static_cast<size_t>(e.place.index);
+  if (is_joint(e)) return {"joint", p.tree.joint(e.place.index).name};
+  if (is_joint_sensor(e)) {
+    return {"sensor", "/joint_states/" + p.tree.joint(e.place.index).name + find_suffix(e.place.reading)};
   }
-  if (is_link(e.id)) return {"link", p.tree.links[static_cast<size_t>(e.place)].name};
-  if (is_wrench(e.id)) return {"sensor", find_wrench_part(p, e)};
-  if (is_imu(e.id)) return {"sensor", find_imu_part(p, e)};
-  return {is_foot(e.id) ? "foot" : "ground", is_foot(e.id) ? "all" : "ground"};
+  if (is_link(e)) return {"link", p.tree.links[i].name};
+  if (is_foot(e)) return {"foot", "all"};
+  if (is_wrench(e)) return {"sensor", "/wrench/" + p.feet[i].sensor + find_suffix(e.place.reading)};
+  if (is_imu(e)) return {"sensor", "/imu/" + p.imu + find_suffix(e.place.reading)};
+  return {"ground", "ground"};
 }
 
-Json make_parameters(const StandProblem& p, const StandEffect& e, const Eigen::VectorXd& fitted, size_t foot) {
-  const StandInfo& info = get_stand_info(e.id);
+Json make_parameters(const StandProblem& p, const PlacedEffect& e, const Eigen::VectorXd& fitted, size_t foot) {
   Eigen::VectorXd std = fitted;
   for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kLaws * e.p[static_cast<size_t>(i)]);
-  switch (e.id) {
-    case StandId::kFootCompliance:
-    case StandId::kFootHardening:
-      return make_bush(p, e, std, foot);
-    case StandId::kPayload:
-      return make_payload(e, std);
-    case StandId::kSpring:
-      return make_spring(e, std);
-    case StandId::kStribeck:
-      return make_stribeck(e, std);
-    case StandId::kCogging:
-      return make_cogging(e, std);
-    case StandId::kBacklash:
-      return make_backlash(e, std);
-    case StandId::kElasticity:
-      return make_elasticity(e, std);
-    default:
-      break;
-  }
+  if (is_foot(e)) return make_bush(p, e, std, foot);
+  const auto own = kOwn.find(e.id);
+  if (own != kOwn.end()) return own->second(e, std);
   Json out;
-  if (info.parameters.size() == e.p.size()) {
-    for (size_t i = 0; i < e.p.size(); ++i) {
-      if (*info.parameters[i]) out[info.parameters[i]] = make_value(e.p[i], std(static_cast<long>(i)), info.units[i]);
-    }
+  const std::vector<EffectParameter>& all = get_effect(e.id).parameters;
+  const auto unit = [&](size_t i) { return all[i].unit.empty() ? get_unit(e.place.reading) : all[i].unit.c_str(); };
+  if (all[0].axis >= 0 && e.p.size() == 3) {
+    out[all[0].name] = make_vector(e.p, std::vector<double>(std.data(), std.data() + std.size()), unit(0));
     return out;
   }
-  out[info.parameters[0]] = make_vector(e.p, std::vector<double>(std.data(), std.data() + std.size()), info.units[0]);
+  for (size_t i = 0; i < e.p.size(); ++i) out[all[i].name] = make_value(e.p[i], std(static_cast<long>(i)), unit(i));
   return out;
-}
-
-const char* find_phrase(StandId id) {
-  static const std::map<StandId, const char*> phrases{
-      {StandId::kViscous, "friction in proportion to speed is missing"},
-      {StandId::kCoulomb, "dry friction is missing: the drive's effort jumps with the direction of motion"},
-      {StandId::kRotorInertia,
-       "the rotor's reflected inertia is missing: the effort left over follows the acceleration"},
-      {StandId::kStribeck, "friction that falls with speed is missing: it sticks before it slides"},
-      {StandId::kLoadFriction, "friction that grows with the load is missing"},
-      {StandId::kSaturation, "the drive gives no more than a limit below the one that is stated"},
-      {StandId::kCogging, "the torque ripples with the joint's position"},
-      {StandId::kHysteresis, "the effort lags behind the motion by a yield angle, whatever the speed"},
-      {StandId::kElasticity, "the transmission gives: the link lags behind the encoder in proportion to the torque"},
-      {StandId::kBacklash, "the transmission is loose: the link changes sides when the torque changes sign"},
-      {StandId::kSpring, "a spring acts across the joint"},
-      {StandId::kTorqueConstant, "the true torque is a fixed multiple of the logged effort"},
-      {StandId::kJointOffset, "the encoder's zero is off: feet that stand flat seem tilted, whatever the robot does"},
-      {StandId::kCommandDelay, "commands reach the servo late"},
-      {StandId::kActuatorLag, "the drive's torque lags behind what is logged"},
-      {StandId::kPayload, "an unmodelled mass is carried"},
-      {StandId::kMassError, "the link's mass is wrong by a factor"},
-      {StandId::kComError, "the link's centre of mass is elsewhere"},
-      {StandId::kExternalForce, "a constant force from outside pulls at it"},
-      {StandId::kFootCompliance, "the sole gives: the foot tilts in proportion to the moment on it"},
-      {StandId::kFootHardening, "the sole gives, and stiffens as it is bent"},
-      {StandId::kGroundSlope, "the ground is not level"},
-      {StandId::kGroundFriction, "the feet slip: the ground is more slippery than the model's"},
-      {StandId::kForceBias, "the force reading is shifted by a constant"},
-      {StandId::kTorqueBias, "the torque reading is shifted by a constant"},
-      {StandId::kForceScale, "the force reading is scaled"},
-      {StandId::kTorqueScale, "the torque reading is scaled"},
-      {StandId::kWrenchDelay, "its readings come late"},
-      {StandId::kWrenchMisalignment, "it is turned against its link"},
-      {StandId::kWrenchSkew, "the force sensor's clock runs at another rate"},
-      {StandId::kGyroBias, "the gyroscope is shifted by a constant"},
-      {StandId::kAccelerometerBias, "the accelerometer is shifted by a constant"},
-      {StandId::kGyroScale, "the gyroscope is scaled"},
-      {StandId::kAccelerometerScale, "the accelerometer is scaled"},
-      {StandId::kImuDelay, "its readings come late"},
-      {StandId::kImuMisalignment, "it is turned against its link"},
-      {StandId::kImuSkew, "the IMU's clock runs at another rate"},
-      {StandId::kEffortBias, "the logged effort is shifted by a constant"},
-      {StandId::kEffortScale, "the logged effort is scaled"},
-      {StandId::kEffortDelay, "the logged effort comes late"},
-      {StandId::kVelocityBias, "the logged velocity is shifted by a constant"},
-      {StandId::kVelocityScale, "the logged velocity is scaled"},
-      {StandId::kVelocityDelay, "the logged velocity comes late"},
-      {StandId::kPositionBias, "the logged position is shifted by a constant that the servo does not see"},
-      {StandId::kPositionScale, "the logged position is scaled"},
-      {StandId::kPositionDelay, "the logged position comes late"}};
-  return phrases.at(id);
 }
 
 std::string describe_values(const Json& parameters) {

@@ -11,14 +11,11 @@
 namespace hrp::diagnosis::standing {
 
 // The place in the report's words: kind and name.
-std::pair<std::string, std::string> find_place(const StandProblem& problem, const StandEffect& effect);
+std::pair<std::string, std::string> find_place(const StandProblem& problem, const PlacedEffect& effect);
 
 // Parameters with deviations and intervals; of a sole's compliance those of one foot.
-Json make_parameters(const StandProblem& problem, const StandEffect& effect, const Eigen::VectorXd& fitted,
+Json make_parameters(const StandProblem& problem, const PlacedEffect& effect, const Eigen::VectorXd& fitted,
                      size_t foot);
-
-// What an effect does, as the second half of a sentence that begins with the place.
-const char* find_phrase(StandId id);
 
 std::string describe_values(const Json& parameters);
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/robust.h"
+
 namespace hrp::diagnosis::standing {
 namespace {
 
@@ -55,10 +57,10 @@ Normal gather(const StandProblem& problem, const FitSelection& selection, const 
   return normal;
 }
 
-void add_priors(const StandProblem& problem, const StandHypothesis& hypothesis, Normal* normal) {
+void add_priors(const StandProblem& problem, const PlacedHypothesis& hypothesis, Normal* normal) {
   long at = 0;
-  for (const StandEffect& e : hypothesis) {
-    const std::vector<double>& neutral = get_stand_info(e.id).neutral;
+  for (const PlacedEffect& e : hypothesis) {
+    const std::vector<double>& neutral = get_row(e).neutral;
     for (size_t i = 0; i < e.p.size(); ++i, ++at) {
       const double prior = find_prior(problem, e, i);
       if (prior == 0) continue;
@@ -79,30 +81,29 @@ StandStep solve_normal(const Normal& normal) {
   StandStep step;
   step.delta = -(scale.asDiagonal() * ldlt.solve(scale.asDiagonal() * normal.b));
   const Eigen::MatrixXd inverse = scale.asDiagonal() * ldlt.solve(Eigen::MatrixXd(scale.asDiagonal()));
-  const Eigen::MatrixXd sandwich = inverse * normal.B * inverse.transpose();
-  step.covariance = sandwich;
-  // Not below what white noise alone would give: few stretches can agree by chance.
-  for (long i = 0; i < n; ++i) step.covariance(i, i) = std::max(sandwich(i, i), inverse(i, i));
+  const RobustCovariance covariance = make_robust_covariance(inverse, normal.B);
+  step.covariance = covariance.robust;
+  for (long i = 0; i < n; ++i) step.covariance(i, i) = covariance.find_variance(i);
   step.ok = step.delta.allFinite() && step.covariance.allFinite();
   return step;
 }
 
 }  // namespace
 
-Evaluation evaluate(const StandProblem& problem, const StandHypothesis& hypothesis) {
+Evaluation evaluate(const StandProblem& problem, const PlacedHypothesis& hypothesis) {
   Evaluation out(problem.recordings.size());
   for (size_t r = 0; r < out.size(); ++r) calc_channels(problem, hypothesis, r, &out[r]);
   return out;
 }
 
-std::vector<Derivative> differentiate(const StandProblem& problem, const StandHypothesis& hypothesis, size_t first,
+std::vector<Derivative> differentiate(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t first,
                                       const Evaluation& base, const std::vector<size_t>& recordings) {
   std::vector<Derivative> columns;
   for (size_t e = first; e < hypothesis.size(); ++e) {
-    const StandInfo& info = get_stand_info(hypothesis[e].id);
+    const StandRow& row = get_row(hypothesis[e]);
     for (size_t i = 0; i < hypothesis[e].p.size(); ++i) {
-      const double step = info.step[i % info.step.size()];
-      StandHypothesis moved = hypothesis;
+      const double step = row.step[i % row.step.size()];
+      PlacedHypothesis moved = hypothesis;
       moved[e].p[i] += step;
       Derivative column(base.size());
       for (size_t r : recordings) {
@@ -111,8 +112,8 @@ std::vector<Derivative> differentiate(const StandProblem& problem, const StandHy
           column[r].assign(at.size(), 0.0);
           continue;
         }
-        const bool drive = is_drive(hypothesis[e].id);
-        column[r] = drive ? calc_drive_channels(problem, moved, r, base[r], hypothesis[e].place)
+        const bool drive = row.at_drive;
+        column[r] = drive ? calc_drive_channels(problem, moved, r, base[r], hypothesis[e].place.index)
                           : calc_channels(problem, moved, r);
         for (size_t k = 0; k < at.size(); ++k) {
           const bool silent = column[r][k] == 0 || at[k] == 0;  // an equation that says nothing has no slope
@@ -158,7 +159,7 @@ SharedColumns share_columns(const FitSelection& selection, std::vector<Derivativ
 }
 
 Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
-                           const StandHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y) {
+                           const PlacedHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y) {
   const auto join = [&](const ColumnSide& side) {
     const long rows = side.shared.residual.size(), n = side.shared.weighted.cols();
     Eigen::MatrixXd out(rows, n + static_cast<long>(side.added.size()));
@@ -172,7 +173,7 @@ Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& sele
   return solve_normal(normal).delta;
 }
 
-StandStep solve(const StandProblem& problem, const FitSelection& selection, const StandHypothesis& hypothesis,
+StandStep solve(const StandProblem& problem, const FitSelection& selection, const PlacedHypothesis& hypothesis,
                 const std::vector<Derivative>& columns, const Evaluation& base) {
   const Side side{columns, base};
   Normal normal = gather(problem, selection, side, side);
@@ -183,23 +184,19 @@ StandStep solve(const StandProblem& problem, const FitSelection& selection, cons
 namespace {
 
 // A shape parameter that the data hardly see may be thrown far by one step: it stays within its bounds.
-void keep_shapes(StandHypothesis* hypothesis) {
-  for (StandEffect& e : *hypothesis) {
-    const size_t size = get_stand_info(e.id).step.size();
-    for (size_t at = 0; is_foot(e.id) && at < e.p.size(); at += size) {
+void keep_shapes(PlacedHypothesis* hypothesis) {
+  for (PlacedEffect& e : *hypothesis) {
+    const size_t size = get_row(e).step.size();
+    for (size_t at = 0; is_foot(e) && at < e.p.size(); at += size) {
       for (size_t damping : {at + 1, at + 3}) e.p[damping] = std::max(e.p[damping], 0.0);  // [s]
     }
-    if (e.id == StandId::kStribeck) e.p[2] = std::clamp(e.p[2], 0.01, 0.5);     // [rad/s]
-    if (e.id == StandId::kHysteresis) e.p[1] = std::clamp(e.p[1], 2e-3, 0.3);   // [rad]
-    if (e.id == StandId::kBacklash) e.p[1] = std::max(e.p[1], 0.0);             // [kg m^2]
-    if (e.id == StandId::kElasticity) e.p[1] = std::max(e.p[1], 0.0);           // [kg m^2]
-    if (e.id == StandId::kJointOffset) e.p[0] = std::clamp(e.p[0], -0.3, 0.3);  // [rad]
+    if (get_row(e).keep) get_row(e).keep(&e.p);
   }
 }
 
 }  // namespace
 
-void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* hypothesis) {
+void add_step(const Eigen::VectorXd& delta, size_t first, PlacedHypothesis* hypothesis) {
   long at = 0;
   for (size_t e = 0; e < hypothesis->size(); ++e) {
     for (double& p : (*hypothesis)[e].p) {
@@ -213,7 +210,7 @@ void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* hypot
 namespace {
 
 // What a fit makes small: weighted products of the residuals of two sides, and what is known beforehand.
-double calc_cost(const StandProblem& problem, const FitSelection& selection, const StandHypothesis& h,
+double calc_cost(const StandProblem& problem, const FitSelection& selection, const PlacedHypothesis& h,
                  const Evaluation& x, const Evaluation& y) {
   double cost = 0;
   for (size_t r : selection.recordings) {
@@ -221,8 +218,8 @@ double calc_cost(const StandProblem& problem, const FitSelection& selection, con
     const size_t channels = selection.weight.size();
     for (size_t k = 0; k < a.size(); ++k) cost += a[k] * b[k] * std::pow(selection.weight[k % channels], 2);
   }
-  for (const StandEffect& e : h) {
-    const std::vector<double>& neutral = get_stand_info(e.id).neutral;
+  for (const PlacedEffect& e : h) {
+    const std::vector<double>& neutral = get_row(e).neutral;
     for (size_t i = 0; i < e.p.size(); ++i) {
       const double prior = find_prior(problem, e, i);
       if (prior > 0) cost += std::pow((e.p[i] - neutral[i % neutral.size()]) / prior, 2);
@@ -234,8 +231,8 @@ double calc_cost(const StandProblem& problem, const FitSelection& selection, con
 // Where a step leads; half of it, a quarter, an eighth where all of it makes things worse: samples that stick and slide
 // by turns let whole steps go to and fro. `judge` evaluates a hypothesis and returns its cost.
 template <class Judge>
-StandHypothesis take_step(const StandHypothesis& from, const Eigen::VectorXd& delta, double cost, Judge judge) {
-  StandHypothesis h;
+PlacedHypothesis take_step(const PlacedHypothesis& from, const Eigen::VectorXd& delta, double cost, Judge judge) {
+  PlacedHypothesis h;
   double share = 1;
   for (int i = 0; i <= kHalvings; ++i, share /= 2) {
     h = from;
@@ -247,7 +244,7 @@ StandHypothesis take_step(const StandHypothesis& from, const Eigen::VectorXd& de
 
 }  // namespace
 
-StandHypothesis refine(const StandProblem& problem, const FitSelection& selection, StandHypothesis hypothesis,
+PlacedHypothesis refine(const StandProblem& problem, const FitSelection& selection, PlacedHypothesis hypothesis,
                        int iterations) {
   Evaluation base = evaluate(problem, hypothesis);
   for (int i = 0; i < iterations; ++i) {
@@ -255,7 +252,7 @@ StandHypothesis refine(const StandProblem& problem, const FitSelection& selectio
     const StandStep step = solve(problem, selection, hypothesis, columns, base);
     if (!step.ok) break;
     const double cost = calc_cost(problem, selection, hypothesis, base, base);
-    hypothesis = take_step(hypothesis, step.delta, cost, [&](const StandHypothesis& h) {
+    hypothesis = take_step(hypothesis, step.delta, cost, [&](const PlacedHypothesis& h) {
       base = evaluate(problem, h);
       return calc_cost(problem, selection, h, base, base);
     });
@@ -263,9 +260,9 @@ StandHypothesis refine(const StandProblem& problem, const FitSelection& selectio
   return hypothesis;
 }
 
-bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, StandHypothesis* hypothesis,
+bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, PlacedHypothesis* hypothesis,
             Eigen::MatrixXd* covariance) {
-  StandHypothesis h = *hypothesis;
+  PlacedHypothesis h = *hypothesis;
   Evaluation even = evaluate(problems.even, h), odd = evaluate(problems.odd, h);
   for (int i = 0; i <= iterations; ++i) {
     const std::vector<Derivative> by_even = differentiate(problems.even, h, 0, even, selection.recordings);
@@ -277,7 +274,7 @@ bool polish(const StandProblems& problems, const FitSelection& selection, int it
     *covariance = step.covariance;
     if (i == iterations) break;
     const double cost = calc_cost(problems.all, selection, h, even, odd);
-    h = take_step(h, step.delta, cost, [&](const StandHypothesis& moved) {
+    h = take_step(h, step.delta, cost, [&](const PlacedHypothesis& moved) {
       even = evaluate(problems.even, moved), odd = evaluate(problems.odd, moved);
       return calc_cost(problems.all, selection, moved, even, odd);
     });

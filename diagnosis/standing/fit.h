@@ -2,8 +2,9 @@
 // Fitting hypotheses to the channels of the training recordings.
 //
 // Noise in what a residual is differentiated by (a moment, a rate) biases plain least squares: what is fitted to noise
-// looks smaller than it is, and neighbours make up for it. So every recording is smoothed twice more, from its even and
-// from its odd samples, whose noise is independent. With J, r of the two halves,
+// looks smaller than it is, and neighbours make up for it. polish() is an instrumental-variable estimator: every
+// recording is smoothed twice more, from its even and from its odd samples, whose noise is independent, and each half's
+// columns are the instruments of the other. With J, r of the two halves,
 //   (Je^T Jo + Jo^T Je) delta = -(Je^T ro + Jo^T re)
 // has no product of a noise with itself in it: the estimate is consistent whatever the noise, and about as precise.
 #pragma once
@@ -38,11 +39,11 @@ struct FitSelection {
   std::vector<double> weight;
 };
 
-Evaluation evaluate(const StandProblem& problem, const StandHypothesis& hypothesis);
+Evaluation evaluate(const StandProblem& problem, const PlacedHypothesis& hypothesis);
 
 // Derivatives over the parameters of effects [first, end) of the hypothesis, whose evaluation is `base`, for the given
 // recordings (empty for the others). Those that are read off and not fitted have a zero column.
-std::vector<Derivative> differentiate(const StandProblem& problem, const StandHypothesis& hypothesis, size_t first,
+std::vector<Derivative> differentiate(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t first,
                                       const Evaluation& base, const std::vector<size_t>& recordings);
 
 // Columns of the shared part of many fits, weighted, over the selected recordings: found once.
@@ -60,23 +61,23 @@ struct ColumnSide {
   const std::vector<Derivative>& added;
 };
 Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
-                           const StandHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y);
+                           const PlacedHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y);
 
 // Gauss-Newton step of plain least squares, with what is known beforehand.
-StandStep solve(const StandProblem& problem, const FitSelection& selection, const StandHypothesis& hypothesis,
+StandStep solve(const StandProblem& problem, const FitSelection& selection, const PlacedHypothesis& hypothesis,
                 const std::vector<Derivative>& columns, const Evaluation& base);
 
 // Refines a hypothesis by plain least squares.
-StandHypothesis refine(const StandProblem& problem, const FitSelection& selection, StandHypothesis hypothesis,
+PlacedHypothesis refine(const StandProblem& problem, const FitSelection& selection, PlacedHypothesis hypothesis,
                        int iterations);
 
-// The same by even against odd samples, with the covariance: scatter of the scores of stretches (sandwich), so that
-// errors that last count as what they are. False when it does not settle.
-bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, StandHypothesis* hypothesis,
+// The same by instrumental variables, with the robust covariance over stretches (estimate/robust.h), so that errors that
+// last count as what they are. False when it does not settle.
+bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, PlacedHypothesis* hypothesis,
             Eigen::MatrixXd* covariance);
 
 // Adds a step to the parameters of effects [first, end). A shape, or a damping, that the data hardly see may be thrown
 // far by one step: it stays within its bounds, so that the effect is not given up for it.
-void add_step(const Eigen::VectorXd& delta, size_t first, StandHypothesis* hypothesis);
+void add_step(const Eigen::VectorXd& delta, size_t first, PlacedHypothesis* hypothesis);
 
 }  // namespace hrp::diagnosis::standing

@@ -8,7 +8,7 @@
 
 namespace hrp::diagnosis::standing {
 
-StandMotion::StandMotion(const StandProblem& problem, const StandHypothesis& hypothesis, size_t recording,
+StandMotion::StandMotion(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording,
                          TeethOffsets offsets)
     : p_(problem),
       r_(problem.recordings[recording]),
@@ -36,17 +36,20 @@ double StandMotion::shifted(const Series& s, bool rate, size_t k, double delay, 
 void StandMotion::read_imu(size_t k) {
   const ImuTerms& imu = terms_.imu;
   Eigen::Vector4d q;
-  for (int i = 0; i < 4; ++i) q(i) = shifted(r_.attitude[i], false, k, imu.delay[0], imu.skew);
+  for (int i = 0; i < 4; ++i) q(i) = shifted(r_.attitude[i], false, k, imu.attitude.delay, imu.attitude.clock_skew);
   const Eigen::Quaterniond attitude = Eigen::Quaterniond(q(0), q(1), q(2), q(3)).normalized();
   Vector3d w, dw, f;
   for (int i = 0; i < 3; ++i) {
-    w(i) = shifted(r_.gyro[i], false, k, imu.delay[1], imu.skew);
-    dw(i) = shifted(r_.gyro[i], true, k, imu.delay[1], imu.skew);
-    f(i) = shifted(r_.accelerometer[i], false, k, imu.delay[2], imu.skew);
+    w(i) = shifted(r_.gyro[i], false, k, imu.gyro.delay, imu.gyro.clock_skew);
+    dw(i) = shifted(r_.gyro[i], true, k, imu.gyro.delay, imu.gyro.clock_skew);
+    f(i) = shifted(r_.accelerometer[i], false, k, imu.accelerometer.delay, imu.accelerometer.clock_skew);
   }
-  const Matrix3d R_attitude = make_rotation_from_rpy(imu.rpy[0]), R_gyro = make_rotation_from_rpy(imu.rpy[1]);
-  w_ = R_gyro * Vector3d((w - imu.gyro_bias) / imu.gyro_scale), dw_ = R_gyro * Vector3d(dw / imu.gyro_scale);
-  f_ = make_rotation_from_rpy(imu.rpy[2]) * Vector3d((f - imu.accelerometer_bias) / imu.accelerometer_scale);
+  const Matrix3d R_attitude = make_rotation_from_rpy(imu.attitude.misalignment);
+  const Matrix3d R_gyro = make_rotation_from_rpy(imu.gyro.misalignment);
+  const double gyro_scale = imu.gyro.scale.x(), accelerometer_scale = imu.accelerometer.scale.x();
+  w_ = R_gyro * Vector3d((w - imu.gyro.bias) / gyro_scale), dw_ = R_gyro * Vector3d(dw / gyro_scale);
+  f_ = make_rotation_from_rpy(imu.accelerometer.misalignment) *
+       Vector3d((f - imu.accelerometer.bias) / accelerometer_scale);
   R_WI_ = attitude.toRotationMatrix() * R_attitude.transpose();
 }
 
@@ -57,23 +60,23 @@ void StandMotion::read_joints(size_t k, size_t sample) {
     const JointTerms& terms = terms_.joints[i];
     const Series& position = r_.position[i];
     double q = position.value[k], v = position.rate[k], a = position.second[k];
-    if (terms.position_delay != 0) {
-      const double t = r_.time[k] + terms.position_delay;
+    if (terms.position.delay != 0) {
+      const double t = r_.time[k] + terms.position.delay;
       q = interpolate(r_.time, position.value, t, k), v = interpolate(r_.time, position.rate, t, k);
       a = interpolate(r_.time, position.second, t, k);
     }
-    const double scale = terms.position_scale;
+    const double scale = terms.position.scale.x();
     DriveState& s = joints_[i];
-    s.encoder = (q - terms.position_bias) / scale, s.velocity = v / scale, s.acceleration = a / scale;
+    s.encoder = (q - terms.position.bias.x()) / scale, s.velocity = v / scale, s.acceleration = a / scale;
     double bent = 0, bent_rate = 0, bent_second = 0;
     if (!offsets_[i].empty()) bent = offsets_[i][sample];
     if (terms.compliance != 0 && p_.is_driven(i)) {
       double rate = 0;
-      bent += terms.compliance * (drives_.find_effort(i, k, s, &rate) - terms.rotor * s.acceleration);
+      bent += terms.compliance * (drives_.find_effort(i, k, s, &rate) - terms.laws.motor_inertia * s.acceleration);
       bent_rate = terms.compliance * rate;
       if (p_.effort[i]) bent_second = terms.compliance * r_.effort[i].second[k];
     }
-    s.link = s.encoder - terms.offset - bent;
+    s.link = s.encoder - terms.laws.joint_offset - bent;
     state_.q(j) = s.link, state_.qd(j) = s.velocity - bent_rate;
     vdot_(6 + j) = s.acceleration - bent_second;
   }
@@ -120,11 +123,12 @@ void StandMotion::read_wrenches(size_t k) {
     const WrenchTerms& w = terms_.wrenches[foot];
     Vector3d force, torque;
     for (size_t i = 0; i < 3; ++i) {
-      force(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + i], false, k, w.delay[0], w.skew);
-      torque(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + 3 + i], false, k, w.delay[1], w.skew);
+      force(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + i], false, k, w.force.delay, w.force.clock_skew);
+      torque(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + 3 + i], false, k, w.torque.delay, w.torque.clock_skew);
     }
-    force_[foot] = make_rotation_from_rpy(w.rpy[0]) * Vector3d((force - w.force_bias) / w.force_scale);
-    torque_[foot] = make_rotation_from_rpy(w.rpy[1]) * Vector3d((torque - w.torque_bias) / w.torque_scale);
+    force_[foot] = make_rotation_from_rpy(w.force.misalignment) * Vector3d((force - w.force.bias) / w.force.scale.x());
+    torque_[foot] =
+        make_rotation_from_rpy(w.torque.misalignment) * Vector3d((torque - w.torque.bias) / w.torque.scale.x());
     const Matrix3d R = get_pose(data_, p_.feet[foot].link).R;
     wrenches_[static_cast<size_t>(p_.feet[foot].link)] << R * torque_[foot], R * force_[foot];
   }

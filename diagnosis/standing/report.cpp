@@ -10,55 +10,54 @@ namespace {
 
 const StandTrial* find_runner_up(const StandOutcome& o, size_t round) {
   if (round >= o.rounds.size()) return nullptr;
-  const StandEffect& chosen = o.chosen.hypothesis[round];
+  const PlacedEffect& chosen = o.chosen.hypothesis[round];
   for (const StandTrial& t : o.rounds[round]) {
-    const StandEffect& e = t.fit.hypothesis[round];
-    if (t.fit.score < 1e299 && (e.id != chosen.id || e.place != chosen.place)) return &t;
+    const PlacedEffect& e = t.fit.hypothesis[round];
+    if (t.fit.score < 1e299 && (e.id != chosen.id || !(e.place == chosen.place))) return &t;
   }
   return nullptr;
 }
 
-std::string spell(const char* effect) {
-  std::string out = effect;
+std::string spell(std::string out) {
   std::replace(out.begin(), out.end(), '_', ' ');
   return out;
 }
 
 std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t round, const std::string& where,
                            const Json& parameters) {
-  const char* phrase = find_phrase(o.chosen.hypothesis[round].id);
+  const std::string& phrase = get_effect(o.chosen.hypothesis[round].id).phrase;
   std::string out = where + ": " + phrase + " (" + describe_values(parameters) + ").";
   if (const StandTrial* second = find_runner_up(o, round)) {
-    const StandEffect& other = second->fit.hypothesis[round];
+    const PlacedEffect& other = second->fit.hypothesis[round];
     const double worst = *std::max_element(second->fit.channel_rms.begin(), second->fit.channel_rms.end());
-    out += " The next best explanation, " + spell(get_stand_info(other.id).effect) + " at " +
+    out += " The next best explanation, " + spell(get_effect(other.id).name) + " at " +
            find_place(p, other).second + ", leaves up to " + number(worst, 2) + " times the noise.";
   }
   return out;
 }
 
-Json make_alternatives(const StandProblem& p, const std::vector<StandEffect>& twins) {
+Json make_alternatives(const StandProblem& p, const std::vector<PlacedEffect>& twins) {
   Json out = Json::array();
-  for (const StandEffect& e : twins) {
+  for (const PlacedEffect& e : twins) {
     const auto [kind, name] = find_place(p, e);
-    out.push_back({{"effect", get_stand_info(e.id).effect}, {"where", {{kind, name}}}});
+    out.push_back({{"effect", get_effect(e.id).name}, {"where", {{kind, name}}}});
   }
   return out;
 }
 
 void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) {
   for (size_t i = 0; i < o.chosen.hypothesis.size(); ++i) {
-    const StandEffect& e = o.chosen.hypothesis[i];
+    const PlacedEffect& e = o.chosen.hypothesis[i];
     double probability = i < o.rounds.size() ? 0 : 0.999;
     for (const StandTrial& t : i < o.rounds.size() ? o.rounds[i] : std::vector<StandTrial>{}) {
-      const StandEffect& tried = t.fit.hypothesis[i];
+      const PlacedEffect& tried = t.fit.hypothesis[i];
       if (tried.id == e.id && tried.place == e.place) probability = std::min(0.999, t.probability);
     }
-    for (size_t f = 0; f < (is_foot(e.id) ? p.feet.size() : 1); ++f) {
+    for (size_t f = 0; f < (is_foot(e) ? p.feet.size() : 1); ++f) {
       auto [kind, name] = find_place(p, e);
-      if (is_foot(e.id)) name = p.feet[f].name;
+      if (is_foot(e)) name = p.feet[f].name;
       const Json parameters = make_parameters(p, e, o.widening * o.chosen.std[i], f);
-      Json finding{{"effect", get_stand_info(e.id).effect},
+      Json finding{{"effect", get_effect(e.id).name},
                    {"where", {{kind, name}}},
                    {"parameters", parameters},
                    {"probability", probability},
@@ -107,7 +106,7 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     } else if (o.periodic) {
       statement += " What the drive lacks is one sinusoid of time.";
     } else if (!o.doubtful.empty()) {
-      statement += " The nearest, " + spell(get_stand_info(o.doubtful.back().id).effect) +
+      statement += " The nearest, " + spell(get_effect(o.doubtful.back().id).name) +
                    ", does not leave noise where it acts, or differs from recording to recording.";
     }
     const Relation follows = find_dependence(p, o.channels[c], c, left);
@@ -224,14 +223,14 @@ void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
 }
 
 void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* out) {
-  for (const StandEffect& e : o.chosen.hypothesis) {
-    if (!is_foot(e.id)) continue;
+  for (const PlacedEffect& e : o.chosen.hypothesis) {
+    if (!is_foot(e)) continue;
     out->push_back({{"effect", "foot_compliance.cz"},
                     {"why", "a standing robot hardly moves up and down on its soles"},
                     {"motion_that_would_tell", "short vertical bounces above 5 Hz"}});
   }
-  for (const StandEffect& e : o.chosen.hypothesis) {
-    if (e.id != StandId::kBacklash || e.p[3] == 0) continue;
+  for (const PlacedEffect& e : o.chosen.hypothesis) {
+    if (!get_row(e).loose || e.p[3] == 0) continue;
     const auto [kind, name] = find_place(p, e);
     out->push_back({{"effect", "backlash.gap"},
                     {"where", {{kind, name}}},
@@ -239,17 +238,17 @@ void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* ou
                     {"motion_that_would_tell", "loads on the joint that change their sign"}});
   }
   for (size_t i = 0; i < o.twins.size(); ++i) {
-    for (const StandEffect& e : o.twins[i]) {
+    for (const PlacedEffect& e : o.twins[i]) {
       const auto [kind, name] = find_place(p, e);
-      if (e.id == StandId::kBacklash && o.chosen.hypothesis[i].id == StandId::kJointOffset) {
-        out->push_back({{"effect", get_stand_info(e.id).effect},
+      if (get_row(e).loose && get_row(o.chosen.hypothesis[i]).tilts_feet) {
+        out->push_back({{"effect", get_effect(e.id).name},
                         {"where", {{kind, name}}},
                         {"why", "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
                                     " rad apart would look like the offset"},
                         {"motion_that_would_tell", "loads on the joint that change their sign"}});
         continue;
       }
-      out->push_back({{"effect", get_stand_info(e.id).effect},
+      out->push_back({{"effect", get_effect(e.id).name},
                       {"where", {{kind, name}}},
                       {"why", "explains the held-out recordings about as well as what is reported"},
                       {"motion_that_would_tell", "wider and faster sweeps of the joints and of the trunk's lean"}});

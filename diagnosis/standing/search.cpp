@@ -56,11 +56,11 @@ void StandSearcher::extend() {
 // Soft soles beside a second effect in the feet may look impossible alone (a stiffness below zero) and are then never
 // the first to be added: once more from them, if that explains what else would stay unexplained.
 void StandSearcher::start_with_soles() {
-  const auto soft = [](const StandEffect& e) { return is_foot(e.id); };
-  const StandHypothesis& found = out_.chosen.hypothesis;
+  const auto soft = [](const PlacedEffect& e) { return is_foot(e); };
+  const PlacedHypothesis& found = out_.chosen.hypothesis;
   if (std::any_of(found.begin(), found.end(), soft)) return;
-  for (const StandEffect& e : list_candidates(p_, {}, hints_)) {
-    if (e.id != StandId::kFootCompliance) continue;
+  for (const PlacedEffect& e : list_candidates(p_, {}, hints_)) {
+    if (e.id != make_soft_soles(p_).id) continue;
     const StandOutcome before = out_;
     const StandJudge judge_before = judge_;
     out_.chosen = fit_trial(out_.nominal, {e}, 2);
@@ -93,19 +93,19 @@ bool StandSearcher::has_moving_feet() const {
 }
 
 bool StandSearcher::is_significant(const StandFit& fit) const {
-  const StandEffect& e = fit.hypothesis.back();
-  const StandInfo& info = get_stand_info(e.id);
+  const PlacedEffect& e = fit.hypothesis.back();
+  const StandRow& row = get_row(e);
   // How far a free link moves has no deviation; the held-out gain tells. A link that nothing ever held follows what the
   // feet say at every sample: then they must say it beyond their noise.
-  if (e.id == StandId::kBacklash) return e.p[3] == 0 || has_moving_feet();
-  if (is_vector(e.id)) {
+  if (row.loose) return e.p[3] == 0 || has_moving_feet();
+  if (is_vector(e)) {
     const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
     return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kNormal, e.p.size()));
   }
   const bool grounded = !exceeds_ground(fit);
   for (size_t i = 0; i < e.p.size(); ++i) {
-    const double std = fit.std.back()(static_cast<long>(i)), from = info.neutral[i % info.neutral.size()];
-    if (std <= 0 || !is_main(e.id, i)) continue;
+    const double std = fit.std.back()(static_cast<long>(i)), from = row.neutral[i % row.neutral.size()];
+    if (std <= 0 || !is_main(e, i)) continue;
     if (std::abs(e.p[i] - from) - (grounded ? find_bound(p_, e, i) : 0) > significant_ * std) return true;
   }
   return false;
@@ -116,9 +116,9 @@ namespace {
 // A transmission has a rotor, too: where what it gives is not sure the rotor alone may be, unless it is far worse than
 // `so_far` allows: beside other effects that are still missing a little more is no proof.
 bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& so_far) {
-  const StandEffect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
+  const PlacedEffect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
   const double far = std::max(kRicher, kRotorsLack * (so_far.score - rich.score));
-  return a.id == StandId::kRotorInertia && b.id == StandId::kElasticity && a.place == b.place &&
+  return get_row(a).inside == b.id && a.place == b.place &&
          simple.score - rich.score < far;
 }
 
@@ -149,7 +149,7 @@ bool StandSearcher::add_effect() {
     std::string text = "gain " + std::to_string(std::lround(gain)) + " by";
     for (size_t i = 0; i < std::min<size_t>(4, trials.size()); ++i) {
       const double behind = std::min(1e6, trials[i].fit.score - best.fit.score);
-      text += std::string(i ? ", " : " ") + get_stand_info(trials[i].fit.hypothesis.back().id).effect +
+      text += std::string(i ? ", " : " ") + get_effect(trials[i].fit.hypothesis.back().id).name +
               (i ? " (" + std::to_string(std::lround(behind)) + " behind)" : "");
     }
     progress_(text);
@@ -158,7 +158,7 @@ bool StandSearcher::add_effect() {
   if (gain < std::max(kGain, 0.02 * out_.nominal.mismatch)) return false;
   // Feet that were seen to slide need not slide again in the recordings that were not fitted; all else must not make
   // them worse.
-  const bool slips = best.fit.hypothesis.back().id == StandId::kGroundFriction;
+  const bool slips = get_row(best.fit.hypothesis.back()).slides;
   if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
   const StandFit finished = find_significant(trials);
   if (finished.hypothesis.empty()) return false;
@@ -171,9 +171,9 @@ bool StandSearcher::add_effect() {
 
 // What makes the law richer differs from nothing.
 bool StandSearcher::is_richer(const StandFit& fit, size_t effect) const {
-  const StandEffect& e = fit.hypothesis[effect];
+  const PlacedEffect& e = fit.hypothesis[effect];
   const Eigen::VectorXd& std = fit.std[effect];
-  if (e.id == StandId::kStribeck) return e.p[1] > significant_ * std(1);
+  if (!is_foot(e)) return e.p[1] > significant_ * std(1);
   for (size_t at = kFootParameters; at < e.p.size(); at += kFootParameters + 1) {
     if (e.p[at] > significant_ * std(static_cast<long>(at))) return true;
   }
@@ -184,8 +184,8 @@ void StandSearcher::enrich_effects() {
   for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
     StandFit best;
     best.score = out_.chosen.score - kRicher;
-    for (const StandEffect& richer : list_richer(p_, out_.chosen.hypothesis[i])) {
-      StandHypothesis h = out_.chosen.hypothesis;
+    for (const PlacedEffect& richer : list_richer(p_, out_.chosen.hypothesis[i])) {
+      PlacedHypothesis h = out_.chosen.hypothesis;
       h[i] = richer;
       h = refine(p_, judge_.select(out_.chosen), h, 5);
       const StandFit fit = judge(h);
@@ -196,7 +196,7 @@ void StandSearcher::enrich_effects() {
     // Parameters of a richer law are often alike (a level that falls with speed): then what it wins counts.
     const bool wins = out_.chosen.score - best.score > kGain && best.held_score < out_.chosen.held_score;
     if (!wins && !is_richer(finished, i)) continue;
-    if (progress_) progress_(std::string("refined to ") + get_stand_info(finished.hypothesis[i].id).effect);
+    if (progress_) progress_("refined to " + get_effect(finished.hypothesis[i].id).name);
     if (i < out_.rounds.size() && !out_.rounds[i].empty()) {
       StandTrial& first = out_.rounds[i][0];
       if (is_same(first.fit.hypothesis[i], out_.chosen.hypothesis[i])) first.fit.hypothesis[i] = finished.hypothesis[i];
@@ -209,10 +209,10 @@ void StandSearcher::enrich_effects() {
 // The last one knew all others, but for one that was taken out since.
 void StandSearcher::exchange_effects(bool all) {
   for (size_t i = 0; i + (all ? 0 : 1) < out_.chosen.hypothesis.size(); ++i) {
-    StandHypothesis rest = out_.chosen.hypothesis;
-    const StandEffect before = rest[i];
+    PlacedHypothesis rest = out_.chosen.hypothesis;
+    const PlacedEffect before = rest[i];
     rest.erase(rest.begin() + static_cast<long>(i));
-    const StandHypothesis refitted = rest.empty() ? rest : refine(p_, judge_.select(out_.chosen), rest, 5);
+    const PlacedHypothesis refitted = rest.empty() ? rest : refine(p_, judge_.select(out_.chosen), rest, 5);
     const StandFit fit = judge(refitted);
     if (fit.score - out_.chosen.score < kGain) {  // no longer needed
       out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
@@ -224,8 +224,8 @@ void StandSearcher::exchange_effects(bool all) {
     const bool better = !is_same(trials[0].fit.hypothesis.back(), before) &&
                         trials[0].fit.score < out_.chosen.score - kCorrelated;
     if (better && is_significant(finish(trials[0].fit, trials[0].fit.hypothesis))) {
-      StandHypothesis h = trials[0].fit.hypothesis;
-      if (progress_) progress_(std::string("exchanged for ") + get_stand_info(h.back().id).effect);
+      PlacedHypothesis h = trials[0].fit.hypothesis;
+      if (progress_) progress_("exchanged for " + get_effect(h.back().id).name);
       std::rotate(h.begin() + static_cast<long>(i), h.end() - 1, h.end());
       out_.chosen = finish(trials[0].fit, h);
     }
@@ -239,23 +239,23 @@ void StandSearcher::exchange_effects(bool all) {
 void StandSearcher::find_twins() {
   for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
     out_.twins.emplace_back();
-    const StandEffect& found = out_.chosen.hypothesis[i];
+    const PlacedEffect& found = out_.chosen.hypothesis[i];
     for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
       const StandTrial& t = out_.rounds[i][k];
-      const StandEffect& e = t.fit.hypothesis[i];
+      const PlacedEffect& e = t.fit.hypothesis[i];
       if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, found)) out_.twins.back().push_back(e);
     }
-    const auto is_listed = [&](StandId id) {
-      const std::vector<StandEffect>& twins = out_.twins.back();
-      return std::any_of(twins.begin(), twins.end(), [&](const StandEffect& e) { return e.id == id; });
+    const auto is_listed = [&](EffectId id) {
+      const std::vector<PlacedEffect>& twins = out_.twins.back();
+      return std::any_of(twins.begin(), twins.end(), [&](const PlacedEffect& e) { return e.id == id; });
     };
-    if (may_be_load(i) && !is_listed(StandId::kPayload)) {
-      out_.twins.back().push_back({StandId::kPayload, found.place, {0, 0, 0, 0}});
+    if (may_be_load(i) && !is_listed(EffectId::kPayload)) {
+      out_.twins.back().push_back({EffectId::kPayload, found.place, {0, 0, 0, 0}});
     }
-    if (found.id != StandId::kJointOffset) continue;
-    const auto joint = static_cast<size_t>(found.place);
+    if (found.id != EffectId::kJointOffset) continue;
+    const auto joint = static_cast<size_t>(found.place.index);
     if (!may_be_teeth(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;
-    out_.twins.back().push_back({StandId::kBacklash, found.place, {2 * std::abs(found.p[0]), 0, 0, 0}});
+    out_.twins.back().push_back({EffectId::kBacklash, found.place, {2 * std::abs(found.p[0]), 0, 0, 0}});
   }
 }
 

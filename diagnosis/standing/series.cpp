@@ -65,7 +65,7 @@ Json make_recording(const StandProblem& p, const StandOutcome& o, size_t r, cons
 }
 
 Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, const StandTrial& t) {
-  const StandEffect& e = t.fit.hypothesis[round];
+  const PlacedEffect& e = t.fit.hypothesis[round];
   const auto [kind, name] = find_place(p, e);
   const bool chosen = round < o.chosen.hypothesis.size() && e.id == o.chosen.hypothesis[round].id &&
                       e.place == o.chosen.hypothesis[round].place;
@@ -75,7 +75,7 @@ Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, cons
   for (double v : rms) sum += v * v;
   const std::string lost =
       "leaves " + number(rms[w], 2) + " times the noise in " + o.channels[w].kind + " " + o.channels[w].signal;
-  return {{"effect", get_stand_info(e.id).effect},
+  return {{"effect", get_effect(e.id).name},
           {"where", {{kind, name}}},
           {"probability", t.probability},
           {"validate_score", std::sqrt(sum / static_cast<double>(rms.size()))},
@@ -88,7 +88,7 @@ Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, cons
 Json make_steps(const StandProblem& p, const StandOutcome& o) {
   const bool none_held = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
   Json out = Json::array();
-  StandHypothesis h;
+  PlacedHypothesis h;
   for (size_t i = 0; i <= o.chosen.hypothesis.size(); ++i) {
     Json where;
     if (i > 0) {
@@ -96,7 +96,7 @@ Json make_steps(const StandProblem& p, const StandOutcome& o) {
       const auto [kind, name] = find_place(p, h.back());
       where = {{kind, name}};
     }
-    out.push_back({{"effect", i > 0 ? get_stand_info(h.back().id).effect : ""},
+    out.push_back({{"effect", i > 0 ? get_effect(h.back().id).name : std::string()},
                    {"where", where},
                    {"held_out", calc_fit(p, o, evaluate(p, h), none_held)}});
   }

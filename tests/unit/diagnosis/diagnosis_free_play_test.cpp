@@ -93,7 +93,7 @@ struct LooseAnkle {
 // What was seen is the least that the gap can be: in other recordings the link may go further.
 TEST(LooseTeeth, ThatNoTorqueEverHeldMayBeAnyDistanceApart) {
   const LooseAnkle free(0);
-  StandEffect gap{StandId::kBacklash, 0, {0.01, 0, 0, 0}};
+  PlacedEffect gap{EffectId::kBacklash, at_joint(0), {0.01, 0, 0, 0}};
   find_seen_play(free.p, {gap}, &gap);
   EXPECT_NEAR(gap.p[3], 0.04, 1e-3);
   const std::vector<double> left = calc_channels(free.p, {gap}, 0);
@@ -102,7 +102,7 @@ TEST(LooseTeeth, ThatNoTorqueEverHeldMayBeAnyDistanceApart) {
 
 TEST(LooseTeeth, ThatATorqueHeldAreAsFarApartAsItSays) {
   const LooseAnkle held(0.5);
-  StandEffect gap{StandId::kBacklash, 0, {0.01, 0, 0, 0}};
+  PlacedEffect gap{EffectId::kBacklash, at_joint(0), {0.01, 0, 0, 0}};
   find_seen_play(held.p, {gap}, &gap);
   EXPECT_EQ(gap.p[0], 0.01);
 }
@@ -137,7 +137,7 @@ TEST(StandingChannels, OfThinnedOutSamplesStillHoldTheGyroscopeAgainstTheAttitud
 TEST(StandingChannels, SayNothingWhereAWrongClocksReadingIsNotInTheRecording) {
   const LooseAnkle robot(0.5);
   const size_t channels = list_channels(robot.p).size(), torque = find_places(robot.p) + 1;
-  const std::vector<double> slow = calc_channels(robot.p, {{StandId::kWrenchSkew, 0, {-0.05}}}, 0);
+  const std::vector<double> slow = calc_channels(robot.p, {{EffectId::kClockSkew, at_sensor(0, Reading::kWrench), {-0.05}}}, 0);
   const std::vector<double> right = calc_channels(robot.p, {}, 0);
   for (size_t k = 0; k < 200; ++k) EXPECT_EQ(slow[k * channels + torque] == 0, k >= 190) << k;
   for (size_t k = 0; k < 200; ++k) EXPECT_NE(right[k * channels + torque], 0);
@@ -215,17 +215,17 @@ TEST(StandingJudge, DoesNotCountTheNoiseThatAHypothesisAdds) {
 
 TEST(StandingEffects, OfLinksThatMoveAlikeTheHeavyOneIsBelievedToCarryTheLoad) {
   const StandProblem p = make_block();
-  const StandEffect trunk{StandId::kPayload, 0, {1, 0, 0, 0}}, foot{StandId::kPayload, 1, {1, 0, 0, 0}};
+  const PlacedEffect trunk{EffectId::kPayload, at_link(0), {1, 0, 0, 0}}, foot{EffectId::kPayload, at_link(1), {1, 0, 0, 0}};
   EXPECT_EQ(find_doubt(p, trunk), 0);
   EXPECT_NEAR(find_doubt(p, foot), std::log(4), 1e-12);  // 12 kg, 3 kg
-  EXPECT_EQ(find_doubt(p, {StandId::kViscous, 0, {1}}), 0);
+  EXPECT_EQ(find_doubt(p, {EffectId::kViscous, at_joint(0), {1}}), 0);
 }
 
 // Pulls come from anywhere; one that is plumb is more likely a weight.
 TEST(StandingEffects, APlumbForceIsDoubtedASlantedOneIsNot) {
   const StandProblem p = make_block();
-  EXPECT_GT(find_doubt(p, {StandId::kExternalForce, 0, {0.02, 0, -15}}), 8);  // ln(2 / 0.02^2) = 8.5
-  EXPECT_LT(find_doubt(p, {StandId::kExternalForce, 0, {30, 20, -15}}), 2);
+  EXPECT_GT(find_doubt(p, {EffectId::kExternalForce, at_link(0), {0.02, 0, -15}}), 8);  // ln(2 / 0.02^2) = 8.5
+  EXPECT_LT(find_doubt(p, {EffectId::kExternalForce, at_link(0), {30, 20, -15}}), 2);
 }
 
 TEST(StandingDependence, OfTwoCoupledJointsIsSeenInTheOneThatLacksTheOthersPull) {

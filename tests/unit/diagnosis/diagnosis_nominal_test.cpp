@@ -36,9 +36,9 @@ TEST(NominalModel, OfAStandingRobotHasWhatTheExperimentStates) {
   const NominalRobot nominal = make_nominal(make_stating());
   standing::StandProblem problem;
   problem.tree = nominal.tree, problem.laws = nominal.laws;
-  const standing::Terms terms(problem, {{standing::StandId::kCoulomb, kElbow, {0.5, 0.0}}});
-  EXPECT_DOUBLE_EQ(terms.joints[kElbow].coulomb, 2.5);
-  EXPECT_DOUBLE_EQ(terms.joints[kElbow].asymmetry, 0.1);
+  const standing::Terms terms(problem, {{EffectId::kCoulomb, at_joint(kElbow), {0.5, 0.0}}});
+  EXPECT_DOUBLE_EQ(terms.joints[kElbow].laws.coulomb, 2.5);
+  EXPECT_DOUBLE_EQ(terms.joints[kElbow].laws.asymmetry, 0.1);
   EXPECT_DOUBLE_EQ(terms.tree.links[kFore].inertia.mass, 1.5);
 }
 
@@ -47,7 +47,7 @@ TEST(NominalModel, OfAStandingRobotGivesAPayloadTheInertiaThatTheSimulatorGivesI
   const Experiment e = make_stating();
   standing::StandProblem problem;
   problem.tree = e.robot.tree;
-  const standing::Terms terms(problem, {{standing::StandId::kPayload, kFore, {0.5, 0.15, 0.0, 0.0}}});  // mass, mass x com
+  const standing::Terms terms(problem, {{EffectId::kPayload, at_link(kFore), {0.5, 0.15, 0.0, 0.0}}});  // mass, mass x com
   const LinkInertia found = terms.tree.links[kFore].inertia, stated = make_nominal(e).tree.links[kFore].inertia;
   EXPECT_NEAR((found.I_LLcm_L - stated.I_LLcm_L).norm(), 0.0, 1e-12);
   EXPECT_NEAR((found.p_LLcm_L - stated.p_LLcm_L).norm(), 0.0, 1e-12);

@@ -43,7 +43,7 @@ TEST(StandingFit, StepsBetweenTwoHalvesAreNotMadeSmallByNoise) {
   }
   const FitSelection selection{{0}, {1.0}};
   const SharedColumns nothing = share_columns(selection, {}, base);
-  const StandHypothesis h{{StandId::kViscous, 0, {0}}};
+  const PlacedHypothesis h{{EffectId::kViscous, at_joint(0), {0}}};
   const ColumnSide x{nothing, even}, y{nothing, odd};
   EXPECT_NEAR(solve_with({}, selection, h, x, x)(0), 1.0, 0.05) << "half of the column's square is noise";
   EXPECT_NEAR(solve_with({}, selection, h, x, y)(0), 2.0, 0.1) << "five deviations of 2 sqrt(2 / 20000)";
@@ -53,7 +53,7 @@ TEST(StandingFit, StepsBetweenTwoHalvesAreNotMadeSmallByNoise) {
 TEST(StandingFit, ADampingBelowNothingDoesNotCostTheSole) {
   StandProblem p;
   p.feet.resize(1);
-  StandHypothesis h{make_soft_soles(p)};
+  PlacedHypothesis h{make_soft_soles(p)};
   Eigen::VectorXd step = Eigen::VectorXd::Zero(static_cast<long>(kFootParameters));
   step.head<4>() << 0.04, -0.015, 0.03, 0.01;
   add_step(step, 0, &h);
@@ -67,7 +67,7 @@ TEST(StandingEffects, ACentreOfMassIsExpectedWithinItsLink) {
   StandProblem p;
   p.tree.links.resize(1);
   p.tree.links[0].inertia.mass = 4;
-  EXPECT_NEAR(find_prior(p, {StandId::kComError, 0, {0, 0, 0}}, 2), 0.2, 1e-9) << "a cube of 4 kg at 500 kg/m^3";
+  EXPECT_NEAR(find_prior(p, {EffectId::kComError, at_link(0), {0, 0, 0}}, 2), 0.2, 1e-9) << "a cube of 4 kg at 500 kg/m^3";
 }
 
 // A trunk of 100 kg leans to both sides over one foot, on a hip that gives, or on ground that does, as much as ground
@@ -169,23 +169,23 @@ class Leaner {
   StandProblems p_;
 };
 
-bool is_named(const StandOutcome& o, StandId id) {
-  const StandHypothesis& h = o.chosen.hypothesis;
-  return std::any_of(h.begin(), h.end(), [id](const StandEffect& e) { return e.id == id; });
+bool is_named(const StandOutcome& o, EffectId id) {
+  const PlacedHypothesis& h = o.chosen.hypothesis;
+  return std::any_of(h.begin(), h.end(), [id](const PlacedEffect& e) { return e.id == id; });
 }
 
 TEST(StandingSearch, TellsAHipThatGivesLessThanGroundMayFromTheGround) {
   const StandOutcome hip = Leaner(Leaner::Gives::kHip).search();
   EXPECT_TRUE(hip.explained);
-  EXPECT_TRUE(is_named(hip, StandId::kElasticity));
-  EXPECT_FALSE(is_named(Leaner(Leaner::Gives::kGround).search(), StandId::kElasticity));
+  EXPECT_TRUE(is_named(hip, EffectId::kElasticity));
+  EXPECT_FALSE(is_named(Leaner(Leaner::Gives::kGround).search(), EffectId::kElasticity));
 }
 
 // A link that no torque ever held follows what the feet say at every sample, noise and all: 1.4 deviations of their
 // noise are not enough to call it loose, 14 are.
 TEST(StandingSearch, ALinkThatNothingEverHeldIsLooseOnlyIfTheFeetSayIt) {
-  EXPECT_FALSE(is_named(Leaner(Leaner::Gives::kTeeth, 4e-5).search(), StandId::kBacklash));
-  EXPECT_TRUE(is_named(Leaner(Leaner::Gives::kTeeth, 4e-4).search(), StandId::kBacklash));
+  EXPECT_FALSE(is_named(Leaner(Leaner::Gives::kTeeth, 4e-5).search(), EffectId::kBacklash));
+  EXPECT_TRUE(is_named(Leaner(Leaner::Gives::kTeeth, 4e-4).search(), EffectId::kBacklash));
 }
 
 }  // namespace

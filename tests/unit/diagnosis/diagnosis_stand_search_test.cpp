@@ -29,7 +29,7 @@ struct Arm {
 // What else is not as the model has it: of the body, of the gyroscope, which is as noisy as `shake` [rad/s^2] says. The
 // log of efforts may err by `log` [N m], and commands be recorded beside it.
 struct Body {
-  StandHypothesis hidden;
+  PlacedHypothesis hidden;
   double nod = 0, scale = 1, shake = 0;  // [rad] to both sides; of the gyroscope's readings
   double log = 0, bias = 0;              // [N m] deviation and bias of logged efforts; commands are then recorded
 };
@@ -166,9 +166,9 @@ class Stander {
   StandProblems p_;
 };
 
-bool is_named(const StandOutcome& o, StandId id, int joint) {
-  const StandHypothesis& h = o.chosen.hypothesis;
-  return std::any_of(h.begin(), h.end(), [&](const StandEffect& e) { return e.id == id && e.place == joint; });
+bool is_named(const StandOutcome& o, EffectId id, const Place& place) {
+  const PlacedHypothesis& h = o.chosen.hypothesis;
+  return std::any_of(h.begin(), h.end(), [&](const PlacedEffect& e) { return e.id == id && e.place == place; });
 }
 
 // Pushed by somebody: neither repeats nor follows the arm.
@@ -181,8 +181,8 @@ TEST(StandingSearch, NamesFrictionBesideASpringThatLeaveNoise) {
   const auto law = [](double q, double v, double, size_t) { return 10 * (v > 0 ? 1.0 : -1.0) + 20 * q; };
   const StandOutcome o = Stander({{{0.5, 0.5, 0.5}, law}}).search();
   EXPECT_TRUE(o.explained);
-  EXPECT_TRUE(is_named(o, StandId::kCoulomb, 1));
-  EXPECT_TRUE(is_named(o, StandId::kSpring, 1));
+  EXPECT_TRUE(is_named(o, EffectId::kCoulomb, at_joint(1)));
+  EXPECT_TRUE(is_named(o, EffectId::kSpring, at_joint(1)));
 }
 
 // The same with a push of ten noise deviations: a ten thousandth of the power that was missing.
@@ -201,7 +201,7 @@ TEST(StandingSearch, NamesWhatOnlyTrainingShowsBesideSomethingUnexplainedElsewhe
   const auto pushed = [](double, double, double t, size_t r) { return 0.1 * push(t, r); };
   const StandOutcome o = Stander({{{0.5, 0.5, 0.0}, viscous}, {{0.3, 0.3, 0.3}, pushed}}).search();
   EXPECT_FALSE(o.explained);
-  EXPECT_TRUE(is_named(o, StandId::kViscous, 1));
+  EXPECT_TRUE(is_named(o, EffectId::kViscous, at_joint(1)));
 }
 
 // A push of as much as the noise: no equation stands out, but even and odd samples both show it.
@@ -268,7 +268,7 @@ double lacks_nothing(double, double, double, size_t) { return 0; }
 TEST(StandingSearch, NamesAScaledGyroscopeThatIsNoisy) {
   const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, {{}, 0.05, 0.7, 0.3}).search();
   EXPECT_TRUE(o.explained);
-  ASSERT_TRUE(is_named(o, StandId::kGyroScale, 0));
+  ASSERT_TRUE(is_named(o, EffectId::kSensorScale, at_sensor(0, Reading::kAngularVelocity)));
   EXPECT_EQ(o.chosen.hypothesis.size(), 1);
   // Nodding at 0.085 rad/s against attitudes that are believed to 1e-4 rad/s: 0.2 % a stretch.
   EXPECT_NEAR(o.chosen.hypothesis[0].p[0], 0.7, 2e-3);
@@ -276,12 +276,12 @@ TEST(StandingSearch, NamesAScaledGyroscopeThatIsNoisy) {
 
 // The weight of a load is a force, and its lever a displaced centre of mass, where nothing accelerates it.
 TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeALoad) {
-  const StandHypothesis hidden{{StandId::kPayload, 0, {3, 0.06, 0.03, 0.2}}, {StandId::kExternalForce, 0, {9, -7, -4}}};
+  const PlacedHypothesis hidden{{EffectId::kPayload, at_link(0), {3, 0.06, 0.03, 0.2}}, {EffectId::kExternalForce, at_link(0), {9, -7, -4}}};
   const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, {hidden, 0.05}).search();
   EXPECT_TRUE(o.explained);
-  EXPECT_TRUE(is_named(o, StandId::kExternalForce, 0));
-  const auto is_load = [](const StandEffect& e) { return e.id == StandId::kPayload && e.place == 0; };
-  const StandHypothesis& h = o.chosen.hypothesis;
+  EXPECT_TRUE(is_named(o, EffectId::kExternalForce, at_link(0)));
+  const auto is_load = [](const PlacedEffect& e) { return e.id == EffectId::kPayload && e.place == at_link(0); };
+  const PlacedHypothesis& h = o.chosen.hypothesis;
   bool told = std::any_of(h.begin(), h.end(), is_load);
   for (const auto& twins : o.twins) told = told || std::any_of(twins.begin(), twins.end(), is_load);
   EXPECT_TRUE(told);
@@ -294,9 +294,9 @@ TEST(StandingSearch, TakesTheServosLawWhereItAgreesWithANoisyLog) {
   EXPECT_TRUE(stander.get_problem().law[1]);
   const StandOutcome o = stander.search();
   EXPECT_TRUE(o.explained);
-  EXPECT_TRUE(is_named(o, StandId::kCoulomb, 1));
+  EXPECT_TRUE(is_named(o, EffectId::kCoulomb, at_joint(1)));
   const StandOutcome biased = Stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0, 3.0}).search();
-  EXPECT_TRUE(is_named(biased, StandId::kEffortBias, 1)) << "a log that is wrong is still seen";
+  EXPECT_TRUE(is_named(biased, EffectId::kSensorBias, at_sensor(1, Reading::kEffort))) << "a log that is wrong is still seen";
   EXPECT_FALSE(Stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0, 3.0}).get_problem().law[1])
       << "which of the two is wrong is then open";
 }

@@ -180,7 +180,7 @@ TEST(StandingIntervals, OfAStiffnessHoldItWhateverTheGroundGives) {
   const StandProblem p = make_soles(0.22, 0.22);
   Eigen::VectorXd std = Eigen::VectorXd::Zero(2 * static_cast<long>(kFootParameters));
   for (const double ground : {5e4, 1e5, 1e9}) {
-    StandEffect e{StandId::kFootCompliance, 0, std::vector<double>(2 * kFootParameters, 1e-6)};
+    PlacedEffect e{EffectId::kFootCompliance, {PlaceKind::kFoot, 0, Reading::kAll}, std::vector<double>(2 * kFootParameters, 1e-6)};
     for (size_t f = 0; f < 2; ++f) e.p[f * kFootParameters] = e.p[f * kFootParameters + 2] = 1 / 1000.0 + 1 / ground;
     const Json k = make_parameters(p, e, std, 0)["k_pitch"];
     EXPECT_LE(k["ci95"][0].get<double>(), 1000) << ground;
@@ -209,8 +209,8 @@ TEST(StandingEffects, ACentreOfMassOutsideItsLinkIsNotBelieved) {
   LinkSpec link;
   link.inertia.mass = 0.5;
   p.tree.links.push_back(link);
-  EXPECT_TRUE(is_sensible(p, {StandId::kComError, 0, {0.05, 0, 0.02}}));
-  EXPECT_FALSE(is_sensible(p, {StandId::kComError, 0, {0, 0, 0.6}}));
+  EXPECT_TRUE(is_sensible(p, {EffectId::kComError, at_link(0), {0.05, 0, 0.02}}));
+  EXPECT_FALSE(is_sensible(p, {EffectId::kComError, at_link(0), {0, 0, 0.6}}));
 }
 
 // Of a joint that friction holds all the time the drive seems to give nothing.
@@ -218,8 +218,8 @@ TEST(StandingEffects, ALimitBelowTheNoiseOfTheTorqueThatItLimitsIsNotBelieved) {
   StandProblem p = make_columns(1);
   p.feet.resize(1);
   p.noise.assign(find_drive(p, 0) + 1, 0.3);
-  EXPECT_FALSE(is_sensible(p, {StandId::kSaturation, 0, {0.25}}));
-  EXPECT_TRUE(is_sensible(p, {StandId::kSaturation, 0, {2.0}}));
+  EXPECT_FALSE(is_sensible(p, {EffectId::kSaturation, at_joint(0), {0.25}}));
+  EXPECT_TRUE(is_sensible(p, {EffectId::kSaturation, at_joint(0), {2.0}}));
 }
 
 // Two joints with positions of their own or alike, and efforts that follow them: [joint a, joint b] a sample.
@@ -288,7 +288,7 @@ TEST(StandingEffects, OfALegsTransmissionWhatTheGroundMayGiveIsNotSure) {
   p.tree.links[1].parent = 0, p.tree.links[2].parent = 1, p.tree.links[3].parent = 0;
   p.tree.links[1].joint.axis_F = Vector3d::UnitY(), p.tree.links[2].joint.axis_F = Vector3d::UnitX();
   for (StandFoot& foot : p.feet) foot.link = 2;
-  const auto find = [&](int joint) { return find_bound(p, {StandId::kElasticity, joint, {1e-3, 0.1}}, 0); };
+  const auto find = [&](int joint) { return find_bound(p, {EffectId::kElasticity, at_joint(joint), {1e-3, 0.1}}, 0); };
   EXPECT_DOUBLE_EQ(find(0), 2e-5) << "pitch: 5e4 N m/rad about the short edge";
   EXPECT_DOUBLE_EQ(find(1), 4 * 2e-5) << "roll: about the long one, half as far away";
   EXPECT_EQ(find(2), 0) << "an arm";

@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/standing/effects.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/effects/link_law.h"
+#include "diagnosis/standing/layout.h"
+
+namespace hrp::diagnosis::standing {
+namespace {
+
+constexpr double kWider = 3;        // a gap is tried from there on: what nothing stops may go further than it was seen
+constexpr double kSeen = 2;         // noise deviations from which on a sample shows something
+constexpr double kPlumb = 0.02;     // [rad] as well as a robot's base knows where down is
+constexpr double kLoopStep = 2e-4;  // [s] of a drive; as large as the timing that fixed bases are granted
+constexpr double kMostStamping = 2e-3;  // [s] slower logs are stamped well within their step
+
+const ServoGains& find_servo(const StandProblem& problem, int joint) {
+  const Scenario& scenario = problem.experiment->scenario;
+  const auto at = scenario.servo_joints.find(problem.tree.joint(joint).name);
+  return at == scenario.servo_joints.end() ? scenario.servo_default : at->second;
+}
+
+// [s] Where in its own step a log puts the stamps of velocities and efforts is no fault: a step, of fast logs.
+double find_stamping(const StandProblem& problem) {
+  double step = kLoopStep;
+  for (const StandRecording& r : problem.recordings) {
+    const double all = r.time.back() - r.time.front();
+    step = std::max(step, std::min(kMostStamping, 1.2 * all / static_cast<double>(r.time.size() - 1)));
+  }
+  return step;
+}
+
+// [N m] Of the equation of a joint's effort; 0 where it is not known yet.
+double find_noise(const StandProblem& problem, int joint) {
+  return problem.noise.empty() ? 0 : problem.noise[find_drive(problem, static_cast<size_t>(joint))];
+}
+
+// [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off, and
+// half of that is a deviation of how far off it is. Upright robots hardly tell how high it is: then this does.
+double find_size(const StandProblem& problem, int link) {
+  return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
+}
+
+Vector3d get3(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
+
+// ---- Coefficients of their own: how they act ----------------------------------------------------------------------
+
+void apply_stribeck(const std::vector<double>& p, const StandTarget& at) {
+  JointLaws& laws = at.joint->laws;
+  laws.coulomb += p[0], at.joint->excess += p[1], laws.stribeck_velocity = p[2], laws.viscous += p[3];
+}
+
+void apply_spring(const std::vector<double>& p, const StandTarget& at) {
+  at.joint->laws.spring_stiffness += p[0], at.joint->moment += p[1];
+}
+
+void apply_cogging(const std::vector<double>& p, const StandTarget& at) {
+  at.joint->cogging_sin = p[0], at.joint->cogging_cos = p[1], at.joint->laws.cogging_periods = p[2];
+}
+
+void apply_elasticity(const std::vector<double>& p, const StandTarget& at) {
+  at.joint->compliance += p[0], at.joint->laws.motor_inertia += p[1];
+}
+
+void apply_backlash(const std::vector<double>& p, const StandTarget& at) {
+  at.joint->laws.gap = p[0], at.joint->laws.motor_inertia += p[1], at.joint->compliance += p[2];
+}
+
+void apply_mass(const std::vector<double>& p, const StandTarget& at) {
+  scale_mass(std::max(1e-6, p[0]), at.link);  // a step of a fit may go too far
+}
+
+// A payload written in mass and mass x com, in which forces are linear. A step of a fit may ask for a moment without a
+// mass, or for a mass far outside the robot: that has no inertia that would mean anything.
+void apply_payload(const std::vector<double>& p, const StandTarget& at) {
+  constexpr double kFar = 2.0;  // [m]
+  const Vector3d moment(p[1], p[2], p[3]);
+  if (p[0] > 0 && moment.norm() < kFar * p[0]) return add_payload(p[0], moment / p[0], 0.0, at.link);
+  const Vector3d sum = at.link->mass * at.link->p_LLcm_L + moment;
+  at.link->mass = std::max(1e-6, at.link->mass + p[0]);
+  at.link->p_LLcm_L = sum / at.link->mass;
+}
+
+template <bool kHard>
+void apply_soles(const std::vector<double>& all, const StandTarget& at) {
+  const size_t size = kFootParameters + (kHard ? 1 : 0);
+  for (size_t f = 0; f < at.feet->size(); ++f) {
+    const double* p = &all[f * size];
+    FootTerms& foot = (*at.feet)[f];
+    foot.soft = true;
+    for (int a = 0; a < 2; ++a) {
+      foot.inverse_k[a] = p[2 * a], foot.c_over_k[a] = p[2 * a + 1], foot.moment[a] = p[8 + a];
+    }
+    foot.inverse_kz = p[4], foot.shift = {p[5], p[6], p[7]};
+    if (kHard) foot.hardening = p[kFootParameters];
+  }
+}
+
+// ---- Where to look for effects that no linear prediction from none finds --------------------------------------------
+
+std::vector<Start> list_at(size_t coefficient, const std::vector<double>& values) {
+  std::vector<Start> out;
+  for (double value : values) out.push_back({{coefficient, value}});
+  return out;
+}
+
+// Limits within what the drive was asked for.
+std::vector<Start> list_limits(const StandProblem& p, const StandHints&, size_t joint) {
+  if (!p.effort[joint]) return {};
+  double most = 0;
+  for (const StandRecording& r : p.recordings) {
+    for (double u : r.effort[joint].value) most = std::max(most, std::abs(u));
+  }
+  return list_at(0, {0.95 * most, 0.8 * most, 0.6 * most, 0.4 * most});
+}
+
+// ---- Rows ---------------------------------------------------------------------------------------------------------
+
+StandRow make_row(EffectId id, std::vector<double> neutral, std::vector<double> step, bool positive = false) {
+  StandRow row;
+  row.id = id, row.neutral = std::move(neutral), row.step = std::move(step), row.positive = positive;
+  return row;
+}
+
+// Of the drive alone; the first coefficient is not negative.
+StandRow make_drive_row(EffectId id, std::vector<double> neutral, std::vector<double> step) {
+  StandRow row = make_row(id, std::move(neutral), std::move(step), true);
+  row.at_drive = true;
+  return row;
+}
+
+StandRow make_coulomb() {
+  StandRow row = make_drive_row(EffectId::kCoulomb, {0, 0}, {0.1, 0.02});
+  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return std::abs(e.p[1]) < 1; };
+  row.list_richer = [](const StandProblem&, const PlacedEffect& e) {
+    std::vector<PlacedEffect> out;
+    for (double v : {0.03, 0.1, 0.3}) out.push_back({EffectId::kStribeck, e.place, {0.7 * e.p[0], 0.5 * e.p[0], v, 0}});
+    return out;
+  };
+  return row;
+}
+
+StandRow make_stribeck() {
+  StandRow row = make_drive_row(EffectId::kStribeck, {0, 0, 0.1, 0}, {0.1, 0.1, 1e-3, 0.1});
+  row.apply = &apply_stribeck;
+  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) {
+    return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
+  };
+  row.keep = [](std::vector<double>* p) { (*p)[2] = std::clamp((*p)[2], 0.01, 0.5); };  // [rad/s]
+  row.list_starts = [](const StandProblem&, const StandHints&, size_t) { return list_at(2, {0.03, 0.08, 0.2}); };  // [rad/s]
+  return row;
+}
+
+StandRow make_load_friction() {
+  StandRow row = make_drive_row(EffectId::kLoadFriction, {0}, {0.01});
+  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return e.p[0] < 1; };
+  return row;
+}
+
+StandRow make_hysteresis() {
+  StandRow row = make_drive_row(EffectId::kHysteresis, {0, 0.02}, {1, 1e-4});
+  row.follows_position = true;
+  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return e.p[1] > 1e-3 && e.p[1] < 0.5; };
+  row.keep = [](std::vector<double>* p) { (*p)[1] = std::clamp((*p)[1], 2e-3, 0.3); };  // [rad]
+  row.list_starts = [](const StandProblem&, const StandHints&, size_t) { return list_at(1, {0.01, 0.04}); };  // [rad]
+  return row;
+}
+
+StandRow make_spring() {
+  StandRow row = make_drive_row(EffectId::kSpring, {0, 0}, {1, 0.1});
+  row.apply = &apply_spring, row.follows_position = true;
+  return row;
+}
+
+StandRow make_cogging() {
+  StandRow row = make_drive_row(EffectId::kCogging, {0, 0, 1}, {0.1, 0.1, 0.01});
+  row.apply = &apply_cogging, row.positive = false, row.all_count = true;
+  row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) { return list_at(2, hints.ripples[j]); };
+  return row;
+}
+
+StandRow make_saturation() {
+  StandRow row = make_drive_row(EffectId::kSaturation, {1e300}, {0.01});
+  row.positive = false, row.away = true;
+  // Of a drive that gives less than can be seen nothing tells what takes the rest.
+  row.is_sensible = [](const StandProblem& problem, const PlacedEffect& e) {
+    return e.p[0] > kSeen * find_noise(problem, e.place.index);
+  };
+  row.list_starts = &list_limits;
+  return row;
+}
+
+void keep_rotor(std::vector<double>* p) { (*p)[1] = std::max((*p)[1], 0.0); }  // [kg m^2]
+
+StandRow make_elasticity() {
+  StandRow row = make_row(EffectId::kElasticity, {0, 0}, {1e-6, 0.01}, true);
+  row.apply = &apply_elasticity, row.keep = &keep_rotor;
+  row.noisy = row.bends_leg = true;
+  return row;
+}
+
+StandRow make_backlash() {
+  StandRow row = make_row(EffectId::kBacklash, {0, 0, 0, 0}, {1e-3, 0.01, 1e-6, 0}, true);
+  row.apply = &apply_backlash, row.keep = &keep_rotor;
+  row.away = row.loose = true, row.refined = 1;
+  // A gap below what encoders resolve is none.
+  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return e.p[0] > 1e-4; };
+  // [rad/(N m)] Teeth bend less than the servo that drives them gives, or it would ring.
+  row.find_prior = [](const StandProblem& problem, const PlacedEffect& e, size_t parameter) {
+    return parameter == 2 ? 0.3 / std::max(1.0, find_servo(problem, e.place.index).kp) : 0.0;
+  };
+  row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) {
+    return hints.play[j] > 0 ? list_at(0, {kWider * hints.play[j]}) : std::vector<Start>{};
+  };
+  return row;
+}
+
+StandRow make_joint_offset() {
+  StandRow row = make_row(EffectId::kJointOffset, {0}, {1e-3});
+  row.keep = [](std::vector<double>* p) { (*p)[0] = std::clamp((*p)[0], -0.3, 0.3); };  // [rad]
+  row.tilts_feet = true;
+  return row;
+}
+
+StandRow make_payload() {
+  StandRow row = make_row(EffectId::kPayload, {0, 0, 0, 0}, {0.1, 0.01, 0.01, 0.01}, true);
+  row.apply = &apply_payload, row.noisy = true;
+  return row;
+}
+
+StandRow make_mass_error() {
+  StandRow row = make_row(EffectId::kMassError, {1}, {0.01});
+  row.apply = &apply_mass, row.noisy = row.all_count = true;
+  return row;
+}
+
+StandRow make_com_error() {
+  StandRow row = make_row(EffectId::kComError, {0, 0, 0}, {1e-3, 1e-3, 1e-3});
+  row.noisy = row.all_count = true;
+  row.is_sensible = [](const StandProblem& problem, const PlacedEffect& e) {
+    return get3(e.p).norm() < find_size(problem, e.place.index);
+  };
+  row.find_prior = [](const StandProblem& problem, const PlacedEffect& e, size_t) {
+    return 0.5 * find_size(problem, e.place.index);
+  };
+  return row;
+}
+
+StandRow make_force() {
+  StandRow row = make_row(EffectId::kExternalForce, {0, 0, 0}, {1, 1, 1});
+  row.all_count = true;
+  // Of pulls from anywhere the share that is plumb within an angle is half its square; weight is plumb by itself.
+  row.find_doubt = [](const PlacedEffect& e) {
+    const Vector3d force = get3(e.p);
+    const double angle = std::max(kPlumb, force.head<2>().norm() / std::max(1e-9, force.norm()));
+    return -std::log(0.5 * angle * angle);
+  };
+  return row;
+}
+
+double find_sole_prior(const StandProblem& problem, const PlacedEffect& e, size_t parameter) {
+  const size_t size = get_row(e).step.size(), at = parameter % size;
+  const StandFoot& foot = problem.feet[parameter / size];
+  if (at == 5 || at == 6) return 0.02;  // [m] "near the sole's centre"
+  if (at == 7) return 0.01;             // [m] half the height of a sole or so
+  // [N m] The foot's weight acts where the model has it; how much of it is above the bush is not known.
+  if (at == 8 || at == 9) return foot.mass * 9.81 * (0.5 * (foot.com - foot.bush).head<2>().norm() + 0.005);
+  return 0;
+}
+
+std::vector<PlacedEffect> list_hard_soles(const StandProblem& problem, const PlacedEffect& e) {
+  PlacedEffect hard{EffectId::kFootHardening, e.place, {}};
+  for (size_t f = 0; f < problem.feet.size(); ++f) {
+    const auto begin = e.p.begin() + static_cast<long>(f * kFootParameters);
+    hard.p.insert(hard.p.end(), begin, begin + kFootParameters);
+    hard.p.push_back(0);
+  }
+  return {hard};
+}
+
+std::vector<StandRow> make_sole_rows() {
+  const std::vector<double> step{1e-5, 1e-5, 1e-5, 1e-5, 1e-8, 1e-3, 1e-3, 1e-3, 0.01, 0.01};
+  StandRow soft = make_row(EffectId::kFootCompliance, std::vector<double>(kFootParameters, 0), step);
+  soft.apply = &apply_soles<false>, soft.noisy = true, soft.find_prior = &find_sole_prior;
+  StandRow hard = soft;
+  soft.list_richer = &list_hard_soles;
+  hard.id = EffectId::kFootHardening, hard.apply = &apply_soles<true>;
+  hard.neutral.push_back(0), hard.step.push_back(10);
+  return {soft, hard};
+}
+
+std::vector<StandRow> make_ground_rows() {
+  StandRow slope = make_row(EffectId::kGroundSlope, {0, 0}, {1e-3, 1e-3});
+  slope.all_count = slope.tilts_feet = true;
+  StandRow friction = make_row(EffectId::kGroundFriction, {0}, {0});
+  friction.all_count = friction.away = friction.slides = true;
+  friction.list_starts = [](const StandProblem&, const StandHints& hints, size_t) {
+    return hints.slip_ratio > 0 ? list_at(0, {hints.slip_ratio}) : std::vector<Start>{};
+  };
+  return {slope, friction};
+}
+
+// ---- Sensors: a row for what is read, with the size of the reading ------------------------------------------------
+
+StandRow make_sensor_row(EffectId id, Reading reading, std::vector<double> neutral, double step) {
+  StandRow row = make_row(id, neutral, std::vector<double>(neutral.size(), step));
+  row.reading = reading, row.all_count = true;
+  row.at_drive = reading == Reading::kEffort || reading == Reading::kVelocity;
+  return row;
+}
+
+bool is_late(const StandProblem& problem, const PlacedEffect& e) { return e.p[0] > find_stamping(problem); }
+
+void add_sensor_rows(std::vector<StandRow>* rows) {
+  struct Size {
+    Reading reading;
+    size_t axes;
+    double bias, scale;
+  };
+  constexpr double kScale = 0.01;
+  const Size sizes[] = {{Reading::kForce, 3, 0.1, kScale},           {Reading::kTorque, 3, 0.01, kScale},
+                        {Reading::kAngularVelocity, 3, 1e-3, kScale}, {Reading::kAcceleration, 3, 1e-2, kScale},
+                        {Reading::kEffort, 1, 0.1, kScale},          {Reading::kVelocity, 1, 1e-3, kScale},
+                        {Reading::kPosition, 1, 1e-3, 1e-3}};
+  for (const Size& s : sizes) {
+    rows->push_back(make_sensor_row(EffectId::kSensorBias, s.reading, std::vector<double>(s.axes, 0), s.bias));
+    rows->push_back(make_sensor_row(EffectId::kSensorScale, s.reading, {1}, s.scale));
+    rows->back().noisy = s.reading != Reading::kPosition;  // positions are too quiet to matter
+  }
+  const std::vector<Reading> of_joint{Reading::kEffort, Reading::kVelocity, Reading::kPosition};
+  const std::vector<Reading> of_wrench{Reading::kWrench, Reading::kForce, Reading::kTorque};
+  const std::vector<Reading> of_imu{Reading::kImu, Reading::kOrientation, Reading::kAngularVelocity,
+                                    Reading::kAcceleration};
+  for (const auto* group : {&of_joint, &of_wrench, &of_imu}) {
+    const bool one = group == &of_joint;
+    for (Reading reading : *group) {
+      rows->push_back(make_sensor_row(EffectId::kSensorDelay, reading, {0}, 1e-2));
+      rows->back().positive = true, rows->back().refined = one ? 0 : 2;
+      if (one) rows->back().is_sensible = &is_late;
+      if (!one) rows->push_back(make_sensor_row(EffectId::kSensorMisalignment, reading, {0, 0, 0}, 1e-3));
+    }
+    if (one) continue;
+    rows->push_back(make_sensor_row(EffectId::kClockSkew, group->front(), {0}, 3e-3));
+    rows->back().drifts = true;
+    // Over 10 s the clocks part too far for a slope at none.
+    rows->back().list_starts = [](const StandProblem&, const StandHints&, size_t) {
+      return list_at(0, {0, -0.03, -0.01, 0.01, 0.03});
+    };
+  }
+}
+
+}  // namespace
+
+std::vector<StandRow> make_rows() {
+  StandRow viscous = make_drive_row(EffectId::kViscous, {0}, {0.1});
+  StandRow rotor = make_drive_row(EffectId::kRotorInertia, {0}, {0.01});
+  StandRow gain = make_drive_row(EffectId::kTorqueConstant, {1}, {0.01});
+  StandRow late = make_drive_row(EffectId::kDelay, {0}, {1e-3}), lag = make_drive_row(EffectId::kLag, {0}, {1e-3});
+  viscous.noisy = rotor.noisy = gain.noisy = lag.noisy = true;
+  gain.positive = false, late.by_command = true, rotor.inside = EffectId::kElasticity;
+  std::vector<StandRow> rows{viscous,           make_coulomb(),   make_stribeck(),     make_load_friction(), rotor,
+                             make_spring(),     gain,             make_saturation(),   make_cogging(),       make_hysteresis(),
+                             late,              lag,              make_elasticity(),   make_backlash(),      make_joint_offset(),
+                             make_payload(),    make_mass_error(), make_com_error(),   make_force()};
+  for (const auto& more : {make_sole_rows(), make_ground_rows()}) rows.insert(rows.end(), more.begin(), more.end());
+  add_sensor_rows(&rows);
+  return rows;
+}
+
+}  // namespace hrp::diagnosis::standing
