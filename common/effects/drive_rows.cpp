@@ -75,6 +75,21 @@ EffectInfo make_velocity_limit() {
   return row;
 }
 
+double take_constant(const double* p, double torque, double) { return torque - p[0]; }
+
+EffectInfo make_constant_torque() {
+  EffectInfo row = make_row(EffectId::kNamed, "constant_torque", PlaceKind::kJoint, EffectFamily::kZero,
+                            "the drive gives a constant torque less than is logged",
+                            {P("torque", "N m").absent_at(0).size(0.1)});
+  row.apply = [](const double* p, const EffectTarget& at) {
+    at.joint->terms.push_back({&take_constant, {p[0], 0.0}});
+  };
+  row.torque = {1, {}, false, false, [](const JointSample&, const double*, double* c) { c[0] = 1.0; },
+                [](const double* x, const double*, double* p) { return p[0] = x[0], true; }};
+  row.linear = true;
+  return row;
+}
+
 EffectInfo make_lag() {
   EffectInfo row = make_row(EffectId::kLag, "actuator_lag", PlaceKind::kJoint, EffectFamily::kTiming,
                             "the drive's torque lags behind its command",
@@ -127,7 +142,7 @@ EffectInfo make_joint_offset() {
 }  // namespace
 
 std::vector<EffectInfo> list_drive_rows() {
-  return {make_torque_constant(), make_saturation(),   make_velocity_limit(), make_lag(),          make_delay(),
+  return {make_torque_constant(), make_saturation(),   make_velocity_limit(), make_constant_torque(), make_lag(), make_delay(),
           make_timing(),          make_drive_timing(), make_joint_offset()};
 }
 

@@ -28,6 +28,7 @@ struct EffectTarget {
   ContactSpec* contact = nullptr;
   double* drag = nullptr;       // [1/s] share of speed that a body loses in flight
   SensorErrors* sensor = nullptr;
+  Vector3d* gravity_W = nullptr;  // [m/s^2] as the robot's base sees it
   LoopTiming* timing = nullptr;  // of all drives and clocks
 };
 

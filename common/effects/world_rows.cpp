@@ -93,11 +93,25 @@ EffectInfo make_restitution() {
   return row;
 }
 
+// The base stands turned by roll, then pitch about fixed axes, and the model does not know: what it takes for down is
+// turned the other way.
+EffectInfo make_base_tilt() {
+  EffectInfo row = make_row(EffectId::kNamed, "base_tilt", PlaceKind::kNone, EffectFamily::kZero,
+                            "the base is tilted: gravity pulls in another direction than the model has it",
+                            {P("roll", "rad").absent_at(0).bounds(-1.2, 1.2).search(-0.5, 0.5).size(1e-3).optional(0),
+                             P("pitch", "rad").absent_at(0).bounds(-1.2, 1.2).search(-0.5, 0.5).size(1e-3).optional(0)});
+  row.apply = [](const double* p, const EffectTarget& at) {
+    *at.gravity_W = make_rotation_from_rpy({p[0], p[1], 0.0}).transpose() * *at.gravity_W;
+  };
+  row.vector = true;
+  return row;
+}
+
 }  // namespace
 
 std::vector<EffectInfo> list_world_rows() {
   return {make_foot_compliance(), make_foot_hardening(), make_ground_slope(), make_ground_friction(),
-          make_restitution()};
+          make_restitution(), make_base_tilt()};
 }
 
 }  // namespace hrp

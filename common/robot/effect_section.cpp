@@ -140,6 +140,7 @@ void read_effect(const EffectInfo& effect, const Place& place, YamlMap& map, Sce
     case PlaceKind::kGround:
     case PlaceKind::kNone:
       target.ground = &scenario->ground, target.contact = &scenario->contact;
+      target.gravity_W = &scenario->gravity_W;
       apply(effect, stated, target);
       break;
   }
