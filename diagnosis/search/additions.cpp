@@ -121,17 +121,25 @@ class Probes {
   void add_joint(int j) {
     const Activity& a = activity_[static_cast<size_t>(j)];
     const double effort = kShare * a.effort;
-    add(EffectId::kViscous, j, 0.0, effort / a.rate);
-    add(EffectId::kCoulomb, j, 0.0, effort, {0.0, kPresliding});
-    add(EffectId::kLoadFriction, j, 0.0, kShare, {kPresliding});
-    add(EffectId::kRotorInertia, j, 0.0, effort / a.acceleration);
-    add(EffectId::kTorqueConstant, j, 1.0, kShare);
-    add(EffectId::kLag, j, 0.0, kShift);
+    add_linear(j, {a.position, a.rate, a.acceleration, 1.0, a.effort, effort / kShift}, effort);
     add(EffectId::kDelay, j, 0.0, kShift);
     add(EffectId::kJointOffset, j, 0.0, 1e-3);
     for (double yield : {0.003, 0.03, 0.3}) add(EffectId::kHysteresis, j, 0.0, effort / yield, {yield});
     add_spring(j, effort / a.position);
     add_transmission(j);
+  }
+
+  // Rows of the table that are one number times a column of torque: as much of it as makes `effort` [N m] of a typical
+  // sample.
+  void add_linear(int j, const JointSample& typical, double effort) {
+    for (const EffectInfo& row : list_effects()) {
+      if (row.place != PlaceKind::kJoint || !row.linear || row.torque.num_columns != 1) continue;
+      double column = 0.0;
+      row.torque.calc_columns(typical, nullptr, &column);
+      std::vector<double> rest;
+      for (size_t i = 1; i < row.parameters.size(); ++i) rest.push_back(row.parameters[i].value);
+      add(row.id, j, row.parameters[0].neutral, effort / column, rest);
+    }
   }
 
   // A spring's pull is stiffness times position less a constant.

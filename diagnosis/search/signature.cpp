@@ -44,6 +44,9 @@ class Builder {
         column[at] = f(g, k) / sigma_[static_cast<size_t>(kind * n_ + j)];
       }
     }
+    for (size_t i = 0; i < columns_.size(); ++i) {  // laws share columns
+      if (columns_[i] == column) return static_cast<int>(i);
+    }
     columns_.push_back(std::move(column));
     return static_cast<int>(columns_.size()) - 1;
   }
@@ -88,48 +91,9 @@ class Builder {
 
   void add_joint(int j) {
     if (!e_.robot.tree.joint(j).actuated) return;
-    const auto v = [j](const Grid& g, long k) { return g.qd(k, j); };
-    const auto sign = [j](const Grid& g, long k) { return calc_direction(g.qd(k, j)); };
-    const int viscous = add_column(j, 0, v), dry = add_column(j, 0, sign);
-    const int inertia = add_column(j, 0, [j](const Grid& g, long k) { return g.qdd(k, j); });
-    const int load = add_column(j, 0, [&](const Grid& g, long k) { return sign(g, k) * std::abs(g.u(k, j)); });
-    const int effort = add_column(j, 0, [j](const Grid& g, long k) { return g.u(k, j); });
-    const int position = add_column(j, 0, [j](const Grid& g, long k) { return g.q(k, j); });
-    const int one = add_column(j, 0, [](const Grid&, long) { return 1.0; });
-    const int rate = add_column(j, 0, [j](const Grid& g, long k) { return g.u1(k, j); });
-    add_shape(EffectId::kViscous, j, {viscous}, take_positive);
-    add_shape(EffectId::kCoulomb, j, {dry}, [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = {x[0], 0.0, kPresliding};
-      return x[0] > 0.0;
-    });
-    add_shape(EffectId::kLoadFriction, j, {load}, [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = {x[0], kPresliding};
-      return x[0] > 0.0;
-    });
-    add_shape(EffectId::kRotorInertia, j, {inertia}, take_positive);
-    add_shape(EffectId::kTorqueConstant, j, {effort}, [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = {1.0 - x[0]};
-      return x[0] < 0.95 && x[0] > -4.0;
-    });
-    add_shape(EffectId::kSpring, j, {position, one}, [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = {x[0], -x[1] / x[0]};
-      return x[0] > 0.0 && std::abs(x[1] / x[0]) < 7.0;
-    });
-    if (!plant_.effort_driven) add_shape(EffectId::kLag, j, {rate}, take_positive);
-    for (double speed : {0.02, 0.05, 0.12, 0.3}) {
-      const int bump = add_column(
-          j, 0, [&, speed](const Grid& g, long k) { return sign(g, k) * std::exp(-std::pow(g.qd(k, j) / speed, 2)); });
-      // What is smoothed over a turn hides the bump there, or turns it over: then it starts from somewhat above the
-      // level.
-      add_shape(EffectId::kStribeck, j, {dry, bump, viscous},
-                [speed](const std::vector<double>& x, std::vector<double>* p) {
-                  *p = {x[0], std::max(x[0] + x[1], 1.3 * x[0]), speed, std::max(0.0, x[2]), kPresliding};
-                  return x[0] > 0.0;
-                });
-    }
-    add_transmission(j, inertia);
-    add_shapes_with_memory(j);
-    add_cogging(j);
+    add_rows(j);
+    add_transmission(j);
+    add_hysteresis(j);
     if (!plant_.effort_driven) {
       const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
       const int late =
@@ -139,7 +103,6 @@ class Builder {
         return x[0] > 0.0 && x[0] < 0.5;
       });
     }
-    add_unnamed(j);
     const int offset = add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1,
                                                Eigen::VectorXd* d2) { d->setOnes(), d1->setZero(), d2->setZero(); });
     add_shape(EffectId::kJointOffset, j, {offset}, [](const std::vector<double>& x, std::vector<double>* p) {
@@ -148,16 +111,20 @@ class Builder {
     });
   }
 
-  // Rows of the table that no code mentions, by their own columns.
-  void add_unnamed(int j) {
+  // Rows of the table that are linear in torque, at every shape that is to be tried.
+  void add_rows(int j) {
     double effort = 0.0, speed = 0.0;
     for (const Grid& g : grids_) {
       effort = std::max(effort, g.u.col(j).cwiseAbs().maxCoeff());
       speed = std::max(speed, g.qd.col(j).cwiseAbs().maxCoeff());
     }
     for (const EffectInfo& effect : list_effects()) {
-      if (effect.id < EffectId::kNamed || effect.torque.num_columns == 0) continue;
-      for (std::vector<double> shape : effect.torque.shapes) {
+      if (effect.place != PlaceKind::kJoint || effect.torque.num_columns == 0) continue;
+      if (plant_.effort_driven && effect.family == EffectFamily::kTiming) continue;  // no servo that could be late
+      std::vector<std::vector<double>> shapes = effect.torque.shapes;
+      if (effect.torque.shape_from_data) shapes = find_periods(j);
+      else if (shapes.empty()) shapes.emplace_back();
+      for (std::vector<double> shape : shapes) {
         if (effect.torque.shape_of_effort) shape[0] *= effort;
         if (effect.torque.shape_of_speed) shape[1] *= speed;
         add_row(j, effect, shape);
@@ -184,7 +151,8 @@ class Builder {
     });
   }
 
-  void add_transmission(int j, int inertia) {
+  void add_transmission(int j) {
+    const int inertia = add_column(j, 0, [j](const Grid& g, long k) { return g.qdd(k, j); });
     const int twist =
         add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
           *d = g.u.col(j), *d1 = g.u1.col(j), *d2 = g.u2.col(j);
@@ -209,18 +177,7 @@ class Builder {
     });
   }
 
-  void add_shapes_with_memory(int j) {
-    double largest = 0.0;
-    for (const Grid& g : grids_) largest = std::max(largest, g.u.col(j).cwiseAbs().maxCoeff());
-    for (double share : {0.02, 0.035, 0.06, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.92}) {
-      const double limit = share * largest;
-      const int beyond = add_column(
-          j, 0, [j, limit](const Grid& g, long k) { return g.u(k, j) - std::max(-limit, std::min(limit, g.u(k, j))); });
-      add_shape(EffectId::kSaturation, j, {beyond}, [limit](const std::vector<double>& x, std::vector<double>* p) {
-        *p = {limit};
-        return x[0] > 0.3 && x[0] < 3.0;
-      });
-    }
+  void add_hysteresis(int j) {
     for (double yield : {0.003, 0.01, 0.03, 0.1, 0.3}) {
       std::vector<Eigen::VectorXd> memory;
       for (const Grid& g : grids_) {
@@ -245,13 +202,13 @@ class Builder {
     }
   }
 
-  // The best few spatial frequencies of the missing effort.
-  void add_cogging(int j) {
+  // The best few spatial frequencies [1/rad] of the missing effort.
+  std::vector<std::vector<double>> find_periods(int j) const {
     double low = 1e300, high = -1e300;
     for (const Grid& g : grids_)
       low = std::min(low, g.q.col(j).minCoeff()), high = std::max(high, g.q.col(j).maxCoeff());
     const double range = high - low;
-    if (range < 0.05) return;
+    if (range < 0.05) return {};
     std::vector<std::pair<double, double>> found;
     for (double periods = 4.0 / range + 2.0; periods < 260.0; periods += 0.7 / range) {
       double ss = 0, sc = 0, cc = 0, s = 0, c = 0, n = 0, r0 = 0, rs = 0, rc = 0;
@@ -269,15 +226,9 @@ class Builder {
       if (det > 1e-9) found.push_back({(cc * rs * rs - 2.0 * sc * rs * rc + ss * rc * rc) / det, periods});
     }
     std::sort(found.rbegin(), found.rend());
-    for (size_t i = 0; i < std::min<size_t>(4, found.size()); ++i) {
-      const double periods = found[i].second;
-      const int s = add_column(j, 0, [j, periods](const Grid& g, long k) { return -std::sin(periods * g.q(k, j)); });
-      const int c = add_column(j, 0, [j, periods](const Grid& g, long k) { return -std::cos(periods * g.q(k, j)); });
-      add_shape(EffectId::kCogging, j, {s, c}, [periods](const std::vector<double>& x, std::vector<double>* p) {
-        *p = {std::hypot(x[0], x[1]), periods, std::atan2(x[1], x[0])};
-        return true;
-      });
-    }
+    std::vector<std::vector<double>> best;
+    for (size_t i = 0; i < std::min<size_t>(4, found.size()); ++i) best.push_back({found[i].second});
+    return best;
   }
 
   void add_sensors(int j) {
@@ -285,10 +236,10 @@ class Builder {
     const int place = j * kQuantities + 2;
     // A fault of the logged effort shows in both kinds of rows alike.
     const auto both = [&](const std::function<double(const Grid&, long)>& f) {
-      const int a = add_column(j, 0, f), b = add_column(j, 1, f);
-      columns_[static_cast<size_t>(a)] += columns_[static_cast<size_t>(b)];
-      columns_.pop_back();
-      return a;
+      Eigen::VectorXd sum = columns_[static_cast<size_t>(add_column(j, 0, f))];
+      sum += columns_[static_cast<size_t>(add_column(j, 1, f))];
+      columns_.push_back(std::move(sum));
+      return static_cast<int>(columns_.size()) - 1;
     };
     const auto accept = [](const std::vector<double>& x, std::vector<double>* p) {
       *p = x;

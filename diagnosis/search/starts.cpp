@@ -58,7 +58,8 @@ double calc_stiffness(double rotor_inertia, double frequency) {
 }
 
 // Start values that a regression cannot give, because readings are no smooth function of them.
-std::vector<double> list_alternatives(const Effect& effect, const EffectParameter& info) {
+std::vector<double> list_alternatives(const Effect& effect, size_t index) {
+  const EffectParameter& info = list_infos(effect.id)[index];
   const std::string name = info.name;
   if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
   if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
@@ -67,7 +68,8 @@ std::vector<double> list_alternatives(const Effect& effect, const EffectParamete
     return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};  // [s] of buses and of queues
   if (name == "time_constant")
     return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};  // [s] of current loops and of gears
-  if (name == "limit") return {0.75 * effect.p[0], effect.p[0], 1.3 * effect.p[0]};
+  // Limits: shapes are tried in coarse steps only.
+  if (get_effect(effect.id).torque.shape_of_effort) return {0.75 * effect.p[index], effect.p[index], 1.3 * effect.p[index]};
   const bool gap = effect.id == EffectId::kBacklash;
   if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01, 0.03, 0.08};  // [rad] of gears
   if (gap && name == "stiffness") {
@@ -93,7 +95,7 @@ std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
   const std::vector<EffectParameter>& infos = list_infos(effect.id);
   std::vector<Effect> options{effect};
   for (size_t i = 0; i < infos.size(); ++i) {
-    const std::vector<double> values = list_alternatives(effect, infos[i]);
+    const std::vector<double> values = list_alternatives(effect, i);
     if (values.empty() || (scanned_only && !infos[i].scanned)) continue;
     std::vector<Effect> more;
     for (const Effect& option : options) {
