@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <set>
 
-#include "diagnosis/checks/checks.h"
-#include "diagnosis/checks/per_recording.h"
 #include "diagnosis/held_feet/search.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/fixed_base.h"
@@ -138,12 +136,8 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
 }  // namespace
 
 Reports diagnose(const Problem& problem, const Progress& progress) {
-  const auto checks = make_checks(*problem.experiment);
-  for (const auto& remark : checks["remarks"]) progress("check: " + remark.get<std::string>());
   Reports reports = diagnose_by_kind(problem, progress);
   upgrade_report(&reports.report);
-  reports.report["checks"] = checks;
-  reports.report["per_recording"] = make_per_recording(*problem.experiment, reports.report["findings"]);
   return reports;
 }
 

@@ -8,8 +8,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
-#include "diagnosis/checks/checks.h"
-#include "diagnosis/report/report.h"
+#include "diagnosis/diagnose_recordings.h"
 
 int main(int argc, char** argv) {
   using namespace hrp::diagnosis;
@@ -51,12 +50,11 @@ int main(int argc, char** argv) {
     if (std::filesystem::is_directory(experiment_path)) experiment_path += "/experiment.yaml";
     const Experiment experiment = load_experiment(experiment_path);
     if (check) {
-      std::printf("%s", print_checks(make_checks(experiment)).c_str());
+      std::printf("%s", check_recordings(experiment).c_str());
       return 0;
     }
-    Problem problem = make_problem(experiment, jobs);
-    problem.most_work *= patience;
-    const Reports reports = diagnose(problem, say);
+    const auto write_first = [&](const Reports& first) { write_first_report(out, first); };
+    const Reports reports = diagnose_recordings(experiment, {jobs, patience}, say, write_first);
     write_reports(experiment, out, reports);
     std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());
     for (const auto& finding : reports.report["findings"])

@@ -25,6 +25,31 @@ std::string join(const std::vector<std::string>& names) {
   return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
 }
 
+// Warnings that differ by a recording or a joint only, as one: the first, and how many there are.
+void remark_warnings(const Experiment& e, Json* remarks) {
+  struct Group {
+    std::string text;
+    int count = 0;
+  };
+  std::vector<std::pair<std::string, Group>> groups;
+  for (const std::string& warning : e.warnings) {
+    std::string key = warning;
+    const auto blank = [&](const std::string& name) {
+      const size_t at = name.empty() ? std::string::npos : key.find(name);
+      if (at != std::string::npos) key.replace(at, name.size(), "*");
+    };
+    for (const RecordingSpec& spec : e.keys.recordings) blank(spec.name + ":");
+    for (int j = 0; j < e.num_joints(); ++j) blank("/" + e.robot.tree.joint(j).name + "/");
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == key; });
+    if (same == groups.end())
+      groups.push_back({key, {warning, 1}});
+    else
+      ++same->second.count;
+  }
+  for (const auto& [key, group] : groups)
+    remarks->push_back(group.text + (group.count > 1 ? " (and " + std::to_string(group.count - 1) + " more like this)" : ""));
+}
+
 void remark_samples(const Json& recordings, Json* remarks) {
   for (const Json& r : recordings) {
     const std::string file = r["file"];
@@ -80,6 +105,27 @@ void remark_motion(const Json& joints, Json* remarks) {
   }
 }
 
+// Parts of one file in one row.
+Json gather_recordings(const Experiment& e) {
+  Json list = Json::array();
+  std::string last;
+  for (const Recording& r : e.recordings) {
+    Json check = make_sample_check(e, r);
+    if (r.spec.file != last || list.empty()) {
+      list.push_back(check);
+    } else {
+      Json& there = list.back();
+      const std::string name = there["file"];
+      there["file"] = name.substr(0, name.find(" ("));
+      there["duration"] = round_to(there["duration"].get<double>() + check["duration"].get<double>(), 5);
+      there["samples"] = there["samples"].get<size_t>() + check["samples"].get<size_t>();
+      there["parts"] = there.value("parts", 1) + 1;
+    }
+    last = r.spec.file;
+  }
+  return list;
+}
+
 std::string pad(std::string text, size_t width) {
   if (text.size() < width) text.resize(width, ' ');
   return text;
@@ -87,11 +133,11 @@ std::string pad(std::string text, size_t width) {
 
 }  // namespace
 
-Json make_checks(const Experiment& e) {
-  Json recordings = Json::array(), joints = Json::array(), remarks = Json::array();
-  for (const Recording& r : e.recordings) recordings.push_back(make_sample_check(e, r));
-  if (!e.scenario.floating_base && e.scenario.drive != "motion") joints = make_motion_checks(e);
-  for (const std::string& text : e.warnings) remarks.push_back(text);
+Json make_checks(const Experiment& e, const Experiment& searched) {
+  Json joints = Json::array(), remarks = Json::array();
+  const Json recordings = gather_recordings(e);
+  if (!e.scenario.floating_base && e.scenario.drive != "motion") joints = make_motion_checks(searched);
+  remark_warnings(e, &remarks);
   remark_samples(recordings, &remarks);
   remark_lags(e, &remarks);
   remark_motion(joints, &remarks);

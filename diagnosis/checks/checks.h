@@ -10,8 +10,9 @@
 
 namespace hrp::diagnosis {
 
-// `checks` of report.json: recordings, joints, remarks.
-nlohmann::ordered_json make_checks(const Experiment& experiment);
+// `checks` of report.json: recordings, joints, remarks. `searched`: the stretches of long recordings that the search works
+// with, else the same experiment: what it tells counts.
+nlohmann::ordered_json make_checks(const Experiment& experiment, const Experiment& searched);
 
 // The same for a terminal.
 std::string print_checks(const nlohmann::ordered_json& checks);

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "diagnosis/data/recording.h"
+#include "diagnosis/measurement/torque.h"
 
 namespace hrp::diagnosis {
 
@@ -12,6 +12,6 @@ namespace hrp::diagnosis {
 // "verdict": "agree" or "differ"}]. Of findings at joints and links of a robot on a fixed base; held-out recordings, too:
 // nothing of the report depends on these fits. Recordings differ when two values are apart by more than three of their
 // standard deviations and by more than a tenth of the larger one.
-nlohmann::ordered_json make_per_recording(const Experiment& experiment, const nlohmann::ordered_json& findings);
+nlohmann::ordered_json make_per_recording(const TorqueData& data, const nlohmann::ordered_json& findings);
 
 }  // namespace hrp::diagnosis

@@ -15,6 +15,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kGapPeriods = 5.0;  // without a sample
 constexpr double kHeld = 0.25;       // of the samples repeat while the joint moves: the signal changes less often
+constexpr double kNever = 0.999;     // it does not change at all: a joint without a drive, say
 constexpr size_t kMostGaps = 5;
 constexpr double kLagCutoff = 8.0;   // [Hz] of the motion that a lag is found from
 
@@ -47,7 +48,7 @@ Json list_held(const Experiment& e, const Recording& r, double rate) {
     for (int q = 0; q < kQuantities && !position.empty(); ++q) {
       const std::vector<double>& signal = r.joints[j].signal[q];
       const double held = signal.empty() ? 0.0 : find_held_share(signal, position);
-      if (held > kHeld)
+      if (held > kHeld && held < kNever)
         list.push_back({{"signal", e.signal_name(static_cast<int>(j), static_cast<Quantity>(q))},
                         {"rate", round_to((1.0 - held) * rate, 3)}});
     }

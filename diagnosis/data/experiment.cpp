@@ -181,20 +181,26 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
 
 bool is_log(const std::string& file) { return fs::path(file).extension() == ".mcap"; }
 
-// What the experiment's text recordings hold altogether; how many samples in a row become one, so that all fit.
-size_t plan_averaging(const Experiment& e) {
+// How long text recordings fit into memory: so many samples in a row become one, and of that a share is kept.
+struct Plan {
+  size_t averaging = 1;
+  double share = 1.0;
+};
+
+Plan plan_reading(const Experiment& e) {
   double numbers = 0.0, rate = 0.0;
   for (const RecordingSpec& spec : e.keys.recordings) {
     if (is_ros_bag(spec.file) || is_log(spec.file)) continue;
     const CsvShape shape = probe_csv(spec.file);
     numbers += shape.rows * shape.columns, rate = std::max(rate, shape.rate);
   }
-  return find_averaging(numbers, rate);
+  const size_t averaging = find_averaging(numbers, rate);
+  return {averaging, std::min(1.0, kMostNumbers * static_cast<double>(averaging) / std::max(1.0, numbers))};
 }
 
 class Loader {
  public:
-  explicit Loader(Experiment* e) : e_(*e), averaging_(plan_averaging(*e)) {
+  explicit Loader(Experiment* e) : e_(*e), plan_(plan_reading(*e)) {
     for (int j = 0; j < e_.num_joints(); ++j) robot_.joints.push_back(e_.robot.tree.joint(j).name);
     for (const ImuSpec& imu : e_.scenario.sensors.imus) robot_.imus.push_back(imu.name);
     for (const WrenchSpec& wrench : e_.scenario.sensors.wrenches) robot_.wrenches.push_back(wrench.name);
@@ -204,31 +210,38 @@ class Loader {
   void load(const RecordingSpec& spec) {
     if (is_ros_bag(spec.file)) return load_bag(spec);
     const bool text = !is_log(spec.file);
-    const Table table = text && averaging_ > 1 ? read_csv_averaged(spec.file, averaging_, &e_.warnings)
-                                               : read_recording_table(spec.file, &e_.warnings);
-    if (text && averaging_ > 1)
-      e_.warnings.push_back(spec.name + ": " + std::to_string(averaging_) + " samples in a row are averaged to one: it is long");
-    e_.recordings.push_back(make_recording(e_, spec, table, &e_.warnings));
+    const bool averaged = text && plan_.averaging > 1;
+    const Table table = averaged ? read_csv_averaged(spec.file, plan_.averaging, &e_.warnings)
+                                 : read_recording_table(spec.file, &e_.warnings);
+    if (averaged)
+      e_.warnings.push_back(spec.name + ": " + std::to_string(plan_.averaging) + " samples in a row are averaged to one: it is long");
+    add(make_recording(e_, spec, table, &e_.warnings), text ? plan_.share : 1.0);
   }
 
-  // What still does not fit is cut to the stretches that tell most.
+  // What of logs and bags still does not fit is cut to the stretches that tell most.
   void cut() {
     double numbers = 0.0;
-    for (const Recording& r : e_.recordings) numbers += static_cast<double>(r.size() * r.column_of.size());
-    if (numbers <= kMostNumbers) return;
-    std::vector<Recording> all;
-    for (Recording& r : e_.recordings) {
-      const double seconds = r.duration() * kMostNumbers / numbers;
-      std::vector<Recording> pieces = cut_to_stretches(r, seconds);
-      e_.warnings.push_back(r.spec.name + ": of " + std::to_string(std::lround(r.duration())) + " s about " +
-                            std::to_string(std::lround(seconds)) + " s are used, those in which the joints move most");
-      r = Recording();
-      for (Recording& piece : pieces) all.push_back(std::move(piece));
-    }
-    e_.recordings = std::move(all);
+    for (const Recording& r : e_.recordings) numbers += count_numbers(r);
+    if (numbers <= 1.2 * kMostNumbers) return;  // text was estimated by its first lines
+    std::vector<Recording> all = std::move(e_.recordings);
+    e_.recordings.clear();
+    for (Recording& r : all) add(std::move(r), kMostNumbers / numbers);
   }
 
  private:
+  static double count_numbers(const Recording& r) { return static_cast<double>(r.size() * r.column_of.size()); }
+
+  // The recording, or the share of it in which the joints move most.
+  void add(Recording&& r, double share) {
+    if (share >= 1.0) {
+      e_.recordings.push_back(std::move(r));
+      return;
+    }
+    e_.warnings.push_back(r.spec.name + ": of " + std::to_string(std::lround(r.duration())) + " s about " +
+                          std::to_string(std::lround(share * r.duration())) + " s are used, those in which the joints move most");
+    for (Recording& piece : cut_to_stretches(r, share * r.duration())) e_.recordings.push_back(std::move(piece));
+  }
+
   // A bag falls into several recordings where topics are silent.
   void load_bag(const RecordingSpec& spec) {
     std::vector<std::string> notes;
@@ -246,7 +259,7 @@ class Loader {
   }
 
   Experiment& e_;
-  const size_t averaging_;
+  const Plan plan_;
   BagRobot robot_;
 };
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <map>
 
 #include "diagnosis/data/rounding.h"
 
@@ -24,7 +24,7 @@ std::vector<Value> cut(const std::vector<Value>& values, size_t begin, size_t en
 Recording cut_recording(const Recording& r, size_t begin, size_t end) {
   Recording out;
   out.spec = r.spec, out.column_of = r.column_of;
-  out.spec.name += " (" + number(r.time[begin], 4) + " to " + number(r.time[end - 1], 4) + " s)";
+  out.spec.name = r.spec.name.substr(0, r.spec.name.find(" (")) + " (" + number(r.time[begin], 4) + " to " + number(r.time[end - 1], 4) + " s)";
   out.time = cut(r.time, begin, end);
   for (const JointColumns& joint : r.joints) {
     JointColumns own;
@@ -62,14 +62,69 @@ std::vector<double> measure_motion(const JointColumns& joint, const std::vector<
   return motion;
 }
 
-std::vector<double> score_pieces(const Recording& r, const std::vector<size_t>& pieces) {
-  std::vector<double> score(pieces.size() - 1, 0.0);
-  for (const JointColumns& joint : r.joints) {
-    const std::vector<double> motion = measure_motion(joint, r.time, pieces);
-    const double most = *std::max_element(motion.begin(), motion.end());
-    for (size_t p = 0; p < score.size() && most > 0.0; ++p) score[p] += motion[p] / most;
+// What a piece of a recording tells: how fast each joint moves there against its fastest piece of all.
+struct Piece {
+  size_t recording = 0, begin = 0, end = 0;  // rows
+  double score = 0.0, seconds = 0.0;
+  size_t rank = 0;  // within its file
+};
+
+std::vector<Piece> list_pieces(const std::vector<const Recording*>& recordings) {
+  std::vector<Piece> all;
+  std::vector<std::vector<double>> motion;  // by joint, by piece
+  for (size_t i = 0; i < recordings.size(); ++i) {
+    const Recording& r = *recordings[i];
+    const std::vector<size_t> begins = find_pieces(r);
+    for (size_t p = 0; p + 1 < begins.size(); ++p)
+      all.push_back({i, begins[p], begins[p + 1], 0.0, r.time[begins[p + 1] - 1] - r.time[begins[p]], 0});
+    motion.resize(r.joints.size());
+    for (size_t j = 0; j < r.joints.size(); ++j) {
+      const std::vector<double> own = measure_motion(r.joints[j], r.time, begins);
+      motion[j].insert(motion[j].end(), own.begin(), own.end());
+    }
   }
-  return score;
+  for (const std::vector<double>& joint : motion) {
+    const double most = joint.empty() ? 0.0 : *std::max_element(joint.begin(), joint.end());
+    for (size_t p = 0; p < joint.size() && most > 0.0; ++p) all[p].score += joint[p] / most;
+  }
+  return all;
+}
+
+// The best piece of every file, then the second best of every file, and so on, until `seconds` are reached.
+std::vector<Piece> choose_pieces(std::vector<Piece> pieces, const std::vector<const Recording*>& recordings, double seconds) {
+  std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.score > b.score; });
+  std::map<std::string, size_t> count;
+  for (Piece& p : pieces) p.rank = count[recordings[p.recording]->spec.file]++;
+  std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.rank < b.rank; });
+  std::vector<Piece> chosen;
+  double sum = 0.0;
+  for (const Piece& p : pieces) {
+    if (sum + 0.5 * p.seconds > seconds && !chosen.empty()) break;
+    chosen.push_back(p), sum += p.seconds;
+  }
+  std::sort(chosen.begin(), chosen.end(), [](const Piece& a, const Piece& b) {
+    return a.recording != b.recording ? a.recording < b.recording : a.begin < b.begin;
+  });
+  return chosen;
+}
+
+// Chosen pieces as recordings; neighbours stay together.
+std::vector<Recording> cut_pieces(const std::vector<const Recording*>& recordings, const std::vector<Piece>& chosen) {
+  std::vector<Recording> out;
+  for (size_t i = 0; i < chosen.size();) {
+    size_t last = i;
+    while (last + 1 < chosen.size() && chosen[last + 1].recording == chosen[i].recording && chosen[last + 1].begin == chosen[last].end) ++last;
+    const Recording& r = *recordings[chosen[i].recording];
+    const bool whole = chosen[i].begin == 0 && chosen[last].end == r.size();
+    out.push_back(whole ? r : cut_recording(r, chosen[i].begin, chosen[last].end));
+    i = last + 1;
+  }
+  return out;
+}
+
+std::vector<Recording> cut_all(const std::vector<const Recording*>& recordings, double seconds) {
+  if (recordings.empty()) return {};
+  return cut_pieces(recordings, choose_pieces(list_pieces(recordings), recordings, seconds));
 }
 
 void copy_all_but_recordings(const Experiment& from, Experiment* to) {
@@ -111,25 +166,8 @@ void average_rows(size_t count, Table* table) {
 }
 
 std::vector<Recording> cut_to_stretches(const Recording& r, double seconds) {
-  std::vector<Recording> out;
-  if (r.duration() <= std::max(seconds, kPiece)) {
-    out.push_back(r);
-    return out;
-  }
-  const std::vector<size_t> pieces = find_pieces(r);
-  const std::vector<double> score = score_pieces(r, pieces);
-  std::vector<size_t> order(score.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return score[a] > score[b]; });
-  order.resize(std::min(order.size(), std::max<size_t>(1, static_cast<size_t>(seconds / kPiece))));
-  std::sort(order.begin(), order.end());
-  for (size_t i = 0; i < order.size();) {
-    size_t last = i;
-    while (last + 1 < order.size() && order[last + 1] == order[last] + 1) ++last;
-    out.push_back(cut_recording(r, pieces[order[i]], pieces[order[last] + 1]));
-    i = last + 1;
-  }
-  return out;
+  if (r.duration() <= seconds) return {r};
+  return cut_all({&r}, seconds);
 }
 
 double calc_joint_seconds(const Experiment& e) {
@@ -141,14 +179,12 @@ double calc_joint_seconds(const Experiment& e) {
 Experiment make_screened(const Experiment& e, double joint_seconds) {
   Experiment out;
   copy_all_but_recordings(e, &out);
-  double length[2] = {0.0, 0.0};  // [s] held out, training
-  for (const Recording& r : e.recordings) length[r.spec.train] += r.duration();
+  std::vector<const Recording*> train, held;
+  for (const Recording& r : e.recordings) (r.spec.train ? train : held).push_back(&r);
   const double seconds = joint_seconds / std::max(1, e.num_joints());
-  const double held = length[0] > 0.0 ? kHeldOut * seconds : 0.0;
-  const double share[2] = {held / std::max(1e-9, length[0]), (seconds - held) / std::max(1e-9, length[1])};
-  for (const Recording& r : e.recordings) {
-    for (Recording& piece : cut_to_stretches(r, share[r.spec.train] * r.duration())) out.recordings.push_back(std::move(piece));
-  }
+  const double of_held = held.empty() ? 0.0 : train.empty() ? seconds : kHeldOut * seconds;
+  out.recordings = cut_all(train, seconds - of_held);
+  for (Recording& piece : cut_all(held, of_held)) out.recordings.push_back(std::move(piece));
   return out;
 }
 

@@ -139,6 +139,19 @@ std::string make_checks_section(const json& report) {
   return make_recordings(checks) + make_joints(checks) + (remarks.empty() ? "" : "<ul>" + remarks + "</ul>");
 }
 
+std::string make_on_all(const json& report) {
+  const json& all = get(report, "on_all");
+  std::string rows;
+  for (const json& j : get_list(all, "joints")) {
+    const std::string unit = " " + escape(get_text(j, "unit"));
+    rows += "<tr>" + cell(escape(get_text(j, "joint"))) + cell(format_number(get_number(j, "before", kNone), 3) + unit) +
+            cell(format_number(get_number(j, "after", kNone), 3) + unit) + "</tr>";
+  }
+  return rows.empty() ? "" : "<h3>On all recordings</h3><p>The search worked on " + format_number(get_number(all, "searched", kNone), 4) +
+                                 " s; this is the missing torque over all " + format_number(get_number(all, "seconds", kNone), 5) +
+                                 " s.</p>" + table({"joint", "before", "after"}, rows);
+}
+
 std::string make_per_recording(const json& report) {
   std::string rows;
   for (const json& item : get_list(report, "per_recording")) {

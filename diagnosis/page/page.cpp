@@ -276,6 +276,15 @@ std::string make_traces(const json& series, const char* role) {
   return out;
 }
 
+// Efforts of the worst joints along the recorded motion; nothing is simulated, so nothing drifts.
+std::string make_torque_traces(const json& series) {
+  const json& torque = get_object(series, "torque_traces");
+  std::string plots;
+  for (const json& t : get_list(torque, "traces")) plots += make_trace_svg(t, get(torque, "signals"));
+  return plots.empty() ? "" : "<h3>Torque along the recorded motion, " + escape(get_text(torque, "recording")) +
+                                  "</h3><div class='plots'>" + plots + "</div>";
+}
+
 std::string make_show(const json& report, const json& series) {
   const json& fit = get(report, "fit");
   std::string out;
@@ -286,7 +295,7 @@ std::string make_show(const json& report, const json& series) {
       out += "<h3>" + std::string(words) + "</h3><div class='bars'>" + make_fit_svg(before, after, words) + "</div>";
   }
   out += make_prediction_note(report, series);
-  const std::string held = make_traces(series, "validate"), train = make_traces(series, "train");
+  const std::string held = make_torque_traces(series) + make_traces(series, "validate"), train = make_traces(series, "train");
   if (!held.empty() || !train.empty()) {
     out +=
         "<p class='key'><span class='line recorded'></span> recorded <span class='line before'></span> nominal model "
@@ -345,7 +354,7 @@ std::string make_html_report(const json& report, const json& series) {
   out += make_section("found", "What was found", make_findings(report));
   out += make_section("shares", "What each finding takes away", make_waterfall(report) + make_shares(report));
   out += make_section("each", "What each recording alone asks for", make_per_recording(report));
-  out += make_section("remaining", "What remains", make_remaining(report));
+  out += make_section("remaining", "What remains", make_remaining(report) + make_on_all(report));
   out += make_section("unknown", "What stays unexplained", make_unexplained(report));
   out += make_section("where", "Where and when", make_maps(series) + make_mismatch_table(report));
   out += make_section("law", "What it depends on", make_clouds(series));

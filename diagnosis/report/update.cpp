@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "diagnosis/export/take_home.h"
+#include "diagnosis/report/first.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/page/page.h"
 
@@ -225,6 +226,15 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
 }
 
 }  // namespace
+
+void write_first_report(const std::string& folder, const Reports& reports) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
+  write_text(fs::path(folder) / "report.json", reports.report.dump(1) + "\n");
+  write_html_report(nlohmann::json::parse(reports.report.dump()), nlohmann::json::parse(reports.series.dump()),
+                    (fs::path(folder) / "report.html").string());
+}
 
 void write_reports(const Experiment& e, const std::string& folder, Reports reports) {
   std::error_code error;

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/diagnose_recordings.h"
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "diagnosis/checks/checks.h"
+#include "diagnosis/checks/on_all.h"
+#include "diagnosis/checks/per_recording.h"
+#include "diagnosis/checks/torque_traces.h"
+#include "diagnosis/data/stretches.h"
+#include "diagnosis/evidence/torque_findings.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Joints times seconds that a search works with: half a minute of one core in torque space, minutes in simulation.
+constexpr double kSearched = 2400.0;
+// The same for the first answer: seconds of one core. Shorter recordings have their whole answer as soon.
+constexpr double kFirst = 240.0;
+// Times what the first answer took for so many joint-seconds that the whole takes for as many (measured with
+// make_long_recordings: 12 joints, 600 s at 200 Hz).
+constexpr double kWhole = 7.0;
+
+bool is_in_torque_space(const Experiment& e) {
+  return !e.scenario.floating_base && e.scenario.drive != "motion" && e.num_joints() > 0;
+}
+
+bool is_long(const Experiment& e) { return is_in_torque_space(e) && calc_joint_seconds(e) > kSearched; }
+
+// The missing torque of a few stretches, as a report that says so.
+std::optional<Reports> make_first(const Experiment& e, int jobs) {
+  const Experiment part = make_screened(e, kFirst);
+  TorqueVerdict torque = judge_torque(part, jobs);
+  if (!torque.judged) return std::nullopt;
+  torque.evidence.verdict = find_verdict(torque.evidence);
+  for (const SignalFit& s : torque.torque) torque.evidence.fit.signals.push_back(s);
+  Reports first;
+  first.report = make_report(torque.evidence);
+  first.report["preliminary"] = true;
+  first.series = {{"schema", 1}, {"experiment", e.robot.tree.name}, {"robot", e.robot.tree.name},
+                  {"summary", "A first answer from " + number(calc_joint_seconds(part) / e.num_joints(), 3) +
+                                  " s of the recordings; the search goes on. " + torque.evidence.summary}};
+  return first;
+}
+
+void say_first(const Experiment& e, const DiagnosisOptions& options, const Json& checks, const Progress& progress,
+               const std::function<void(const Reports&)>& write_first) {
+  const auto begin = std::chrono::steady_clock::now();
+  std::optional<Reports> first = make_first(e, options.jobs);
+  if (!first) return;
+  first->report["checks"] = checks;
+  write_first(*first);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double times = std::min(calc_joint_seconds(e), kSearched) / kFirst;
+  progress("a first answer is written (report.json, marked preliminary); about " +
+           std::to_string(std::lround(std::ceil(took * times * kWhole / 10.0) * 10.0)) + " s more for the whole");
+}
+
+}  // namespace
+
+Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
+                            const std::function<void(const Reports&)>& write_first) {
+  std::optional<Experiment> part;
+  if (is_long(all)) part = make_screened(all, kSearched);
+  const Experiment& searched = part ? *part : all;
+  const Json checks = make_checks(all, searched);
+  for (const Json& remark : checks["remarks"]) progress("check: " + remark.get<std::string>());
+  if (is_long(all)) {
+    say_first(all, options, checks, progress, write_first);
+    progress("long recordings: the search works on " + number(calc_joint_seconds(searched) / all.num_joints(), 4) + " of " +
+             number(calc_joint_seconds(all) / all.num_joints(), 5) + " s, those in which the joints move most");
+  }
+  Problem problem = make_problem(searched, options.jobs);
+  problem.most_work *= options.patience;
+  Reports reports = diagnose(problem, progress);
+  reports.report["checks"] = checks;
+  reports.report["per_recording"] = Json::array();
+  if (!is_in_torque_space(all) || reports.report["findings"].empty()) return reports;
+  if (part) progress("what was found, on all recordings");
+  const TorqueData data = make_torque_data(all);
+  reports.report["per_recording"] = make_per_recording(data, reports.report["findings"]);
+  reports.series["torque_traces"] = make_torque_traces(data, reports.report["findings"]);
+  if (part) reports.report["on_all"] = make_fit_on_all(data, searched, reports.report["findings"]);
+  return reports;
+}
+
+std::string check_recordings(const Experiment& e) {
+  return print_checks(is_long(e) ? make_checks(e, make_screened(e, kSearched)) : make_checks(e, e));
+}
+
+}  // namespace hrp::diagnosis

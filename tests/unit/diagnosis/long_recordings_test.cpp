@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "diagnosis/data/csv_stream.h"
+#include "diagnosis/data/stretches.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// 100 s at 100 Hz; the joint moves from 40 to 60 s only.
+Recording make_recording() {
+  Recording r;
+  r.spec.name = "long.csv";
+  r.joints.resize(1);
+  for (int k = 0; k < 10000; ++k) {
+    const double t = 0.01 * k;
+    r.time.push_back(t);
+    r.joints[0].signal[0].push_back(t >= 40.0 && t < 60.0 ? std::sin(3.0 * (t - 40.0)) : 0.0);
+    r.other["/imu/hand/angular_velocity/x"].push_back(t);
+  }
+  return r;
+}
+
+TEST(LongRecordings, AreCutToTheStretchesInWhichJointsMove) {
+  const std::vector<Recording> parts = cut_to_stretches(make_recording(), 20.0);
+  ASSERT_EQ(parts.size(), 1u);  // neighbours stay together
+  // Pieces are 10 s long, to a sample.
+  EXPECT_NEAR(parts[0].time.front(), 40.0, 0.1);
+  EXPECT_NEAR(parts[0].time.back(), 60.0, 0.1);
+  EXPECT_EQ(parts[0].other.at("/imu/hand/angular_velocity/x").front(), parts[0].time.front());
+}
+
+TEST(LongRecordings, OfOneLengthStayWhole) {
+  const std::vector<Recording> parts = cut_to_stretches(make_recording(), 100.0);
+  ASSERT_EQ(parts.size(), 1u);
+  EXPECT_EQ(parts[0].size(), 10000u);
+  EXPECT_EQ(parts[0].spec.name, "long.csv");
+}
+
+TEST(LongRecordings, AreAveragedOnlyWhenTheyDoNotFitAndNeverBelowTheLeastRate) {
+  EXPECT_EQ(find_averaging(0.5 * kMostNumbers, 1000.0), 1u);
+  EXPECT_EQ(find_averaging(3.0 * kMostNumbers, 1000.0), 3u);
+  EXPECT_EQ(find_averaging(100.0 * kMostNumbers, 1000.0), 8u);  // 125 Hz
+  EXPECT_EQ(find_averaging(100.0 * kMostNumbers, 100.0), 1u);
+}
+
+TEST(LongRecordings, AreAveragedWhileTheyAreReadAndAcrossNoGap) {
+  const std::string path = (std::filesystem::temp_directory_path() / "hrp_long_recording.csv").string();
+  std::ofstream file(path);
+  file << "time,a\n";
+  for (int k = 0; k < 10; ++k) file << 0.001 * k << "," << k << "\n";
+  for (int k = 0; k < 4; ++k) file << 1.0 + 0.001 * k << "," << 100 + k << "\n";
+  file.close();
+  std::vector<std::string> warnings;
+  const Table table = read_csv_averaged(path, 4, &warnings);
+  ASSERT_EQ(table.rows(), 4u);  // 4, 4, and 2 before the gap; 4 behind it
+  EXPECT_DOUBLE_EQ(table.columns[1][0], 1.5);
+  EXPECT_DOUBLE_EQ(table.columns[1][2], 8.5);
+  EXPECT_DOUBLE_EQ(table.columns[1][3], 101.5);
+  EXPECT_NEAR(table.columns[0][3], 1.0015, 1e-9);
+  EXPECT_EQ(table.lines[3], 12);
+}
+
+TEST(LongRecordings, ShapeOfATextIsKnownFromItsBegin) {
+  const std::string path = (std::filesystem::temp_directory_path() / "hrp_long_shape.csv").string();
+  std::ofstream file(path);
+  file << "time,a,b\n";
+  for (int k = 0; k < 5000; ++k) file << 0.002 * k << ",1.25,3.5\n";
+  file.close();
+  const CsvShape shape = probe_csv(path);
+  EXPECT_EQ(shape.columns, 3.0);
+  EXPECT_NEAR(shape.rate, 500.0, 1.0);
+  EXPECT_NEAR(shape.rows, 5000.0, 500.0);  // later lines have a digit or two more
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
