@@ -137,7 +137,9 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
 
 Reports diagnose(const Problem& problem, const Progress& progress) {
   Reports reports = diagnose_by_kind(problem, progress);
-  upgrade_report(&reports.report);
+  const std::vector<Recording>& recordings = problem.experiment->recordings;
+  upgrade_report(&reports.report,
+                 std::any_of(recordings.begin(), recordings.end(), [](const Recording& r) { return !r.spec.train; }));
   return reports;
 }
 

@@ -205,7 +205,7 @@ Reports diagnose_fixed_base(const Problem& problem, const Progress& progress) {
     if (!torque.judged || !outcome.mismatch || outcome.explained || torque.evidence.findings.empty() ||
         is_exact_world(torque)) {
       Reports reports = make_reports(whole, outcome);
-      upgrade_report(&reports.report);
+      upgrade_report(&reports.report, !problem.validate.empty());
       return reports;
     }
   }

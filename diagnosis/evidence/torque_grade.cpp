@@ -272,13 +272,26 @@ class Grader {
   // rotor that drives it.
   bool fills(const GradedTerm& g, const Term& other, const TorqueFit& with, const TorqueFit& alone) const {
     const double costs = get_cost(other.kind) - get_cost(g.term.kind);
-    if (with.evidence + costs > fit_.evidence - kSame) return true;
+    const bool here = !other.whole || design_.joints.size() == 1;  // one of the whole robot helps other joints, too
+    if (here && with.evidence + costs > fit_.evidence - kSame) return true;
     return with.evidence > fit_.evidence - kEven && with.evidence - alone.evidence > 0.5 * g.gain;
+  }
+
+  // Whether a term of the whole robot has anything in a joint's rows.
+  bool shows(const Term& whole, const JointDesign& joint) const {
+    for (size_t t = 0; t < design_.whole.size(); ++t) {
+      if (design_.whole[t].kind != whole.kind || design_.whole[t].place != whole.place) continue;
+      for (long c : list_whole_columns(design_, joint, t)) {
+        if (joint.total.get(c, c) > 0.0) return true;
+      }
+    }
+    return false;
   }
 
   // Whether a link moves with a joint, so that what is wrong with it shows there.
   bool is_beyond(const Term& other, size_t i) const {
-    if (other.kind == TermKind::kOffset || other.kind == TermKind::kTilt || other.kind == TermKind::kBusDelay) return true;
+    if (other.kind == TermKind::kTilt || other.kind == TermKind::kBusDelay) return true;
+    if (other.kind == TermKind::kOffset) return shows(other, design_.joints[i]);
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {
       if (tree.links[static_cast<size_t>(link)].joint.name == tree.joint(design_.joints[i].joint).name) return true;
@@ -321,6 +334,7 @@ class Grader {
       const Term& other = design_.whole[term];
       const std::vector<size_t>& have = choice_.model.whole;
       if (std::find(have.begin(), have.end(), term) != have.end()) continue;
+      if (other.kind == g->term.kind && other.place == g->term.place) continue;  // of another shape
       if (g->place.joint >= 0 &&
           (!is_beyond(other, static_cast<size_t>(g->place.joint)) || !may_fill(g, alone, term)))
         continue;

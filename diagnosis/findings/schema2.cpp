@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/effects/effect_info.h"
 #include "diagnosis/findings/families.h"
 
 namespace hrp::diagnosis {
@@ -19,9 +20,32 @@ double find_explained(const Json& report) {
   return above > 0.0 ? std::clamp(1.0 - std::max(0.0, after * after - 1.0) / above, 0.0, 1.0) : 0.0;
 }
 
-void upgrade_finding(double share, Json* finding) {
+bool holds(const Json& interval, double value) {
+  return interval.is_array() && interval.size() == 2 && interval[0].is_number() && interval[1].is_number() &&
+         interval[0].get<double>() <= value && value <= interval[1].get<double>();
+}
+
+// The interval of the parameter with which the effect would be absent holds that value: it may not be there.
+bool may_be_absent(const Json& finding) {
+  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
+  if (!effect) return false;
+  for (const EffectParameter& p : effect->parameters) {
+    if (std::isnan(p.neutral) || p.axis >= 0 || !finding["parameters"].contains(p.name)) continue;
+    const Json& stated = finding["parameters"][p.name];
+    if (stated.is_object() && stated.contains("ci95")) return holds(stated["ci95"], p.neutral);
+  }
+  return false;
+}
+
+// Without recordings that nothing was fitted to, nothing is certain.
+const char* find_grade(const Json& finding, bool has_held) {
+  if (may_be_absent(finding)) return get_grade_name(Grade::kAmbiguous);
+  return get_grade_name(has_held ? Grade::kCertain : Grade::kSupported);
+}
+
+void upgrade_finding(double share, bool has_held, Json* finding) {
   Json& f = *finding;
-  if (!f.contains("grade")) f["grade"] = get_grade_name(Grade::kCertain);
+  if (!f.contains("grade")) f["grade"] = find_grade(f, has_held);
   if (!f.contains("family")) f["family"] = find_family_name(f["effect"].get<std::string>());
   if (!f.contains("share")) f["share"] = std::round(1000.0 * share) / 1000.0;
   if (!f.contains("alternatives")) f["alternatives"] = Json::array();
@@ -42,13 +66,13 @@ std::string make_summary(const Json& report) {
 
 }  // namespace
 
-void upgrade_report(Json* report) {
+void upgrade_report(Json* report, bool has_held) {
   Json& r = *report;
   if (r.value("schema", 1) == 2) return;
   r["schema"] = 2;
   const double explained = find_explained(r);
   const double each = explained / std::max<double>(1.0, static_cast<double>(r["findings"].size()));
-  for (Json& f : r["findings"]) upgrade_finding(each, &f);
+  for (Json& f : r["findings"]) upgrade_finding(each, has_held, &f);
   if (!r.contains("summary")) r["summary"] = make_summary(r);
   if (!r.contains("remaining")) r["remaining"] = Json::array();
   if (!r.contains("ceiling")) r["ceiling"] = r["verdict"] == "explained" ? 1.0 : explained;

@@ -6,8 +6,9 @@
 
 namespace hrp::diagnosis {
 
-// Adds what schema 2 has beside schema 1: findings are certain, take away what the fit says, and have a family; the
-// verdict of recordings that could not be judged is `not_judged`.
-void upgrade_report(nlohmann::ordered_json* report);
+// Adds what schema 2 has beside schema 1: findings are certain (supported where nothing was held out, ambiguous where an
+// interval holds the effect's absence), take away what the fit says, and have a family; the verdict of recordings that
+// could not be judged is `not_judged`.
+void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 
 }  // namespace hrp::diagnosis
