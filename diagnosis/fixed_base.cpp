@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/effects/units.h"
+#include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/evidence/torque_findings.h"
@@ -55,21 +56,64 @@ bool looks_real(const Problem& problem, const TorqueVerdict& torque) {
   return torque.any_drives >= kEveryDrive * torque.joints && model.validate.ok && model.rms > kFar;
 }
 
+double spread_of(const Experiment& e, const std::vector<int>& recordings, size_t channel) {
+  double sum = 0.0, square = 0.0, n = 0.0;
+  for (int r : recordings) {
+    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) {
+      if (std::isfinite(y)) sum += y, square += y * y, n += 1.0;
+    }
+  }
+  return n > 1.0 ? std::sqrt(std::max(0.0, square / n - sum * sum / n / n)) : 0.0;
+}
+
+const std::vector<int>& get_held(const Problem& problem) {
+  return problem.validate.empty() ? problem.train : problem.validate;
+}
+
+bool is_effort_driven(const Problem& problem) { return problem.experiment->scenario.drive == "effort"; }
+
+WindowErrors calc_windows(const Problem& problem, const Hypothesis& hypothesis) {
+  const Plant plant = make_plant(*problem.experiment, hypothesis);
+  return calc_window_errors(plant, *problem.experiment, problem.smooth, get_held(problem), kWindow, kMostWindows, problem.jobs);
+}
+
+// Simulated positions of held-out recordings over their spread, root mean square over joints: what a user looks at.
+// From recorded efforts over short windows.
+double calc_position_error(const Problem& problem, const Trial& trial) {
+  const Experiment& e = *problem.experiment;
+  std::vector<double> windows;
+  if (is_effort_driven(problem)) windows = calc_windows(problem, trial.hypothesis).rms;
+  double sum = 0.0, n = 0.0;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const size_t c = static_cast<size_t>(j) * kQuantities;
+    const double spread = spread_of(e, get_held(problem), c);
+    const double error = windows.empty() ? trial.validate.rms(c) / problem.weights[c] : windows[static_cast<size_t>(j)];
+    if (spread > 0.0 && std::isfinite(error)) sum += error * error / (spread * spread), n += 1.0;
+  }
+  return n > 0.0 ? std::sqrt(sum / n) : trial.rms;
+}
+
 // Of several models the one that simulates the held-out recordings best; nothing is fitted to them.
 Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Trial* searched,
                    const Progress& progress) {
-  Trial best = simulate(whole, model);
-  progress("    parameters of the missing torque: held out " + number(best.rms, 4) + " times the noise");
+  Trial best;
+  double least = 1e300;
   const auto consider = [&](const char* name, const Trial& other) {
     if (!other.validate.ok) return;
-    progress("    " + std::string(name) + ": held out " + number(other.rms, 4));
-    if (!(other.rms >= best.rms)) best = other;
+    const double error = calc_position_error(whole, other);
+    progress("    " + std::string(name) + ": held out, positions miss " + number(100.0 * error, 3) + " % of their spread");
+    if (error < least) best = other, least = error;
   };
+  const Hypothesis plain = make_plain_model(fit_plain_model(whole));
+  consider("parameters of the missing torque", simulate(whole, model));
   // Recorded efforts are no commands: a simulation from them drifts, and parameters fitted through it mean little.
-  if (problem.experiment->scenario.drive != "effort")
+  if (!is_effort_driven(problem)) {
     consider("fitted through each joint's simulation", simulate(whole, polish_joints(problem, model)));
+    consider("friction and rotors, fitted through it", simulate(whole, polish_joints(problem, plain)));
+  }
+  consider("friction and rotors by least squares", simulate(whole, plain));
   if (searched) consider("the model of the search", *searched);
-  return best;
+  return least < 1e300 ? best : simulate(whole, model);
 }
 
 void say(const TorqueVerdict& torque, const Progress& progress) {
@@ -79,16 +123,6 @@ void say(const TorqueVerdict& torque, const Progress& progress) {
   progress("missing torque along the recorded motion: " + number(100.0 * torque.evidence.explained, 3) +
            " % of it is explained, at most " + number(100.0 * torque.evidence.ceiling, 3) + " % can be");
   for (const Finding& f : torque.evidence.findings) progress("    " + f.statement);
-}
-
-double spread_of(const Experiment& e, const std::vector<int>& recordings, size_t channel) {
-  double sum = 0.0, square = 0.0, n = 0.0;
-  for (int r : recordings) {
-    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) {
-      if (std::isfinite(y)) sum += y, square += y * y, n += 1.0;
-    }
-  }
-  return n > 1.0 ? std::sqrt(std::max(0.0, square / n - sum * sum / n / n)) : 0.0;
 }
 
 // Simulated readings of the held-out recordings in SI units.
@@ -105,17 +139,6 @@ std::vector<SignalFit> list_signals(const Problem& problem, const Outcome& outco
                     outcome.chosen.validate.rms(c) / problem.weights[c], spread});
   }
   return list;
-}
-
-const std::vector<int>& get_held(const Problem& problem) {
-  return problem.validate.empty() ? problem.train : problem.validate;
-}
-
-bool is_effort_driven(const Problem& problem) { return problem.experiment->scenario.drive == "effort"; }
-
-WindowErrors calc_windows(const Problem& problem, const Hypothesis& hypothesis) {
-  const Plant plant = make_plant(*problem.experiment, hypothesis);
-  return calc_window_errors(plant, *problem.experiment, problem.smooth, get_held(problem), kWindow, kMostWindows, problem.jobs);
 }
 
 // Positions by free simulation of short windows, for recorded efforts.

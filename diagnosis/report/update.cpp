@@ -83,13 +83,14 @@ bool is_listed(const nlohmann::json& list, const nlohmann::json& finding) {
   });
 }
 
-// The best model that was found, whatever its effects are called; else the findings.
+// The best model that was found, whatever its effects are called, and findings that no simulator knows, as notes; without
+// a model the findings.
 nlohmann::json list_effects(const nlohmann::json& report) {
   const nlohmann::json& findings = report.at("findings");
   if (!report.contains("model") || report.at("model").empty()) return findings;
   nlohmann::json list = report.at("model");
   for (const nlohmann::json& finding : findings) {
-    if (!is_listed(list, finding)) list.push_back(finding);
+    if (!find_effect(finding.at("effect").get<std::string>()) && !is_listed(list, finding)) list.push_back(finding);
   }
   return list;
 }
