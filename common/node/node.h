@@ -26,6 +26,9 @@ class Node {
   // writers. A bus may hold locks of its own while it waits for its mutex to call back, so making them under the mutex
   // can end in a deadlock.
   virtual void make_endpoints() {}
+  // The counterpart, after the end and also without the mutex: no callback comes any more when it returns. A destructor
+  // would be too late, as it ends the derived node first and the readers of its base after that.
+  virtual void drop_endpoints() {}
   // Called every idle_period() or so, under the bus's mutex: repeats, time-outs, pacing.
   virtual void on_idle(std::chrono::steady_clock::time_point now) = 0;
   virtual std::chrono::milliseconds idle_period() const { return std::chrono::milliseconds(10); }

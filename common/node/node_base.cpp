@@ -40,6 +40,11 @@ void NodeBase::make_endpoints() {
   subscriptions_.clear();
 }
 
+void NodeBase::drop_endpoints() {
+  subscriptions_.clear();
+  readers_.clear();
+}
+
 void NodeBase::on_idle(Clock::time_point now) {
   if (is_active()) guard([&] { handle_idle(now); });
   if (is_active() && now - last_report_ > kHeartbeat) send_status();

@@ -24,6 +24,7 @@ class NodeBase : public Node {
   // follows_run: ends when the scheduler says that the run has ended (everybody but the scheduler).
   explicit NodeBase(const NodeContext& context, bool follows_run = true);
   void make_endpoints() override;
+  void drop_endpoints() override;
   void on_idle(Clock::time_point now) final;
   NodeOutcome outcome() const override { return outcome_; }
   void request_stop() override { finish(); }

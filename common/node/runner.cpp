@@ -59,8 +59,10 @@ bool end_with_parent(long parent_process_id) {
   return getppid() == parent_process_id;
 }
 
-int run_process(Node& node, Bus& bus, const std::string& program,
-                const std::function<void(const std::string& waits_for)>& on_look) {
+namespace {
+
+int run_until_end(Node& node, Bus& bus, const std::string& program,
+                  const std::function<void(const std::string& waits_for)>& on_look) {
   Clock::time_point next_idle = Clock::now(), give_up{};
   bool stopping = false;
   std::string waits_for;
@@ -87,6 +89,15 @@ int run_process(Node& node, Bus& bus, const std::string& program,
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(next_idle - Clock::now());
     if (left.count() > 0) bus.spin(left);
   }
+}
+
+}  // namespace
+
+int run_process(Node& node, Bus& bus, const std::string& program,
+                const std::function<void(const std::string& waits_for)>& on_look) {
+  const int exit_code = run_until_end(node, bus, program, on_look);
+  node.drop_endpoints();
+  return exit_code;
 }
 
 void run_in_process(const std::vector<Node*>& nodes, MemoryBus& bus, Node* stop_first,

@@ -114,6 +114,11 @@ void LoggerNode::make_endpoints() {
   for (size_t topic = 0; topic < kTopicCount; ++topic) listen_raw(topic);
 }
 
+void LoggerNode::drop_endpoints() {
+  raw_readers_.clear();
+  NodeBase::drop_endpoints();
+}
+
 LoggerNode::~LoggerNode() = default;
 
 void LoggerNode::listen_raw(size_t topic) {

@@ -29,6 +29,7 @@ class LoggerNode : public NodeBase {
   LoggerNode(const NodeContext& context, const LoggerOptions& options);
   ~LoggerNode() override;
   void make_endpoints() override;
+  void drop_endpoints() override;
   std::string find_missing() const override;
   // Files written so far.
   const std::vector<std::string>& files() const { return log_.files(); }

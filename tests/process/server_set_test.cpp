@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -147,6 +148,26 @@ TEST(End, ServersDoNotOutliveAKilledLauncher) {
   set.send_signal(SIGKILL);
   EXPECT_EQ(set.wait(), -SIGKILL);
   expect_nothing_left(domain);
+}
+
+TEST(End, ServersDoNotOutliveALauncherThatIsKilledWhileItStartsThem) {
+  ScenarioChange change;
+  change.steps = kEndless;
+  const std::string scenario = write_scenario("early-orphans", change);
+  for (int delay = 0; delay <= 60; delay += 5) {  // [ms]; the last server is there after some 10 ms, the first step after 100
+    ServerSet set("early-orphans-" + std::to_string(delay), {scenario, "--dds", delay % 2 == 0 ? "cyclone" : "fast"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay));
+    set.send_signal(SIGSTOP);  // its children are counted before it goes
+    std::vector<pid_t> servers;
+    for (const ProcessSeen& process : find_processes()) {
+      if (process.parent_id == set.process_id()) servers.push_back(process.process_id);
+    }
+    set.send_signal(SIGKILL);
+    EXPECT_EQ(set.wait(), -SIGKILL);
+    EXPECT_TRUE(wait_until([&] {
+      return std::all_of(servers.begin(), servers.end(), [](pid_t server) { return kill(server, 0) != 0; });
+    })) << servers.size() << " servers, killed after " << delay << " ms";
+  }
 }
 
 TEST(End, CtrlCEndsCleanly) {
