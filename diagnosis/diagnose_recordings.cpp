@@ -17,11 +17,13 @@ namespace {
 
 // Joints times seconds that a search works with: half a minute of one core in torque space, minutes in simulation.
 constexpr double kSearched = 2400.0;
-// The same for the first answer: seconds of one core. Shorter recordings have their whole answer as soon.
+// The same for the first answer: seconds of one core.
 constexpr double kFirst = 240.0;
-// Times what the first answer took for so many joint-seconds that the whole takes for as many (measured with
-// make_long_recordings: 12 joints, 600 s at 200 Hz).
-constexpr double kWhole = 7.0;
+// Of less there is nothing to be gained by a first answer.
+constexpr double kWorthFirst = 60.0;
+// Times what the first answer took for so many joint-seconds that the whole takes for as many, from recorded efforts and
+// from commands (measured with make_long_recordings: 12 joints, 600 s at 200 Hz).
+constexpr double kWholeOfEfforts = 7.0, kWholeOfCommands = 18.0;
 
 bool is_in_torque_space(const Experiment& e) {
   return !e.scenario.floating_base && e.scenario.drive != "motion" && e.num_joints() > 0;
@@ -53,9 +55,9 @@ void say_first(const Experiment& e, const DiagnosisOptions& options, const Json&
   first->report["checks"] = checks;
   write_first(*first);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  const double times = std::min(calc_joint_seconds(e), kSearched) / kFirst;
-  progress("a first answer is written (report.json, marked preliminary); about " +
-           std::to_string(std::lround(std::ceil(took * times * kWhole / 10.0) * 10.0)) + " s more for the whole");
+  const double whole = took * kSearched / kFirst * (e.scenario.drive == "servo" ? kWholeOfCommands : kWholeOfEfforts);
+  progress("a first answer is written (report.json, marked preliminary)" +
+           (is_long(e) ? "; about " + std::to_string(std::lround(std::ceil(whole / 10.0) * 10.0)) + " s more for the whole" : ""));
 }
 
 }  // namespace
@@ -67,8 +69,8 @@ Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& optio
   const Experiment& searched = part ? *part : all;
   const Json checks = make_checks(all, searched);
   for (const Json& remark : checks["remarks"]) progress("check: " + remark.get<std::string>());
+  if (is_in_torque_space(all) && calc_joint_seconds(all) > kWorthFirst) say_first(all, options, checks, progress, write_first);
   if (is_long(all)) {
-    say_first(all, options, checks, progress, write_first);
     progress("long recordings: the search works on " + number(calc_joint_seconds(searched) / all.num_joints(), 4) + " of " +
              number(calc_joint_seconds(all) / all.num_joints(), 5) + " s, those in which the joints move most");
   }

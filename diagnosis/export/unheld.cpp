@@ -35,7 +35,7 @@ std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds) 
   if (laws.hysteresis_stiffness > 0.0)
     list.push_back("hysteresis of " + p(laws.hysteresis_stiffness) + " N m/rad, yielding at " + p(laws.hysteresis_yield) + " rad");
   if (laws.joint_offset != 0.0) list.push_back("the encoder reads " + p(laws.joint_offset) + " rad too much");
-  if (!laws.terms.empty()) list.push_back("a limit of the drive by speed");
+  if (!laws.terms.empty()) list.push_back("a further law of the drive, see ../scenario.yaml");
   return list;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// make_long_recordings FOLDER JOINTS SECONDS RATE COUNT: an experiment with long recordings, to measure what a diagnosis
-// of them costs. A tree of limbs of six joints; every joint has dry and viscous friction and a rotor that the URDF lacks.
+// make_long_recordings FOLDER JOINTS SECONDS RATE COUNT [servo]: an experiment with long recordings, to measure what a
+// diagnosis of them costs. With `servo` commands of a stiff servo are recorded, too. A tree of limbs of six joints; every joint has dry and viscous friction and a rotor that the URDF lacks.
 // It moves for 20 s, rests for 10 s, and so on, as robots do that are recorded for long.
 #include <cmath>
 #include <cstdio>
@@ -18,6 +18,7 @@ namespace {
 
 using namespace hrp;
 constexpr int kLimb = 6;
+constexpr double kGain = 800.0;  // [N m/rad] of the servo
 
 std::string make_urdf(int joints) {
   std::string urdf = "<robot name='long'><link name='base'/>";
@@ -51,7 +52,7 @@ Motion move(int joint, int recording, double t) {
   return m;
 }
 
-void write_recording(const std::filesystem::path& path, const TreeSpec& tree, int recording, double seconds, double rate) {
+void write_recording(const std::filesystem::path& path, const TreeSpec& tree, int recording, double seconds, double rate, bool servo) {
   std::mt19937 random(static_cast<unsigned>(recording) + 1);
   std::normal_distribution<double> normal;
   const Model model(tree, {0, 0, -9.81});
@@ -59,6 +60,7 @@ void write_recording(const std::filesystem::path& path, const TreeSpec& tree, in
   State state = make_state(model);
   std::FILE* file = std::fopen(path.c_str(), "w");
   std::fputs("time", file);
+  for (int j = 0; j < tree.num_joints() && servo; ++j) std::fprintf(file, ",/joint_commands/j%d/position", j);
   for (int j = 0; j < tree.num_joints(); ++j)
     std::fprintf(file, ",/joint_states/j%d/position,/joint_states/j%d/velocity,/joint_states/j%d/effort", j, j, j);
   Eigen::VectorXd a(tree.num_joints()), tau(tree.num_joints());
@@ -71,8 +73,13 @@ void write_recording(const std::filesystem::path& path, const TreeSpec& tree, in
     update_kinematics(model, state, &data);
     calc_inverse_dynamics(model, a, nullptr, &data, &tau);
     std::fprintf(file, "\n%.6f", t);
+    const auto find_hidden = [&](int j) {
+      return 0.05 * a[j] + 0.2 * state.qd[j] + (0.4 + 0.02 * j) * std::tanh(state.qd[j] / 0.005);
+    };
+    for (int j = 0; j < tree.num_joints() && servo; ++j)
+      std::fprintf(file, ",%.7f", state.q[j] + (tau[j] + find_hidden(j)) / kGain);
     for (int j = 0; j < tree.num_joints(); ++j) {
-      const double hidden = 0.05 * a[j] + 0.2 * state.qd[j] + (0.4 + 0.02 * j) * std::tanh(state.qd[j] / 0.005);
+      const double hidden = find_hidden(j);
       std::fprintf(file, ",%.6f,%.5f,%.4f", state.q[j] + 2e-5 * normal(random), state.qd[j] + 2e-3 * normal(random),
                    tau[j] + hidden + 0.05 * normal(random));
     }
@@ -84,8 +91,8 @@ void write_recording(const std::filesystem::path& path, const TreeSpec& tree, in
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 6) {
-    std::fprintf(stderr, "usage: make_long_recordings FOLDER JOINTS SECONDS RATE COUNT\n");
+  if (argc < 6) {
+    std::fprintf(stderr, "usage: make_long_recordings FOLDER JOINTS SECONDS RATE COUNT [servo]\n");
     return 2;
   }
   const std::filesystem::path folder = argv[1];
@@ -93,12 +100,14 @@ int main(int argc, char** argv) {
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << make_urdf(joints);
   std::ofstream yaml(folder / "experiment.yaml");
-  yaml << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings:\n";
+  const bool servo = argc > 6;
+  yaml << "robot: robot.urdf\nbase: fixed\n"
+       << (servo ? "servo: {default: {kp: " + std::to_string(kGain) + ", kd: 0}}\n" : "drive: effort\n") << "recordings:\n";
   for (int r = 0; r < count; ++r)
     yaml << "  - {file: r" << r << ".csv, role: " << (r > 0 && r == count - 1 ? "validate" : "train") << "}\n";
   yaml.close();
   Scenario scenario = load_scenario((folder / "experiment.yaml").string());
   const RobotDescription robot = load_robot(scenario);
   for (int r = 0; r < count; ++r)
-    write_recording(folder / ("r" + std::to_string(r) + ".csv"), robot.tree, r, std::atof(argv[3]), std::atof(argv[4]));
+    write_recording(folder / ("r" + std::to_string(r) + ".csv"), robot.tree, r, std::atof(argv[3]), std::atof(argv[4]), servo);
 }
