@@ -111,11 +111,7 @@ class Judge {
     if (g.term.kind == TermKind::kStribeck && find_level(g) == nullptr) return;
     if (g.term.kind == TermKind::kStribeck) return;  // with its level
     const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
-    const GradedTerm* constant = nullptr;
-    for (const GradedTerm& other : graded_) {
-      if (other.term.kind == TermKind::kConstant && other.place.joint == g.place.joint && other.helps_held) constant = &other;
-    }
-    const Effect effect = make_effect(g, excess, constant);
+    const Effect effect = make_effect(g, excess);
     if (effect.id == EffectId::kNamed) return;
     if (g.term.kind != TermKind::kBusDelay) model->push_back(effect);
     else for (int joint : list_servo_joints()) model->push_back({effect.id, joint, effect.p});

@@ -170,7 +170,7 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   return f;
 }
 
-Effect make_effect(const GradedTerm& g, const GradedTerm* excess, const GradedTerm* constant) {
+Effect make_effect(const GradedTerm& g, const GradedTerm* excess) {
   const Eigen::VectorXd& p = g.parameters;
   const auto make = [&](EffectId id, std::vector<double> values) -> Effect { return {id, g.term.place, std::move(values)}; };
   switch (g.term.kind) {
@@ -179,7 +179,7 @@ Effect make_effect(const GradedTerm& g, const GradedTerm* excess, const GradedTe
       if (excess)
         return make(EffectId::kStribeck,
                     {p[0], p[0] + excess->parameters[0], excess->term.shape, 0.0, kPresliding});
-      return make(EffectId::kCoulomb, {p[0], constant ? std::clamp(constant->parameters[0] / p[0], -1.0, 1.0) : 0.0, kPresliding});
+      return make(EffectId::kCoulomb, {p[0], 0.0, kPresliding});
     case TermKind::kLoadDry: return make(EffectId::kLoadFriction, {p[0], kPresliding});
     case TermKind::kRotor: return make(EffectId::kRotorInertia, {p[0]});
     case TermKind::kGain: return make(EffectId::kTorqueConstant, {1.0 - p[0]});
@@ -192,6 +192,8 @@ Effect make_effect(const GradedTerm& g, const GradedTerm* excess, const GradedTe
     case TermKind::kComError: return make(EffectId::kComError, {p[0], p[1], p[2]});
     case TermKind::kForce: return make(EffectId::kExternalForce, {p[0], p[1], p[2]});
     case TermKind::kOffset: return make(EffectId::kJointOffset, {p[0]});
+    case TermKind::kConstant: return make(*find_effect_id(TermKind::kConstant), {p[0]});
+    case TermKind::kTilt: return make(*find_effect_id(TermKind::kTilt), {p[0], p[1]});
     default: return {EffectId::kNamed, 0, {}};
   }
 }

@@ -10,9 +10,8 @@ namespace hrp::diagnosis {
 
 // `excess`: the Stribeck term of a dry friction, or null.
 Finding make_finding(const Experiment& experiment, const GradedTerm& term, const GradedTerm* excess);
-// Id kNamed where the simulator has no law for it. `constant`: the constant torque of a joint with dry friction, which acts as
-// an asymmetry of its level, or null.
-Effect make_effect(const GradedTerm& term, const GradedTerm* excess, const GradedTerm* constant);
+// Id kNamed where the simulator has no law for it.
+Effect make_effect(const GradedTerm& term, const GradedTerm* excess);
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);
 
 // "Friction ... in 12 joints ...": the sentence on top of the report. Findings must be sorted.

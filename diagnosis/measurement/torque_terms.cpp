@@ -309,7 +309,8 @@ std::optional<EffectId> find_effect_id(TermKind kind) {
     case TermKind::kComError: return EffectId::kComError;
     case TermKind::kForce: return EffectId::kExternalForce;
     case TermKind::kOffset: return EffectId::kJointOffset;
-    case TermKind::kConstant: case TermKind::kTilt: break;
+    case TermKind::kConstant: return find_effect("constant_torque")->id;
+    case TermKind::kTilt: return find_effect("base_tilt")->id;
   }
   return std::nullopt;
 }
