@@ -53,8 +53,8 @@ double limit_by_speed(const double* p, double torque, double v) {
 EffectInfo make_velocity_limit() {
   EffectInfo row = make_row(EffectId::kNamed, "velocity_limit", PlaceKind::kJoint, EffectFamily::kLimits,
                             "the drive gives less torque the faster it turns",
-                            {P("stall_torque", "N m").bounds(0, kUnbounded).search(1e-3, 1e9).size(0.5),
-                             P("max_speed", "rad/s").bounds(1e-3, kUnbounded).search(0.05, 1e4).size(0.1)});
+                            {P("stall_torque", "N m").bounds(0, kUnbounded).search(1e-3, 1e9).size(0.02).as_walked(),
+                             P("max_speed", "rad/s").bounds(1e-3, kUnbounded).search(0.05, 1e4).size(0.02).as_walked()});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->terms.push_back({&limit_by_speed, {p[0], p[1]}});
   };

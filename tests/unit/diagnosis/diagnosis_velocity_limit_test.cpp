@@ -7,16 +7,19 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The search does not find this limit yet (docs/effects.md). It must say where something is missing, and name nothing else.
-TEST(VelocityLimit, IsPlacedAndNotTakenForAnotherEffect) {
+TEST(VelocityLimit, IsFoundWhereItIsWithItsStallTorqueAndItsSpeed) {
   const EffectInfo* row = find_effect("velocity_limit");
   ASSERT_NE(row, nullptr);
   const Experiment e = make_simulated_experiment("velocity_limit", kArm, {"shoulder", "elbow"},
-                                                 {{row->id, kElbow, {3.0, 3.5}}});
+                                                 {{row->id, kElbow, {2.2, 4.0}}});
   const auto report = diagnose(make_problem(e, 1), [](const std::string&) {}).report;
-  for (const auto& finding : report["findings"]) EXPECT_EQ(finding["effect"], "velocity_limit") << finding.dump(1);
-  ASSERT_FALSE(report["mismatch"].empty());
-  EXPECT_EQ(report["mismatch"][0]["signal"], "/joint_states/elbow/position");
+  ASSERT_EQ(report["findings"].size(), 1u) << report.dump(1);
+  const auto& finding = report["findings"][0];
+  EXPECT_EQ(finding["effect"], "velocity_limit");
+  EXPECT_EQ(finding["where"]["joint"], "elbow");
+  // The bar of every parameter: 5 %.
+  EXPECT_NEAR(finding["parameters"]["stall_torque"]["value"].get<double>(), 2.2, 0.11);
+  EXPECT_NEAR(finding["parameters"]["max_speed"]["value"].get<double>(), 4.0, 0.2);
 }
 
 }  // namespace
