@@ -98,7 +98,7 @@ class BagReader {
     });
     if (!damage.empty()) notes_->push_back(damage);
     for (size_t i = 0; i < topics_.size(); ++i) {
-      if (count_[i] == 0) fail(bag_.path(), topics_[i].spec.topic, "has no messages, expected " + topics_[i].spec.signal);
+      if (count_[i] == 0) fail(bag_.path(), topics_[i].spec.topic, "has no messages, expected " + topics_[i].spec.signal + (damage.empty() ? "" : " (" + damage + ")"));
     }
   }
 

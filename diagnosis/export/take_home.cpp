@@ -36,6 +36,9 @@ void write_text(const fs::path& path, const std::string& text) {
 TakeHome load_take_home(const std::string& scenario_path) {
   TakeHome out;
   out.scenario = load_scenario(scenario_path);
+  for (const auto& [foot, bush] : out.scenario.foot_bush)
+    out.forces.push_back(foot + ": a sole that gives, " + print_value(bush.kz) + " N/m in height, " + print_value(bush.k_roll) +
+                         " and " + print_value(bush.k_pitch) + " N m/rad in roll and pitch");
   out.scenario.foot_bush.clear();
   out.robot = load_robot(out.scenario);
   for (const SteadyForce& f : apply_link_laws(out.scenario, &out.robot.tree)) {

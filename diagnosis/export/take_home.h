@@ -16,7 +16,7 @@ struct TakeHome {
   Scenario scenario;            // the updated one
   RobotDescription robot;       // effects of links are in its tree, rotors in its joints
   std::vector<JointLaws> laws;  // by joint, with what was found
-  std::vector<std::string> forces;  // constant forces, in words
+  std::vector<std::string> forces;  // constant forces, and soles on rubber, in words
 };
 
 // From DIR/updated/scenario.yaml; soles on rubber are left out. Throws InputError.

@@ -115,6 +115,7 @@ std::string make_urdf_model(const TakeHome& model) {
     urdf.replace(begin, end - begin, body);
   }
   std::string notes;
+  for (const std::string& force : model.forces) notes += comment("not held: " + force);
   for (const auto& [link, effects] : model.scenario.link_laws) {
     for (const StatedEffect& e : effects) notes += comment("not held here (see robot.xml): " + link + ", " + describe_load(e));
   }

@@ -197,7 +197,7 @@ const Recording& find_replayed(const Experiment& e) {
 void write_exports(const fs::path& folder) {
   try {
     write_take_home(folder.string());
-  } catch (const InputError& error) {
+  } catch (const std::exception& error) {
     fs::create_directories(folder / "export");
     write_text(folder / "export" / "README.txt", std::string("Nothing was exported: ") + error.what() + "\n");
   }
