@@ -11,7 +11,7 @@ code() { git grep "$@" "$commit" -- 'diagnosis/*.cpp' 'diagnosis/*.h' 'servers/*
   'common/*.h' ':!common/effects' ':!diagnosis/generator' ':!diagnosis/evidence' || true; }
 id='\b(EffectId|StandId|I|TossId|RowEffectId|E)::k[A-Z][A-Za-z]*'
 echo "mentions of an effect outside the table: $(code -hoE "$id" | wc -l) in $(code -lE "$id" | wc -l) files"
-echo "enumerations of effects: $(git grep -hE 'enum class (EffectId|StandId|TossId|RowEffectId)' "$commit" -- '*.h' | wc -l)"
+echo "enumerations of effects: $(git grep -hE 'enum class (EffectId|StandId|TossId|RowEffectId|TermKind)' "$commit" -- '*.h' | wc -l)"
 echo "files that know a parallel spring: $(code -lE 'kSpring\b|parallel_spring|spring_stiffness' | wc -l)"
 echo "files that know a velocity limit: $(code -lE '"velocity_limit"' | wc -l) and the table's"
 echo "lines of the diagnosis: $(git ls-tree -r --name-only "$commit" diagnosis | grep -E '\.(cpp|h)$' |

@@ -6,6 +6,8 @@
 #include <map>
 #include <numeric>
 
+#include "diagnosis/estimate/robust.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
 
@@ -268,7 +270,7 @@ Eigen::MatrixXd LeggedFitter::calc_covariance(const LeggedFit& fit, bool all) co
   const auto blocks = static_cast<double>(scores.size());
   const double few = blocks > static_cast<double>(n) + 1 ? blocks / (blocks - static_cast<double>(n)) : blocks;
   const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  return few * inverse * scatter * inverse;
+  return make_robust_covariance(inverse, scatter, few).robust;
 }
 
 std::vector<Eigen::VectorXd> LeggedFitter::fit_parts(const LeggedFit& fit, size_t effect) const {
