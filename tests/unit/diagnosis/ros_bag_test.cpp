@@ -122,6 +122,35 @@ TEST(RosBag, FindsOffsetAndDriftOfATopicsClockAndMovesItsSamples) {
   EXPECT_THAT(notes, testing::ContainsRegex("gains (9[89][0-9]|100[0-9]|1e\\+03)"));
 }
 
+TEST(RosBag, PutsForceSensorsAndOdometryWhereTheirAxesBelong) {
+  std::vector<Message> messages = make_motion(false);
+  for (int k = 0; k < 1000; ++k) {
+    const int64_t stamp = kEpoch + int64_t{5'000'000} * k;
+    CdrWriter wrench, odometry;
+    wrench.header(stamp).put(1.0).put(2.0).put(3.0).put(4.0).put(5.0).put(6.0);
+    odometry.header(stamp).put(std::string("child")).put(0.1).put(0.2).put(0.3).put(0.0).put(0.0).put(0.6).put(0.8).zeros(36);
+    odometry.zeros(6 + 36);
+    messages.push_back({"/ft", stamp, wrench.bytes()});
+    messages.push_back({"/odom", stamp, odometry.bytes()});
+  }
+  const fs::path folder = fs::temp_directory_path() / "hrp_bag_test_axes";
+  fs::create_directories(folder);
+  std::vector<Topic> topics = kTopics;
+  topics.push_back({"/ft", "geometry_msgs/msg/WrenchStamped", ""});
+  topics.push_back({"/odom", "nav_msgs/msg/Odometry", ""});
+  write_bag(folder / "motion", Storage::kSqlite, topics, messages);
+  std::ofstream(folder / "robot.urdf") << kArm;
+  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings: [{file: motion}]\n"
+                                            << "sensors: {wrench: {hand: {link: fore}}}\ntopics:\n  joint_states: /joint_states\n"
+                                            << "  wrench/hand: /ft\n  base: /odom\n";
+  const Experiment e = load_experiment((folder / "experiment.yaml").string());
+  const Recording& r = e.recordings.at(0);
+  EXPECT_EQ(r.other.at("/wrench/hand/force/z")[100], 3.0);
+  EXPECT_EQ(r.other.at("/wrench/hand/torque/x")[100], 4.0);
+  EXPECT_EQ(r.other.at("/base/pose/position/y")[100], 0.2);
+  EXPECT_EQ(r.other.at("/base/pose/orientation/w")[100], 0.8);
+}
+
 TEST(RosBag, IsReadWithoutAMapWhereNamesAndTypesSayEnough) {
   std::vector<Message> messages;
   for (const Message& m : make_motion(false)) {
