@@ -94,5 +94,25 @@ TEST(EffectTable, GivesParametersFromTheCoefficientsOfItsTorqueColumns) {
   }
 }
 
+// Turned by +0.1 rad about x, the base's y axis points up: what falls, falls towards -y.
+TEST(EffectTable, ABaseThatRollsToTheRightFeelsGravityOnItsRight) {
+  Vector3d gravity(0.0, 0.0, -9.81);
+  EffectTarget target;
+  target.gravity_W = &gravity;
+  const double values[] = {0.1, 0.0};
+  find_effect("base_tilt")->apply(values, target);
+  EXPECT_NEAR(gravity.y(), -9.81 * std::sin(0.1), 1e-12);  // rounding
+  EXPECT_NEAR(gravity.z(), -9.81 * std::cos(0.1), 1e-12);
+}
+
+TEST(EffectTable, AConstantTorqueIsTakenFromWhatTheDriveWasAskedForAtAnySpeed) {
+  JointLaws laws;
+  EffectTarget target;
+  target.joint = &laws;
+  const double values[] = {0.5};
+  find_effect("constant_torque")->apply(values, target);
+  for (double v : {-2.0, 0.0, 3.0}) EXPECT_DOUBLE_EQ(calc_given_torque(laws, 2.0, v), 1.5);
+}
+
 }  // namespace
 }  // namespace hrp
