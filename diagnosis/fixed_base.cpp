@@ -112,7 +112,7 @@ Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesi
     consider("friction and rotors, fitted through it", simulate(whole, polish_joints(problem, plain)));
   }
   consider("friction and rotors by least squares", simulate(whole, plain));
-  if (searched) consider("the model of the search", *searched);
+  if (searched) consider("the model of the search", simulate(whole, split_asymmetry(searched->hypothesis)));
   return least < 1e300 ? best : simulate(whole, model);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/polish.h"
 
+#include <algorithm>
+
 #include "diagnosis/search/fit.h"
 #include "diagnosis/search/nearby.h"
 
@@ -28,6 +30,21 @@ Hypothesis fit_joint(const Problem& problem, const Hypothesis& start) {
 }
 
 }  // namespace
+
+Hypothesis split_asymmetry(const Hypothesis& model) {
+  Hypothesis out = model;
+  const EffectId constant = find_effect("constant_torque")->id;
+  for (const Effect& dry : model) {
+    if (dry.id != EffectId::kCoulomb || dry.p[1] == 0.0) continue;
+    const auto there = std::find_if(out.begin(), out.end(), [&](const Effect& e) { return e.id == constant && e.place == dry.place; });
+    if (there != out.end()) there->p[0] += dry.p[0] * dry.p[1];
+    else out.push_back({constant, dry.place, {dry.p[0] * dry.p[1]}});
+  }
+  for (Effect& effect : out) {
+    if (effect.id == EffectId::kCoulomb) effect.p[1] = 0.0;
+  }
+  return out;
+}
 
 Hypothesis polish_joints(const Problem& problem, const Hypothesis& model) {
   Problem along = problem;
@@ -63,7 +80,7 @@ Hypothesis polish_joints(const Problem& problem, const Hypothesis& model) {
       if (is_of_joint(effect) && effect.place == j) out.push_back(effect);
     }
   }
-  return out;
+  return split_asymmetry(out);
 }
 
 }  // namespace hrp::diagnosis

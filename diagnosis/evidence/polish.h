@@ -10,4 +10,8 @@ namespace hrp::diagnosis {
 // joint; kept as they were where that predicts the training recordings no better. Effects of links stay.
 Hypothesis polish_joints(const Problem& problem, const Hypothesis& model);
 
+// Dry friction of level L that is larger one way, L (1 + a) and L (1 - a), is friction L and a constant torque L a, which
+// a scenario can state.
+Hypothesis split_asymmetry(const Hypothesis& model);
+
 }  // namespace hrp::diagnosis
