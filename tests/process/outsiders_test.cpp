@@ -184,9 +184,10 @@ TEST(Replay, ARequestThatWasRecordedIsNotTakenTwice) {
     if (recorded.empty()) recorded.assign(sample.data, sample.data + sample.size);
   });
   const std::string domain = std::to_string(set.find_domain());
-  Program pause({"hrp-run", "--domain", domain, "pause"});
-  EXPECT_EQ(pause.wait(), 0) << pause.output();
+  // hrp-run waits for the scheduler, not for this reader: a request may be over before discovery has brought the two together.
   ASSERT_TRUE(wait_until([&] {
+    Program pause({"hrp-run", "--domain", domain, "pause"});
+    EXPECT_EQ(pause.wait(), 0) << pause.output();
     std::lock_guard<std::recursive_mutex> lock(set.bus().mutex());
     return !recorded.empty();
   }));
