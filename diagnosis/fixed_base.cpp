@@ -26,8 +26,10 @@ constexpr double kFar = 5.0;
 // [s] of a free simulation from measured efforts: longer than a reversal, shorter than what a small error takes to grow.
 constexpr double kWindow = 0.5;
 constexpr int kMostWindows = 400;
+constexpr int kFew = 3;  // effects of drives that sets of a few have at most
 
 bool has_real_drives(const TorqueVerdict& torque) {
+  if (torque.drive_terms > kFew && torque.with_drives >= kEveryDrive * torque.joints) return torque.judged;
   return torque.judged && torque.joints >= kSeveral && torque.with_drives > 0 &&
          torque.any_drives >= kEveryDrive * torque.joints;
 }
@@ -208,12 +210,23 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
   return reports;
 }
 
+// Without the recordings whose log freezes, as long as others are left.
+std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector<size_t>& frozen) {
+  std::vector<int> left;
+  for (int r : recordings) {
+    if (std::find(frozen.begin(), frozen.end(), static_cast<size_t>(r)) == frozen.end()) left.push_back(r);
+  }
+  return left.empty() ? recordings : left;
+}
+
 }  // namespace
 
-Reports diagnose_fixed_base(const Problem& problem, const Progress& progress) {
+Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   progress("inverse dynamics along the recorded motion");
-  TorqueVerdict torque = judge_torque(*problem.experiment, problem.jobs);
+  TorqueVerdict torque = judge_torque(*given.experiment, given.jobs);
   say(torque, progress);
+  Problem problem = given;
+  problem.train = leave_out(given.train, torque.frozen), problem.validate = leave_out(given.validate, torque.frozen);
   Problem whole = problem;
   split_subtrees(&whole);
   Outcome outcome;

@@ -14,7 +14,15 @@ constexpr double kTolerance = 1e-3;
 constexpr double kCoarse = 2.0;     // times the usual step: one joint alone
 constexpr double kFinest = 1.5;     // factor to which displacements before slipping are walked
 
-bool is_of_joint(const Effect& effect) { return find_place_kind(effect.id) == PlaceKind::kJoint; }
+// Of a joint's drive, or of the readings of its drive.
+bool is_of_joint(const Effect& effect) {
+  return find_place_kind(effect.id) == PlaceKind::kJoint || find_place_kind(effect.id) == PlaceKind::kSensor;
+}
+
+bool is_at(const Effect& effect, int joint) {
+  if (find_place_kind(effect.id) == PlaceKind::kSensor) return effect.place / kQuantities == joint;
+  return is_of_joint(effect) && effect.place == joint;
+}
 
 // One joint's effects, fitted; empty where no rollout stays finite.
 Hypothesis fit_joint(const Problem& problem, const Hypothesis& start) {
@@ -60,7 +68,7 @@ Hypothesis polish_joints(const Problem& problem, const Hypothesis& model) {
   parallel_for(problem.jobs, n, [&](int j) {
     Hypothesis own;
     for (const Effect& effect : model) {
-      if (is_of_joint(effect) && effect.place == j) own.push_back(effect);
+      if (is_at(effect, j)) own.push_back(effect);
     }
     if (own.empty()) return;
     Problem alone = along;
@@ -77,7 +85,7 @@ Hypothesis polish_joints(const Problem& problem, const Hypothesis& model) {
       continue;
     }
     for (const Effect& effect : model) {
-      if (is_of_joint(effect) && effect.place == j) out.push_back(effect);
+      if (is_at(effect, j)) out.push_back(effect);
     }
   }
   return split_asymmetry(out);

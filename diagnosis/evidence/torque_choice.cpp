@@ -15,6 +15,7 @@ constexpr double kWholeGain = 6.0;   // [nats] that a term of the whole robot mu
 constexpr size_t kMostWhole = 4;
 constexpr size_t kTried = 6;         // terms of the whole robot that are tried beside new subsets
 
+constexpr double kGainSpread = 0.15;  // standard deviation of ln(gain): what torque constants of drives are off by
 constexpr double kBracket = 0.5;     // width of the two bounds of a gain, of its distance from one
 
 using Terms = std::vector<size_t>;
@@ -125,9 +126,13 @@ class SubsetSearch {
       subset.first.push_back(theta[at]);
       at += joint_.terms[term].columns;
     }
+    if (has_kind(joint_, terms, TermKind::kGain)) evidence -= calc_gain_cost(1.0 - get_parameter(joint_, terms, theta, TermKind::kGain));
     subset.evidence = evidence;
     return subset;
   }
+
+  // [nats] of a log-normal prior: a drive that loses half of its torque is less likely than one with a rotor.
+  static double calc_gain_cost(double gain) { return 0.5 * std::pow(std::log(std::max(1e-3, gain)) / kGainSpread, 2); }
 
   // A wrong gain shows from both sides: by the effort and by the model's torque.
   bool has_bracketed_gain(const Terms& terms) const {

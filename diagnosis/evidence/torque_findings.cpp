@@ -9,8 +9,8 @@
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/evidence/torque_twins.h"
 #include "diagnosis/evidence/torque_words.h"
-#include "diagnosis/measurement/servo_law.h"
 #include "diagnosis/search/relation.h"
 
 namespace hrp::diagnosis {
@@ -35,9 +35,11 @@ class Judge {
     TorqueVerdict out;
     out.judged = true;
     out.joints = static_cast<int>(design_.joints.size());
+    out.frozen = design_.data->frozen;
     drop_lone_excess();
     add_findings(&out);
-    for (const ServoDelay& delay : find_servo_delays(e_)) add_delay(delay, &out);
+    for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
+    for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     add_remaining(&out);
     sort_findings(&out.evidence.findings);
     out.evidence.summary = make_summary(e_, out.evidence);
@@ -82,11 +84,11 @@ class Judge {
       }
       if (g.term.kind == TermKind::kStribeck) continue;  // with its level
       const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
-      out->evidence.findings.push_back(make_finding(e_, g, excess));
+      out->evidence.findings.push_back(make_finding(e_, g, excess, list_twins(*design_.data, g, excess)));
       const bool of_drive = g.term.kind == TermKind::kRotor || g.term.kind == TermKind::kViscous ||
                             g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry;
       if (of_drive) any_drives.insert(g.place.joint);
-      if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint);
+      if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint), ++out->drive_terms;
     }
     out->with_drives = static_cast<int>(with_drives.size()), out->any_drives = static_cast<int>(any_drives.size());
   }
@@ -105,6 +107,18 @@ class Judge {
                   number(d.after, 3) + " N m (root mean square, held out) instead of " + number(d.before, 3) + " N m.";
     out->evidence.findings.push_back(std::move(f));
     out->model.push_back({EffectId::kDelay, d.joint, {d.delay}});
+  }
+
+  // What the log of an effort has that the servo's law has not. Smaller faults are taken out and not named.
+  void add_log(int joint, TorqueVerdict* out) const {
+    constexpr double kLeastNamed = 0.05;  // of what the law misses
+    const ServoReading& log = design_.data->servo[static_cast<size_t>(joint)];
+    for (Finding& f : make_log_findings(e_, joint, log)) {
+      if (f.share > kLeastNamed) out->evidence.findings.push_back(std::move(f));
+    }
+    const int reading = joint * kQuantities + static_cast<int>(Quantity::kEffort);
+    if (log.is_scaled()) out->model.push_back({EffectId::kSensorScale, reading, {log.scale}});
+    if (log.is_biased()) out->model.push_back({EffectId::kSensorBias, reading, {log.bias}});
   }
 
   void add_to_model(const GradedTerm& g, Hypothesis* model) const {

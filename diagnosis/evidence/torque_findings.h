@@ -13,6 +13,8 @@ struct TorqueVerdict {
   Hypothesis model;       // all terms that help to predict, for `updated/`
   int joints = 0;         // that are judged
   int exact = 0;          // of them, those whose missing torque is small and follows nothing: noise
+  std::vector<size_t> frozen;  // recordings whose log freezes: no simulation follows them
+  int drive_terms = 0;    // friction and rotors that are supported
   int with_drives = 0;    // of them, those with friction or a rotor that is supported
   int any_drives = 0;     // the same, ambiguous ones too
   std::vector<SignalFit> torque;  // by joint: root mean squares of the missing torque, held-out recordings [N m]

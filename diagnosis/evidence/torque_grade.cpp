@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
@@ -12,6 +13,7 @@ namespace {
 constexpr double kSupportedShare = 0.05;  // of its place's mismatch that a supported finding takes away at least
 constexpr double kProbable = 0.9;         // of a family, over all subsets
 constexpr double kDeviations = 3.0;       // of its value from none
+constexpr double kNormal = 1.96;          // deviations of an interval of 95 %
 constexpr double kAgree = 0.85;           // of the stretches must give the same sign
 constexpr double kEven = 3.0;             // [nats] within which another term does as well: odds of 20
 constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms say the same, whatever they cost
@@ -41,6 +43,7 @@ class Grader {
     }
     for (size_t t = 0; t < choice_.model.whole.size(); ++t) add({-1, t});
     find_agreement();
+    find_widths();
     find_shares();
     parallel_for(jobs_, static_cast<int>(graded_.size()), [&](int g) {
       compare(&graded_[static_cast<size_t>(g)]);
@@ -125,6 +128,23 @@ class Grader {
     }
   }
 
+  // Intervals hold what parts of the recordings differ by.
+  void find_widths() {
+    std::vector<Eigen::VectorXd> between(design_.joints.size());
+    std::vector<DryCurve> curves(between.size());
+    parallel_for(jobs_, static_cast<int>(between.size()), [&](int i) {
+      between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, static_cast<size_t>(i));
+      curves[static_cast<size_t>(i)] = profile_dry_curve(design_, choice_.model, static_cast<size_t>(i));
+    });
+    for (GradedTerm& g : graded_) {
+      const size_t i = find_judge(g);
+      if (g.term.kind == TermKind::kDry) g.curve = curves[i];
+      const long first = find_first_column(g, i);
+      g.width = g.std;
+      for (long c = 0; c < g.width.size(); ++c) g.width[c] = std::hypot(g.std[c], between[i][first + c]);
+    }
+  }
+
   // The joint whose rows say most of a term.
   size_t find_judge(const GradedTerm& g) const {
     if (g.place.joint >= 0) return static_cast<size_t>(g.place.joint);
@@ -142,15 +162,21 @@ class Grader {
     return best;
   }
 
-  // Place of a term's largest parameter among the columns of a joint's rows.
-  long find_column(const GradedTerm& g, size_t i) const {
+  // Place of a term's first parameter among the columns of a joint's rows.
+  long find_first_column(const GradedTerm& g, size_t i) const {
     if (g.place.joint >= 0) return slots_.own[i][g.place.at] - slots_.own[i][0];
     long at = 0;
     for (size_t term : choice_.model.own[i]) at += design_.joints[i].terms[term].columns;
     for (size_t t = 0; t < g.place.at; ++t) at += design_.whole[choice_.model.whole[t]].columns;
+    return at;
+  }
+
+  // Place of its largest parameter.
+  long find_column(const GradedTerm& g, size_t i) const {
+    if (g.place.joint >= 0) return find_first_column(g, i);
     long largest = 0;
     g.parameters.cwiseAbs().maxCoeff(&largest);
-    return at + largest;
+    return find_first_column(g, i) + largest;
   }
 
   // Held-out sum of squares of a joint with some of its players: terms fitted to training beside each other, terms of
@@ -382,13 +408,15 @@ class Grader {
   void decide(GradedTerm* g) const {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
-    const bool clear = g->parameters.norm() > kDeviations * g->std.norm();
+    // Neither chance nor what parts of the recordings differ by may make it none.
+    const double size = g->parameters.norm();
+    const bool told = size > kDeviations * g->std.norm(), clear = told && size > kNormal * g->width.norm();
     const double enough = get_cost(g->term.kind) < 1.0 ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare;
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
-    const bool usual = get_cost(g->term.kind) < 1.0 && clear && g->gain > kNamedGain;
+    const bool usual = get_cost(g->term.kind) < 1.0 && told && g->gain > kNamedGain;
     g->named = holds || usual;
     const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;
     const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);

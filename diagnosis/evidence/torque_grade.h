@@ -5,6 +5,7 @@
 
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque_stribeck.h"
 
 namespace hrp::diagnosis {
 
@@ -23,7 +24,9 @@ struct Rival {
 struct GradedTerm {
   Term term;
   TermPlace place;
-  Eigen::VectorXd parameters, std;  // by column
+  Eigen::VectorXd parameters, std;  // by column; std of the value that fits all recordings together
+  Eigen::VectorXd width;            // standard deviation for intervals: also what parts of the recordings differ by
+  DryCurve curve;                   // of a level of dry friction: what excess at rest it may have
   double probability = 1.0;         // that it is in the best model
   double gain = 0.0;    // [nats] that the model loses without it
   double share = 0.0;   // of its joint's held-out mismatch (Shapley), of the whole robot's: of all joints' together

@@ -7,6 +7,7 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/evidence/torque_twins.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -144,22 +145,28 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
 
 }  // namespace
 
-Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm* excess) {
+Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm* excess,
+                     const std::vector<Alternative>& twins) {
   Finding f;
   f.effect = excess ? get_effect_name(TermKind::kStribeck) : get_effect_name(g.term.kind);
   f.family = get_family_name(get_family(g.term.kind));
   f.where = make_place(e, g.term);
-  f.parameters = make_parameters(e, g.term, g.parameters, g.std);
+  f.parameters = make_parameters(e, g.term, g.parameters, g.width);
   if (excess) {
     const auto unit = [&](const char* turning) { return get_joint_unit(e.robot.tree.joint(g.term.place), turning); };
-    f.parameters = {scalar("coulomb", unit("N m"), g.parameters[0], g.std[0]),
-                    scalar("static", unit("N m"), g.parameters[0] + excess->parameters[0], std::hypot(g.std[0], excess->std[0])),
+    f.parameters = {scalar("coulomb", unit("N m"), g.parameters[0], g.width[0]),
+                    scalar("static", unit("N m"), g.parameters[0] + excess->parameters[0], std::hypot(g.width[0], excess->width[0])),
                     scalar("stribeck_velocity", unit("rad/s"), excess->term.shape, 0.5 * excess->term.shape)};
+    if (g.curve.there)
+      f.parameters = {make_ranged("coulomb", unit("N m"), g.curve.level, g.width[0]),
+                      make_ranged("static", unit("N m"), g.curve.rest, g.width[0]),
+                      make_ranged("stribeck_velocity", unit("rad/s"), g.curve.velocity, 0.0)};
   }
   f.grade = g.grade;
   f.probability = std::min(0.99, g.probability);
   f.share = std::clamp(g.share + (excess ? excess->share : 0.0), 0.0, 1.0);
   f.weight = g.weight + (excess ? excess->weight : 0.0);
+  f.alternatives = twins;
   for (const Rival& r : g.rivals) {
     if (f.alternatives.size() == kMostAlternatives) break;
     const Eigen::VectorXd std = 0.5 * r.parameters.cwiseAbs();
@@ -176,6 +183,9 @@ Effect make_effect(const GradedTerm& g, const GradedTerm* excess) {
   switch (g.term.kind) {
     case TermKind::kViscous: return make(EffectId::kViscous, {p[0]});
     case TermKind::kDry:
+      if (excess && g.curve.there)
+        return make(EffectId::kStribeck,
+                    {g.curve.level.value, g.curve.rest.value, g.curve.velocity.value, 0.0, kPresliding});
       if (excess)
         return make(EffectId::kStribeck,
                     {p[0], p[0] + excess->parameters[0], excess->term.shape, 0.0, kPresliding});

@@ -8,8 +8,9 @@
 
 namespace hrp::diagnosis {
 
-// `excess`: the Stribeck term of a dry friction, or null.
-Finding make_finding(const Experiment& experiment, const GradedTerm& term, const GradedTerm* excess);
+// `excess`: the Stribeck term of a dry friction, or null; `twins`: alternatives beside those that do as well.
+Finding make_finding(const Experiment& experiment, const GradedTerm& term, const GradedTerm* excess,
+                     const std::vector<Alternative>& twins);
 // Id kNamed where the simulator has no law for it.
 Effect make_effect(const GradedTerm& term, const GradedTerm* excess);
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);

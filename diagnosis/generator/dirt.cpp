@@ -9,6 +9,14 @@ namespace {
 
 constexpr double kTwoPi = 6.28318530717958647692;
 
+// Of a transmission that is hidden in the joint; else 0 [kg m^2].
+double find_rotor(const std::vector<Hidden>& hidden, const std::string& joint) {
+  for (const Hidden& h : hidden) {
+    if (h.where == joint && h.get("rotor_inertia") > 0) return h.get("rotor_inertia");
+  }
+  return 0;
+}
+
 bool is_hidden(const std::vector<Hidden>& hidden, const char* what, const std::string& where) {
   return std::any_of(hidden.begin(), hidden.end(), [&](const Hidden& h) {
     return h.effect.find(what) != std::string::npos && h.where == where;
@@ -27,12 +35,14 @@ Hidden draw_dry(const JointPlan& j, Prng& r) {
            {"stribeck_velocity", tidy(r.log_uniform(0.04, 0.2))}}};
 }
 
-void add_drive(const JointPlan& j, bool with_rotor, Dirt* dirt, Prng& r) {
+// `rotor`: reflected inertia behind a hidden transmission; 0: none is hidden, and one is drawn.
+void add_drive(const JointPlan& j, double rotor, Dirt* dirt, Prng& r) {
   const auto add = [&](const char* effect, const char* key, double value) {
     dirt->background.push_back({effect, "joint", j.name, {{key, tidy(value)}}});
   };
   add("viscous_friction", "coefficient", j.kp * r.log_uniform(0.0006, 0.006));
-  if (with_rotor) add("rotor_inertia", "inertia", j.kp * r.log_uniform(1.0 / 4000, 1.0 / 800));
+  const double drawn = j.kp * r.log_uniform(1.0 / 4000, 1.0 / 800);
+  add("rotor_inertia", "inertia", rotor > 0 ? rotor : drawn);
   dirt->background.push_back(draw_dry(j, r));
   if (r.chance(0.3)) add("load_dependent_friction", "ratio", r.uniform(0.03, 0.13));
   if (r.chance(0.45)) {
@@ -75,8 +85,7 @@ Dirt draw_dirt(const RobotPlan& robot, const std::vector<Hidden>& hidden, Prng& 
   const bool scaled = random.chance(0.5);  // efforts of this robot were calibrated once
   for (int j = 0; j < joint_count(robot); ++j) {
     const JointPlan& plan = joint(robot, j);
-    const bool elastic = is_hidden(hidden, "elasticity", plan.name) || is_hidden(hidden, "backlash", plan.name);
-    add_drive(plan, !elastic, &dirt, random);
+    add_drive(plan, find_rotor(hidden, plan.name), &dirt, random);
     const std::string effort = "/joint_states/" + plan.name + "/effort";
     const double scale = 1 + 0.02 * random.normal();
     if (scaled && !is_hidden(hidden, "sensor_scale", effort))

@@ -18,7 +18,7 @@ struct Dirt {
 // None to two effects of the list, to be hidden on top of the dirt.
 std::vector<std::string> draw_on_top(bool biped, Prng& random);
 
-// A joint with a hidden transmission has its rotor behind it, so none in the background.
+// The rotor behind a hidden transmission is the joint's: it turns whether the transmission gives or not.
 Dirt draw_dirt(const RobotPlan& robot, const std::vector<Hidden>& hidden, Prng& random);
 
 // Encoders of 12 to 16 bits, efforts with ripple and noise by joint, a clock that stamps late and early.

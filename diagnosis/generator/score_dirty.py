@@ -67,6 +67,12 @@ def inside(said, truth):
     return len(pairs) == len(values) and all(lo <= t <= hi for (lo, hi), t in zip(pairs, values))
 
 
+def find_width(said):
+    """Half of the 95 % interval; of a vector, the longest axis."""
+    interval = said.get("ci95") or [0, 0]
+    return max((hi - lo) / 2 for lo, hi in (interval if isinstance(interval[0], list) else [interval]))
+
+
 class Tally:
     def __init__(self, truth, report):
         self.truth, self.report = truth, report
@@ -98,7 +104,7 @@ class Tally:
         return lambda h: h["effect"] == effect and same_place(place_of(h), place)
 
     def list_intervals(self, finding):
-        """(effect, place, parameter, truth, value, relative error, inside) of a finding whose very effect is there."""
+        """(effect, place, parameter, truth, value, relative error, half width, inside) of a finding whose very effect is there."""
         test = self.same_effect(*options(finding)[0])
         hidden = next((h for h in self.listed if test(h)), None)
         rows = []
@@ -108,7 +114,8 @@ class Tally:
             true, value = hidden[key], said["value"]
             size = math.dist(true, [0] * len(true)) if isinstance(true, list) else abs(true)
             miss = math.dist(true, value) if isinstance(true, list) else abs(true - value)
-            rows.append((hidden["effect"], place_of(hidden)[1], key, true, value, miss / (size or 1.0), inside(said, true)))
+            rows.append((hidden["effect"], place_of(hidden)[1], key, true, value, miss / (size or 1.0),
+                         find_width(said) / (size or 1.0), inside(said, true)))
         return rows
 
     def find_ratio(self):
@@ -155,15 +162,15 @@ def summary(tallies):
 def table_intervals(tallies):
     by = {}
     for t in tallies:
-        for effect, _, key, _, _, error, within in t.intervals:
-            by.setdefault((effect, key), []).append((error, within))
+        for effect, _, key, _, _, error, width, within in t.intervals:
+            by.setdefault((effect, key), []).append((error, width, within))
     rows = []
     for (effect, key), values in sorted(by.items()):
-        errors = sorted(e for e, _ in values)
-        known = [w for _, w in values if w is not None]
+        errors, widths = sorted(v[0] for v in values), sorted(v[1] for v in values)
+        known = [v[2] for v in values if v[2] is not None]
         rows.append([effect, key, len(values), f"{100 * errors[len(errors) // 2]:.1f} %", f"{100 * errors[-1]:.0f} %",
-                     share(sum(known), len(known))])
-    return ["effect", "parameter", "n", "median error", "largest", "inside 95 % interval"], rows
+                     f"{100 * widths[len(widths) // 2]:.0f} %", share(sum(known), len(known))])
+    return ["effect", "parameter", "n", "median error", "largest", "median half interval", "inside 95 % interval"], rows
 
 
 def table_effects(tallies):
@@ -189,7 +196,7 @@ def describe(name, tally):
         if f not in tally.true_effect:
             word = "effect" if f in tally.true_family else "family"
             lines.append(f"  wrong {word}: {f.get('effect')} at {place_of(f)[1]} ({f.get('grade')})")
-    for effect, place, key, true, value, error, within in tally.intervals:
+    for effect, place, key, true, value, error, _, within in tally.intervals:
         if within is False:
             lines.append(f"  interval: {effect} {key} at {place}: {value}, true {true} ({100 * error:.0f} % off)")
     return lines

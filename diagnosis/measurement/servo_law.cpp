@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/estimate/gram.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
@@ -14,6 +16,12 @@ constexpr double kLongest = 0.1;    // [s] that a drive's commands are late at m
 constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // times less that the law misses with the delay
 constexpr double kFollows = 0.3;    // of the effort's spread that the law misses at most: else it is no such servo
+
+constexpr int kStretches = 16;      // of all training samples
+constexpr double kCertain = 4.0;    // standard deviations of a fault from none
+constexpr double kLeast = 0.01;     // of a scale from one; of a bias, over the effort's spread
+constexpr double kExact = 1e-3;     // to which a log and a law agree at best: of a scale; of a bias, over the spread
+constexpr double kBracket = 0.5;    // by which the two regressions may differ, of a scale's distance from one
 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
@@ -50,7 +58,84 @@ double calc_spread(const Experiment& e, size_t j) {
   return n > 1.0 ? std::sqrt(std::max(0.0, square / n - sum * sum / n / n)) : 0.0;
 }
 
+// Law and recorded effort, training samples at which the drive is not at its limit.
+struct Pairs {
+  std::vector<double> law, effort;
+};
+
+Pairs list_pairs(const Experiment& e, size_t j, const JointLaws& laws, double delay) {
+  Pairs out;
+  for (const Recording& r : e.recordings) {
+    if (!r.spec.train) continue;
+    const JointColumns& c = r.joints[j];
+    for (size_t k = 0; k < r.size(); ++k) {
+      if (r.time[k] < r.time.front() + kLongest) continue;
+      double given = 0.0, rate = 0.0;
+      read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
+      const double law = calc_servo_effort(laws, given - c.signal[0][k], rate - c.signal[1][k], 0.0);
+      if (!std::isfinite(law + c.signal[2][k]) || std::abs(law) >= laws.effort_limit) continue;
+      out.law.push_back(law), out.effort.push_back(c.signal[2][k]);
+    }
+  }
+  return out;
+}
+
+// y = theta[0] x + theta[1], with robust standard deviations.
+struct Line {
+  Eigen::VectorXd theta, std;
+};
+
+Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
+  std::vector<Gram> folds(kStretches, Gram(2));
+  for (size_t k = 0; k < x.size(); ++k)
+    folds[k * kStretches / x.size()].add_row(Eigen::Vector2d(x[k], 1.0), y[k]);
+  const Gram total = sum(folds, 2);
+  Line line{solve(total, {0, 1}), {}};
+  line.std = calc_covariance(folds, total, {0, 1}, line.theta).diagonal().cwiseMax(0.0).cwiseSqrt();
+  return line;
+}
+
+double calc_mean(const std::vector<double>& x) {
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(std::max<size_t>(1, x.size()));
+}
+
+double calc_rms(const Pairs& pairs, double scale, double bias) {
+  double sum = 0.0;
+  for (size_t k = 0; k < pairs.law.size(); ++k) sum += std::pow(pairs.effort[k] - scale * pairs.law[k] - bias, 2);
+  return std::sqrt(sum / static_cast<double>(std::max<size_t>(1, pairs.law.size())));
+}
+
+ServoReading read_servo(const Pairs& pairs, double spread) {
+  ServoReading out;
+  if (pairs.law.size() < 100) return out;
+  const Line forth = fit_line(pairs.law, pairs.effort), back = fit_line(pairs.effort, pairs.law);
+  const double scale = forth.theta[0], other = 1.0 / back.theta[0], off = 0.5 * (scale + other) - 1.0;
+  out.before = calc_rms(pairs, 1.0, 0.0), out.after = calc_rms(pairs, scale, forth.theta[1]);
+  if (!(out.after < kFollows * spread) || !(scale > 0.5 && scale < 2.0)) return out;
+  out.follows = true;
+  if (std::abs(off) > std::max(kLeast, kCertain * forth.std[0]) && std::abs(scale - other) < kBracket * std::abs(off))
+    out.scale = 1.0 + off, out.scale_std = std::hypot(std::hypot(forth.std[0], 0.5 * (scale - other)), kExact);
+  // Beside the scale that is believed: noise of the law flattens a line and would make a bias of it.
+  const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
+  if (std::abs(bias) > std::max(kLeast * spread, kCertain * forth.std[1]))
+    out.bias = bias, out.bias_std = std::hypot(forth.std[1], kExact * spread);
+  return out;
+}
+
 }  // namespace
+
+std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays) {
+  std::vector<ServoReading> list(static_cast<size_t>(e.num_joints()));
+  if (e.scenario.drive != "servo") return list;
+  const Plant plant = make_plant(e, {});
+  for (size_t j = 0; j < plant.laws.size(); ++j) {
+    if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
+    double delay = 0.0;
+    for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(j) ? d.delay : delay;
+    list[j] = read_servo(list_pairs(e, j, plant.laws[j], delay), calc_spread(e, j));
+  }
+  return list;
+}
 
 std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
   std::vector<ServoDelay> list;

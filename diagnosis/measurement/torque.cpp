@@ -167,6 +167,7 @@ class Maker {
 
   TorqueData make() {
     const size_t n = static_cast<size_t>(e_.num_joints());
+    data_.delays = find_servo_delays(e_), data_.servo = find_servo_readings(e_, data_.delays);
     for (size_t j = 0; j < n; ++j) {
       data_.source.push_back(find_source(e_, j));
       noise_.push_back(find_position_noise(e_, j));
@@ -272,7 +273,8 @@ class Maker {
     const JointSpec& spec = e_.robot.tree.joint(static_cast<int>(joint));
     if (!spec.actuated || data_.source[j] == EffortSource::kNone) return true;
     if (data_.source[j] == EffortSource::kRecorded) {
-      out->effort.col(joint) = smooth(in.joints[j].signal[2]);
+      const ServoReading& log = data_.servo[j];
+      out->effort.col(joint) = (smooth(in.joints[j].signal[2]).array() - log.bias) / log.scale;
     } else {
       const ServoSeries servo = calc_servo(in, j, plant_.laws[j], find_rate(in, j, *out));
       out->effort.col(joint) = smooth(servo.effort);
@@ -316,6 +318,7 @@ class Maker {
     if (frozen.any()) {
       long first = 0;
       while (!frozen[first]) ++first;
+      data_.frozen.push_back(r->index);
       data_.warnings.push_back(e_.recordings[r->index].spec.name + ": no joint moves although efforts change, from about " +
                                number(r->begin + r->step * static_cast<double>(first), 3) +
                                " s: this stretch is left out");

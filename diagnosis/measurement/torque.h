@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "diagnosis/data/recording.h"
+#include "diagnosis/measurement/servo_law.h"
 
 namespace hrp::diagnosis {
 
@@ -42,8 +43,11 @@ struct TorqueData {
   const Experiment* experiment = nullptr;
   double cutoff = 0.0;                  // [Hz] of every signal
   std::vector<EffortSource> source;     // by joint
+  std::vector<ServoDelay> delays;       // of joints whose commands come late
+  std::vector<ServoReading> servo;      // by joint: faults of its log against the servo's law, taken out of `effort`
   std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is not known
   std::vector<TorqueRecording> recordings;
+  std::vector<size_t> frozen;           // recordings of the experiment whose log freezes
   std::vector<std::string> warnings;    // stretches that are left out
   std::vector<std::string> missing;     // what was not recorded and what therefore is not judged, by file and column
 

@@ -34,13 +34,16 @@ TEST(DirtyCases, EveryJointHasDryAndViscousFrictionAndARotor) {
   }
 }
 
-TEST(DirtyCases, AHiddenTransmissionHasTheOnlyRotorOfItsJoint) {
+TEST(DirtyCases, TheRotorBehindAHiddenTransmissionIsTheJointsOnly) {
   Prng random(4);
   const RobotPlan robot = make_arm(random);
   const std::string name = joint(robot, 0).name;
-  for (const Hidden& h : draw_dirt(robot, {{"joint_elasticity", "joint", name, {}}}, random).background) {
-    EXPECT_FALSE(h.effect == "rotor_inertia" && h.where == name);
+  std::vector<double> rotors;
+  for (const Hidden& h :
+       draw_dirt(robot, {{"joint_elasticity", "joint", name, {{"rotor_inertia", 0.25}}}}, random).background) {
+    if (h.effect == "rotor_inertia" && h.where == name) rotors.push_back(h.get("inertia"));
   }
+  EXPECT_EQ(rotors, std::vector<double>{0.25});
 }
 
 TEST(DirtyCases, EncodersResolveTwelveToSixteenBits) {

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_intervals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/evidence/torque_samples.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kGainDeviation = 0.02;  // of a torque constant
+constexpr double kInstant = 0.5;         // [samples] between an effort's instant and its position's
+constexpr double kFewest = 3.0;          // independent samples that a part must have
+constexpr size_t kParts = 4;             // by any quantity but recordings
+constexpr size_t kFewestParts = 3;       // the difference of two says hardly how much a third would differ
+constexpr double kNormal = 1.96;         // of 95 % of a normal distribution
+
+using Rows = std::vector<long>;
+
+// By recording, or by quarters of another quantity.
+std::vector<Rows> divide(const TorqueSamples& all, long by) {
+  std::vector<double> values(all.of.col(by).data(), all.of.col(by).data() + all.of.rows());
+  std::sort(values.begin(), values.end());
+  std::vector<double> limits;  // a part ends where the quantity exceeds it
+  for (size_t part = 1; part < kParts && by > 0; ++part) limits.push_back(values[part * values.size() / kParts]);
+  if (by == 0) values.erase(std::unique(values.begin(), values.end()), values.end()), limits = values, limits.pop_back();
+  std::vector<Rows> parts(limits.size() + 1);
+  for (long k = 0; k < all.of.rows(); ++k) {
+    size_t part = 0;
+    while (part < limits.size() && all.of(k, by) > limits[part]) ++part;
+    parts[part].push_back(k);
+  }
+  return parts;
+}
+
+// Each parameter alone asked by each part, all others as the whole has them: a part of the speeds or positions says little
+// of several at once. `left`: what the model leaves.
+void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const std::vector<Rows>& parts, double correlated,
+                 Eigen::VectorXd* most) {
+  for (long c = 0; c < most->size(); ++c) {
+    std::vector<double> values, variances;
+    for (const Rows& part : parts) {
+      double xx = 0.0, xy = 0.0, yy = 0.0;
+      for (long k : part) xx += all.x(k, c) * all.x(k, c), xy += all.x(k, c) * left[k], yy += left[k] * left[k];
+      if (!(xx > 0.0) || static_cast<double>(part.size()) < kFewest * correlated) continue;
+      values.push_back(xy / xx);
+      variances.push_back(correlated * yy / static_cast<double>(part.size()) / xx);
+    }
+    if (values.size() < kFewestParts) continue;
+    const double another = 1.0 + 1.0 / static_cast<double>(values.size());
+    (*most)[c] = std::max((*most)[c], another * calc_variance_between(values, variances));
+  }
+}
+
+// Integrated autocorrelation time of what the model leaves [samples]: how many samples one independent one stands for.
+double find_correlation(const Eigen::VectorXd& left) {
+  constexpr double kUncorrelated = 0.1;
+  const long n = left.size();
+  double time = 1.0;
+  for (long lag = 1; lag < n / 4; ++lag) {
+    const double share = left.head(n - lag).dot(left.tail(n - lag)) / std::max(1e-300, left.squaredNorm());
+    if (share < kUncorrelated) break;
+    time += 2.0 * share;
+  }
+  return time;
+}
+
+// How far each parameter moves from the middle of a recording to its ends, where it drifts for certain: drives warm up.
+// No chance but a bound: the value that somebody wrote down may be that of a cold drive.
+Eigen::VectorXd calc_drift(const TorqueSamples& all, double correlated) {
+  const long width = all.x.cols(), n = all.x.rows();
+  Eigen::MatrixXd x(n, 2 * width);
+  x << all.x, (all.of.col(1).array() - 0.5).matrix().asDiagonal() * all.x;
+  const Eigen::MatrixXd inverse = invert_gram(x);
+  const Eigen::VectorXd theta = inverse * (x.transpose() * all.y);
+  const double square = (all.y - x * theta).squaredNorm() / std::max(1.0, static_cast<double>(n - 2 * width));
+  Eigen::VectorXd drift = Eigen::VectorXd::Zero(width);
+  for (long c = 0; c < width; ++c) {
+    const double slope = theta[width + c], std = std::sqrt(square * correlated * inverse(width + c, width + c));
+    if (std::abs(slope) > kNormal * std) drift[c] = 0.5 * std::abs(slope);
+  }
+  return drift;
+}
+
+// What an effort that is larger by a factor, or later by an instant, makes of the parameters.
+Eigen::VectorXd calc_considered(const TorqueSamples& all, double instant) {
+  Eigen::MatrixXd moved(all.x.rows(), 2);
+  moved << kGainDeviation * all.effort, instant * all.effort_rate;
+  return (invert_gram(all.x) * (all.x.transpose() * moved)).rowwise().squaredNorm();
+}
+
+}  // namespace
+
+double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances) {
+  double w = 0.0, ww = 0.0, mean = 0.0, q = 0.0;
+  for (size_t g = 0; g < values.size(); ++g) {
+    const double own = 1.0 / std::max(1e-300, variances[g]);
+    w += own, ww += own * own, mean += own * values[g];
+  }
+  mean /= w;
+  for (size_t g = 0; g < values.size(); ++g) q += std::pow(values[g] - mean, 2) / std::max(1e-300, variances[g]);
+  const double degrees = static_cast<double>(values.size()) - 1.0, scale = w - ww / w;
+  return scale > 0.0 ? std::max(0.0, (q - degrees) / scale) : 0.0;
+}
+
+Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint) {
+  const TorqueSamples all = list_torque_samples(design, model, joint);
+  Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());
+  if (all.x.rows() == 0 || all.x.cols() == 0) return between;
+  const Eigen::VectorXd left = all.y - all.x * (invert_gram(all.x) * (all.x.transpose() * all.y));
+  const double correlated = find_correlation(left);
+  for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, left, divide(all, by), correlated, &between);
+  between += calc_considered(all, kInstant * design.data->experiment->sample_time);
+  return between.cwiseSqrt() + calc_drift(all, correlated) / kNormal;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_twins.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kExcess = 0.15;  // of a level: what friction may be larger at rest before it is a law of its own
+constexpr double kNormal = 1.96;
+const char* const kMotion = "constant speeds from the slowest on, in both directions";
+const char* const kCommands = "record the commands and the servo's gains, or weigh the effort at rest with a known mass";
+
+Where make_log_place(const Experiment& e, int joint) { return {{"sensor", e.signal_name(joint, Quantity::kEffort)}}; }
+
+Alternative make_twin(EffectId id, const Where& where, const std::vector<Estimate>& parameters, const char* motion) {
+  const EffectInfo& info = get_effect(id);
+  return {info.name, get_family_name(info.family), where, parameters, motion};
+}
+
+std::vector<Estimate> make_curve(const DryCurve& curve) {
+  return {make_ranged("coulomb", "N m", curve.level, 0.0), make_ranged("static", "N m", curve.rest, 0.0),
+          make_ranged("stribeck_velocity", "rad/s", curve.velocity, 0.0)};
+}
+
+}  // namespace
+
+Estimate make_ranged(const char* name, const std::string& unit, const Range& r, double deviation) {
+  const double reach = std::max(r.high - r.value, r.value - r.low) / kNormal;
+  return {name, unit, {r.value}, {std::hypot(reach, deviation)}, false};
+}
+
+std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& g, const GradedTerm* excess) {
+  std::vector<Alternative> twins;
+  const Experiment& e = *data.experiment;
+  const int j = g.term.place;
+  const Where joint = {{"joint", g.term.whole ? std::string() : e.robot.tree.joint(j).name}};
+  const bool of_log = !g.term.whole && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded &&
+                      !data.servo[static_cast<size_t>(j)].follows;
+  if (g.term.kind == TermKind::kGain && of_log)
+    twins.push_back(make_twin(EffectId::kSensorScale, make_log_place(e, j),
+                              {{"scale", "1", {1.0 / (1.0 - g.parameters[0])}, {g.width[0]}, false}}, kCommands));
+  if (g.term.kind == TermKind::kConstant && of_log)
+    twins.push_back(make_twin(EffectId::kSensorBias, make_log_place(e, j),
+                              {{"value", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kCommands));
+  if (g.term.kind == TermKind::kDry && excess && excess->grade == Grade::kAmbiguous)
+    twins.push_back(make_twin(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
+  if (g.term.kind == TermKind::kDry && !excess && g.curve.there &&
+      g.curve.rest.high - g.curve.level.value > kExcess * g.curve.level.value)
+    twins.push_back(make_twin(EffectId::kStribeck, joint, make_curve(g.curve), kMotion));
+  return twins;
+}
+
+std::vector<Finding> make_log_findings(const Experiment& e, int joint, const ServoReading& log) {
+  std::vector<Finding> list;
+  const auto add = [&](EffectId id, const Estimate& estimate, const std::string& words) {
+    Finding f;
+    f.effect = get_effect(id).name, f.family = get_family_name(get_effect(id).family);
+    f.where = make_log_place(e, joint), f.parameters = {estimate};
+    f.grade = Grade::kSupported, f.probability = 0.99;
+    f.share = f.weight = std::clamp(1.0 - std::pow(log.after / std::max(1e-300, log.before), 2), 0.0, 1.0);
+    f.statement = e.robot.tree.joint(joint).name + ": " + words + " (supported). The servo's law misses the log by " +
+                  number(log.after, 3) + " N m (root mean square) with it, by " + number(log.before, 3) + " N m without.";
+    list.push_back(std::move(f));
+  };
+  if (log.is_scaled()) {
+    add(EffectId::kSensorScale, {"scale", "1", {log.scale}, {log.scale_std}, false},
+        "the recorded effort is " + number(log.scale, 4) + " times what the servo asks for");
+    list.back().alternatives.push_back(
+        make_twin(EffectId::kTorqueConstant, {{"joint", e.robot.tree.joint(joint).name}},
+                  {{"scale", "1", {log.scale}, {log.scale_std}, false}},
+                  "the stated gains may be wrong instead: hold a known mass and read the effort"));
+  }
+  if (log.is_biased())
+    add(EffectId::kSensorBias, {"value", "N m", {log.bias}, {log.bias_std}, false},
+        "the recorded effort is " + number(log.bias, 3) + " N m off what the servo asks for");
+  return list;
+}
+
+}  // namespace hrp::diagnosis

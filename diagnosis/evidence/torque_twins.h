@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Effects that no missing torque tells from a finding, whatever its fit says.
+#pragma once
+
+#include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/findings/finding.h"
+
+namespace hrp::diagnosis {
+
+// - A wrong torque constant is a wrong scale of the effort's log, a constant torque its bias: told only where the log
+//   follows the servo's law.
+// - A level of dry friction may be larger at rest by what the curve's likelihood allows.
+// `excess`: that of a Stribeck curve, or null.
+std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess);
+
+// Value and 95 % range as the report writes them.
+Estimate make_ranged(const char* name, const std::string& unit, const Range& range, double deviation);
+
+// Findings of a log against the servo's law: its scale, its bias.
+std::vector<Finding> make_log_findings(const Experiment& experiment, int joint, const ServoReading& log);
+
+}  // namespace hrp::diagnosis
