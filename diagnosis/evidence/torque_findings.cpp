@@ -147,7 +147,7 @@ class Judge {
       GradedTerm own = g;
       own.term.place = design_.joints[i].joint;
       own.share = g.joint_share[i], own.weight = g.joint_weight[i];
-      out->evidence.findings.push_back(make_finding(e_, own, nullptr));
+      out->evidence.findings.push_back(make_finding(e_, own, nullptr, {}));
     }
   }
 
