@@ -88,7 +88,8 @@ nlohmann::ordered_json judge(const Experiment& e, const Hypothesis& hypothesis) 
 nlohmann::ordered_json identify(const std::string& path, const std::vector<std::pair<std::string, std::string>>& models) {
   const Experiment e = load_experiment(path);
   const Problem problem = make_problem(e, 2);
-  if (e.num_joints() == 0 || e.scenario.floating_base) return {{"joints", nullptr}};  // nothing that could have friction
+  // Robots that touch the ground need more than efforts to be simulated.
+  if (e.num_joints() == 0 || e.scenario.floating_base || !e.scenario.feet.empty()) return {{"joints", nullptr}};  // nothing that could have friction
   const std::vector<Eigen::Vector3d> fitted = fit_plain_model(problem);
   const Hypothesis hypothesis = make_plain_model(fitted);
   nlohmann::ordered_json joints;

@@ -29,9 +29,10 @@ constexpr int kMostWindows = 400;
 constexpr int kFew = 3;  // effects of drives that sets of a few have at most
 
 bool has_real_drives(const TorqueVerdict& torque) {
-  if (torque.drive_terms > kFew && torque.with_drives >= kEveryDrive * torque.joints) return torque.judged;
-  return torque.judged && torque.joints >= kSeveral && torque.with_drives > 0 &&
-         torque.any_drives >= kEveryDrive * torque.joints;
+  if (!torque.judged) return false;
+  if (torque.drive_terms > kFew && torque.with_drives >= kEveryDrive * torque.joints) return true;
+  if (torque.joints < kSeveral || torque.exact > 0) return false;
+  return torque.with_drives > 0 && torque.any_drives >= kEveryDrive * torque.joints;
 }
 
 // The nominal model is exact for some joint: a simulated world, where a law that leaves more than noise is not the law.

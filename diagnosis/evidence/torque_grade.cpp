@@ -397,6 +397,14 @@ class Grader {
            0.5 * (g->gain - kEven);
   }
 
+  // Whether a joint's term is more than a small part of the joint's effort.
+  bool is_visible(const GradedTerm& g) const {
+    constexpr double kVisible = 0.02;
+    const JointDesign& joint = design_.joints[find_judge(g)];
+    const long c = list_columns(joint, choice_.model.own[static_cast<size_t>(g.place.joint)][g.place.at])[0];
+    return std::sqrt(joint.total.get(c, c) / std::max(1.0, joint.total.n)) * std::abs(g.parameters[0]) > kVisible * joint.spread;
+  }
+
   // Smaller deviations of gains and zeros no drive or encoder is free of.
   bool is_material(const GradedTerm& g) const {
     constexpr double kGain = 0.03, kAngle = 0.003;  // [rad]
@@ -416,7 +424,7 @@ class Grader {
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
-    const bool usual = get_cost(g->term.kind) < 1.0 && told && g->gain > kNamedGain;
+    const bool usual = get_cost(g->term.kind) < 1.0 && told && g->gain > kNamedGain && is_visible(*g);
     g->named = holds || usual;
     const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;
     const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);
