@@ -44,6 +44,7 @@ make_cases() {
   fi
   mkdir -p "$out"
   "$BUILD/bin/hrp-make-cases" --out "$out" --cases "$cases" --seed "$seed" --jobs "$jobs" --duration "$duration" \
+    --models "$ROOT/models" \
     ${effect:+--effect "$effect"} ${family:+--family "$family"} ${urdf:+--urdf "$urdf"}
   tar --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner -C "$out" -cf "$out/truths.sealed.tar" truths
   rm -r "$out/truths"

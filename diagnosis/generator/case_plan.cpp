@@ -29,7 +29,7 @@ CaseRequest make_request(std::vector<std::string> effects, bool biped) {
 
 bool is_single(const std::string& family) {
   for (const char* kind : {"joint", "link", "foot", "sensor"}) {
-    if (family == kind || family == std::string("stand_") + kind) return true;
+    if (family == kind || family == std::string("walk_") + kind || family == std::string("stand_") + kind) return true;
   }
   return false;
 }
@@ -40,7 +40,7 @@ bool is_wanted(const CaseRequest& request, const std::string& families) {
     const std::size_t end = std::min(families.find(',', at), families.size());
     const std::string one = families.substr(at, end - at);
     if (one == "dirty" && request.family.find(one) != std::string::npos) return true;
-    if (one == request.family || one == (request.biped ? "stand" : "arm")) return true;
+    if (one == request.family || one == (request.walk ? "walk" : request.biped ? "stand" : "arm")) return true;
     if (one == "single" && is_single(request.family)) return true;
     at = end + 1;
   }
@@ -148,7 +148,9 @@ std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::str
   Prng random(seed ^ 0x5eedULL);
   std::vector<CaseRequest> deck;
   for (int rounds = 0; static_cast<int>(deck.size()) < count; ++rounds) {
-    for (CaseRequest& request : make_round(family.find("dirty") != std::string::npos, random)) {
+    // Walks are made where they are asked for: seeds of trials before them keep their cases.
+    const bool walks = family.find("walk") != std::string::npos, dirty = family.find("dirty") != std::string::npos;
+    for (CaseRequest& request : walks ? make_walk_round(random) : make_round(dirty, random)) {
       if (is_wanted(request, family)) deck.push_back(std::move(request));
     }
     if (deck.empty() && rounds > 3) throw std::invalid_argument("no family is called '" + family + "'");
@@ -159,14 +161,15 @@ std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::str
 
 CaseRequest parse_request(const std::string& text) {
   std::string rest = text;
-  const bool stand = rest.rfind("stand:", 0) == 0;
-  if (stand) rest = rest.substr(6);
+  const bool stand = rest.rfind("stand:", 0) == 0, walk = rest.rfind("walk:", 0) == 0;
+  if (stand || walk) rest = rest.substr(rest.find(':') + 1);
   std::vector<std::string> effects;
   for (std::size_t at = 0; rest != "none" && at <= rest.size();) {
     const std::size_t end = std::min(rest.find('+', at), rest.size());
     effects.push_back(rest.substr(at, end - at));
     at = end + 1;
   }
+  if (walk) return make_walk_request(std::move(effects));
   bool biped = stand;
   for (const std::string& effect : effects) {
     const bool known = is_in(joint_effects(), effect) || is_in(link_effects(), effect) ||

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/base/shared_files.h"
 #include "common/base/version.h"
 #include "diagnosis/generator/make_case.h"
 
@@ -93,18 +94,21 @@ int main(int argc, char** argv) {
   app.add_option("--duration", options.duration, "seconds of each recording")
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();
-  app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', or 'stand:EFFECT' for a biped");
+  app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', 'stand:EFFECT' for a biped, or 'walk:EFFECT'");
   app.add_option(
       "--family", family,
       "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
       "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown; dirty, arm_dirty, "
-      "stand_dirty");
+      "stand_dirty; walk, or walk_none, walk_foot, walk_sensor, walk_joint, walk_link, walk_pair, walk_unknown");
   app.add_option("--urdf", options.urdf,
                  "the robot of the cases, held by its root link or on its feet (else arms and bipeds are drawn)")
       ->check(CLI::ExistingFile);
+  app.add_option("--models", options.models, "folder of robots that walk (default: the installed one)")
+      ->check(CLI::ExistingDirectory);
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);
   options.noise_scale = clean ? 0 : 1;
+  if (options.models.empty()) options.models = hrp::find_shared_file("models");
   mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
   try {
     fs::create_directories(fs::path(out) / "truths");

@@ -272,6 +272,7 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<do
 }  // namespace
 
 Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options) {
+  if (request.walk) return make_walk_case(request, seed, options);
   Prng random(seed);
   double boost = 1;
   std::string why = "too weak";

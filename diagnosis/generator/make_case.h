@@ -18,6 +18,7 @@ struct CaseRequest {
   std::string family;
   bool biped = false;
   std::vector<std::string> effects;
+  bool walk = false;  // in closed loop under our controller
 };
 
 // A finished case: file name -> contents, and the truth that goes elsewhere.
@@ -29,6 +30,7 @@ struct Case {
 struct CaseOptions {
   double duration = 10;    // [s] of the longest recordings; a case's own is 0.6 to 1 of it
   std::string urdf;        // robot of the cases, hung up or on its feet; empty: drawn
+  std::string models;      // folder of the robots that walk: hrp1s_like/, hrp2p_like/
   double noise_scale = 1;  // 0: recordings without noise (self-check)
 };
 
@@ -42,5 +44,10 @@ CaseRequest parse_request(const std::string& text);
 // Draws robot, places, sizes, motions and noise until a case runs sanely and each effect shows above the noise.
 // The same request and seed give the same bytes.
 Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options);
+
+// The same for a robot that walks; its requests have families that begin with `walk_`.
+Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options);
+std::vector<CaseRequest> make_walk_round(Prng& random);
+CaseRequest make_walk_request(std::vector<std::string> effects);
 
 }  // namespace hrp::cases

@@ -82,7 +82,7 @@ std::string make_soft_sole(const FootPlan& foot, const Hidden& bush, double mass
 
 const Hidden* find_bush(const std::vector<Hidden>& hidden, const std::string& link) {
   for (const Hidden& h : hidden) {
-    if (h.where_kind == "foot" && h.where == link) return &h;
+    if (h.where_kind == "foot" && h.where == link && h.effect != "sticky_sole") return &h;
   }
   return nullptr;
 }
@@ -117,6 +117,16 @@ std::string make_sprung_mass(const std::vector<Hidden>& hidden, LinkPlan& link) 
   return "";
 }
 
+// The structure that carries a joint bends sideways: a hinge before it that no encoder sees.
+std::string make_bend(const std::vector<Hidden>& hidden, const std::string& joint) {
+  for (const Hidden& h : hidden) {
+    if (h.effect != "hip_bend" || h.where != joint) continue;
+    return "<joint name=\"bend\" type=\"hinge\" axis=\"1 0 0\" stiffness=\"" + text(h.get("stiffness")) +
+           "\" damping=\"" + text(h.get("damping")) + "\"/>";
+  }
+  return "";
+}
+
 std::string make_body(const RobotPlan& robot, std::size_t index, const std::vector<Hidden>& hidden,
                       const std::vector<JointReality>& joints) {
   LinkPlan link = find_real_link(robot, index, hidden);
@@ -127,7 +137,7 @@ std::string make_body(const RobotPlan& robot, std::size_t index, const std::vect
     const JointReality& real = joints[index - 1];
     const std::string place = " pos=\"" + text(link.joint.xyz) + "\" euler=\"" + text(link.joint.rpy) + "\"";
     const std::string axis = " type=\"hinge\" axis=\"" + text(link.joint.axis) + "\"";
-    out += place + "><joint name=\"" + link.joint.name + "\"" + axis + " armature=\"" +
+    out += place + ">" + make_bend(hidden, link.joint.name) + "<joint name=\"" + link.joint.name + "\"" + axis + " armature=\"" +
            text(real.elastic ? 0 : real.rotor) + "\"/>";
     if (real.elastic) {
       // The rotor turns beside the link about the same axis; its own mass is nil, its reflected inertia is armature.

@@ -9,11 +9,14 @@
 #include <stdexcept>
 
 #include "diagnosis/generator/joint_reality.h"
+#include "diagnosis/generator/walk_forces.h"
 
 namespace hrp::cases {
 namespace {
 
 constexpr double kPostures = 0.05;  // [s] between those for which a step is found
+constexpr double kWalkMargin = 0.7;  // of the step found where the robot starts: knees and hips turn less elsewhere
+constexpr double kWalkRest = 0.6;    // [s] on its feet before the controller begins
 
 mjModel* load_model(const std::string& xml) {
   auto vfs = std::make_unique<mjVFS>();
@@ -50,6 +53,7 @@ struct Reality::Impl {
   std::vector<Bush> bushes;
   std::vector<std::pair<int, Vec3>> forces;  // body, constant force in world axes [N]
   std::vector<Gust> gusts;
+  std::unique_ptr<WalkForces> walk_forces;
   int push_body = -1;
   Vec3 push{};
   const Commands* commands = nullptr;
@@ -74,6 +78,7 @@ struct Reality::Impl {
   void reset();
   Reading read(double t);
   void check_sane(double t) const;
+  bool has_fallen() const;
 };
 
 void Reality::Impl::find_addresses(const std::vector<Hidden>& hidden) {
@@ -92,7 +97,7 @@ void Reality::Impl::find_addresses(const std::vector<Hidden>& hidden) {
       gusts.push_back(
           {mj_name2id(m, mjOBJ_BODY, h.where.c_str()), h.get("amplitude"), h.get("frequency"), h.get("direction")});
     }
-    if (h.where_kind != "foot") continue;
+    if (h.where_kind != "foot" || h.effect == "sticky_sole") continue;
     for (const FootPlan& foot : robot.feet) {
       if (robot.links[static_cast<std::size_t>(foot.link)].name != h.where) continue;
       const int slide = mj_name2id(m, mjOBJ_JOINT, (foot.wrench + "_z").c_str());
@@ -104,6 +109,7 @@ void Reality::Impl::find_addresses(const std::vector<Hidden>& hidden) {
       bushes.push_back(bush);
     }
   }
+  walk_forces = std::make_unique<WalkForces>(robot, hidden, m);
   if (robot.floating)
     push_body = mj_name2id(m, mjOBJ_BODY, robot.links[static_cast<std::size_t>(robot.imu_link)].name.c_str());
 }
@@ -218,6 +224,7 @@ void Reality::Impl::apply_forces(double t, const std::vector<double>& states, st
       d->qfrc_applied[bush.dof + a] += -k * x - bush.c[a] * v;
     }
   }
+  walk_forces->apply(m, d);
   for (const auto& [body, force] : forces) {
     for (std::size_t a = 0; a < 3; ++a) d->xfrc_applied[6 * body + static_cast<int>(a)] += force[a];
   }
@@ -281,6 +288,14 @@ void Reality::Impl::check_sane(double t) const {
     if (std::abs(d->qpos[q_link[i]] - c) > 0.5) throw InsaneCase{joint(robot, j).name + " leaves its command"};
   }
   if (robot.floating && std::hypot(d->qpos[4], d->qpos[5]) > 0.15) throw InsaneCase{"falls"};
+}
+
+// Tilted by 40 degrees, or its base down to 60 % of where it began.
+bool Reality::Impl::has_fallen() const {
+  for (int i = 0; i < m->nq; ++i) {
+    if (!std::isfinite(d->qpos[i])) throw InsaneCase{"diverges"};
+  }
+  return std::hypot(d->qpos[4], d->qpos[5]) > 0.34 || d->qpos[2] < 0.6 * robot.base_position[2];
 }
 
 Reading Reality::Impl::read(double t) {
@@ -349,6 +364,44 @@ std::vector<Reading> Reality::run(const Commands& commands, const std::vector<do
     }
     r.check_sane(at);
     out.push_back(r.read(at));
+  }
+  return out;
+}
+
+std::vector<Reading> Reality::walk(const Brain& brain, double period, const std::vector<double>& times,
+                                   Commands* commands) {
+  Impl& r = *impl_;
+  r.commands = commands;
+  commands->time = {0, period};
+  commands->position.assign(static_cast<std::size_t>(r.count()), {});
+  commands->velocity.assign(static_cast<std::size_t>(r.count()), {0, 0});
+  for (int j = 0; j < r.count(); ++j) commands->position[static_cast<std::size_t>(j)].assign(2, joint(r.robot, j).start);
+  r.reset();
+  r.dt = kWalkMargin * r.find_step();
+  if (r.dt < 2e-5) throw InsaneCase{"servo too stiff for the masses"};
+  std::vector<Reading> out;
+  std::vector<double> position;
+  long tick = 0;
+  double t = -kWalkRest;
+  for (std::size_t i = 0; i < times.size();) {
+    const double think = static_cast<double>(tick) * period, at = std::min(think, times[i]);
+    while (t < at - 1e-9) {
+      const double h = std::min(r.dt, at - t);
+      r.step(t, h);
+      t += h;
+    }
+    if (r.has_fallen()) break;
+    if (times[i] <= at + 1e-9) out.push_back(r.read(times[i++]));
+    if (think > at + 1e-9) continue;
+    brain(r.read(think), &position);
+    commands->time.push_back(think + 2 * period);
+    for (std::size_t j = 0; j < position.size(); ++j) {
+      std::vector<double>&q = commands->position[j], &v = commands->velocity[j];
+      q.push_back(position[j]), v.push_back(0);
+      const std::size_t last = q.size() - 1;
+      v[last - 1] = (q[last] - q[last - 2]) / (2 * period);
+    }
+    ++tick;
   }
   return out;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -38,6 +39,12 @@ class Reality {
 
   // Readings at the given increasing times (from 0 on). `push` acts on the imu link until time 0 [N, world axes].
   std::vector<Reading> run(const Commands& commands, const std::vector<double>& times, const Vec3& push);
+
+  // In closed loop: every `period` [s] from 0 on, `brain` sees the robot and says where the joints are to be. They are
+  // there two periods later: the drives interpolate through what came before and after, so that speeds are those of the
+  // positions. Readings at `times` until the robot falls; `commands` has what was played.
+  using Brain = std::function<void(const Reading&, std::vector<double>* position)>;
+  std::vector<Reading> walk(const Brain& brain, double period, const std::vector<double>& times, Commands* commands);
 
  private:
   struct Impl;

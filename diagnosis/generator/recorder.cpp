@@ -205,21 +205,50 @@ void stamp(const RecorderPlan& plan, Prng& random, std::vector<double>* times) {
   }
 }
 
-}  // namespace
-
-std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
-                           const RecordingPlan& recording, const Commands& commands, const std::vector<double>& times,
-                           Prng& random) {
+std::vector<Channel> make_channels(const RobotPlan& robot, const RecorderPlan& plan) {
   std::vector<Channel> channels = make_joint_channels(robot, plan);
   for (Channel& channel : make_body_channels(robot, plan)) channels.push_back(std::move(channel));
+  return channels;
+}
+
+}  // namespace
+
+std::vector<double> list_instants(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
+                                  const std::vector<double>& times) {
   std::vector<double> instants = times;
-  for (const Channel& channel : channels) {
+  for (const Channel& channel : make_channels(robot, plan)) {
     if (find_true_time(hidden, channel.sensor, 1.0) == 1.0) continue;
     for (double t : times) instants.push_back(find_true_time(hidden, channel.sensor, t));
   }
   std::sort(instants.begin(), instants.end());
   instants.erase(std::unique(instants.begin(), instants.end()), instants.end());
+  return instants;
+}
+
+std::vector<double> add_sensor_faults(const std::vector<Hidden>& hidden, const std::string& sensor,
+                                      std::vector<double> values) {
+  Channel channel;
+  channel.sensor = sensor, channel.is_quaternion = values.size() == 4, channel.is_vector = values.size() >= 3;
+  return add_faults(hidden, channel, std::move(values));
+}
+
+double find_sensor_time(const std::vector<Hidden>& hidden, const std::string& sensor, double t) {
+  return find_true_time(hidden, sensor, t);
+}
+
+std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
+                           const RecordingPlan& recording, const Commands& commands, const std::vector<double>& times,
+                           Prng& random) {
+  const std::vector<double> instants = list_instants(robot, hidden, plan, times);
   const std::vector<Reading> readings = Reality(robot, hidden).run(commands, instants, recording.push);
+  return make_columns(robot, hidden, plan, commands, times, instants, readings, random);
+}
+
+std::vector<Column> make_columns(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
+                                 const Commands& commands, const std::vector<double>& times,
+                                 const std::vector<double>& instants, const std::vector<Reading>& readings,
+                                 Prng& random) {
+  const std::vector<Channel> channels = make_channels(robot, plan);
   auto at = [&](double t) -> const Reading& {
     return readings[static_cast<std::size_t>(std::lower_bound(instants.begin(), instants.end(), t) - instants.begin())];
   };

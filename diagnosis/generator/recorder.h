@@ -56,6 +56,18 @@ std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hi
                            const RecordingPlan& recording, const Commands& commands, const std::vector<double>& times,
                            Prng& random);
 
+// Columns from readings that were taken at all `instants` (increasing) that list_instants() asks for; `times` may end
+// earlier than asked for.
+std::vector<double> list_instants(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
+                                  const std::vector<double>& times);
+std::vector<Column> make_columns(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
+                                 const Commands& commands, const std::vector<double>& times,
+                                 const std::vector<double>& instants, const std::vector<Reading>& readings, Prng& random);
+// A sensor's reading with the faults hidden in it (quaternions x y z w), and when what it reads now was true.
+std::vector<double> add_sensor_faults(const std::vector<Hidden>& hidden, const std::string& sensor,
+                                      std::vector<double> values);
+double find_sensor_time(const std::vector<Hidden>& hidden, const std::string& sensor, double t);
+
 std::string make_csv(const std::vector<Column>& columns);
 std::string make_urdf(const RobotPlan& robot);
 std::string make_experiment_yaml(const RobotPlan& robot, const RecorderPlan& plan,

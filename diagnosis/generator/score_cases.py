@@ -20,9 +20,9 @@ PLACE_KEYS = ("joint", "link", "foot", "sensor", "ground")
 NOT_SCORED = {"backlash": {"stiffness", "damping", "rotor_inertia"}, "foot_compliance": {"center"}}
 UNKNOWN = {"mechanical_stop", "position_dependent_friction", "friction_drift", "periodic_disturbance",
            "quadratic_drag", "joint_coupling", "intermittent_slip", "cubic_spring", "magnetic_detent",
-           "thermal_torque_loss", "sprung_mass", "gust"}
+           "thermal_torque_loss", "sprung_mass", "gust", "cable", "sticky_sole", "hip_bend"}
 # Acts on a body, so every joint that carries the body shows it.
-ON_BODY = {"sprung_mass", "gust"}
+ON_BODY = {"sprung_mass", "gust", "cable", "sticky_sole", "hip_bend"}
 
 
 def read_json(path):

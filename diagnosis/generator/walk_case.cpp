@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Cases of robots that walk under our controller, in closed loop, with something hidden.
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <stdexcept>
+
+#include "diagnosis/generator/make_case.h"
+#include "diagnosis/generator/walk_brain.h"
+#include "diagnosis/generator/walk_plan.h"
+
+namespace hrp::cases {
+namespace {
+
+constexpr double kPeriod = 0.005;  // [s] of the controller
+constexpr double kShortest = 4.0;  // [s] a recording that ends earlier, in a fall, tells too little
+constexpr int kDraws = 60;         // of robot, effects and walks, before a case is given up
+constexpr int kWalks = 4;          // the last one to validate
+
+struct Walk {
+  WalkPlan plan;
+  bool fell = false;
+  std::vector<Column> columns;
+};
+
+// What the robot's computer sees: readings with their faults, those of late sensors from some periods ago.
+class Senses {
+ public:
+  Senses(const RobotPlan& robot, const std::vector<Hidden>& hidden) : robot_(robot), hidden_(hidden) {}
+
+  BrainInput see(const Reading& reading) {
+    past_.push_back(reading);
+    if (past_.size() > 64) past_.pop_front();
+    const auto list = [](const Vec3& v) { return std::vector<double>{v[0], v[1], v[2]}; };
+    BrainInput in;
+    in.time = reading.time, in.position = reading.position;
+    const std::string imu = "/imu/" + robot_.imu;
+    const auto& q = at(imu + "/orientation").imu_orientation;
+    in.orientation = add_sensor_faults(hidden_, imu + "/orientation", {q[1], q[2], q[3], q[0]});
+    in.rate = add_sensor_faults(hidden_, imu + "/angular_velocity", list(at(imu + "/angular_velocity").imu_rate));
+    const std::string acceleration = imu + "/linear_acceleration";
+    in.acceleration = add_sensor_faults(hidden_, acceleration, list(at(acceleration).imu_acceleration));
+    for (std::size_t f = 0; f < robot_.feet.size(); ++f) {
+      const std::string foot = "/wrench/" + robot_.feet[f].wrench;
+      in.force.push_back(add_sensor_faults(hidden_, foot + "/force", list(at(foot + "/force").foot_force[f])));
+      in.torque.push_back(add_sensor_faults(hidden_, foot + "/torque", list(at(foot + "/torque").foot_torque[f])));
+    }
+    return in;
+  }
+
+ private:
+  const Reading& at(const std::string& sensor) const {
+    const double now = past_.back().time, late = now - find_sensor_time(hidden_, sensor, now);
+    const auto back = static_cast<std::size_t>(std::max(0L, std::lround(late / kPeriod)));
+    return past_[past_.size() - 1 - std::min(back, past_.size() - 1)];
+  }
+
+  const RobotPlan& robot_;
+  const std::vector<Hidden>& hidden_;
+  std::deque<Reading> past_;
+};
+
+// The commands at the rows of the recording.
+Commands sample(const Commands& commands, const std::vector<double>& times) {
+  Commands out;
+  out.time = times;
+  for (std::size_t j = 0; j < commands.position.size(); ++j) {
+    out.position.emplace_back(), out.velocity.emplace_back();
+    for (double t : times) {
+      double q = 0, v = 0;
+      commands.find(static_cast<int>(j), t, q, v);
+      out.position.back().push_back(q), out.velocity.back().push_back(v);
+    }
+  }
+  return out;
+}
+
+struct Draft {
+  RobotPlan robot;
+  std::vector<Hidden> hidden;
+  RecorderPlan recorder;
+  std::vector<std::string> missing;
+};
+
+Walk make_walk(const Draft& draft, double duration, bool stabilized, Prng& random) {
+  Walk walk;
+  walk.plan = draw_walk(draft.robot, random);
+  walk.plan.stabilized = stabilized;
+  walk.plan.count = static_cast<int>((duration - 2.0) / (walk.plan.single_support + walk.plan.double_support));
+  std::vector<std::string> joints;
+  for (int j = 0; j < joint_count(draft.robot); ++j) joints.push_back(joint(draft.robot, j).name);
+  WalkBrain brain(make_urdf(draft.robot), make_walk_scenario(draft.robot, walk.plan), joints);
+  Senses senses(draft.robot, draft.hidden);
+  const auto think = [&](const Reading& reading, std::vector<double>* q) { brain.control(senses.see(reading), q); };
+  std::vector<double> times = draw_row_times(draft.recorder, 0, duration, random);
+  while (!times.empty() && times.front() < 0.1) times.erase(times.begin());  // late sensors have read nothing before
+  const std::vector<double> instants = list_instants(draft.robot, draft.hidden, draft.recorder, times);
+  Commands commands;
+  const std::vector<Reading> readings = Reality(draft.robot, draft.hidden).walk(think, kPeriod, instants, &commands);
+  walk.fell = readings.size() < instants.size();
+  const double end = readings.empty() ? 0 : readings.back().time;
+  while (!times.empty() && times.back() > end) times.pop_back();
+  if (times.empty() || times.back() < kShortest) throw InsaneCase{"falls at once"};
+  walk.columns = make_columns(draft.robot, draft.hidden, draft.recorder, sample(commands, times), times, instants, readings, random);
+  return walk;
+}
+
+Draft draw_draft(const CaseRequest& request, const std::string& models, double boost, Prng random) {
+  Draft draft;
+  Prng body = random.fork(1), places = random.fork(2), recorder = random.fork(3), sensors = random.fork(4);
+  draft.robot = make_walker(models, body);
+  std::vector<std::string> taken;
+  for (const std::string& effect : request.effects) {
+    for (Hidden& h : draw_walk_hidden(effect, draft.robot, taken, boost, places)) {
+      if (h.where_kind == "joint") taken.push_back(h.where);
+      draft.hidden.push_back(std::move(h));
+    }
+  }
+  draft.recorder = draw_recorder(draft.robot, draft.hidden, recorder);
+  draft.recorder.rate = recorder.pick(std::vector<double>{200, 250, 400, 500});
+  draft.recorder.with_base_pose = draft.recorder.with_velocity = draft.recorder.with_effort = draft.recorder.with_attitude = true;
+  draft.recorder.link_encoder.clear();
+  draft.missing = draw_missing(draft.hidden, sensors);
+  const auto has = [&](const char* column) { return !is_missing(draft.missing, column); };
+  draft.recorder.with_base_pose = has("/base/pose");
+  return draft;
+}
+
+Case finish(const Draft& draft, const CaseRequest& request, const std::vector<Walk>& walks) {
+  Case out;
+  nlohmann::ordered_json hidden = nlohmann::ordered_json::array(), motions = hidden;
+  for (const Hidden& h : draft.hidden) hidden.push_back(to_json(h));
+  std::vector<RecordingPlan> recordings;
+  for (std::size_t i = 0; i < walks.size(); ++i) {
+    RecordingPlan plan;
+    plan.role = i + 1 < walks.size() ? "train" : "validate";
+    plan.file = "walk_" + std::to_string(i + 1) + ".csv";
+    recordings.push_back(plan);
+    std::vector<Column> columns;
+    for (const Column& c : walks[i].columns) {
+      if (!is_missing(draft.missing, c.name)) columns.push_back(c);
+    }
+    out.files[plan.file] = make_csv(columns);
+    motions.push_back(walks[i].plan.name + (walks[i].fell ? ", falls at " + std::to_string(columns[0].values.back()) : ""));
+  }
+  RecorderPlan recorder = draft.recorder;
+  const auto misses = [&](const char* column) { return is_missing(draft.missing, column); };
+  recorder.with_commands = !(misses("/joint_commands/x/position") && misses("/joint_states/x/effort"));
+  out.files["robot.urdf"] = make_urdf(draft.robot);
+  out.files["experiment.yaml"] = make_experiment_yaml(draft.robot, recorder, recordings);
+  out.truth = {{"hidden", hidden},   {"family", request.family},  {"robot", draft.robot.name},
+               {"motions", motions}, {"missing", draft.missing}, {"recorder", {{"rate", recorder.rate}, {"jitter", recorder.jitter}, {"dropped", recorder.dropped}}}};
+  return out;
+}
+
+// Effects that may meet, each where a walk shows it.
+std::vector<std::string> draw_pair(Prng& random) {
+  static const std::vector<std::string> first{"foot_compliance", "foot_compliance", "rotor_inertia", "coulomb_friction", "command_delay", "ground_slope"},
+      second{"rotor_inertia", "coulomb_friction", "viscous_friction", "command_delay", "payload", "mass_error", "sensor_bias", "sensor_scale", "torque_constant_error", "actuator_lag"};
+  for (;;) {
+    std::vector<std::string> pair{random.pick(first), random.pick(second)};
+    if (pair[0] != pair[1]) return pair;
+  }
+}
+
+bool is_in(const std::vector<std::string>& list, const std::string& item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+}  // namespace
+
+CaseRequest make_walk_request(std::vector<std::string> effects) {
+  std::string family = "walk_none";
+  for (const std::string& effect : effects) {
+    const bool listed = is_in(walk_effects(), effect) || effect == "load_dependent_friction";
+    if (!listed && !is_in(walk_unknown_effects(), effect)) throw std::invalid_argument("no walk hides '" + effect + "'");
+    family = !listed                                                                      ? "walk_unknown"
+             : effect.rfind("sensor_", 0) == 0                                            ? "walk_sensor"
+             : effect.rfind("foot_", 0) == 0 || effect.rfind("ground_", 0) == 0           ? "walk_foot"
+             : effect == "payload" || effect == "mass_error" || effect == "com_error" ? "walk_link"
+                                                                                          : "walk_joint";
+  }
+  if (effects.size() > 1) family = "walk_pair";
+  CaseRequest request;
+  request.family = family, request.biped = true, request.effects = std::move(effects), request.walk = true;
+  return request;
+}
+
+// Each single effect once, beside pairs, nothing and unlisted physics in the proportions of a sensible trial.
+std::vector<CaseRequest> make_walk_round(Prng& random) {
+  std::vector<CaseRequest> round;
+  for (const std::string& effect : walk_effects()) round.push_back(make_walk_request({effect}));
+  for (int i = 0; i < 6; ++i) round.push_back(make_walk_request(draw_pair(random)));
+  for (int i = 0; i < 4; ++i) round.push_back(make_walk_request({}));
+  for (const std::string& effect : walk_unknown_effects()) round.push_back(make_walk_request({effect}));
+  random.shuffle(round);
+  return round;
+}
+
+Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options) {
+  Prng random(seed);
+  double boost = 1;
+  std::string why;
+  for (int attempt = 0; attempt < kDraws; ++attempt) {
+    Prng draw = random.fork(static_cast<std::uint64_t>(attempt));
+    try {
+      const Draft draft = draw_draft(request, options.models, boost, draw.fork(1));
+      Prng walking = draw.fork(2);
+      const double duration = options.duration * walking.uniform(0.8, 1.0);
+      const bool stabilized = !walking.chance(0.12);
+      std::vector<Walk> walks;
+      for (int i = 0; i < kWalks; ++i) walks.push_back(make_walk(draft, duration, stabilized, walking));
+      return finish(draft, request, walks);
+    } catch (const InsaneCase& insane) {
+      why = insane.why;
+      boost = std::max(0.5, boost * 0.9);
+    } catch (const std::runtime_error& error) {
+      why = error.what();
+    }
+  }
+  throw std::runtime_error("no sane walk after " + std::to_string(kDraws) + " draws (last: " + why + ")");
+}
+
+}  // namespace hrp::cases
