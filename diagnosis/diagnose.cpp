@@ -98,7 +98,7 @@ bool judge_legged(const Experiment& e, const Progress& progress, bool only_walks
   return true;
 }
 
-// Walks: the equations over all phases name what the standing robot's do not; what neither names keeps its place.
+// Nothing is left to ask another engine for.
 bool is_settled(const Reports& reports) {
   const std::string verdict = reports.report["verdict"];
   return verdict == "no_mismatch" || verdict == "explained" || verdict == "mostly_explained";
@@ -109,13 +109,13 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;
   Reports walked;
+  // The standing robot's engine takes no landing for what it is: it would name something for it.
   const bool walks = judge_legged(e, progress, true, &walked);
-  if (walks && is_settled(walked)) return walked;
+  if (walks) return walked;
   if (standing::diagnose_standing(problem, progress, &reports)) {
     Reports stood;
-    const bool open = !is_settled(reports) && (walks || judge_legged(e, progress, false, &stood));
-    const Reports& legged = walks ? walked : stood;
-    if (open && !legged.report["findings"].empty() && reports.report["findings"].empty()) reports = legged;
+    const bool open = !is_settled(reports) && judge_legged(e, progress, false, &stood);
+    if (open && !stood.report["findings"].empty() && reports.report["findings"].empty()) reports = stood;
     say_what_was_not_compared(e, {"/joint_states_link"}, progress, &reports);
     return reports;
   }
@@ -124,7 +124,6 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
     if (toss::diagnose_toss(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
     std::string why;
     if (held_feet::diagnose_held_feet(e, progress, &reports.report, &reports.series, &why)) return reports;
-    if (walks) return walked;
     if (judge_legged(e, progress, false, &reports)) return reports;
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);

@@ -66,7 +66,12 @@ class Lister {
     const auto one = [&](const char* effect, int column) -> Candidate& {
       return add(effect, where, j, {{{at_.joint(j, column), 1.0}}});
     };
-    if (log_.has_position[i]) one("joint_offset", kOffsetColumn).least = 0.002;
+    if (log_.has_position[i]) {
+      one("joint_offset", kOffsetColumn).least = 0.002;
+      Candidate& gap = one("backlash", kPlayColumn);
+      gap.positive = true, gap.least = 0.002, gap.high = 0.2;
+      one("joint_elasticity", kGiveColumn).positive = true;
+    }
     if (!log_.is_driven(i) && joint.actuated) return;
     one("viscous_friction", kViscousColumn).positive = true;
     one("coulomb_friction", kDryColumn).positive = true;
@@ -139,6 +144,28 @@ class Lister {
     };
     if (imu.accelerometer) add_all(force, kAccelerometerScaleColumn);
     if (imu.gyro) add_all(rate, kGyroScaleColumn);
+    if (imu.attitude) {
+      add("sensor_misalignment", {{"sensor", name + "/orientation"}}, i, list_axes(at_.imu(i, kAttitudeTurnColumn))).vector = true;
+    }
+    add_whole_imu(i, {{"sensor", name}});
+  }
+
+  // A housing that sits askew turns all that is in it; a late bus delays all of it.
+  void add_whole_imu(int i, const Where& where) {
+    const ImuSensor& imu = log_.imus[static_cast<size_t>(i)];
+    if (imu.accelerometer + imu.gyro + imu.attitude < 2) return;
+    std::vector<Terms> turn(3);
+    Terms late;
+    const auto put = [&](bool there, int turn_column, int delay_column) {
+      for (int a = 0; there && a < 3; ++a) turn[static_cast<size_t>(a)].emplace_back(at_.imu(i, turn_column + a), 1.0);
+      if (there) late.emplace_back(at_.imu(i, delay_column), 1.0);
+    };
+    put(imu.accelerometer, kAccelerometerTurnColumn, kAccelerometerDelayColumn);
+    put(imu.gyro, kGyroTurnColumn, kGyroDelayColumn);
+    put(imu.attitude, kAttitudeTurnColumn, kAttitudeDelayColumn);
+    add("sensor_misalignment", where, i, turn).vector = true;
+    Candidate& delay = add("sensor_delay", where, i, {late});
+    delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
   }
 
   void add_foot(int f) {
@@ -236,8 +263,9 @@ std::vector<Estimate> make_estimates(const Candidate& c, const Eigen::VectorXd& 
     Estimate e = make_one("value", unit, x(0), std(0));
     return {e};
   }
+  if (c.effect == "joint_elasticity") return {make_one("stiffness", "N m/rad", 1 / x(0), std(0) / (x(0) * x(0)))};
   static const std::map<std::string, std::pair<const char*, const char*>> scalars{
-      {"viscous_friction", {"coefficient", "N m s/rad"}}, {"coulomb_friction", {"level", "N m"}},
+      {"backlash", {"gap", "rad"}}, {"viscous_friction", {"coefficient", "N m s/rad"}}, {"coulomb_friction", {"level", "N m"}},
       {"load_dependent_friction", {"ratio", "1"}}, {"rotor_inertia", {"inertia", "kg m^2"}},
       {"joint_offset", {"offset", "rad"}}, {"actuator_lag", {"time_constant", "s"}},
       {"command_delay", {"delay", "s"}}, {"sensor_delay", {"delay", "s"}}};
@@ -267,6 +295,7 @@ std::string find_family(const std::string& effect) {
       {"payload", "mass and its place"}, {"mass_error", "mass and its place"}, {"com_error", "mass and its place"},
       {"torque_constant_error", "gain"}, {"sensor_scale", "gain"}, {"command_delay", "timing"},
       {"actuator_lag", "timing"}, {"sensor_delay", "timing"}, {"foot_compliance", "give and play"},
+      {"backlash", "give and play"}, {"joint_elasticity", "give and play"},
       {"parallel_spring", "torque over position"}, {"joint_offset", "zero"}, {"sensor_bias", "zero"},
       {"ground_slope", "zero"}, {"ground_friction", "contact"}, {"restitution", "contact"},
       {"sensor_misalignment", "geometry of sensors"}};
@@ -290,6 +319,8 @@ std::string find_phrase(const Candidate& c) {
       {"sensor_delay", "its readings come late"},
       {"foot_compliance", "the sole gives under load"},
       {"parallel_spring", "a spring acts across the joint"},
+      {"backlash", "its teeth have play: the link stays behind the encoder to the torque's side"},
+      {"joint_elasticity", "its transmission gives: the link stays behind the encoder in proportion to the torque"},
       {"joint_offset", "the encoder's zero is off"},
       {"sensor_bias", "its reading is shifted by a constant"},
       {"ground_slope", "the ground is not level"},

@@ -20,7 +20,10 @@ constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's sp
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
 constexpr double kSlip = 0.03;       // [m/s] of a foot that slides
+constexpr double kSettled = 0.1;     // [s]
 constexpr size_t kSlips = 20;        // samples
+constexpr double kMoreHeld = 1.3;    // of the sliding feet's ratio, in more than
+constexpr double kBeyond = 0.02;     // of the samples of loaded feet: then they slide for another reason
 constexpr double kBearing = 0.2;     // share of the weight that a foot must carry to be judged
 
 std::string format(const char* pattern, double a, double b = 0, double c = 0, double d = 0) {
@@ -201,10 +204,20 @@ class Checker {
     return out;
   }
 
+  // Equations that hold sample by sample tell an accelerometer's scale better than its mean over a walk, to which impacts
+  // that were sampled too slowly, and falls, add what they like.
+  bool is_weighed(size_t imu) const {
+    const int column = at_.imu(static_cast<int>(imu), kAccelerometerScaleColumn);
+    return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {
+      const bool dynamic = c.info.kind.rfind("balance", 0) == 0 || c.info.kind == "accelerometer";
+      return dynamic && c.rows() > kQuietRows && std::find(c.columns.begin(), c.columns.end(), column) != c.columns.end();
+    });
+  }
+
   void check_gravity(size_t imu) {
     const std::vector<double> values = list_gravity(imu);
     const std::string name = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
-    if (values.size() < 2) return;
+    if (values.size() < 2 || is_weighed(imu)) return;
     const Consensus k = find_consensus(values, kGravity);
     const double g = log_.experiment->scenario.gravity_W.norm();
     if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kGravity)) {
@@ -275,11 +288,18 @@ class Checker {
     out_.findings.push_back(std::move(f));
   }
 
+  // Loaded before and after: what lands or lifts scrapes, and turns about its edges.
+  bool is_settled(size_t c, size_t f, size_t k) const {
+    const std::vector<char>& loaded = contacts_.loaded[c][f];
+    const auto reach = static_cast<size_t>(std::lround(kSettled / log_.clips[c].step));
+    return loaded[k] && k >= reach && loaded[k - reach] && k + reach < loaded.size() && loaded[k + reach];
+  }
+
   // Friction that feet ask for while they slide, by base pose and force sensors of three axes.
   void check_slip() {
     if (!log_.base_pose) return;
     const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm();
-    std::vector<double> ratios;
+    std::vector<double> ratios, held;
     for (size_t c = 0; c < log_.clips.size(); ++c) {
       const Clip& clip = log_.clips[c];
       BodyMotion motion(log_, clip);
@@ -288,14 +308,14 @@ class Checker {
         for (size_t f = 0; f < log_.feet.size(); ++f) {
           const Foot& foot = log_.feet[f];
           if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].has_force()) continue;
-          if (!contacts_.loaded[c][f][k] || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kBearing * weight) continue;
+          if (!is_settled(c, f, k) || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kBearing * weight) continue;
           if (!updated) motion.update(k), updated = true;
-          if (find_speed(clip, foot, k, &motion) < kSlip) continue;
-          ratios.push_back(find_ratio(clip, foot, k, &motion));
+          const bool slides = find_speed(clip, foot, k, &motion) >= kSlip;
+          (slides ? ratios : held).push_back(find_ratio(clip, foot, k, &motion));
         }
       }
     }
-    add_slip(std::move(ratios));
+    add_slip(std::move(ratios), std::move(held));
   }
 
   // Of the sole along the ground [m/s]: the base's recorded motion and the encoders.
@@ -318,7 +338,8 @@ class Checker {
     return f.head<2>().norm() / std::max(1e-9, f.z());
   }
 
-  void add_slip(std::vector<double> ratios) {
+  // `held`: what loaded feet asked for that did not slide. Friction that holds more than it slides at is no friction.
+  void add_slip(std::vector<double> ratios, std::vector<double> held) {
     if (ratios.size() < kSlips) return;
     std::sort(ratios.begin(), ratios.end());
     // The densest half: a foot that turns as it slides, or begins to, feels less than the whole friction.
@@ -330,6 +351,9 @@ class Checker {
     const double value = ratios[best + half / 2], spread = 0.5 * (ratios[best + half] - ratios[best]);
     const double nominal = log_.experiment->scenario.ground.friction;
     if (spread > 0.2 * value || value > 0.95 * nominal || value < 0.02) return;
+    held.insert(held.end(), ratios.begin(), ratios.end());
+    const auto beyond = std::count_if(held.begin(), held.end(), [&](double r) { return r > kMoreHeld * value; });
+    if (static_cast<double>(beyond) > kBeyond * static_cast<double>(held.size())) return;
     Finding f;
     f.effect = "ground_friction", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
     f.parameters = {make_one("coefficient", "1", value, spread)};

@@ -20,6 +20,8 @@ enum JointColumn {
   kConstantColumn,
   kLagColumn,
   kOffsetColumn,    // the encoder reads more than the link's true angle
+  kPlayColumn,      // teeth: the encoder's side is ahead of the link's by half the gap, to the torque's side
+  kGiveColumn,      // the encoder's side is ahead by torque times this column's coefficient [rad/(N m)]
   kDelayColumn,     // the servo sees commands late
   kEffortScaleColumn,
   kJointColumns
@@ -44,7 +46,9 @@ enum ImuColumn {
   kGyroBiasColumn,
   kGyroDelayColumn = kGyroBiasColumn + 3,
   kGyroTurnColumn,
-  kImuColumns = kGyroTurnColumn + 3
+  kAttitudeTurnColumn = kGyroTurnColumn + 3,
+  kAttitudeDelayColumn = kAttitudeTurnColumn + 3,
+  kImuColumns
 };
 
 enum FootColumn {

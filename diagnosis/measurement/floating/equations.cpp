@@ -17,12 +17,14 @@ constexpr double kCell = 0.04;     // [s] of a row: two or three kernels' deviat
 constexpr double kSpacing = 0.008; // [s] between the samples of a cell: finer ones repeat what the kernel passes
 constexpr double kBlock = 0.5;     // [s] errors of blocks are independent
 constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
+constexpr double kLittle = 0.003;  // [m] times the weight: a torque that hardly holds teeth on one side
 constexpr double kSlowest = 0.02;  // share of a joint's largest speed at which dry friction has its direction
 
 // A wrench on a link: [moment about p; force] in base axes.
 struct PointWrench {
   int link = 0;
   Vector3d p, force, moment;
+  bool whole = true;  // else joints are not to see it
 };
 
 class EquationMaker {
@@ -62,8 +64,8 @@ class EquationMaker {
         const size_t k = begin + i * stride;
         if (!motion.update(k)) continue;
         imus->add(c, k, &motion);
-        feet->add(c, k, &motion);
         add_sample(k);
+        feet->add(c, k, sides_, &motion);
       }
       table_.end_cell();
     }
@@ -90,6 +92,11 @@ class EquationMaker {
     return s.has_wrench() || (s.has_force() && !foot.flat);
   }
 
+  // Whether joints above the sensor see its wrench; else they are compared only while its foot is in the air.
+  bool is_whole(const ForceSensor& s) const {
+    return s.has_wrench() || (s.has_force() && (s.foot < 0 || !log_.feet[static_cast<size_t>(s.foot)].flat));
+  }
+
   bool is_above(int link, int foot_link) const {
     for (int l = foot_link; l >= 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
       if (l == link) return true;
@@ -107,7 +114,8 @@ class EquationMaker {
 
   void add_sensor_columns(int from, std::vector<int>* out) const {
     for (int s = 0; s < layout_.sensors; ++s) {
-      if (!is_above(from, log_.sensors[static_cast<size_t>(s)].link)) continue;
+      const ForceSensor& sensor = log_.sensors[static_cast<size_t>(s)];
+      if (!is_above(from, sensor.link) || (from > 0 && !is_whole(sensor))) continue;
       for (int c = 0; c < kSensorColumns; ++c) out->push_back(layout_.sensor(s, c));
     }
   }
@@ -119,7 +127,7 @@ class EquationMaker {
 
   void add_offset_columns(std::vector<int>* out) const {
     for (int j = 0; j < layout_.joints; ++j) {
-      if (log_.has_position[static_cast<size_t>(j)]) out->push_back(layout_.joint(j, kOffsetColumn));
+      for (int c = kOffsetColumn; log_.has_position[static_cast<size_t>(j)] && c <= kGiveColumn; ++c) out->push_back(layout_.joint(j, c));
     }
   }
 
@@ -145,10 +153,11 @@ class EquationMaker {
                                    columns);
     }
     joint_.assign(static_cast<size_t>(layout_.joints), -1), servo_ = joint_;
-    for (int j = 0; j < layout_.joints; ++j) add_joint_channels(j);
+    for (int j = 0; j < layout_.joints; ++j) add_joint_channels(j, moves);
   }
 
-  void add_joint_channels(int j) {
+  // `moves`: how the base moves is known, which what hangs on it feels.
+  void add_joint_channels(int j, bool moves) {
     const auto i = static_cast<size_t>(j);
     const JointSpec& joint = log_.tree.joint(j);
     const bool turns = joint.kind == JointKind::kRevolute;
@@ -159,7 +168,9 @@ class EquationMaker {
     for (int c = 0; c < kOffsetColumn; ++c) columns.push_back(layout_.joint(j, c));
     if (!log_.has_effort[i]) columns.push_back(layout_.joint(j, kDelayColumn));
     const bool passive = !joint.actuated && log_.has_position[i];
-    if ((log_.is_driven(i) && joint.actuated) || passive) joint_[i] = table_.add_channel(info, columns);
+    // A pose differentiated twice feels a step's impacts too little for torques of legs.
+    const bool felt = moves && (!contacts_.walks || BodyMotion::find_force_source(log_) != MotionSource::kPose);
+    if (felt && ((log_.is_driven(i) && joint.actuated) || passive)) joint_[i] = table_.add_channel(info, columns);
     if (log_.has_effort[i] && log_.has_law[i] && joint.actuated) {
       servo_[i] = table_.add_channel({"servo", signal, info.unit, "joint", joint.name},
                                      {layout_.joint(j, kDelayColumn), layout_.joint(j, kEffortScaleColumn)});
@@ -215,7 +226,7 @@ class EquationMaker {
       put(balance_[static_cast<size_t>(i)], i, sign * (i < 3 ? about(i) : w.force(i - 3)), column);
     }
     if (weight_ >= 0) put(weight_, 3, sign * normal_.dot(w.force), column);
-    for (int l = w.link; l > 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
+    for (int l = w.whole ? w.link : 0; l > 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
       const LinkKinematics& at = data.kinematics[static_cast<size_t>(l)];
       const Vector3d axis = small::to_eigen(at.axis);
       const bool turns = log_.tree.joint(l - 1).kind == JointKind::kRevolute;
@@ -240,6 +251,7 @@ class EquationMaker {
     calc_inverse_dynamics(motion_->model(), motion_->vdot(), nullptr, &motion_->data(), &tau_);
     for (int s = 0; s < layout_.sensors; ++s) project(read_wrench(s, k), 1, -1);
     measured_ = y_;
+    load_ = tau_.tail(n) - y_.tail(n);
     for (int j = 0; j < n; ++j) {
       const double effort = joint_[static_cast<size_t>(j)] >= 0 ? find_effort(static_cast<size_t>(j), k) : 0.0;
       measured_(6 + j) = effort;
@@ -247,16 +259,28 @@ class EquationMaker {
     }
     if (base == 0) return;
     if (weight_ >= 0) {
-      y_(3) -= normal_.dot(tau_.segment<3>(3));
+      y_(3) += calc_force_below() - normal_.dot(tau_.segment<3>(3));
     } else {
       y_.head<6>() -= tau_.head<6>();
     }
   }
 
+  // Along the normal [N]: what the ground holds of the robot beside what sensors feel.
+  double calc_force_below() const {
+    double sum = 0;
+    for (const ForceSensor& s : log_.sensors) {
+      if (s.below.mass <= 0) continue;
+      const Vector3d p = get_pose(motion_->data(), s.link) * s.below.p_LLcm_L;
+      sum += s.below.mass * normal_.dot(calc_point_acceleration(motion_->data(), s.link, p).tail<3>());
+    }
+    return sum;
+  }
+
   PointWrench read_wrench(int s, size_t k) const {
     PointWrench w;
     Matrix3d R;
-    w.link = log_.sensors[static_cast<size_t>(s)].link;
+    const ForceSensor& sensor = log_.sensors[static_cast<size_t>(s)];
+    w.link = sensor.link, w.whole = is_whole(sensor);
     find_sensor_frame(s, k, &R, &w.p);
     w.force = R * get(&clip_->force[6 * static_cast<size_t>(s)], k);
     w.moment = R * get(&clip_->force[6 * static_cast<size_t>(s) + 3], k);
@@ -296,6 +320,7 @@ class EquationMaker {
     find_normal(k);
     calc_residuals(k);
     const Eigen::VectorXd y = y_;
+    find_sides();
     open_.assign(static_cast<size_t>(y.size()), 0);
     for (int i = 0; i < 6 && !balance_.empty(); ++i) open(balance_[static_cast<size_t>(i)], i);
     if (weight_ >= 0) open(weight_, 3);
@@ -308,6 +333,13 @@ class EquationMaker {
     if (uses_accelerometer()) add_accelerometer(k);
     add_servo(k);
     add_offsets(k, y);
+  }
+
+  // How far the encoder's side of each transmission is ahead of the link's, by what the link takes.
+  void find_sides() {
+    const double little = kLittle * log_.mass * log_.experiment->scenario.gravity_W.norm();
+    sides_.assign(static_cast<size_t>(layout_.joints), {});
+    for (int j = 0; j < layout_.joints; ++j) sides_[static_cast<size_t>(j)] = {0.5 * std::tanh(load_(j) / little), load_(j)};
   }
 
   void open(int channel, int row) {
@@ -360,7 +392,7 @@ class EquationMaker {
     find_sensor_frame(s, k, &R, &p);
     const Vector3d none = Vector3d::Zero(), force = w.force, moment = w.moment;
     const auto add = [&](const Vector3d& f, const Vector3d& m, int column) {
-      project({w.link, w.p, f, m}, 1, layout_.sensor(s, column));
+      project({w.link, w.p, f, m, w.whole}, 1, layout_.sensor(s, column));
     };
     const bool whole = log_.sensors[i].has_wrench();
     add(force, none, kForceScaleColumn);
@@ -422,9 +454,13 @@ class EquationMaker {
       motion_->turn_joint(j, kTurn), motion_->update(k);
       calc_residuals(k);
       const Eigen::VectorXd slope = (y_ - y) / kTurn;
-      for (int r = 0; r < 6 && !balance_.empty(); ++r) put(balance_[static_cast<size_t>(r)], r, slope(r), layout_.joint(j, kOffsetColumn));
-      if (weight_ >= 0) put(weight_, 3, slope(3), layout_.joint(j, kOffsetColumn));
-      for (int i = 0; i < layout_.joints; ++i) put(joint_[static_cast<size_t>(i)], 6 + i, slope(6 + i), layout_.joint(j, kOffsetColumn));
+      const double factors[] = {1.0, sides_[static_cast<size_t>(j)].play, sides_[static_cast<size_t>(j)].give};
+      for (int c = 0; c < 3; ++c) {
+        const int column = layout_.joint(j, kOffsetColumn + c);
+        for (int r = 0; r < 6 && !balance_.empty(); ++r) put(balance_[static_cast<size_t>(r)], r, factors[c] * slope(r), column);
+        if (weight_ >= 0) put(weight_, 3, factors[c] * slope(3), column);
+        for (int i = 0; i < layout_.joints; ++i) put(joint_[static_cast<size_t>(i)], 6 + i, factors[c] * slope(6 + i), column);
+      }
       motion_->turn_joint(j, 0);
     }
     motion_->update(k);
@@ -440,7 +476,8 @@ class EquationMaker {
   const Clip* clip_ = nullptr;
   size_t clip_index_ = 0;
   BodyMotion* motion_ = nullptr;
-  Eigen::VectorXd y_, measured_, tau_;
+  Eigen::VectorXd y_, measured_, tau_, load_;  // load: what each link takes of its joint [N m]
+  std::vector<JointSides> sides_;
   Vector3d normal_{0, 0, 1};
   std::vector<char> open_;
   std::unique_ptr<Regressor> regressor_;

@@ -32,7 +32,12 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
   if (!log.tree.floating_base || log.clips.empty()) return;
   const bool upright = BodyMotion(log, log.clips[0]).has_attitude();
   std::vector<int> joints;
-  for (int j = 0; j < layout.joints; ++j) joints.push_back(layout.joint(j, kOffsetColumn));
+  for (int j = 0; j < layout.joints; ++j) {
+    for (int c = kOffsetColumn; c <= kGiveColumn; ++c) joints.push_back(layout.joint(j, c));
+  }
+  const int main = BodyMotion::find_main_imu(log);
+  if (main >= 0 && log.imus[static_cast<size_t>(main)].attitude) attitude_ = main;
+  for (int c = kAttitudeTurnColumn; attitude_ >= 0 && c < kImuColumns; ++c) joints.push_back(layout.imu(attitude_, c));
   for (size_t f = 0; f < imu_.size(); ++f) {
     for (size_t i = 0; i < log.imus.size(); ++i) {
       if (log.imus[i].link == log.feet[f].link && log.imus[i].accelerometer) imu_[f] = static_cast<int>(i);
@@ -43,7 +48,7 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
   };
   for (size_t f = 0; f < log.feet.size(); ++f) {
     for (int a = 0; log.feet[f].flat && (upright || imu_[f] >= 0) && a < 2; ++a) {
-      std::vector<int> columns = imu_[f] < 0 ? joints : std::vector<int>{};
+      std::vector<int> columns = joints;
       columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
       for (int c = 0; whole(f) && c < 2; ++c) {
         columns.push_back(layout.foot(static_cast<int>(f), 2 * a + c));
@@ -90,9 +95,9 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
 }
 
 // Tilts of all feet, then heights of all pairs, at the pose that `motion` has.
-Eigen::VectorXd FootRows::calc_values(size_t clip, size_t k, BodyMotion* motion) const {
+Eigen::VectorXd FootRows::calc_values(size_t clip, size_t k, const Vector3d& turn, BodyMotion* motion) const {
   Eigen::VectorXd out(static_cast<long>(tilt_.size() + pairs_.size()));
-  const Vector3d up = motion->find_up(k);
+  const Vector3d up = motion->find_up(k) + turn;
   const auto place = [&](size_t f) -> Vector3d {
     return get_pose(motion->data(), log_.feet[f].link) * log_.feet[f].p_LC - log_.feet[f].radius * up;
   };
@@ -111,11 +116,26 @@ Eigen::VectorXd FootRows::calc_values(size_t clip, size_t k, BodyMotion* motion)
   return out;
 }
 
-void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
+// An IMU that is turned by rpy reads an attitude in which the vertical is turned back; one that is late, that of before.
+void FootRows::add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open, BodyMotion* motion) {
+  const ImuSensor& imu = log_.imus[static_cast<size_t>(attitude_)];
+  const Matrix3d R_BI = get_pose(motion->data(), imu.link).R * imu.R_LI;
+  const Vector3d up = R_BI.transpose() * motion->find_up(k);
+  const Vector3d rate = get(log_.clips[clip].imus[static_cast<size_t>(attitude_)].gyro, k);
+  const Vector3d changes[] = {-Vector3d::UnitX().cross(up), -Vector3d::UnitY().cross(up), -Vector3d::UnitZ().cross(up), rate.cross(up)};
+  for (int c = 0; c < 4; ++c) {
+    const Eigen::VectorXd slope = (calc_values(clip, k, kTurn * (R_BI * changes[c]), motion) - y) / kTurn;
+    for (size_t r = 0; r < open.size(); ++r) {
+      if (open[r] >= 0) table_.add(open[r], layout_.imu(attitude_, kAttitudeTurnColumn + c), slope(static_cast<long>(r)));
+    }
+  }
+}
+
+void FootRows::add(size_t clip, size_t k, const std::vector<JointSides>& sides, BodyMotion* motion) {
   if (pairs_.empty() && std::all_of(tilt_.begin(), tilt_.end(), [](int c) { return c < 0; })) return;
   std::vector<Load> loads;
   for (size_t f = 0; f < log_.feet.size(); ++f) loads.push_back(find_load(clip, f, k, motion));
-  const Eigen::VectorXd y = calc_values(clip, k, motion);
+  const Eigen::VectorXd y = calc_values(clip, k, Vector3d::Zero(), motion);
   const Matrix3d R_BW = motion->find_attitude(k).transpose();
   const Vector3d turned[2] = {R_BW * Vector3d(0, -1, 0), R_BW * Vector3d(1, 0, 0)};  // of the normal, by roll and pitch
   std::vector<int> open(static_cast<size_t>(y.size()), -1);
@@ -149,12 +169,16 @@ void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
                            get_pose(motion->data(), log_.feet[p.a].link) * log_.feet[p.a].p_LC;
     for (int axis = 0; axis < 2; ++axis) table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));
   }
+  if (attitude_ >= 0) add_attitude(clip, k, y, open, motion);
   for (int j = 0; j < layout_.joints; ++j) {
     motion->turn_joint(j, kTurn), motion->update(k);
-    const Eigen::VectorXd slope = (calc_values(clip, k, motion) - y) / kTurn;
+    const Eigen::VectorXd slope = (calc_values(clip, k, Vector3d::Zero(), motion) - y) / kTurn;
     motion->turn_joint(j, 0);
+    const double factors[] = {1.0, sides[static_cast<size_t>(j)].play, sides[static_cast<size_t>(j)].give};
     for (size_t r = 0; r < open.size(); ++r) {
-      if (open[r] >= 0) table_.add(open[r], layout_.joint(j, kOffsetColumn), slope(static_cast<long>(r)));
+      for (int c = 0; open[r] >= 0 && c < 3; ++c) {
+        table_.add(open[r], layout_.joint(j, kOffsetColumn + c), factors[c] * slope(static_cast<long>(r)));
+      }
     }
   }
   motion->update(k);

@@ -8,11 +8,16 @@
 
 namespace hrp::diagnosis::floating {
 
+// Of a joint: how far its encoder's side is ahead of its link's, by a gap of 1 rad and by a give of 1 rad/(N m).
+struct JointSides {
+  double play = 0, give = 0;
+};
+
 class FootRows {
  public:
   FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);
   // Adds the rows of sample k; `motion` stands there, and does so again afterwards.
-  void add(size_t clip, size_t k, BodyMotion* motion);
+  void add(size_t clip, size_t k, const std::vector<JointSides>& sides, BodyMotion* motion);
 
  private:
   struct Load {
@@ -22,7 +27,9 @@ class FootRows {
   };
   Load find_load(size_t clip, size_t foot, size_t k, BodyMotion* motion) const;
   bool stands(size_t clip, size_t foot, size_t k) const;
-  Eigen::VectorXd calc_values(size_t clip, size_t k, BodyMotion* motion) const;
+  // `turn`: what is added to the vertical, base axes.
+  Eigen::VectorXd calc_values(size_t clip, size_t k, const Vector3d& turn, BodyMotion* motion) const;
+  void add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open, BodyMotion* motion);
 
   const LeggedLog& log_;
   const Contacts& contacts_;
@@ -35,6 +42,7 @@ class FootRows {
   std::vector<int> tilt_;  // by foot * 2, -1: none
   std::vector<int> imu_;   // by foot: an IMU on it, which sees its tilt; -1: none
   std::vector<Pair> pairs_;
+  int attitude_ = -1;  // IMU whose attitude tells the vertical; -1: none
 };
 
 }  // namespace hrp::diagnosis::floating

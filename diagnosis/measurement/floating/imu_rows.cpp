@@ -83,6 +83,14 @@ void ImuRows::add_gyro(size_t i, const Clip& clip, size_t k, BodyMotion* motion)
     expected = imu.R_LI.transpose() * X.R.transpose() * (motion->rate() + against_base);
   }
   put(channels_[i].gyro, kGyroScaleColumn, static_cast<int>(i), reading, rate, expected);
+  if (log_.base_pose || static_cast<int>(i) != main_) return;
+  // Against its own attitude: what turns or delays both is no difference.
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) {
+      table_.add(channels_[i].gyro[a], layout_.imu(main_, kAttitudeTurnColumn + b), Vector3d::Unit(b).cross(expected)(a));
+    }
+    table_.add(channels_[i].gyro[a], layout_.imu(main_, kAttitudeDelayColumn), rate(a));
+  }
 }
 
 void ImuRows::add_accelerometer(size_t i, const Clip& clip, size_t k, BodyMotion* motion) {

@@ -68,11 +68,23 @@ void find_sensors(const Experiment& e, LeggedLog* log) {
       if (!s.axis[i]) log->missing.push_back("no column " + get_column(s, i) + " in every recording");
     }
     if (!any) continue;
-    if (!s.world && f.below.mass > 0) {
-      take_out(f.below, f.X_LF, &log->tree.links[static_cast<size_t>(f.link)].inertia);
-      log->mass_below += f.below.mass;
-    }
+    if (!s.world && f.below.mass > 0) s.below = f.below;
     log->sensors.push_back(s);
+  }
+}
+
+// What is below a sensor that tells the whole wrench is no part of the mechanism above it. Without the wrench it is: a
+// foot in the air is moved by its leg.
+void cut_below_sensors(LeggedLog* log) {
+  for (ForceSensor& s : log->sensors) {
+    if (s.below.mass <= 0) continue;
+    log->mass_below += s.below.mass;
+    const bool ball = s.foot >= 0 && !log->feet[static_cast<size_t>(s.foot)].flat;
+    if (s.has_wrench() || (s.has_force() && ball)) {
+      take_out(s.below, s.X_LS, &log->tree.links[static_cast<size_t>(s.link)].inertia);
+      s.below.mass = 0;
+    }
+    s.below.p_LLcm_L = s.X_LS * s.below.p_LLcm_L;
   }
 }
 
@@ -328,6 +340,7 @@ LeggedLog make_legged_log(const Experiment& e, Half half) {
   for (const LinkSpec& link : log.tree.links) log.mass += link.inertia.mass;
   find_sensors(e, &log);
   find_feet(e, &log);
+  cut_below_sensors(&log);
   find_imus(e, &log);
   find_joints(e, &log);
   log.base_pose = has_vector(e, "/base/pose/position", "xyz") && has_vector(e, "/base/pose/orientation", "xyzw");

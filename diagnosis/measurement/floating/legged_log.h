@@ -17,6 +17,7 @@ struct ForceSensor {
   int link = -1, foot = -1;  // moving link; foot of LeggedLog on that link, -1: none
   Transform X_LS;
   bool axis[6] = {false, false, false, false, false, false};
+  LinkInertia below;   // of the sensor, in the axes of its link, where its reading is no whole wrench: then in the tree
   bool world = false;  // readings are in world axes, and are what the ground does to the foot
   bool has_force() const { return axis[0] && axis[1] && axis[2]; }
   bool has_wrench() const { return has_force() && axis[3] && axis[4] && axis[5]; }

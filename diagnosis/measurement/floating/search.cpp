@@ -13,9 +13,12 @@ constexpr double kGain = 30;          // n log that one effect of one coefficien
 constexpr double kTrainGain = 3;      // on rows that were fitted
 constexpr double kPerCoefficient = 4; // more for each further one
 constexpr double kHeldGain = 4;       // on rows that were not fitted
+constexpr double kStay = 0.6;         // of these that an effect must keep when weights have settled
 constexpr double kShare = 0.1;        // of an equation's mismatch (mean square) that must go
 constexpr int kSettle = 4;              // rounds of weights
 constexpr double kDeviations = 2.5;   // of the robust error over all rows: the held-out gain has to say the rest
+constexpr double kSure = 2.0;         // standard errors, with what recordings differ by
+constexpr double kSpring = 0.02;      // share of a joint's torque's spread that a spring must give
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
 
@@ -32,7 +35,10 @@ class Searcher {
     prune();
     exchange();
     prune();
-    describe();
+    do {
+      out_.effects.clear();
+      describe();
+    } while (drop_unsure());
     out_.chosen = chosen_;
     return std::move(out_);
   }
@@ -96,6 +102,13 @@ class Searcher {
     return (without.mean_square[1][c] - with.mean_square[1][c]) / before;
   }
 
+  // Models of rigid bodies miss a little of what they carry, and that follows the position: a spring must be more.
+  bool is_worth(const LeggedFit& without, const LeggedFit& with, size_t c) const {
+    if (with.effects.back().effect != "parallel_spring") return true;
+    const double gone = without.mean_square[1][c] - with.mean_square[1][c];
+    return std::sqrt(std::max(0.0, gone)) > kSpring * fitter_.channels()[c].scale;
+  }
+
   // Whether all recordings together, those that were not fitted too, could have shown it by chance.
   bool is_significant(const LeggedFit& f, size_t effect) const {
     const Eigen::MatrixXd all = fitter_.calc_covariance(f, true);
@@ -142,6 +155,7 @@ class Searcher {
     for (const Trial& t : try_all(chosen_)) {
       const size_t at = t.fit.effects.size() - 1, channel = find_main_channel(chosen_, t.fit);
       if (calc_share(chosen_, t.fit, channel) < kShare || !is_significant(t.fit, at)) continue;
+      if (!is_worth(chosen_, t.fit, channel)) continue;
       if (say_) say_("gain " + std::to_string(std::lround(t.gain + t.held)) + " by " + t.fit.effects[at].effect + " at " + t.fit.effects[at].where.dump());
       settle(t.fit.effects);
       return true;
@@ -159,12 +173,12 @@ class Searcher {
   void prune() {
     for (size_t i = chosen_.effects.size(); i-- > 0;) {
       const LeggedFit rest = fit_without(i);
-      const double gain = fitter_.calc_gain(Part::kTrain, rest, chosen_) - calc_cost(chosen_.effects[i]);
+      const double gain = fitter_.calc_gain(Part::kTrain, rest, chosen_) - kStay * calc_cost(chosen_.effects[i]);
       const double held = fitter_.calc_gain(Part::kHeld, rest, chosen_);
       const bool sensible = is_sensible(chosen_.effects[i], chosen_.get(i), reach_);
       const size_t channel = find_main_channel(rest, chosen_);
       const bool matters = calc_share(rest, chosen_, channel) > kShare;
-      if (gain + held > 0 && held > kHeldGain && sensible && matters && is_significant(chosen_, i)) continue;
+      if (gain + held > 0 && held > kStay * kHeldGain && sensible && matters && is_significant(chosen_, i)) continue;
       if (say_) say_("without " + chosen_.effects[i].effect + " at " + chosen_.effects[i].where.dump());
       settle(rest.effects);
       i = chosen_.effects.size();
@@ -218,6 +232,22 @@ class Searcher {
       find_rivals(rest, &f);
       out_.effects.push_back(std::move(f));
     }
+  }
+
+  // What recordings differ by so much that it may be none is not claimed. The least sure goes first.
+  bool drop_unsure() {
+    size_t worst = out_.effects.size();
+    double least = kSure;
+    for (size_t i = 0; i < out_.effects.size(); ++i) {
+      const FoundEffect& f = out_.effects[i];
+      double square = 0;
+      for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) square += std::pow(f.x(k) / std::max(1e-300, f.std(k)), 2);
+      if (f.effect.effect != "foot_compliance" && std::sqrt(square) < least) least = std::sqrt(square), worst = i;
+    }
+    if (worst == out_.effects.size()) return false;
+    if (say_) say_("not sure: " + chosen_.effects[worst].effect + " at " + chosen_.effects[worst].where.dump());
+    settle(fit_without(worst).effects);
+    return true;
   }
 
   void find_rivals(const LeggedFit& rest, FoundEffect* f) const {
