@@ -97,7 +97,8 @@ class Reporter {
       const bool known = std::any_of(out_.findings.begin(), out_.findings.end(), [&](const Finding& g) {
         if (g.effect == f.effect && g.where == f.where) return true;
         const bool weighs = f.effect == "mass_error" && (g.family == f.family || g.where.dump().find("/wrench") != std::string::npos);
-        const bool slopes = f.effect == "ground_slope" && g.effect == f.effect;
+        // Soles that give sink by what they carry: that is no slope.
+        const bool slopes = f.effect == "ground_slope" && (g.effect == f.effect || g.effect == "foot_compliance");
         const bool senses = f.where.contains("sensor") && f.where == g.where;
         return weighs || slopes || (senses && !checks.raw_counts);
       });
