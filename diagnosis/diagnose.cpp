@@ -55,7 +55,7 @@ std::string find_obstacle(const Experiment& e) {
   for (const Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
       const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
-      if (!r.joints[j].has(Quantity::kPosition)) return r.spec.name + " has no position of joint " + name;
+      if (!r.joints[j].has(Quantity::kPosition)) return r.spec.name + " has no column /joint_states/" + name + "/position";
       if (e.scenario.drive == "effort" && !r.joints[j].has(Quantity::kEffort) &&
           e.robot.tree.joint(static_cast<int>(j)).actuated) {
         return r.spec.name + " has no effort of joint " + name + ", which drives it";

@@ -6,7 +6,7 @@
 # As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
 #
 #   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis and the MuJoCo server need
-#   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium
+#   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2
 #   --viewer  also what the page of the viewer is built with: Node with npm
 #   --list    print the packages and do nothing
 set -euo pipefail
@@ -20,7 +20,7 @@ run_packages=(
   libcli11-dev libzstd-dev liblz4-dev libdeflate-dev zlib1g-dev
 )
 build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev libsqlite3-dev)
-test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium)
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium iproute2)
 
 # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.
 add_node() {

@@ -139,7 +139,7 @@ class Malformed(unittest.TestCase):
             for name in ("train_1.csv", "validate_1.csv"):
                 f[name] = f[name].replace("/joint_states/one/position", "/joint_states/one/pos", 1)
         _, text, _ = self.answered(change=change)
-        self.assertRegex(text, r"train_1.csv has no (column /joint_states/one/position|position of joint one)")
+        self.assertRegex(text, r"train_1.csv has no column /joint_states/one/position")
 
     def test_time_that_runs_backwards_is_named(self):
         def change(f):
