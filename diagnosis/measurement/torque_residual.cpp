@@ -10,12 +10,12 @@ namespace hrp::diagnosis {
 namespace {
 
 // Torque [N m] that a joint's laws take beside the bodies, on the full grid.
-Eigen::VectorXd calc_taken(const JointLaws& laws, double rotor, const TorqueRecording& r, const Eigen::VectorXd& tau,
+Eigen::VectorXd calc_taken(const JointLaws& laws, const TorqueRecording& r, const Eigen::VectorXd& tau,
                            const Eigen::VectorXd& direction, int j) {
   Eigen::VectorXd taken(tau.size());
   for (long k = 0; k < tau.size(); ++k) {
     const double v = r.v(k, j), s = direction[k];
-    taken[k] = calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j)) + rotor * r.a(k, j);
+    taken[k] = calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j));
     if (laws.has_friction()) taken[k] += s * calc_friction_level(laws, std::abs(v), tau[k], s > 0.0 ? 1.0 : -1.0);
   }
   return taken;
@@ -39,7 +39,7 @@ std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& p
       if (!data.is_judged(j)) continue;
       const JointLaws& laws = plant.laws[i];
       const Eigen::VectorXd sign = (r.v.col(j).array() / data.slow[i]).tanh().matrix();
-      const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, plant.rotor[i], r, tau.col(j), sign, j));
+      const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau.col(j), sign, j));
       const Eigen::MatrixXd late = calc_joint_columns(data, r, {TermKind::kCommandDelay, j, laws.command_delay, 1, false});
       for (long k = 0; k < r.kept(); ++k) {
         if (!r.use(k, j)) continue;

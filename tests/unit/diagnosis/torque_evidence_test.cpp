@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/search/problem.h"
 #include "diagnosis/simulation/windows.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -164,6 +165,17 @@ TEST(TorqueEvidence, WindowsOfTheTrueModelAreTenTimesNearerThanNominalOnes) {
   const WindowErrors nominal = errors({}), right = errors(hidden);
   EXPECT_GT(nominal.windows, 5);
   for (size_t j = 0; j < kJoints.size(); ++j) EXPECT_LT(right.rms[j], 0.1 * nominal.rms[j]) << kJoints[j];
+}
+
+// The comparison of models: what friction and rotors take is taken once.
+TEST(TorqueEvidence, EffortsOfTheTrueModelAreMissedByATenthOfNominalOnes) {
+  const Hypothesis hidden = make_drives();
+  const Experiment e = make_simulated_experiment("torque_residual", kArm, kJoints, hidden);
+  const TorqueData data = make_torque_data(e);
+  const std::vector<double> nominal = calc_torque_residuals(data, make_plant(e, {}), true),
+                            right = calc_torque_residuals(data, make_plant(e, hidden), true);
+  // A tenth: reversals that the filter blurs, and noise of accelerations.
+  for (size_t j = 0; j < kJoints.size(); ++j) EXPECT_LT(right[j], 0.1 * nominal[j]) << kJoints[j];
 }
 
 TEST(TorqueEvidence, AFrozenLogIsLeftOutWithAWarning) {
