@@ -20,9 +20,6 @@ namespace {
 using namespace hrp;
 using namespace hrp::diagnosis;
 
-constexpr double kWindow = 0.5;    // [s] of free simulation from recorded efforts, as in the report
-constexpr int kMostWindows = 400;
-
 // An experiment whose robot has the effects that a file states: that file's text from `effects:` to the next key.
 std::string read_effects(const std::string& path) {
   std::ifstream file(path);
@@ -61,7 +58,7 @@ double join(const std::vector<double>& rms) {
 std::vector<double> calc_position_errors(const Problem& problem, const std::vector<int>& held, const Experiment& e,
                                          const Hypothesis& hypothesis) {
   if (e.scenario.drive == "effort")
-    return calc_window_errors(make_plant(e, hypothesis), e, problem.smooth, held, kWindow, kMostWindows, 2).rms;
+    return calc_window_errors(make_plant(e, hypothesis), e, problem.smooth, held, 2).rms;
   const Score score = calc_score(problem, hypothesis, held);
   std::vector<double> rms;
   for (int j = 0; j < e.num_joints(); ++j) {
@@ -71,12 +68,11 @@ std::vector<double> calc_position_errors(const Problem& problem, const std::vect
   return rms;
 }
 
-nlohmann::ordered_json judge(const Experiment& e, const Hypothesis& hypothesis) {
-  const Problem problem = make_problem(e, 2);
-  const bool has_held = !problem.validate.empty();
-  const TorqueData data = make_torque_data(e);
-  const std::vector<double> positions = calc_position_errors(problem, has_held ? problem.validate : problem.train, e, hypothesis),
-                            efforts = calc_torque_residuals(data, make_plant(e, hypothesis), has_held);
+// `data`: the same samples for all models.
+nlohmann::ordered_json judge(const Problem& problem, const TorqueData& data, const Hypothesis& hypothesis) {
+  const Experiment& e = *problem.experiment;
+  const std::vector<double> positions = calc_position_errors(problem, get_judged(problem), e, hypothesis),
+                            efforts = calc_torque_residuals(data, make_plant(e, hypothesis), !problem.validate.empty());
   const auto write = [&](const std::vector<double>& rms) {
     nlohmann::ordered_json by_joint;
     for (int j = 0; j < e.num_joints(); ++j) by_joint[e.robot.tree.joint(j).name] = rms[static_cast<size_t>(j)];
@@ -89,7 +85,7 @@ nlohmann::ordered_json identify(const std::string& path, const std::vector<std::
   const Experiment e = load_experiment(path);
   const Problem problem = make_problem(e, 2);
   // Robots that touch the ground need more than efforts to be simulated.
-  if (e.num_joints() == 0 || e.scenario.floating_base || !e.scenario.feet.empty()) return {{"joints", nullptr}};  // nothing that could have friction
+  if (e.num_joints() == 0 || e.scenario.floating_base || !e.scenario.feet.empty()) return {{"joints", nullptr}};
   const std::vector<Eigen::Vector3d> fitted = fit_plain_model(problem);
   const Hypothesis hypothesis = make_plain_model(fitted);
   nlohmann::ordered_json joints;
@@ -104,9 +100,13 @@ nlohmann::ordered_json identify(const std::string& path, const std::vector<std::
     if (before.ok && after.ok)
       out["fit"][name] = {{"before", before.rms()}, {"after", after.rms()}};  // else it diverges
   }
-  out["models"]["nominal"] = judge(e, {});
-  out["models"]["least squares"] = judge(e, hypothesis);
-  for (const auto& [name, file] : models) out["models"][name] = judge(add_effects(e, file), {});
+  const TorqueData data = make_torque_data(e);
+  out["models"]["nominal"] = judge(problem, data, {});
+  out["models"]["least squares"] = judge(problem, data, hypothesis);
+  for (const auto& [name, file] : models) {
+    const Experiment with = add_effects(e, file);
+    out["models"][name] = judge(make_problem(with, 2), data, {});
+  }
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/effects/units.h"
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/findings/schema2.h"
@@ -23,9 +24,6 @@ constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one e
 // Times the noise that friction and rotors of every joint leave at a real machine: in a clean world little is left of
 // one effect once it is modelled.
 constexpr double kFar = 5.0;
-// [s] of a free simulation from measured efforts: longer than a reversal, shorter than what a small error takes to grow.
-constexpr double kWindow = 0.5;
-constexpr int kMostWindows = 400;
 constexpr int kFew = 3;  // effects of drives that sets of a few have at most
 
 bool has_real_drives(const TorqueVerdict& torque) {
@@ -39,11 +37,13 @@ bool has_real_drives(const TorqueVerdict& torque) {
 // No real robot has such a joint beside others that are wrong.
 bool is_exact_world(const TorqueVerdict& torque) { return torque.joints > 1 && torque.exact > 0; }
 
+bool is_effort_driven(const Problem& problem) { return problem.experiment->scenario.drive == "effort"; }
+
 Trial simulate(const Problem& problem, const Hypothesis& hypothesis) {
   Trial trial;
   trial.hypothesis = hypothesis;
   trial.refined = true;
-  const std::vector<int>& held = problem.validate.empty() ? problem.train : problem.validate;
+  const std::vector<int>& held = get_judged(problem);
   trial.train = calc_score(problem, hypothesis, problem.train);
   trial.validate = calc_score(problem, hypothesis, held);
   trial.rms = trial.validate.rms(), trial.worst = trial.validate.worst();
@@ -54,30 +54,22 @@ Trial simulate(const Problem& problem, const Hypothesis& hypothesis) {
 // The same with one or two joints that are driven by recorded efforts: their drives' effects are there, and much is
 // left beside them. Sets of effects are compared by simulation, which from efforts says little.
 bool looks_real(const Problem& problem, const TorqueVerdict& torque) {
-  if (problem.experiment->scenario.drive != "effort" || !torque.judged) return false;
+  if (!is_effort_driven(problem) || !torque.judged) return false;
   const Trial model = simulate(problem, torque.model);
   return torque.any_drives >= kEveryDrive * torque.joints && model.validate.ok && model.rms > kFar;
 }
 
 double spread_of(const Experiment& e, const std::vector<int>& recordings, size_t channel) {
-  double sum = 0.0, square = 0.0, n = 0.0;
+  Spread spread;
   for (int r : recordings) {
-    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) {
-      if (std::isfinite(y)) sum += y, square += y * y, n += 1.0;
-    }
+    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) spread.add(y);
   }
-  return n > 1.0 ? std::sqrt(std::max(0.0, square / n - sum * sum / n / n)) : 0.0;
+  return spread.get();
 }
-
-const std::vector<int>& get_held(const Problem& problem) {
-  return problem.validate.empty() ? problem.train : problem.validate;
-}
-
-bool is_effort_driven(const Problem& problem) { return problem.experiment->scenario.drive == "effort"; }
 
 WindowErrors calc_windows(const Problem& problem, const Hypothesis& hypothesis) {
   const Plant plant = make_plant(*problem.experiment, hypothesis);
-  return calc_window_errors(plant, *problem.experiment, problem.smooth, get_held(problem), kWindow, kMostWindows, problem.jobs);
+  return calc_window_errors(plant, *problem.experiment, problem.smooth, get_judged(problem), problem.jobs);
 }
 
 // Simulated positions of held-out recordings over their spread, root mean square over joints: what a user looks at.
@@ -89,7 +81,7 @@ double calc_position_error(const Problem& problem, const Trial& trial) {
   double sum = 0.0, n = 0.0;
   for (int j = 0; j < e.num_joints(); ++j) {
     const size_t c = static_cast<size_t>(j) * kQuantities;
-    const double spread = spread_of(e, get_held(problem), c);
+    const double spread = spread_of(e, get_judged(problem), c);
     const double error = windows.empty() ? trial.validate.rms(c) / problem.weights[c] : windows[static_cast<size_t>(j)];
     if (spread > 0.0 && std::isfinite(error)) sum += error * error / (spread * spread), n += 1.0;
   }
@@ -131,7 +123,7 @@ void say(const TorqueVerdict& torque, const Progress& progress) {
 // Simulated readings of the held-out recordings in SI units.
 std::vector<SignalFit> list_signals(const Problem& problem, const Outcome& outcome) {
   std::vector<SignalFit> list;
-  const std::vector<int>& held = problem.validate.empty() ? problem.train : problem.validate;
+  const std::vector<int>& held = get_judged(problem);
   for (size_t c = 0; c < problem.weights.size(); ++c) {
     const double spread = spread_of(*problem.experiment, held, c);
     if (spread <= 0.0) continue;
@@ -149,7 +141,7 @@ std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outco
   std::vector<SignalFit> list;
   const WindowErrors before = calc_windows(problem, {}), after = calc_windows(problem, outcome.chosen.hypothesis);
   for (size_t j = 0; j < before.rms.size(); ++j) {
-    const double spread = spread_of(*problem.experiment, get_held(problem), j * kQuantities);
+    const double spread = spread_of(*problem.experiment, get_judged(problem), j * kQuantities);
     if (!std::isfinite(before.rms[j]) || spread <= 0.0) continue;
     const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(j));
     list.push_back({signal_name(*problem.experiment, j * kQuantities), get_joint_unit(joint, "rad"), before.rms[j], after.rms[j], spread});
@@ -160,7 +152,7 @@ std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outco
 // Fit of the simulation; for recorded efforts that of the torque: a simulation from them drifts whatever the model.
 void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque, Evidence* evidence) {
   Fit& fit = evidence->fit;
-  if (problem.experiment->scenario.drive != "effort") {
+  if (!is_effort_driven(problem)) {
     fit = {outcome.nominal.train.rms(), outcome.chosen.train.rms(), outcome.nominal.rms, outcome.chosen.rms,
            list_signals(problem, outcome)};
     evidence->method = "simulation from the recording's commands; findings from the " + evidence->method;

@@ -37,17 +37,13 @@ Eigen::Vector3d solve(const Normal& normal) {
   return Eigen::Vector3d::Zero();
 }
 
-// Effort that drove the joint: recorded, else what the servo law says.
-double find_effort(const Problem& problem, int recording, int j, size_t k) {
-  const Experiment& e = *problem.experiment;
-  const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(recording)];
-  const auto i = static_cast<size_t>(j);
-  if (!smooth.effort[i].empty()) return smooth.effort[i][k];
-  const JointColumns& columns = e.recordings[static_cast<size_t>(recording)].joints[i];
+// Effort that drove a joint at sample k: recorded (`effort`, where there is one), else what the servo law says.
+double find_effort(const JointLaws& laws, const std::vector<double>& effort, const JointColumns& columns,
+                   const SmoothJoint& joint, size_t k) {
+  if (!effort.empty()) return effort[k];
   if (columns.command.empty()) return std::nan("");
-  const JointLaws laws = make_plant(e, {}).laws[i];
   const double rate = columns.command_rate.empty() ? 0.0 : columns.command_rate[k];
-  const double u = laws.kp * (columns.command[k] - smooth.joints[i].q[k]) + laws.kd * (rate - smooth.joints[i].qd[k]);
+  const double u = calc_servo_effort(laws, columns.command[k] - joint.q[k], rate - joint.qd[k], 0.0);
   return std::max(-laws.effort_limit, std::min(laws.effort_limit, u));
 }
 
@@ -58,8 +54,8 @@ void add_recording(const Problem& problem, int r, std::vector<Normal>* normals) 
   Data data(*plant.model);
   State state = make_state(*plant.model);
   Eigen::VectorXd acceleration(e.num_joints()), effort(e.num_joints());
-  const size_t count = e.recordings[static_cast<size_t>(r)].size();
-  for (size_t k = smooth.start; k < count; ++k) {
+  const Recording& recording = e.recordings[static_cast<size_t>(r)];
+  for (size_t k = smooth.start; k < recording.size(); ++k) {
     for (int j = 0; j < e.num_joints(); ++j) {
       const SmoothJoint& joint = smooth.joints[static_cast<size_t>(j)];
       state.q(j) = joint.q[k], state.qd(j) = joint.qd[k], acceleration(j) = joint.qdd[k];
@@ -67,7 +63,9 @@ void add_recording(const Problem& problem, int r, std::vector<Normal>* normals) 
     update_kinematics(*plant.model, state, &data);
     calc_inverse_dynamics(*plant.model, acceleration, nullptr, &data, &effort);
     for (int j = 0; j < e.num_joints(); ++j) {
-      const double missing = find_effort(problem, r, j, k) - effort(j), v = state.qd(j);
+      const size_t i = static_cast<size_t>(j);
+      const double given = find_effort(plant.laws[i], smooth.effort[i], recording.joints[i], smooth.joints[i], k);
+      const double missing = given - effort(j), v = state.qd(j);
       if (!std::isfinite(missing) || std::abs(v) < kStill) continue;
       const Eigen::Vector3d row(v, v > 0 ? 1.0 : -1.0, acceleration(j));
       (*normals)[static_cast<size_t>(j)].gram += row * row.transpose();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnosis/estimate/series.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -15,8 +17,6 @@ constexpr double kOutlier = 10.0;  // median absolute deviations: 6.7 standard d
 constexpr int kOutlierPasses = 3;
 constexpr double kLoaded = 0.85;   // correlation of effort and nominal torque above which friction is the smaller part
 constexpr double kLooks = 3.0;  // at what a model leaves, in a half-cycle: its ends and its middle
-// Autocorrelation below which samples count as independent.
-constexpr double kUncorrelated = 0.1;
 
 // Fold of every kept sample, by recording; -1 of those that are held out.
 std::vector<std::vector<int>> assign_folds(const TorqueData& data, int* count) {
@@ -41,20 +41,6 @@ struct Rows {
   std::vector<Eigen::MatrixXd> own;    // by recording: kept samples x columns of the joint's terms
   std::vector<Eigen::MatrixXd> whole;  // by recording
 };
-
-// Integrated autocorrelation time of a series [samples].
-double find_correlation_time(const std::vector<double>& series) {
-  const size_t n = series.size();
-  double zero = 1e-300, time = 1.0;
-  for (double x : series) zero += x * x;
-  for (size_t lag = 1; lag < n / 4; ++lag) {
-    double product = 0.0;
-    for (size_t k = lag; k < n; ++k) product += series[k] * series[k - lag];
-    if (product / zero < kUncorrelated) break;
-    time += 2.0 * product / zero;
-  }
-  return time;
-}
 
 // Half-cycles of the joint's motion in training: how often its direction changes, and one more a recording.
 double count_half_cycles(const TorqueData& data, int joint) {
@@ -97,7 +83,9 @@ double count_independent(const TorqueData& data, const JointDesign& joint,
     for (double x : all_left[r]) {
       if (std::isfinite(x) && data.recordings[r].train) left.push_back(x);
     }
-    if (!left.empty()) independent += static_cast<double>(left.size()) / find_correlation_time(left);
+    if (left.empty()) continue;
+    const Eigen::Map<const Eigen::VectorXd> series(left.data(), static_cast<long>(left.size()));
+    independent += static_cast<double>(left.size()) / calc_correlation_time(series);
   }
   return std::min(independent, kLooks * count_half_cycles(data, joint.joint));
 }
@@ -130,7 +118,7 @@ void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& fol
   const long width = joint->own_width + rows.whole[0].cols();
   joint->train.assign(static_cast<size_t>(fold_count), Gram(width));
   joint->held.clear();
-  double sum = 0.0, squares = 0.0, count = 0.0;
+  Spread spread;
   Eigen::VectorXd x(width);
   for (size_t r = 0; r < data.recordings.size(); ++r) {
     const TorqueRecording& recording = data.recordings[r];
@@ -140,13 +128,12 @@ void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& fol
       x << rows.own[r].row(k).transpose(), rows.whole[r].row(k).transpose();
       const int fold = folds[r][static_cast<size_t>(k)];
       (fold < 0 ? held : joint->train[static_cast<size_t>(fold)]).add_row(x, recording.missing(k, joint->joint));
-      const double y = recording.effort(recording.full_row(k), joint->joint);
-      sum += y, squares += y * y, count += 1.0;
+      spread.add(recording.effort(recording.full_row(k), joint->joint));
     }
     if (held.n > 0.0) joint->held.push_back(held);
   }
-  joint->spread = count > 0.0 ? std::sqrt(std::max(0.0, squares / count - sum * sum / (count * count))) : 0.0;
-  joint->total = hrp::diagnosis::sum(joint->train, width);
+  joint->spread = spread.get();
+  joint->total = sum(joint->train, width);
 }
 
 // Correlation of effort and nominal torque, training samples in use.

@@ -330,7 +330,7 @@ class Grader {
     for (size_t term = 0; term < design_.joints[i].terms.size(); ++term) {
       const Term& other = design_.joints[i].terms[term];
       if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind || contains(other.kind, g->term.kind) ||
-          find_effect_id(other.kind) == find_effect_id(g->term.kind))
+          get_effect_id(other.kind) == get_effect_id(g->term.kind))
         continue;
       // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
       const bool of_drive = g->place.joint >= 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/evidence/torque_samples.h"
 
 namespace hrp::diagnosis {
@@ -53,19 +54,6 @@ void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const st
   }
 }
 
-// Integrated autocorrelation time of what the model leaves [samples]: how many samples one independent one stands for.
-double find_correlation(const Eigen::VectorXd& left) {
-  constexpr double kUncorrelated = 0.1;
-  const long n = left.size();
-  double time = 1.0;
-  for (long lag = 1; lag < n / 4; ++lag) {
-    const double share = left.head(n - lag).dot(left.tail(n - lag)) / std::max(1e-300, left.squaredNorm());
-    if (share < kUncorrelated) break;
-    time += 2.0 * share;
-  }
-  return time;
-}
-
 // How far each parameter moves from the middle of a recording to its ends, where it drifts for certain: drives warm up.
 // No chance but a bound: the value that somebody wrote down may be that of a cold drive.
 Eigen::VectorXd calc_drift(const TorqueSamples& all, double correlated) {
@@ -109,7 +97,7 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());
   if (all.x.rows() == 0 || all.x.cols() == 0) return between;
   const Eigen::VectorXd left = all.y - all.x * (invert_gram(all.x) * (all.x.transpose() * all.y));
-  const double correlated = find_correlation(left);
+  const double correlated = calc_correlation_time(left);
   for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, left, divide(all, by), correlated, &between);
   between += calc_considered(all, kInstant * design.data->experiment->sample_time);
   return between.cwiseSqrt() + calc_drift(all, correlated) / kNormal;

@@ -202,8 +202,8 @@ Effect make_effect(const GradedTerm& g, const GradedTerm* excess) {
     case TermKind::kComError: return make(EffectId::kComError, {p[0], p[1], p[2]});
     case TermKind::kForce: return make(EffectId::kExternalForce, {p[0], p[1], p[2]});
     case TermKind::kOffset: return make(EffectId::kJointOffset, {p[0]});
-    case TermKind::kConstant: return make(*find_effect_id(TermKind::kConstant), {p[0]});
-    case TermKind::kTilt: return make(*find_effect_id(TermKind::kTilt), {p[0], p[1]});
+    case TermKind::kConstant: return make(get_effect_id(TermKind::kConstant), {p[0]});
+    case TermKind::kTilt: return make(get_effect_id(TermKind::kTilt), {p[0], p[1]});
     default: return {EffectId::kNamed, 0, {}};
   }
 }

@@ -7,6 +7,7 @@
 
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
@@ -30,9 +31,10 @@ bool has_all(const Experiment& e, size_t j) {
   });
 }
 
-// Mean square of what the law misses when commands are `delay` late.
-double calc_missed(const Experiment& e, size_t j, const JointLaws& laws, double delay, bool train) {
-  double sum = 0.0, n = 0.0;
+// Calls take(law, effort) with what the servo's law asks for, before its limit, and the recorded effort, at every sample of
+// the recordings of training (or of the others) that commands `delay` late have reached.
+template <typename Take>
+void walk(const Experiment& e, size_t j, const JointLaws& laws, double delay, bool train, const Take& take) {
   for (const Recording& r : e.recordings) {
     if (r.spec.train != train) continue;
     const JointColumns& c = r.joints[j];
@@ -40,22 +42,27 @@ double calc_missed(const Experiment& e, size_t j, const JointLaws& laws, double 
       if (r.time[k] < r.time.front() + kLongest) continue;
       double given = 0.0, rate = 0.0;
       read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
-      const double law = calc_servo_effort(laws, given - c.signal[0][k], rate - c.signal[1][k], 0.0);
-      const double missed = c.signal[2][k] - std::clamp(law, -laws.effort_limit, laws.effort_limit);
-      if (std::isfinite(missed)) sum += missed * missed, n += 1.0;
+      take(calc_servo_effort(laws, given - c.signal[0][k], rate - c.signal[1][k], 0.0), c.signal[2][k]);
     }
   }
+}
+
+// Mean square of what the law misses when commands are `delay` late.
+double calc_missed(const Experiment& e, size_t j, const JointLaws& laws, double delay, bool train) {
+  double sum = 0.0, n = 0.0;
+  walk(e, j, laws, delay, train, [&](double law, double effort) {
+    const double missed = effort - std::clamp(law, -laws.effort_limit, laws.effort_limit);
+    if (std::isfinite(missed)) sum += missed * missed, n += 1.0;
+  });
   return n > 0.0 ? sum / n : 0.0;
 }
 
 double calc_spread(const Experiment& e, size_t j) {
-  double sum = 0.0, square = 0.0, n = 0.0;
+  Spread spread;
   for (const Recording& r : e.recordings) {
-    for (double y : r.joints[j].signal[2]) {
-      if (std::isfinite(y)) sum += y, square += y * y, n += 1.0;
-    }
+    for (double y : r.joints[j].signal[2]) spread.add(y);
   }
-  return n > 1.0 ? std::sqrt(std::max(0.0, square / n - sum * sum / n / n)) : 0.0;
+  return spread.get();
 }
 
 // Law and recorded effort, training samples at which the drive is not at its limit.
@@ -65,18 +72,10 @@ struct Pairs {
 
 Pairs list_pairs(const Experiment& e, size_t j, const JointLaws& laws, double delay) {
   Pairs out;
-  for (const Recording& r : e.recordings) {
-    if (!r.spec.train) continue;
-    const JointColumns& c = r.joints[j];
-    for (size_t k = 0; k < r.size(); ++k) {
-      if (r.time[k] < r.time.front() + kLongest) continue;
-      double given = 0.0, rate = 0.0;
-      read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
-      const double law = calc_servo_effort(laws, given - c.signal[0][k], rate - c.signal[1][k], 0.0);
-      if (!std::isfinite(law + c.signal[2][k]) || std::abs(law) >= laws.effort_limit) continue;
-      out.law.push_back(law), out.effort.push_back(c.signal[2][k]);
-    }
-  }
+  walk(e, j, laws, delay, true, [&](double law, double effort) {
+    if (!std::isfinite(law + effort) || std::abs(law) >= laws.effort_limit) return;
+    out.law.push_back(law), out.effort.push_back(effort);
+  });
   return out;
 }
 

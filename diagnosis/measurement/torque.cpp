@@ -353,9 +353,12 @@ Eigen::VectorXd TorqueData::condition(const TorqueRecording& r, const Eigen::Vec
   return out;
 }
 
+Eigen::VectorXd TorqueData::calc_sign(const TorqueRecording& r, int joint) const {
+  return (r.v.col(joint).array() / slow[static_cast<size_t>(joint)]).tanh().matrix();
+}
+
 Eigen::VectorXd TorqueData::calc_direction(const TorqueRecording& r, int joint) const {
-  const double width = slow[static_cast<size_t>(joint)];
-  return condition(r, (r.v.col(joint).array() / width).tanh().matrix());
+  return condition(r, calc_sign(r, joint));
 }
 
 TorqueData make_torque_data(const Experiment& experiment) { return Maker(experiment).make(); }

@@ -54,7 +54,8 @@ struct TorqueData {
   bool is_judged(int joint) const { return source[static_cast<size_t>(joint)] != EffortSource::kNone; }
   // A function of the full grid, filtered as everything else is, at the kept samples.
   Eigen::VectorXd condition(const TorqueRecording& recording, const Eigen::VectorXd& full) const;
-  // Smooth sign of velocity: tanh(v / slow).
+  // Smooth sign of velocity on the full grid: tanh(v / slow); and conditioned.
+  Eigen::VectorXd calc_sign(const TorqueRecording& recording, int joint) const;
   Eigen::VectorXd calc_direction(const TorqueRecording& recording, int joint) const;
 };
 

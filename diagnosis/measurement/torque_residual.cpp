@@ -38,8 +38,7 @@ std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& p
       const int j = static_cast<int>(i);
       if (!data.is_judged(j)) continue;
       const JointLaws& laws = plant.laws[i];
-      const Eigen::VectorXd sign = (r.v.col(j).array() / data.slow[i]).tanh().matrix();
-      const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau.col(j), sign, j));
+      const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau.col(j), data.calc_sign(r, j), j));
       const Eigen::MatrixXd late = calc_joint_columns(data, r, {TermKind::kCommandDelay, j, laws.command_delay, 1, false});
       for (long k = 0; k < r.kept(); ++k) {
         if (!r.use(k, j)) continue;

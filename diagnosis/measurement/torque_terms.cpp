@@ -48,10 +48,6 @@ Eigen::VectorXd keep(const TorqueRecording& r, const Eigen::VectorXd& full) {
   return out;
 }
 
-Eigen::VectorXd calc_sign(const TorqueData& data, const TorqueRecording& r, int j) {
-  return (r.v.col(j).array() / data.slow[static_cast<size_t>(j)]).tanh().matrix();
-}
-
 // (c(t) - c(t - T0)) / T0 at sample k of the full grid: the mean of c' over the last T0.
 double calc_late(const TorqueRecording& r, long joint, long k, double delay) {
   const double samples = std::min(delay / r.step, static_cast<double>(k));
@@ -230,7 +226,7 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
 Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording& r, const Term& term) {
   const int j = term.place;
   Eigen::MatrixXd out(r.kept(), term.columns);
-  const Eigen::VectorXd sign = calc_sign(data, r, j);
+  const Eigen::VectorXd sign = data.calc_sign(r, j);
   switch (term.kind) {
     case TermKind::kViscous:
       out.col(0) = keep(r, r.v.col(j));
@@ -292,7 +288,7 @@ std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const To
   return out;
 }
 
-std::optional<EffectId> find_effect_id(TermKind kind) {
+EffectId get_effect_id(TermKind kind) {
   switch (kind) {
     case TermKind::kViscous: return EffectId::kViscous;
     case TermKind::kDry: return EffectId::kCoulomb;
@@ -312,18 +308,11 @@ std::optional<EffectId> find_effect_id(TermKind kind) {
     case TermKind::kConstant: return find_effect("constant_torque")->id;
     case TermKind::kTilt: return find_effect("base_tilt")->id;
   }
-  return std::nullopt;
+  return EffectId::kNamed;
 }
 
-std::string get_effect_name(TermKind kind) {
-  const std::optional<EffectId> id = find_effect_id(kind);
-  if (id) return get_effect(*id).name;
-  return kind == TermKind::kTilt ? "base_tilt" : "constant_torque";
-}
+std::string get_effect_name(TermKind kind) { return get_effect(get_effect_id(kind)).name; }
 
-EffectFamily get_family(TermKind kind) {
-  const std::optional<EffectId> id = find_effect_id(kind);
-  return id ? get_effect(*id).family : EffectFamily::kZero;
-}
+EffectFamily get_family(TermKind kind) { return get_effect(get_effect_id(kind)).family; }
 
 }  // namespace hrp::diagnosis

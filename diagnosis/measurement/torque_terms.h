@@ -13,8 +13,6 @@
 // commands that are late at all joints alike: the column above in every row, as on one bus.
 #pragma once
 
-#include <optional>
-
 #include "common/effects/effect_info.h"
 #include "diagnosis/measurement/torque.h"
 
@@ -44,8 +42,8 @@ Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording
 std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const TorqueRecording& recording,
                                                 const std::vector<Term>& terms);
 
-// The row of the table of effects; none for a constant torque and a tilted base.
-std::optional<EffectId> find_effect_id(TermKind kind);
+// The row of the table of effects.
+EffectId get_effect_id(TermKind kind);
 std::string get_effect_name(TermKind kind);
 EffectFamily get_family(TermKind kind);
 

@@ -172,7 +172,7 @@ Json make_fit(const Problem& problem, const Outcome& outcome, const Trial& after
   fit["train"] = {{"before", round_to(outcome.nominal.train.rms(), 5)}, {"after", round_to(after.train.rms(), 5)}};
   fit["validate"] = {{"before", round_to(outcome.nominal.rms, 5)}, {"after", round_to(after.rms, 5)}};
   Json& per_signal = fit["per_signal"] = Json::object();
-  const std::vector<int>& held_out = problem.validate.empty() ? problem.train : problem.validate;
+  const std::vector<int>& held_out = get_judged(problem);
   for (size_t c = 0; c < problem.weights.size(); ++c) {
     double sum = 0.0, square = 0.0, n = 0.0;
     for (int r : held_out) {

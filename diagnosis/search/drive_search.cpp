@@ -29,7 +29,7 @@ class DriveSearch {
       : problem_(problem),
         progress_(progress),
         outcome_(*outcome),
-        held_(problem.validate.empty() ? problem.train : problem.validate) {}
+        held_(get_judged(problem)) {}
 
   bool run() {
     Problem along = problem_;

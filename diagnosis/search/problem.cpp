@@ -2,34 +2,12 @@
 #include "diagnosis/search/problem.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <thread>
 
 #include "diagnosis/search/subtrees.h"
 #include "diagnosis/search/trust.h"
 
 namespace hrp::diagnosis {
-
-void parallel_for(int jobs, int count, const std::function<void(int, int)>& work) {
-  const int threads = std::min(std::max(1, jobs), count);
-  if (threads <= 1) {
-    for (int i = 0; i < count; ++i) work(i, 0);
-    return;
-  }
-  std::atomic<int> next{0};
-  std::vector<std::thread> pool;
-  for (int t = 0; t < threads; ++t) {
-    pool.emplace_back([&, t] {
-      for (int i = next++; i < count; i = next++) work(i, t);
-    });
-  }
-  for (std::thread& thread : pool) thread.join();
-}
-
-void parallel_for(int jobs, int count, const std::function<void(int)>& work) {
-  parallel_for(jobs, count, [&work](int i, int) { work(i); });
-}
 
 double Score::rms() const { return count > 0.0 ? std::sqrt(chi2 / count) : 0.0; }
 
@@ -50,6 +28,10 @@ void Score::add(const Score& other) {
     signal_chi2[i] += other.signal_chi2[i], signal_count[i] += other.signal_count[i];
   }
   ok = ok && other.ok;
+}
+
+const std::vector<int>& get_judged(const Problem& problem) {
+  return problem.validate.empty() ? problem.train : problem.validate;
 }
 
 Problem make_problem(const Experiment& experiment, int jobs) {

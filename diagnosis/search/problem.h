@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/parallel_for.h"
 #include "diagnosis/simulation/rollout.h"
 
 namespace hrp::diagnosis {
@@ -59,6 +60,8 @@ struct Subtree {
 };
 
 Problem make_problem(const Experiment& experiment, int jobs);
+// Recordings that predictions are judged on: those that nothing is fitted to; where there is none, those of training.
+const std::vector<int>& get_judged(const Problem& problem);
 // 1 / sigma of a reading.
 double get_weight(const Problem& problem, size_t recording, size_t sample, size_t channel);
 
@@ -67,11 +70,6 @@ void prepare_paths(Problem* problem);
 // Paths of all joints under a hypothesis; needs nominal paths. Joints with elastic transmissions are simulated to
 // learn how their links move.
 Paths make_paths(const Problem& problem, const Hypothesis& hypothesis);
-
-// Calls work(i) for i in [0, count) on up to `jobs` threads. Results must go to slots of their own.
-void parallel_for(int jobs, int count, const std::function<void(int)>& work);
-// The same with the number of the thread, from 0, beside: for what each thread has a copy of.
-void parallel_for(int jobs, int count, const std::function<void(int, int)>& work);
 
 // Sums of squares of whitened residuals (recorded - predicted) / sigma and their numbers.
 struct Score {

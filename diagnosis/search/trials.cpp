@@ -32,7 +32,7 @@ std::string describe(const Trial& trial) {
 }
 
 Trials::Trials(const Problem& problem, const Progress& progress)
-    : problem_(problem), progress_(progress), held_out_(problem.validate.empty() ? problem.train : problem.validate) {
+    : problem_(problem), progress_(progress), held_out_(get_judged(problem)) {
   for (size_t r = 0; r < problem.experiment->recordings.size(); ++r) all_.push_back(static_cast<int>(r));
   const Trial& nominal = trials_[{}] = judge({}, refine({}));
   progress_("nominal" + describe(nominal));

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
-#include <thread>
+
+#include "common/base/parallel_for.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -15,24 +15,24 @@ struct Window {
 };
 
 std::vector<Window> list_windows(const Experiment& e, const std::vector<SmoothRecording>& smooth,
-                                 const std::vector<int>& recordings, double length) {
+                                 const std::vector<int>& recordings) {
   std::vector<Window> list;
   for (int r : recordings) {
     const std::vector<double>& time = e.recordings[static_cast<size_t>(r)].time;
     size_t begin = smooth[static_cast<size_t>(r)].start;
     for (size_t k = begin; k < time.size(); ++k) {
-      if (time[k] - time[begin] < length) continue;
-      if (time[k] - time[begin] < 1.5 * length) list.push_back({r, begin, k});  // not across a gap
+      if (time[k] - time[begin] < kWindow) continue;
+      if (time[k] - time[begin] < 1.5 * kWindow) list.push_back({r, begin, k});  // not across a gap
       begin = k;
     }
   }
   return list;
 }
 
-std::vector<Window> choose(const std::vector<Window>& all, int most) {
-  if (static_cast<int>(all.size()) <= most) return all;
+std::vector<Window> choose(const std::vector<Window>& all) {
+  if (all.size() <= kMostWindows) return all;
   std::vector<Window> out;
-  for (int i = 0; i < most; ++i) out.push_back(all[all.size() * static_cast<size_t>(i) / static_cast<size_t>(most)]);
+  for (size_t i = 0; i < kMostWindows; ++i) out.push_back(all[all.size() * i / kMostWindows]);
   return out;
 }
 
@@ -42,18 +42,19 @@ struct Sums {
   int finite = 0;
 };
 
+std::vector<double> cut(const std::vector<double>& v, const Window& w) {
+  return v.empty() ? v : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
+}
+
 // The recording's part that a window needs.
 Recording cut(const Recording& in, const Window& w) {
   Recording out;
   out.spec = in.spec;
-  const auto part = [&](const std::vector<double>& v) {
-    return v.empty() ? v : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
-  };
-  out.time = part(in.time);
+  out.time = cut(in.time, w);
   for (const JointColumns& joint : in.joints) {
     JointColumns own;
-    for (size_t q = 0; q < kQuantities; ++q) own.signal[q] = part(joint.signal[q]);
-    own.command = part(joint.command), own.command_rate = part(joint.command_rate);
+    for (size_t q = 0; q < kQuantities; ++q) own.signal[q] = cut(joint.signal[q], w);
+    own.command = cut(joint.command, w), own.command_rate = cut(joint.command_rate, w);
     out.joints.push_back(std::move(own));
   }
   return out;
@@ -61,15 +62,12 @@ Recording cut(const Recording& in, const Window& w) {
 
 SmoothRecording cut(const SmoothRecording& in, const Window& w) {
   SmoothRecording out;
-  const auto part = [&](const std::vector<double>& v) {
-    return v.empty() ? v : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
-  };
   for (const SmoothJoint& joint : in.joints) {
     SmoothJoint own = joint;
-    own.q = part(joint.q), own.qd = part(joint.qd), own.qdd = part(joint.qdd);
+    own.q = cut(joint.q, w), own.qd = cut(joint.qd, w), own.qdd = cut(joint.qdd, w);
     out.joints.push_back(std::move(own));
   }
-  for (const std::vector<double>& effort : in.effort) out.effort.push_back(part(effort));
+  for (const std::vector<double>& effort : in.effort) out.effort.push_back(cut(effort, w));
   return out;
 }
 
@@ -94,22 +92,17 @@ void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& 
 }  // namespace
 
 WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const std::vector<SmoothRecording>& smooth,
-                                const std::vector<int>& recordings, double length, int most, int jobs) {
-  const std::vector<Window> windows = choose(list_windows(e, smooth, recordings, length), most);
+                                const std::vector<int>& recordings, int jobs) {
+  const std::vector<Window> windows = choose(list_windows(e, smooth, recordings));
   const size_t n = static_cast<size_t>(e.num_joints());
   std::vector<Sums> parts(windows.size());
-  const auto work = [&](size_t first) {
-    for (size_t i = first; i < windows.size(); i += static_cast<size_t>(jobs)) {
-      parts[i].square.assign(n, 0.0), parts[i].count.assign(n, 0.0);
-      add_window(plant, e, smooth[static_cast<size_t>(windows[i].recording)], windows[i], &parts[i]);
-    }
-  };
-  std::vector<std::thread> threads;
-  for (int t = 1; t < jobs; ++t) threads.emplace_back(work, static_cast<size_t>(t));
-  work(0);
-  for (std::thread& thread : threads) thread.join();
+  parallel_for(jobs, static_cast<int>(windows.size()), [&](int i) {
+    const Window& w = windows[static_cast<size_t>(i)];
+    Sums& sums = parts[static_cast<size_t>(i)];
+    sums.square.assign(n, 0.0), sums.count.assign(n, 0.0);
+    add_window(plant, e, smooth[static_cast<size_t>(w.recording)], w, &sums);
+  });
   WindowErrors out;
-  out.length = length;
   std::vector<double> square(n, 0.0), count(n, 0.0);
   for (const Sums& s : parts) {  // in order: sums repeat to the bit
     out.windows += s.finite;

@@ -9,16 +9,18 @@
 
 namespace hrp::diagnosis {
 
+// [s] of a window: longer than a reversal, shorter than what a small error takes to grow.
+constexpr double kWindow = 0.5;
+constexpr int kMostWindows = 400;
+
 struct WindowErrors {
-  double length = 0.0;       // [s] of a window
   int windows = 0;           // that stayed finite in the model
   std::vector<double> rms;   // by joint, of simulated less recorded position [rad or m]; NaN without positions
 };
 
 // Root mean squares over windows of `recordings`, one after another without a gap between them; evenly chosen ones where
-// there are more than `most`. A window in which the model blows up counts as an error of one turn.
+// there are more than kMostWindows. A window in which the model blows up counts as an error of one turn.
 WindowErrors calc_window_errors(const Plant& plant, const Experiment& experiment,
-                                const std::vector<SmoothRecording>& smooth, const std::vector<int>& recordings,
-                                double length, int most, int jobs);
+                                const std::vector<SmoothRecording>& smooth, const std::vector<int>& recordings, int jobs);
 
 }  // namespace hrp::diagnosis

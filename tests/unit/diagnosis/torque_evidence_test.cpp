@@ -160,7 +160,7 @@ TEST(TorqueEvidence, WindowsOfTheTrueModelAreTenTimesNearerThanNominalOnes) {
   e.scenario.drive = "effort";
   const Problem problem = make_problem(e, 1);
   const auto errors = [&](const Hypothesis& h) {
-    return calc_window_errors(make_plant(e, h), e, problem.smooth, problem.train, 0.5, 100, 1);
+    return calc_window_errors(make_plant(e, h), e, problem.smooth, problem.train, 1);
   };
   const WindowErrors nominal = errors({}), right = errors(hidden);
   EXPECT_GT(nominal.windows, 5);

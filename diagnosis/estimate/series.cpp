@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/estimate/series.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp::diagnosis {
+namespace {
+
+// Autocorrelation below which samples count as independent.
+constexpr double kUncorrelated = 0.1;
+
+}  // namespace
+
+void Spread::add(double y) {
+  if (std::isfinite(y)) sum_ += y, square_ += y * y, n_ += 1.0;
+}
+
+double Spread::get() const {
+  return n_ > 1.0 ? std::sqrt(std::max(0.0, square_ / n_ - sum_ * sum_ / n_ / n_)) : 0.0;
+}
+
+double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series) {
+  const long n = series.size();
+  const double zero = std::max(1e-300, series.squaredNorm());
+  double time = 1.0;
+  for (long lag = 1; lag < n / 4; ++lag) {
+    const double share = series.head(n - lag).dot(series.tail(n - lag)) / zero;
+    if (share < kUncorrelated) break;
+    time += 2.0 * share;
+  }
+  return time;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What one series of numbers tells of itself.
+#pragma once
+
+#include <Eigen/Dense>
+
+namespace hrp::diagnosis {
+
+// Standard deviation of the finite numbers that were added; 0 of fewer than two.
+class Spread {
+ public:
+  void add(double y);
+  double get() const;
+
+ private:
+  double sum_ = 0.0, square_ = 0.0, n_ = 0.0;
+};
+
+// Integrated autocorrelation time [samples]: how many samples one independent one stands for. At least 1.
+double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series);
+
+}  // namespace hrp::diagnosis
