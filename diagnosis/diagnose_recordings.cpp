@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnose_recordings.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "diagnosis/checks/torque_traces.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -31,6 +33,13 @@ bool is_in_torque_space(const Experiment& e) {
 
 bool is_long(const Experiment& e) { return is_in_torque_space(e) && calc_joint_seconds(e) > kSearched; }
 
+// The sentences on top, which are the same for all engines.
+void finish(const Experiment& e, Reports* reports) {
+  Json& report = reports->report;
+  report["fit"]["held_out"] = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
+  report["summary"] = make_summary_text(report);
+}
+
 // The missing torque of a few stretches, as a report that says so.
 std::optional<Reports> make_first(const Experiment& e, int jobs) {
   const Experiment part = make_screened(e, kFirst);
@@ -41,9 +50,8 @@ std::optional<Reports> make_first(const Experiment& e, int jobs) {
   Reports first;
   first.report = make_report(torque.evidence);
   first.report["preliminary"] = true;
-  first.series = {{"schema", 1}, {"experiment", e.robot.tree.name}, {"robot", e.robot.tree.name},
-                  {"summary", "A first answer from " + number(calc_joint_seconds(part) / e.num_joints(), 3) +
-                                  " s of the recordings; the search goes on. " + torque.evidence.summary}};
+  first.series = {{"schema", 1}, {"experiment", e.robot.tree.name}, {"robot", e.robot.tree.name}};
+  finish(e, &first);
   return first;
 }
 
@@ -60,10 +68,8 @@ void say_first(const Experiment& e, const DiagnosisOptions& options, const Json&
            (is_long(e) ? "; about " + std::to_string(std::lround(std::ceil(whole / 10.0) * 10.0)) + " s more for the whole" : ""));
 }
 
-}  // namespace
-
-Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
-                            const std::function<void(const Reports&)>& write_first) {
+Reports diagnose_whole(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
+                       const std::function<void(const Reports&)>& write_first) {
   std::optional<Experiment> part;
   if (is_long(all)) part = make_screened(all, kSearched);
   const Experiment& searched = part ? *part : all;
@@ -85,6 +91,15 @@ Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& optio
   reports.report["per_recording"] = make_per_recording(data, reports.report["findings"]);
   reports.series["torque_traces"] = make_torque_traces(data, reports.report["findings"]);
   if (part) reports.report["on_all"] = make_fit_on_all(data, searched, reports.report["findings"]);
+  return reports;
+}
+
+}  // namespace
+
+Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
+                            const std::function<void(const Reports&)>& write_first) {
+  Reports reports = diagnose_whole(all, options, progress, write_first);
+  finish(all, &reports);
   return reports;
 }
 

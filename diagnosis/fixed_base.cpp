@@ -59,14 +59,6 @@ bool looks_real(const Problem& problem, const TorqueVerdict& torque) {
   return torque.any_drives >= kEveryDrive * torque.joints && model.validate.ok && model.rms > kFar;
 }
 
-double spread_of(const Experiment& e, const std::vector<int>& recordings, size_t channel) {
-  Spread spread;
-  for (int r : recordings) {
-    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) spread.add(y);
-  }
-  return spread.get();
-}
-
 WindowErrors calc_windows(const Problem& problem, const Hypothesis& hypothesis) {
   const Plant plant = make_plant(*problem.experiment, hypothesis);
   return calc_window_errors(plant, *problem.experiment, problem.smooth, get_judged(problem), problem.jobs);
@@ -81,7 +73,7 @@ double calc_position_error(const Problem& problem, const Trial& trial) {
   double sum = 0.0, n = 0.0;
   for (int j = 0; j < e.num_joints(); ++j) {
     const size_t c = static_cast<size_t>(j) * kQuantities;
-    const double spread = spread_of(e, get_judged(problem), c);
+    const double spread = calc_channel_spread(e, get_judged(problem), c);
     const double error = windows.empty() ? trial.validate.rms(c) / problem.weights[c] : windows[static_cast<size_t>(j)];
     if (spread > 0.0 && std::isfinite(error)) sum += error * error / (spread * spread), n += 1.0;
   }
@@ -120,28 +112,12 @@ void say(const TorqueVerdict& torque, const Progress& progress) {
   for (const Finding& f : torque.evidence.findings) progress("    " + f.statement);
 }
 
-// Simulated readings of the held-out recordings in SI units.
-std::vector<SignalFit> list_signals(const Problem& problem, const Outcome& outcome) {
-  std::vector<SignalFit> list;
-  const std::vector<int>& held = get_judged(problem);
-  for (size_t c = 0; c < problem.weights.size(); ++c) {
-    const double spread = spread_of(*problem.experiment, held, c);
-    if (spread <= 0.0) continue;
-    static const char* const units[] = {"rad", "rad/s", "N m"};
-    const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(c / kQuantities));
-    list.push_back({signal_name(*problem.experiment, c), get_joint_unit(joint, units[c % kQuantities]),
-                    outcome.nominal.validate.rms(c) / problem.weights[c],
-                    outcome.chosen.validate.rms(c) / problem.weights[c], spread});
-  }
-  return list;
-}
-
 // Positions by free simulation of short windows, for recorded efforts.
 std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outcome) {
   std::vector<SignalFit> list;
   const WindowErrors before = calc_windows(problem, {}), after = calc_windows(problem, outcome.chosen.hypothesis);
   for (size_t j = 0; j < before.rms.size(); ++j) {
-    const double spread = spread_of(*problem.experiment, get_judged(problem), j * kQuantities);
+    const double spread = calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
     if (!std::isfinite(before.rms[j]) || spread <= 0.0) continue;
     const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(j));
     list.push_back({signal_name(*problem.experiment, j * kQuantities), get_joint_unit(joint, "rad"), before.rms[j], after.rms[j], spread});
@@ -153,8 +129,7 @@ std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outco
 void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque, Evidence* evidence) {
   Fit& fit = evidence->fit;
   if (!is_effort_driven(problem)) {
-    fit = {outcome.nominal.train.rms(), outcome.chosen.train.rms(), outcome.nominal.rms, outcome.chosen.rms,
-           list_signals(problem, outcome)};
+    fit = calc_simulation_fit(problem, outcome.nominal, outcome.chosen);
     evidence->method = "simulation from the recording's commands; findings from the " + evidence->method;
     evidence->horizon = problem.experiment->recordings[0].duration();
     return;
@@ -198,7 +173,6 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
                                        {"parameters", make_parameters(*problem.experiment, effect, {}, false)},
                                        {"grade", find_grade(evidence, get_effect(effect.id).name, where)}});
   }
-  reports.series["summary"] = evidence.summary;
   reports.series["prediction"] = reports.report["prediction"];
   return reports;
 }

@@ -9,6 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
 #include "diagnosis/diagnose_recordings.h"
+#include "diagnosis/page/terminal.h"
 
 int main(int argc, char** argv) {
   using namespace hrp::diagnosis;
@@ -56,11 +57,8 @@ int main(int argc, char** argv) {
     const auto write_first = [&](const Reports& first) { write_first_report(out, first); };
     const Reports reports = diagnose_recordings(experiment, {jobs, patience}, say, write_first);
     write_reports(experiment, out, reports);
-    std::printf("%s\n", reports.report["verdict"].get<std::string>().c_str());
-    for (const auto& finding : reports.report["findings"])
-      std::printf("%s\n", finding["statement"].get<std::string>().c_str());
-    for (const auto& item : reports.report["unexplained"])
-      std::printf("%s\n", item["statement"].get<std::string>().c_str());
+    std::printf("%s", make_terminal_text(reports.report).c_str());
+    std::printf("\nReport: %s/report.html. Model: %s/updated/scenario.yaml.\n", out.c_str(), out.c_str());
     return 0;
   } catch (const hrp::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -42,7 +42,6 @@ class Judge {
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     add_remaining(&out);
     sort_findings(&out.evidence.findings);
-    out.evidence.summary = make_summary(e_, out.evidence);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
     out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
     return out;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
@@ -222,37 +221,6 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
 std::string make_remaining_words(const Experiment& e, int joint, const Remaining& r, const std::string& follows) {
   return e.robot.tree.joint(joint).name + ": of " + number(r.before, 3) + " " + r.unit + " missing torque (root mean square), " +
          number(r.after, 3) + " " + r.unit + " remain" + (follows.empty() ? "." : ", which follow " + follows + ".");
-}
-
-std::string make_summary(const Experiment&, const Evidence& evidence) {
-  struct Group {
-    double weight = 0.0, low = 1e300, high = -1e300;
-    int count = 0, supported = 0;
-    std::string unit, highest, word;
-  };
-  std::map<std::string, Group> groups;
-  for (const Finding& f : evidence.findings) {
-    Group& group = groups[f.effect];
-    const double value = f.parameters.empty() || f.parameters[0].value.empty() ? 0.0 : f.parameters[0].value[0];
-    group.weight += f.weight, ++group.count, group.supported += f.grade != Grade::kAmbiguous;
-    if (value > group.high) group.high = value, group.highest = f.where.begin().value().get<std::string>();
-    group.low = std::min(group.low, value);
-    group.unit = f.parameters.empty() || f.parameters[0].unit == "1" ? "" : " " + f.parameters[0].unit;
-    group.word = f.effect;
-    std::replace(group.word.begin(), group.word.end(), '_', ' ');
-  }
-  std::vector<Group> list;
-  for (auto& [name, group] : groups) list.push_back(group);
-  std::stable_sort(list.begin(), list.end(), [](const Group& a, const Group& b) { return a.weight > b.weight; });
-  std::string text;
-  for (const Group& g : list) {
-    if (list.size() > 4 && g.weight < 0.02) continue;
-    text += (text.empty() ? "Left out: " : "; ") + g.word + " in " +
-            (g.count == 1 ? g.highest : std::to_string(g.count) + " places") + " (" + number(g.low, 2) +
-            (g.count > 1 ? " to " + number(g.high, 2) : "") + g.unit +
-            (g.count > 1 ? ", largest at " + g.highest : "") + (g.supported == 0 ? ", not certain" : "") + ")";
-  }
-  return text.empty() ? "No effect of the list is supported by the missing torque." : text + ".";
 }
 
 }  // namespace hrp::diagnosis

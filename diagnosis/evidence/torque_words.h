@@ -15,8 +15,6 @@ Finding make_finding(const Experiment& experiment, const GradedTerm& term, const
 Effect make_effect(const GradedTerm& term, const GradedTerm* excess);
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);
 
-// "Friction ... in 12 joints ...": the sentence on top of the report. Findings must be sorted.
-std::string make_summary(const Experiment& experiment, const Evidence& evidence);
 std::string make_remaining_words(const Experiment& experiment, int joint, const Remaining& remaining,
                                  const std::string& follows);
 

@@ -71,24 +71,6 @@ Json make_mismatch(const Mismatch& m) {
           {"regime", m.regime}};
 }
 
-Json make_fit(const Fit& fit) {
-  Json signals = Json::object();
-  for (const SignalFit& s : fit.signals) {
-    const double spread = std::max(s.spread, 1e-300);
-    signals[s.signal] = {{"before", round_to(s.before / spread, 4)},
-                         {"after", round_to(s.after / spread, 4)},
-                         {"rms_before", round_to(s.before, 4)},
-                         {"rms_after", round_to(s.after, 4)},
-                         {"unit", s.unit}};
-  }
-  const auto pair = [](double before, double after) -> Json {
-    return {{"before", round_to(before, 5)}, {"after", round_to(after, 5)}};
-  };
-  return {{"train", pair(fit.train_before, fit.train_after)},
-          {"validate", pair(fit.validate_before, fit.validate_after)},
-          {"per_signal", signals}};
-}
-
 // Places that findings do not explain: schema 1's list, for programs that read it.
 Json make_unexplained(const Evidence& e) {
   Json list = Json::array();
@@ -126,6 +108,24 @@ Verdict find_verdict(const Evidence& e) {
   const bool named = !e.findings.empty();
   if (!named || e.explained < kPartly * ceiling) return named ? Verdict::kPartlyExplained : Verdict::kUnexplained;
   return e.explained >= kMostly * ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
+}
+
+nlohmann::ordered_json make_fit(const Fit& fit) {
+  Json signals = Json::object();
+  for (const SignalFit& s : fit.signals) {
+    const double spread = std::max(s.spread, 1e-300);
+    signals[s.signal] = {{"before", round_to(s.before / spread, 4)},
+                         {"after", round_to(s.after / spread, 4)},
+                         {"rms_before", round_to(s.before, 4)},
+                         {"rms_after", round_to(s.after, 4)},
+                         {"unit", s.unit}};
+  }
+  const auto pair = [](double before, double after) -> Json {
+    return {{"before", round_to(before, 5)}, {"after", round_to(after, 5)}};
+  };
+  return {{"train", pair(fit.train_before, fit.train_after)},
+          {"validate", pair(fit.validate_before, fit.validate_after)},
+          {"per_signal", signals}};
 }
 
 nlohmann::ordered_json make_estimates(const std::vector<Estimate>& parameters) {

@@ -91,7 +91,7 @@ struct Fit {
 
 struct Evidence {
   Verdict verdict = Verdict::kNotJudged;
-  std::string summary;  // the sentence on top: what an expert would say
+  std::string summary;  // of a report without findings: what was compared, or why nothing was
   std::vector<Mismatch> mismatch;
   std::vector<Finding> findings;
   std::vector<Remaining> remaining;
@@ -113,6 +113,7 @@ Verdict find_verdict(const Evidence& evidence);
 
 // report.json, schema 2. Findings must be sorted.
 nlohmann::ordered_json make_report(const Evidence& evidence);
+nlohmann::ordered_json make_fit(const Fit& fit);
 nlohmann::ordered_json make_estimates(const std::vector<Estimate>& parameters);
 
 }  // namespace hrp::diagnosis

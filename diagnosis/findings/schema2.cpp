@@ -37,31 +37,21 @@ bool may_be_absent(const Json& finding) {
   return false;
 }
 
-// Without recordings that nothing was fitted to, nothing is certain.
-const char* find_grade(const Json& finding, bool has_held) {
+// Nothing is certain without recordings that nothing was fitted to, nor while something else is missing as well.
+const char* find_grade(const Json& finding, bool may_be_certain) {
   if (may_be_absent(finding)) return get_grade_name(Grade::kAmbiguous);
-  return get_grade_name(has_held ? Grade::kCertain : Grade::kSupported);
+  return get_grade_name(may_be_certain ? Grade::kCertain : Grade::kSupported);
 }
 
-void upgrade_finding(double share, bool has_held, Json* finding) {
+void upgrade_finding(double share, bool may_be_certain, Json* finding) {
   Json& f = *finding;
-  if (!f.contains("grade")) f["grade"] = find_grade(f, has_held);
+  if (!f.contains("grade")) f["grade"] = find_grade(f, may_be_certain);
   if (!f.contains("family")) f["family"] = find_family_name(f["effect"].get<std::string>());
   if (!f.contains("share")) f["share"] = std::round(1000.0 * share) / 1000.0;
   if (!f.contains("alternatives")) f["alternatives"] = Json::array();
   for (Json& a : f["alternatives"]) {
     if (!a.contains("family")) a["family"] = find_family_name(a["effect"].get<std::string>());
   }
-}
-
-std::string make_summary(const Json& report) {
-  const std::string verdict = report["verdict"];
-  if (verdict == "no_mismatch") return "The nominal model explains these recordings down to their noise.";
-  std::string text;
-  for (const char* list : {"findings", "unexplained"}) {
-    for (const Json& item : report[list]) text += (text.empty() ? "" : " ") + item.value("statement", std::string());
-  }
-  return text.empty() ? "No effect of the list is supported by these recordings." : text;
 }
 
 }  // namespace
@@ -72,8 +62,8 @@ void upgrade_report(Json* report, bool has_held) {
   r["schema"] = 2;
   const double explained = find_explained(r);
   const double each = explained / std::max<double>(1.0, static_cast<double>(r["findings"].size()));
-  for (Json& f : r["findings"]) upgrade_finding(each, has_held, &f);
-  if (!r.contains("summary")) r["summary"] = make_summary(r);
+  const bool may_be_certain = has_held && r["verdict"] == "explained";
+  for (Json& f : r["findings"]) upgrade_finding(each, may_be_certain, &f);
   if (!r.contains("remaining")) r["remaining"] = Json::array();
   if (!r.contains("ceiling")) r["ceiling"] = r["verdict"] == "explained" ? 1.0 : explained;
   if (!r.contains("explained")) r["explained"] = explained;

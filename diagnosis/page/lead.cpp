@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "diagnosis/page/headline.h"
+
 namespace hrp::diagnosis::html {
 namespace {
 
@@ -23,53 +25,16 @@ std::string make_fit_sentence(const json& report) {
          format_number(after, 3) + " times the noise (1 is as good as it gets).";
 }
 
-// What a finding says in words: its statement without the place before and the numbers behind.
-std::string make_clause(const std::string& statement) {
-  const std::size_t colon = statement.find(": ");
-  const std::size_t begin = colon != std::string::npos && colon < 60 ? colon + 2 : 0;
-  const std::size_t end = std::min(statement.find(" (", begin), statement.find(". ", begin));
-  std::string clause = statement.substr(begin, end == std::string::npos ? end : end - begin);
-  while (!clause.empty() && clause.back() == '.') clause.pop_back();
-  return clause;
-}
-
 // "stiffness 434 ± 9 N m/rad"; a value without a usable interval stands alone, a vector in parentheses.
 std::string describe_parameter(const std::string& name, const json& p) {
   const std::vector<double> ci = get_numbers(p, "ci95");
   std::string words = name;
   std::replace(words.begin(), words.end(), '_', ' ');
-  std::string out = words + " " + format_value(get(p, "value"), 4);
+  std::string out = words + " " + format_value(get(p, "value"), 3);
   if (ci.size() == 2 && std::isfinite(ci[0]) && std::isfinite(ci[1]))
     out += " \u00b1 " + format_number(0.5 * (ci[1] - ci[0]), 2);
   const std::string unit = get_text(p, "unit");
   return out + (unit.empty() || unit == "1" ? "" : " " + unit);
-}
-
-// Findings of one effect, with the same words, in one paragraph.
-struct Group {
-  std::string effect, clause, places, numbers;
-  int count = 0;
-};
-
-std::vector<Group> make_groups(const json& report) {
-  std::vector<Group> groups;
-  for (const json& f : get_list(report, "findings")) {
-    const std::string effect = get_text(f, "effect"), clause = make_clause(get_text(f, "statement"));
-    const auto same = std::find_if(groups.begin(), groups.end(),
-                                   [&](const Group& g) { return g.effect == effect && g.clause == clause; });
-    Group& group = same == groups.end() ? groups.emplace_back(Group{effect, clause, "", "", 0}) : *same;
-    const std::string place = describe_place(get(f, "where"));
-    group.places += (group.count > 0 ? " and " : "") + place;
-    group.numbers += (group.count > 0 ? "; " : "") + place + ": " + describe_parameters(f);
-    ++group.count;
-  }
-  return groups;
-}
-
-std::string make_group_text(const Group& g) {
-  return "<p class='lead'><b>" + escape(describe_effect(g.effect)) + "</b>" +
-         (g.places.empty() ? "" : ", " + escape(g.places)) + (g.clause.empty() ? "" : ": " + escape(g.clause)) +
-         ".</p><p class='small'>" + escape(g.numbers) + "</p>";
 }
 
 }  // namespace
@@ -104,19 +69,16 @@ std::string shorten_path(const std::string& path) {
   return folder == std::string::npos ? path : path.substr(folder + 1);
 }
 
-std::string make_lead(const json& report, const json& series) {
-  std::string out;
-  const std::string summary = get_text(series, "summary");
-  if (!summary.empty()) {
-    out = "<p class='lead'>" + escape(summary) + "</p>";
-  } else {
-    for (const Group& group : make_groups(report)) out += make_group_text(group);
-    for (const json& item : get_list(report, "unexplained"))
-      out += "<p class='lead'>" + escape(get_text(item, "statement")) + "</p>";
+std::string make_lead(const json& report) {
+  std::string first, rest;
+  for (const std::string& sentence : make_headline(report)) {
+    if (first.empty())
+      first = "<p class='lead'>" + escape(sentence) + "</p>";
+    else
+      rest += (rest.empty() ? "" : " ") + escape(sentence);
   }
-  if (out.empty()) out = "<p class='lead'>" + escape(find_verdict_words(get_text(report, "verdict")).sentence) + "</p>";
   const std::string fit = make_fit_sentence(report);
-  return out + (fit.empty() ? "" : "<p>" + escape(fit) + "</p>");
+  return first + (rest.empty() ? "" : "<p>" + rest + "</p>") + (fit.empty() ? "" : "<p>" + escape(fit) + "</p>");
 }
 
 }  // namespace hrp::diagnosis::html

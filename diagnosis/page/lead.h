@@ -15,8 +15,8 @@ struct VerdictWords {
 };
 const VerdictWords& find_verdict_words(const std::string& verdict);
 
-// A sentence for each effect with all its places, for what stays unexplained, and for the fit on held-out recordings.
-std::string make_lead(const json& report, const json& series);
+// The headline, and the fit on held-out recordings in units of the noise.
+std::string make_lead(const json& report);
 
 // Values with their intervals, in one line.
 std::string describe_parameters(const json& finding);

@@ -48,7 +48,7 @@ std::string make_header(const json& report, const json& series) {
       "<header><p class='over'>Simulation against recording" + (robot.empty() ? "" : ": " + escape(robot)) + "</p>";
   out += "<h1><span class='badge " + escape(get_text(report, "verdict")) + "'>" + words.badge + "</span> " +
          escape(name) + "</h1>";
-  return out + make_lead(report, series) + "</header>\n";
+  return out + make_lead(report) + "</header>\n";
 }
 
 std::string format_probability(double p) {

@@ -22,8 +22,8 @@ std::string get_text(const json& object, const char* key, const std::string& fal
 double get_number(const json& object, const char* key, double fallback);
 std::vector<double> get_numbers(const json& object, const char* key);  // null becomes NaN
 
-// "coulomb_friction" -> "Coulomb friction"; unknown names lose their underscores.
-std::string describe_effect(const std::string& effect);
+// "rotor_inertia" -> "Rotor inertia", or "rotor inertia" where no sentence begins; names of people keep their capital.
+std::string describe_effect(const std::string& effect, bool begins = true);
 // {"joint": "elbow"} -> "joint elbow"; empty object -> "".
 std::string describe_place(const json& where);
 

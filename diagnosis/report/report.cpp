@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/effects/units.h"
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/subtrees.h"
@@ -166,28 +167,6 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
   return list;
 }
 
-Json make_fit(const Problem& problem, const Outcome& outcome, const Trial& after) {
-  const Experiment& e = *problem.experiment;
-  Json fit;
-  fit["train"] = {{"before", round_to(outcome.nominal.train.rms(), 5)}, {"after", round_to(after.train.rms(), 5)}};
-  fit["validate"] = {{"before", round_to(outcome.nominal.rms, 5)}, {"after", round_to(after.rms, 5)}};
-  Json& per_signal = fit["per_signal"] = Json::object();
-  const std::vector<int>& held_out = get_judged(problem);
-  for (size_t c = 0; c < problem.weights.size(); ++c) {
-    double sum = 0.0, square = 0.0, n = 0.0;
-    for (int r : held_out) {
-      for (double y : e.recordings[static_cast<size_t>(r)].joints[c / kQuantities].signal[c % kQuantities]) {
-        if (std::isfinite(y)) sum += y, square += y * y, n += 1.0;
-      }
-    }
-    if (n < 2.0) continue;
-    const double spread = std::sqrt(std::max(1e-30, square / n - sum * sum / n / n)) * problem.weights[c];
-    per_signal[signal_name(e, c)] = {{"before", round_to(outcome.nominal.validate.rms(c) / spread, 4)},
-                                     {"after", round_to(after.validate.rms(c) / spread, 4)}};
-  }
-  return fit;
-}
-
 // What predicts better without being known to be the cause.
 Json make_model_statement(const Outcome& outcome) {
   return {
@@ -283,6 +262,28 @@ Json make_parameters(const Experiment& e, const Effect& effect, const std::vecto
   return parameters;
 }
 
+double calc_channel_spread(const Experiment& e, const std::vector<int>& recordings, size_t channel) {
+  Spread spread;
+  for (int r : recordings) {
+    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) spread.add(y);
+  }
+  return spread.get();
+}
+
+Fit calc_simulation_fit(const Problem& problem, const Trial& before, const Trial& after) {
+  static const char* const units[] = {"rad", "rad/s", "N m"};
+  const Experiment& e = *problem.experiment;
+  Fit fit{before.train.rms(), after.train.rms(), before.rms, after.rms, {}};
+  for (size_t c = 0; c < problem.weights.size(); ++c) {
+    const double spread = calc_channel_spread(e, get_judged(problem), c), noise = 1.0 / problem.weights[c];
+    if (spread <= 0.0) continue;
+    const JointSpec& joint = e.robot.tree.joint(static_cast<int>(c / kQuantities));
+    fit.signals.push_back({signal_name(e, c), get_joint_unit(joint, units[c % kQuantities]), noise * before.validate.rms(c),
+                           noise * after.validate.rms(c), spread});
+  }
+  return fit;
+}
+
 Reports make_reports(const Problem& problem, const Outcome& outcome) {
   const Trial& after = outcome.explained || outcome.partly || outcome.modelled ? outcome.chosen : outcome.nominal;
   Reports reports;
@@ -296,7 +297,7 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   r["findings"] = make_findings(problem, outcome);
   r["unexplained"] = make_unexplained(problem, outcome);
   r["not_identifiable"] = make_not_identifiable(problem, outcome);
-  r["fit"] = make_fit(problem, outcome, after);
+  r["fit"] = make_fit(calc_simulation_fit(problem, outcome.nominal, after));
   r["prediction"] = {
       {"method",
        problem.experiment->scenario.drive == "effort"

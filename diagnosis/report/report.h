@@ -2,6 +2,7 @@
 // From an outcome to report.json, series.json and the updated experiment.
 #pragma once
 
+#include "diagnosis/findings/finding.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/search/search.h"
 
@@ -19,6 +20,11 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
 
 // The whole diagnosis, for every kind of base and drive.
 Reports diagnose(const Problem& problem, const Progress& progress);
+
+// Standard deviation of a channel (joint * 3 + quantity) over recordings, in the channel's unit; 0: not recorded.
+double calc_channel_spread(const Experiment& e, const std::vector<int>& recordings, size_t channel);
+// Simulated readings of two models, signal by signal in SI units, on recordings that nothing was fitted to.
+Fit calc_simulation_fit(const Problem& problem, const Trial& before, const Trial& after);
 
 Reports make_reports(const Problem& problem, const Outcome& outcome);
 

@@ -58,7 +58,7 @@ class Reporter {
     add_remaining();
     add_mismatch();
     out_.verdict = find_verdict();
-    out_.summary = make_summary();
+    if (out_.findings.empty()) out_.summary = make_summary();
     return std::move(out_);
   }
 
@@ -208,18 +208,16 @@ class Reporter {
     return out_.explained >= 0.8 * out_.ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
   }
 
+  // Without findings.
   std::string make_summary() const {
     std::string compared;
     for (const ChannelRows& c : fitter_.channels()) {
       const std::string kind = c.info.kind.substr(0, c.info.kind.find_first_of(", "));
       if (c.rows() > 0 && compared.find(kind) == std::string::npos) compared += (compared.empty() ? "" : ", ") + kind;
     }
-    if (out_.findings.empty()) {
-      return (out_.verdict == Verdict::kNoMismatch ? "Nothing stands out of what could be compared: " : "Something is missing that no known effect explains; compared were: ") + compared + ".";
-    }
-    std::string text;
-    for (size_t i = 0; i < out_.findings.size() && i < 3; ++i) text += (i ? " " : "") + out_.findings[i].statement;
-    return text;
+    return (out_.verdict == Verdict::kNoMismatch ? "Nothing stands out of what could be compared: "
+                                                 : "Something is missing that no known effect explains; compared were: ") +
+           compared + ".";
   }
 
   const LeggedLog& log_;
@@ -232,7 +230,7 @@ class Reporter {
 // Curves of the equations that say most: what they lacked, and what is left.
 nlohmann::ordered_json make_series(const Experiment& e, const LeggedFitter& fitter, const LeggedOutcome& o, const Evidence& evidence) {
   using Json = nlohmann::ordered_json;
-  Json series{{"schema", 1}, {"experiment", e.path}, {"robot", e.robot.tree.name}, {"summary", evidence.summary}};
+  Json series{{"schema", 1}, {"experiment", e.path}, {"robot", e.robot.tree.name}};
   std::vector<size_t> order;
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
     if (fitter.channels()[c].rows() > 0) order.push_back(c);

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/page/headline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "diagnosis/page/lead.h"
+
+namespace hrp::diagnosis::html {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr size_t kFew = 3;          // findings that are told one by one, and places that are named
+constexpr size_t kMostGroups = 5;   // effects that are told with their values
+constexpr double kDetail = 0.02;    // of the weight of all findings: less is named without values
+
+struct Group {
+  std::string effect;
+  std::vector<const json*> findings;
+  double weight = 0.0;
+};
+
+bool is_ambiguous(const json& finding) { return get_text(finding, "grade") == "ambiguous"; }
+
+std::vector<Group> group_by_effect(const json& report) {
+  std::vector<Group> groups;
+  for (const json& f : get_list(report, "findings")) {
+    const std::string effect = get_text(f, "effect");
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.effect == effect; });
+    Group& group = same == groups.end() ? groups.emplace_back(Group{effect, {}, 0.0}) : *same;
+    group.findings.push_back(&f);
+    group.weight += std::max(0.0, get_number(f, "weight", get_number(f, "share", 0.0)));
+  }
+  std::stable_sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return a.weight > b.weight; });
+  return groups;
+}
+
+// The first number of the first parameter.
+double get_value(const json& finding) {
+  for (const auto& item : get_object(finding, "parameters").items()) {
+    const json& value = get(item.value(), "value");
+    return value.is_number() ? value.get<double>() : kNone;
+  }
+  return kNone;
+}
+
+// "level 0.14 to 1.3 N m, most at joint elbow"; of one place or one value for all: with its interval.
+std::string describe_values(const std::vector<const json*>& findings) {
+  const bool alike = std::all_of(findings.begin(), findings.end(), [&](const json* f) {
+    return get(*f, "parameters") == get(*findings[0], "parameters");
+  });
+  if (alike) return describe_parameters(*findings[0]) + (findings.size() > 1 ? " at each" : "");
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  const json* highest = nullptr;
+  for (const json* f : findings) {
+    const double value = get_value(*f);
+    if (!std::isfinite(value)) continue;
+    low = std::min(low, value);
+    if (value > high) high = value, highest = f;
+  }
+  if (!highest) return "";
+  const auto parameter = get_object(*highest, "parameters").begin();
+  const std::string unit = get_text(parameter.value(), "unit");
+  return parameter.key() + " " + format_number(low, 2) + " to " + format_number(high, 2) +
+         (unit.empty() || unit == "1" ? "" : " " + unit) + ", most at " + describe_place(get(*highest, "where"));
+}
+
+std::string describe(const std::vector<const json*>& findings) {
+  const std::string values = describe_values(findings);
+  return describe_places(findings) + (values.empty() ? "" : ": " + values);
+}
+
+// "Coulomb friction at 10 joints: level ...; perhaps also at joint hip: ...".
+std::string make_group_sentence(const Group& group) {
+  std::vector<const json*> sure, perhaps;
+  for (const json* f : group.findings) (is_ambiguous(*f) ? perhaps : sure).push_back(f);
+  if (sure.empty()) return "Perhaps " + describe_effect(group.effect, false) + " at " + describe(perhaps) + ".";
+  return describe_effect(group.effect) + " at " + describe(sure) + (perhaps.empty() ? "" : "; perhaps also at " + describe(perhaps)) + ".";
+}
+
+void add_groups(const json& report, std::vector<std::string>* out) {
+  const std::vector<Group> groups = group_by_effect(report);
+  double all = 0.0;
+  for (const Group& g : groups) all += g.weight;
+  std::string smaller;
+  size_t told = 0;
+  for (const Group& g : groups) {
+    if (told < kFew || (told < kMostGroups && g.weight >= kDetail * all))
+      out->push_back(make_group_sentence(g)), ++told;
+    else
+      smaller += (smaller.empty() ? "" : ", ") + describe_effect(g.effect, false) + " at " + describe_places(g.findings);
+  }
+  if (!smaller.empty()) out->push_back("Smaller: " + smaller + ".");
+}
+
+struct Squares {
+  double before = 0.0, after = 0.0, n = 0.0;
+  std::string unit;
+};
+
+// Root mean squares over all signals of a kind, in SI units: what a user compares with his own machine.
+std::string make_fit_sentence(const json& report) {
+  const std::vector<std::pair<const char*, const char*>> kinds = {
+      {"/position", "positions"}, {"/effort", "efforts"}, {"/linear_acceleration", "accelerations"}};
+  std::string text;
+  for (const auto& [suffix, word] : kinds) {
+    std::map<std::string, Squares> by_unit;
+    for (const auto& [name, fit] : get_object(get(report, "fit"), "per_signal").items()) {
+      const double before = get_number(fit, "rms_before", kNone), after = get_number(fit, "rms_after", kNone);
+      const std::string end = suffix;
+      if (!std::isfinite(before + after) || name.size() < end.size() || name.compare(name.size() - end.size(), end.size(), end) != 0)
+        continue;
+      Squares& s = by_unit[get_text(fit, "unit")];
+      s.before += before * before, s.after += after * after, s.n += 1.0;
+    }
+    for (const auto& [unit, s] : by_unit)
+      text += (text.empty() ? "" : ", ") + std::string(word) + " from " + format_number(std::sqrt(s.before / s.n), 3) + " to " +
+              format_number(std::sqrt(s.after / s.n), 3) + " " + unit;
+  }
+  if (text.empty()) return "";
+  const bool held = get(get(report, "fit"), "held_out") == json(true);
+  return std::string(held ? "Held-out" : "Root mean square") + " errors fall: " + text + ".";
+}
+
+// "Of what can be predicted at all, 98 % is explained": only where a ceiling was measured.
+std::string make_ceiling_sentence(const json& report) {
+  const double ceiling = get_number(report, "ceiling", 0.0), explained = get_number(report, "explained", 0.0);
+  if (ceiling <= 0.0 || get_list(report, "remaining").empty()) return "";
+  return "That is " + format_number(std::round(100.0 * std::min(1.0, explained / ceiling)), 3) +
+         " % of what the recordings allow to predict.";
+}
+
+std::string make_left_sentence(const json& report) {
+  const json* worst = nullptr;
+  for (const json& r : get_list(report, "remaining")) {
+    if (get_number(r, "share", 0.0) < 0.2) continue;
+    if (!worst || get_number(r, "share", 0.0) > get_number(*worst, "share", 0.0)) worst = &r;
+  }
+  return worst ? "Most is left here: " + get_text(*worst, "statement") : "";
+}
+
+}  // namespace
+
+std::string describe_places(const std::vector<const json*>& findings) {
+  std::map<std::string, std::vector<std::string>> by_kind;
+  for (const json* f : findings) {
+    for (const auto& item : get_object(*f, "where").items()) by_kind[item.key()].push_back(format_value(item.value()));
+  }
+  std::string out;
+  for (const auto& [kind, names] : by_kind) {
+    out += out.empty() ? "" : ", ";
+    if (names.size() == 1 && kind == names[0]) {
+      out += "the " + kind;
+      continue;
+    }
+    const std::string kinds = names.size() == 1 ? kind : kind == "foot" ? "feet" : kind + "s";
+    if (findings.size() > kFew) {
+      out += std::to_string(names.size()) + " " + kinds;
+      continue;
+    }
+    out += kinds;
+    for (size_t i = 0; i < names.size(); ++i) out += (i == 0 ? " " : i + 1 < names.size() ? ", " : " and ") + names[i];
+  }
+  return out.empty() ? "the whole recording" : out;
+}
+
+std::vector<FindingGroup> list_shared(const json& report) {
+  std::vector<FindingGroup> groups;
+  for (const json& f : get_list(report, "findings")) {
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const FindingGroup& g) {
+      const json& first = *g.findings[0];
+      return get_text(first, "effect") == get_text(f, "effect") && get_text(first, "grade") == get_text(f, "grade") &&
+             get(first, "parameters") == get(f, "parameters");
+    });
+    (same == groups.end() ? groups.emplace_back() : *same).findings.push_back(&f);
+  }
+  return groups;
+}
+
+std::vector<std::string> make_headline(const json& report) {
+  std::vector<std::string> out;
+  if (get(report, "preliminary") == json(true)) out.push_back("A first answer from a part of the recordings; the search goes on.");
+  const json& findings = get_list(report, "findings");
+  if (findings.empty()) {
+    out.push_back(get_text(report, "summary", find_verdict_words(get_text(report, "verdict")).sentence));
+    for (const json& item : get_list(report, "unexplained")) {
+      const std::string statement = get_text(item, "statement");
+      if (statement != out.back()) out.push_back(statement);
+    }
+    return out;
+  }
+  if (findings.size() <= kFew) {
+    for (const json& f : findings) out.push_back(get_text(f, "statement"));
+  } else {
+    add_groups(report, &out);
+  }
+  for (const std::string& sentence : {make_fit_sentence(report), make_ceiling_sentence(report), make_left_sentence(report)}) {
+    if (!sentence.empty()) out.push_back(sentence);
+  }
+  return out;
+}
+
+}  // namespace hrp::diagnosis::html

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the report says first, on the page and on the terminal.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "diagnosis/page/headline.h"
+#include "diagnosis/page/terminal.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+json make_finding(const char* effect, const char* joint, const char* grade, const char* parameter, double value, double half,
+                  const char* unit) {
+  return {{"effect", effect}, {"where", {{"joint", joint}}}, {"grade", grade}, {"share", 0.5}, {"weight", 0.1},
+          {"statement", std::string(joint) + " lacks it."},
+          {"parameters", {{parameter, {{"value", value}, {"ci95", {value - half, value + half}}, {"unit", unit}}}}},
+          {"alternatives", json::array()}};
+}
+
+// A leg of four joints: dry friction in all, one of it weak; one bus that is late for all.
+json make_leg() {
+  json report{{"verdict", "mostly_explained"}, {"findings", json::array()}, {"unexplained", json::array()},
+              {"ceiling", 0.5}, {"explained", 0.45}, {"remaining", json::array()}};
+  const char* const joints[] = {"hip", "thigh", "knee", "ankle"};
+  const double levels[] = {0.2, 0.3, 1.1, 0.1};
+  for (int j = 0; j < 4; ++j)
+    report["findings"].push_back(
+        make_finding("coulomb_friction", joints[j], j == 3 ? "ambiguous" : "supported", "level", levels[j], 0.05, "N m"));
+  for (const char* joint : joints) report["findings"].push_back(make_finding("command_delay", joint, "ambiguous", "delay", 0.008, 0.002, "s"));
+  report["fit"] = {{"held_out", true}, {"per_signal", {{"/joint_states/hip/position", {{"rms_before", 0.03}, {"rms_after", 0.003}, {"unit", "rad"}}},
+                                                        {"/joint_states/knee/position", {{"rms_before", 0.04}, {"rms_after", 0.004}, {"unit", "rad"}}}}}};
+  report["remaining"].push_back({{"share", 0.1}, {"statement", "little"}});
+  return report;
+}
+
+std::string join(const json& report) { return make_summary_text(report); }
+
+TEST(Headline, FrictionOfManyJointsIsOneSentenceWithItsRangeAndTheWorstJoint) {
+  EXPECT_THAT(join(make_leg()), HasSubstr("Coulomb friction at joints hip, thigh and knee: level 0.2 to 1.1 N m, most at joint knee; "
+                                          "perhaps also at joint ankle: level 0.1 ± 0.05 N m."));
+}
+
+TEST(Headline, WhatIsOnlyAmbiguousIsSaidAsPerhaps) {
+  EXPECT_THAT(join(make_leg()), HasSubstr("Perhaps command delay at 4 joints: delay 0.008 ± 0.002 s at each."));
+}
+
+TEST(Headline, ErrorsStandInRadiansAsRootMeanSquaresOverJoints) {
+  // sqrt((0.03^2 + 0.04^2) / 2) = 0.03536.
+  EXPECT_THAT(join(make_leg()), HasSubstr("Held-out errors fall: positions from 0.0354 to 0.00354 rad."));
+  EXPECT_THAT(join(make_leg()), HasSubstr("90 % of what the recordings allow to predict"));
+}
+
+TEST(Headline, AFewFindingsKeepTheirOwnSentences) {
+  json report = make_leg();
+  report["findings"].erase(report["findings"].begin() + 2, report["findings"].end());
+  EXPECT_THAT(join(report), HasSubstr("hip lacks it. thigh lacks it."));
+}
+
+TEST(Headline, AMostlyUnexplainedPlaceIsNamedLast) {
+  json report = make_leg();
+  report["remaining"].push_back({{"share", 0.7}, {"statement", "knee: 0.5 of 0.6 N m remain."}});
+  EXPECT_THAT(join(report), testing::EndsWith("Most is left here: knee: 0.5 of 0.6 N m remain."));
+}
+
+TEST(Headline, WithoutFindingsItSaysWhatTheEngineSaid) {
+  const json report{{"verdict", "not_judged"}, {"findings", json::array()}, {"summary", "No efforts."},
+                    {"unexplained", {{{"statement", "Add a column."}}}}};
+  EXPECT_EQ(join(report), "No efforts. Add a column.");
+}
+
+TEST(Terminal, ADelayThatAllJointsShareIsOneRow) {
+  const std::string text = make_terminal_text(make_leg());
+  EXPECT_THAT(text, HasSubstr("4 joints     Command delay"));
+  EXPECT_EQ(text.find("Command delay"), text.rfind("Command delay"));
+}
+
+TEST(Terminal, RowsStandInColumns) {
+  const std::string text = make_terminal_text(make_leg());
+  std::istringstream lines(text);
+  std::string line;
+  size_t column = 0;
+  while (std::getline(lines, line)) {
+    if (line.find("where") != std::string::npos && line.find("grade") != std::string::npos) column = line.find("effect");
+    if (column > 0 && line.rfind("  joint hip", 0) == 0) {
+      EXPECT_EQ(line.substr(column, 7), "Coulomb");
+    }
+  }
+  EXPECT_GT(column, 0u);
+}
+
+TEST(Terminal, PartsOfTheWrongTypeAreLeftOut) {
+  json report = make_leg();
+  report["findings"][0] = 3;
+  report["fit"] = "none";
+  report["findings"][1]["where"] = {{"joint", 7}};
+  EXPECT_THAT(make_terminal_text(report), Not(HasSubstr("Held-out")));
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
