@@ -15,7 +15,7 @@ def find_tags(text):
     """Pairs (paper, 'eq. 3') of all tags in a text; '[H03 eq. 1, 3]' counts twice."""
     for paper, kind, numbers in TAG.findall(text):
         kind = "section" if kind == "section" else "eq."
-        for number in re.findall(r"[0-9]+(?:\.[0-9]+)?", numbers):
+        for number in re.findall(r"[0-9]+(?:\.[0-9]+)*", numbers):
             yield paper, f"{kind} {number}"
 
 

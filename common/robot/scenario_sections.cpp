@@ -28,7 +28,7 @@ void read_ground(YamlMap& map, GroundSpec* ground) {
 }
 
 void read_contact(YamlMap& map, ContactSpec* contact) {
-  map.choice("model", &contact->model, {"spring_damper", "impulse"});
+  map.choice("model", &contact->model, {"spring_damper", "wrench", "impulse"});
   map.number("stiffness", &contact->stiffness, Bound::kPositive, "N/m");
   map.number("exponent", &contact->exponent, Bound::kOneToTen, "");
   map.number("alpha", &contact->alpha, Bound::kNotNegative, "s/m");
@@ -42,8 +42,9 @@ void read_contact(YamlMap& map, ContactSpec* contact) {
   map.number("length_scale", &contact->length_scale, Bound::kPositive, "m");
   map.number("tangential_stiffness", &contact->tangential_stiffness, Bound::kNotNegative, "N/m");
   map.number("margin", &contact->margin, Bound::kNotNegative, "m");
-  if (contact->margin > 0.0 && (contact->model != "spring_damper" || contact->exponent != 1.0)) {
-    map.error("margin", "goes with model spring_damper and exponent 1 only");
+  const bool hard = contact->model == "impulse" || (contact->model == "spring_damper" && contact->exponent != 1.0);
+  if (contact->margin > 0.0 && hard) {
+    map.error("margin", "goes with model wrench, or spring_damper and exponent 1, only");
   }
 }
 

@@ -7,11 +7,7 @@ namespace hrp::walking {
 
 double Pendulum::calc_time_constant() const { return std::sqrt(zc / g); }
 
-// [H03 eq. 8, 9]
-Vector2d calc_acceleration(const Pendulum& pendulum, double m, const Vector2d& x, double u_r, double u_p) {
-  return pendulum.g / pendulum.zc * x + Vector2d(u_p, -u_r) / (m * pendulum.zc);
-}
-
+// [H03 eq. 8, 9] solved.
 PendulumState calc_state(const Pendulum& pendulum, const PendulumState& start, const ZmpSegment& segment, double t) {
   const double Tc = pendulum.calc_time_constant();
   const double C = std::cosh(t / Tc), S = std::sinh(t / Tc);

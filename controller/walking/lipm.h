@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Three-dimensional linear inverted pendulum [K01], as [H03 section 4] uses it. The centre of mass stays on the plane
+// Three-dimensional linear inverted pendulum [K01], as [H03] uses it. The centre of mass stays on the plane
 // z = kx x + ky y + zc through the support point's axes [H03 eq. 7]; then
 //   xdd = (g / zc) x + u_p / (m zc),  ydd = (g / zc) y - u_r / (m zc)   [H03 eq. 8, 9]
 // whatever the plane's slope. An ankle torque is a shift of the zero moment point p: xdd = (g / zc) (x - p).
@@ -32,9 +32,6 @@ struct PendulumState {
   Vector2d v = Vector2d::Zero();  // [m/s]
 };
 
-// Accelerations of [H03 eq. 8, 9] for ankle torques u_r, u_p [N m] and mass m [kg], x from the support point.
-Vector2d calc_acceleration(const Pendulum& pendulum, double m, const Vector2d& x, double u_r, double u_p);
-
 // The zero moment point moves from p0 to p1 at constant speed during T [s].
 struct ZmpSegment {
   double T = 0.0;
@@ -42,7 +39,8 @@ struct ZmpSegment {
   Vector2d at(double t) const { return T > 0.0 ? Vector2d(p0 + (t / T) * (p1 - p0)) : p1; }
 };
 
-// State at time t of a segment that begins in `start`: closed form, also for t < 0 or t > T.
+// State at time t of a segment that begins in `start`: the closed form of [H03 eq. 8, 9], also for t < 0 or t > T. Ankle
+// torques are in p: u_p = -m g p_x, u_r = m g p_y.
 //   x(t) = p(t) + (x0 - p0) cosh(t / Tc) + Tc (v0 - pd) sinh(t / Tc)
 PendulumState calc_state(const Pendulum& pendulum, const PendulumState& start, const ZmpSegment& segment, double t);
 

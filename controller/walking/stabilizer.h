@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stabilizer of [H03 section 4]: body inclination control, ZMP damping control, foot adjusting control. The paper
+// The stabilizer of [H03 section 2.1.4]: body inclination control, ZMP damping control, foot adjusting control. The paper
 // names them and gives no equations; these forms are ours, after the descendants that are published (docs/experiments.md).
 // Each law is a pure function of its memory, a measurement and the time step.
 #pragma once

@@ -103,6 +103,8 @@ def tilt(name, swing):
 
 # m g h of one HRP-1S-like robot on its feet, robots-and-algorithms facts: 120 kg x 9.81 m/s^2 x 0.863 m.
 HRP1S_WEIGHT_MOMENT = 1015.0
+HRP1S_SWING = Swing('trunk', 0.11, 0.035, 2000.0, 50.0, HRP1S_WEIGHT_MOMENT, 107.0)
+HRP2P_SWING = Swing('chest', 0.105, 0.015, 914.0, 22.0, 462.0, 45.5)
 
 
 def set_bush(text, k, c):
@@ -159,8 +161,8 @@ EXPERIMENTS = [
     Experiment('fig4', 'Figure 4: HRP-1S tilted and released',
                'Tilted and released without feedback the robot swings; stiffness and damping of the feet are found from the '
                'damped oscillation.',
-               tilt('fig4', Swing('trunk', 0.11, 0.035, 2000.0, 50.0, HRP1S_WEIGHT_MOMENT, 107.0)), cost=5.0),
+               tilt('fig4', HRP1S_SWING), cost=5.0),
     Experiment('fig4_hrp2p', 'Figure 4 with HRP-2P', 'The same with HRP-2P.',
-               tilt('fig4_hrp2p', Swing('chest', 0.105, 0.015, 914.0, 22.0, 462.0, 45.5)), cost=4.0),
+               tilt('fig4_hrp2p', HRP2P_SWING), cost=4.0),
     Experiment('fig5', 'Figure 5: HRP-1S on soft feet', 'HRP-1S falls on soft feet without a stabilizer.', fig5, cost=10.0),
 ]

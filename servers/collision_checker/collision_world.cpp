@@ -10,6 +10,8 @@
 namespace hrp {
 namespace {
 
+constexpr double kFallenMargin = 2e-3;  // [m]
+
 // [m] A link beside a foot that is this near to the ground in the initial pose is there for good.
 constexpr double kStandingClearance = 5e-3;
 
@@ -153,10 +155,12 @@ void CollisionWorld::close_pair() {
 // A robot that stands pays one distance a link for the possibility of falling.
 void CollisionWorld::find_fallen_links() {
   fallen_.clear();
+  // A margin of centimetres, as soft feet without soles of their own need, must not make feet of standing robots fallen links.
+  const double margin = std::min(ground_.margin, kFallenMargin);
   for (const FallingLink& link : falling_links_) {
     const Transform& X_WL = get_pose(data_, link.others.link);
-    if (ground_.n_W.dot(X_WL * link.p_LC) - ground_.offset > link.radius + ground_.margin) continue;
-    if (calc_clearance(link.others, X_WL, ground_) < ground_.margin) fallen_.push_back(&link.whole);
+    if (ground_.n_W.dot(X_WL * link.p_LC) - ground_.offset > link.radius + margin) continue;
+    if (calc_clearance(link.others, X_WL, ground_) < margin) fallen_.push_back(&link.whole);
   }
 }
 

@@ -9,11 +9,15 @@ namespace hrp {
 namespace {
 
 constexpr int kMostPoints = 16;  // scenario.max_sole_points is at most this
+// A margin of centimetres (contact.model: wrench) is for the lower side of a sole; other points of it have at most this.
+constexpr double kUpperMargin = 2e-3;  // [m]
+
+bool is_lower_side(const Sole& sole, const Vector3d& p_LQ) { return p_LQ.z() < sole.p_LR.z() + kUpperMargin; }
 
 // p_WQ: the sole's lowest point.
-void add_point(const Vector3d& p_WQ, const GroundPlane& ground, std::vector<ContactPoint>* points) {
+void add_point(const Vector3d& p_WQ, const GroundPlane& ground, double margin, std::vector<ContactPoint>* points) {
   const double clearance = ground.n_W.dot(p_WQ) - ground.offset;  // negative when it overlaps
-  if (!(clearance < ground.margin)) return;
+  if (!(clearance < margin)) return;
   points->push_back({p_WQ - (0.5 * clearance) * ground.n_W, ground.n_W, -clearance});
 }
 
@@ -111,14 +115,15 @@ void update_separation(ContactPair* pair) {
 
 bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points, ContactPair* pair) {
   pair->points.clear();
+  const double upper = std::min(ground.margin, kUpperMargin);
   for (const SolePoint& point : sole.points) {
     const Vector3d p_WQ = X_WL * point.p_LQ - point.radius * ground.n_W;
-    add_point(p_WQ, ground, &pair->points);
+    add_point(p_WQ, ground, is_lower_side(sole, point.p_LQ) ? ground.margin : upper, &pair->points);
   }
   for (const SoleRim& rim : sole.rims) {
     Vector3d p_WQ[4];
     calc_rim_points(rim, X_WL, ground.n_W, p_WQ);
-    for (const Vector3d& p : p_WQ) add_point(p, ground, &pair->points);
+    for (const Vector3d& p : p_WQ) add_point(p, ground, upper, &pair->points);
   }
   if (pair->points.empty()) return false;
   pair->body_a = sole.link;

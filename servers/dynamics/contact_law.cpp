@@ -17,15 +17,6 @@ PointContactParameters make_point_parameters(const ContactSpec& spec) {
   return point;
 }
 
-// [H03 eq. 1]
-Vector6d calc_pair_spring(const Matrix6d& K, const Vector6d& displacement) { return -K * displacement; }
-
-void add_point_stiffness(double k, const Vector3d& r, const Vector3d& n, Matrix6d* K) {
-  Vector6d a;
-  a << r.cross(n), n;
-  *K += k * a * a.transpose();
-}
-
 // [H03 eq. 1], powers as in [H03 eq. 3] so that spring and damper grow alike.
 NormalSpring calc_normal_spring(const PointContactParameters& parameters, double depth) {
   if (!(depth > 0.0)) return {};

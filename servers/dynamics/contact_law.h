@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The contact of Hirukawa et al. 2003 ("[H03]") as laws of one point or one pair. Derivations: docs/physics.md.
+// The contact of Hirukawa et al. 2003 ("[H03]") as laws of one point; as laws of a pair: wrench_law.h. Derivations:
+// docs/contact_laws.md.
 //
 // Signs: n points from body B to body A, forces act on A, approach speed is positive while the bodies close in.
 // Horizon h: with h = 0 a law gives its force now; with h = dt the force at the end of the step as an affine function
@@ -17,20 +18,13 @@ namespace hrp {
 struct PointContactParameters {
   double stiffness = 0.0;             // [N/m^n] normal
   double exponent = 1.0;              // n of [H03 eq. 1, 3]
-  double lambda = 0.0;                // [N s/m^(n+1)] 3/2 alpha K, [H03 eq. 4]
+  double lambda = 0.0;                // [N s/m^(n+1)] 3/2 alpha K, [H03 eq. 3]
   double tangential_stiffness = 0.0;  // [N/m] of the sticking spring (beyond the paper)
   double tangential_damping = 0.0;    // [N s/m] C of [H03 eq. 5]
   bool two_sided = false;             // damper also while separating (Hunt-Crossley)
 };
 
 PointContactParameters make_point_parameters(const ContactSpec& spec);
-
-// Spring wrench of a pair, [H03 eq. 1]: F = -K D, with D = [turn; translation] the displacement of A out of its
-// separated position (minus the separating one), K 6 x 6.
-Vector6d calc_pair_spring(const Matrix6d& K, const Vector6d& displacement);
-
-// K of [H03 eq. 1] which points with these stiffnesses have together: sum of k_i a_i a_i^T, a_i = [r_i x n_i; n_i].
-void add_point_stiffness(double k, const Vector3d& r, const Vector3d& n, Matrix6d* K);
 
 // Normal spring of a point, [H03 eq. 1] with exponent n: force and its slope over depth. Zero when not touching.
 struct NormalSpring {
@@ -42,7 +36,7 @@ NormalSpring calc_normal_spring(const PointContactParameters& parameters, double
 // Coefficient of the non-linear damper, [H03 eq. 3]: lambda depth^n [N s/m].
 double calc_damper_coefficient(const PointContactParameters& parameters, double depth);
 
-// lambda of [H03 eq. 4].
+// lambda of [H03 eq. 3].
 inline double calc_lambda(double alpha, double stiffness) { return 1.5 * alpha * stiffness; }
 
 // Tangential force before clipping: damper of [H03 eq. 5] and the sticking spring. slip: displacement of A against B

@@ -38,6 +38,8 @@ class ContactReport {
   ContactReport();
   void start(const ContactSet& contacts);
   PointForce& point(PointIndex i) { return forces_[static_cast<size_t>(i.pair)].points[static_cast<size_t>(i.point)]; }
+  // For a law of pairs, which fills the parts itself.
+  PairForce& pair(int i) { return forces_[static_cast<size_t>(i)]; }
   // Pair parts and totals from the points': sums in the points' order, total = spring + damper + friction.
   void finish();
   void clear();

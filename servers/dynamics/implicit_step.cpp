@@ -25,7 +25,8 @@ void Simulator::Impl::start_wrenches() {
 StepStatus Simulator::Impl::solve_once(const State& at, bool with_contact) {
   joints.linearise(at, &effort, &inertia_extra);
   start_wrenches();
-  if (with_contact) spring.add(data, &wrenches, &impedances);
+  if (with_contact && by_pair) wrench.add(data, &wrenches, &impedances);
+  if (with_contact && !by_pair) spring.add(data, &wrenches, &impedances);
   const ImplicitTerms implicit{&inertia_extra, &impedances};
   if (loops.rows() > 0) return convert(solve_loops(at, implicit));
   return convert(calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot));
@@ -49,10 +50,10 @@ StepStatus Simulator::Impl::solve_regimes() {
     if (status != StepStatus::kOk) return status;
     if (solves == kMaxSolves) break;
     const bool joints_changed = joints.resolve(state, qdd);
-    if (!spring.resolve(data) && !joints_changed) break;
+    if (!resolve_contacts() && !joints_changed) break;
   }
   // Rarely regimes go round in circles, mostly while a foot lands on an edge. The third time everything is held.
-  for (int round = 0; round < 3 && spring.freeze_violators(data, round == 2); ++round) {
+  for (int round = 0; round < 3 && hold_contacts(round == 2); ++round) {
     ++solves;
     const StepStatus status = solve_once(state, true);
     if (status != StepStatus::kOk) return status;
@@ -78,11 +79,19 @@ void Simulator::Impl::integrate(const Eigen::VectorXd* correction) {
 
 StepStatus Simulator::Impl::advance_implicit(const ContactSet& contacts) {
   joints.start(state, reference, dt, 1.0, dt);
-  spring.start(contacts, model, data, dt, dt);
+  if (by_pair) {
+    wrench.start(contacts, model, data, dt);
+  } else {
+    spring.start(contacts, model, data, dt, dt);
+  }
   const StepStatus status = solve_regimes();
   if (status != StepStatus::kOk) return status;
   report.start(contacts);
-  spring.finish(data, &report);
+  if (by_pair) {
+    wrench.finish(data, &report);
+  } else {
+    spring.finish(data, &report);
+  }
   finish_joints();
   integrate(nullptr);
   return StepStatus::kOk;

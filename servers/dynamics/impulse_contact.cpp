@@ -123,7 +123,7 @@ double ImpulseContact::row_dot(int row) const { return u_free_[row] + Y_.col(row
 
 void ImpulseContact::change_impulse(int row, double delta) { y_ += delta * Y_.col(row); }
 
-// One visit to a point: normal impulse, then friction on the circle of radius mu P_n. Returns the largest change.
+// [H03 section 3.1]. One visit to a point: normal impulse, then friction on the circle of radius mu P_n. Returns the largest change.
 double ImpulseContact::sweep_point(int i) {
   Point& point = points_[static_cast<size_t>(i)];
   const Vector3d before = point.P;

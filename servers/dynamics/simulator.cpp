@@ -52,6 +52,9 @@ void check_scenario(const Scenario& scenario) {
   if (scenario.contact.model == "impulse" && scenario.integrator != "implicit") {
     fail_input("integrator", "impulse contacts go with the implicit step only");
   }
+  if (scenario.contact.model == "wrench" && scenario.integrator != "implicit") {
+    fail_input("integrator", "contacts by wrenches of pairs go with the implicit step only");
+  }
 }
 
 // Index of the foot that each link belongs to: the foot's link and everything below it.
@@ -112,9 +115,9 @@ Simulator::Impl::Impl(const RobotDescription& robot, const Scenario& given, Tree
                       const std::vector<JointLaws>& laws, std::vector<SteadyForce> forces)
     : scenario(given), model(tree, given.gravity_W), data(model), start(make_initial_state(robot, given)),
       state(start), next(start), stage(start), integrator(parse_integrator(given.integrator)),
-      impulse(given.contact.model == "impulse"), dt(given.time_step),
+      impulse(given.contact.model == "impulse"), by_pair(given.contact.model == "wrench"), dt(given.time_step),
       reference(parse_interpolation(given.interpolation), given.control_period, given.time_step, get_delays(laws)),
-      joints(model, given, laws), spring(given.contact, model), rigid(make_impulse_options(given.contact), model),
+      joints(model, given, laws), spring(given.contact, model), rigid(make_impulse_options(given.contact), model), wrench(given, model),
       sensors(model, given), steady_forces(std::move(forces)),
       loops(model, find_loops(tree, given)), foot_of_link(find_feet(tree, given.feet)),
       foot_forces(given.feet.size(), 0.0) {
@@ -261,7 +264,7 @@ void Simulator::Impl::accept() {
   if (due) update_sensors();
   std::swap(state, next);
   joints.accept();
-  if (!impulse) spring.accept();
+  if (!impulse && !by_pair) spring.accept();
   reference.finish_step();
   ++step;
   update_kinematics(model, state, &data);

@@ -10,6 +10,7 @@
 #include "servers/dynamics/sensors.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/dynamics/spring_contact.h"
+#include "servers/dynamics/wrench_contact.h"
 
 namespace hrp {
 
@@ -31,6 +32,8 @@ struct Simulator::Impl {
   StepStatus advance_implicit(const ContactSet& contacts);
   StepStatus advance_impulse(const ContactSet& contacts);
   StepStatus solve_regimes();
+  bool resolve_contacts() { return by_pair ? wrench.resolve(data) : spring.resolve(data); }
+  bool hold_contacts(bool all) { return by_pair ? wrench.hold(data) : spring.freeze_violators(data, all); }
   StepStatus solve_impulses(const ContactSet& contacts);
   StepStatus solve_once(const State& at, bool with_contact);
   void start_wrenches();
@@ -57,7 +60,7 @@ struct Simulator::Impl {
   Data data;  // between steps: kinematics of `state`
   State start, state, next, stage;
   Integrator integrator = Integrator::kImplicit;
-  bool impulse = false;
+  bool impulse = false, by_pair = false;  // contact.model: impulse, wrench
   double dt = 0.001;
   long step = 0;
 
@@ -65,6 +68,7 @@ struct Simulator::Impl {
   JointSystem joints;
   SpringContact spring;
   ImpulseContact rigid;
+  WrenchContact wrench;
   ContactReport report;
   Sensors sensors;
 

@@ -51,6 +51,16 @@ TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, d
   return result;
 }
 
+Matrix6d TwistProjector::calc_slope() const {
+  Matrix6d slope = Matrix6d::Identity();
+  for (int i = 0; i < num_; ++i) {
+    if (!(lambda_[i] > 0.0)) continue;
+    const Vector6d rest = slope * a_[i];  // what the rows before it do not have; nothing when they span it
+    if (rest.squaredNorm() > 1e-9 * square_[i]) slope -= rest * rest.transpose() / rest.squaredNorm();
+  }
+  return slope;
+}
+
 ProjectionCheck TwistProjector::check() const {
   ProjectionCheck check;
   Vector6d gap = x_ - x0_;
@@ -58,6 +68,7 @@ ProjectionCheck TwistProjector::check() const {
     const double speed = a_[i].dot(x_);
     check.infeasible = std::max(check.infeasible, -speed);
     check.not_complementary = std::max(check.not_complementary, std::abs(lambda_[i] * speed));
+    check.pulls = std::max(check.pulls, -lambda_[i]);
     gap -= lambda_[i] * a_[i];
   }
   check.not_stationary = gap.norm();

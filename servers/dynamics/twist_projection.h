@@ -21,11 +21,13 @@ struct TwistProjection {
   double residual = 0.0;          // [m/s] largest change of the last sweep
 };
 
-// Conditions of Karush, Kuhn and Tucker, largest violations: of a_i x >= 0 [m/s], of lambda_i (a_i x) = 0 [m^2/s^2].
+// Conditions of Karush, Kuhn and Tucker, largest violations: of a_i x >= 0 [m/s], of lambda_i (a_i x) = 0 [m^2/s^2],
+// of lambda_i >= 0.
 struct ProjectionCheck {
   double infeasible = 0.0;
   double not_complementary = 0.0;
   double not_stationary = 0.0;  // |x - x0 - A^T lambda| [m/s]
+  double pulls = 0.0;           // -lambda_i [m/s]
 };
 
 class TwistProjector {
@@ -39,6 +41,8 @@ class TwistProjector {
   double calc_pressing_speed(int i, const Vector6d& x) const;
   // Of the last project().
   ProjectionCheck check() const;
+  // The slope of the projected twist over the twist: takes out what the points that hold span. In [l w; v].
+  Matrix6d calc_slope() const;
 
  private:
   double length_ = 0.1;

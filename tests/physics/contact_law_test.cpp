@@ -14,7 +14,7 @@ namespace {
 
 const Vector3d kCorners[4] = {{0.12, 0.06, 0}, {0.12, -0.06, 0}, {-0.12, 0.06, 0}, {-0.12, -0.06, 0}};
 
-TEST(PairSpring, IsTheSumOfItsPointsSprings) {
+TEST(PointSprings, AreTogetherTheSpringOfAPairWithKOfTheirPlaces) {
   PointContactParameters law;
   law.stiffness = 5e4;
   Matrix6d K = Matrix6d::Zero();
@@ -22,13 +22,15 @@ TEST(PairSpring, IsTheSumOfItsPointsSprings) {
   displacement << 1e-4, -2e-4, 0, 0, 0, -1e-3;  // [turn; translation]: sunk in by 1 mm and tilted
   for (const Vector3d& r : kCorners) {
     const Vector3d n = Vector3d::UnitZ();
-    add_point_stiffness(law.stiffness, r, n, &K);
+    Vector6d a;
+    a << r.cross(n), n;
+    K += law.stiffness * a * a.transpose();
     const double depth = -n.dot(displacement.tail<3>() + Vector3d(displacement.head<3>()).cross(r));
     const Vector3d f = calc_normal_spring(law, depth).force * n;
     sum.head<3>() += r.cross(f);
     sum.tail<3>() += f;
   }
-  EXPECT_LT((calc_pair_spring(K, displacement) - sum).norm(), 1e-10);
+  EXPECT_LT((-K * displacement - sum).norm(), 1e-10);
 }
 
 TEST(NonLinearDamper, GrowsWithThePenetrationAndHasLambdaOfAlpha) {
@@ -61,11 +63,17 @@ TEST(TwistProjection, MeetsTheKktConditionsForRandomTwistsOfASole) {
     for (const Vector3d& r : kCorners) projector.add_point(r, Vector3d::UnitZ());
     Vector6d twist;
     for (int i = 0; i < 6; ++i) twist[i] = normal(random);
-    projector.project(twist, 2000, 1e-13);
+    const Vector6d x = projector.project(twist, 2000, 1e-13).x;
+    for (int i = 0; i < 4; ++i) {
+      const double pressing = -(x.tail<3>() + Vector3d(x.head<3>()).cross(kCorners[i])).z();
+      EXPECT_GT(pressing, -1e-10) << "no corner leaves";
+      EXPECT_NEAR(projector.calc_pressing_speed(i, x), pressing, 1e-12);
+    }
     const ProjectionCheck check = projector.check();
     EXPECT_LT(check.infeasible, 1e-10);
     EXPECT_LT(check.not_complementary, 1e-10);
     EXPECT_LT(check.not_stationary, 1e-12);
+    EXPECT_LT(check.pulls, 1e-12);
   }
 }
 

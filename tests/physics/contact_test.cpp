@@ -107,6 +107,39 @@ TEST(BlockOnFloor, SlidesToAStopWithinTheClosedFormDistance) {
   EXPECT_LT(simulator.state().V_WB.norm(), 1e-4);
 }
 
+// [H03 eq. 2] of a sole that rolls: one edge presses, the other leaves. Forces now, so that they can be told by hand.
+TEST(TiltingBlock, IsDampedByItsProjectedTwistAndAlongTheFloor) {
+  BlockRun block;
+  block.scenario.integrator = "semi_implicit_euler";
+  Simulator simulator = block.make();
+  State state = simulator.state();
+  state.p_WB.z() = kHalf.z() - 1e-3;
+  state.V_WB << 0, 1.0, 0, 0, 0, -0.02;
+  ASSERT_TRUE(simulator.reset(state));
+  block.run(&simulator, 1);
+  // By hand: x = (w l, vz) with l = 0.1 m, cone -vz >= 0.1 m abs(w). (1, -0.2) / 10 goes to its edge: w = 0.6, vz = -0.06.
+  const double w = 0.6, vz = -0.06, lambda = 1.5 * block.scenario.contact.alpha * block.scenario.contact.stiffness / 4;
+  for (const PointForce& point : simulator.contact_forces().at(0).points) {
+    const double pressing = -(vz - w * point.p_WC.x());
+    EXPECT_NEAR(point.damper.z(), lambda * 1e-3 * pressing, 1e-6 * lambda * 1e-3) << point.p_WC.transpose();
+    // [H03 eq. 5]: the soles' speed is w times the height, along the floor; nothing sticks yet.
+    const double speed = 1.0 * (point.p_WC.z() - state.p_WB.z());
+    EXPECT_LT((point.friction - Vector3d(-block.scenario.contact.tangential_damping / 4 * speed, 0, 0)).norm(), 1e-6);
+  }
+}
+
+TEST(LeavingBlock, IsNotHeldByImpulses) {
+  BlockRun block;
+  block.scenario.contact.model = "impulse";
+  Simulator simulator = block.make();
+  State state = simulator.state();
+  state.p_WB.z() = kHalf.z() - 5e-5;  // less than what is taken out
+  state.V_WB[5] = 0.5;
+  ASSERT_TRUE(simulator.reset(state));
+  block.run(&simulator, 1);
+  EXPECT_NEAR(simulator.state().V_WB[5], 0.5 - 9.81e-3, 1e-9);
+}
+
 // A ball (one point) dropped so that it lands at `speed`; returns rebound speed over landing speed.
 double calc_measured_restitution(double speed, double alpha, const std::string& damping, double dt) {
   Scenario scenario = rigs::make_scenario();

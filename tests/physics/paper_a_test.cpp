@@ -66,6 +66,24 @@ TEST(PaperA, SoftFeetWalkWithTheStabilizer) {
   }
 }
 
+// The paper's own contact law: the rubber is no joint but the law of the foot's pair with the floor.
+TEST(PaperA, ThePairsWrenchCarriesTheSameWalks) {
+  const auto load_wrench = [](const char* name) {
+    Scenario scenario = load(name);
+    scenario.contact.model = "wrench";
+    scenario.contact.tangential_damping = 1e5;
+    scenario.contact.margin = 0.04;
+    return scenario;
+  };
+  EXPECT_TRUE(Trial(load_wrench("fig8")).run().fallen);
+  for (const char* name : {"fig7", "fig9"}) {
+    const TrialResult r = Trial(load_wrench(name)).run();
+    EXPECT_FALSE(r.fallen) << name;
+    EXPECT_LT(r.largest_lean, 0.12) << name;
+    EXPECT_NEAR(r.travelled.x(), 0.85, 0.15) << name;
+  }
+}
+
 // The controller is shown a wrong true state: base pose and angles of the rubber, which no encoder sees.
 TEST(PaperA, TheControllerDoesNotPeekAtTheTrueState) {
   const auto run = [](const char* name, bool wrong) {

@@ -26,11 +26,16 @@ TEST(Pendulum, ClosedFormObeysTheEquationOfMotionWhileTheZmpMoves) {
   }
 }
 
-TEST(Pendulum, AnkleTorqueIsAShiftOfTheZmp) {
+TEST(Pendulum, ClosedFormObeysTheEquationsOfTheAnkleTorques) {
   const double m = 58.0, u_r = 12.0, u_p = -20.0;
-  const Vector2d x(0.02, 0.01), zmp(-u_p / (m * 9.81), u_r / (m * 9.81));
-  const Vector2d expected = 9.81 / 0.8 * (x - zmp);
-  EXPECT_LT((calc_acceleration(kPendulum, m, x, u_r, u_p) - expected).norm(), 1e-12);
+  const Vector2d zmp(-u_p / (m * 9.81), u_r / (m * 9.81));
+  const PendulumState start{{0.02, 0.01}, {0.1, -0.2}};
+  const ZmpSegment still{1.0, zmp, zmp};
+  EXPECT_LT((calc_state(kPendulum, start, still, 0.0).x - start.x).norm(), 1e-15);
+  const Vector2d x = calc_state(kPendulum, start, still, 0.3).x;
+  // xdd = (g / zc) x + u_p / (m zc), ydd = (g / zc) y - u_r / (m zc).
+  const Vector2d expected = 9.81 / 0.8 * x + Vector2d(u_p, -u_r) / (m * 0.8);
+  EXPECT_LT((differentiate(start, still, 0.3) - expected).norm(), 1e-6) << "truncation of the difference, h^2";
 }
 
 TEST(Pendulum, WithoutTorqueTheOrbitalEnergyStays) {
