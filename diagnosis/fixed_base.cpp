@@ -17,21 +17,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Share of the joints in which friction or a rotor is found, from which sets of a few effects cannot explain the
-// robot: each joint has several of its own.
-constexpr double kEveryDrive = 0.6;
-constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one effect of a clean world
 // Times the noise that friction and rotors of every joint leave at a real machine: in a clean world little is left of
 // one effect once it is modelled.
 constexpr double kFar = 5.0;
-constexpr int kFew = 3;  // effects of drives that sets of a few have at most
-
-bool has_real_drives(const TorqueVerdict& torque) {
-  if (!torque.judged) return false;
-  if (torque.drive_terms > kFew && torque.with_drives >= kEveryDrive * torque.joints) return true;
-  if (torque.joints < kSeveral || torque.exact > 0) return false;
-  return torque.with_drives > 0 && torque.any_drives >= kEveryDrive * torque.joints;
-}
 
 // The nominal model is exact for some joint: a simulated world, where a law that leaves more than noise is not the law.
 // No real robot has such a joint beside others that are wrong.

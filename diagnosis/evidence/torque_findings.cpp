@@ -23,6 +23,8 @@ constexpr double kNothing = 0.02;
 constexpr double kSmall = 0.1, kFollows = 0.2;
 // Share of what a model without physics predicts that laws must reach to be supported.
 constexpr double kLaw = 0.7;
+constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one effect of a clean world
+constexpr int kFew = 3;      // effects of drives that sets of a few have at most
 
 class Judge {
  public:
@@ -255,8 +257,19 @@ class Judge {
 
 }  // namespace
 
+bool has_real_drives(const TorqueVerdict& torque) {
+  if (!torque.judged) return false;
+  if (torque.drive_terms > kFew && torque.with_drives >= kEveryDrive * torque.joints) return true;
+  if (torque.joints < kSeveral || torque.exact > 0) return false;
+  return torque.with_drives > 0 && torque.any_drives >= kEveryDrive * torque.joints;
+}
+
 TorqueVerdict judge_torque(const Experiment& experiment, int jobs) {
-  TorqueData data = make_torque_data(experiment);
+  return judge_torque(make_torque_data(experiment), jobs);
+}
+
+TorqueVerdict judge_torque(TorqueData&& data, int jobs) {
+  const Experiment& experiment = *data.experiment;
   TorqueVerdict nothing;
   nothing.evidence.missing = data.missing;
   if (data.recordings.empty()) return nothing;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/measurement/torque.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
@@ -21,5 +22,11 @@ struct TorqueVerdict {
 };
 
 TorqueVerdict judge_torque(const Experiment& experiment, int jobs);
+TorqueVerdict judge_torque(TorqueData&& data, int jobs);
+
+// Share of the joints in which friction or a rotor is found, from which sets of a few effects cannot explain the
+// robot: each joint has several of its own.
+constexpr double kEveryDrive = 0.6;
+bool has_real_drives(const TorqueVerdict& torque);
 
 }  // namespace hrp::diagnosis

@@ -163,7 +163,9 @@ Flags find_frozen(const TorqueRecording& r, const Flags& still) {
 
 class Maker {
  public:
-  explicit Maker(const Experiment& e) : e_(e), plant_(make_plant(e, {})) { data_.experiment = &e; }
+  Maker(const Experiment& e, const BodyTorques& bodies) : e_(e), bodies_(bodies), plant_(make_plant(e, {})) {
+    data_.experiment = &e;
+  }
 
   TorqueData make() {
     const size_t n = static_cast<size_t>(e_.num_joints());
@@ -244,7 +246,7 @@ class Maker {
     }
     if (still_.empty()) still_.resize(e_.recordings.size());
     if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
-    out.tau = calc_efforts(plant_, out.q, out.v, out.a);
+    out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(plant_, out.q, out.v, out.a);
     data_.recordings.push_back(std::move(out));
   }
 
@@ -337,6 +339,7 @@ class Maker {
   }
 
   const Experiment& e_;
+  const BodyTorques& bodies_;
   const Plant plant_;
   TorqueData data_;
   std::vector<double> noise_;  // [rad] by joint
@@ -361,6 +364,10 @@ Eigen::VectorXd TorqueData::calc_direction(const TorqueRecording& r, int joint) 
   return condition(r, calc_sign(r, joint));
 }
 
-TorqueData make_torque_data(const Experiment& experiment) { return Maker(experiment).make(); }
+TorqueData make_torque_data(const Experiment& experiment) { return make_torque_data(experiment, nullptr); }
+
+TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bodies) {
+  return Maker(experiment, bodies).make();
+}
 
 }  // namespace hrp::diagnosis

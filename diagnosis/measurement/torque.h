@@ -10,6 +10,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -62,5 +63,10 @@ struct TorqueData {
 // Joints without position, or without both effort and servo law, get no rows. A recording that lacks the position of a
 // moving joint is left out. Empty recordings: nothing can be judged; `missing` says why.
 TorqueData make_torque_data(const Experiment& experiment);
+
+// The same for a robot whose base moves or whose feet are loaded: `bodies` gives the nominal torques of a recording
+// [N m], sample x joint of its full grid, from signals that pass the same filter, up to `cutoff` [Hz].
+using BodyTorques = std::function<Eigen::MatrixXd(const TorqueRecording& recording, double cutoff)>;
+TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bodies);
 
 }  // namespace hrp::diagnosis

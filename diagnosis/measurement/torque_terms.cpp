@@ -81,6 +81,10 @@ class WholeRows {
 
   // `rows`: joint x all columns.
   void fill(const TorqueRecording& r, long full_row, Eigen::MatrixXd* rows) {
+    if (tree_.floating_base) {
+      for (size_t t = 0; t < terms_.size(); ++t) fill_late(r, full_row, terms_[t].shape, static_cast<long>(t), rows);
+      return;
+    }
     state_.q = r.q.row(full_row), state_.qd = r.v.row(full_row);
     const Eigen::VectorXd a = r.a.row(full_row);
     update_kinematics(model_, state_, &kinematics_);
@@ -207,7 +211,9 @@ std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
 std::vector<Term> list_whole_terms(const TorqueData& data) {
   std::vector<Term> terms;
   const TreeSpec& tree = data.experiment->robot.tree;
-  for (size_t link = 1; link < tree.links.size(); ++link) {
+  // On a base that moves, the balance of the whole body tells links and zeros far better than drives with friction do.
+  const bool fixed = !data.experiment->scenario.floating_base;
+  for (size_t link = 1; fixed && link < tree.links.size(); ++link) {
     const int place = static_cast<int>(link);
     terms.push_back({TermKind::kPayload, place, 0.0, 4, true});
     if (tree.links[link].inertia.mass > 0.0) {
@@ -216,8 +222,8 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
     }
     terms.push_back({TermKind::kForce, place, 0.0, 3, true});
   }
-  for (int j = 0; j < tree.num_joints(); ++j) terms.push_back({TermKind::kOffset, j, 0.0, 1, true});
-  if (data.experiment->scenario.gravity_W.norm() > 0.0) terms.push_back({TermKind::kTilt, 0, 0.0, 2, true});
+  for (int j = 0; fixed && j < tree.num_joints(); ++j) terms.push_back({TermKind::kOffset, j, 0.0, 1, true});
+  if (fixed && data.experiment->scenario.gravity_W.norm() > 0.0) terms.push_back({TermKind::kTilt, 0, 0.0, 2, true});
   if (std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw) > 1)
     for (double delay : kDelays) terms.push_back({TermKind::kBusDelay, 0, delay, 1, true});
   return terms;

@@ -4,6 +4,7 @@
 #include "diagnosis/report/report.h"
 #include "diagnosis/standing/search.h"
 #include "diagnosis/standing/free_play.h"
+#include "diagnosis/standing/many_drives.h"
 
 namespace hrp::diagnosis::standing {
 bool diagnose_standing(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out) {
@@ -30,9 +31,13 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
   stands.all.slack = find_slack(stand, nominal), stands.all.noise = judge.sigma();
   for (StandProblem* half : halves) half->slack = stand.slack, half->noise = stand.noise;
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");
-  const StandOutcome outcome = search_standing(stands, problem.jobs, progress);
-  out->report = make_stand_report(stand, outcome);
-  out->series = make_stand_series(stand, outcome);
+  if (has_real_drives(judge_joint_torques(stand, problem.jobs))) {
+    *out = diagnose_many_drives(stands, problem.jobs, progress);
+  } else {
+    const StandOutcome outcome = search_standing(stands, problem.jobs, progress);
+    out->report = make_stand_report(stand, outcome);
+    out->series = make_stand_series(stand, outcome);
+  }
   out->series["experiment"] = problem.experiment->path;
   for (const std::string& warning : problem.experiment->warnings) out->series["notes"].push_back(warning);
   return true;

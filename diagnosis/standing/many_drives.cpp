@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/standing/many_drives.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/findings/schema2.h"
+#include "diagnosis/standing/findings.h"
+#include "diagnosis/standing/free_play.h"
+#include "diagnosis/standing/joint_torques.h"
+#include "diagnosis/standing/search.h"
+
+namespace hrp::diagnosis::standing {
+namespace {
+
+// The equations in which no drive has a part.
+StandProblem make_without_drives(StandProblem problem) {
+  problem.effort.assign(problem.effort.size(), false);
+  problem.command = problem.effort;
+  problem.slack.clear(), problem.noise.clear(), problem.law.clear();
+  return problem;
+}
+
+StandProblems make_without_drives(const StandProblems& p) {
+  StandProblems out{make_without_drives(p.all), make_without_drives(p.even), make_without_drives(p.odd),
+                    make_without_drives(p.wide_even), make_without_drives(p.wide_odd)};
+  const Evaluation nominal = evaluate(out.all, {});
+  StandJudge judge(out.all);
+  judge.update_sigma(nominal, {});
+  out.all.slack = find_slack(out.all, nominal), out.all.noise = judge.sigma();
+  for (StandProblem* half : {&out.even, &out.odd, &out.wide_even, &out.wide_odd})
+    half->slack = out.all.slack, half->noise = out.all.noise;
+  return out;
+}
+
+// An effect of a drive in the coefficients of effects.h; id kNamed where standing robots have no such row.
+PlacedEffect place_drive(const Effect& e) {
+  PlacedEffect out{e.id, at_joint(e.place), e.p};
+  switch (e.id) {
+    case EffectId::kViscous: case EffectId::kRotorInertia: case EffectId::kTorqueConstant: case EffectId::kLag:
+    case EffectId::kDelay: case EffectId::kLoadFriction:
+      out.p.resize(1);
+      return out;
+    case EffectId::kCoulomb:
+      out.p.resize(2, 0.0);
+      return out;
+    case EffectId::kSpring:
+      out.p = {e.p[0], -e.p[0] * e.p[1]};
+      return out;
+    case EffectId::kStribeck:
+      out.p = {e.p[0], e.p[1] - e.p[0], e.p[2], e.p.size() > 3 ? e.p[3] : 0.0};
+      return out;
+    case EffectId::kSensorScale: case EffectId::kSensorBias:
+      out.place = at_sensor(e.place / kQuantities, Reading::kEffort);
+      return out;
+    default:
+      out.id = EffectId::kNamed;
+      return out;
+  }
+}
+
+PlacedHypothesis place_drives(const Hypothesis& model) {
+  PlacedHypothesis out;
+  for (const Effect& e : model) {
+    const PlacedEffect placed = place_drive(e);
+    if (placed.id != EffectId::kNamed) out.push_back(placed);
+  }
+  return out;
+}
+
+// What all equations leave, nothing added and with everything: for the report's fit and curves.
+StandOutcome compare(const StandProblems& problems, const PlacedHypothesis& all) {
+  const StandProblem& p = problems.all;
+  StandOutcome out;
+  StandJudge judge(p);
+  for (const PlacedHypothesis& h : {PlacedHypothesis{}, all}) {
+    judge.update_sigma(evaluate(p, h), {evaluate(problems.even, h), evaluate(problems.odd, h),
+                                        evaluate(problems.wide_even, h), evaluate(problems.wide_odd, h)}, h);
+  }
+  out.channels = judge.list();
+  out.nominal = judge.judge({}, evaluate(p, {})), out.chosen = judge.judge(all, evaluate(p, all));
+  out.sigma = judge.sigma(), out.widening = 1.0, out.mismatch = true;
+  for (const PlacedEffect& e : all) out.chosen.std.push_back(Eigen::VectorXd::Zero(static_cast<long>(e.p.size())));
+  return out;
+}
+
+bool has_other_family(const Json& finding) {
+  return std::any_of(finding["alternatives"].begin(), finding["alternatives"].end(),
+                     [&](const Json& a) { return a["family"] != finding["family"]; });
+}
+
+// What was found of links, feet and sensors, graded as the joints are: not all around it is known.
+Json list_body_findings(const StandProblem& p, const StandOutcome& body, bool has_held) {
+  Json report = make_stand_report(p, body);
+  upgrade_report(&report, has_held);
+  for (Json& f : report["findings"]) {
+    if (f["grade"] == get_grade_name(Grade::kCertain)) f["grade"] = get_grade_name(Grade::kSupported);
+    if (has_other_family(f)) f["grade"] = get_grade_name(Grade::kAmbiguous);
+  }
+  return report["findings"];
+}
+
+Json list_model(const Experiment& e, const Hypothesis& drives, const Json& findings, const Json& body) {
+  Json model = Json::array();
+  for (const Json& f : body)
+    model.push_back({{"effect", f["effect"]}, {"where", f["where"]}, {"parameters", f["parameters"]}, {"grade", f["grade"]}});
+  for (const Effect& effect : drives) {
+    const Where where = make_where(e, effect);
+    const std::string name = get_effect(effect.id).name;
+    std::string grade = "not named: it helps to predict";
+    for (const Json& f : findings) {
+      if (f["effect"] == name && f["where"] == where) grade = f["grade"];
+    }
+    model.push_back({{"effect", name}, {"where", where}, {"parameters", make_parameters(e, effect, {}, false)}, {"grade", grade}});
+  }
+  return model;
+}
+
+// Missing torques over the spread of each effort, root mean square over the joints.
+void fill_fit(const TorqueVerdict& torque, Fit* fit) {
+  double before = 0.0, after = 0.0, n = 0.0;
+  for (const SignalFit& s : torque.torque) {
+    const double scale = 1.0 / std::max(1e-12, s.spread);
+    before += std::pow(s.before * scale, 2), after += std::pow(s.after * scale, 2), n += 1.0;
+    fit->signals.push_back(s);
+  }
+  fit->train_before = fit->validate_before = std::sqrt(before / std::max(1.0, n));
+  fit->train_after = fit->validate_after = std::sqrt(after / std::max(1.0, n));
+}
+
+Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& whole, TorqueVerdict torque) {
+  Evidence& evidence = torque.evidence;
+  evidence.method = "joints: " + evidence.method +
+                    ", with the IMU's motion of the base and the feet's wrenches; links, feet and sensors: equations in "
+                    "which no drive has a part; errors are shares of each effort's spread";
+  fill_fit(torque, &evidence.fit);
+  evidence.verdict = find_verdict(evidence);
+  for (const std::string& text : p.experiment->warnings) evidence.warnings.push_back(text);
+  const bool has_held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
+  Json out = make_report(evidence);
+  const Json found = list_body_findings(p, body, has_held);
+  out["model"] = list_model(*p.experiment, torque.model, out["findings"], found);
+  for (size_t i = found.size(); i-- > 0;) out["findings"].insert(out["findings"].begin(), found[i]);
+  out["mismatch"] = make_stand_report(p, whole)["mismatch"];
+  return out;
+}
+
+}  // namespace
+
+TorqueVerdict judge_joint_torques(const StandProblem& problem, int jobs) {
+  return judge_torque(make_joint_torques(problem, {}), jobs);
+}
+
+Reports diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress) {
+  progress("friction and rotors in most joints: links, feet and sensors by the equations without drives");
+  const StandProblems without = make_without_drives(problems);
+  const StandOutcome body = search_standing(without, jobs, progress);
+  progress("missing torque of every joint, with what was found");
+  const TorqueVerdict torque = judge_torque(make_joint_torques(problems.all, body.chosen.hypothesis), jobs);
+  PlacedHypothesis all = body.chosen.hypothesis;
+  for (const PlacedEffect& e : place_drives(torque.model)) all.push_back(e);
+  const StandOutcome whole = compare(problems, all);
+  Reports out;
+  out.report = merge(problems.all, body, whole, torque);
+  out.series = make_stand_series(problems.all, whole);
+  return out;
+}
+
+}  // namespace hrp::diagnosis::standing
