@@ -92,8 +92,8 @@ void say_what_was_not_compared(const Experiment& e, const std::set<std::string>&
 // what was missing.
 bool judge_legged(const Experiment& e, const Progress& progress, bool only_walks, Reports* reports) {
   if (!e.scenario.floating_base) return false;
-  const floating::LeggedReport legged = floating::diagnose_legged(e, progress);
-  if (!legged.judged || (only_walks && !legged.walks)) return false;
+  const floating::LeggedReport legged = floating::diagnose_legged(e, progress, only_walks);
+  if (!legged.judged) return false;
   reports->report = make_report(legged.evidence), reports->series = legged.series;
   return true;
 }

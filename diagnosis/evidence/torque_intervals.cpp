@@ -11,6 +11,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kGainDeviation = 0.02;  // of a torque constant
+constexpr double kUneven = 0.1;          // of dry friction over a turn: what was seen of the turn has another mean
 constexpr double kInstant = 0.5;         // [samples] between an effort's instant and its position's
 constexpr double kFewest = 3.0;          // independent samples that a part must have
 constexpr size_t kParts = 4;             // by any quantity but recordings
@@ -78,6 +79,24 @@ Eigen::VectorXd calc_considered(const TorqueSamples& all, double instant) {
   return (invert_gram(all.x) * (all.x.transpose() * moved)).rowwise().squaredNorm();
 }
 
+// Gears, seals and brushes hold unevenly over a turn. A joint that moved by a part of it tells its level there only.
+// Variance by column, none where the joint made a whole turn or slides.
+Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t>& own, size_t i, const TorqueSamples& all,
+                            const Eigen::VectorXd& theta) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(theta.size());
+  const JointDesign& joint = design.joints[i];
+  if (design.data->experiment->robot.tree.joint(joint.joint).kind != JointKind::kRevolute) return out;
+  const double travel = all.of.col(3).maxCoeff() - all.of.col(3).minCoeff();
+  const double unseen = std::max(0.0, 1.0 - travel / (2.0 * M_PI));
+  long at = 0;
+  for (size_t term : own) {
+    const TermKind kind = joint.terms[term].kind;
+    if (kind == TermKind::kDry || kind == TermKind::kLoadDry) out[at] = unseen * std::pow(kUneven * theta[at], 2);
+    at += joint.terms[term].columns;
+  }
+  return out;
+}
+
 }  // namespace
 
 double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances) {
@@ -96,10 +115,11 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   const TorqueSamples all = list_torque_samples(design, model, joint);
   Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());
   if (all.x.rows() == 0 || all.x.cols() == 0) return between;
-  const Eigen::VectorXd left = all.y - all.x * (invert_gram(all.x) * (all.x.transpose() * all.y));
+  const Eigen::VectorXd theta = invert_gram(all.x) * (all.x.transpose() * all.y), left = all.y - all.x * theta;
   const double correlated = calc_correlation_time(left);
   for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, left, divide(all, by), correlated, &between);
   between += calc_considered(all, kInstant * design.data->experiment->sample_time);
+  between += calc_unseen(design, model.own[joint], joint, all, theta);
   return between.cwiseSqrt() + calc_drift(all, correlated) / kNormal;
 }
 

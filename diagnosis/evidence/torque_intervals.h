@@ -14,7 +14,8 @@ namespace hrp::diagnosis {
 //   Of these ways of dividing, the one that differs most.
 // - Drift: from the middle of a recording to its ends, where it is certain.
 // - Considered, not estimated (Schmidt 1966): a torque constant is known to 2 %, an instant to half a sample. Smaller
-//   errors get no name, but they move the other parameters.
+//   errors get no name, but they move the other parameters. Dry friction differs by a tenth over a turn; of a joint that
+//   moved by a part of it, only that part is known.
 Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint);
 
 // Variance between groups from a value and its own variance for each.

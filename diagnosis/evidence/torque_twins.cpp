@@ -11,6 +11,10 @@ namespace {
 
 constexpr double kExcess = 0.15;  // of a level: what friction may be larger at rest before it is a law of its own
 constexpr double kNormal = 1.96;
+// A log that wavers with position has a mean of its own wherever it was looked at: a bias is more than that.
+constexpr double kBeyondRipple = 2.0;
+// [rad] Ripples of motors behind gears have periods below a third of this; within one they look like a bias.
+constexpr double kManyPeriods = 0.5;
 const char* const kMotion = "constant speeds from the slowest on, in both directions";
 const char* const kCommands = "record the commands and the servo's gains, or weigh the effort at rest with a known mass";
 
@@ -62,7 +66,7 @@ std::vector<Finding> make_log_findings(const Experiment& e, int joint, const Ser
     f.where = make_log_place(e, joint), f.parameters = {estimate};
     f.grade = Grade::kSupported, f.probability = 0.99;
     f.share = f.weight = std::clamp(1.0 - std::pow(log.after / std::max(1e-300, log.before), 2), 0.0, 1.0);
-    f.statement = e.robot.tree.joint(joint).name + ": " + words + " (supported). The servo's law misses the log by " +
+    f.statement = e.robot.tree.joint(joint).name + ": " + words + ". The servo's law misses the log by " +
                   number(log.after, 3) + " N m (root mean square) with it, by " + number(log.before, 3) + " N m without.";
     list.push_back(std::move(f));
   };
@@ -74,9 +78,14 @@ std::vector<Finding> make_log_findings(const Experiment& e, int joint, const Ser
                   {{"scale", "1", {log.scale}, {log.scale_std}, false}},
                   "the stated gains may be wrong instead: hold a known mass and read the effort"));
   }
-  if (log.is_biased())
-    add(EffectId::kSensorBias, {"value", "N m", {log.bias}, {log.bias_std}, false},
-        "the recorded effort is " + number(log.bias, 3) + " N m off what the servo asks for");
+  if (!log.is_biased() || std::abs(log.bias) < kBeyondRipple * log.wavers) return list;
+  add(EffectId::kSensorBias, {"value", "N m", {log.bias}, {log.bias_std}, false},
+      "the recorded effort is " + number(log.bias, 3) + " N m off what the servo asks for");
+  if (log.travel > kManyPeriods) return list;
+  list.back().grade = Grade::kAmbiguous;
+  list.back().alternatives.push_back(make_twin(EffectId::kCogging, {{"joint", e.robot.tree.joint(joint).name}},
+                                               {{"amplitude", "N m", {std::abs(log.bias)}, {log.bias_std}, false}},
+                                               "wide motions of this joint: a ripple changes its sign within them"));
   return list;
 }
 

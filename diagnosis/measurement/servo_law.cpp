@@ -22,6 +22,7 @@ constexpr int kStretches = 16;      // of all training samples
 constexpr double kCertain = 4.0;    // standard deviations of a fault from none
 constexpr double kLeast = 0.01;     // of a scale from one; of a bias, over the effort's spread
 constexpr double kExact = 1e-3;     // to which a log and a law agree at best: of a scale; of a bias, over the spread
+constexpr size_t kLater = 3;        // samples after which noise is another, and what lasts is not
 constexpr double kBracket = 0.5;    // by which the two regressions may differ, of a scale's distance from one
 
 bool has_all(const Experiment& e, size_t j) {
@@ -65,6 +66,17 @@ double calc_spread(const Experiment& e, size_t j) {
   return spread.get();
 }
 
+// Largest less smallest position of all recordings.
+double calc_travel(const Experiment& e, size_t j) {
+  double low = 1e300, high = -1e300;
+  for (const Recording& r : e.recordings) {
+    for (double q : r.joints[j].signal[0]) {
+      if (std::isfinite(q)) low = std::min(low, q), high = std::max(high, q);
+    }
+  }
+  return std::max(0.0, high - low);
+}
+
 // Law and recorded effort, training samples at which the drive is not at its limit.
 struct Pairs {
   std::vector<double> law, effort;
@@ -104,12 +116,21 @@ double calc_rms(const Pairs& pairs, double scale, double bias) {
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(1, pairs.law.size())));
 }
 
+// The part of what a line leaves that lasts over some samples.
+double calc_wavers(const Pairs& pairs, double scale, double bias) {
+  const auto left = [&](size_t k) { return pairs.effort[k] - scale * pairs.law[k] - bias; };
+  double sum = 0.0;
+  for (size_t k = kLater; k < pairs.law.size(); ++k) sum += left(k) * left(k - kLater);
+  return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
+}
+
 ServoReading read_servo(const Pairs& pairs, double spread) {
   ServoReading out;
   if (pairs.law.size() < 100) return out;
   const Line forth = fit_line(pairs.law, pairs.effort), back = fit_line(pairs.effort, pairs.law);
   const double scale = forth.theta[0], other = 1.0 / back.theta[0], off = 0.5 * (scale + other) - 1.0;
   out.before = calc_rms(pairs, 1.0, 0.0), out.after = calc_rms(pairs, scale, forth.theta[1]);
+  out.wavers = calc_wavers(pairs, scale, forth.theta[1]);
   if (!(out.after < kFollows * spread) || !(scale > 0.5 && scale < 2.0)) return out;
   out.follows = true;
   if (std::abs(off) > std::max(kLeast, kCertain * forth.std[0]) && std::abs(scale - other) < kBracket * std::abs(off))
@@ -132,6 +153,7 @@ std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::ve
     double delay = 0.0;
     for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(j) ? d.delay : delay;
     list[j] = read_servo(list_pairs(e, j, plant.laws[j], delay), calc_spread(e, j));
+    list[j].travel = calc_travel(e, j);
   }
   return list;
 }

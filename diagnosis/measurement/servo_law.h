@@ -21,6 +21,8 @@ struct ServoReading {
   double scale = 1.0, scale_std = 0.0;
   double bias = 0.0, bias_std = 0.0;    // [N m]
   double before = 0.0, after = 0.0;     // [N m] root mean squares of what the law misses, training
+  double wavers = 0.0;                  // [N m] the part of `after` that lasts: a log's ripple over position
+  double travel = 0.0;                  // [rad] largest less smallest position
   bool is_scaled() const { return scale != 1.0; }
   bool is_biased() const { return bias != 0.0; }
 };

@@ -31,9 +31,7 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
   stands.all.slack = find_slack(stand, nominal), stands.all.noise = judge.sigma();
   for (StandProblem* half : halves) half->slack = stand.slack, half->noise = stand.noise;
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");
-  if (has_real_drives(judge_joint_torques(stand, problem.jobs))) {
-    *out = diagnose_many_drives(stands, problem.jobs, progress);
-  } else {
+  if (!diagnose_many_drives(stands, problem.jobs, progress, out)) {
     const StandOutcome outcome = search_standing(stands, problem.jobs, progress);
     out->report = make_stand_report(stand, outcome);
     out->series = make_stand_series(stand, outcome);

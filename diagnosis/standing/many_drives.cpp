@@ -146,25 +146,27 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
   return out;
 }
 
-}  // namespace
-
-TorqueVerdict judge_joint_torques(const StandProblem& problem, int jobs) {
-  return judge_torque(make_joint_torques(problem, {}), jobs);
+// A sensor that all joints hang on may hide that each has its own friction.
+bool may_have_real_drives(const TorqueVerdict& torque) {
+  return torque.judged && torque.exact <= (1.0 - kEveryDrive) * torque.joints;
 }
 
-Reports diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress) {
-  progress("friction and rotors in most joints: links, feet and sensors by the equations without drives");
-  const StandProblems without = make_without_drives(problems);
-  const StandOutcome body = search_standing(without, jobs, progress);
+}  // namespace
+
+bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress, Reports* out) {
+  const TorqueVerdict alone = judge_torque(make_joint_torques(problems.all, {}), jobs);
+  if (!has_real_drives(alone) && !may_have_real_drives(alone)) return false;
+  progress("torques are missing in most joints: first the equations in which no drive has a part");
+  const StandOutcome body = search_standing(make_without_drives(problems), jobs, progress);
   progress("missing torque of every joint, with what was found");
   const TorqueVerdict torque = judge_torque(make_joint_torques(problems.all, body.chosen.hypothesis), jobs);
+  if (!has_real_drives(torque)) return false;
   PlacedHypothesis all = body.chosen.hypothesis;
   for (const PlacedEffect& e : place_drives(torque.model)) all.push_back(e);
   const StandOutcome whole = compare(problems, all);
-  Reports out;
-  out.report = merge(problems.all, body, whole, torque);
-  out.series = make_stand_series(problems.all, whole);
-  return out;
+  out->report = merge(problems.all, body, whole, torque);
+  out->series = make_stand_series(problems.all, whole);
+  return true;
 }
 
 }  // namespace hrp::diagnosis::standing

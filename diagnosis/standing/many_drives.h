@@ -13,10 +13,7 @@ namespace hrp::diagnosis::standing {
 
 using Progress = std::function<void(const std::string&)>;
 
-// The joints alone, everything else as stated: a few seconds.
-TorqueVerdict judge_joint_torques(const StandProblem& problem, int jobs);
-
-// `problems` as diagnose_standing() prepares them.
-Reports diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress);
+// False where the drives of most joints are as stated. `problems` as diagnose_standing() prepares them.
+bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress, Reports* out);
 
 }  // namespace hrp::diagnosis::standing

@@ -269,10 +269,11 @@ nlohmann::ordered_json make_series(const Experiment& e, const LeggedFitter& fitt
 
 }  // namespace
 
-LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const std::string&)>& progress) {
+LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const std::string&)>& progress, bool only_walks) {
   LeggedReport out;
   const LeggedLog even = make_legged_log(e, Half::kEven), odd = make_legged_log(e, Half::kOdd);
   const Contacts contacts = find_contacts(even);
+  if (only_walks && !contacts.walks) return out;
   const RowTable rows = make_equations(even, contacts), others = make_equations(odd, contacts);
   std::vector<ChannelRows> channels = merge_halves(rows, others);
   out.walks = contacts.walks;

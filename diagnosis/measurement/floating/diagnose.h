@@ -19,6 +19,8 @@ struct LeggedReport {
   nlohmann::ordered_json series;
 };
 
-LeggedReport diagnose_legged(const Experiment& experiment, const std::function<void(const std::string&)>& progress);
+// `only_walks`: a robot that stands is left to others; `judged` is false then.
+LeggedReport diagnose_legged(const Experiment& experiment, const std::function<void(const std::string&)>& progress,
+                             bool only_walks = false);
 
 }  // namespace hrp::diagnosis::floating
