@@ -133,7 +133,7 @@ def build(scratch, program):
 def passes(scratch, program, words):
     done = subprocess.run([str(scratch / 'build/tests' / program), '--gtest_filter=' + words], cwd=scratch,
                           capture_output=True, text=True, timeout=900)
-    if ' 0 tests' in done.stdout:
+    if 'Running 0 tests' in done.stdout:
         sys.exit('%s has no test %s' % (program, words))
     return done.returncode == 0
 

@@ -3,10 +3,10 @@
 import re
 
 from experiment import Experiment, upright
-from feet import HRP1S_SWING, HRP2P_SWING, calc_errors, measure_swing
 from hrp2p import calc_inward_torques, calc_medians, find_landings
 from joints import calc_band, find_plateaus
-from walk_views import LEFT, RIGHT
+from swing import HRP1S_SWING, HRP2P_SWING, calc_errors, measure_swing
+from walk_views import LEFT
 
 FIGURES = ('fig4', 'fig4_hrp2p', 'fig5', 'fig6', 'fig7', 'fig8', 'fig9', 'fig10', 'fig11')
 # Soft feet without soles of their own dip and lift their corners by centimetres: all of these take part. C along the floor

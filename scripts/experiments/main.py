@@ -13,7 +13,7 @@ from report import make_page, make_table
 from runs import ROOT, VENDORS, Runner
 
 # In the order of the report. A module of experiments has EXPERIMENTS, a list of experiment.Experiment.
-MODULES = ('feet', 'joints', 'hrp2p', 'laws', 'beyond', 'push', 'plans', 'story')
+MODULES = ('feet', 'swing', 'joints', 'hrp2p', 'laws', 'beyond', 'push', 'plans', 'story')
 
 
 def load_experiments():

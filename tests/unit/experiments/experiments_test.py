@@ -6,10 +6,10 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), '..', '..', '..', 'scripts', 'experiments'))
-import feet  # noqa: E402
 import hrp2p  # noqa: E402
 import main  # noqa: E402
 import measure  # noqa: E402
+import swing as tilting  # noqa: E402
 from experiment import Experiment, Outcome  # noqa: E402
 from report import make_page, make_table  # noqa: E402
 from walk_views import LEFT, RIGHT  # noqa: E402
@@ -37,9 +37,9 @@ def make_swing(frequency, ratio, stiffness, damping):
 
 class Measures(unittest.TestCase):
     def test_a_swing_gives_back_its_stiffness_damping_and_frequency(self):
-        swing = feet.Swing('trunk', 0.11, 0.035, 2000.0, 50.0, 1015.0, 107.0)
-        found, frequency, ratio = feet.measure_swing(make_swing(0.48, 0.08, 2000.0, 50.0), swing)
-        k, d = feet.calc_errors(found, swing)
+        swing = tilting.Swing('trunk', 0.11, 0.035, 1015.0, 107.0, 5e5, 0.09, {'pitch': (2000.0, 50.0)})
+        found, frequency, ratio = tilting.measure_swing(make_swing(0.48, 0.08, 2000.0, 50.0), swing, 'pitch', 2.7, 11.5)
+        k, d = tilting.calc_errors(found, swing)
         # Differences over 20 ms flatten a 0.48 Hz rate by (w h)^2 / 6 = 0.06 %, and six digits add about as much.
         self.assertLess(abs(k), 0.002)
         self.assertLess(abs(d), 0.005)
