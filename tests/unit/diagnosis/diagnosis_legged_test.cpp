@@ -15,7 +15,7 @@
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/measurement/floating/tracks.h"
-#include "diagnosis/standing/joint_torques.h"
+#include "diagnosis/many_drives/joint_torques.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp::diagnosis::floating {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/standing/joint_torques.h"
+#include "diagnosis/many_drives/joint_torques.h"
 
 #include <algorithm>
 

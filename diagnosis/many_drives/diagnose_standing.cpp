@@ -4,7 +4,7 @@
 #include "diagnosis/report/report.h"
 #include "diagnosis/standing/search.h"
 #include "diagnosis/standing/free_play.h"
-#include "diagnosis/standing/many_drives.h"
+#include "diagnosis/many_drives/many_drives.h"
 
 namespace hrp::diagnosis::standing {
 bool diagnose_standing(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out) {

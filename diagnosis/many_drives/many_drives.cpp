@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/standing/many_drives.h"
+#include "diagnosis/many_drives/many_drives.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/standing/findings.h"
 #include "diagnosis/standing/free_play.h"
-#include "diagnosis/standing/joint_torques.h"
+#include "diagnosis/many_drives/joint_torques.h"
 #include "diagnosis/standing/search.h"
 
 namespace hrp::diagnosis::standing {
