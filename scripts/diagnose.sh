@@ -9,33 +9,43 @@
 #   --resimulate servers|process   also runs the nominal and the updated scenario, through the server set or in one
 #                                  process, and compares both with a recording that nothing was fitted to
 #   --resimulate mujoco            the same two models on MuJoCo: DIR/updated/export/mujoco.yaml, as far as MJCF holds it
+#   --controller PROGRAM           with --resimulate servers: closes the loop with the controller that walked, instead of
+#                                  the recorded commands. PROGRAM joins over DDS: 'my-controller --option', with
+#                                  `--domain N` added or N in the place of {domain}; hrp-controller, ours, by the section
+#                                  `controller:` of the experiment; SCENARIO.yaml: ours, by that scenario's settings
+#   --wait S                       seconds without an answer after which that controller counts as silent (30)
 #   --check                        only looks at the recordings: rates, gaps, clocks, motion, and what it can tell
 # All other options go to hrp-diagnose, such as --jobs N, --patience F, --quiet.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-experiment="" out="" again="" previous=""
+experiment="" out="" again="" previous="" controller="" patience=30
 options=()
 for word in "$@"; do
   case "$previous" in
     --out) out="$word" ;;
     --resimulate) again="$word" ;;
+    --controller) controller="$word" ;;
+    --wait) patience="$word" ;;
     *)
       case "$word" in
         -h | --help) print_help; exit 0 ;;
         *.yaml | *.yml) experiment="$word" ;;
-        --out | --resimulate) ;;
+        --out | --resimulate | --controller | --wait) ;;
         *) [ -d "$word" ] && [ -z "$experiment" ] && [ -f "$word/experiment.yaml" ] && experiment="$word/experiment.yaml" || options+=("$word") ;;
       esac
       ;;
   esac
-  case "$previous" in --out | --resimulate) previous="" ;; *) previous="$word" ;; esac
+  case "$previous" in --out | --resimulate | --controller | --wait) previous="" ;; *) previous="$word" ;; esac
 done
-case "$previous" in --out | --resimulate) fail "$previous needs a value; --help says which" ;; esac
+case "$previous" in --out | --resimulate | --controller | --wait) fail "$previous needs a value; --help says which" ;; esac
 case "$again" in
   "" | servers | process | mujoco) ;;
   *) say "diagnose.sh: --resimulate wants 'servers', 'process' or 'mujoco', not '$again'"; exit 2 ;;
 esac
+if [ -n "$controller" ] && [ "$again" != servers ]; then
+  say "diagnose.sh: --controller needs --resimulate servers: it joins the server set over DDS"; exit 2
+fi
 : "${experiment:=$ROOT/models/experiments/arm/experiment.yaml}"
 [ -f "$experiment" ] || { say "diagnose.sh: no file $experiment"; exit 2; }
 folder="$(cd "$(dirname "$experiment")" && pwd)"
@@ -48,8 +58,14 @@ case "$again" in servers) targets+=(hrp_run_programs hrp-log) ;; mujoco) targets
 case " ${options[*]} " in
   *" --check "*) exec "$BUILD/bin/hrp-diagnose" "$experiment" "${options[@]}" ;;
 esac
+closed=()
+if [ -n "$controller" ]; then
+  closed=(--controller "$controller" --experiment "$experiment" --wait "$patience")
+  # A controller that cannot be started is said now, not after the diagnosis.
+  python3 "$ROOT/scripts/diagnosis/resimulate.py" "$BUILD/bin" "$out" servers "${closed[@]}" --only-check
+fi
 "$BUILD/bin/hrp-diagnose" "$experiment" --out "$out" "${options[@]}"
 say "The report as a page: $out/report.html"
 answer="$(dirname "$folder")/answers/$name.json"
 [ ! -f "$answer" ] || say "What was hidden, to be read after the report: $answer"
-[ -z "$again" ] || python3 "$ROOT/scripts/diagnosis/resimulate.py" "$BUILD/bin" "$out" "$again"
+[ -z "$again" ] || python3 "$ROOT/scripts/diagnosis/resimulate.py" "$BUILD/bin" "$out" "$again" "${closed[@]}"

@@ -12,6 +12,7 @@
 #include "diagnosis/report/first.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/page/page.h"
+#include "servers/dynamics/joint_effects.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -100,10 +101,22 @@ std::string make_note(const nlohmann::json& effect, const std::string& why) {
   return "# not simulated: " + effect.at("effect").get<std::string>() + " at " + place + ": " + why + "; see report.json\n";
 }
 
-// Every effect that the simulator has a law for, with its grade; the others as comments that say why not.
-std::string make_effects(const std::string& scenario, const std::string& before, const nlohmann::json& list,
-                         const std::string& path) {
+// Throws InputError where the simulator would refuse the scenario: a transmission that gives needs a rotor behind it.
+void check_simulated(const std::string& text, const TreeSpec& tree, const std::string& path) {
+  const Scenario scenario = parse_scenario(text, path);
+  TreeSpec own = tree;
+  make_joint_laws(scenario, &own);
+}
+
+// Every effect that the simulator has a law for, with its grade; the others as comments that say why not. Transmissions
+// that give come last: the inertia of their rotors may be a finding, too.
+std::string make_effects(const std::string& scenario, const std::string& before, nlohmann::json list,
+                         const TreeSpec& tree, const std::string& path) {
   std::string effects = before, notes;
+  std::stable_partition(list.begin(), list.end(), [](const nlohmann::json& effect) {
+    const EffectInfo* info = find_effect(effect.at("effect").get<std::string>());
+    return !info || !info->flexible;
+  });
   for (const nlohmann::json& effect : list) {
     if (!find_effect(effect.at("effect").get<std::string>())) {
       notes += make_note(effect, "the simulator has no such law");
@@ -111,7 +124,7 @@ std::string make_effects(const std::string& scenario, const std::string& before,
     }
     const std::string line = make_effect_line(effect);
     try {
-      parse_scenario(scenario + "effects:\n" + line, path);
+      check_simulated(scenario + "effects:\n" + effects + line, tree, path);
       const std::string grade = effect.value("grade", "");
       effects += line.substr(0, line.size() - 1) + (grade.empty() ? "" : "  # " + grade) + "\n";
     } catch (const InputError& error) {
@@ -220,7 +233,7 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) text += "contact: {margin: 0.001}\n";
   write_text(folder / "nominal.yaml", text + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
   const fs::path path = folder / "scenario.yaml";
-  text += make_effects(text, parts.effects, list_effects(report), path.string());
+  text += make_effects(text, parts.effects, list_effects(report), e.robot.tree, path.string());
   write_text(path, text);
   write_exports(folder);
   return text;
