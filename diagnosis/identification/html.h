@@ -21,7 +21,7 @@ bool is_fitted(const Identification& r, const MotionTrack& track);
 
 // report_tables.cpp: motions; model selection; tables 1, 2 and 3 of [M14]; vertical.
 std::string make_tables(const Identification& r);
-// report_figures.cpp: figures 4, 6 and 7 to 13 of [M14].
+// report_figures.cpp: figures 4 and 7 to 13 of [M14].
 std::string make_figures(const Identification& r);
 // body_report.cpp: inertial and joint parameters [M14 eq. 2, 3].
 std::string make_body_section(const Identification& r);

@@ -18,21 +18,42 @@ namespace fs = std::filesystem;
 using namespace hrp;
 using namespace hrp::identification;
 
-// Motions that identify; the others (sweeps, squat, bounce, the last swing) only validate.
-bool is_training(const std::string& name) {
-  return name.rfind("tilt", 0) == 0 || name.rfind("sway", 0) == 0 || name == "swing1" || name == "swing2";
+enum class MotionSet { kRich, kPaper };
+
+// Motions that identify; the others only validate. Of ours all but sweeps, squat, bounce and the last swing; of the paper's the
+// five sways.
+bool is_training(const std::string& name, MotionSet set) {
+  if (name.rfind("sway", 0) == 0) return true;
+  return set == MotionSet::kRich && (name.rfind("tilt", 0) == 0 || name == "swing1" || name == "swing2");
+}
+
+struct ListedMotion {
+  std::string name;
+  bool training = false;
+};
+
+// Lines "NAME" or "NAME train" of motions.txt.
+std::vector<ListedMotion> read_list(const std::string& folder) {
+  std::ifstream file(fs::path(folder) / "motions.txt");
+  std::vector<ListedMotion> list;
+  for (std::string line; std::getline(file, line);) {
+    const size_t space = line.find(' ');
+    list.push_back({line.substr(0, space), space != std::string::npos});
+  }
+  return list;
 }
 
 // Scenarios of all motions into a folder, each looked at before it is used. One name a line into motions.txt; the robot
 // into robot.yaml.
-int make_scenarios(const std::string& base_path, const std::string& folder, Rubber rubber, int tries, double scale) {
+int make_scenarios(const std::string& base_path, const std::string& folder, Rubber rubber, int tries, double scale,
+                   MotionSet set) {
   fs::create_directories(folder);
   const Scenario base = load_scenario(write_robot(load_scenario(base_path), rubber, folder));
   std::ofstream list(fs::path(folder) / "motions.txt");
   write_hanging(base, folder);
   list << kHanging << "\n";
   int refused = 0;
-  for (MotionPlan plan : make_plans(scale)) {
+  for (MotionPlan plan : set == MotionSet::kPaper ? make_paper_plans(scale) : make_plans(scale)) {
     MotionCheck check;
     try {
       if (tries > 0)
@@ -55,7 +76,7 @@ int make_scenarios(const std::string& base_path, const std::string& folder, Rubb
     std::printf("%s\n", check.as_planned ? "" : "; the feet do not stand as planned");
     std::fflush(stdout);
     if (check.ok())
-      list << plan.name << "\n";
+      list << plan.name << (is_training(plan.name, set) ? " train\n" : "\n");
     else
       ++refused;
   }
@@ -63,13 +84,12 @@ int make_scenarios(const std::string& base_path, const std::string& folder, Rubb
 }
 
 std::vector<Source> read_folder(const std::string& folder, bool in_process) {
-  std::ifstream list(fs::path(folder) / "motions.txt");
   std::vector<Source> sources;
-  for (std::string name; std::getline(list, name);) {
+  for (const auto& [name, training] : read_list(folder)) {
     const fs::path stem = fs::path(folder) / name;
     sources.push_back(
         {name, in_process ? run_in_process(load_scenario(stem.string() + ".yaml")) : read_mcap(stem.string() + ".mcap"),
-         is_training(name)});
+         training});
     std::printf("%s: %ld samples\n", name.c_str(), static_cast<long>(sources.back().log.size()));
     std::fflush(stdout);
   }
@@ -101,11 +121,10 @@ void report(const Scenario& scenario, const std::vector<Source>& sources, bool s
 
 // The folder's motions without sensor errors, then with those of many seeds.
 void print_coverage(const Scenario& scenario, const std::string& folder, int seeds) {
-  std::ifstream list(fs::path(folder) / "motions.txt");
   std::vector<Source> sources;
-  for (std::string name; std::getline(list, name);) {
+  for (const auto& [name, training] : read_list(folder)) {
     const Scenario clean = without_sensor_errors(load_scenario((fs::path(folder) / (name + ".yaml")).string()));
-    sources.push_back({name, run_in_process(clean), is_training(name)});
+    sources.push_back({name, run_in_process(clean), training});
   }
   std::printf("%s", make_text(study_coverage(scenario, sources, seeds), scenario).c_str());
 }
@@ -130,6 +149,10 @@ int main(int argc, char** argv) {
   make->add_option("--rubber", rubber, "other rubber than the scenario's: hardening, hysteresis")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{
           {"given", Rubber::kAsGiven}, {"hardening", Rubber::kHardening}, {"hysteresis", Rubber::kHysteresis}}));
+  MotionSet set = MotionSet::kRich;
+  make->add_option("--motions", set, "rich: our eighteen; paper: the fourteen of Mikami et al. 2014")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, MotionSet>{{"rich", MotionSet::kRich}, {"paper", MotionSet::kPaper}}));
   make->add_option("--scale", scale, "motions this much shorter or longer");
   CLI::App* fit =
       app.add_subcommand("fit", "identifies from the runs of a folder that `make` wrote (NAME.mcap beside NAME.yaml)");
@@ -149,7 +172,7 @@ int main(int argc, char** argv) {
   coverage->add_option("--seeds", seeds, "how many")->check(CLI::Range(1, 100000));
   CLI11_PARSE(app, argc, argv);
   try {
-    if (*make) return make_scenarios(scenario, folder, rubber, tries, scale);
+    if (*make) return make_scenarios(scenario, folder, rubber, tries, scale, set);
     const Scenario base = load_scenario(scenario);
     if (*coverage)
       print_coverage(base, folder, seeds);

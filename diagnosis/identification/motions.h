@@ -40,9 +40,12 @@ struct MotionPlan {
 // Uniform in [0, 1), the same with every standard library.
 inline double draw_share(std::mt19937_64* random) { return static_cast<double>((*random)() >> 11) * 0x1.0p-53; }
 
-// The fourteen motions of the paper, and four more that show the vertical stiffness and the body. `scale` makes them
-// shorter (tests): duration times scale, not below 0.5, or a foot that is lifted has no time in the air.
+// Ours: eighteen motions after the paper's fourteen, with added turns of the feet, and four that show the vertical stiffness and the
+// body. `scale` makes them shorter (tests): duration times scale, not below 0.5, or a foot that is lifted has no time in the air.
 std::vector<MotionPlan> make_plans(double scale = 1.0);
+// The paper's fourteen and nothing else: tilt1 to 3 in stances A, B, C and tilt4 to 6 the same with vertical motion; five
+// sways by hand, one on two feet and two on each; two sweeps of the upper body; a squat.
+std::vector<MotionPlan> make_paper_plans(double scale = 1.0);
 
 // Joint trajectories every 10 ms. Throws std::runtime_error when a leg does not reach.
 Motion make_motion(const MotionPlan& plan);

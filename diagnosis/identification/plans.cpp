@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The eighteen motions.
+// The eighteen motions, and the fourteen of [M14].
 #include <random>
 
 #include "diagnosis/identification/motions.h"
@@ -136,6 +136,50 @@ void add_swings(std::vector<MotionPlan>* plans) {
   }
 }
 
+void add_paper_tilts(std::vector<MotionPlan>* plans) {
+  const char* const stances[] = {"stance A", "stance B, feet apart", "stance C, one foot ahead"};
+  for (int i = 0; i < 6; ++i) {
+    MotionPlan plan;
+    plan.name = "tilt" + std::to_string(i + 1);
+    plan.meaning = std::string("chest tilts at 0.1 Hz, ") + stances[i % 3] + (i < 3 ? "" : ", with vertical motion");
+    plan.width = i % 3 == 1 ? 0.05 : 0.0;
+    plan.stride = i % 3 == 2 ? 0.04 : 0.0;
+    plan.lean[0] = {{0.02, 0.1, 0.4}};
+    plan.lean[1] = {{0.03, 0.1, 1.3}};
+    plan.pelvis[0] = {{0.010, 0.1, 0.5}};
+    plan.pelvis[1] = {{0.012, 0.1, 1.0}};
+    if (i >= 3) plan.pelvis[2] = {{0.015, 0.3, 0.0}};
+    plans->push_back(plan);
+  }
+}
+
+// sway1 on both feet; sway2, 3 on the right foot forward and sideways; sway4, 5 on the left one.
+void add_paper_sways(std::vector<MotionPlan>* plans) {
+  for (int i = 0; i < 5; ++i) {
+    MotionPlan plan;
+    plan.name = "sway" + std::to_string(i + 1);
+    const bool sideways = i == 2 || i == 4;
+    if (i == 0) {
+      plan.meaning = "hand sways around, both feet";
+      plan.push[0] = {{4.0, 0.17, 0.0}, {1.5, 0.81, 0.0}};
+      plan.push[1] = {{12.0, 0.21, 0.0}, {5.0, 0.71, 0.4}};
+    } else {
+      plan.lifted = i < 3 ? 1 : 0;
+      plan.meaning = std::string("hand holds and sways ") + (sideways ? "sideways, " : "forward and back, ") +
+                     (i < 3 ? "right foot alone" : "left foot alone");
+      plan.hand[sideways ? 1 : 0] = {{0.015, 0.2, 0.0}, {0.005, 0.8, 0.4}};
+    }
+    plans->push_back(plan);
+  }
+}
+
+void finish(double scale, std::vector<MotionPlan>* plans) {
+  for (size_t i = 0; i < plans->size(); ++i) {
+    (*plans)[i].duration *= scale;
+    (*plans)[i].seed = i + 1;
+  }
+}
+
 }  // namespace
 
 std::vector<MotionPlan> make_plans(double scale) {
@@ -145,10 +189,23 @@ std::vector<MotionPlan> make_plans(double scale) {
   add_held_sways(&plans);
   add_rest(&plans);
   add_swings(&plans);
-  for (size_t i = 0; i < plans.size(); ++i) {
-    plans[i].duration *= scale;
-    plans[i].seed = i + 1;
+  finish(scale, &plans);
+  return plans;
+}
+
+std::vector<MotionPlan> make_paper_plans(double scale) {
+  std::vector<MotionPlan> plans, rest;
+  add_paper_tilts(&plans);
+  add_paper_sways(&plans);
+  add_rest(&rest);
+  for (MotionPlan& plan : rest) {
+    if (plan.name == "bounce") continue;
+    for (auto& foot : plan.foot) foot[0].clear(), foot[1].clear();
+    plan.turn.clear();
+    plan.upper.erase("WAIST_Y");
+    plans.push_back(plan);
   }
+  finish(scale, &plans);
   return plans;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One self-contained page: table 1 (K, C, O), tables 2 and 3 (direct and cross validation), plots in the form of
-// figures 4, 6 and 7 to 13 of [M14], and the scenario with the bush that was found.
+// figures 4 and 7 to 13 of [M14], and the scenario with the bush that was found.
 #pragma once
 
 #include <string>

@@ -112,15 +112,19 @@ std::string make_zmp(const MotionTrack& track, const std::vector<FootFrame>& fee
          "of a foot in the air</figcaption></figure>";
 }
 
+// Roll and pitch apart, as the paper has them.
 std::string make_angles(const Identification& r, const MotionTrack& track) {
-  Plot plot{"Figure 6: angles of the bushes", "time [s]", "angle [mrad]", {}};
-  for (size_t f = 0; f < track.feet.size(); ++f) {
-    if (track.calc_standing_time(f) < kLeastTime) continue;
-    for (int a = 0; a < kAxes; ++a)
-      plot.series.push_back({r.scenario.feet[f] + ", " + kAxisNames[a], to_list(track.time),
-                             list_standing(1e3 * track.feet[f].angle[a], track.stands[f])});
+  std::string html;
+  for (int a = 0; a < kAxes; ++a) {
+    Plot plot{std::string("Figures 7 and 8: angles of the bushes about ") + kAxisNames[a], "time [s]", "angle [mrad]", {}};
+    for (size_t f = 0; f < track.feet.size(); ++f) {
+      if (track.calc_standing_time(f) < kLeastTime) continue;
+      plot.series.push_back(
+          {r.scenario.feet[f], to_list(track.time), list_standing(1e3 * track.feet[f].angle[a], track.stands[f])});
+    }
+    html += make_svg(plot);
   }
-  return make_svg(plot);
+  return html;
 }
 
 // How far the first sole is pressed in more than the second, as the closed chain and as the loads have it.
@@ -138,7 +142,7 @@ std::string make_slide(const Identification& r, const MotionTrack& track) {
 std::string make_torque(const Identification& r, const MotionTrack& track, size_t f, int a) {
   const std::vector<double> time = to_list(track.time);
   const Eigen::VectorXd predicted = predict_torque(r.fit, track, f, a);
-  return make_svg({"Figures 7 to 13: torque, " + r.scenario.feet[f] + ", " + kAxisNames[a],
+  return make_svg({"Figures 9 to 13: torque, " + r.scenario.feet[f] + ", " + kAxisNames[a],
                    "time [s]",
                    "torque [N m]",
                    {{"sensed", time, to_list(track.feet[f].torque[a])},

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <set>
 
 #include <unistd.h>
@@ -53,6 +54,35 @@ class PaperB : public ::testing::Test {
 };
 
 constexpr size_t kBounce = 14;
+
+TEST(PaperMotions, AreTheFourteenAndTurnNoFootByThemselves) {
+  std::map<std::string, int> kinds;
+  for (const MotionPlan& plan : make_paper_plans()) {
+    ++kinds[plan.name.substr(0, plan.name.find_first_of("123456"))];
+    for (const auto& foot : plan.foot) EXPECT_TRUE(foot[0].empty() && foot[1].empty()) << plan.name;
+    EXPECT_TRUE(plan.turn.empty() && plan.upper.count("WAIST_Y") == 0) << plan.name;
+    const bool vertical = plan.name >= "tilt4" && plan.name <= "tilt6";
+    EXPECT_EQ(!plan.pelvis[2].empty(), vertical || plan.name == "squat") << plan.name;
+  }
+  EXPECT_EQ(kinds, (std::map<std::string, int>{{"tilt", 6}, {"sway", 5}, {"sweep", 2}, {"squat", 1}}));
+}
+
+// The paper fits its sways: here two of them, one on each foot, tell pitch of both feet.
+TEST_F(PaperB, ThePapersSwaysTellStiffness) {
+  base_ = load_scenario(kScenario);
+  const auto run = [&](const std::string& path) { return run_in_process(without_sensor_errors(load_scenario(path))); };
+  clean_.push_back({kHanging, run(write_hanging(base_, folder_)), false});
+  const std::vector<MotionPlan> plans = make_paper_plans(0.6);
+  for (size_t i : {6u, 7u, 9u}) clean_.push_back({plans[i].name, run(write_motion(plans[i], base_, folder_)), true});
+  const BushObserver observer(base_);
+  const Observation o = observe(observer, with_noise(2));
+  const BushFit fit = fit_bush(o.fitted, o.zeros, observer.bush_centres(), o.options);
+  for (size_t f = 0; f < 2; ++f) {
+    const double truth = base_.foot_bush.at(base_.feet[f]).k_pitch, std = fit.feet[f][1].K.std;
+    EXPECT_LT(std, 0.01 * truth);
+    EXPECT_NEAR(fit.feet[f][1].K.value, truth, 3.0 * std);
+  }
+}
 
 // The whole study, a hundred seeds of all motions, is `scripts/identify_foot.sh --coverage 100`; docs/identification.md
 // has its table. Here: few motions, few seeds.
