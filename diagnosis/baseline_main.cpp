@@ -86,12 +86,12 @@ nlohmann::ordered_json identify(const std::string& path, const std::vector<std::
   const Problem problem = make_problem(e, 2);
   // Robots that touch the ground need more than efforts to be simulated.
   if (e.num_joints() == 0 || e.scenario.floating_base || !e.scenario.feet.empty()) return {{"joints", nullptr}};
-  const std::vector<Eigen::Vector3d> fitted = fit_plain_model(problem);
+  const std::vector<PlainDrive> fitted = fit_plain_model(problem);
   const Hypothesis hypothesis = make_plain_model(fitted);
   nlohmann::ordered_json joints;
   for (int j = 0; j < e.num_joints(); ++j) {
-    const Eigen::Vector3d& x = fitted[static_cast<size_t>(j)];
-    joints[e.robot.tree.joint(j).name] = {{"viscous", x(0)}, {"coulomb", x(1)}, {"rotor_inertia", x(2)}};
+    const PlainDrive& x = fitted[static_cast<size_t>(j)];
+    joints[e.robot.tree.joint(j).name] = {{"viscous", x.viscous}, {"coulomb", x.dry}, {"rotor_inertia", x.rotor}};
   }
   nlohmann::ordered_json out{{"joints", joints}};
   for (const auto& [name, which] : {std::pair{"train", &problem.train}, std::pair{"validate", &problem.validate}}) {

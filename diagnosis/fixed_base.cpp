@@ -68,25 +68,31 @@ double calc_position_error(const Problem& problem, const Trial& trial) {
   return n > 0.0 ? std::sqrt(sum / n) : trial.rms;
 }
 
+constexpr double kUnnamed = 0.9;  // of the error of models whose effects the report names
+
 // Of several models the one that simulates the held-out recordings best; nothing is fitted to them.
 Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Trial* searched,
                    const Progress& progress) {
   Trial best;
   double least = 1e300;
   const auto consider = [&](const char* name, const Trial& other) {
-    if (!other.validate.ok) return;
+    if (!other.validate.ok) return 1e300;
     const double error = calc_position_error(whole, other);
     progress("    " + std::string(name) + ": held out, positions miss " + number(100.0 * error, 3) + " % of their spread");
     if (error < least) best = other, least = error;
+    return error;
   };
-  const Hypothesis plain = make_plain_model(fit_plain_model(whole));
+  const Hypothesis plain = make_plain_model(fit_plain_model(whole)), geared = make_plain_model(fit_plain_model(whole, true));
   consider("parameters of the missing torque", simulate(whole, model));
+  const double without = consider("friction and rotors by least squares", simulate(whole, plain));
+  const double with = consider("friction, rotors and gears by least squares", simulate(whole, geared));
   // Recorded efforts are no commands: a simulation from them drifts, and parameters fitted through it mean little.
   if (!is_effort_driven(problem)) {
     consider("fitted through each joint's simulation", simulate(whole, polish_joints(problem, model)));
-    consider("friction and rotors, fitted through it", simulate(whole, polish_joints(problem, plain)));
+    consider("least squares, fitted through it", simulate(whole, polish_joints(problem, with < without ? geared : plain)));
   }
-  consider("friction and rotors by least squares", simulate(whole, plain));
+  // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears.
+  least *= kUnnamed;
   if (searched) consider("the model of the search", simulate(whole, split_asymmetry(searched->hypothesis)));
   return least < 1e300 ? best : simulate(whole, model);
 }

@@ -103,6 +103,19 @@ EffectInfo make_load_friction() {
   return row;
 }
 
+// Not proposed by searches in simulation: a gear shows along the recorded motion, in the torque of inverse dynamics.
+EffectInfo make_backdriving() {
+  EffectInfo row = make_row(EffectId::kNamed, "backdriving_friction", PlaceKind::kJoint, EffectFamily::kDryFriction,
+                            "a gear that loses more when the load turns it than when the motor does",
+                            {P("ratio", "1").absent_at(0).bounds(0, 0.97).size(0.02), make_presliding()});
+  row.apply = [](const double* p, const EffectTarget& at) {
+    at.joint->backdriven = p[0];
+    set_presliding(p[1], at.joint);
+  };
+  row.sticks = true, row.smooth = false;
+  return row;
+}
+
 EffectInfo make_hysteresis() {
   EffectInfo row = make_row(EffectId::kHysteresis, "hysteresis", PlaceKind::kJoint, EffectFamily::kPlay,
                             "friction with memory acts like a yielding spring",
@@ -119,7 +132,7 @@ EffectInfo make_hysteresis() {
 }  // namespace
 
 std::vector<EffectInfo> list_friction_rows() {
-  return {make_viscous(), make_coulomb(), make_stribeck(), make_load_friction(), make_hysteresis()};
+  return {make_viscous(), make_coulomb(), make_stribeck(), make_load_friction(), make_backdriving(), make_hysteresis()};
 }
 
 }  // namespace hrp

@@ -45,7 +45,15 @@ double calc_friction_level(const JointLaws& laws, double speed, double load, dou
 
 double calc_static_level(const JointLaws& laws, double load, double direction) {
   const double level = std::max(laws.static_level, laws.coulomb) + laws.load_ratio * std::abs(load);
-  return level * (1.0 + laws.asymmetry * direction);
+  return level * (1.0 + laws.asymmetry * direction) + calc_holding_level(laws, load, direction);
+}
+
+double calc_backdriven_level(const JointLaws& laws, double load, double direction) {
+  return load * direction < 0.0 ? laws.backdriven * std::abs(load) : 0.0;
+}
+
+double calc_holding_level(const JointLaws& laws, double drive, double direction) {
+  return drive * direction < 0.0 ? laws.backdriven / (1.0 - laws.backdriven) * std::abs(drive) : 0.0;
 }
 
 double calc_cogging(const JointLaws& laws, double q) {
@@ -84,6 +92,7 @@ const char* find_law_fault(const JointLaws& laws) {
   if (!(laws.coulomb >= 0) || !(laws.static_level >= 0)) return "friction levels must not be negative";
   if (!(std::abs(laws.asymmetry) <= 1)) return "coulomb_friction.asymmetry must be between -1 and 1";
   if (!(laws.load_ratio >= 0)) return "load_dependent_friction.ratio must not be negative";
+  if (!(laws.backdriven >= 0) || !(laws.backdriven < 1)) return "backdriving_friction.ratio must be 0 or more and below 1";
   if (!(laws.stribeck_velocity >= 0)) return "stribeck_velocity must not be negative";
   if (laws.elastic && !(laws.stiffness > 0)) return "stiffness of the transmission must be positive";
   if (laws.elastic && !(laws.motor_inertia > 0)) return "rotor_inertia of an elastic transmission must be positive";

@@ -46,6 +46,7 @@ struct JointLaws {
   double static_level = 0.0;             // [N m] largest level, at rest; at least coulomb
   double stribeck_velocity = 0.0;        // [rad/s] 0: no Stribeck curve
   double load_ratio = 0.0;               // level grows by ratio x |drive effort|
+  double backdriven = 0.0;               // share of the load that the gear takes while the load drives it; below 1
   double presliding = kPresliding;       // [rad] at it dry friction is full: for predictions along a path only
   double cogging_amplitude = 0.0, cogging_periods = 0.0, cogging_phase = 0.0;  // [N m], per rad, [rad]
   // Transmission
@@ -60,7 +61,7 @@ struct JointLaws {
   double lower = -kUnlimited, upper = kUnlimited;  // [rad] stops
   double stop_stiffness = 0.0, stop_damping = 0.0;
 
-  bool has_friction() const { return coulomb > 0.0 || static_level > 0.0 || load_ratio > 0.0; }
+  bool has_friction() const { return coulomb > 0.0 || static_level > 0.0 || load_ratio > 0.0 || backdriven > 0.0; }
 };
 
 // Servo: kp (r - measured) + kd (r' - measured rate) + feed-forward, before its limit.
@@ -85,8 +86,16 @@ double calc_direction(double v);
 // Level of dry friction at speed v (Coulomb, Stribeck: level = coulomb + (static - coulomb) exp(-(v / v_s)^2)),
 // raised by ratio x |load|; `direction` +-1 is that of motion.
 double calc_friction_level(const JointLaws& laws, double speed, double load, double direction);
-// Largest friction at rest against motion in `direction`.
+// Largest friction at rest against motion in `direction`, what a gear holds back included.
 double calc_static_level(const JointLaws& laws, double load, double direction);
+
+// A gear of high ratio loses more when the load turns it than when the motor does: the share `backdriven` of the load's
+// torque, while that drives the joint. The load is seen from the link: `load` [N m] is what the motion takes (inverse
+// dynamics). Level of dry friction [N m]; 0 while the load is along `direction` of motion, so that the drive leads.
+double calc_backdriven_level(const JointLaws& laws, double load, double direction);
+// The same loss seen from the motor: while the torque `drive` [N m] that it puts into the gear brakes, the link feels
+// drive / (1 - backdriven). Level of dry friction beside `drive` [N m].
+double calc_holding_level(const JointLaws& laws, double drive, double direction);
 
 // Cogging effort: amplitude sin(periods q + phase); slope over q.
 double calc_cogging(const JointLaws& laws, double q);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/plain_model.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/multibody/inverse_dynamics.h"
@@ -11,30 +12,34 @@ namespace {
 
 constexpr double kStill = 0.02;  // [rad/s] slower samples have no clear direction of friction
 
-// Normal equations of one joint: columns velocity, sign of velocity, acceleration.
+constexpr double kMostHeld = 0.8;  // share of the load: a gear that holds more is not seen to be turned back by it
+// Of the fastest sample: what friction at rest is like still shows in slower ones, which a gear that holds would take over.
+constexpr double kSlowShare = 0.05;
+
+// Normal equations of one joint: columns velocity, sign of velocity, acceleration, load that drives the joint.
 struct Normal {
-  Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d projection = Eigen::Vector3d::Zero();
+  Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d projection = Eigen::Vector4d::Zero();
 };
 
 // Least squares with no negative coefficient: the most negative one is dropped until none is left.
-Eigen::Vector3d solve(const Normal& normal) {
-  bool use[3] = {true, true, true};
-  for (int round = 0; round < 3; ++round) {
-    Eigen::Matrix3d gram = normal.gram;
-    Eigen::Vector3d projection = normal.projection;
-    for (int i = 0; i < 3; ++i) {
+Eigen::Vector4d solve(const Normal& normal, bool with_gear) {
+  bool use[4] = {true, true, true, with_gear};
+  for (int round = 0; round < 4; ++round) {
+    Eigen::Matrix4d gram = normal.gram;
+    Eigen::Vector4d projection = normal.projection;
+    for (int i = 0; i < 4; ++i) {
       if (use[i]) continue;
       gram.row(i).setZero(), gram.col(i).setZero();
       gram(i, i) = 1, projection(i) = 0;
     }
     gram.diagonal().array() += 1e-12 * (1 + gram.diagonal().array());
-    const Eigen::Vector3d x = gram.ldlt().solve(projection);
+    const Eigen::Vector4d x = gram.ldlt().solve(projection);
     Eigen::Index worst = 0;
     if (x.minCoeff(&worst) >= 0) return x;
     use[worst] = false;
   }
-  return Eigen::Vector3d::Zero();
+  return Eigen::Vector4d::Zero();
 }
 
 // Effort that drove a joint at sample k: recorded (`effort`, where there is one), else what the servo law says.
@@ -47,7 +52,18 @@ double find_effort(const JointLaws& laws, const std::vector<double>& effort, con
   return std::max(-laws.effort_limit, std::min(laws.effort_limit, u));
 }
 
-void add_recording(const Problem& problem, int r, std::vector<Normal>* normals) {
+// By joint: speed [rad/s] above which a sample counts.
+std::vector<double> find_still(const Problem& problem, bool with_gears) {
+  std::vector<double> still(static_cast<size_t>(problem.experiment->num_joints()), kStill);
+  for (int r : problem.train) {
+    for (size_t j = 0; with_gears && j < still.size(); ++j) {
+      for (double v : problem.smooth[static_cast<size_t>(r)].joints[j].qd) still[j] = std::max(still[j], kSlowShare * std::abs(v));
+    }
+  }
+  return still;
+}
+
+void add_recording(const Problem& problem, int r, const std::vector<double>& still, std::vector<Normal>* normals) {
   const Experiment& e = *problem.experiment;
   const Plant plant = make_plant(e, {});
   const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(r)];
@@ -66,8 +82,9 @@ void add_recording(const Problem& problem, int r, std::vector<Normal>* normals) 
       const size_t i = static_cast<size_t>(j);
       const double given = find_effort(plant.laws[i], smooth.effort[i], recording.joints[i], smooth.joints[i], k);
       const double missing = given - effort(j), v = state.qd(j);
-      if (!std::isfinite(missing) || std::abs(v) < kStill) continue;
-      const Eigen::Vector3d row(v, v > 0 ? 1.0 : -1.0, acceleration(j));
+      if (!std::isfinite(missing) || std::abs(v) < still[i]) continue;
+      const double direction = v > 0 ? 1.0 : -1.0, behind = effort(j) * direction < 0 ? -effort(j) : 0.0;
+      const Eigen::Vector4d row(v, direction, acceleration(j), behind);
       (*normals)[static_cast<size_t>(j)].gram += row * row.transpose();
       (*normals)[static_cast<size_t>(j)].projection += row * missing;
     }
@@ -76,22 +93,27 @@ void add_recording(const Problem& problem, int r, std::vector<Normal>* normals) 
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> fit_plain_model(const Problem& problem) {
+std::vector<PlainDrive> fit_plain_model(const Problem& problem, bool with_gears) {
   std::vector<Normal> normals(static_cast<size_t>(problem.experiment->num_joints()));
-  for (int r : problem.train) add_recording(problem, r, &normals);
-  std::vector<Eigen::Vector3d> fitted;
-  for (const Normal& normal : normals) fitted.push_back(solve(normal));
+  const std::vector<double> still = find_still(problem, with_gears);
+  for (int r : problem.train) add_recording(problem, r, still, &normals);
+  std::vector<PlainDrive> fitted;
+  for (const Normal& normal : normals) {
+    const Eigen::Vector4d x = solve(normal, with_gears);
+    fitted.push_back({x[0], x[1], x[2], std::min(kMostHeld, x[3])});
+  }
   return fitted;
 }
 
-Hypothesis make_plain_model(const std::vector<Eigen::Vector3d>& fitted) {
+Hypothesis make_plain_model(const std::vector<PlainDrive>& fitted) {
+  constexpr double kStick = 0.002;  // [rad] of displacement before slipping
   Hypothesis hypothesis;
   for (size_t i = 0; i < fitted.size(); ++i) {
     const int j = static_cast<int>(i);
-    hypothesis.push_back({EffectId::kViscous, j, {fitted[i](0)}});
-    hypothesis.push_back({EffectId::kCoulomb, j, {fitted[i](1), 0.0}});
-    hypothesis.back().p.resize(list_infos(EffectId::kCoulomb).size(), 0.002);  // [rad/s] stick speed
-    hypothesis.push_back({EffectId::kRotorInertia, j, {fitted[i](2)}});
+    hypothesis.push_back({EffectId::kViscous, j, {fitted[i].viscous}});
+    hypothesis.push_back({EffectId::kCoulomb, j, {fitted[i].dry, 0.0, kStick}});
+    hypothesis.push_back({EffectId::kRotorInertia, j, {fitted[i].rotor}});
+    if (fitted[i].gear > 0.0) hypothesis.push_back({find_effect("backdriving_friction")->id, j, {fitted[i].gear, kStick}});
   }
   return hypothesis;
 }

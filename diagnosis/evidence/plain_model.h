@@ -4,16 +4,23 @@
 // tool's own must not fall behind.
 #pragma once
 
-#include <Eigen/Dense>
 #include <vector>
 
 #include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
 
-// By joint: viscous friction [N m s/rad], Coulomb friction [N m], rotor inertia [kg m^2], none negative.
-std::vector<Eigen::Vector3d> fit_plain_model(const Problem& problem);
+// A joint's drive; nothing of it is negative.
+struct PlainDrive {
+  double viscous = 0.0;  // [N m s/rad]
+  double dry = 0.0;      // [N m]
+  double rotor = 0.0;    // [kg m^2]
+  double gear = 0.0;     // share of the load that the gear takes while the load drives it: backdriving_friction
+};
 
-Hypothesis make_plain_model(const std::vector<Eigen::Vector3d>& fitted);
+// By joint; gears only on demand: nobody would fit them first.
+std::vector<PlainDrive> fit_plain_model(const Problem& problem, bool with_gears = false);
+
+Hypothesis make_plain_model(const std::vector<PlainDrive>& fitted);
 
 }  // namespace hrp::diagnosis

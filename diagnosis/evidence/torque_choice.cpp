@@ -10,6 +10,7 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr double kWorth = 3.0;       // [nats] beyond its cost
 constexpr int kMostTerms = 7;        // of one joint
 constexpr double kWholeGain = 6.0;   // [nats] that a term of the whole robot must add: a likelihood ratio of 400
 constexpr size_t kMostWhole = 4;
@@ -131,6 +132,10 @@ class SubsetSearch {
     return subset;
   }
 
+  // Factor to which a term has to bring the mean square down to be worth its cost, and as many nats more as a supported
+  // term must add: each term of the pool doubles the sets.
+  double calc_worth(TermKind kind) const { return std::exp(-2.0 * (get_cost(kind) + kWorth) / std::max(1.0, joint_.effective)); }
+
   // [nats] of a log-normal prior: a drive that loses half of its torque is less likely than one with a rotor.
   static double calc_gain_cost(double gain) { return 0.5 * std::pow(std::log(std::max(1e-3, gain)) / kGainSpread, 2); }
 
@@ -146,20 +151,25 @@ class SubsetSearch {
     return (k - 1.0) * (other_k - 1.0) > 0.0 && std::abs(k - other_k) < kBracket * std::abs(middle - 1.0);
   }
 
-  // One Stribeck velocity, one period of ripple, one delay: those that help most beside the usual terms.
+  // One Stribeck velocity, one period of ripple, one delay: those that help most beside the usual terms. A gear that is
+  // hard to turn backwards only if it is worth its cost beside all of these: load-dependent friction says much of it, too.
   Terms list_pool() const {
     Terms pool, base;
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
       const TermKind kind = joint_.terms[t].kind;
       if (is_scanned(kind) || kind == TermKind::kGainOfModel) continue;
       if (kind == TermKind::kGain && !joint_.loaded) continue;
+      if (kind == TermKind::kBackdriven) continue;
       pool.push_back(t);
       if (kind == TermKind::kViscous || kind == TermKind::kDry || kind == TermKind::kRotor ||
           kind == TermKind::kConstant)
         base.push_back(t);
     }
-    for (TermKind kind : {TermKind::kStribeck, TermKind::kCogging, TermKind::kCommandDelay}) {
-      double best = 1e300;
+    Terms all = base;
+    for (TermKind kind : {TermKind::kStribeck, TermKind::kCogging, TermKind::kCommandDelay, TermKind::kBackdriven}) {
+      const bool gear = kind == TermKind::kBackdriven;
+      if (gear) base = all;
+      double best = gear ? cross_validate(folds_, total_, list_own(joint_, all)) * calc_worth(kind) : 1e300;
       size_t chosen = joint_.terms.size();
       for (size_t t = 0; t < joint_.terms.size(); ++t) {
         if (joint_.terms[t].kind != kind) continue;
@@ -168,7 +178,8 @@ class SubsetSearch {
         const double cross = cross_validate(folds_, total_, list_own(joint_, with));
         if (cross < best) best = cross, chosen = t;
       }
-      if (chosen < joint_.terms.size()) pool.push_back(chosen);
+
+      if (chosen < joint_.terms.size()) pool.push_back(chosen), all.push_back(chosen);
     }
     return pool;
   }
@@ -352,15 +363,17 @@ constexpr double kLongest = 0.1;  // [s] of a drive's lag
 
 bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, const Eigen::VectorXd& theta) {
   constexpr double kMostLoss = 0.6;        // of the load: no transmission loses so much
+  constexpr double kMostHeld = 0.8;        // of the load: a gear that holds more is not seen to be turned back by it
   constexpr double kLeastGain = 0.5, kMostGain = 2.0;
   const JointDesign& joint = design.joints[at];
   const auto get = [&](TermKind kind) { return get_parameter(joint, terms, theta, kind); };
-  for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kRotor, TermKind::kStribeck,
+  for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kBackdriven, TermKind::kRotor, TermKind::kStribeck,
                         TermKind::kLag, TermKind::kCommandDelay, TermKind::kSpring}) {
     if (get(kind) < 0.0) return false;
   }
   const double gain = 1.0 - get(TermKind::kGain);
   if (gain < kLeastGain || gain > kMostGain || get(TermKind::kLoadDry) > kMostLoss) return false;
+  if (get(TermKind::kBackdriven) > kMostHeld) return false;
   return get(TermKind::kLag) < kLongest && get(TermKind::kCommandDelay) < kLongest;
 }
 

@@ -87,7 +87,8 @@ class Judge {
       const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
       out->evidence.findings.push_back(make_finding(e_, g, excess, list_twins(*design_.data, g, excess)));
       const bool of_drive = g.term.kind == TermKind::kRotor || g.term.kind == TermKind::kViscous ||
-                            g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry;
+                            g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry ||
+                            g.term.kind == TermKind::kBackdriven;
       if (of_drive) any_drives.insert(g.place.joint);
       if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint), ++out->drive_terms;
     }
@@ -126,10 +127,10 @@ class Judge {
     if (g.term.kind == TermKind::kStribeck && find_level(g) == nullptr) return;
     if (g.term.kind == TermKind::kStribeck) return;  // with its level
     const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
-    const Effect effect = make_effect(g, excess);
-    if (effect.id == EffectId::kNamed) return;
-    if (g.term.kind != TermKind::kBusDelay) model->push_back(effect);
-    else for (int joint : list_servo_joints()) model->push_back({effect.id, joint, effect.p});
+    const std::optional<Effect> effect = make_effect(g, excess);
+    if (!effect) return;
+    if (g.term.kind != TermKind::kBusDelay) model->push_back(*effect);
+    else for (int joint : list_servo_joints()) model->push_back({effect->id, joint, effect->p});
   }
 
   std::vector<int> list_servo_joints() const {

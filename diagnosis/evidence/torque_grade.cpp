@@ -425,7 +425,9 @@ class Grader {
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
     const bool usual = get_cost(g->term.kind) < 1.0 && told && g->gain > kNamedGain && is_visible(*g);
-    g->named = holds || usual;
+    // Parts of the recordings that differ by more than the value itself give no value that could be reported.
+    const bool sized = size >= g->width.norm();
+    g->named = sized && (holds || usual);
     const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;
     const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;

@@ -151,6 +151,7 @@ double get_cost(TermKind kind) {
     case TermKind::kRotor:
       return 0.5;
     case TermKind::kLoadDry:
+    case TermKind::kBackdriven:
     case TermKind::kStribeck:
     case TermKind::kConstant:
     case TermKind::kGain:

@@ -46,7 +46,7 @@ std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p,
   switch (term.kind) {
     case TermKind::kViscous: return {scalar("coefficient", "N m s/rad", p[0], s[0])};
     case TermKind::kDry: return {scalar("level", "N m", p[0], s[0])};
-    case TermKind::kLoadDry: return {scalar("ratio", "1", p[0], s[0])};
+    case TermKind::kLoadDry: case TermKind::kBackdriven: return {scalar("ratio", "1", p[0], s[0])};
     case TermKind::kStribeck:
       return {scalar("excess", "N m", p[0], s[0]), scalar("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
     case TermKind::kRotor: return {scalar("inertia", "kg m^2", p[0], s[0])};
@@ -99,6 +99,7 @@ const char* get_phrase(TermKind kind) {
     case TermKind::kViscous: return "viscous friction";
     case TermKind::kDry: return "dry friction";
     case TermKind::kLoadDry: return "dry friction that grows with the load";
+    case TermKind::kBackdriven: return "a gear that loses more when the load turns it than when the motor does";
     case TermKind::kStribeck: return "dry friction that is larger at rest";
     case TermKind::kRotor: return "reflected inertia of the rotor";
     case TermKind::kGain: case TermKind::kGainOfModel: return "a wrong torque constant";
@@ -120,7 +121,7 @@ const char* get_phrase(TermKind kind) {
 
 const char* get_motion(TermKind kind) {
   switch (kind) {
-    case TermKind::kDry: case TermKind::kLoadDry: case TermKind::kStribeck: case TermKind::kViscous:
+    case TermKind::kDry: case TermKind::kLoadDry: case TermKind::kBackdriven: case TermKind::kStribeck: case TermKind::kViscous:
       return "constant speeds, slow and fast, in both directions, in postures of different load";
     case TermKind::kRotor: case TermKind::kLag: case TermKind::kCommandDelay: case TermKind::kBusDelay:
       return "short, fast reversals of this joint alone";
@@ -176,7 +177,7 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   return f;
 }
 
-Effect make_effect(const GradedTerm& g, const GradedTerm* excess) {
+std::optional<Effect> make_effect(const GradedTerm& g, const GradedTerm* excess) {
   const Eigen::VectorXd& p = g.parameters;
   const auto make = [&](EffectId id, std::vector<double> values) -> Effect { return {id, g.term.place, std::move(values)}; };
   switch (g.term.kind) {
@@ -190,6 +191,7 @@ Effect make_effect(const GradedTerm& g, const GradedTerm* excess) {
                     {p[0], p[0] + excess->parameters[0], excess->term.shape, 0.0, kPresliding});
       return make(EffectId::kCoulomb, {p[0], 0.0, kPresliding});
     case TermKind::kLoadDry: return make(EffectId::kLoadFriction, {p[0], kPresliding});
+    case TermKind::kBackdriven: return make(get_effect_id(g.term.kind), {p[0], kPresliding});
     case TermKind::kRotor: return make(EffectId::kRotorInertia, {p[0]});
     case TermKind::kGain: return make(EffectId::kTorqueConstant, {1.0 - p[0]});
     case TermKind::kSpring: return make(EffectId::kSpring, {p[0], p[0] != 0.0 ? -p[1] / p[0] : 0.0});
@@ -203,7 +205,7 @@ Effect make_effect(const GradedTerm& g, const GradedTerm* excess) {
     case TermKind::kOffset: return make(EffectId::kJointOffset, {p[0]});
     case TermKind::kConstant: return make(get_effect_id(TermKind::kConstant), {p[0]});
     case TermKind::kTilt: return make(get_effect_id(TermKind::kTilt), {p[0], p[1]});
-    default: return {EffectId::kNamed, 0, {}};
+    default: return std::nullopt;
   }
 }
 

@@ -2,6 +2,8 @@
 // Graded terms as findings, effects of a simulation, and sentences.
 #pragma once
 
+#include <optional>
+
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/simulation/plant.h"
@@ -11,8 +13,8 @@ namespace hrp::diagnosis {
 // `excess`: the Stribeck term of a dry friction, or null; `twins`: alternatives beside those that do as well.
 Finding make_finding(const Experiment& experiment, const GradedTerm& term, const GradedTerm* excess,
                      const std::vector<Alternative>& twins);
-// Id kNamed where the simulator has no law for it.
-Effect make_effect(const GradedTerm& term, const GradedTerm* excess);
+// Nothing where the simulator has no law for it.
+std::optional<Effect> make_effect(const GradedTerm& term, const GradedTerm* excess);
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);
 
 std::string make_remaining_words(const Experiment& experiment, int joint, const Remaining& remaining,

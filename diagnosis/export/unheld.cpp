@@ -27,6 +27,8 @@ std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds) 
   if (laws.asymmetry != 0.0)
     list.push_back("dry friction is (1 +- " + p(laws.asymmetry) + ") times its level forward and backward");
   if (laws.load_ratio > 0.0) list.push_back("dry friction grows by " + p(laws.load_ratio) + " times the drive's effort");
+  if (laws.backdriven > 0.0)
+    list.push_back("the gear takes " + p(laws.backdriven) + " of the load's torque while the load drives it");
   if (laws.cogging_amplitude != 0.0)
     list.push_back("ripple of " + p(laws.cogging_amplitude) + " N m sin(" + p(laws.cogging_periods) + " q + " + p(laws.cogging_phase) + ")");
   if (laws.elastic)

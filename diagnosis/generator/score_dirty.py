@@ -6,7 +6,7 @@ import math
 
 MATTERS = 0.1  # share of its joint's mismatch from which an effect has to be named
 FAMILIES = {
-    "dry friction": ("coulomb_friction", "stribeck_friction", "load_dependent_friction"),
+    "dry friction": ("coulomb_friction", "stribeck_friction", "load_dependent_friction", "backdriving_friction"),
     "speed-dependent loss": ("viscous_friction", "back_emf"),
     "reflected inertia": ("rotor_inertia", "inertia_error"),
     "mass and its place": ("payload", "mass_error", "com_error"),

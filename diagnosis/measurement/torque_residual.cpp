@@ -16,7 +16,8 @@ Eigen::VectorXd calc_taken(const JointLaws& laws, const TorqueRecording& r, cons
   for (long k = 0; k < tau.size(); ++k) {
     const double v = r.v(k, j), s = direction[k];
     taken[k] = calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j));
-    if (laws.has_friction()) taken[k] += s * calc_friction_level(laws, std::abs(v), tau[k], s > 0.0 ? 1.0 : -1.0);
+    if (!laws.has_friction()) continue;
+    taken[k] += s * (calc_friction_level(laws, std::abs(v), tau[k], s > 0.0 ? 1.0 : -1.0) + calc_backdriven_level(laws, tau[k], s));
   }
   return taken;
 }

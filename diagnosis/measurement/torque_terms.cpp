@@ -188,9 +188,10 @@ std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
   const double fast = find_fast_speed(data, joint);
   if (fast <= 0.0) return terms;
   const bool driven = data.experiment->robot.tree.joint(joint).actuated;
-  for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kRotor, TermKind::kGain,
+  for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kBackdriven, TermKind::kRotor, TermKind::kGain,
                         TermKind::kGainOfModel, TermKind::kConstant, TermKind::kLag}) {
-    const bool of_drive = kind == TermKind::kGain || kind == TermKind::kGainOfModel || kind == TermKind::kLag || kind == TermKind::kRotor;
+    const bool of_drive = kind == TermKind::kGain || kind == TermKind::kGainOfModel || kind == TermKind::kLag || kind == TermKind::kRotor ||
+                          kind == TermKind::kBackdriven;
     if (driven || !of_drive) terms.push_back({kind, joint, 0.0, 1, false});
   }
   terms.push_back({TermKind::kSpring, joint, 0.0, 2, false});
@@ -242,6 +243,10 @@ Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording
       break;
     case TermKind::kLoadDry:
       out.col(0) = data.condition(r, sign.cwiseProduct(r.tau.col(j).cwiseAbs()));
+      break;
+    case TermKind::kBackdriven:
+      out.col(0) = data.condition(r, -sign.cwiseAbs().cwiseProduct(r.tau.col(j)).cwiseProduct(
+                                         (sign.array() * r.tau.col(j).array() < 0.0).cast<double>().matrix()));
       break;
     case TermKind::kStribeck:
       out.col(0) =
@@ -299,6 +304,7 @@ EffectId get_effect_id(TermKind kind) {
     case TermKind::kViscous: return EffectId::kViscous;
     case TermKind::kDry: return EffectId::kCoulomb;
     case TermKind::kLoadDry: return EffectId::kLoadFriction;
+    case TermKind::kBackdriven: return find_effect("backdriving_friction")->id;
     case TermKind::kStribeck: return EffectId::kStribeck;
     case TermKind::kRotor: return EffectId::kRotorInertia;
     case TermKind::kGain: case TermKind::kGainOfModel: return EffectId::kTorqueConstant;

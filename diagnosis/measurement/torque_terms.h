@@ -2,7 +2,8 @@
 // Effects as columns of the missing torque (torque.h), and back from coefficients to parameters.
 //
 // Of one joint, in its own row; s is the smooth sign of its velocity:
-//   viscous b v; dry c s; growing with load mu |tau| s; Stribeck (f_s - f_c) exp(-(v / v_s)^2) s; rotor J a;
+//   viscous b v; dry c s; growing with load mu |tau| s; of a gear that the load drives
+//   backwards mu |tau| s where tau s < 0; Stribeck (f_s - f_c) exp(-(v / v_s)^2) s; rotor J a;
 //   true torque k times the effort: (1 - k) y, or (1/k - 1) tau; constant; spring k (q - rest); lag or delay T dy/dt;
 //   late commands T (c(t) - c(t - T0)) / T0 with c = kp r + kd r', for several T0, of which the one nearest to T fits
 //   best; cogging A sin(p q + phase).
@@ -19,7 +20,7 @@
 namespace hrp::diagnosis {
 
 enum class TermKind {
-  kViscous, kDry, kLoadDry, kStribeck, kRotor, kGain, kGainOfModel, kConstant, kSpring, kLag, kCommandDelay, kCogging,
+  kViscous, kDry, kLoadDry, kBackdriven, kStribeck, kRotor, kGain, kGainOfModel, kConstant, kSpring, kLag, kCommandDelay, kCogging,
   kPayload, kMassError, kComError, kForce, kOffset, kTilt, kBusDelay
 };
 

@@ -30,7 +30,7 @@ class Rollout {
     const size_t size = static_cast<size_t>(N_);
     for (std::vector<double>* v : {&Q_, &V_, &Qs_, &Vs_, &f_, &K_, &D_, &k1q_, &k1v_, &k2q_, &k2v_, &rhs_})
       v->assign(size, 0.0);
-    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_,
+    for (std::vector<double>* v : {&U_, &Z_, &Us_, &Zs_, &fu_, &fz_, &k1u_, &k1z_, &lag_factor_, &lag_k_, &lag_d_, &gear_,
                                    &bias_, &B_, &Bs_, &fb_, &k1b_, &bristle_k_, &bristle_a_, &bristle_slip_}) {
       v->assign(static_cast<size_t>(n_), 0.0);
     }
@@ -124,7 +124,8 @@ class Rollout {
       B_[j] = 0.0;
       if (!laws(j).has_friction()) continue;
       const double missing = calc_given_torque(laws(j), U_[j], V_[motor_[j]]) - tau[static_cast<size_t>(j)];
-      B_[j] = missing / calc_level(j, 0.0, U_[j], missing) * laws(j).presliding;
+      const double level = calc_level(j, 0.0, U_[j], missing) + calc_holding_level(laws(j), U_[j], missing);
+      B_[j] = missing / level * laws(j).presliding;
       limit_bristles(j);
     }
   }
@@ -198,6 +199,15 @@ class Rollout {
     return std::max(1e-9, calc_friction_level(laws(j), speed, load, b > 0.0 ? 1.0 : -1.0));
   }
 
+  // While the drive brakes, a gear that is hard to turn backwards multiplies what comes to it (joint_law.h), the rotor's
+  // inertia included; by as much as its bristles are bent, `bend` -1 to 1.
+  void add_gear(int j, double drive, double bend) {
+    const int m = motor_[j];
+    gear_[j] = calc_holding_level(laws(j), drive, bend) / std::max(1e-300, std::abs(drive)) * std::min(1.0, std::abs(bend));
+    f_[m] += gear_[j] * drive;
+    K_[m] *= 1.0 + gear_[j], D_[m] *= 1.0 + gear_[j];
+  }
+
   // Dry friction as bristles that bend and slip (Dahl, AIAA J. 14, 1976): effort = -level b / d, b' = v - |v| b / d with
   // the pre-sliding displacement d. The level follows speed and load at once: in sliding friction is what the law of
   // the level says, however fast it changes.
@@ -228,7 +238,9 @@ class Rollout {
     u = calc_given_torque(law, u, V[m]);
     if (slope.over_effort == 0.0) free_[j] = 1;
     K_[m] *= slope.over_effort, D_[m] = D_[m] * slope.over_effort - std::min(0.0, slope.over_v);
-    f_[m] += u + calc_friction(j, Q[m], V[m], &D_[m]);
+    const double drive = u + calc_friction(j, Q[m], V[m], &D_[m]);
+    f_[m] += drive;
+    if (law.backdriven > 0.0) add_gear(j, drive, B[j] / law.presliding);
     if (law.has_friction()) f_[m] += calc_dry_friction(j, h, V[m], u, B[j], &D_[m]);
     if (free_[j] && !free_running_) follow(j, t, Q[m] + law.joint_offset, V[m]);
     if (law.cogging_amplitude != 0.0) K_[m] -= calc_cogging_slope(law, Q[m]);
@@ -267,7 +279,7 @@ class Rollout {
     std::fill(M_.begin(), M_.end(), 0.0);
     for (int i = 0; i < n_; ++i) {
       for (int j = 0; j < n_; ++j) M_[i * N_ + j] = mass_[i * n_ + j];
-      M_[motor_[i] * N_ + motor_[i]] += plant_.rotor[index(i)];
+      M_[motor_[i] * N_ + motor_[i]] += (1.0 + gear_[i]) * plant_.rotor[index(i)];
       // A first-order correction: it must stay a small one of what moves there.
       double& own = M_[motor_[i] * N_ + motor_[i]];
       if (K_[motor_[i]] > 0.0) own -= std::min(laws(i).kd * plant_.timing.rate_lag, 0.5 * own);
@@ -464,7 +476,7 @@ class Rollout {
   std::vector<int> motor_;  // coordinate of each joint's motor
   std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_;
   std::vector<double> B_, Bs_, fb_, k1b_, bristle_k_, bristle_a_, bristle_slip_;  // by joint; B_: deflections [rad]
-  std::vector<double> U_, Z_, Us_, Zs_, fu_, fz_, k1u_, k1z_, lag_factor_, lag_k_, lag_d_;
+  std::vector<double> U_, Z_, Us_, Zs_, fu_, fz_, k1u_, k1z_, lag_factor_, lag_k_, lag_d_, gear_;
   std::vector<double> couple_k_, couple_d_, A_, M_, mass_, bias_;
 };
 

@@ -61,6 +61,14 @@ void add_drive_terms(const JointLaws& laws, double motor_v, AffineEffort* motor)
   *motor = {torque + b * motor_v, b};
 }
 
+// While the motor brakes, a gear that is hard to turn backwards multiplies what comes to it, the rotor's inertia included.
+void add_gear(const JointLaws& laws, double motor_v, double direction, DriveStep* step) {
+  AffineEffort& motor = step->motor;
+  if (laws.backdriven == 0.0 || motor.at(motor_v) * direction >= 0.0) return;
+  const double gain = laws.backdriven / (1.0 - laws.backdriven), rotor = gain * laws.motor_inertia / step->in.dt;
+  motor = {(1.0 + gain) * motor.a + rotor * motor_v, (1.0 + gain) * motor.b + rotor};
+}
+
 void add_motor_terms(const JointLaws& laws, double motor_q, double motor_v, DriveStep* step) {
   AffineEffort& motor = step->motor;
   motor.b += laws.viscous;
@@ -69,7 +77,9 @@ void add_motor_terms(const JointLaws& laws, double motor_q, double motor_v, Driv
     motor.b += step->in.horizon * std::max(0.0, -calc_cogging_slope(laws, motor_q));
   }
   const double direction = get_direction(step->regime.friction);
-  if (direction != 0.0) motor.a -= direction * calc_friction_level(laws, std::abs(motor_v), step->load, direction);
+  if (direction == 0.0) return;
+  add_gear(laws, motor_v, direction, step);
+  motor.a -= direction * calc_friction_level(laws, std::abs(motor_v), step->load, direction);
 }
 
 // Transmission: effort = twist.a + twist.b (motor v' - link v').
@@ -205,7 +215,7 @@ void start_drive(const JointLaws& laws, const DriveMemory& memory, const DriveIn
   step->servo = calc_servo(laws, motor_q, *step);
   const double drive = calc_drive(laws, memory, step->servo, in.horizon).at(motor_v);
   regime.saturation = find_limit_side(drive, laws.saturation);
-  step->load = std::min(std::abs(drive), laws.saturation);
+  step->load = std::clamp(drive, -laws.saturation, laws.saturation);
   if (laws.has_friction()) regime.friction = motor_v == 0.0 ? FrictionRegime::kHeld : make_moving(motor_v);
   if (laws.elastic) regime.gap = find_gap_side(laws, memory.motor_q - in.q);
   regime.stop = find_stop_side(laws, in.q + in.horizon * in.v);

@@ -50,7 +50,7 @@ struct DriveStep {
   AffineEffort twist;       // transmission effort = twist.a + twist.b (motor v' - link v')
   AffineEffort motor_v;     // motor v' = motor_v.a - motor_v.b v'
   bool held = false;        // the link's joint is held by friction (no elastic transmission)
-  double load = 0.0;        // |drive effort| for load-dependent friction
+  double load = 0.0;        // [N m] the drive's torque, for friction that depends on it
 };
 
 struct DriveEfforts {

@@ -37,6 +37,7 @@ const Named kEffects[] = {
     {"coulomb_friction", "{joint: R_KNEE}", "{level: {value: 5, std: 0.1, ci95: [4.8, 5.2], unit: N m}, asymmetry: 0.1}"},
     {"stribeck_friction", "{joint: R_KNEE}", "{coulomb: 5, static: 8, stribeck_velocity: 0.1}"},
     {"load_dependent_friction", "{joint: R_KNEE}", "{ratio: 0.2}"},
+    {"backdriving_friction", "{joint: R_KNEE}", "{ratio: 0.4}"},
     {"rotor_inertia", "{joint: R_KNEE}", "{inertia: 0.5}"},
     {"joint_elasticity", "{joint: R_KNEE}", "{stiffness: 8000, damping: 20, rotor_inertia: 0.3}"},
     {"backlash", "{joint: R_KNEE}", "{gap: 0.01}"},

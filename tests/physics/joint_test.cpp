@@ -97,6 +97,48 @@ TEST(LoadDependentFriction, GrowsWithTheDrivesEffort) {
   EXPECT_NEAR(simulator.state().qd[0], 0.1 + 0.1 * (4.0 - 1.0) / kInertia, 1e-9);
 }
 
+// A gear of which the load gets only 1 - ratio backwards.
+TEST(BackdrivingFriction, ADriveThatLeadsLosesNothingAndOneThatBrakesFeelsHalfTheLoad) {
+  Bar bar;
+  bar.add("backdriving_friction", {{"ratio", 0.5}});
+  bar.command.effort[0] = 4.0;
+  Simulator leads = bar.start(0.0, 0.1), brakes = bar.start(0.0, -1.0);
+  bar.run(&leads, 50), bar.run(&brakes, 50);
+  EXPECT_NEAR(leads.state().qd[0], 0.1 + 0.05 * 4.0 / kInertia, 1e-9);
+  EXPECT_NEAR(brakes.state().qd[0], -1.0 + 0.05 * (4.0 / 0.5) / kInertia, 1e-9);
+}
+
+TEST(BackdrivingFriction, RotorAndViscousLossActThroughTheGear) {
+  Bar bar;
+  bar.add("backdriving_friction", {{"ratio", 0.75}});
+  bar.add("viscous_friction", {{"coefficient", 0.5}});
+  bar.add("rotor_inertia", {{"inertia", 0.1}});
+  bar.scenario.time_step = 1e-4;
+  Simulator simulator = bar.start(0.0, 1.0);
+  bar.run(&simulator, 1000);
+  // (1 - ratio) L v' = -b v - J v' while the load leads: rate b / ((1 - ratio) L + J) = 0.5 / 0.225. 1e-4 of steps.
+  EXPECT_NEAR(simulator.state().qd[0], std::exp(-0.5 / (0.25 * kInertia + 0.1) * 0.1), 3e-4);
+}
+
+TEST(BackdrivingFriction, ALoadIsHeldByMoreThanHalfOfItsTorque) {
+  Bar bar;
+  bar.robot = rigs::make_body(rigs::make_box_inertia(1.0, {0.1, 0.1, 0.1}));
+  LinkInertia inertia;
+  inertia.mass = 1.0, inertia.p_LLcm_L = {0.1, 0.0, 0.0}, inertia.I_LLcm_L = Vector3d::Constant(0.49).asDiagonal();
+  rigs::add_link(&bar.robot, "bar", 0, Vector3d::Zero(), Vector3d::UnitY(), inertia);
+  bar.add("backdriving_friction", {{"ratio", 0.5}});
+  const double weight = 0.1 * 9.81;  // [N m], along +q
+  bar.command.effort[0] = -0.51 * weight;
+  Simulator held = bar.start(0.0, 0.0);
+  bar.run(&held, 1000);
+  EXPECT_NEAR(held.state().q[0], 0.0, 1e-12);
+  bar.command.effort[0] = -0.4 * weight;
+  Simulator falls = bar.start(0.0, 0.0);
+  bar.run(&falls, 100);
+  // 0.8 of the weight is carried; 1e-3 of the speed is the first step's.
+  EXPECT_NEAR(falls.state().qd[0], 0.1 * 0.2 * weight / 0.5, 1e-3 * 0.05);
+}
+
 TEST(ViscousFriction, DecaysExponentially) {
   Bar bar;
   bar.add("viscous_friction", {{"coefficient", 2.0}});

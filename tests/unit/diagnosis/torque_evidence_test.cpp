@@ -95,6 +95,28 @@ TEST(TorqueEvidence, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   EXPECT_THAT(all, testing::IsSupersetOf({"torque_constant_error", "mass_error"}));
 }
 
+// Lowering a load takes less torque than its weight, lifting it does not: by the mean of both the arm looks too heavy.
+TEST(TorqueEvidence, AGearThatTheLoadHardlyTurnsIsNamedWithItsLossAndIsNoWrongMass) {
+  Hypothesis hidden;
+  for (int joint : {kShoulder, kElbow}) {
+    hidden.push_back({EffectId::kViscous, joint, {0.1}});
+    hidden.push_back({EffectId::kCoulomb, joint, {0.1, 0.0, 5e-4}});
+    hidden.push_back({EffectId::kRotorInertia, joint, {0.01}});
+  }
+  hidden.push_back({find_effect("backdriving_friction")->id, kElbow, {0.6, 5e-4}});
+  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_gear", kArm, kJoints, hidden), 1);
+  const Finding* f = find(verdict, "backdriving_friction", "elbow");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+  EXPECT_EQ(find(verdict, "backdriving_friction", "shoulder"), nullptr);
+  // A tenth: where the load changes sides the smoothed torque is that of neither.
+  EXPECT_NEAR(f->parameters[0].value[0], 0.6, 0.06) << f->statement;
+  for (const Finding& other : verdict.evidence.findings) {
+    EXPECT_NE(other.family, get_family_name(EffectFamily::kMass)) << other.statement;
+    EXPECT_NE(other.family, get_family_name(EffectFamily::kGain)) << other.statement;
+  }
+}
+
 TEST(TorqueEvidence, LateCommandsShowInTheServosOwnLawBesideFriction) {
   Hypothesis hidden = make_drives();
   hidden.push_back({EffectId::kDelay, kElbow, {0.012}});
