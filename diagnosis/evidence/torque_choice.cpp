@@ -34,11 +34,13 @@ bool has_kind(const JointDesign& joint, const Terms& terms, TermKind kind) {
   return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].kind == kind; });
 }
 
-// A Stribeck curve is an excess over a level, a spring has a constant of its own.
+// A Stribeck curve is an excess over a level, a spring has a constant of its own. A gear with the loss 2 mu backwards and a
+// gain of 1 + mu are load-dependent friction mu in two terms.
 bool is_sensible(const JointDesign& joint, const Terms& terms) {
   if (has_kind(joint, terms, TermKind::kStribeck) && !has_kind(joint, terms, TermKind::kDry) &&
       !has_kind(joint, terms, TermKind::kLoadDry))
     return false;
+  if (has_kind(joint, terms, TermKind::kBackdriven) && has_kind(joint, terms, TermKind::kGain)) return false;
   if (has_kind(joint, terms, TermKind::kLag) && has_kind(joint, terms, TermKind::kCommandDelay)) return false;
   return !(has_kind(joint, terms, TermKind::kSpring) && has_kind(joint, terms, TermKind::kConstant));
 }
