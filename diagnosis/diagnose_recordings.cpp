@@ -12,6 +12,7 @@
 #include "diagnosis/checks/torque_traces.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/findings/schema2.h"
 #include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
@@ -37,6 +38,7 @@ bool is_long(const Experiment& e) { return is_in_torque_space(e) && calc_joint_s
 void finish(const Experiment& e, Reports* reports) {
   Json& report = reports->report;
   report["fit"]["held_out"] = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
+  lower_grades(&report);
   report["summary"] = make_summary_text(report);
 }
 

@@ -20,7 +20,7 @@ constexpr auto kPatience = std::chrono::milliseconds(1000);
 constexpr auto kLook = std::chrono::milliseconds(200);
 
 RunChoice join_one(const RunEntry& entry, const JoinOptions& options) {
-  JoinedRun run{entry, true};
+  JoinedRun run{entry, true, nullptr};
   if (!options.vendor.empty()) run.entry.vendor = options.vendor;
   RunChoice choice;
   choice.run = std::move(run);

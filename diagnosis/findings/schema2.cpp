@@ -25,14 +25,21 @@ bool holds(const Json& interval, double value) {
          interval[0].get<double>() <= value && value <= interval[1].get<double>();
 }
 
+// All axes of a vector, or the one number.
+bool all_hold(const Json& intervals, double value) {
+  if (!intervals.is_array() || intervals.empty()) return false;
+  if (!intervals[0].is_array()) return holds(intervals, value);
+  return std::all_of(intervals.begin(), intervals.end(), [&](const Json& interval) { return holds(interval, value); });
+}
+
 // The interval of the parameter with which the effect would be absent holds that value: it may not be there.
 bool may_be_absent(const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
   if (!effect) return false;
   for (const EffectParameter& p : effect->parameters) {
-    if (std::isnan(p.neutral) || p.axis >= 0 || !finding["parameters"].contains(p.name)) continue;
+    if (std::isnan(p.neutral) || !finding["parameters"].contains(p.name)) continue;
     const Json& stated = finding["parameters"][p.name];
-    if (stated.is_object() && stated.contains("ci95")) return holds(stated["ci95"], p.neutral);
+    if (stated.is_object() && stated.contains("ci95")) return all_hold(stated["ci95"], p.neutral);
   }
   return false;
 }
@@ -55,6 +62,12 @@ void upgrade_finding(double share, bool may_be_certain, Json* finding) {
 }
 
 }  // namespace
+
+void lower_grades(Json* report) {
+  for (Json& f : (*report)["findings"]) {
+    if (f.contains("grade") && may_be_absent(f)) f["grade"] = get_grade_name(Grade::kAmbiguous);
+  }
+}
 
 void upgrade_report(Json* report, bool has_held) {
   Json& r = *report;

@@ -11,4 +11,7 @@ namespace hrp::diagnosis {
 // could not be judged is `not_judged`.
 void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 
+// Whatever engine found it: what an interval says may not be there is ambiguous.
+void lower_grades(nlohmann::ordered_json* report);
+
 }  // namespace hrp::diagnosis

@@ -54,7 +54,7 @@ class Lister {
   bool can_show(const StandRow& row, const PlacedEffect& e) const {
     const auto i = static_cast<size_t>(e.place.index);
     const auto flat = [](const StandFoot& foot) { return foot.kind == SoleKind::kFlat; };
-    if (is_joint(e)) return (p_.is_driven(i) || !row.at_drive && !row.bends_leg) && (!row.by_command || p_.command[i]);
+    if (is_joint(e)) return (p_.is_driven(i) || (!row.at_drive && !row.bends_leg)) && (!row.by_command || p_.command[i]);
     if (is_foot(e) || row.tilts_feet) return std::all_of(p_.feet.begin(), p_.feet.end(), flat);
     if (e.place.reading == Reading::kOrientation) return p_.attitude;  // else there is none that could be wrong
     if (!is_joint_sensor(e)) return true;

@@ -283,7 +283,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
 
 struct WebServer::State {
   State(const WebOptions& options, WebApplication& application)
-      : shared(std::make_shared<Shared>(Shared{options, application})), acceptor(context), timer(context) {}
+      : shared(std::make_shared<Shared>(Shared{options, application, 0, {}, {}})), acceptor(context), timer(context) {}
 
   void accept() {
     acceptor.async_accept(context, [this](ErrorCode error, tcp::socket socket) {

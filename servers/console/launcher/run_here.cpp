@@ -20,7 +20,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   using Clock = std::chrono::steady_clock;
   MemoryBus bus;
   RunMonitor monitor(bus);
-  const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate"}; };
+  const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate", ""}; };
   SchedulerOptions scheduling;
   scheduling.roles = {"dynamics", "logger"};
   scheduling.speed = options.speed;
