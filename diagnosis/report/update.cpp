@@ -34,9 +34,10 @@ struct ScenarioText {
   std::set<std::string> keys;
 };
 
-// What is replaced: the robot (copied beside), the recordings, and what moved the robot.
-ScenarioText split(const std::string& text) {
-  static const std::set<std::string> dropped{"robot", "recordings", "topics", "controller", "steps", "interpolation", "logging"};
+// What is replaced: the robot (copied beside), the recordings, what moved the robot, and where it starts on demand.
+ScenarioText split(const std::string& text, bool with_start) {
+  std::set<std::string> dropped{"robot", "recordings", "topics", "controller", "steps", "interpolation", "logging"};
+  if (!with_start) dropped.insert("initial");
   ScenarioText out;
   std::istringstream in(text);
   std::string line, key;
@@ -190,6 +191,30 @@ std::string make_recorded(const Experiment& e, const Recording& recording) {
   return text + "\n";
 }
 
+// Where the replayed recording begins, if that is not where the scenario does: a robot that jumps to its first sample is
+// thrown. A robot on the ground is put on its lowest foot.
+std::string make_start(const Experiment& e, const Recording& recording) {
+  constexpr double kJump = 0.02;  // [rad or m] that a servo makes good without a knock
+  Json joints = Json::object();
+  bool jumps = false;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const std::vector<double>& q = recording.joints[static_cast<size_t>(j)].signal[0];
+    const auto first = std::find_if(q.begin(), q.end(), [](double x) { return std::isfinite(x); });
+    if (first == q.end()) return "";
+    const std::string& name = e.robot.tree.joint(j).name;
+    const auto stated = e.scenario.initial_joints.find(name);
+    jumps = jumps || std::abs(*first - (stated == e.scenario.initial_joints.end() ? 0.0 : stated->second)) > kJump;
+    joints[name] = *first;
+  }
+  if (!jumps) return "";
+  const Vector3d& p = e.scenario.initial_position;
+  const Vector3d& rpy = e.scenario.initial_rpy;
+  Json start{{"rpy", {rpy.x(), rpy.y(), rpy.z()}}, {"joints", joints}};
+  const bool stands = e.scenario.floating_base && e.scenario.ground.present && !e.scenario.feet.empty();
+  if (e.scenario.initial_height_given && !stands) start["position"] = {p.x(), p.y(), p.z()};
+  return "initial: " + start.dump() + "\n";
+}
+
 // Steps of at most one millisecond, of which the period has to be a multiple.
 std::string make_steps(const Experiment& e, const Recording& recording) {
   const double period = find_period(e);
@@ -220,9 +245,10 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   fs::create_directories(folder);
   write_text(folder / "robot.urdf", e.robot.urdf);
   const Recording* replayed = &find_replayed(e);
-  const ScenarioText parts = split(e.scenario.text);
+  const std::string start = make_start(e, *replayed);
+  const ScenarioText parts = split(e.scenario.text, start.empty());
   std::string text = "# The experiment's scenario with what was found; replays " + replayed->spec.name +
-                     ".\nrobot: robot.urdf\n" + parts.kept;
+                     ".\nrobot: robot.urdf\n" + parts.kept + start;
   const std::string motion = make_motion(e, *replayed);
   if (!motion.empty()) {
     write_text(folder / "motion.csv", motion);
