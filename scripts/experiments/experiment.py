@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What an experiment is, and what comes out of one. A module of this folder lists its own in EXPERIMENTS."""
+import os
 
 
 class Experiment:
@@ -21,6 +22,7 @@ class Outcome:
         self.claims, self.numbers, self.figures, self.seen = [], [], [], []
         self.skipped = ''   # why it was not run
         self.log = ''       # of the server set
+        self.origin = 'Runs in one process, without servers.'  # of plots and numbers
         self.held = ''      # 9/10
         self.seconds = 0.0  # of wall clock
 
@@ -49,6 +51,8 @@ def upright(summary):
 def tell_logs(out, summary):
     out.claim('equal logs: %s' % summary['bits'], summary['same'])
     out.log = summary['log']
+    out.origin = 'Numbers and plots: run %s, last state %s; %s%s. Runs for comparison are in one process.' % (
+        os.path.basename(summary['log']), summary['state_hash'], summary['bits'], '' if summary['same'] else ' DIFFER')
 
 
 def tell_run(out, summary):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Figures 8 to 11: HRP-2P falls, walks, rolls inward, lands."""
 import math
+import re
 
 from experiment import Experiment, tell_run, tell_varied, upright
 from measure import high_pass, median, rms
@@ -123,6 +124,40 @@ def is_landing_as_seen(columns):
     return all(abs(m / goal - 1.0) <= 0.2 for m, (_, goal) in zip(calc_medians(find_landings(columns)), LANDING))
 
 
+def try_landing(run, text):
+    summary, columns = run.trial('fig11_map', text, True)
+    return None if summary['fallen'] else calc_medians(find_landings(columns))
+
+
+def tell_landing(medians):
+    return 'falls' if medians is None else '%.0f, %.0f, %.0f N%s' % (*medians, '' if all(
+        abs(m / goal - 1.0) <= 0.2 for m, (_, goal) in zip(medians, LANDING)) else ' (not within 20 %)')
+
+
+def map_rubber(run, out, text):
+    """How far the three values hang on the vertical rubber, and on what else was chosen for this figure."""
+    for stiffness in (1e5, 2e5, 3e5, 5e5):
+        for damping in (1e3, 2e3, 3.5e3, 5e3):
+            changed = text.replace('kz: 2.0e5, cz: 3.5e3', 'kz: %g, cz: %g' % (stiffness, damping))
+            out.number('kz %g kN/m, cz %g kN s/m' % (stiffness / 1e3, damping / 1e3), tell_landing(try_landing(run, changed)))
+    for words, old, new in (('floor of 1e7 N/m', '2.0e6', '1.0e7'), ('no landing law', r'      landing: .*\n', ''),
+                            ('alpha 0', 'stiffness: 2.0e6,', 'alpha: 0, stiffness: 2.0e6,'),
+                            ('two-sided damper', 'stiffness: 2.0e6,', 'damping: two_sided, stiffness: 2.0e6,')):
+        out.number(words, tell_landing(try_landing(run, re.sub(old, new, text))))
+    found = try_landing(run, run.text('fig9'))
+    out.number('figure 9 as it is', tell_landing(found))
+    out.claim('control: the walk of figure 9 misses at least one of the three values', found is None or not all(
+        abs(m / goal - 1.0) <= 0.2 for m, (_, goal) in zip(found, LANDING)))
+
+
+def one_set(run, out, text, s, c):
+    """Figures 8 to 11 with one robot, rubber, floor and set of gains: those of figure 11."""
+    without = run.trial('fig11_without', re.sub(r'    stabilizer:\n(      .*\n)+', '', text))[0]
+    inward = calc_inward_torques(c)
+    out.claim('one set for figures 8 to 11: without the stabilizer it falls (%.2f s), with it it walks, rolls inward (%.1f and %.1f '
+              'N m) and lands like this' % (without['fall_time'], *inward), without['fallen'] and upright(s) and min(inward) > 0.0)
+
+
 def fig11(run, out):
     text = run.text('fig11')
     s, c = run.both('fig11', text)
@@ -135,6 +170,8 @@ def fig11(run, out):
         out.number(name, 'median %.0f N, %.0f to %.0f N over %d landings'
                    % (medians[k], min(values), max(values), len(values)))
         out.claim('%s within 20 %% of %.0f N (%.0f N)' % (name, goal, medians[k]), abs(medians[k] / goal - 1.0) <= 0.2)
+    one_set(run, out, text, s, c)
+    map_rubber(run, out, text)
     tell_varied(run, out, 'fig11', text, lambda r, columns: upright(r) and is_landing_as_seen(columns),
                 'walks with these three values', table=True)
     t0, key = landings[len(landings) // 2][:2]

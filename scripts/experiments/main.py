@@ -4,6 +4,7 @@ import argparse
 import concurrent.futures
 import importlib
 import os
+import subprocess
 import sys
 import time
 
@@ -64,10 +65,18 @@ def do_all(chosen, options, save):
         return [(e, futures[e.name].result()) for e in chosen]
 
 
+def find_commit():
+    try:
+        words = ['git', '-C', ROOT, 'describe', '--always', '--dirty', '--exclude', '*']
+        return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return 'unknown (no git here)'
+
+
 def save(results, options, begin):
     took = print_duration(time.time() - begin)
-    words = 'Made in %s min on %d cores with %s; scripts/experiments.sh makes it anew.' % (
-        took, os.cpu_count(), ' and '.join(VENDORS[v] for v in options.vendors))
+    words = 'Made in %s min on %d cores with %s, from commit %s; scripts/experiments.sh makes it anew.' % (
+        took, os.cpu_count(), ' and '.join(VENDORS[v] for v in options.vendors), find_commit())
     for name, text in (('report.html', make_page(results, words)), ('table.md', make_table(results))):
         with open(os.path.join(options.out, name), 'w') as file:
             file.write(text)

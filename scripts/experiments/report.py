@@ -39,6 +39,7 @@ def make_section(experiment, o):
         again = '<p>Run it again, or change it: <code>scripts/simulate.sh %s</code></p>' % scenario
     if o.log:
         again += '<p>Watch it: <code>scripts/view.sh %s</code></p>' % html.escape(os.path.relpath(o.log, ROOT) if o.log.startswith(ROOT + os.sep) else o.log)
+    again = '<p>%s</p>' % html.escape(o.origin) + again
     return ('<section id="%s"><h2>%s <span class="%s">%s</span></h2><dl>%s<dt>We see</dt><dd>%s</dd></dl>%s<ul>%s</ul>'
             '<table>%s</table>%s<p>Took %.0f s.</p></section>'
             % (experiment.name, html.escape(experiment.title), get_class(o), o.verdict(), saw, html.escape('; '.join(o.seen) or '-'),

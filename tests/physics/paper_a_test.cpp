@@ -84,6 +84,47 @@ TEST(PaperA, ThePairsWrenchCarriesTheSameWalks) {
   }
 }
 
+// Figure 4 and its control: the start-up is over before the hand lets go, and a hand that holds on leaves nothing to see.
+TEST(PaperA, ATiltedRobotSwingsWhenTheHandLetsGoAndNotBefore) {
+  const auto run = [](bool release) {
+    Scenario scenario = load("fig4", "", 8.0);
+    if (!release) scenario.hands.at(0).duration = 0.0;
+    double before = 0.0, after = 0.0;  // [rad/s] largest rate of the body
+    Trial(scenario).run([&](const Trial& trial) {
+      const double rate = trial.engine().state().V_WB.head<3>().norm();
+      if (trial.time() > 5.0 && trial.time() < 5.95) before = std::max(before, rate);
+      if (trial.time() > 6.0) after = std::max(after, rate);
+    });
+    return std::make_pair(before, after);
+  };
+  const auto [before, after] = run(true);
+  EXPECT_GT(after, 0.02);  // 10 mrad at 0.48 Hz are 0.03 rad/s
+  EXPECT_LT(after, 0.1);
+  EXPECT_LT(before, 0.02 * after);
+  EXPECT_LT(run(false).second, 0.02 * after);
+}
+
+// Figures 6 and 7, and their control: the filter of the force sensors alone takes the shaking away.
+TEST(PaperA, JointsThatFollowPerfectlyShakeTheFeetWhereForcesAreNotFiltered) {
+  const auto calc_shaking = [](Scenario scenario) {  // [N/ms] rms of the left foot's change of force
+    double sum = 0.0, last = 0.0;
+    int count = 0;
+    const TrialResult r = Trial(scenario).run([&](const Trial& trial) {
+      const double force = trial.engine().foot_forces()[0];
+      if (trial.time() > 3.0) sum += (force - last) * (force - last), ++count;
+      last = force;
+    });
+    EXPECT_FALSE(r.fallen);
+    return std::sqrt(sum / std::max(1, count));
+  };
+  Scenario filtered = load("fig6", "{count: 4, length: 0.2}", 6.5);
+  filtered.controller.walk.stabilizer.force_filter = 0.01;
+  const double perfect = calc_shaking(load("fig6", "{count: 4, length: 0.2}", 6.5));
+  const double servos = calc_shaking(load("fig7", "{count: 4, length: 0.2}", 6.5)), control = calc_shaking(filtered);
+  EXPECT_GT(perfect, 5.0 * servos) << servos;
+  EXPECT_LT(control, 2.0 * servos) << control;
+}
+
 // The controller is shown a wrong true state: base pose and angles of the rubber, which no encoder sees.
 TEST(PaperA, TheControllerDoesNotPeekAtTheTrueState) {
   const auto run = [](const char* name, bool wrong) {
