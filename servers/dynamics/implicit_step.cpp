@@ -105,11 +105,13 @@ StepStatus Simulator::Impl::solve_impulses(const ContactSet& contacts) {
     if (status != StepStatus::kOk) return status;
     get_generalised_velocity(model, state, &v);
     v_free = v + dt * vdot;
-    status = convert(rigid.solve(contacts, model, inertia_extra, v, v_free, &data));
+    status = convert(rigid.solve(contacts, model, inertia_extra, v, v_free, loops.jacobian(), &data));
     if (status != StepStatus::kOk) return status;
     rigid.add(data, dt, &wrenches);
     const ImplicitTerms implicit{&inertia_extra, nullptr};
-    status = convert(calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot));
+    // With loops: what they answer to the impulses, beside what solve_once() has put into effort and wrenches.
+    status = convert(loops.rows() > 0 ? solve_loops(state, implicit)
+                                      : calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot));
     if (status != StepStatus::kOk || solves == kMaxImpulseRounds || !joints.resolve(state, qdd)) return status;
   }
 }

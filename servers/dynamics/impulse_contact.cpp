@@ -119,6 +119,25 @@ Status ImpulseContact::factorise(const Model& model, const Eigen::VectorXd& iner
   return Status::kOk;
 }
 
+// With Y = L^-1 J^T and C = L^-1 Jc^T of the loops, G of the closed chain is Y^T (1 - Q Q^T) Y, Q orthonormal and spanning C:
+// an impulse and what the loops answer to it.
+void ImpulseContact::keep_loops_closed(const Eigen::MatrixXd& loops) {
+  if (loops.rows() == 0) return;
+  Eigen::MatrixXd C = loops.transpose(), Q(M_.rows(), loops.rows());
+  for (Eigen::Index i = 0; i < C.cols(); ++i) solve_lower(M_, C.col(i));
+  const double largest = C.colwise().squaredNorm().maxCoeff();
+  Eigen::Index rank = 0;
+  for (Eigen::Index i = 0; i < C.cols(); ++i) {
+    Eigen::VectorXd c = C.col(i);
+    for (int twice = 0; twice < 2; ++twice) c -= Q.leftCols(rank) * (Q.leftCols(rank).transpose() * c).eval();
+    if (c.squaredNorm() > 1e-12 * largest) Q.col(rank++) = c.normalized();  // a planar four-bar has three rows too many
+  }
+  for (int i = 0; i < 3 * static_cast<int>(points_.size()); ++i) {
+    Y_.col(i) -= Q.leftCols(rank) * (Q.leftCols(rank).transpose() * Y_.col(i)).eval();
+    diagonal_[i] = std::max(Y_.col(i).squaredNorm(), 1e-12);
+  }
+}
+
 double ImpulseContact::row_dot(int row) const { return u_free_[row] + Y_.col(row).dot(y_); }
 
 void ImpulseContact::change_impulse(int row, double delta) { y_ += delta * Y_.col(row); }
@@ -159,11 +178,13 @@ void ImpulseContact::sweep_all() {
 }
 
 Status ImpulseContact::solve(const ContactSet& contacts, const Model& model, const Eigen::VectorXd& inertia_extra,
-                             const Eigen::VectorXd& v, const Eigen::VectorXd& v_free, Data* data) {
+                             const Eigen::VectorXd& v, const Eigen::VectorXd& v_free,
+                             const Eigen::MatrixXd& loops, Data* data) {
   start_points(contacts);
   fill_jacobian(model, *data);
   const Status status = factorise(model, inertia_extra, data);
   if (status != Status::kOk) return status;
+  keep_loops_closed(loops);
   for (int i = 0; i < 3 * static_cast<int>(points_.size()); ++i) u_free_[i] = J_.col(i).dot(v_free);
   for (int i = 0; i < static_cast<int>(points_.size()); ++i) {
     const double speed = J_.col(3 * i).dot(v);

@@ -31,9 +31,10 @@ class ImpulseContact {
  public:
   ImpulseContact(const ImpulseOptions& options, const Model& model);
   // `data` at the start of the step with the mass matrix not needed; inertia_extra as in ImplicitTerms.
-  // v: velocities at the start, v_free: at the end without contact.
+  // v: velocities at the start, v_free: at the end without contact. loops: dc/dv of closed chains, which v_free obeys and
+  // impulses leave as it is; no rows without.
   Status solve(const ContactSet& contacts, const Model& model, const Eigen::VectorXd& inertia_extra,
-               const Eigen::VectorXd& v, const Eigen::VectorXd& v_free, Data* data);
+               const Eigen::VectorXd& v, const Eigen::VectorXd& v_free, const Eigen::MatrixXd& loops, Data* data);
   // Impulses as mean forces over dt.
   void add(const Data& data, double dt, LinkWrenches* wrenches) const;
   // Velocity (size nv) that takes penetration out, for the position update only.
@@ -55,6 +56,7 @@ class ImpulseContact {
   void fill_jacobian(const Model& model, const Data& data);
   void add_body_rows(const Model& model, const Data& data, int body, double sign, int row);
   Status factorise(const Model& model, const Eigen::VectorXd& inertia_extra, Data* data);
+  void keep_loops_closed(const Eigen::MatrixXd& loops);
   void sweep_all();
   double sweep_point(int i);
   double row_dot(int row) const;

@@ -46,9 +46,6 @@ void check_scenario(const Scenario& scenario) {
   if (!(scenario.contact.stiffness > 0.0)) fail_input("contact.stiffness", "must be positive");
   if (!(scenario.contact.exponent >= 1.0)) fail_input("contact.exponent", "must be at least 1");
   if (!(scenario.contact.alpha >= 0.0)) fail_input("contact.alpha", "must not be negative");
-  if (scenario.contact.model == "impulse" && !scenario.loops.empty()) {
-    fail_input("loops", "closed chains go with spring_damper contacts only");
-  }
   if (scenario.contact.model == "impulse" && scenario.integrator != "implicit") {
     fail_input("integrator", "impulse contacts go with the implicit step only");
   }

@@ -86,6 +86,32 @@ TEST(ClosedChain, AParallelogramSwingsAsThePendulumItIs) {
   EXPECT_NEAR(fine / quarter, 1.0, 5e-4) << "ten times nearer with a tenth of the step";
 }
 
+// The coupler comes down on a floor without friction and rests there. Virtual work: N a = (2 m_c c + m a) g.
+TEST(ClosedChain, RestsOnAFloorWithEveryContactModel) {
+  for (const char* model_name : {"spring_damper", "wrench", "impulse"}) {
+    Scenario scenario = make_scenario(1e-3);
+    scenario.contact.model = model_name;
+    Simulator simulator(make_parallelogram(), scenario);
+    const Model model(simulator.tree());
+    rigs::CornerFinder finder;
+    finder.corners.push_back({2, Vector3d(0.5 * kBase, 0, 0)});
+    finder.height = -kCrank * std::cos(0.3);
+    finder.friction = 0.0;
+    double opening = 0.0;
+    for (int k = 0; k < 6000; ++k) {
+      ASSERT_EQ(simulator.step(finder.find(model, simulator.state()), rigs::make_command(simulator.state())), StepStatus::kOk) << model_name << ", step " << k
+          << ": " << simulator.fault_text();
+      opening = std::max(opening, calc_opening(simulator));
+    }
+    EXPECT_LT(opening, 2e-4) << model_name;  // [m]; an impulse stops 0.5 m/s within a step
+    EXPECT_LT(std::abs(simulator.state().qd[0]), 1e-4) << model_name;
+    EXPECT_NEAR(simulator.state().q[0], 0.3, 2e-3) << model_name;
+    ASSERT_FALSE(simulator.contact_forces().empty()) << model_name;
+    const double force = (2.0 * kCrankMass * kCentre + kCouplerMass * kCrank) * 9.81 / kCrank;
+    EXPECT_NEAR(simulator.contact_forces()[0].total[5] / force, 1.0, 1e-3) << model_name;
+  }
+}
+
 TEST(ClosedChain, ThatIsOpenAtTheStartIsRefused) {
   Scenario scenario = make_scenario(1e-3);
   scenario.initial_joints["second_joint"] = kStart + 0.1;
