@@ -34,10 +34,10 @@ struct ScenarioText {
   std::set<std::string> keys;
 };
 
-// What is replaced: the robot (copied beside), the recordings, what moved the robot, and where it starts on demand.
-ScenarioText split(const std::string& text, bool with_start) {
+// What is replaced: the robot (copied beside), the recordings, what moved the robot, and `also`.
+ScenarioText split(const std::string& text, const std::set<std::string>& also) {
   std::set<std::string> dropped{"robot", "recordings", "topics", "controller", "steps", "interpolation", "logging"};
-  if (!with_start) dropped.insert("initial");
+  dropped.insert(also.begin(), also.end());
   ScenarioText out;
   std::istringstream in(text);
   std::string line, key;
@@ -109,6 +109,24 @@ void check_simulated(const std::string& text, const TreeSpec& tree, const std::s
   make_joint_laws(scenario, &own);
 }
 
+// Servos that were found in the place of perfect joints. Joints whose own do not show get the median of the others.
+std::string make_servos(const nlohmann::json& findings) {
+  std::vector<double> kp, kd;
+  std::string joints;
+  for (const nlohmann::json& f : findings) {
+    if (f.at("effect") != "joint_servo") continue;
+    const nlohmann::json& p = f.at("parameters");
+    kp.push_back(p.at("kp").at("value").get<double>()), kd.push_back(p.at("kd").at("value").get<double>());
+    joints += "    " + f.at("where").at("joint").get<std::string>() + ": {kp: " + number(kp.back(), 6) + ", kd: " + number(kd.back(), 6) + "}\n";
+  }
+  if (kp.empty()) return "";
+  const auto middle = [](std::vector<double>* x) {
+    std::nth_element(x->begin(), x->begin() + static_cast<long>(x->size() / 2), x->end());
+    return number((*x)[x->size() / 2], 6);
+  };
+  return "servo:  # found\n  default: {kp: " + middle(&kp) + ", kd: " + middle(&kd) + "}\n  joints:\n" + joints;
+}
+
 // Every effect that the simulator has a law for, with its grade; the others as comments that say why not. Transmissions
 // that give come last: the inertia of their rotors may be a finding, too.
 std::string make_effects(const std::string& scenario, const std::string& before, nlohmann::json list,
@@ -119,6 +137,7 @@ std::string make_effects(const std::string& scenario, const std::string& before,
     return !info || !info->flexible;
   });
   for (const nlohmann::json& effect : list) {
+    if (effect.at("effect") == "joint_servo") continue;  // make_servos()
     if (!find_effect(effect.at("effect").get<std::string>())) {
       notes += make_note(effect, "the simulator has no such law");
       continue;
@@ -245,20 +264,25 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   fs::create_directories(folder);
   write_text(folder / "robot.urdf", e.robot.urdf);
   const Recording* replayed = &find_replayed(e);
-  const std::string start = make_start(e, *replayed);
-  const ScenarioText parts = split(e.scenario.text, start.empty());
-  std::string text = "# The experiment's scenario with what was found; replays " + replayed->spec.name +
-                     ".\nrobot: robot.urdf\n" + parts.kept + start;
+  const std::string servos = make_servos(report.at("findings")), start = make_start(e, *replayed);
+  std::set<std::string> also;
+  if (!start.empty()) also.insert("initial");
+  const ScenarioText parts = split(e.scenario.text, also);
+  const std::string head = "# The experiment's scenario with what was found; replays " + replayed->spec.name + ".\nrobot: robot.urdf\n";
+  std::string tail = start;
   const std::string motion = make_motion(e, *replayed);
   if (!motion.empty()) {
     write_text(folder / "motion.csv", motion);
-    text += "controller: {motion: motion.csv}\n";
+    tail += "controller: {motion: motion.csv}\n";
   }
-  text += make_steps(e, *replayed);
+  tail += make_steps(e, *replayed);
   // Light soles below a bush chatter on a hard floor without a margin (docs/scenario.md).
-  if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) text += "contact: {margin: 0.001}\n";
-  write_text(folder / "nominal.yaml", text + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
+  if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) tail += "contact: {margin: 0.001}\n";
+  write_text(folder / "nominal.yaml", head + parts.kept + tail + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
   const fs::path path = folder / "scenario.yaml";
+  if (!servos.empty()) also.insert({"servo", "perfect_joints"});
+  const std::string kept = split(e.scenario.text, also).kept;
+  std::string text = head + kept + servos + tail;
   text += make_effects(text, parts.effects, list_effects(report), e.robot.tree, path.string());
   write_text(path, text);
   write_exports(folder);

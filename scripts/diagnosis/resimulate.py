@@ -82,6 +82,9 @@ def make_closed(text, settings, recorded, duration):
     for key in ("controller", "steps", "interpolation"):
         text = drop_section(text, key)
     text = text.rstrip("\n") + "\n"
+    # The controller begins where it began then, which need not be where the recording does.
+    start = get_section(settings, "initial")
+    text = drop_section(text, "initial") + start if start else text
     steps = get_section(settings, "steps")
     step, period = (read_number(steps, key, default) for key, default in (("time_step", TIME_STEP), ("control_period", CONTROL_PERIOD)))
     if not get_section(text, "initial"):
@@ -111,7 +114,8 @@ def simulate_closed(options, controller, scenario, settings, recorded, duration,
         table = read_table(options.bin, log, folder)[0]
     except StopIteration:
         raise closed_loop.LoopError(f"{scenario.stem}: nothing was simulated:\n{words}") from None
-    return table, (f"{scenario.stem}: the run ended at {table['time'][-1]:.2f} s: {words.strip().splitlines()[-1]}" if status else "")
+    why = next((line for line in words.splitlines() if line.startswith("hrp-simulate:")), words.strip())
+    return table, (f"{scenario.stem}: the run ended at {table['time'][-1]:.2f} s: {why}" if status else "")
 
 
 def close_loop(options, controller, recorded, origin, folder):
@@ -127,7 +131,7 @@ def close_loop(options, controller, recorded, origin, folder):
     for table in [recorded] + runs:
         walk_figures.add_attitude(table)
     shift = walk_figures.find_shift(recorded, runs[1], early + LATE)
-    return [walk_figures.shift_time(run, shift) for run in runs], shift, notes
+    return [walk_figures.shift_time(run, shift, recorded["time"][-1]) for run in runs], shift, notes
 
 
 def compare(recorded, simulated, name):
@@ -196,18 +200,21 @@ def make_controller(options):
     return controller
 
 
-def run(options):
+def run(options, folder=None):
+    """The result; logs stay in the folder, where one is named."""
+    if folder is None:
+        with tempfile.TemporaryDirectory() as temporary:
+            return run(options, temporary)
     controller = make_controller(options)
     replays = json.loads((options.out / "series.json").read_text())["updated"]["replays"]
     result = {"recording": replays, "way": options.way, "loop": "closed loop" if controller else "recorded commands"}
-    with tempfile.TemporaryDirectory() as folder:
-        recorded, origin = read_table(options.bin, replays, folder)
-        if controller:
-            result["controller"] = options.controller
-            runs, result["shift"], result["notes"] = close_loop(options, controller, recorded, origin, folder)
-        else:
-            found = "export/mujoco.yaml" if options.way == "mujoco" else "scenario.yaml"
-            runs = [simulate(options.bin, options.out / "updated" / name, options.way, folder) for name in ("nominal.yaml", found)]
+    recorded, origin = read_table(options.bin, replays, folder)
+    if controller:
+        result["controller"] = options.controller
+        runs, result["shift"], result["notes"] = close_loop(options, controller, recorded, origin, folder)
+    else:
+        found = "export/mujoco.yaml" if options.way == "mujoco" else "scenario.yaml"
+        runs = [simulate(options.bin, options.out / "updated" / name, options.way, folder) for name in ("nominal.yaml", found)]
     result["per_signal"] = list_errors(recorded, runs)
     pictures = []
     if any(walk_figures.list_feet(run) for run in runs):

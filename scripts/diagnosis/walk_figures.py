@@ -8,7 +8,8 @@ import statistics
 
 LOADED = 0.05  # of the weight: below it a foot is in the air
 LANDING = 0.25  # [s] after touch-down within which the force peaks, dips and settles, as in figure 11
-AIRBORNE = 0.1  # [s] that a foot was in the air before what counts as a landing
+BLOW = 0.1  # [s] of it within which the force peaks
+AIRBORNE = 0.25  # [s] that a foot was in the air before what counts as a landing: what follows a first touch is its rebound
 CORNER = 25.0  # [Hz] above a walk's own frequencies, below the contact's
 FALLEN = math.radians(60.0)  # of the trunk against upright, as the simulator's fall watch has it
 GRID = 200.0  # [Hz] on which tables of different rates are compared
@@ -104,13 +105,11 @@ def find_landings(force, weight):
 
 
 def measure_landing(force, begin):
-    """(peak, dip) [N]: the first crest after touch-down, and the least force between it and the end of the window."""
+    """(peak, dip) [N]: the greatest force of the blow, and the least one between it and the end of the window."""
     window = force[begin:begin + int(LANDING * GRID)]
     if len(window) < LANDING * GRID // 2 or not all(map(is_number, window)):
         return None
-    crest = next((i for i in range(1, len(window) - 1) if window[i] >= window[i - 1] and window[i] > window[i + 1]), None)
-    if crest is None:
-        return None
+    crest = max(range(min(len(window), int(BLOW * GRID))), key=window.__getitem__)
     return window[crest], min(window[crest:])
 
 
@@ -201,10 +200,11 @@ def spread(values):
     return statistics.pstdev(values) if len(values) > 1 else 0.0
 
 
-def shift_time(table, shift):
-    """The same on a clock that began `shift` later; what was before is left out."""
-    first = next((i for i, t in enumerate(table["time"]) if t - shift >= -1e-9), len(table["time"]))
-    out = {name: values[first:] for name, values in table.items()}
+def shift_time(table, shift, end):
+    """The same on a clock that began `shift` later; what was before, and what comes after `end` on it, is left out."""
+    chosen = [i for i, t in enumerate(table["time"]) if -1e-9 <= t - shift <= end + 1e-9]
+    first, last = (chosen[0], chosen[-1] + 1) if chosen else (0, 0)
+    out = {name: values[first:last] for name, values in table.items()}
     out["time"] = [t - shift for t in out["time"]]
     return out
 

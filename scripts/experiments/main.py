@@ -14,7 +14,7 @@ from report import make_page, make_table
 from runs import ROOT, VENDORS, Runner
 
 # In the order of the report. A module of experiments has EXPERIMENTS, a list of experiment.Experiment.
-MODULES = ('feet', 'swing', 'joints', 'hrp2p', 'laws', 'beyond', 'push', 'plans', 'story')
+MODULES = ('feet', 'swing', 'joints', 'hrp2p', 'laws', 'beyond', 'push', 'plans', 'story', 'story_walking')
 
 
 def load_experiments():
@@ -37,7 +37,7 @@ def choose(words, experiments):
 def do(experiment, options, progress):
     outcome, begin = Outcome(), time.time()
     run = Runner(options.bin, os.path.join(options.out, experiment.name), options.vendors, options.runs,
-                 lambda what: progress.tell(experiment, what))
+                 lambda what: progress.tell(experiment, what), options.short)
     try:
         experiment.measure(run, outcome)
     except Skipped as reason:
@@ -90,8 +90,14 @@ def read_options():
     parser.add_argument('--dds', default='both', choices=['both'] + list(VENDORS))
     parser.add_argument('--runs', type=int, default=10)
     parser.add_argument('--jobs', type=int, default=os.cpu_count())
+    parser.add_argument('--walking', action='store_true')
+    parser.add_argument('--short', action='store_true')
     parser.add_argument('--list', action='store_true')
     options = parser.parse_args()
+    if options.walking:
+        if options.names != ['story']:
+            parser.error('--walking belongs to the story: story --walking')
+        options.names = ['story_walking']
     options.out = os.path.abspath(options.out)
     os.makedirs(options.out, exist_ok=True)
     options.vendors = list(VENDORS) if options.dds == 'both' else [options.dds]

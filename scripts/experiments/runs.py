@@ -20,8 +20,9 @@ one_server_set = threading.Lock()
 class Runner:
     """Of one experiment: its files are in a folder of its own."""
 
-    def __init__(self, bin_folder, out, vendors, runs, tell=lambda what: None):
+    def __init__(self, bin_folder, out, vendors, runs, tell=lambda what: None, short=False):
         self.bin, self.out, self.vendors, self.runs, self.tell = bin_folder, out, vendors, runs, tell
+        self.short = short  # as little as shows the claim, for tests
         os.makedirs(out, exist_ok=True)
 
     def text(self, name):

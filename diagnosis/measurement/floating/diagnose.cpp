@@ -9,6 +9,7 @@
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/equations.h"
 #include "diagnosis/measurement/floating/search.h"
+#include "diagnosis/measurement/floating/servo_fit.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -281,7 +282,8 @@ LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const
   out.evidence.missing = even.missing, out.evidence.warnings = even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(even);
-  const CheckResult checks = run_checks(even, contacts, channels, layout);
+  CheckResult checks = run_checks(even, contacts, channels, layout);
+  for (Finding& servo : find_servos(e)) checks.findings.push_back(std::move(servo));
   if (checks.raw_counts) {
     for (ChannelRows& c : channels) {
       const bool forces = c.info.kind == "weight" || c.info.kind == "joint" || c.info.kind.rfind("balance", 0) == 0;
