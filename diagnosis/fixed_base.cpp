@@ -70,6 +70,14 @@ double calc_position_error(const Problem& problem, const Trial& trial) {
 
 constexpr double kUnnamed = 0.9;  // of the error of models whose effects the report names
 
+// Faults of logs are told by the servo's own law, whatever else is in a model.
+Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
+  for (const Effect& e : of) {
+    if (find_place_kind(e.id) == PlaceKind::kSensor && !contains(model, e.id, e.place)) model.push_back(e);
+  }
+  return model;
+}
+
 // Of several models the one that simulates the held-out recordings best; nothing is fitted to them.
 Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Trial* searched,
                    const Progress& progress) {
@@ -82,7 +90,8 @@ Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesi
     if (error < least) best = other, least = error;
     return error;
   };
-  const Hypothesis plain = make_plain_model(fit_plain_model(whole)), geared = make_plain_model(fit_plain_model(whole, true));
+  const Hypothesis plain = add_logs(make_plain_model(fit_plain_model(whole)), model),
+                   geared = add_logs(make_plain_model(fit_plain_model(whole, true)), model);
   consider("parameters of the missing torque", simulate(whole, model));
   const double without = consider("friction and rotors by least squares", simulate(whole, plain));
   const double with = consider("friction, rotors and gears by least squares", simulate(whole, geared));
@@ -90,6 +99,10 @@ Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesi
   if (!is_effort_driven(problem)) {
     consider("fitted through each joint's simulation", simulate(whole, polish_joints(problem, model)));
     consider("least squares, fitted through it", simulate(whole, polish_joints(problem, with < without ? geared : plain)));
+  }
+  if (!is_effort_driven(problem) && least < 1e300) {
+    consider("the best of these with richer laws", simulate(whole, polish_joints(problem, best.hypothesis, true)));
+    consider("the best of these, fitted through the whole robot", simulate(whole, polish_whole(whole, best.hypothesis)));
   }
   // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears.
   least *= kUnnamed;
