@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/simulation/plant.h"
@@ -28,31 +29,56 @@ constexpr double kBracket = 0.5;    // by which the two regressions may differ, 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
     const JointColumns& c = r.joints[j];
-    return !c.command.empty() && c.has(Quantity::kPosition) && c.has(Quantity::kVelocity) && c.has(Quantity::kEffort);
+    return !c.command.empty() && c.has(Quantity::kPosition) && c.has(Quantity::kEffort);
   });
 }
 
-// Calls take(law, effort) with what the servo's law asks for, before its limit, and the recorded effort, at every sample of
-// the recordings of training (or of the others) that commands `delay` late have reached.
-template <typename Take>
-void walk(const Experiment& e, size_t j, const JointLaws& laws, double delay, bool train, const Take& take) {
-  for (const Recording& r : e.recordings) {
-    if (r.spec.train != train) continue;
-    const JointColumns& c = r.joints[j];
-    for (size_t k = 0; k < r.size(); ++k) {
-      if (r.time[k] < r.time.front() + kLongest) continue;
-      double given = 0.0, rate = 0.0;
-      read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
-      take(calc_servo_effort(laws, given - c.signal[0][k], rate - c.signal[1][k], 0.0), c.signal[2][k]);
-    }
-  }
+constexpr double kSmooth = 0.015;  // [s] half the window of a rate that was not recorded
+
+// The velocity that the servo works with: recorded, else the rate of the smoothed position.
+std::vector<double> find_rate(const Recording& r, size_t j) {
+  const JointColumns& c = r.joints[j];
+  if (c.has(Quantity::kVelocity)) return c.signal[1];
+  const double step = r.duration() / static_cast<double>(std::max<size_t>(2, r.size()) - 1);
+  std::vector<double> value, rate, second;
+  smooth_series(r.time, fill_gaps(c.signal[0]), std::max(3, static_cast<int>(std::lround(kSmooth / step))), &value, &rate, &second);
+  return rate;
 }
 
+// A joint's log and the servo that made it.
+struct ServoLog {
+  const Experiment& e;
+  size_t j;
+  const JointLaws& laws;
+  std::vector<std::vector<double>> rates;  // by recording
+
+  ServoLog(const Experiment& experiment, size_t joint, const JointLaws& of) : e(experiment), j(joint), laws(of) {
+    for (const Recording& r : e.recordings) rates.push_back(find_rate(r, j));
+  }
+
+  // Calls take(law, effort) with what the servo's law asks for, before its limit, and the recorded effort, at every
+  // sample of the recordings of training (or of the others) that commands `delay` late have reached.
+  template <typename Take>
+  void walk(double delay, bool train, const Take& take) const {
+    for (size_t i = 0; i < e.recordings.size(); ++i) {
+      const Recording& r = e.recordings[i];
+      if (r.spec.train != train) continue;
+      const JointColumns& c = r.joints[j];
+      for (size_t k = 0; k < r.size(); ++k) {
+        if (r.time[k] < r.time.front() + kLongest) continue;
+        double given = 0.0, rate = 0.0;
+        read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
+        take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k]);
+      }
+    }
+  }
+};
+
 // Mean square of what the law misses when commands are `delay` late.
-double calc_missed(const Experiment& e, size_t j, const JointLaws& laws, double delay, bool train) {
+double calc_missed(const ServoLog& log, double delay, bool train) {
   double sum = 0.0, n = 0.0;
-  walk(e, j, laws, delay, train, [&](double law, double effort) {
-    const double missed = effort - std::clamp(law, -laws.effort_limit, laws.effort_limit);
+  log.walk(delay, train, [&](double law, double effort) {
+    const double missed = effort - std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit);
     if (std::isfinite(missed)) sum += missed * missed, n += 1.0;
   });
   return n > 0.0 ? sum / n : 0.0;
@@ -82,10 +108,10 @@ struct Pairs {
   std::vector<double> law, effort;
 };
 
-Pairs list_pairs(const Experiment& e, size_t j, const JointLaws& laws, double delay) {
+Pairs list_pairs(const ServoLog& log, double delay) {
   Pairs out;
-  walk(e, j, laws, delay, true, [&](double law, double effort) {
-    if (!std::isfinite(law + effort) || std::abs(law) >= laws.effort_limit) return;
+  log.walk(delay, true, [&](double law, double effort) {
+    if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
     out.law.push_back(law), out.effort.push_back(effort);
   });
   return out;
@@ -152,7 +178,7 @@ std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::ve
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
     double delay = 0.0;
     for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(j) ? d.delay : delay;
-    list[j] = read_servo(list_pairs(e, j, plant.laws[j], delay), calc_spread(e, j));
+    list[j] = read_servo(list_pairs({e, j, plant.laws[j]}, delay), calc_spread(e, j));
     list[j].travel = calc_travel(e, j);
   }
   return list;
@@ -165,7 +191,8 @@ std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
   const bool held = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
-    const auto missed = [&](double delay) { return calc_missed(e, j, plant.laws[j], delay, true); };
+    const ServoLog log(e, j, plant.laws[j]);
+    const auto missed = [&](double delay) { return calc_missed(log, delay, true); };
     const double none = missed(0.0);
     double best = none, delay = 0.0;
     for (double d = kScan; d <= kLongest; d += kScan) {
@@ -177,8 +204,8 @@ std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
     const double left = missed(delay - kScan), right = missed(delay + kScan), bend = left - 2.0 * best + right;
     if (bend > 0.0) delay += std::clamp(0.5 * kScan * (left - right) / bend, -kScan, kScan);
     ServoDelay found{static_cast<int>(j), delay, 0.5 * std::min(kScan, e.sample_time), 0.0, 0.0};
-    found.before = std::sqrt(calc_missed(e, j, plant.laws[j], 0.0, !held));
-    found.after = std::sqrt(calc_missed(e, j, plant.laws[j], delay, !held));
+    found.before = std::sqrt(calc_missed(log, 0.0, !held));
+    found.after = std::sqrt(calc_missed(log, delay, !held));
     list.push_back(found);
   }
   return list;

@@ -28,7 +28,7 @@ struct ServoReading {
 };
 
 // Joints whose recorded effort follows the servo's law with commands from `delay` ago, and not with those of the
-// moment. Needs recorded commands, positions, velocities and efforts.
+// moment. Needs recorded commands, positions and efforts.
 std::vector<ServoDelay> find_servo_delays(const Experiment& experiment);
 
 // By joint. Needs what delays need.

@@ -3,6 +3,7 @@
 // recordings cannot tell apart is listed; what is not there is not claimed.
 #include <gmock/gmock.h>
 
+#include "diagnosis/evidence/polish.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/search/problem.h"
@@ -126,6 +127,32 @@ TEST(TorqueEvidence, LateCommandsShowInTheServosOwnLawBesideFriction) {
   EXPECT_EQ(find(verdict, "command_delay", "shoulder"), nullptr);
   // A millisecond: a fifth of the recording's sample time, which the parabola through the scan resolves.
   EXPECT_NEAR(f->parameters[0].value[0], 0.012, 1e-3);
+}
+
+// A servo works with a velocity whether or not somebody recorded it.
+TEST(TorqueEvidence, ABiasOfALogShowsInTheServosLawWithoutRecordedVelocities) {
+  Experiment e = make_simulated_experiment("torque_bias", kArm, kJoints, make_drives());
+  for (Recording& r : e.recordings) {
+    for (double& effort : r.joints[kElbow].signal[2]) effort += 0.7;
+    for (JointColumns& joint : r.joints) joint.signal[1].clear();
+  }
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "sensor_bias", "/joint_states/elbow/effort");
+  ASSERT_NE(f, nullptr);
+  EXPECT_NEAR(f->parameters[0].value[0], 0.7, 0.02);  // three times what 0.02 N m of noise and a smoothed rate leave
+  EXPECT_EQ(find(verdict, "constant_torque", "elbow"), nullptr);
+}
+
+// What a drive does late hardly shows in its missing torque; its simulated motion tells it.
+TEST(TorqueEvidence, ALagBesideFrictionIsFoundThroughTheJointsSimulation) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kLag, kElbow, {0.02}});
+  const Experiment e = make_simulated_experiment("torque_lag", kArm, kJoints, hidden);
+  const Hypothesis found = polish_joints(make_problem(e, 1), make_drives(), true);
+  const auto lag = std::find_if(found.begin(), found.end(), [](const Effect& x) { return x.id == EffectId::kLag || x.id == EffectId::kDelay; });
+  ASSERT_NE(lag, found.end());
+  EXPECT_EQ(lag->place, kElbow);
+  EXPECT_NEAR(lag->p[0], 0.02, 0.004);  // a delay of as many milliseconds does nearly the same below 5 Hz
 }
 
 // Without efforts a delay T looks much like viscous friction kp T and a rotor kd T. What differs shows where the drive
