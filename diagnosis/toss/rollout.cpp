@@ -179,7 +179,7 @@ class Stepper {
     const Vector3d a = world_.gravity_W - world_.drag * v_com - alpha.cross(r) - w.cross(w.cross(r));
     v_ = state_.V_WB;
     free_.head<3>() = w + dt * alpha, free_.tail<3>() = state_.V_WB.tail<3>() + dt * a;
-    if (contact_.solve(pairs_, model_, extra_, v_, free_, &data_) != Status::kOk) return false;
+    if (contact_.solve(pairs_, model_, extra_, v_, free_, no_loops_, &data_) != Status::kOk) return false;
     LinkWrenches impulses(1, Vector6d::Zero());
     contact_.add(data_, 1.0, &impulses);  // about the body's origin
     const Vector3d P = impulses[0].tail<3>();
@@ -212,6 +212,7 @@ class Stepper {
   ContactSet pairs_;
   std::vector<int> touches_;
   Eigen::VectorXd extra_, v_, free_;
+  Eigen::MatrixXd no_loops_;  // of a body alone
 };
 
 }  // namespace
