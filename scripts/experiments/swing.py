@@ -201,6 +201,6 @@ def tilt(name, swing):
 EXPERIMENTS = [
     Experiment('fig4', 'Figure 4: HRP-1S tilted and released',
                'Tilted and released without feedback the robot swings; stiffness and damping of the feet are found from the '
-               'damped oscillation.', tilt('fig4', HRP1S_SWING), cost=10.0),
-    Experiment('fig4_hrp2p', 'Figure 4 with HRP-2P', 'The same with HRP-2P.', tilt('fig4_hrp2p', HRP2P_SWING), cost=10.0),
+               'damped oscillation.', tilt('fig4', HRP1S_SWING), cost=20.0),
+    Experiment('fig4_hrp2p', 'Figure 4 with HRP-2P', 'The same with HRP-2P.', tilt('fig4_hrp2p', HRP2P_SWING), cost=20.0),
 ]

@@ -52,6 +52,10 @@ void check_scenario(const Scenario& scenario) {
   if (scenario.contact.model == "wrench" && scenario.integrator != "implicit") {
     fail_input("integrator", "contacts by wrenches of pairs go with the implicit step only");
   }
+  for (const auto& [foot, bush] : scenario.foot_bush) {
+    const bool positive = bush.kz > 0.0 && bush.k_roll > 0.0 && bush.k_pitch > 0.0;
+    if (scenario.contact.model == "wrench" && !positive) fail_input("foot_bush." + foot, "kz, k_roll and k_pitch must be positive");
+  }
 }
 
 // Index of the foot that each link belongs to: the foot's link and everything below it.

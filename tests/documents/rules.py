@@ -52,7 +52,7 @@ RULES = [
     Rule(r"build/bin/hrp-(diagnose|plot|make-motion|simulate).* --help", RUNS),
     Rule(r"scripts/[\w/]+\.(sh|py) --help", RUNS),
     # One experiment on one DDS in place of 20 on two, ten times varied.
-    Rule(r"scripts/experiments\.sh( \[?[\w|]+\]?)?", RUNS, change=((r"\.sh.*", ".sh fig4 --runs 0 --dds cyclone"),)),
+    Rule(r"scripts/experiments\.sh( \[?[\w|]+\]?)?", RUNS, change=((r"\.sh.*", ".sh fig8 --runs 0 --dds cyclone"),)),
     # A minute of robot motions; paper_b_test and identify_foot_test run it.
     Rule(r"scripts/identify_foot\.sh", RUNS, change=((r"$", " --help"),)),
     Rule(r"scripts/diagnosis/make_bag\.py .*", RUNS),

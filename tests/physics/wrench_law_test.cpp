@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "common/base/diagnostics.h"
 #include "servers/dynamics/wrench_law.h"
 #include "tests/physics/rigs.h"
 #include "tests/physics/solutions/contact_solutions.h"
@@ -150,6 +151,29 @@ struct Block {
     }
   }
 };
+
+TEST(PairContact, RefusesWhatItCannotDo) {
+  Block rubber, explicit_step;
+  rubber.scenario.foot_bush["body"].kz = 1e5;  // no stiffness about roll and pitch
+  EXPECT_THROW(rubber.make(), InputError);
+  explicit_step.scenario.integrator = "rk4";
+  EXPECT_THROW(explicit_step.make(), InputError);
+}
+
+TEST(PairContact, OfAFootHasTheStiffnessOfItsRubber) {
+  Block block;
+  FootBushSpec& bush = block.scenario.foot_bush["body"];
+  bush.kz = 4e5, bush.k_roll = 800, bush.k_pitch = 900, bush.c_roll = bush.c_pitch = 10;
+  Simulator simulator = block.make();
+  ExternalWrench push;
+  push.F_W = make6(0.8, 0.9, 0, 0, 0, 0);
+  block.run(&simulator, 8000, {push});
+  const Matrix3d R = simulator.state().R_WB.toRotationMatrix();
+  // About the rig's centre: a milliradian about each axis, to its square.
+  EXPECT_NEAR(R(2, 1), 1e-3, 5e-6);
+  EXPECT_NEAR(-R(2, 0), 1e-3, 5e-6);
+  EXPECT_NEAR(block.half.z() - simulator.state().p_WB.z(), block.mass * 9.81 / 4e5, 1e-7);
+}
 
 TEST(PairContact, CarriesTheWeightAndSinksInByItOverTheStiffness) {
   Block block;
