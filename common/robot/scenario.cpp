@@ -60,7 +60,7 @@ void read_all(YamlMap& map, Scenario* scenario) {
   std::string base = "floating";
   map.choice("base", &base, {"fixed", "floating"});
   scenario->floating_base = base == "floating";
-  map.choice("drive", &scenario->drive, {"servo", "effort", "motion"});
+  map.choice("drive", &scenario->drive, {"servo", "effort", "motion", "voltage"});
   map.vector3("gravity", &scenario->gravity_W, Bound::kAny, "m/s^2");
   read_world_sections(map, scenario);
   read_joint_sections(map, scenario);
@@ -69,6 +69,10 @@ void read_all(YamlMap& map, Scenario* scenario) {
     map.child("steps", [&](YamlMap& child) { read_steps(child, scenario); });
   }
   read_effect_sections(map, scenario);
+  if (scenario->drive == "voltage") {  // by now a servo with a back-EMF: read_joint_sections()
+    if (scenario->servo_joints.empty()) map.error("drive", "is voltage, but 'servo.joints' names no joint with supply, resistance and torque_constant");
+    scenario->drive = "servo", scenario->servo_default = {};  // volts were for the joints that are named
+  }
   map.choice("integrator", &scenario->integrator, {"implicit", "semi_implicit_euler", "rk4"});
   map.choice("interpolation", &scenario->interpolation, {"hold", "linear", "hermite"});
   map.flag("repair_inertias", &scenario->repair_inertias);

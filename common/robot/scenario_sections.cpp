@@ -104,11 +104,30 @@ void read_gains(YamlMap& map, ServoGains* gains) {
   map.number("effort_limit", &gains->effort_limit, Bound::kNotNegativeOrInfinite, "N m or N");
 }
 
+// A motor at a voltage u = kp (q_ref - q) + kd (qd_ref - qd), |u| <= supply, has the current (u - kt qd) / R and the
+// torque kt (u - kt qd) / R: a servo with gains kp kt/R, kd kt/R and the limit supply kt/R beside viscous friction
+// kt^2/R, the back-EMF. Exact where the inductance is not felt. kt [N m/A] and R [ohm] as the joint sees them.
+void read_motor(const std::string& joint, YamlMap& map, ServoGains* gains, Scenario* scenario) {
+  double supply = 0.0, resistance = 0.0, constant = 0.0;
+  const char* const needed[] = {"supply", "resistance", "torque_constant"};
+  for (const char* key : needed) map.require(key, "a number: 'drive: voltage' gives the torque of a motor from its supply [V], "
+                                                  "resistance [ohm] and torque constant [N m/A] at the joint");
+  map.number("supply", &supply, Bound::kPositive, "V");
+  map.number("resistance", &resistance, Bound::kPositive, "ohm");
+  map.number("torque_constant", &constant, Bound::kPositive, "N m/A");
+  if (!(resistance > 0.0)) return;
+  const double torque = constant / resistance;  // [N m/V]
+  gains->kp *= torque, gains->kd *= torque;
+  gains->effort_limit = std::min(gains->effort_limit, supply * torque);
+  scenario->joint_laws[joint].push_back({"viscous_friction", {{"coefficient", constant * torque}}});
+}
+
 void read_servo(YamlMap& map, Scenario* scenario) {
   map.child("default", [&](YamlMap& child) { read_gains(child, &scenario->servo_default); });
   map.children("joints", [&](const std::string& joint, YamlMap& child) {
     ServoGains gains = scenario->servo_default;  // what a joint leaves out is the default's
     read_gains(child, &gains);
+    if (scenario->drive == "voltage") read_motor(joint, child, &gains, scenario);
     scenario->servo_joints[joint] = gains;
   });
 }

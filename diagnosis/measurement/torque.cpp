@@ -311,7 +311,22 @@ class Maker {
     }
   }
 
-  // Missing torque at the kept samples, less the nominal model's own friction.
+  // What a joint takes by the laws of its description and those that the experiment states, at the kept samples.
+  Eigen::VectorXd calc_stated(const TorqueRecording& r, int j) const {
+    const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
+    const Eigen::VectorXd sign = data_.calc_sign(r, j);
+    Eigen::VectorXd friction = Eigen::VectorXd::Zero(r.v.rows());
+    for (long k = 0; k < friction.size() && laws.has_friction(); ++k)
+      friction[k] = sign[k] * calc_friction_level(laws, std::abs(r.v(k, j)), r.tau(k, j), sign[k] > 0.0 ? 1.0 : -1.0);
+    Eigen::VectorXd stated = data_.condition(r, friction);
+    for (long k = 0; k < stated.size(); ++k) {
+      const long row = r.full_row(k);
+      stated[k] += calc_taken_torque(laws, r.q(row, j) - laws.joint_offset, r.v(row, j), r.a(row, j));
+    }
+    return stated;
+  }
+
+  // Missing torque at the kept samples, less what the nominal model's own joints take.
   void finish(TorqueRecording* r) {
     const long kept = std::max(0L, (r->q.rows() - 2 * r->trim + r->stride - 1) / r->stride), n = r->q.cols();
     r->missing.setZero(kept, n);
@@ -326,13 +341,11 @@ class Maker {
                                " s: this stretch is left out");
     }
     for (long j = 0; j < n; ++j) {
-      const JointSpec& spec = e_.robot.tree.joint(static_cast<int>(j));
-      const Eigen::VectorXd direction = data_.calc_direction(*r, static_cast<int>(j));
+      const Eigen::VectorXd stated = calc_stated(*r, static_cast<int>(j));
       const Flags moving = find_moving(r->v.col(j), data_.slow[static_cast<size_t>(j)], r->step, data_.cutoff);
       for (long k = 0; k < kept; ++k) {
         const long row = r->full_row(k);
-        r->missing(k, j) = r->effort(row, j) - r->tau(row, j) - spec.viscous_friction * r->v(row, j) -
-                           spec.coulomb_friction * direction[k];
+        r->missing(k, j) = r->effort(row, j) - r->tau(row, j) - stated[k];
         r->use(k, j) = data_.is_judged(static_cast<int>(j)) && !frozen[row] && moving[row];
       }
     }

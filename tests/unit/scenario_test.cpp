@@ -108,6 +108,8 @@ TEST(Scenario, BadInputIsNamedWithLineKeyValueAndExpectation) {
       {"robot: a.urdf\nseed: -1", "seed: is '-1', expected a whole number"},
       {"robot: a.urdf\njoint_laws: {knee: {coulomb: {level: 1}}}", "joint_laws.knee.coulomb: unknown key"},
       {"robot: a.urdf\njoint_laws: {knee: {backlash: {}}}", "joint_laws.knee.backlash.gap: is missing"},
+      {"robot: a.urdf\ndrive: voltage", "drive: is voltage, but 'servo.joints' names no joint"},
+      {"robot: a.urdf\ndrive: voltage\nservo: {joints: {e: {kp: 5, supply: 12}}}", "servo.joints.e.resistance: is missing"},
       {"robot: a.urdf\nself_collision: perhaps", "expected true or false"},
       {"robot: a.urdf\nsensors: {imu: {chest: {xyz: [0, 0, 0]}}}", "sensors.imu.chest.link: is missing"},
       {"robot: a.urdf\nobstacles: {b: {shape: box}}", "obstacles.b.size: is missing"},

@@ -129,6 +129,26 @@ TEST(TorqueEvidence, LateCommandsShowInTheServosOwnLawBesideFriction) {
   EXPECT_NEAR(f->parameters[0].value[0], 0.012, 1e-3);
 }
 
+// Back-EMF of a motor at a voltage brakes as viscous friction kt^2/R does. Where supply, resistance and torque constant are
+// stated it is in the model, and no finding: only what the gear adds is.
+TEST(TorqueEvidence, BackEmfOfAStatedVoltageDriveIsNoFinding) {
+  constexpr double kConstant = 2.0, kResistance = 5.0, kGear = 0.3;  // [N m/A], [ohm], [N m s/rad]
+  Hypothesis hidden = make_drives();
+  hidden[3].p[0] = kConstant * kConstant / kResistance + kGear;  // at the elbow
+  Experiment e = make_simulated_experiment("torque_voltage", kArm, kJoints, hidden);
+  const Scenario stated = parse_scenario(
+      "robot: robot.urdf\nbase: fixed\ndrive: voltage\nservo: {joints: {elbow: {kp: 500, kd: 25, supply: 125, "
+      "resistance: 5, torque_constant: 2}}}\n", "voltage.yaml");
+  ASSERT_EQ(stated.drive, "servo");
+  EXPECT_DOUBLE_EQ(stated.servo_joints.at("elbow").kp, 200.0);  // what the recordings were made with
+  EXPECT_DOUBLE_EQ(stated.servo_joints.at("elbow").effort_limit, 50.0);
+  e.scenario.servo_joints = stated.servo_joints, e.scenario.joint_laws = stated.joint_laws;
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "viscous_friction", "elbow");
+  ASSERT_NE(f, nullptr);
+  EXPECT_NEAR(f->parameters[0].value[0], kGear, 0.15 * kGear) << f->statement;  // as for all drives here
+}
+
 // A servo works with a velocity whether or not somebody recorded it.
 TEST(TorqueEvidence, ABiasOfALogShowsInTheServosLawWithoutRecordedVelocities) {
   Experiment e = make_simulated_experiment("torque_bias", kArm, kJoints, make_drives());
