@@ -7,6 +7,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/evidence/torque_twins.h"
+#include "diagnosis/evidence/torque_values.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -37,41 +38,18 @@ Estimate scalar(const char* name, const std::string& unit, double value, double 
   return {name, unit, {value}, {std}, false};
 }
 
-Estimate vector(const char* name, const char* unit, const Eigen::VectorXd& value, const Eigen::VectorXd& std) {
-  return {name, unit, {value.data(), value.data() + value.size()}, {std.data(), std.data() + std.size()}, true};
-}
-
-// Parameters of the report from coefficients p with deviations s, at a joint that turns.
+// Parameters of the report from coefficients p with deviations s, at a joint that turns: names and units of the table.
 std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
-  switch (term.kind) {
-    case TermKind::kViscous: return {scalar("coefficient", "N m s/rad", p[0], s[0])};
-    case TermKind::kDry: return {scalar("level", "N m", p[0], s[0])};
-    case TermKind::kLoadDry: case TermKind::kBackdriven: return {scalar("ratio", "1", p[0], s[0])};
-    case TermKind::kStribeck:
-      return {scalar("excess", "N m", p[0], s[0]), scalar("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
-    case TermKind::kRotor: return {scalar("inertia", "kg m^2", p[0], s[0])};
-    case TermKind::kGain: return {scalar("scale", "1", 1.0 - p[0], s[0])};
-    case TermKind::kGainOfModel: return {scalar("scale", "1", 1.0 / (1.0 + p[0]), s[0])};
-    case TermKind::kConstant: return {scalar("torque", "N m", p[0], s[0])};
-    case TermKind::kSpring: {
-      const double rest = p[0] != 0.0 ? -p[1] / p[0] : 0.0;
-      return {scalar("stiffness", "N m/rad", p[0], s[0]),
-              scalar("rest", "rad", rest, std::hypot(s[1], rest * s[0]) / std::max(1e-12, std::abs(p[0])))};
-    }
-    case TermKind::kLag: return {scalar("time_constant", "s", p[0], s[0])};
-    case TermKind::kCommandDelay: case TermKind::kBusDelay: return {scalar("delay", "s", p[0], s[0])};
-    case TermKind::kCogging:
-      return {scalar("amplitude", "N m", p.norm(), s[0]), scalar("periods", "1/rad", term.shape, 0.1 * term.shape),
-              scalar("phase", "rad", std::atan2(p[1], p[0]), s[0] / std::max(1e-12, p.norm()))};
-    case TermKind::kPayload:
-      return {scalar("mass", "kg", p[0], s[0]), vector("com", "m", p.tail<3>() / p[0], s.tail<3>() / std::abs(p[0]))};
-    case TermKind::kMassError: return {scalar("scale", "1", 1.0 + p[0], s[0])};
-    case TermKind::kComError: return {vector("offset", "m", p, s)};
-    case TermKind::kForce: return {vector("force", "N", p, s)};
-    case TermKind::kOffset: return {scalar("offset", "rad", p[0], s[0])};
-    case TermKind::kTilt: return {scalar("roll", "rad", p[0], s[0]), scalar("pitch", "rad", p[1], s[1])};
+  if (term.kind == TermKind::kStribeck)  // beside a level that another term has
+    return {scalar("excess", "N m", p[0], s[0]), scalar("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
+  const TermValues values = calc_values(term, p, s);
+  const std::vector<EffectParameter>& row = get_effect(get_effect_id(term.kind)).parameters;
+  std::vector<Estimate> list;
+  for (size_t i = 0; i < values.value.size(); ++i) {
+    if (row[i].axis <= 0) list.push_back({row[i].name, row[i].unit, {}, {}, row[i].axis == 0});
+    list.back().value.push_back(values.value[i]), list.back().std.push_back(values.std[i]);
   }
-  return {};
+  return list;
 }
 
 std::vector<Estimate> make_parameters(const Experiment& e, const Term& term, const Eigen::VectorXd& p,
@@ -94,29 +72,9 @@ std::string describe(const std::vector<Estimate>& parameters) {
   return text;
 }
 
-const char* get_phrase(TermKind kind) {
-  switch (kind) {
-    case TermKind::kViscous: return "viscous friction";
-    case TermKind::kDry: return "dry friction";
-    case TermKind::kLoadDry: return "dry friction that grows with the load";
-    case TermKind::kBackdriven: return "a gear that loses more when the load turns it than when the motor does";
-    case TermKind::kStribeck: return "dry friction that is larger at rest";
-    case TermKind::kRotor: return "reflected inertia of the rotor";
-    case TermKind::kGain: case TermKind::kGainOfModel: return "a wrong torque constant";
-    case TermKind::kConstant: return "a constant torque";
-    case TermKind::kSpring: return "a spring across the joint";
-    case TermKind::kLag: return "a drive that lags";
-    case TermKind::kCommandDelay: return "commands that arrive late";
-    case TermKind::kBusDelay: return "commands that arrive late, at all joints alike";
-    case TermKind::kCogging: return "torque that ripples with position";
-    case TermKind::kPayload: return "a load";
-    case TermKind::kMassError: return "a wrong mass";
-    case TermKind::kComError: return "a centre of mass elsewhere";
-    case TermKind::kForce: return "a constant force";
-    case TermKind::kOffset: return "an encoder whose zero is off";
-    case TermKind::kTilt: return "a base that is tilted";
-  }
-  return "";
+std::string get_phrase(TermKind kind) {
+  const std::string phrase = get_effect(get_effect_id(kind)).phrase;
+  return kind == TermKind::kBusDelay ? phrase + ", at all joints alike" : phrase;
 }
 
 const char* get_motion(TermKind kind) {
@@ -132,7 +90,7 @@ const char* get_motion(TermKind kind) {
   }
 }
 
-std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const char* phrase) {
+std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
   std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
                      get_grade_name(f.grade) + ").";
   text += " It takes away " + number(100.0 * std::max(0.0, g.share), 2) + " % of the missing torque on held-out data.";
@@ -178,35 +136,13 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
 }
 
 std::optional<Effect> make_effect(const GradedTerm& g, const GradedTerm* excess) {
-  const Eigen::VectorXd& p = g.parameters;
-  const auto make = [&](EffectId id, std::vector<double> values) -> Effect { return {id, g.term.place, std::move(values)}; };
-  switch (g.term.kind) {
-    case TermKind::kViscous: return make(EffectId::kViscous, {p[0]});
-    case TermKind::kDry:
-      if (excess && g.curve.there)
-        return make(EffectId::kStribeck,
-                    {g.curve.level.value, g.curve.rest.value, g.curve.velocity.value, 0.0, kPresliding});
-      if (excess)
-        return make(EffectId::kStribeck,
-                    {p[0], p[0] + excess->parameters[0], excess->term.shape, 0.0, kPresliding});
-      return make(EffectId::kCoulomb, {p[0], 0.0, kPresliding});
-    case TermKind::kLoadDry: return make(EffectId::kLoadFriction, {p[0], kPresliding});
-    case TermKind::kBackdriven: return make(get_effect_id(g.term.kind), {p[0], kPresliding});
-    case TermKind::kRotor: return make(EffectId::kRotorInertia, {p[0]});
-    case TermKind::kGain: return make(EffectId::kTorqueConstant, {1.0 - p[0]});
-    case TermKind::kSpring: return make(EffectId::kSpring, {p[0], p[0] != 0.0 ? -p[1] / p[0] : 0.0});
-    case TermKind::kLag: return make(EffectId::kLag, {p[0]});
-    case TermKind::kCommandDelay: case TermKind::kBusDelay: return make(EffectId::kDelay, {p[0]});
-    case TermKind::kCogging: return make(EffectId::kCogging, {p.norm(), g.term.shape, std::atan2(p[1], p[0])});
-    case TermKind::kPayload: return make(EffectId::kPayload, {p[0], p[1] / p[0], p[2] / p[0], p[3] / p[0], 0.0});
-    case TermKind::kMassError: return make(EffectId::kMassError, {1.0 + p[0]});
-    case TermKind::kComError: return make(EffectId::kComError, {p[0], p[1], p[2]});
-    case TermKind::kForce: return make(EffectId::kExternalForce, {p[0], p[1], p[2]});
-    case TermKind::kOffset: return make(EffectId::kJointOffset, {p[0]});
-    case TermKind::kConstant: return make(get_effect_id(TermKind::kConstant), {p[0]});
-    case TermKind::kTilt: return make(get_effect_id(TermKind::kTilt), {p[0], p[1]});
-    default: return std::nullopt;
-  }
+  if (g.term.kind == TermKind::kStribeck || g.term.kind == TermKind::kGainOfModel) return std::nullopt;
+  const EffectInfo& row = get_effect(get_effect_id(excess ? TermKind::kStribeck : g.term.kind));
+  std::vector<double> values = calc_values(g.term, g.parameters, g.width).value;
+  if (excess && g.curve.there) values = {g.curve.level.value, g.curve.rest.value, g.curve.velocity.value};
+  else if (excess) values = {values[0], values[0] + excess->parameters[0], excess->term.shape};
+  while (values.size() < row.parameters.size()) values.push_back(row.parameters[values.size()].value);
+  return Effect{row.id, g.term.place, values};
 }
 
 NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
