@@ -87,7 +87,7 @@ def write_table(run, name, log):
 def record(run):
     """The recordings, the experiment that knows rigid feet and perfect joints only, and what was hidden."""
     text = drop(run.text('fig7'), 'contact', 'sensors', 'steps')
-    text = re.sub(r'(?m)^    \w_(?:SHOULDER|ELBOW)\w*: .*\n', '', text) + FLOOR
+    text = re.sub(r'(?m)^    \w_(?:SHOULDER|ELBOW)\w*: .*\n|^    landing_speed: .*\n', '', text) + FLOOR
     (reality, nominal), rotors = write_robots(run)
     hidden = {'rotors': rotors, 'servos': list_leg_servos(text), 'bush': re.search(r'kz: .*', resimulate.get_section(text, 'foot_bush'))[0]}
     walks, count = (SHORT_WALKS, 2) if run.short else (WALKS, 6)
@@ -157,7 +157,7 @@ def write_soles_only(folder):
     updated = pathlib.Path(folder, 'updated')
     soles = [line for line in (updated / 'scenario.yaml').read_text().splitlines() if '"foot_compliance"' in line]
     path = updated / 'soles.yaml'
-    path.write_text((updated / 'nominal.yaml').read_text().rstrip('\n') + '\neffects:\n' + '\n'.join(soles) + '\n')
+    path.write_text('\n'.join([(updated / 'nominal.yaml').read_text().rstrip('\n')] + (['effects:'] + soles if soles else [])) + '\n')
     return path
 
 
