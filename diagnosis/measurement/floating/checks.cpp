@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <set>
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/measurement/floating/body_motion.h"
@@ -16,12 +17,17 @@ constexpr double kWeight = 0.008;    // to which scales and models of masses are
 constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
 constexpr double kOdd = 6;           // median deviations (four of a normal error) beyond which a recording is odd
 constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
+constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
+constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
 constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
 constexpr double kSlip = 0.03;       // [m/s] of a foot that slides
 constexpr double kSettled = 0.1;     // [s]
+constexpr double kLying = 0.88;      // cosine of the base's tilt (28 degrees) beyond which it falls
+constexpr double kFalling = 1.0;     // [s] that it has been falling by then
 constexpr size_t kSlips = 20;        // samples
+constexpr double kSameGround = 0.25; // by which recordings may differ in it
 constexpr double kMoreHeld = 1.3;    // of the sliding feet's ratio, in more than
 constexpr double kBeyond = 0.02;     // of the samples of loaded feet: then they slide for another reason
 constexpr double kBearing = 0.2;     // share of the weight that a foot must carry to be judged
@@ -92,11 +98,35 @@ class Checker {
     if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
     const Consensus k = find_consensus(ratios, kWeight);
     const std::string odd = k.odd > 0 ? format("; %.0f recordings differ (a sensor of theirs, or pushes)", static_cast<double>(k.odd)) : "";
+    if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
+      out_.notes.push_back(format("weight: the feet carry %.4f +- %.4f of what the model weighs, but not the same in all phases: no mass does that", k.mean, 2 * k.std) + odd);
+      return;
+    }
     if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kWeight)) {
       out_.notes.push_back(format("weight: the feet carry %.4f +- %.4f of what the model weighs: they agree", k.mean, 2 * k.std) + odd);
       return;
     }
     add_weight(k, weight, odd);
+  }
+
+  // Whether each phase that is no rare one has half to twice the missing weight [N], as far as its blocks tell.
+  bool is_same_in_phases(const ChannelRows& c, double more) const {
+    std::map<int, std::map<int, std::pair<double, double>>> phases;  // by phase, by block: sum, count
+    for (size_t i = 0; i < c.rows(); ++i) {
+      auto& [sum, count] = phases[c.phase[i]][c.block[i]];
+      sum += c.y[i], count += 1;
+    }
+    const double least = kWeight * log_.mass * log_.experiment->scenario.gravity_W.norm();
+    return std::none_of(phases.begin(), phases.end(), [&](const auto& phase) {
+      std::vector<double> means;
+      for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
+      double rows = 0;
+      for (const auto& [block, sum] : phase.second) rows += sum.second;
+      if (means.size() < kPhaseBlocks || rows < kRarePhase * static_cast<double>(c.rows())) return false;
+      const Consensus k = find_consensus(means, least);
+      const bool other = k.mean / more < 0.5 || k.mean / more > 2;
+      return other && std::abs(k.mean - more) > std::max(least, 3 * k.std);
+    });
   }
 
   // One number, many causes: nothing but other sensors, or another load, can tell them apart.
@@ -117,6 +147,10 @@ class Checker {
       const Where place{{"sensor", "/wrench/" + s.name + "/force"}};
       f.alternatives.push_back(make_alternative("sensor_scale", place, {make_one("scale", "1", k.mean, k.std)}, motion));
       f.alternatives.push_back(make_alternative("sensor_bias", place, {make_one("value", "N", more / static_cast<double>(log_.sensors.size()), error)}, motion));
+    }
+    const int imu = BodyMotion::find_main_imu(log_);
+    if (BodyMotion::find_force_source(log_) == MotionSource::kImu) {
+      f.alternatives.push_back(make_alternative("sensor_scale", {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name + "/linear_acceleration"}}, {make_one("scale", "1", 1 / k.mean, k.std)}, motion));
     }
     out_.findings.push_back(std::move(f));
   }
@@ -209,7 +243,8 @@ class Checker {
   bool is_weighed(size_t imu) const {
     const int column = at_.imu(static_cast<int>(imu), kAccelerometerScaleColumn);
     return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {
-      const bool dynamic = c.info.kind.rfind("balance", 0) == 0 || c.info.kind == "accelerometer";
+      const bool dynamic = c.info.kind.rfind("balance", 0) == 0 || c.info.kind.rfind("accelerometer", 0) == 0 ||
+                           (c.info.kind == "weight" && !out_.raw_counts);
       return dynamic && c.rows() > kQuietRows && std::find(c.columns.begin(), c.columns.end(), column) != c.columns.end();
     });
   }
@@ -244,9 +279,10 @@ class Checker {
   // Where feet stand, by the base's pose: a level floor has one height.
   void check_heights() {
     std::vector<Vector3d> at;
+    std::vector<size_t> recordings;
     for (const Contact& spell : contacts_.spells) {
       const Clip& clip = log_.clips[spell.clip];
-      if (!spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < 0.3) continue;
+      if (!spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < 0.3 || spell.end > find_fall(clip)) continue;
       BodyMotion motion(log_, clip);
       const size_t k = (spell.begin + spell.end) / 2;
       if (k < clip.edge || k + clip.edge >= clip.size()) continue;
@@ -255,13 +291,41 @@ class Checker {
       Vector3d p;
       for (int i = 0; i < 3; ++i) p(i) = clip.base_position[i].value[k];
       const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
-      at.push_back(p + q.normalized() * (get_pose(motion.data(), foot.link) * foot.p_LC));
+      at.push_back(p + q.normalized() * (get_pose(motion.data(), foot.link) * foot.p_LC)), recordings.push_back(clip.recording);
     }
     if (at.size() < 6) return;
-    add_heights(at);
+    const Plane all = fit_plane(at);
+    // Each recording that walks some way has it.
+    for (size_t r = 0; r < log_.experiment->recordings.size(); ++r) {
+      std::vector<Vector3d> own;
+      for (size_t i = 0; i < at.size(); ++i) {
+        if (recordings[i] == r) own.push_back(at[i]);
+      }
+      if (own.size() < 4) continue;
+      const Plane one = fit_plane(own);
+      if (one.way > 0.3 && one.slope.dot(all.slope) < 0.5 * all.slope.squaredNorm()) return;
+    }
+    add_heights(all);
   }
 
-  void add_heights(const std::vector<Vector3d>& at) {
+  // The sample from which a robot falls: some time before its base lies. At the end of the clip: it does not.
+  static size_t find_fall(const Clip& clip) {
+    for (size_t k = 0; k < clip.size(); ++k) {
+      const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+      const double upright = (q.normalized() * Vector3d::UnitZ()).z();
+      const auto before = static_cast<size_t>(std::lround(kFalling / clip.step));
+      if (upright < kLying) return k > before ? k - before : 0;
+    }
+    return clip.size();
+  }
+
+  // A plane through points: its rise by x and y with errors, and how far the points lie from their middle [m].
+  struct Plane {
+    Vector3d slope, error;
+    double way = 0;
+  };
+
+  static Plane fit_plane(const std::vector<Vector3d>& at) {
     const auto n = static_cast<long>(at.size());
     Eigen::MatrixXd A(n, 3);
     Eigen::VectorXd z(n);
@@ -275,8 +339,13 @@ class Checker {
     const Eigen::MatrixXd inverse = (A.transpose() * A).ldlt().solve(Eigen::MatrixXd::Identity(3, 3));
     const Eigen::VectorXd x = inverse * A.transpose() * z;
     const double variance = (z - A * x).squaredNorm() / static_cast<double>(n - 3);
-    const double way = (A.leftCols<2>().rowwise().norm()).maxCoeff();
-    const Vector3d slope(x(0), x(1), 0), error(std::sqrt(variance * inverse(0, 0)), std::sqrt(variance * inverse(1, 1)), 0);
+    return {Vector3d(x(0), x(1), 0), Vector3d(std::sqrt(variance * inverse(0, 0)), std::sqrt(variance * inverse(1, 1)), 0),
+            A.leftCols<2>().rowwise().norm().maxCoeff()};
+  }
+
+  void add_heights(const Plane& plane) {
+    const auto& [slope, error, way] = plane;
+    const Vector3d& x = slope;
     const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
     if (way < 0.3 || !sure || slope.norm() * way < 1e-3) return;
     Finding f;
@@ -295,11 +364,17 @@ class Checker {
     return loaded[k] && k >= reach && loaded[k - reach] && k + reach < loaded.size() && loaded[k + reach];
   }
 
+  // A loaded foot at one moment: how fast it moves along the ground [m/s], side force over normal force.
+  struct Step {
+    size_t recording = 0;
+    double speed = 0, ratio = 0;
+  };
+
   // Friction that feet ask for while they slide, by base pose and force sensors of three axes.
   void check_slip() {
     if (!log_.base_pose) return;
     const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm();
-    std::vector<double> ratios, held;
+    std::vector<Step> steps;
     for (size_t c = 0; c < log_.clips.size(); ++c) {
       const Clip& clip = log_.clips[c];
       BodyMotion motion(log_, clip);
@@ -310,12 +385,12 @@ class Checker {
           if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].has_force()) continue;
           if (!is_settled(c, f, k) || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kBearing * weight) continue;
           if (!updated) motion.update(k), updated = true;
-          const bool slides = find_speed(clip, foot, k, &motion) >= kSlip;
-          (slides ? ratios : held).push_back(find_ratio(clip, foot, k, &motion));
+          steps.push_back({clip.recording, find_speed(clip, foot, k, &motion), find_ratio(clip, foot, k, &motion)});
         }
       }
     }
-    add_slip(std::move(ratios), std::move(held));
+    // The speed by a recorded pose has errors of its own: fast slides tell more, where there are any.
+    if (!add_slip(steps, 2 * kSlip)) add_slip(steps, kSlip);
   }
 
   // Of the sole along the ground [m/s]: the base's recorded motion and the encoders.
@@ -338,28 +413,54 @@ class Checker {
     return f.head<2>().norm() / std::max(1e-9, f.z());
   }
 
-  // `held`: what loaded feet asked for that did not slide. Friction that holds more than it slides at is no friction.
-  void add_slip(std::vector<double> ratios, std::vector<double> held) {
-    if (ratios.size() < kSlips) return;
+  // The densest half of what sliding feet ask for, and half its width: a foot that turns as it slides, or begins to,
+  // feels less than the whole friction.
+  static std::pair<double, double> find_densest(std::vector<double> ratios) {
     std::sort(ratios.begin(), ratios.end());
-    // The densest half: a foot that turns as it slides, or begins to, feels less than the whole friction.
     const size_t half = ratios.size() / 2;
     size_t best = 0;
     for (size_t i = 0; i + half < ratios.size(); ++i) {
       if (ratios[i + half] - ratios[i] < ratios[best + half] - ratios[best]) best = i;
     }
-    const double value = ratios[best + half / 2], spread = 0.5 * (ratios[best + half] - ratios[best]);
+    return {ratios[best + half / 2], 0.5 * (ratios[best + half] - ratios[best])};
+  }
+
+  // Feet slide at the same share in two recordings at least (of one: there); a push or a fall is in one alone.
+  static bool is_same_ground(const std::vector<Step>& steps, double slow, double value) {
+    std::map<size_t, std::vector<double>> each;
+    std::set<size_t> recordings;
+    for (const Step& s : steps) {
+      recordings.insert(s.recording);
+      if (s.speed >= slow) each[s.recording].push_back(s.ratio);
+    }
+    size_t same = 0, other = 0;
+    for (const auto& [r, ratios] : each) {
+      if (ratios.size() < kSlips) continue;
+      const double here = find_densest(ratios).first;
+      ++(std::abs(here - value) < kSameGround * value ? same : other);
+    }
+    return same >= std::min<size_t>(2, recordings.size()) && same > other;
+  }
+
+  // Friction that holds more than it slides at is no friction. False: nothing is told.
+  bool add_slip(const std::vector<Step>& steps, double slow) {
+    std::vector<double> ratios;
+    for (const Step& s : steps) {
+      if (s.speed >= slow) ratios.push_back(s.ratio);
+    }
+    if (ratios.size() < kSlips) return false;
+    const auto [value, spread] = find_densest(ratios);
     const double nominal = log_.experiment->scenario.ground.friction;
-    if (spread > 0.2 * value || value > 0.95 * nominal || value < 0.02) return;
-    held.insert(held.end(), ratios.begin(), ratios.end());
-    const auto beyond = std::count_if(held.begin(), held.end(), [&](double r) { return r > kMoreHeld * value; });
-    if (static_cast<double>(beyond) > kBeyond * static_cast<double>(held.size())) return;
+    if (spread > 0.2 * value || value > 0.95 * nominal || value < 0.02 || !is_same_ground(steps, slow, value)) return false;
+    const auto beyond = std::count_if(steps.begin(), steps.end(), [v = value](const Step& s) { return s.ratio > kMoreHeld * v; });
+    if (static_cast<double>(beyond) > kBeyond * static_cast<double>(steps.size())) return false;
     Finding f;
     f.effect = "ground_friction", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
     f.parameters = {make_one("coefficient", "1", value, spread)};
     f.grade = Grade::kSupported, f.probability = 0.9, f.share = 1, f.weight = 0.8;
     f.statement = format("Loaded feet slide at %.2f +- %.2f of their normal force: the ground is more slippery than the model's %.2f.", value, 2 * spread, nominal);
     out_.findings.push_back(std::move(f));
+    return true;
   }
 
   const LeggedLog& log_;

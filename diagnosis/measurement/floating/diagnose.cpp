@@ -97,7 +97,8 @@ class Reporter {
     for (const Finding& f : checks.findings) {
       const bool known = std::any_of(out_.findings.begin(), out_.findings.end(), [&](const Finding& g) {
         if (g.effect == f.effect && g.where == f.where) return true;
-        const bool weighs = f.effect == "mass_error" && (g.family == f.family || g.where.dump().find("/wrench") != std::string::npos);
+        const bool weighs = f.effect == "mass_error" && (g.family == f.family || g.where.dump().find("/wrench") != std::string::npos ||
+                                                           (g.effect == "sensor_scale" && g.where.dump().find("linear_acceleration") != std::string::npos));
         // Soles that give sink by what they carry: that is no slope.
         const bool slopes = f.effect == "ground_slope" && (g.effect == f.effect || g.effect == "foot_compliance");
         const bool senses = f.where.contains("sensor") && f.where == g.where;
@@ -203,7 +204,12 @@ class Reporter {
   Verdict find_verdict() const {
     bool left = false;
     for (size_t c = 0; c < count(); ++c) left = left || (fitter_.channels()[c].rows() > 0 && is_left(o_.chosen, c));
-    if (out_.findings.empty()) return left ? Verdict::kUnexplained : Verdict::kNoMismatch;
+    // Soles that roll over their edges are no mismatch.
+    const bool odd = std::any_of(o_.unsteady.begin(), o_.unsteady.end(), [this](size_t c) {
+      const std::string& kind = fitter_.channels()[c].info.kind;
+      return kind.rfind("tilt", 0) != 0 && kind != "height";
+    });
+    if (out_.findings.empty()) return left || odd ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
     if (!left) return Verdict::kExplained;
     return out_.explained >= 0.8 * out_.ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;

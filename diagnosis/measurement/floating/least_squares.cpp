@@ -16,6 +16,7 @@ constexpr int kLags = 25;         // rows, the most that errors remember
 constexpr double kRidge = 1e-9;   // of the diagonal: against exact twins
 constexpr size_t kBins = 8, kLeastInBin = 12;  // rows
 constexpr double kMedianOfSquare = 0.455;  // of a normal error of variance 1
+constexpr double kOddNoise = 4;   // deviations by which halves of a row may differ: beyond is an impact, not noise
 
 long count_coefficients(const std::vector<Candidate>& effects) {
   long n = 0;
@@ -111,7 +112,19 @@ void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
     variance = std::max(variance, squares[squares.size() / 2] / kMedianOfSquare);
     if (bin == 0) quietest = variance;
     for (size_t i = begin; i < end; ++i) rows_[c][order[i]] = quietest / variance;
+    if (!impacts_) dampen_impacts(c, {order.begin() + static_cast<long>(begin), order.begin() + static_cast<long>(end)});
   }
+}
+
+// Where even and odd samples tell different things, neither tells what was between them: a body that strikes the ground.
+// Judged by noise alone, so that no mismatch is put aside.
+void LeggedFitter::dampen_impacts(size_t c, const std::vector<size_t>& bin) {
+  const std::vector<double>& noise = channels()[c].noise_y;
+  std::vector<double> squares;
+  for (size_t i : bin) squares.push_back(noise[i] * noise[i]);
+  std::nth_element(squares.begin(), squares.begin() + static_cast<long>(squares.size() / 2), squares.end());
+  const double most = kOddNoise * kOddNoise * std::max(floor_[c], squares[squares.size() / 2] / kMedianOfSquare);
+  for (size_t i : bin) rows_[c][i] *= std::min(1.0, std::pow(most / std::max(most, noise[i] * noise[i]), 2));
 }
 
 bool LeggedFitter::is_held(size_t channel, size_t row) const {

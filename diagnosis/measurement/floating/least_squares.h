@@ -39,6 +39,8 @@ class LeggedFitter {
   double count_independent(Part part, size_t channel) const;
   bool is_held(size_t channel, size_t row) const;  // of the part that is not fitted
 
+  // Whether rows in which even and odd samples differ by more than noise, at impacts, count in full.
+  void count_impacts(bool in_full) { impacts_ = in_full; }
   // Weights from what a fit leaves, for the fits to come.
   void update_weights(const LeggedFit& fit);
   // Fits; not finite where the effects cannot be told apart at all.
@@ -52,6 +54,10 @@ class LeggedFitter {
   std::vector<Eigen::VectorXd> fit_parts(const LeggedFit& fit, size_t effect) const;
   // By row: of the halves' mean, or half their difference.
   std::vector<double> calc_residuals(const LeggedFit& fit, size_t channel, bool noise = false) const;
+  // Rows by coefficients: of the halves' mean, or half their difference.
+  Eigen::MatrixXd calc_columns(size_t channel, const std::vector<Candidate>& effects, bool noise) const;
+  // Of a row against all others.
+  double get_weight(size_t channel, size_t row) const { return weight_[channel] * rows_[channel][row]; }
   // Share of the held-out mismatch that all columns together take away, fitted freely to the training part.
   double calc_ceiling(size_t channel) const;
 
@@ -65,18 +71,18 @@ class LeggedFitter {
   void add_normal(Part part, size_t channel, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
                   Eigen::VectorXd* b) const;
   double calc_left(Part part, size_t channel, const LeggedFit& fit) const;
-  Eigen::MatrixXd calc_columns(size_t channel, const std::vector<Candidate>& effects, bool noise) const;
 
   std::vector<ChannelRows> channels_;
   std::vector<Moments> moments_[2];
   std::vector<size_t> counts_[2];
   void update_moments();
   void update_row_weights(size_t channel, const std::vector<double>& residuals);
+  void dampen_impacts(size_t channel, const std::vector<size_t>& bin);
 
   std::vector<double> floor_, noise_, weight_, memory_;
   std::vector<std::vector<double>> rows_;  // by channel: weights of rows against each other, 1 for the quietest
   std::vector<std::vector<int>> local_;  // by channel, by column
-  bool has_held_ = false;
+  bool has_held_ = false, impacts_ = false;
 };
 
 }  // namespace hrp::diagnosis::floating

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/measurement/floating/regimes.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
 
@@ -28,17 +30,17 @@ class Searcher {
       : fitter_(*fitter), candidates_(candidates), layout_(layout), reach_(reach), say_(say) {}
 
   LeggedOutcome run() {
-    out_.nominal = fitter_.fit({});
-    chosen_ = out_.nominal;
-    while (chosen_.effects.size() < kMost && add()) {
+    search();
+    // What accelerates most in impacts, as a knee's rotor does, may show nowhere else.
+    if (chosen_.effects.empty()) {
+      fitter_.count_impacts(true);
+      settle({});
+      search();
     }
-    prune();
-    exchange();
-    prune();
-    do {
-      out_.effects.clear();
-      describe();
-    } while (drop_unsure());
+    if (chosen_.effects.empty()) {
+      fitter_.count_impacts(false);
+      settle({});
+    }
     out_.chosen = chosen_;
     return std::move(out_);
   }
@@ -48,6 +50,22 @@ class Searcher {
     LeggedFit fit;
     double gain = 0, held = 0;
   };
+
+  void search() {
+    out_.nominal = fitter_.fit({});
+    chosen_ = out_.nominal;
+    do {
+      while (chosen_.effects.size() < kMost && add()) {
+      }
+      prune();
+      exchange();
+      prune();
+    } while (drop_unsteady());
+    do {
+      out_.effects.clear();
+      describe();
+    } while (drop_unsure());
+  }
 
   bool has(const Candidate& c) const {
     return std::any_of(chosen_.effects.begin(), chosen_.effects.end(),
@@ -127,7 +145,7 @@ class Searcher {
       const bool there = std::any_of(base.effects.begin(), base.effects.end(), [&](const Candidate& e) {
         return (e.effect == c.effect && e.where == c.where) || is_same_kind(e, c);
       });
-      if (there) continue;
+      if (there || is_banned(c)) continue;
       std::vector<Candidate> effects = base.effects;
       effects.push_back(c);
       Trial t;
@@ -234,6 +252,32 @@ class Searcher {
     }
   }
 
+  // A law has one size in all regimes. Takes out the effect that has not and helps least, for good; others may take its
+  // place then.
+  bool drop_unsteady() {
+    size_t worst = chosen_.effects.size();
+    double least = 1e300;
+    for (size_t i = 0; i < chosen_.effects.size(); ++i) {
+      const std::vector<Regime> regimes = list_regimes(fitter_, chosen_, i, layout_);
+      if (is_steady(regimes)) continue;
+      const LeggedFit rest = fit_without(i);
+      const double gain = fitter_.calc_gain(Part::kTrain, rest, chosen_) + fitter_.calc_gain(Part::kHeld, rest, chosen_);
+      if (gain < least) least = gain, worst = i;
+    }
+    if (worst == chosen_.effects.size()) return false;
+    const Candidate gone = chosen_.effects[worst];
+    if (say_) say_("not of one size: " + gone.effect + " at " + gone.where.dump());
+    banned_.push_back(gone);
+    const LeggedFit rest = fit_without(worst);
+    out_.unsteady.push_back(find_main_channel(rest, chosen_));
+    settle(rest.effects);
+    return true;
+  }
+
+  bool is_banned(const Candidate& c) const {
+    return std::any_of(banned_.begin(), banned_.end(), [&](const Candidate& b) { return b.effect == c.effect && b.where == c.where; });
+  }
+
   // What recordings differ by so much that it may be none is not claimed. The least sure goes first.
   bool drop_unsure() {
     size_t worst = out_.effects.size();
@@ -267,6 +311,7 @@ class Searcher {
   double reach_;
   const Say& say_;
   LeggedFit chosen_;
+  std::vector<Candidate> banned_;  // were chosen and were not of one size
   LeggedOutcome out_;
 };
 

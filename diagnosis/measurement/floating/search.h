@@ -28,6 +28,7 @@ struct FoundEffect {
 struct LeggedOutcome {
   LeggedFit nominal, chosen;
   std::vector<FoundEffect> effects;
+  std::vector<size_t> unsteady;  // equations that effects helped that were not of one size: something is there
 };
 
 using Say = std::function<void(const std::string&)>;

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/regimes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kTold = 0.2;      // deviation of a size that tells something
+constexpr double kMost = 2;        // of a size: laws harden, other effects are beside
+constexpr double kFlat = 0.8;      // least size for a sole that lies flat: nothing beside it excuses less
+constexpr double kDeviations = 3;
+
+// Products of a row: what the effect predicts there, times itself and times what the fit leaves, without noise's square.
+struct Product {
+  size_t channel = 0, row = 0;
+  double zz = 0, zr = 0;
+  int block = 0, phase = 0;
+  double roughness = 0;
+  double load = 0, arm = 0;  // [N, m] of a sole: its force, and how far from its middle it presses
+};
+
+// A sole by what it gives alone: a foot that comes down on its edge turns while it lands, which looks like damping.
+Candidate take_give(const Candidate& effect, Eigen::VectorXd* x) {
+  if (effect.effect != "foot_compliance" || effect.terms.size() < 3) return effect;
+  Candidate out = effect;
+  out.terms = {effect.terms[kRollGiveColumn], effect.terms[kPitchGiveColumn]};
+  *x = Eigen::Vector2d((*x)(kRollGiveColumn), (*x)(kPitchGiveColumn));
+  return out;
+}
+
+class Splitter {
+ public:
+  Splitter(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout)
+      : fitter_(fitter), layout_(layout) {
+    for (size_t c = 0; c < fitter.channels().size(); ++c) add_channel(c, fit, effect);
+  }
+
+  std::vector<Regime> run() {
+    std::map<int, std::vector<Product>> phases;
+    for (const Product& p : all_) phases[p.phase].push_back(p);
+    for (const auto& [phase, rows] : phases) add("phase " + std::to_string(phase), rows);
+    const std::vector<Product> calm = take(all_, [](const Product& p) { return p.roughness; }, 0, 0.5);
+    add("calm", calm);
+    add("rough", take(all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
+    add_soles();
+    return std::move(out_);
+  }
+
+ private:
+  // Places of a sole's force and moment in the rows of its tilt; -1: none.
+  std::pair<int, int> find_press(const ChannelRows& rows) const {
+    std::pair<int, int> out{-1, -1};
+    for (size_t i = 0; i < rows.columns.size(); ++i) {
+      const int at = rows.columns[i] - layout_.foot(0, 0), kind = at % kFootColumns;
+      if (at < 0 || at >= kFootColumns * layout_.feet) continue;
+      if (kind == kRollShiftColumn || kind == kPitchShiftColumn) out.first = static_cast<int>(i);
+      if (kind == kRollGiveColumn || kind == kPitchGiveColumn) out.second = static_cast<int>(i);
+    }
+    return out.second < 0 ? std::pair<int, int>{-1, -1} : out;
+  }
+
+  void add_channel(size_t c, const LeggedFit& fit, size_t effect) {
+    const ChannelRows& rows = fitter_.channels()[c];
+    Eigen::VectorXd x = fit.get(effect);
+    const std::vector<Candidate> one{take_give(fit.effects[effect], &x)};
+    const Eigen::VectorXd z = fitter_.calc_columns(c, one, false) * x;
+    if (rows.rows() == 0 || z.isZero(0)) return;
+    const Eigen::VectorXd n = fitter_.calc_columns(c, one, true) * x;
+    const std::pair<int, int> press = find_press(rows);
+    const std::vector<double> r = fitter_.calc_residuals(fit, c), e = fitter_.calc_residuals(fit, c, true);
+    for (size_t i = 0; i < rows.rows(); ++i) {
+      const auto k = static_cast<long>(i);
+      const double w = fitter_.get_weight(c, i);
+      Product p{c, i, w * (z(k) * z(k) - n(k) * n(k)), w * (z(k) * r[i] - n(k) * e[i]), rows.block[i], rows.phase[i], rows.roughness[i]};
+      if (press.first >= 0) p.load = rows.row(i)[press.first], p.arm = std::abs(rows.row(i)[press.second]) / std::max(1e-9, p.load);
+      all_.push_back(p);
+    }
+  }
+
+  // The rows between two shares of the information, in the order of a key.
+  template <class Key>
+  static std::vector<Product> take(std::vector<Product> rows, const Key& key, double from, double to) {
+    std::stable_sort(rows.begin(), rows.end(), [&](const Product& a, const Product& b) { return key(a) < key(b); });
+    double total = 0, so_far = 0;
+    for (const Product& p : rows) total += p.zz;
+    std::vector<Product> out;
+    for (const Product& p : rows) {
+      if (so_far >= from * total && so_far < to * total) out.push_back(p);
+      so_far += p.zz;
+    }
+    return out;
+  }
+
+  void add(const std::string& name, const std::vector<Product>& rows, double least = 0.5) {
+    double zz = 0, zr = 0;
+    for (const Product& p : rows) zz += p.zz, zr += p.zr;
+    if (zz <= 0) return;
+    const double more = zr / zz;
+    std::map<int, double> scores;
+    for (const Product& p : rows) scores[p.block] += p.zr - more * p.zz;
+    double scatter = 0;
+    for (const auto& [block, score] : scores) scatter += score * score;
+    if (scores.size() > 3) out_.push_back({name, 1 + more, std::sqrt(scatter) / zz, least});
+  }
+
+  // A sole that carries much and presses near its middle lies flat for sure. One that gives does so there, too; one that
+  // rolls over its edge does not.
+  void add_soles() {
+    std::vector<Product> soles;
+    for (const Product& p : all_) {
+      if (p.load > 0) soles.push_back(p);
+    }
+    if (soles.empty()) return;
+    const std::vector<Product> loaded = take(soles, [](const Product& p) { return p.load; }, 0.5, 1);
+    add("pressed in the middle", take(loaded, [](const Product& p) { return p.arm; }, 0, 0.25), kFlat);
+  }
+
+  const LeggedFitter& fitter_;
+  const ColumnLayout& layout_;
+  std::vector<Product> all_;
+  std::vector<Regime> out_;
+};
+
+}  // namespace
+
+std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout) {
+  return Splitter(fitter, fit, effect, layout).run();
+}
+
+bool is_steady(const std::vector<Regime>& regimes) {
+  return std::none_of(regimes.begin(), regimes.end(), [](const Regime& r) {
+    const bool far = r.size < r.least || r.size > kMost, by_chance = std::abs(r.size - 1) <= kDeviations * r.std;
+    return far && r.std < kTold && (!by_chance || r.least == kFlat);
+  });
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether an effect is of one size in every regime that tells it: in each phase, calm or rough, and, of a sole, wherever
+// it presses. What mops up another cause is not.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/measurement/floating/least_squares.h"
+
+namespace hrp::diagnosis::floating {
+
+struct Regime {
+  std::string name;    // "phase 1", "calm", "pressed in the middle"
+  double size = 1;     // of the effect there, 1: as in the whole
+  double std = 1e9;    // of size, by blocks
+  double least = 0.5;  // that the size must be
+};
+
+// Regimes of an effect of a fit. Sizes do not depend on each other's rows except through the fit.
+std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout);
+
+// Below its least, or twice the size, in no regime that tells it to a fifth, beyond three deviations.
+bool is_steady(const std::vector<Regime>& regimes);
+
+}  // namespace hrp::diagnosis::floating
