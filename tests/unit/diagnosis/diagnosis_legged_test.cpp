@@ -14,6 +14,7 @@
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/measurement/floating/regimes.h"
 #include "diagnosis/measurement/floating/tracks.h"
 #include "diagnosis/many_drives/joint_torques.h"
 #include "servers/model_parser/robot_loader.h"
@@ -306,6 +307,12 @@ TEST(LeggedTracks, GapsAreFoundAndNothingCrossesThem) {
 TEST(LeggedTracks, HeldSamplesAreNoNewReadings) {
   const std::vector<double> x{1, 1, 2, 2, 3}, y{5, 5, 5, 6, 6};
   EXPECT_EQ(find_new_samples({&x, &y}), (std::vector<char>{1, 0, 1, 1, 1}));
+}
+
+TEST(LeggedRegimes, WhatIsThereInOnePhaseOnlyIsNoLaw) {
+  EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.8, 0.05}}));
+  EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.1, 0.05}}));
+  EXPECT_TRUE(is_steady({{"phase 1", 1.0, 0.05}, {"phase 2", 0.1, 0.4}}));  // phase 2 tells nothing
 }
 
 TEST(LeggedChecks, RecordingsThatDifferAreSetAside) {
