@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Footstep plans that legs cannot walk end a run of the server set before its first step, with the step and the reason.
+#include <filesystem>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -31,7 +32,10 @@ std::string write_walk(const std::string& name, const std::string& plan) {
 std::string get_refusal(const std::string& name, const std::string& plan) {
   ServerSet set(name, {write_walk(name, plan), "--duration", "0.1"});
   if (set.wait() == 0) return "";
-  EXPECT_LE(find_last_step(set.log()), 0) << name << ": refused before the first step";
+  // A run that is refused before its logger has opened the file has no log and no step either.
+  if (std::filesystem::exists(set.log())) {
+    EXPECT_LE(find_last_step(set.log()), 0) << name << ": refused before the first step";
+  }
   return set.output();
 }
 
