@@ -5,6 +5,7 @@
 #include "diagnosis/held_feet/search.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/fixed_base.h"
+#include "diagnosis/link_evidence.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/toss/search.h"
@@ -68,13 +69,21 @@ std::string find_obstacle(const Experiment& e) {
 // The first two parts of a column's name: "/imu/hand" of "/imu/hand/angular_velocity/x".
 std::string get_source(const std::string& column) { return column.substr(0, column.find('/', column.find('/', 1) + 1)); }
 
+bool is_compared(const std::string& column, const std::set<std::string>& compared) {
+  // Attitude is an estimate of the IMU's own: only what it measures is predicted.
+  if (column.find("/orientation/") != std::string::npos) return false;
+  return compared.count(column) > 0 || compared.count(get_source(column)) > 0;
+}
+
 // Readings that were recorded and that nothing was compared with: said, so that nobody takes them for judged.
 void say_what_was_not_compared(const Experiment& e, const std::set<std::string>& kinds, const Progress& progress,
-                               Reports* reports) {
+                               Reports* reports, const std::set<std::string>& compared = {}) {
   std::set<std::string> sources;
   for (const Recording& recording : e.recordings) {
     for (const auto& column : recording.other) {
-      const std::string source = get_source(column.first);
+      if (is_compared(column.first, compared)) continue;
+      const bool attitude = column.first.find("/orientation/") != std::string::npos && compared.count(get_source(column.first)) > 0;
+      const std::string source = attitude ? get_source(column.first) + "/orientation" : get_source(column.first);
       if (kinds.count(source.substr(0, source.find('/', 1))) > 0) sources.insert(source);
     }
   }
@@ -128,8 +137,11 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }
+  const LinkSensors behind = find_link_sensors(e);
+  std::set<std::string> compared;
   reports = diagnose_fixed_base(problem, progress);
-  say_what_was_not_compared(e, {"/imu", "/wrench", "/base", "/joint_states_link"}, progress, &reports);
+  add_link_evidence(e, behind, problem.jobs, progress, &reports, &compared);
+  say_what_was_not_compared(e, {"/imu", "/wrench", "/base", "/joint_states_link"}, progress, &reports, compared);
   return reports;
 }
 

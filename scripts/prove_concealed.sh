@@ -10,6 +10,7 @@
 #   --family F   only these families, a comma list such as stand,pair (hrp-make-cases --help lists them); dirty:
 #                worlds like reality, with friction and rotors in every joint
 #   --urdf F     the robot of all cases (else drawn)
+#   --sensors S  what arms have behind their gears, a comma list: joint_torque, link_encoder, imu, wrench
 #   --effect E   only this effect            --limit T  seconds after which a run counts as no answer (600)
 #   --duration D seconds of the longest recordings (10)
 #   --stage X    make (cases and seal), answer (goes on where it was stopped), open (count), or all (the default)
@@ -17,11 +18,11 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-cases=60 seed="" jobs=$(nproc) out="" effect="" family="" urdf="" limit=600 duration=10 stage=all readme=""
+cases=60 seed="" jobs=$(nproc) out="" effect="" family="" urdf="" sensors="" limit=600 duration=10 stage=all readme=""
 while [ $# -gt 0 ]; do
   case "$1" in
     -h | --help) print_help; exit 0 ;;
-    --cases | --seed | --jobs | --out | --effect | --family | --urdf | --limit | --duration | --stage | --readme)
+    --cases | --seed | --jobs | --out | --effect | --family | --sensors | --urdf | --limit | --duration | --stage | --readme)
       [ $# -ge 2 ] || { echo "prove_concealed.sh: $1 wants a value" >&2; exit 2; }
       declare "${1#--}=$2"; shift 2 ;;
     *) echo "prove_concealed.sh: unknown option $1" >&2; exit 2 ;;
@@ -45,11 +46,11 @@ make_cases() {
   mkdir -p "$out"
   "$BUILD/bin/hrp-make-cases" --out "$out" --cases "$cases" --seed "$seed" --jobs "$jobs" --duration "$duration" \
     --models "$ROOT/models" \
-    ${effect:+--effect "$effect"} ${family:+--family "$family"} ${urdf:+--urdf "$urdf"}
+    ${effect:+--effect "$effect"} ${family:+--family "$family"} ${urdf:+--urdf "$urdf"} ${sensors:+--sensors "$sensors"}
   tar --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner -C "$out" -cf "$out/truths.sealed.tar" truths
   rm -r "$out/truths"
   sha256sum "$out/truths.sealed.tar" | cut -d' ' -f1 >"$out/seal.txt"
-  echo "seed $seed, $cases cases${effect:+, only $effect}${family:+, only $family}${urdf:+, robot $(basename "$urdf")}" >"$out/trial.txt"
+  echo "seed $seed, $cases cases${effect:+, only $effect}${family:+, only $family}${sensors:+, sensors $sensors}${urdf:+, robot $(basename "$urdf")}" >"$out/trial.txt"
 }
 
 # 2. The tool answers. It gets a folder that holds the case alone. A case that has its answer is not asked again.

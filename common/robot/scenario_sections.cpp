@@ -192,6 +192,8 @@ void read_sensors(YamlMap& map, SensorsSpec* sensors) {
   map.child("encoders", [&](YamlMap& child) { read_encoders(child, &sensors->encoders); });
   map.flag("base_pose", &sensors->base_pose);
   map.ignore("base_twist");  // says in which frames a recording has its twist
+  map.ignore("joint_torque");  // joints whose recordings have a torque sensor or an encoder behind the gear
+  map.ignore("link_encoder");
 }
 
 void read_foot_bush(YamlMap& map, Scenario* scenario) {

@@ -161,8 +161,8 @@ std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::str
 
 CaseRequest parse_request(const std::string& text) {
   std::string rest = text;
-  const bool stand = rest.rfind("stand:", 0) == 0, walk = rest.rfind("walk:", 0) == 0;
-  if (stand || walk) rest = rest.substr(rest.find(':') + 1);
+  const bool stand = rest.rfind("stand:", 0) == 0, walk = rest.rfind("walk:", 0) == 0, arm = rest.rfind("arm:", 0) == 0;
+  if (stand || walk || arm) rest = rest.substr(rest.find(':') + 1);
   std::vector<std::string> effects;
   for (std::size_t at = 0; rest != "none" && at <= rest.size();) {
     const std::size_t end = std::min(rest.find('+', at), rest.size());
@@ -179,7 +179,7 @@ CaseRequest parse_request(const std::string& text) {
     biped = biped || is_in(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew" ||
             effect == "gust";
   }
-  return make_request(std::move(effects), biped);
+  return make_request(std::move(effects), biped && !arm);
 }
 
 }  // namespace hrp::cases

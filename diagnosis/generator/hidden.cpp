@@ -163,6 +163,45 @@ Vec3 draw_vec(double size, Prng& r) {
   return {tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))};
 }
 
+// Sensors behind the gears of a robot on a fixed base.
+bool has_link_sensors(const RobotPlan& robot) {
+  return robot.joint_torques || robot.link_encoders || !robot.imu.empty() || !robot.wrist.empty();
+}
+
+Hidden draw_link_sensor(const std::string& effect, const RobotPlan& robot, double boost, Prng& r) {
+  struct Part {
+    std::string sensor, reading;
+    double bias;  // [unit of the reading]
+  };
+  std::vector<Part> parts;
+  const JointPlan& j = joint(robot, r.below(joint_count(robot)));
+  const std::string base = "/joint_states_link/" + j.name;
+  if (!robot.wrist.empty())
+    parts.push_back({"/wrench/" + robot.wrist, "/force", 4.0}), parts.push_back({"/wrench/" + robot.wrist, "/torque", 0.4});
+  if (!robot.imu.empty())
+    parts.push_back({"/imu/" + robot.imu, "/angular_velocity", 0.02}), parts.push_back({"/imu/" + robot.imu, "/linear_acceleration", 0.3});
+  const bool geometry = effect == "sensor_misalignment";
+  if (robot.joint_torques && (!geometry || parts.empty())) parts.push_back({base, "/effort", 0.004 * j.kp});
+  if (robot.link_encoders && effect == "sensor_bias") parts.push_back({base, "/position", 0.01});
+  if (parts.empty()) parts.push_back({base, "/position", 0.01});
+  const Part part = r.pick(parts);
+  const bool vector = part.sensor.rfind("/joint", 0) != 0;
+  if (effect == "sensor_bias") {
+    const double size = boost * r.log_uniform(0.4, 4) * part.bias;
+    nlohmann::ordered_json p;
+    if (vector) p["value"] = draw_vec(size, r);
+    else p["value"] = tidy(r.sign() * size);
+    return {effect, "sensor", part.sensor + part.reading, p};
+  }
+  if (effect == "sensor_scale")
+    return {effect, "sensor", part.sensor + part.reading, {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
+  if (effect == "sensor_delay")
+    return {effect, "sensor", vector ? part.sensor : part.sensor + part.reading,
+            {{"delay", std::round(1e3 * std::min(0.08, boost * r.log_uniform(0.008, 0.06))) / 1e3}}};
+  if (geometry && vector) return {effect, "sensor", part.sensor, {{"rpy", draw_vec(boost * r.log_uniform(0.02, 0.15), r)}}};
+  throw std::invalid_argument("no such sensor effect for an arm: " + effect);
+}
+
 Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, double boost, Prng& r) {
   const bool imu = r.chance(0.45);
   const std::string foot = "/wrench/" + r.pick(robot.feet).wrench, name = "/imu/" + robot.imu;
@@ -240,6 +279,9 @@ std::vector<Hidden> draw_hidden(const std::string& effect, const RobotPlan& robo
     return {{effect, "link", link.name, link_parameters(effect, link, boost, random)}};
   }
   if (effect.rfind("sensor_", 0) == 0 || effect == "clock_skew") {
+    // Four of five faults sit where the encoders do not see them.
+    if (!robot.floating && has_link_sensors(robot) && (effect == "sensor_misalignment" || random.chance(0.8)))
+      return {draw_link_sensor(effect, robot, boost, random)};
     return {robot.floating ? draw_biped_sensor(effect, robot, boost, random)
                            : draw_arm_sensor(effect, robot, taken, boost, random)};
   }

@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
   app.add_option("--duration", options.duration, "seconds of each recording")
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();
-  app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', 'stand:EFFECT' for a biped, or 'walk:EFFECT'");
+  app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', 'arm:EFFECT', 'stand:EFFECT' for a biped, or 'walk:EFFECT'");
   app.add_option(
       "--family", family,
       "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
@@ -103,6 +103,10 @@ int main(int argc, char** argv) {
   app.add_option("--urdf", options.urdf,
                  "the robot of the cases, held by its root link or on its feet (else arms and bipeds are drawn)")
       ->check(CLI::ExistingFile);
+  app.add_option("--sensors", options.sensors,
+                 "what arms have behind their gears, a comma list: joint_torque, link_encoder, imu, wrench")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"joint_torque", "link_encoder", "imu", "wrench"}));
   app.add_option("--models", options.models, "folder of robots that walk (default: the installed one)")
       ->check(CLI::ExistingDirectory);
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");

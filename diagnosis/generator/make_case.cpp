@@ -64,12 +64,25 @@ std::vector<Hidden> draw_all_hidden(const CaseRequest& request, const RobotPlan&
   return out;
 }
 
+// Sensors behind the gears of an arm: at one of its last links.
+void add_sensors(const std::vector<std::string>& sensors, RobotPlan* robot, Prng random) {
+  const auto has = [&](const char* name) { return std::find(sensors.begin(), sensors.end(), name) != sensors.end(); };
+  const int last = joint_count(*robot);
+  robot->joint_torques = has("joint_torque"), robot->link_encoders = has("link_encoder");
+  const auto draw_link = [&] { return random.chance(0.7) ? last : 1 + random.below(last); };
+  if (has("wrench")) robot->wrist = "wrist_ft", robot->wrist_link = draw_link();
+  if (!has("imu")) return;
+  robot->imu = "arm_imu", robot->imu_link = draw_link();
+  for (double& x : robot->imu_xyz) x = tidy(random.uniform(-0.06, 0.06));
+}
+
 Draft draw_draft(const CaseRequest& request, const CaseOptions& options, double boost, Prng random) {
   Draft draft;
   Prng body = random.fork(1), places = random.fork(2), recorder = random.fork(3), motion = random.fork(4);
   const bool drawn = options.urdf.empty();
   draft.robot = request.biped ? (drawn ? make_biped(body) : make_standing_robot(options.urdf, body))
                               : (drawn ? make_arm(body) : make_hung_robot(options.urdf, body));
+  if (!request.biped && !options.sensors.empty()) add_sensors(options.sensors, &draft.robot, random.fork(6));
   draft.hidden = draw_all_hidden(request, draft.robot, boost, places);
   draft.recorder = draw_recorder(draft.robot, draft.hidden, recorder);
   if (is_dirty(request)) {

@@ -31,6 +31,7 @@ struct CaseOptions {
   double duration = 10;    // [s] of the longest recordings; a case's own is 0.6 to 1 of it
   std::string urdf;        // robot of the cases, hung up or on its feet; empty: drawn
   std::string models;      // folder of the robots that walk: hrp1s_like/, hrp2p_like/
+  std::vector<std::string> sensors;  // of fixed bases, beside encoders: joint_torque, link_encoder, imu, wrench
   double noise_scale = 1;  // 0: recordings without noise (self-check)
 };
 

@@ -150,6 +150,8 @@ std::string make_body(const RobotPlan& robot, std::size_t index, const std::vect
   if (link.mass > 0) out += make_inertial(link.mass, link.com, link.inertia);
   if (!robot.imu.empty() && robot.imu_link == static_cast<int>(index))
     out += "<site name=\"imu\" pos=\"" + text(robot.imu_xyz) + "\"/>";
+  if (index > 0 && robot.joint_torques) out += "<site name=\"" + link.joint.name + "_torque\"/>";
+  if (!robot.wrist.empty() && robot.wrist_link == static_cast<int>(index)) out += "<site name=\"" + robot.wrist + "\"/>";
   out += foot;
   for (std::size_t i = 1; i < robot.links.size(); ++i) {
     if (robot.links[i].parent == static_cast<int>(index)) out += make_body(robot, i, hidden, joints);
@@ -193,6 +195,13 @@ std::string make_mjcf(const RobotPlan& robot, const std::vector<Hidden>& hidden)
     out += "<gyro name=\"gyro\" site=\"imu\"/><accelerometer name=\"acceleration\" site=\"imu\"/>";
     out += "<framequat name=\"orientation\" objtype=\"site\" objname=\"imu\"/>";
   }
+  for (int j = 0; robot.joint_torques && j < joint_count(robot); ++j) {
+    const std::string& name = joint(robot, j).name;
+    out += "<torque name=\"" + name + "_torque\" site=\"" + name + "_torque\"/>";
+  }
+  if (!robot.wrist.empty())
+    out += "<force name=\"" + robot.wrist + "_force\" site=\"" + robot.wrist + "\"/><torque name=\"" + robot.wrist +
+           "_torque\" site=\"" + robot.wrist + "\"/>";
   for (const FootPlan& foot : robot.feet) {
     out += "<force name=\"" + foot.wrench + "_force\" site=\"" + foot.wrench + "\"/><torque name=\"" + foot.wrench +
            "_torque\" site=\"" + foot.wrench + "\"/>";

@@ -58,6 +58,7 @@ struct Reality::Impl {
   Vec3 push{};
   const Commands* commands = nullptr;
   double dt = 2e-4;
+  std::vector<double> beside;  // torque on each link that does not go through its transmission [N m]
   std::vector<double> z;  // lag states [N m], then Bouc-Wen states [rad], then warmth of the coils
 
   ~Impl() {
@@ -198,7 +199,8 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
   rates[2 * n + i] = real.heat_loss > 0 ? calc_heat_rate(real, driven, states[2 * n + i]) : 0;
   d->qfrc_applied[v_motor[i]] +=
       calc_drive_torque(real, driven, states[2 * n + i], t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
-  d->qfrc_applied[v_link[i]] += calc_link_side_torque(real, ql, vl);
+  const double link_side = calc_link_side_torque(real, ql, vl);
+  d->qfrc_applied[v_link[i]] += link_side, beside[i] += link_side;
   if (real.elastic) {
     const double through = calc_transmission_torque(real, qm, ql, vm, vl);
     d->qfrc_applied[v_link[i]] += through;
@@ -209,12 +211,14 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
     const double turn = ql - joint(robot, j).start + d->qpos[q_link[o]] - joint(robot, real.coupled_to).start;
     d->qfrc_applied[v_link[i]] -= real.coupling * turn;
     d->qfrc_applied[v_link[o]] -= real.coupling * turn;
+    beside[i] -= real.coupling * turn, beside[o] -= real.coupling * turn;
   }
 }
 
 void Reality::Impl::apply_forces(double t, const std::vector<double>& states, std::vector<double>& rates) {
   mju_zero(d->qfrc_applied, m->nv);
   mju_zero(d->xfrc_applied, 6 * m->nbody);
+  beside.assign(static_cast<std::size_t>(count()), 0.0);
   for (int j = 0; j < count(); ++j) apply_joint(j, t, states, rates);
   for (const Bush& bush : bushes) {
     for (int a = 0; a < 3; ++a) {
@@ -322,6 +326,16 @@ Reading Reality::Impl::read(double t) {
     std::copy_n(sensor("gyro"), 3, out.imu_rate.begin());
     std::copy_n(sensor("acceleration"), 3, out.imu_acceleration.begin());
     std::copy_n(sensor("orientation"), 4, out.imu_orientation.begin());
+  }
+  for (int j = 0; robot.joint_torques && j < count(); ++j) {
+    const JointPlan& plan = joint(robot, j);
+    const double* torque = sensor(plan.name + "_torque");  // what the parent exerts on the link
+    const Vec3& axis = plan.axis;
+    out.link_torque.push_back(torque[0] * axis[0] + torque[1] * axis[1] + torque[2] * axis[2] - beside[static_cast<std::size_t>(j)]);
+  }
+  for (std::size_t a = 0; !robot.wrist.empty() && a < 3; ++a) {
+    out.wrist_force[a] = -sensor(robot.wrist + "_force")[a];
+    out.wrist_torque[a] = -sensor(robot.wrist + "_torque")[a];
   }
   for (const FootPlan& foot : robot.feet) {
     Vec3 force, torque;

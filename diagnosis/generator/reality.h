@@ -18,6 +18,8 @@ struct Reading {
   double time = 0;
   std::vector<double> position, velocity, effort;  // encoder [rad], [rad/s]; the servo's commanded effort [N m]
   std::vector<double> link_position;               // behind the transmission [rad]
+  std::vector<double> link_torque;                 // that the transmission passes to the link [N m]
+  Vec3 wrist_force{}, wrist_torque{};              // of the link and what it carries on its parent, link axes
   Vec3 base_position{};
   std::array<double, 4> base_orientation{1, 0, 0, 0};  // w x y z
   std::array<double, 4> imu_orientation{1, 0, 0, 0};

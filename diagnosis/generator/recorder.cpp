@@ -63,7 +63,12 @@ std::vector<Channel> make_joint_channels(const RobotPlan& robot, const RecorderP
     if (plan.with_effort)
       out.push_back({base + "/effort", {""}, plan.effort_noises.empty() ? plan.effort_noise : plan.effort_noises[j],
                      [j, &plan](const Reading& r) { return std::vector<double>{read_effort(plan, r, j)}; }});
-    if (plan.link_encoder == name) {
+    if (robot.joint_torques) {
+      out.push_back({"/joint_states_link/" + name + "/effort", {""}, plan.effort_noise, [j](const Reading& r) {
+                       return std::vector<double>{r.link_torque[j]};
+                     }});
+    }
+    if (plan.link_encoder == name || robot.link_encoders) {
       out.push_back({"/joint_states_link/" + name + "/position", {""}, plan.position_noise, [j](const Reading& r) {
                        return std::vector<double>{r.link_position[j]};
                      }});
@@ -84,6 +89,11 @@ std::vector<Channel> make_body_channels(const RobotPlan& robot, const RecorderPl
                    false, true});
     out.push_back({base + "/linear_acceleration", xyz, plan.acceleration_noise,
                    [](const Reading& r) { return list(r.imu_acceleration); }, false, true});
+  }
+  if (!robot.wrist.empty()) {
+    const std::string base = "/wrench/" + robot.wrist;
+    out.push_back({base + "/force", xyz, plan.force_noise, [](const Reading& r) { return list(r.wrist_force); }, false, true});
+    out.push_back({base + "/torque", xyz, plan.torque_noise, [](const Reading& r) { return list(r.wrist_torque); }, false, true});
   }
   for (std::size_t f = 0; f < robot.feet.size(); ++f) {
     const std::string base = "/wrench/" + robot.feet[f].wrench;

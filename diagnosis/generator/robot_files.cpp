@@ -33,7 +33,21 @@ std::string make_urdf_link(const RobotPlan& robot, std::size_t index) {
   return out + "  </link>\n";
 }
 
+// Behind the gears of a robot on a fixed base.
+std::string make_link_sensors(const RobotPlan& robot) {
+  std::string out, joints;
+  for (int j = 0; j < joint_count(robot); ++j) joints += (j > 0 ? ", " : "") + joint(robot, j).name;
+  const auto name = [&](int link) { return robot.links[static_cast<std::size_t>(link)].name; };
+  if (robot.joint_torques) out += "  joint_torque: [" + joints + "]\n";
+  if (robot.link_encoders) out += "  link_encoder: [" + joints + "]\n";
+  if (!robot.imu.empty())
+    out += "  imu:\n    " + robot.imu + ":\n      link: " + name(robot.imu_link) + "\n      xyz: " + yaml(robot.imu_xyz) + "\n";
+  if (!robot.wrist.empty()) out += "  wrench:\n    " + robot.wrist + ":\n      link: " + name(robot.wrist_link) + "\n";
+  return out.empty() ? "" : "sensors:\n" + out;
+}
+
 std::string make_sensors(const RobotPlan& robot, const RecorderPlan& plan) {
+  if (!robot.floating) return make_link_sensors(robot);
   if (robot.imu.empty()) return "";
   std::string out = "sensors:\n  imu:\n    " + robot.imu +
                     ":\n      link: " + robot.links[static_cast<std::size_t>(robot.imu_link)].name +

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sensors behind the gears of a robot on a fixed base: what they read, what they tell, and what is refused.
+#include <gmock/gmock.h>
+
+#include "common/multibody/inverse_dynamics.h"
+#include "common/multibody/kinematics.h"
+#include "diagnosis/evidence/link_findings.h"
+#include "diagnosis/model/nominal.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::vector<std::string> kJoints{"shoulder", "elbow"};
+
+LinkSensor make_torque(int joint) {
+  LinkSensor s;
+  s.kind = LinkSensorKind::kTorque, s.name = "/joint_states_link/" + kJoints[static_cast<size_t>(joint)] + "/effort";
+  s.joint = joint, s.link = joint + 1;
+  return s;
+}
+
+LinkSensor make_at(const Experiment& e, LinkSensorKind kind, const std::string& link) {
+  LinkSensor s;
+  s.kind = kind, s.name = kind == LinkSensorKind::kImu ? "/imu/hand" : "/wrench/hand";
+  s.frame = e.robot.tree.find_frame(link), s.link = e.robot.tree.frames[static_cast<size_t>(s.frame)].link;
+  return s;
+}
+
+Experiment make_arm(const std::string& name, const Hypothesis& hidden = {}) {
+  return make_simulated_experiment("link_" + name, kArm, kJoints, hidden);
+}
+
+// Joint torque sensors, a wrench and an IMU at the forearm, a second encoder at the elbow.
+LinkSensors make_all(const Experiment& e) {
+  LinkSensors all;
+  all.sensors = {make_torque(kShoulder), make_torque(kElbow), make_at(e, LinkSensorKind::kWrench, "fore"),
+                 make_at(e, LinkSensorKind::kImu, "fore")};
+  all.sensors.back().p_FS = Vector3d(0.1, 0.02, -0.03);
+  return all;
+}
+
+// Fills the columns of the sensors from the recorded motion of a robot that has `hidden` effects of links.
+void record(const LinkSensors& sensors, const std::vector<PlacedEffect>& hidden, Experiment* e) {
+  const TorqueData motion = make_torque_data(*e);
+  LinkReadings readings = make_link_readings(*e, sensors, hidden);
+  TestNoise noise;
+  for (const TorqueRecording& r : motion.recordings) {
+    Recording& out = e->recordings[r.index];
+    for (const ReadingGroup& group : readings.groups()) {
+      for (int i = 0; i < group.size; ++i) {
+        std::vector<double>& column = out.other[group.name + (group.size == 1 ? "" : std::string("/") + "xyz"[i])];
+        column.assign(out.size(), 0.0);
+      }
+    }
+    for (size_t k = 0; k < out.size(); ++k) {
+      const long row = std::min<long>(static_cast<long>(k), r.q.rows() - 1);
+      readings.move(r.q.row(row), r.v.row(row), r.a.row(row));
+      const Eigen::VectorXd value = readings.calc();
+      for (const ReadingGroup& group : readings.groups()) {
+        for (int i = 0; i < group.size; ++i)
+          out.other[group.name + (group.size == 1 ? "" : std::string("/") + "xyz"[i])][k] = value[group.first + i] + 0.01 * noise.draw();
+      }
+    }
+    for (const auto& column : out.other) e->other_noise[column.first] = {0.01, true};
+  }
+}
+
+void shift(const std::string& column, double value, Experiment* e) {
+  for (Recording& r : e->recordings) {
+    for (double& x : r.other.at(column)) x += value;
+  }
+}
+
+LinkVerdict judge(const Experiment& e, const LinkSensors& sensors) { return judge_links(e, make_torque_data(e), sensors, {}); }
+
+TEST(LinkSensors, TorqueAndWrenchAreThoseOfRecursiveNewtonEuler) {
+  const Experiment e = make_arm("rne");
+  LinkReadings readings = make_link_readings(e, make_all(e), {});
+  Eigen::Vector2d q(0.3, -0.8), v(1.2, -2.0), a(5.0, 9.0);
+  readings.move(q, v, a);
+  const Eigen::VectorXd value = readings.calc();
+  Model model(e.robot.tree, e.scenario.gravity_W);
+  Data data(model);
+  State state = make_state(model);
+  state.q = q, state.qd = v;
+  update_kinematics(model, state, &data);
+  Eigen::VectorXd tau(2);
+  calc_inverse_dynamics(model, a, nullptr, &data, &tau);
+  // Two algorithms, the same equations: rounding only.
+  EXPECT_NEAR(value[0], tau[0], 1e-12);
+  EXPECT_NEAR(value[1], tau[1], 1e-12);
+  const Vector6d joint = get_joint_wrench(data, 2);
+  const Matrix3d R = get_pose(data, 2).R.transpose();
+  EXPECT_NEAR((value.segment<3>(2) + R * joint.tail<3>()).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((value.segment<3>(5) + R * joint.head<3>()).norm(), 0.0, 1e-12);
+}
+
+TEST(LinkSensors, AHangingForearmPullsDownwardsAndAnImuAtRestPointsUp) {
+  const Experiment e = make_arm("rest");
+  LinkReadings readings = make_link_readings(e, make_all(e), {});
+  readings.move(Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero());
+  const Eigen::VectorXd value = readings.calc();
+  EXPECT_NEAR(value[4], -9.81, 1e-9);         // 1 kg; force along z
+  EXPECT_NEAR(value[6], 9.81 * 0.15, 1e-9);   // its centre 0.15 m out: torque about y
+  EXPECT_NEAR(value[13], 9.81, 1e-9);         // specific force
+}
+
+TEST(LinkSensors, AWristWrenchNamesThePayloadBeyondIt) {
+  Experiment e = make_arm("payload");
+  LinkSensors wrench;
+  wrench.sensors = {make_at(e, LinkSensorKind::kWrench, "fore")};
+  record(wrench, {{EffectId::kPayload, at_link(kFore), {0.4, 0.3, 0.02, 0.0, 0.0}}}, &e);
+  const LinkVerdict verdict = judge(e, wrench);
+  ASSERT_EQ(verdict.evidence.findings.size(), 1u);
+  const Finding& f = verdict.evidence.findings[0];
+  EXPECT_EQ(f.effect, "payload") << f.statement;
+  EXPECT_EQ(f.grade, Grade::kSupported) << f.statement;
+  EXPECT_NEAR(f.parameters[0].value[0], 0.4, 0.004) << f.statement;  // 1 %: noise of 0.01 N beside 4 N
+  EXPECT_NEAR(f.parameters[1].value[0], 0.3, 0.003) << f.statement;
+  EXPECT_TRUE(verdict.to_noise);
+}
+
+TEST(LinkSensors, ABiasOfASensorIsNoMass) {
+  Experiment e = make_arm("bias");
+  LinkSensors all = make_all(e);
+  record(all, {}, &e);
+  shift("/wrench/hand/force/z", 1.5, &e);
+  const LinkVerdict verdict = judge(e, all);
+  ASSERT_EQ(verdict.evidence.findings.size(), 1u);
+  const Finding& f = verdict.evidence.findings[0];
+  EXPECT_EQ(f.effect, "sensor_bias") << f.statement;
+  EXPECT_EQ(f.where.begin().value(), "/wrench/hand/force");
+  EXPECT_NEAR(f.parameters[0].value[2], 1.5, 0.01);
+}
+
+TEST(LinkSensors, NothingIsNamedWhereNothingIsMissing) {
+  Experiment e = make_arm("nothing");
+  LinkSensors all = make_all(e);
+  record(all, {}, &e);
+  const LinkVerdict verdict = judge(e, all);
+  EXPECT_THAT(verdict.evidence.findings, testing::IsEmpty());
+  EXPECT_FALSE(verdict.mismatch);
+}
+
+TEST(LinkSensors, ALateImuComesOutInTenthsOfMilliseconds) {
+  Experiment e = make_arm("late");
+  LinkSensors all = make_all(e);
+  record(all, {}, &e);
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) {
+      if (name.rfind("/imu", 0) == 0) std::rotate(column.rbegin(), column.rbegin() + 4, column.rend());  // 20 ms at 200 Hz
+    }
+  }
+  const LinkVerdict verdict = judge(e, all);
+  ASSERT_FALSE(verdict.evidence.findings.empty());
+  EXPECT_EQ(verdict.evidence.findings[0].effect, "sensor_delay") << verdict.evidence.findings[0].statement;
+  EXPECT_NEAR(verdict.evidence.findings[0].parameters[0].value[0], 0.020, 0.0010);  // a delay is linear to its square
+}
+
+std::string find_refusal(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(LinkSensors, RatesInDegreesAndWrenchesOfTheOtherSignAreRefusedByName) {
+  Experiment e = make_arm("units");
+  LinkSensors all = make_all(e);
+  record(all, {}, &e);
+  Experiment turned = e;
+  for (Recording& r : e.recordings) {
+    for (const char* axis : {"x", "y", "z"}) {
+      for (double& x : r.other.at(std::string("/imu/hand/angular_velocity/") + axis)) x *= 180.0 / M_PI;
+    }
+  }
+  EXPECT_THAT(find_refusal([&] { judge(e, all); }), testing::HasSubstr("/imu/hand/angular_velocity: reads 57.3 times"));
+  for (Recording& r : turned.recordings) {
+    for (const char* part : {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"}) {
+      for (double& x : r.other.at(std::string("/wrench/hand/") + part)) x *= -1.0;
+    }
+  }
+  EXPECT_THAT(find_refusal([&] { judge(turned, all); }), testing::HasSubstr("/wrench/hand/force: reads -1 times"));
+}
+
+TEST(LinkSensors, ADeclaredSensorThatWasNotRecordedIsRefused) {
+  Experiment e = make_arm("declared");
+  e.scenario.text += "sensors: {joint_torque: [elbow]}\n";
+  EXPECT_THAT(find_refusal([&] { find_link_sensors(e); }),
+              testing::HasSubstr("/joint_states_link/elbow/effort: is missing: sensors.joint_torque"));
+}
+
+TEST(LinkSensors, JointsThatTheRobotHasNotAreRefusedWithTheNearest) {
+  Experiment e = make_arm("unknown");
+  Experiment declared = e;
+  declared.scenario.text += "sensors: {link_encoder: [elbo]}\n";
+  EXPECT_THAT(find_refusal([&] { find_link_sensors(declared); }), testing::HasSubstr("no joint 'elbo'; did you mean 'elbow'?"));
+  for (Recording& r : e.recordings) r.other["/joint_states_link/elbw/effort"].assign(r.size(), 1.0);
+  EXPECT_THAT(find_refusal([&] { find_link_sensors(e); }), testing::HasSubstr("no joint 'elbw'; did you mean 'elbow'?"));
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
