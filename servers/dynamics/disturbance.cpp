@@ -5,7 +5,9 @@
 #include <random>
 
 #include "common/base/diagnostics.h"
+#include "common/multibody/close_loops.h"
 #include "common/multibody/kinematics.h"
+#include "common/robot/closed_chains.h"
 #include "servers/dynamics/hand.h"
 
 namespace hrp {
@@ -45,6 +47,15 @@ void check_hand(const HandSpec& hand, const std::string& key, double mass, const
                " s: 2 damping dt + stiffness dt^2 is " + std::to_string(needed) + " kg"));
 }
 
+// Drives start where they were varied to; passive joints follow until the loops are closed.
+void close_again(const RobotDescription& robot, Scenario* varied) {
+  const Model model(robot.tree, varied->gravity_W);
+  State state = make_initial_state(robot, *varied);
+  const std::vector<int> joints = find_passive_joints(robot.tree);
+  close_loops(model, find_loops(robot.tree, *varied), joints, &state);
+  for (int i : joints) varied->initial_joints[robot.tree.joint(i).name] = state.q[i];
+}
+
 }  // namespace
 
 RobotDescription vary_robot(const RobotDescription& robot, const Scenario& scenario) {
@@ -67,6 +78,7 @@ Scenario vary_scenario(const RobotDescription& robot, const Scenario& scenario) 
     const auto found = varied.initial_joints.find(robot.tree.joint(i).name);
     if (found != varied.initial_joints.end()) found->second += scenario.variation.pose * draw(&generator);
   }
+  if (!varied.loops.empty()) close_again(robot, &varied);
   return varied;
 }
 

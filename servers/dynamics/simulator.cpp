@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "common/base/bit_hash.h"
 #include "common/base/diagnostics.h"
+#include "common/multibody/close_loops.h"
 #include "common/multibody/kinematics.h"
+#include "common/robot/closed_chains.h"
 #include "servers/dynamics/joint_effects.h"
 #include "servers/dynamics/simulator_impl.h"
 
@@ -72,30 +75,6 @@ std::vector<int> find_feet(const TreeSpec& tree, const std::vector<std::string>&
     if (foot_of_link[i] < 0) foot_of_link[i] = above;
   }
   return foot_of_link;
-}
-
-int find_loop_link(const TreeSpec& tree, const std::string& field, const std::string& name, Transform* X_LF) {
-  const int frame = tree.find_frame(name), link = tree.find_link(name);
-  if (frame < 0 && link < 0) fail_input(field, "the robot has no link '" + name + "'");
-  if (frame < 0) return link;
-  *X_LF = tree.frames[static_cast<size_t>(frame)].X_LF * *X_LF;
-  return tree.frames[static_cast<size_t>(frame)].link;
-}
-
-std::vector<LoopConstraint> find_loops(const TreeSpec& tree, const Scenario& scenario) {
-  std::vector<LoopConstraint> loops;
-  for (const LoopSpec& spec : scenario.loops) {
-    LoopConstraint loop;
-    const std::string field = "loops." + spec.name;
-    loop.kind = spec.kind == "ball" ? LoopKind::kBall : (spec.kind == "weld" ? LoopKind::kWeld : LoopKind::kPin);
-    loop.X_AF = spec.X_AF;
-    loop.X_BF = spec.X_BF;
-    loop.link_a = find_loop_link(tree, field + ".link_a", spec.link_a, &loop.X_AF);
-    if (!spec.link_b.empty()) loop.link_b = find_loop_link(tree, field + ".link_b", spec.link_b, &loop.X_BF);
-    if (loop.link_a == loop.link_b) fail_input(field, "both ends are on the same moving link");
-    loops.push_back(loop);
-  }
-  return loops;
 }
 
 }  // namespace
@@ -275,6 +254,18 @@ void Simulator::Impl::accept() {
   sensors.update_readings(state, data, encoders, static_cast<unsigned long long>(step));
 }
 
+// Each loop is closed in the initial pose.
+void Simulator::Impl::check_loops() const {
+  const std::vector<LoopGap> gaps = calc_gaps(model, find_loops(model.spec(), scenario), state);
+  for (size_t i = 0; i < gaps.size(); ++i) {
+    if (gaps[i].length < kOpenLoop && gaps[i].angle < kOpenLoop) continue;
+    char text[160];
+    std::snprintf(text, sizeof text, "is open by %.3g mm and %.3g mrad in the initial pose, expected at most 5 mm and 5 mrad",
+                  1e3 * gaps[i].length, 1e3 * gaps[i].angle);
+    throw InputError(scenario.make_diagnostic("loops." + scenario.loops[i].name, text));
+  }
+}
+
 Simulator::Simulator(const RobotDescription& robot, const Scenario& scenario) {
   check_scenario(scenario);
   TreeSpec tree = robot.tree;
@@ -283,12 +274,7 @@ Simulator::Simulator(const RobotDescription& robot, const Scenario& scenario) {
   const std::vector<JointLaws> laws = make_joint_laws(scenario, &tree);
   impl_ = std::make_unique<Impl>(robot, scenario, tree, laws, std::move(forces));
   reset();
-  // Half a centimetre or half a hundredth of a radian: then the poses were meant to fit and were rounded.
-  constexpr double kOpen = 5e-3;
-  impl_->loops.update(impl_->model, impl_->state, &impl_->data);
-  if (impl_->loops.rows() > 0 && impl_->loops.position_error().cwiseAbs().maxCoeff() > kOpen) {
-    fail_input("loops", "a chain is open in the initial pose by more than 5 mm or 5 mrad");
-  }
+  impl_->check_loops();
 }
 
 Simulator::~Simulator() = default;

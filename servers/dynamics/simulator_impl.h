@@ -49,6 +49,7 @@ struct Simulator::Impl {
   StepStatus fail(StepStatus status, const std::string& text);
   StepStatus convert(Status status);
   void start_pushes();  // steady forces
+  void check_loops() const;
   Status solve_loops(const State& at, const ImplicitTerms& implicit);
   void update_foot_forces();
   void update_sensors();
