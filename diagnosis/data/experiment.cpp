@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/log/ros_bag.h"
+#include "common/robot/closed_chains.h"
 #include "common/robot/topic_map.h"
 #include "diagnosis/data/bag_table.h"
 #include "diagnosis/data/csv_stream.h"
@@ -413,6 +414,10 @@ Experiment load_experiment(const std::string& path) {
   e.folder = fs::path(e.path).parent_path().string();
   e.keys = parse_experiment_keys(e.scenario.text, e.path);
   e.robot = load_robot(e.scenario);
+  if (!adopt_loops(e.scenario, e.robot.scenario).loops.empty()) {
+    throw InputError(e.scenario.make_diagnostic(
+        "loops", "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
+  }
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
   Loader loader(&e);
   for (const RecordingSpec& spec : e.keys.recordings) loader.load(spec);

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/robot/closed_chains.h"
 #include "diagnosis/export/unheld.h"
 #include "servers/dynamics/joint_effects.h"
 #include "servers/dynamics/link_effects.h"
@@ -41,6 +42,9 @@ TakeHome load_take_home(const std::string& scenario_path) {
                          " and " + print_value(bush.k_pitch) + " N m/rad in roll and pitch");
   out.scenario.foot_bush.clear();
   out.robot = load_robot(out.scenario);
+  if (!adopt_loops(out.scenario, out.robot.scenario).loops.empty()) {
+    throw InputError(out.scenario.make_diagnostic("loops", "closed chains are not exported; expected a robot without 'loops' and <loop>"));
+  }
   for (const SteadyForce& f : apply_link_laws(out.scenario, &out.robot.tree)) {
     std::string text = out.robot.tree.links[static_cast<size_t>(f.link)].name + ": a constant force of (";
     for (int axis = 0; axis < 3; ++axis) text += (axis > 0 ? ", " : "") + print_value(f.force_W[axis]);

@@ -9,6 +9,7 @@
 #include "common/robot/foot_bush.h"
 #include "common/robot/scenario_check.h"
 #include "controller/motion/motion.h"
+#include "servers/model_parser/loop_start.h"
 #include "servers/model_parser/urdf_scan.h"
 #include "servers/model_parser/urdf_tree.h"
 
@@ -74,7 +75,11 @@ RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_pa
   check_scenario(scenario, robot, &diagnostics);
   throw_errors(diagnostics);
   insert_foot_bushes(scenario, &robot);
+  merge_loops(scan.loops, scenario, urdf_path, &robot, &diagnostics);
+  throw_errors(diagnostics);
   start_in_motion(scenario, &robot);
+  close_start_pose(scan.loops, scenario, &robot, &diagnostics);
+  throw_errors(diagnostics);
   robot.warnings = diagnostics.warning_texts();
   return robot;
 }

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <set>
-#include <sstream>
 
 #include <tinyxml2.h>
+
+#include "servers/model_parser/xml_numbers.h"
 
 namespace hrp {
 namespace {
@@ -69,17 +69,8 @@ std::vector<double> Scanner::read_numbers(const Element& element, const std::str
     if (required) error(element, owner, std::string("attribute '") + attribute + "' is missing");
     return {};
   }
-  std::vector<double> numbers;
-  std::istringstream words(text);
-  std::string word;
-  bool good = true;
-  while (words >> word) {
-    char* end = nullptr;
-    const double value = std::strtod(word.c_str(), &end);
-    good = good && end != word.c_str() && *end == '\0' && std::isfinite(value);
-    numbers.push_back(value);
-  }
-  if (good && numbers.size() == count) return numbers;
+  const std::vector<double> numbers = parse_numbers(text, count);
+  if (!numbers.empty()) return numbers;
   error(element, owner, std::string(attribute) + " is '" + text + "', expected " + std::to_string(count) +
                             (count == 1 ? " finite number" : " finite numbers"));
   return {};
@@ -207,6 +198,7 @@ void Scanner::scan_joint_numbers(const Element& element, const std::string& owne
     if (!value.empty() && value[0] < 0.0) error(*rotor, owner, "inertia is negative");
     if (!value.empty()) joint->rotor_inertia = value[0];
   }
+  joint->unactuated = element.FirstChildElement("unactuated") != nullptr;
   if (const Element* mimic = element.FirstChildElement("mimic")) {
     joint->mimic_line = mimic->GetLineNum();
     if (get_attribute(*mimic, "joint").empty()) error(*mimic, owner, "attribute 'joint' is missing");
@@ -242,6 +234,7 @@ void Scanner::scan_robot(const Element& robot) {
   // <joint> also stands in <transmission>; only those right below <robot> are joints of the tree.
   for (const Element* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) scan_joint(*e);
   if (scan_->links.empty()) error(robot, "", "has no <link>");
+  scan_->loops = scan_loops(robot, *scan_, diagnostics_);
 }
 
 void add_error(const std::string& file, int line, const std::string& field, const std::string& message,
@@ -281,7 +274,7 @@ void check_tree(UrdfScan* scan, Diagnostics* diagnostics) {
     if (fresh) continue;
     add_error(scan->file, joint.line, "joint '" + joint.name + "'",
               "moves link '" + joint.child + "', which joint '" + it->second->name + "' (line " +
-                  std::to_string(it->second->line) + ") moves already: closed loops are not part of URDF", diagnostics);
+                  std::to_string(it->second->line) + ") moves already: a link has one parent; close the chain with a <loop> (docs/scenario.md)", diagnostics);
   }
   std::vector<const LinkScan*> roots;
   for (const LinkScan& link : scan->links) {
@@ -301,7 +294,7 @@ void remove_children(tinyxml2::XMLElement* parent, const char* name) {
 }
 
 std::string print_bare(tinyxml2::XMLDocument* document, tinyxml2::XMLElement* robot) {
-  for (const char* name : {"material", "gazebo", "transmission", "sensor"}) remove_children(robot, name);
+  for (const char* name : {"material", "gazebo", "transmission", "sensor", "loop"}) remove_children(robot, name);
   for (auto* link = robot->FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
     remove_children(link, "visual");
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // First look at a URDF: what urdfdom does not tell. Lines of elements, order of the file, numbers that are none, names
-// that are missing, double or unknown, cycles, several roots, and our <rotor> element.
+// that are missing, double or unknown, cycles, several roots, and our elements <rotor>, <unactuated> and <loop>.
 #pragma once
 
 #include <map>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/diagnostics.h"
+#include "servers/model_parser/loop_scan.h"
 
 namespace hrp {
 
@@ -24,6 +25,7 @@ struct JointScan {
   int line = 0;
   int mimic_line = 0;
   double rotor_inertia = 0.0;          // <rotor inertia="..."/> [kg m^2 or kg], reflected to the joint
+  bool unactuated = false;             // <unactuated/>: nothing drives it
   bool has_lower = false, has_upper = false;
 };
 
@@ -31,6 +33,7 @@ struct UrdfScan {
   std::string file;
   std::vector<LinkScan> links;         // in the order of the file
   std::vector<JointScan> joints;
+  std::vector<LoopScan> loops;
   std::string root;
   // The XML without what simulation does not use (visuals, materials, simulator and transmission blocks). urdfdom stops
   // reading a link at a faulty visual and silently drops the collision elements behind it (seen with SR1's chest).

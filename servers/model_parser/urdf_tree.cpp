@@ -165,7 +165,7 @@ JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& par
       spec.lower = parsed.limits->lower;
       spec.upper = parsed.limits->upper;
     }
-    // Exporters write 0 where they know no limit; a drive that can do nothing is said by `unactuated`.
+    // Exporters write 0 where they know no limit; a drive that can do nothing is said by <unactuated/>.
     if (parsed.limits->effort > 0.0) spec.effort_limit = parsed.limits->effort;
     if (parsed.limits->velocity > 0.0) spec.velocity_limit = parsed.limits->velocity;
   }
@@ -176,7 +176,7 @@ JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& par
   const auto rotor = scenario_.rotor_inertia.find(joint.name);
   if (rotor != scenario_.rotor_inertia.end()) spec.rotor_inertia = rotor->second;
   const auto& passive = scenario_.unactuated;
-  spec.actuated = std::find(passive.begin(), passive.end(), joint.name) == passive.end();
+  spec.actuated = !joint.unactuated && std::find(passive.begin(), passive.end(), joint.name) == passive.end();
   return spec;
 }
 

@@ -22,7 +22,7 @@ void check_supported(const Scenario& scenario) {
   if (!scenario.link_laws.empty()) refuse(scenario, "link_laws", std::string("an effect of a link") + hint);
   if (!scenario.pushes.empty()) refuse(scenario, "pushes", std::string("a push") + hint);
   if (!scenario.hands.empty()) refuse(scenario, "hands", std::string("a hand") + hint);
-  if (!scenario.loops.empty()) refuse(scenario, "loops", std::string("a closed chain") + hint);
+  if (!scenario.loops.empty()) refuse(scenario, "loops", std::string("a closed chain ('loops', or <loop> in the URDF)") + hint);
 }
 
 class MjcfWriter {

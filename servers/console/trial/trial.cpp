@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/robot/closed_chains.h"
 #include "controller/node.h"
 #include "controller/play.h"
 #include "servers/model_parser/robot_loader.h"
@@ -23,7 +24,7 @@ double calc_heading(const State& state) {
 }  // namespace
 
 Trial::Trial(const Scenario& scenario)
-    : scenario_(scenario), robot_(load_robot(scenario_)), world_(robot_, scenario_),
+    : robot_(load_robot(scenario)), scenario_(adopt_loops(scenario, robot_.scenario)), world_(robot_, scenario_),
       engine_(make_simulator_engine(robot_, scenario_)), controlled_(make_robot(robot_, scenario_)),
       controller_(make_scenario_controller(controlled_)) {
   controller_->start(controlled_);

@@ -48,8 +48,8 @@ class Trial {
  private:
   void ask_controller();
 
-  Scenario scenario_;
   RobotDescription robot_;
+  Scenario scenario_;  // as given, with the loops of the robot's description
   CollisionWorld world_;
   std::unique_ptr<DynamicsEngine> engine_;
   Robot controlled_;
