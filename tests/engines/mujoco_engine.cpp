@@ -54,15 +54,27 @@ void write_body(std::ostream& out, const TreeSpec& spec, int link) {
   out << "</body>\n";
 }
 
-std::string make_mjcf(const TreeSpec& spec, const Vector3d& gravity_W) {
+void write_ties(std::ostream& out, const std::vector<BallTie>& ties) {
+  out << "<equality>\n";
+  for (const BallTie& tie : ties) {
+    out << "<connect body1=\"b" << tie.link_a << "\" body2=\"b" << tie.link_b << "\" solimp=\"0.9999 0.9999 0.001\"";
+    write_vector(out, "anchor", tie.p_AP);
+    out << "/>\n";
+  }
+  out << "</equality>\n";
+}
+
+std::string make_mjcf(const TreeSpec& spec, const Vector3d& gravity_W, const std::vector<BallTie>& ties) {
   std::ostringstream out;
   out << std::setprecision(17) << "<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>\n"
       << "<option";
   write_vector(out, "gravity", gravity_W);
-  out << "><flag contact=\"disable\" constraint=\"disable\" passive=\"disable\" actuation=\"disable\" "
+  out << "><flag contact=\"disable\" constraint=\"" << (ties.empty() ? "disable" : "enable") << "\" passive=\"disable\" actuation=\"disable\" "
       << "limit=\"disable\" warmstart=\"disable\"/></option>\n<worldbody>\n";
   write_body(out, spec, 0);
-  out << "</worldbody>\n</mujoco>\n";
+  out << "</worldbody>\n";
+  write_ties(out, ties);
+  out << "</mujoco>\n";
   return out.str();
 }
 
@@ -80,8 +92,9 @@ mjModel* load(const std::string& xml, std::string* error) {
 
 }  // namespace
 
-MujocoEngine::MujocoEngine(const TreeSpec& spec, const Vector3d& gravity_W) : num_base_(spec.floating_base ? 6 : 0) {
-  model_ = load(make_mjcf(spec, gravity_W), &error_);
+MujocoEngine::MujocoEngine(const TreeSpec& spec, const Vector3d& gravity_W, const std::vector<BallTie>& ties)
+    : num_base_(spec.floating_base ? 6 : 0) {
+  model_ = load(make_mjcf(spec, gravity_W, ties), &error_);
   if (model_ == nullptr) return;
   data_ = mj_makeData(model_);
   for (int i = 0; i < spec.num_joints(); ++i) {

@@ -13,10 +13,18 @@ struct mjData_;
 
 namespace hrp::engines {
 
+// A point of link_a stays where it is in link_b with all joints at zero.
+struct BallTie {
+  int link_a, link_b;
+  Vector3d p_AP;  // [m] in link_a
+};
+
 class MujocoEngine {
  public:
-  // Every link a body with the same mass, centre and principal inertia; no contacts, limits or passive forces.
-  MujocoEngine(const TreeSpec& spec, const Vector3d& gravity_W);
+  // Every link a body with the same mass, centre and principal inertia; no contacts, limits or passive forces. Ties are
+  // MuJoCo's connect constraints, as stiff as it allows: soft by 1e-4. They count in run_full_forward() only, which
+  // leaves out what velocities do to them.
+  MujocoEngine(const TreeSpec& spec, const Vector3d& gravity_W, const std::vector<BallTie>& ties = {});
   ~MujocoEngine();
   MujocoEngine(const MujocoEngine&) = delete;
   MujocoEngine& operator=(const MujocoEngine&) = delete;
@@ -34,7 +42,7 @@ class MujocoEngine {
   void run_mass_matrix();
   void run_inverse_dynamics();
 
-  Eigen::VectorXd get_acceleration() const;  // after run_forward_dynamics
+  Eigen::VectorXd get_acceleration() const;  // after run_forward_dynamics, run_full_forward
   Eigen::MatrixXd get_mass_matrix() const;   // after run_mass_matrix
   Eigen::VectorXd get_effort() const;        // after run_inverse_dynamics
 
