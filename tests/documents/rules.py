@@ -46,6 +46,7 @@ RULES = [
     Rule(r"build/bin/hrp-topic (list|type .*)", BESIDE),
     Rule(r"build/bin/hrp-topic (echo|hz) .*--count.*", BESIDE),
     Rule(r"build/bin/hrp-topic (echo|hz) .*", WATCHES),
+    Rule(r"build/bin/hrp-doctor", BESIDE),
     Rule(r"build/bin/hrp-run status --follow", WATCHES),
     Rule(r"build/bin/hrp-run .*", BESIDE),
     Rule(r"build/bin/hrp-log .*", RUNS),
