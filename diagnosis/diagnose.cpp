@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <set>
 
-#include "diagnosis/held_feet/search.h"
+#include "diagnosis/held_feet/held_feet.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/fixed_base.h"
 #include "diagnosis/link_evidence.h"
@@ -132,7 +132,7 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   if (!obstacle.empty()) {
     if (toss::diagnose_toss(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
     std::string why;
-    if (held_feet::diagnose_held_feet(e, progress, &reports.report, &reports.series, &why)) return reports;
+    if (held_feet::diagnose_held_feet(e, problem.jobs, progress, &reports, &why)) return reports;
     if (judge_legged(e, progress, false, &reports)) return reports;
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);

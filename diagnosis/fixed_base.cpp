@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/findings/schema2.h"
+#include "diagnosis/torque_report.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/search/drive_search.h"
 #include "diagnosis/search/subtrees.h"
@@ -141,26 +142,11 @@ void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdic
     evidence->horizon = problem.experiment->recordings[0].duration();
     return;
   }
-  double before = 0.0, after = 0.0, n = 0.0;
-  for (const SignalFit& s : torque.torque) {
-    const double scale = 1.0 / std::max(1e-12, s.spread);
-    before += std::pow(s.before * scale, 2), after += std::pow(s.after * scale, 2), n += 1.0;
-    fit.signals.push_back(s);
-  }
-  before = std::sqrt(before / std::max(1.0, n)), after = std::sqrt(after / std::max(1.0, n));
-  fit.train_before = fit.validate_before = before, fit.train_after = fit.validate_after = after;
+  fill_torque_fit(torque.torque, &fit);
   evidence->method += "; errors are shares of each effort's spread; positions by simulation from the recorded efforts over " +
                       number(kWindow, 2) + " s";
   evidence->horizon = kWindow;
   for (const SignalFit& s : list_windows(problem, outcome)) fit.signals.push_back(s);
-}
-
-// Of the finding that an effect of the model stands for.
-std::string find_grade(const Evidence& evidence, const std::string& effect, const Where& where) {
-  for (const Finding& f : evidence.findings) {
-    if (f.effect == effect && f.where == where) return get_grade_name(f.grade);
-  }
-  return "not named: it helps to predict";
 }
 
 Reports make_torque_reports(const Problem& problem, const Outcome& outcome, TorqueVerdict torque) {
@@ -172,14 +158,7 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
   const Json mismatch = reports.report["mismatch"];
   reports.report = make_report(evidence);
   reports.report["mismatch"] = mismatch;
-  reports.report["model"] = Json::array();
-  for (const Effect& effect : outcome.chosen.hypothesis) {
-    const Where where = make_where(*problem.experiment, effect);
-    reports.report["model"].push_back({{"effect", get_effect(effect.id).name},
-                                       {"where", where},
-                                       {"parameters", make_parameters(*problem.experiment, effect, {}, false)},
-                                       {"grade", find_grade(evidence, get_effect(effect.id).name, where)}});
-  }
+  reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
   reports.series["prediction"] = reports.report["prediction"];
   return reports;
 }

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -113,6 +115,25 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
   return any;
 }
 
+// Folds of a joint: those of all, or, where it is used in too few of them, equal parts of its own samples.
+std::vector<std::vector<int>> assign_own_folds(const TorqueData& data, int joint, std::vector<std::vector<int>> folds) {
+  std::set<int> used;
+  long samples = 0, at = 0;
+  const auto is_fitted = [&](size_t r, long k) { return folds[r][static_cast<size_t>(k)] >= 0 && data.recordings[r].use(k, joint); };
+  for (size_t r = 0; r < folds.size(); ++r) {
+    for (long k = 0; k < data.recordings[r].kept(); ++k) {
+      if (is_fitted(r, k)) used.insert(folds[r][static_cast<size_t>(k)]), ++samples;
+    }
+  }
+  if (used.size() >= static_cast<size_t>(kFewestFolds) || samples < kFewestSamples) return folds;
+  for (size_t r = 0; r < folds.size(); ++r) {
+    for (long k = 0; k < data.recordings[r].kept(); ++k) {
+      if (is_fitted(r, k)) folds[r][static_cast<size_t>(k)] = static_cast<int>(kFewestFolds * at++ / samples);
+    }
+  }
+  return folds;
+}
+
 void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& folds, int fold_count, const Rows& rows,
                 JointDesign* joint) {
   const long width = joint->own_width + rows.whole[0].cols();
@@ -134,6 +155,19 @@ void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& fol
   }
   joint->spread = spread.get();
   joint->total = sum(joint->train, width);
+}
+
+// What a joint without a drive is moved by, in place of an effort's spread: gravity and its own inertia [N m or N].
+double calc_passive_spread(const TorqueData& data, int joint) {
+  const Plant plant = make_plant(*data.experiment, {});
+  double sum = 0.0, n = 0.0;
+  for (const TorqueRecording& r : data.recordings) {
+    const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(r.q.rows(), r.q.cols());
+    const Eigen::VectorXd gravity = calc_efforts(plant, r.q, none, none).col(joint),
+                          motion = calc_efforts(plant, r.q, r.v, r.a).col(joint) - gravity;
+    sum += gravity.squaredNorm() + motion.squaredNorm(), n += static_cast<double>(r.q.rows());
+  }
+  return std::sqrt(sum / std::max(1.0, n));
 }
 
 // Correlation of effort and nominal torque, training samples in use.
@@ -193,12 +227,14 @@ TorqueDesign make_torque_design(TorqueData&& given) {
       rows.own.push_back(std::move(own));
       rows.whole.push_back(whole[r][static_cast<size_t>(j)]);
     }
-    fill_joint(data, folds, fold_count, rows, &joint);
+    const std::vector<std::vector<int>> own_folds = assign_own_folds(data, j, folds);
+    fill_joint(data, own_folds, fold_count, rows, &joint);
     for (int pass = 0; pass < kOutlierPasses && joint.total.n >= kFewestSamples; ++pass) {
       if (!drop_outliers(joint, rows, &data)) break;
-      fill_joint(data, folds, fold_count, rows, &joint);
+      fill_joint(data, own_folds, fold_count, rows, &joint);
     }
     if (joint.total.n < kFewestSamples) continue;
+    if (!data.experiment->robot.tree.joint(j).actuated) joint.spread = calc_passive_spread(data, j);
     joint.loaded = correlate_load(data, j) > kLoaded;
     joint.effective = count_independent(data, joint, calc_left(data, joint, rows));
     design.has_held = design.has_held || !joint.held.empty();

@@ -42,7 +42,8 @@ std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& g,
   const Experiment& e = *data.experiment;
   const int j = g.term.place;
   const Where joint = {{"joint", g.term.whole ? std::string() : e.robot.tree.joint(j).name}};
-  const bool of_log = !g.term.whole && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded &&
+  const bool driven = g.term.whole || e.robot.tree.joint(j).actuated;
+  const bool of_log = !g.term.whole && driven && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded &&
                       !data.servo[static_cast<size_t>(j)].follows;
   if (g.term.kind == TermKind::kGain && of_log)
     twins.push_back(make_twin(EffectId::kSensorScale, make_log_place(e, j),
@@ -50,6 +51,9 @@ std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& g,
   if (g.term.kind == TermKind::kConstant && of_log)
     twins.push_back(make_twin(EffectId::kSensorBias, make_log_place(e, j),
                               {{"value", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kCommands));
+  if (g.term.kind == TermKind::kConstant && !driven && !data.feet.empty() && e.robot.tree.joint(j).kind == JointKind::kPrismatic)
+    twins.push_back(make_twin(EffectId::kSensorBias, {{"sensor", "/wrench/" + data.feet[0].sensor + "/force"}},
+                              {{"value", "N", {std::abs(g.parameters[0])}, {g.width[0]}, false}}, "the foot lifted off the sensor"));
   if (g.term.kind == TermKind::kDry && excess && excess->grade == Grade::kAmbiguous)
     twins.push_back(make_twin(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
   if (g.term.kind == TermKind::kDry && !excess && g.curve.there &&

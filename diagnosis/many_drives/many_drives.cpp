@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/findings/schema2.h"
+#include "diagnosis/torque_report.h"
 #include "diagnosis/standing/findings.h"
 #include "diagnosis/standing/free_play.h"
 #include "diagnosis/many_drives/joint_torques.h"
@@ -105,28 +106,8 @@ Json list_model(const Experiment& e, const Hypothesis& drives, const Json& findi
   Json model = Json::array();
   for (const Json& f : body)
     model.push_back({{"effect", f["effect"]}, {"where", f["where"]}, {"parameters", f["parameters"]}, {"grade", f["grade"]}});
-  for (const Effect& effect : drives) {
-    const Where where = make_where(e, effect);
-    const std::string name = get_effect(effect.id).name;
-    std::string grade = "not named: it helps to predict";
-    for (const Json& f : findings) {
-      if (f["effect"] == name && f["where"] == where) grade = f["grade"];
-    }
-    model.push_back({{"effect", name}, {"where", where}, {"parameters", make_parameters(e, effect, {}, false)}, {"grade", grade}});
-  }
+  for (const Json& effect : list_torque_model(e, drives, findings)) model.push_back(effect);
   return model;
-}
-
-// Missing torques over the spread of each effort, root mean square over the joints.
-void fill_fit(const TorqueVerdict& torque, Fit* fit) {
-  double before = 0.0, after = 0.0, n = 0.0;
-  for (const SignalFit& s : torque.torque) {
-    const double scale = 1.0 / std::max(1e-12, s.spread);
-    before += std::pow(s.before * scale, 2), after += std::pow(s.after * scale, 2), n += 1.0;
-    fit->signals.push_back(s);
-  }
-  fit->train_before = fit->validate_before = std::sqrt(before / std::max(1.0, n));
-  fit->train_after = fit->validate_after = std::sqrt(after / std::max(1.0, n));
 }
 
 Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& whole, TorqueVerdict torque) {
@@ -134,7 +115,7 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
   evidence.method = "joints: " + evidence.method +
                     ", with the IMU's motion of the base and the feet's wrenches; links, feet and sensors: equations in "
                     "which no drive has a part; errors are shares of each effort's spread";
-  fill_fit(torque, &evidence.fit);
+  fill_torque_fit(torque.torque, &evidence.fit);
   evidence.verdict = find_verdict(evidence);
   for (const std::string& text : p.experiment->warnings) evidence.warnings.push_back(text);
   const bool has_held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });

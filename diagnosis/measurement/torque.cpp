@@ -7,6 +7,7 @@
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/data/smooth.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -161,10 +162,42 @@ Flags find_frozen(const TorqueRecording& r, const Flags& still) {
   return frozen;
 }
 
+// Impacts: what the filter takes off a foot's force is beyond any noise; its reach around is left out with it.
+constexpr double kSudden = 8.0;  // robust standard deviations
+
+void mark_sudden(const Eigen::VectorXd& raw, const Eigen::VectorXd& smooth, long reach, Flags* sudden) {
+  const Eigen::ArrayXd apart = (raw - smooth).array().abs();
+  std::vector<double> sorted(apart.data(), apart.data() + apart.size());
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
+  const double limit = kSudden * 1.4826 * sorted[sorted.size() / 2];
+  for (long k = 0; k < apart.size() && limit > 0.0; ++k) {
+    const long from = std::max(0L, k - reach), to = std::min(apart.size(), k + reach + 1);
+    if (apart[k] > limit) sudden->segment(from, to - from).setConstant(true);
+  }
+}
+
+// Efforts that stand at a limit: within 1 % of the greatest one for more than a fiftieth of the recording, which no
+// motion does by chance. How much the drive gave there the log does not say.
+Flags find_clipped(const Eigen::VectorXd& effort) {
+  const double greatest = effort.cwiseAbs().maxCoeff();
+  const Flags high = effort.array().abs() > 0.99 * greatest;
+  return greatest > 0.0 && static_cast<double>(high.count()) > 0.02 * static_cast<double>(high.size())
+             ? high
+             : Flags::Constant(effort.size(), false);
+}
+
 class Maker {
  public:
   Maker(const Experiment& e, const BodyTorques& bodies) : e_(e), bodies_(bodies), plant_(make_plant(e, {})) {
     data_.experiment = &e;
+    if (!bodies) data_.feet = list_loaded_feet(e);
+    closed_.resize(e.recordings.size()), sudden_.resize(e.recordings.size());
+    for (size_t r = 0; r < e.recordings.size(); ++r) {
+      for (int j = 0; j < e.num_joints(); ++j) {
+        const bool known = e.recordings[r].joints[static_cast<size_t>(j)].has(Quantity::kPosition);
+        closed_[r].push_back(known ? std::vector<double>{} : close_chain(e, e.recordings[r], j));
+      }
+    }
   }
 
   TorqueData make() {
@@ -230,6 +263,12 @@ class Maker {
     return found[found.size() / 2];
   }
 
+  // As recorded, or from a foot that is held; empty: unknown.
+  const std::vector<double>& find_position(size_t recording, size_t j) const {
+    const JointColumns& columns = e_.recordings[recording].joints[j];
+    return columns.has(Quantity::kPosition) ? columns.signal[0] : closed_[recording][j];
+  }
+
   void add_recording(size_t index) {
     const Recording& in = e_.recordings[index];
     if (in.size() < 10 || in.duration() < kShortest) return;
@@ -247,19 +286,45 @@ class Maker {
     if (still_.empty()) still_.resize(e_.recordings.size());
     if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
     out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(plant_, out.q, out.v, out.a);
+    if (!data_.feet.empty()) add_foot_loads(in, &out);
     data_.recordings.push_back(std::move(out));
+  }
+
+  void add_foot_loads(const Recording& in, TorqueRecording* out) {
+    Flags& sudden = sudden_[out->index];
+    sudden = Flags::Constant(out->q.rows(), false);
+    out->foot_wrench.setZero(out->q.rows(), static_cast<long>(6 * data_.feet.size()));
+    for (size_t f = 0; f < data_.feet.size(); ++f) {
+      const auto columns = find_wrench_columns(in, data_.feet[f].sensor);
+      for (size_t i = 0; i < 6; ++i) {
+        if (!columns[i]) continue;
+        const Eigen::VectorXd raw = resample(in.time, *columns[i], out->begin, out->step, out->q.rows());
+        const Eigen::VectorXd smooth = low_pass(raw, out->step, data_.cutoff);
+        mark_sudden(raw, smooth, std::lround(kReach / data_.cutoff / out->step), &sudden);
+        out->foot_wrench.col(static_cast<long>(6 * f + i)) = smooth;
+      }
+    }
+    const Model& model = *plant_.model;
+    Data data(model);
+    State state = make_state(model);
+    for (long k = 0; k < out->q.rows(); ++k) {
+      state.q = out->q.row(k), state.qd = out->v.row(k);
+      update_kinematics(model, state, &data);
+      out->tau.row(k) -= calc_load_torques(model, data, data_.feet, out->foot_wrench.row(k));
+    }
   }
 
   Eigen::MatrixXd make_raw(const Recording& in, const TorqueRecording& out, long rows) const {
     Eigen::MatrixXd raw(rows, out.q.cols());
     for (long j = 0; j < raw.cols(); ++j)
-      raw.col(j) = resample(in.time, in.joints[static_cast<size_t>(j)].signal[0], out.begin, out.step, rows);
+      raw.col(j) = resample(in.time, find_position(out.index, static_cast<size_t>(j)), out.begin, out.step, rows);
     return raw;
   }
 
   bool fill_joint(const Recording& in, long joint, long rows, TorqueRecording* out) {
     const size_t j = static_cast<size_t>(joint);
-    if (!in.joints[j].has(Quantity::kPosition)) {
+    const std::vector<double>& position = find_position(out->index, j);
+    if (position.empty()) {
       const std::string text = in.spec.name + ": no column " + e_.signal_name(static_cast<int>(joint), Quantity::kPosition) +
                                ": the recording is left out";
       if (std::find(data_.missing.begin(), data_.missing.end(), text) == data_.missing.end())
@@ -269,7 +334,7 @@ class Maker {
     const auto smooth = [&](const std::vector<double>& series) -> Eigen::VectorXd {
       return low_pass(resample(in.time, series, out->begin, out->step, rows), out->step, data_.cutoff);
     };
-    out->q.col(joint) = smooth(in.joints[j].signal[0]);
+    out->q.col(joint) = smooth(position);
     out->v.col(joint) = differentiate(out->q.col(joint), out->step);
     out->a.col(joint) = differentiate(out->v.col(joint), out->step);
     const JointSpec& spec = e_.robot.tree.joint(static_cast<int>(joint));
@@ -326,12 +391,25 @@ class Maker {
     return stated;
   }
 
+  // Full grid: what acts on the joint is known.
+  Flags find_known(const TorqueRecording& r, long j) const {
+    const RecordingSpec& spec = e_.recordings[r.index].spec;
+    const JointSpec& joint = e_.robot.tree.joint(static_cast<int>(j));
+    const bool pushed = std::find(spec.unknown_force.begin(), spec.unknown_force.end(), joint.name) != spec.unknown_force.end();
+    const bool followed = !closed_[r.index][static_cast<size_t>(j)].empty();  // from the equation of a foot, not measured
+    if (pushed || followed) return Flags::Constant(r.q.rows(), false);
+    Flags known = Flags::Constant(r.q.rows(), true);
+    if (data_.feet.empty()) return known;
+    known = !sudden_[r.index];
+    return joint.actuated ? Flags(known && !find_clipped(r.effort.col(j))) : known;
+  }
+
   // Missing torque at the kept samples, less what the nominal model's own joints take.
   void finish(TorqueRecording* r) {
     const long kept = std::max(0L, (r->q.rows() - 2 * r->trim + r->stride - 1) / r->stride), n = r->q.cols();
     r->missing.setZero(kept, n);
     r->use.setConstant(kept, n, false);
-    const Flags frozen = find_frozen(*r, still_[r->index]);
+    const Flags frozen = data_.feet.empty() ? find_frozen(*r, still_[r->index]) : Flags::Constant(r->q.rows(), false);
     if (frozen.any()) {
       long first = 0;
       while (!frozen[first]) ++first;
@@ -343,10 +421,11 @@ class Maker {
     for (long j = 0; j < n; ++j) {
       const Eigen::VectorXd stated = calc_stated(*r, static_cast<int>(j));
       const Flags moving = find_moving(r->v.col(j), data_.slow[static_cast<size_t>(j)], r->step, data_.cutoff);
+      const Flags known = find_known(*r, j);
       for (long k = 0; k < kept; ++k) {
         const long row = r->full_row(k);
         r->missing(k, j) = r->effort(row, j) - r->tau(row, j) - stated[k];
-        r->use(k, j) = data_.is_judged(static_cast<int>(j)) && !frozen[row] && moving[row];
+        r->use(k, j) = data_.is_judged(static_cast<int>(j)) && !frozen[row] && moving[row] && known[row];
       }
     }
   }
@@ -357,6 +436,8 @@ class Maker {
   TorqueData data_;
   std::vector<double> noise_;  // [rad] by joint
   std::vector<Flags> still_;   // by recording of the experiment, full grid
+  std::vector<Flags> sudden_;  // the same; of robots with loaded feet
+  std::vector<std::vector<std::vector<double>>> closed_;  // by recording, by joint: position by sample, where a foot gives it
 };
 
 }  // namespace

@@ -2,7 +2,8 @@
 // Measurement in torque space, for robots on a fixed base: at every joint and moment
 //
 //   missing = y - tau(q, v, a),   y: effort of the drive, recorded or by the servo's law; tau: inverse dynamics of the
-//                                 nominal model along the smoothed motion, its own joint friction included.
+//                                 nominal model along the smoothed motion, its own joint friction included, less what
+//                                 the measured forces on its feet give (foot_loads.h). Joints without a drive: y = 0.
 //
 // Nothing is simulated, so it is well conditioned where a simulation from measured efforts drifts away. Effects are
 // columns of missing = sum of column x parameter (torque_terms.h). Both sides pass the same zero-phase filter, so that
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "diagnosis/data/recording.h"
+#include "diagnosis/measurement/foot_loads.h"
 #include "diagnosis/measurement/servo_law.h"
 
 namespace hrp::diagnosis {
@@ -32,6 +34,7 @@ struct TorqueRecording {
   Eigen::MatrixXd effort_rate;     // [N m/s] of the smoothed y
   Eigen::MatrixXd command_rate;    // [N m/s] kp r' + kd r'': what a late command changes; zero without commands
   Eigen::MatrixXd tau;             // nominal inverse dynamics, full grid
+  Eigen::MatrixXd foot_wrench;     // full grid x 6 of every loaded foot, as recorded: force, torque
   Eigen::MatrixXd missing;         // kept samples x joint
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> use;  // kept samples x joint: the joint moves and y is known
 
@@ -44,6 +47,7 @@ struct TorqueData {
   const Experiment* experiment = nullptr;
   double cutoff = 0.0;                  // [Hz] of every signal
   std::vector<EffortSource> source;     // by joint
+  std::vector<LoadedFoot> feet;         // whose measured forces are in `tau`
   std::vector<ServoDelay> delays;       // of joints whose commands come late
   std::vector<ServoReading> servo;      // by joint: faults of its log against the servo's law, taken out of `effort`
   std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is not known

@@ -97,7 +97,7 @@ class WholeRows {
     }
     column = 0;
     for (const Term& term : terms_) {  // these move the model: last
-      if (term.kind == TermKind::kOffset) fill_offset(term, a, column, rows);
+      if (term.kind == TermKind::kOffset) fill_offset(term, r, full_row, column, rows);
       if (term.kind == TermKind::kTilt) fill_tilt(a, column, rows);
       column += term.columns;
     }
@@ -138,17 +138,17 @@ class WholeRows {
   }
 
   // True position = reading - offset: missing = tau(q - offset) - tau(q).
-  void fill_offset(const Term& term, const Eigen::VectorXd& a, long column, Eigen::MatrixXd* rows) {
-    Eigen::VectorXd ahead(tau_.size());
+  void fill_offset(const Term& term, const TorqueRecording& r, long row, long column, Eigen::MatrixXd* rows) {
     const double q = state_.q[term.place];
-    state_.q[term.place] = q + kAngleStep;
-    update_kinematics(model_, state_, &kinematics_);
-    calc_inverse_dynamics(model_, a, nullptr, &kinematics_, &ahead);
-    state_.q[term.place] = q - kAngleStep;
-    update_kinematics(model_, state_, &kinematics_);
-    calc_inverse_dynamics(model_, a, nullptr, &kinematics_, &tau_);
+    const auto calc_at = [&](double angle) -> Eigen::VectorXd {
+      state_.q[term.place] = angle;
+      update_kinematics(model_, state_, &kinematics_);
+      calc_inverse_dynamics(model_, r.a.row(row), nullptr, &kinematics_, &tau_);
+      if (data_.feet.empty()) return tau_;
+      return tau_ - calc_load_torques(model_, kinematics_, data_.feet, r.foot_wrench.row(row));
+    };
+    rows->col(column) = (calc_at(q - kAngleStep) - calc_at(q + kAngleStep)) / (2.0 * kAngleStep);
     state_.q[term.place] = q;
-    rows->col(column) = (tau_ - ahead) / (2.0 * kAngleStep);
   }
 
   // Gravity as a base sees it that is turned by kAngleStep about x (roll) or y (pitch).

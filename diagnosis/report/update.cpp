@@ -55,9 +55,13 @@ ScenarioText split(const std::string& text, const std::set<std::string>& also) {
   return out;
 }
 
-// How a sole gives in height a standing robot hardly shows, and the simulator needs a number: 3e5 N/m, and critical
-// damping of 2 kg, a tenth of what a foot of a small robot carries.
-void add_sole_height(Json* parameters) {
+// How a sole gives in height a standing robot hardly shows, how it tilts a foot on a rail, and the simulator needs
+// numbers: 3e5 N/m, and critical damping of 2 kg, a tenth of what a foot of a small robot carries; 1e4 N m/rad.
+void complete_sole(Json* parameters) {
+  if (!parameters->contains("k_roll") && !parameters->contains("k_pitch")) {
+    (*parameters)["k_roll"] = (*parameters)["k_pitch"] = 1e4;
+    (*parameters)["c_roll"] = (*parameters)["c_pitch"] = 1.0;
+  }
   if (!parameters->contains("kz")) (*parameters)["kz"] = 3e5;
   if (!parameters->contains("cz")) (*parameters)["cz"] = 2 * std::sqrt((*parameters)["kz"].get<double>() * 2.0);
 }
@@ -73,7 +77,7 @@ std::string make_effect_line(const nlohmann::json& finding) {
       value = std::max(0.0, value.get<double>());
     parameters[name] = value;
   }
-  if (finding.at("where").contains("foot")) add_sole_height(&parameters);
+  if (finding.at("where").contains("foot")) complete_sole(&parameters);
   return "  - " +
          Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump() +
          "\n";
@@ -242,10 +246,12 @@ std::string make_steps(const Experiment& e, const Recording& recording) {
          ", duration: " + number(period * std::floor(recording.duration() / period), kExact) + "}\ninterpolation: hermite\n";
 }
 
-// A recording that nothing was fitted to, where there is one.
+// A recording that nothing was fitted to, where there is one; none that a hand moved, as long as there is another.
 const Recording& find_replayed(const Experiment& e) {
-  for (const Recording& r : e.recordings) {
-    if (!r.spec.train) return r;
+  for (bool held : {true, false}) {
+    for (const Recording& r : e.recordings) {
+      if (r.spec.unknown_force.empty() && (!held || !r.spec.train)) return r;
+    }
   }
   return e.recordings.front();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What an experiment states about its robot is in every engine's nominal model: it is not found again and added twice.
-#include "diagnosis/held_feet/rows.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/standing/terms.h"
 #include "simulated_experiment.h"
 
@@ -51,24 +51,6 @@ TEST(NominalModel, OfAStandingRobotGivesAPayloadTheInertiaThatTheSimulatorGivesI
   const LinkInertia found = terms.tree.links[kFore].inertia, stated = make_nominal(e).tree.links[kFore].inertia;
   EXPECT_NEAR((found.I_LLcm_L - stated.I_LLcm_L).norm(), 0.0, 1e-12);
   EXPECT_NEAR((found.p_LLcm_L - stated.p_LLcm_L).norm(), 0.0, 1e-12);
-}
-
-// Equations along a recorded path: friction that is stated takes as much effort as the same friction in a hypothesis.
-TEST(NominalModel, OfHeldFeetHasWhatTheExperimentStates) {
-  held_feet::RowProblem problem;
-  Experiment e = make_stating();
-  e.scenario.joint_laws["elbow"][0].parameters.erase("asymmetry");
-  Experiment plain = e;
-  plain.scenario.joint_laws.clear(), plain.scenario.link_laws.clear();
-  held_feet::RowRecording r;
-  r.q = r.qd = r.qdd = r.effort = r.clipped = Eigen::MatrixXd::Zero(1, 2);
-  r.qd.setConstant(0.5), r.time = {0.0}, r.rows = {1, 1}, r.sudden = {0};
-  problem.experiment = &e, problem.nominal = make_nominal(e), problem.recordings = {r};
-  const std::vector<double> stated = held_feet::calc_rows(problem, {}, 0);
-  problem.experiment = &plain, problem.nominal = make_nominal(plain);
-  problem.nominal.tree = make_nominal(e).tree;
-  const std::vector<double> found = held_feet::calc_rows(problem, {{EffectId::kCoulomb, {PlaceKind::kJoint, kElbow}, {2.0}}}, 0);
-  EXPECT_NEAR(stated[kElbow], found[kElbow], 1e-12);
 }
 
 TEST(NominalModel, AFloatingRobotsRecordingIsNotSmoothedForAFixedBase) {

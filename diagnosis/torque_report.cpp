@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/torque_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/report/report.h"
+
+namespace hrp::diagnosis {
+
+void fill_torque_fit(const std::vector<SignalFit>& torque, Fit* fit) {
+  double before = 0.0, after = 0.0;
+  for (const SignalFit& s : torque) {
+    const double scale = 1.0 / std::max(1e-12, s.spread);
+    before += std::pow(s.before * scale, 2), after += std::pow(s.after * scale, 2);
+    fit->signals.push_back(s);
+  }
+  const double n = std::max(1.0, static_cast<double>(torque.size()));
+  fit->train_before = fit->validate_before = std::sqrt(before / n);
+  fit->train_after = fit->validate_after = std::sqrt(after / n);
+}
+
+Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json& findings) {
+  Json list = Json::array();
+  for (const Effect& effect : model) {
+    const Json where = make_where(e, effect);
+    const std::string name = get_effect(effect.id).name;
+    std::string grade = "not named: it helps to predict";
+    for (const Json& f : findings) {
+      if (f["effect"] == name && f["where"] == where) grade = f["grade"];
+    }
+    list.push_back({{"effect", name}, {"where", where}, {"parameters", make_parameters(e, effect, {}, false)}, {"grade", grade}});
+  }
+  return list;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Parts of a report that all engines share which judge joints by their missing torque.
+#pragma once
+
+#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/report/json.h"
+
+namespace hrp::diagnosis {
+
+// Missing torques by joint, each over the spread of its effort: root mean square over the joints, before and after.
+void fill_torque_fit(const std::vector<SignalFit>& torque, Fit* fit);
+
+// The model with the grades of the findings that its effects stand for: [{effect, where, parameters, grade}].
+Json list_torque_model(const Experiment& experiment, const Hypothesis& model, const Json& findings);
+
+}  // namespace hrp::diagnosis
