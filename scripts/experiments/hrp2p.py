@@ -23,7 +23,7 @@ def fig9(run, out):
     s, c = run.both('fig9', text)
     tell_run(out, s)
     out.see('%d landings' % sum(s['landings']))
-    out.claim('walks to the end, at least eight steps', upright(s) and sum(s['landings']) >= 8)
+    out.claim('walks to the end, eight to fourteen landings', upright(s) and 8 <= sum(s['landings']) <= 14)
     tell_varied(run, out, 'fig9', text, upright, 'walks')
     add_pictures(run, out, 'fig9', s, c)
     add_foot_force(run, out, 'fig9', s, c)
@@ -85,7 +85,7 @@ def fig10(run, out):
     tell_run(out, s)
     inward = calc_inward_torques(c)
     out.see('%.1f and %.1f N m inward (left, right; mean of single support)' % tuple(inward))
-    out.claim('inward on both sides', min(inward) > 0.0)
+    out.claim('inward on both sides, by 0.5 to 10 N m', min(inward) > 0.5 and max(inward) < 10.0)
     vibrate(run, out, text, c)
     tell_varied(run, out, 'fig10', text, lambda r, columns: upright(r) and min(calc_inward_torques(columns)) > 0.0,
                 'walks and rolls inward on both sides', table=True)

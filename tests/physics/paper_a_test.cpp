@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Short claims of paper A [H03], without bus: shorter walks than the experiments (scripts/experiments.sh), same scenarios.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <regex>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -123,6 +126,80 @@ TEST(PaperA, JointsThatFollowPerfectlyShakeTheFeetWhereForcesAreNotFiltered) {
   const double servos = calc_shaking(load("fig7", "{count: 4, length: 0.2}", 6.5)), control = calc_shaking(filtered);
   EXPECT_GT(perfect, 5.0 * servos) << servos;
   EXPECT_LT(control, 2.0 * servos) << control;
+}
+
+// Figure 10: a load inward of the ankle turns the left foot about -x and the right one about +x at the force sensors.
+TEST(PaperA, TheAnklesOfAWalkCarryATorqueInward) {
+  Scenario scenario = load("fig10");
+  double sum[2] = {0.0, 0.0};
+  int count[2] = {0, 0};
+  const auto wrench_of = [&](const SensorSample& sensors, const std::string& name) {
+    for (size_t i = 0; i < scenario.sensors.wrenches.size(); ++i) {
+      if (scenario.sensors.wrenches[i].name == name) return sensors.wrenches[i].torque.x();
+    }
+    throw std::runtime_error("no sensor " + name);
+  };
+  const TrialResult r = Trial(scenario).run([&](const Trial& trial) {
+    if (trial.time() < 3.0 || trial.time() > 6.0) return;
+    const auto& forces = trial.engine().foot_forces();
+    for (size_t k : {0u, 1u}) {
+      if (forces[1 - k] != 0.0 || forces[k] < 300.0) continue;
+      sum[k] += (k == 0 ? -1.0 : 1.0) * wrench_of(trial.engine().sensors(), k == 0 ? "left_foot" : "right_foot");
+      ++count[k];
+    }
+  });
+  EXPECT_FALSE(r.fallen);
+  for (int k : {0, 1}) {
+    ASSERT_GT(count[k], 300) << "milliseconds of single support";
+    EXPECT_GT(sum[k] / count[k], 0.5) << "[N m] foot " << k;
+    EXPECT_LT(sum[k] / count[k], 10.0) << "[N m] foot " << k << ": 500 N within 2 cm of the ankle";
+  }
+}
+
+// Peak within 70 ms of the first touch, least force in the next 80 ms, most in the rest of 250 ms [N].
+std::vector<std::array<double, 3>> find_landings(const std::vector<double>& force) {
+  std::vector<std::array<double, 3>> found;
+  int air = 0;
+  for (size_t i = 2500; i + 250 < force.size(); ++i) {  // [ms] one step each; what settles at the start is left out
+    if (force[i] > 5.0 && air > 150) {
+      const auto at = force.begin() + static_cast<std::ptrdiff_t>(i);
+      const auto peak = std::max_element(at, at + 70), dip = std::min_element(peak, peak + 80);
+      found.push_back({*peak, *dip, *std::max_element(dip, at + 250)});
+      i += 250, air = 0;
+    }
+    air = force[i] <= 5.0 ? air + 1 : 0;
+  }
+  return found;
+}
+
+std::array<double, 3> calc_median_landing(Scenario scenario) {
+  std::vector<double> force[2];
+  const TrialResult r = Trial(scenario).run([&](const Trial& trial) {
+    for (size_t k : {0u, 1u}) force[k].push_back(trial.engine().foot_forces()[k]);
+  });
+  EXPECT_FALSE(r.fallen);
+  std::vector<std::array<double, 3>> landings = find_landings(force[0]);
+  for (const auto& landing : find_landings(force[1])) landings.push_back(landing);
+  EXPECT_GE(landings.size(), 5u);
+  std::array<double, 3> medians{};
+  for (size_t k = 0; k < 3; ++k) {
+    std::sort(landings.begin(), landings.end(), [k](const auto& a, const auto& b) { return a[k] < b[k]; });
+    medians[k] = landings[landings.size() / 2][k];
+  }
+  return medians;
+}
+
+// Figure 11 in a walk of seven steps, and its control: figure 9's gains and rubber do not land like this.
+TEST(PaperA, AFootLandsWithTheThreeForcesOfFigureEleven) {
+  const std::array<double, 3> goals{500.0, 100.0, 550.0};  // [N]
+  const auto calc_worst = [&](const char* name) {
+    const auto found = calc_median_landing(load(name, "{count: 7, length: 0.2}", 10.0));
+    double worst = 0.0;
+    for (size_t k = 0; k < 3; ++k) worst = std::max(worst, std::abs(found[k] / goals[k] - 1.0));
+    return worst;
+  };
+  EXPECT_LT(calc_worst("fig11"), 0.3) << "20 % over the ten landings of the experiment; fewer landings spread more";
+  EXPECT_GT(calc_worst("fig9"), 0.4);
 }
 
 // The controller is shown a wrong true state: base pose and angles of the rubber, which no encoder sees.
