@@ -71,6 +71,26 @@ TEST_P(Contact, TheBipedSquatsAndSwaysOnItsCranksAndItsLoopsStayClosed) {
 
 INSTANTIATE_TEST_SUITE_P(Models, Contact, ::testing::Values("spring_damper", "impulse", "wrench"));
 
+// As a sensor below the ankle plate: what the rods carry is in it. Standing still, before the squats.
+TEST(ParallelAnkles, AFootsForceSensorReadsJointAndRodsTogether) {
+  Scenario scenario = load();
+  scenario.duration = 0.9;
+  Trial trial(scenario);
+  trial.run();
+  const std::vector<WrenchSample>& wrenches = trial.engine().sensors().wrenches;
+  ASSERT_EQ(wrenches.size(), 2u);
+  double mass = 0.0;
+  for (const LinkSpec& link : trial.robot().tree.links) mass += link.inertia.mass;
+  const double above = 0.5 * (mass - 2.0 * 1.1) * 9.81;  // of a foot's 1.1 kg nothing
+  EXPECT_NEAR(wrenches[0].force.z() / above, 1.0, 2e-3) << "[N]; still sinking in by 0.1 %";
+  // The ankle joint has no drive and no friction: all moment goes through the rods, 0.05 m behind it.
+  const TreeSpec& tree = trial.robot().tree;
+  const SensorSample& read = trial.engine().sensors();
+  const double cranks = read.effort[tree.find_joint("L_OUTER_MOTOR")] + read.effort[tree.find_joint("L_INNER_MOTOR")];
+  const double weight = 9.81 * (2.0 * 0.12 * 0.5 * kArm + 2.0 * 0.11 * kArm);  // [N m] of cranks and rods; cranks are level
+  EXPECT_NEAR(cranks, -wrenches[0].torque.y() + weight, 0.01) << "[N m]; levers change by 0.1 % as servos give";
+}
+
 // What the loops do: the same robot without them has free ankles.
 TEST(ParallelAnkles, WithoutItsRodsTheBipedFalls) {
   Scenario scenario = load();
