@@ -5,10 +5,15 @@
 
 #include <set>
 
-#include "diagnosis/measurement/link_sensors.h"
+#include "diagnosis/evidence/link_findings.h"
+#include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
+
+// What drives lose between their effort and the torque behind their gears, the faults of that sensor that `links` has
+// taken out. Of joints without such a sensor as everywhere else.
+TorqueVerdict judge_drives(const Experiment& experiment, const LinkSensors& sensors, const LinkVerdict& links, int jobs);
 
 // Nothing changes without such sensors. `compared`: sources of columns that were compared, such as "/wrench/hand".
 void add_link_evidence(const Experiment& experiment, const LinkSensors& sensors, int jobs, const Progress& progress,

@@ -29,8 +29,9 @@ class Lister {
 
  private:
   void add(EffectId id, PlaceKind place, int index, int group, int columns) {
-    LinkTerm term{id, place, index, group, columns, Vector3d::Zero(), width_};
+    LinkTerm term{id, place, index, group, columns, Vector3d::Zero(), width_, false};
     if (id == EffectId::kPayload) term.p_LP = loads_.empty() ? Vector3d(e_.robot.tree.links[static_cast<size_t>(index)].inertia.p_LLcm_L) : loads_[static_cast<size_t>(index)];
+    term.of_link_encoder = id == EffectId::kJointOffset && sensors_.has_encoder(index);
     terms_.push_back(term);
     width_ += columns;
   }

@@ -30,6 +30,7 @@ struct Graded {
 
 Where make_place(const LinkDesign& d, const LinkTerm& term) {
   const TreeSpec& tree = d.experiment->robot.tree;
+  if (term.of_link_encoder) return {{"sensor", "/joint_states_link/" + tree.joint(term.index).name + "/position"}};
   if (term.place == PlaceKind::kLink) return {{"link", tree.links[static_cast<size_t>(term.index)].name}};
   if (term.place == PlaceKind::kJoint) return {{"joint", tree.joint(term.index).name}};
   if (term.place == PlaceKind::kNone) return {{"sensor", "/joint_states"}};
@@ -37,6 +38,9 @@ Where make_place(const LinkDesign& d, const LinkTerm& term) {
                                             : d.readings->sensors()[static_cast<size_t>(term.index)].name;
   return {{"sensor", name}};
 }
+
+// A zero of the encoder that gives the link's motion: of the joint's own, or of the second one.
+EffectId get_reported(const LinkTerm& term) { return term.of_link_encoder ? EffectId::kSensorBias : term.id; }
 
 // Parameters as the table has them, from coefficients p with deviations s.
 void find_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value,
@@ -56,12 +60,13 @@ void find_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::Ve
 std::vector<Estimate> make_parameters(const LinkDesign& d, const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
   std::vector<double> value, std;
   find_values(term, p, s, &value, &std);
-  const std::vector<EffectParameter>& row = get_effect(term.id).parameters;
+  const std::vector<EffectParameter>& row = get_effect(get_reported(term)).parameters;
   std::vector<Estimate> list;
   for (size_t i = 0; i < value.size() && i < row.size(); ++i) {
     if (row[i].axis <= 0) {
       std::string unit = row[i].unit;
       if (unit.empty() && term.group >= 0) unit = d.groups[static_cast<size_t>(term.group)].reading.unit;
+      if (unit.empty() && term.of_link_encoder) unit = "rad";
       if (term.place == PlaceKind::kJoint) unit = get_joint_unit(d.experiment->robot.tree.joint(term.index), unit);
       list.push_back({row[i].name, unit, {}, {}, row[i].axis == 0 && term.columns > 1});
     }
@@ -283,7 +288,7 @@ class Judge {
 
   Finding make_finding(const Graded& g) const {
     const LinkTerm& term = design_->terms[g.term];
-    const EffectInfo& row = get_effect(term.id);
+    const EffectInfo& row = get_effect(get_reported(term));
     Finding f;
     f.effect = row.name, f.family = get_family_name(row.family), f.where = make_place(*design_, term);
     f.parameters = make_parameters(*design_, term, g.theta, g.std);
@@ -293,7 +298,7 @@ class Judge {
     f.share = f.weight = g.share;
     for (const auto& [other, theta] : g.rivals) {
       const LinkTerm& rival = design_->terms[other];
-      const EffectInfo& info = get_effect(rival.id);
+      const EffectInfo& info = get_effect(get_reported(rival));
       f.alternatives.push_back({info.name, get_family_name(info.family), make_place(*design_, rival),
                                 make_parameters(*design_, rival, theta, 0.5 * theta.cwiseAbs()), get_motion(term.id)});
     }
@@ -313,7 +318,7 @@ class Judge {
         continue;
       }
       const LinkTerm& term = design_->terms[g.term];
-      out_.evidence.not_identifiable.push_back({get_effect(term.id).name, make_place(*design_, term),
+      out_.evidence.not_identifiable.push_back({get_effect(get_reported(term)).name, make_place(*design_, term),
                                                 g.helps ? "sensors behind the gears do not tell it from none"
                                                         : "it helps sensors behind the gears to predict, but hardly",
                                                 get_motion(term.id)});
@@ -385,7 +390,7 @@ bool LinkVerdict::excludes(const std::string& effect, const Where& where, double
   if (!design) return false;
   for (size_t t = 0; t < design->terms.size(); ++t) {
     const LinkTerm& term = design->terms[t];
-    if (get_effect(term.id).name != effect || make_place(*design, term) != where) continue;
+    if (get_effect(get_reported(term)).name != effect || make_place(*design, term) != where) continue;
     LinkTerms with = model;
     const auto at = std::find(model.begin(), model.end(), t);
     if (at != model.end()) return false;

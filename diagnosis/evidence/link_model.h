@@ -23,6 +23,7 @@ struct LinkTerm {
   int columns = 1;
   Vector3d p_LP = Vector3d::Zero();  // [m] near which a load is linear
   long first = 0;    // its first column
+  bool of_link_encoder = false;  // a joint's zero is that of its second encoder, which gives the link's motion
 };
 
 using LinkTerms = std::vector<size_t>;  // places in LinkDesign::terms

@@ -225,10 +225,11 @@ LinkData make_link_data(const Experiment& e, const TorqueData& motion, const Lin
     out.index = in.index, out.train = in.train, out.step = in.step, out.stride = in.stride, out.trim = in.trim;
     read_motion(e, motion, in, sensors, known, &out);
     const long rows = in.q.rows();
-    out.read.resize(rows, predict->size()), out.predicted.resize(rows, predict->size());
+    out.predicted.resize(rows, predict->size());
+    out.read.setZero(rows, predict->size());  // of sensors that are predicted only
     for (const ReadingGroup& group : predict->groups()) {
       const std::vector<std::string> columns = list_columns(predict->sensors()[group.sensor], group);
-      for (size_t i = 0; i < columns.size(); ++i)
+      for (size_t i = 0; i < columns.size() && r.has(columns[i]); ++i)
         out.read.col(group.first + static_cast<long>(i)) =
             low_pass(resample(r.time, r.other.at(columns[i]), in.begin, in.step, rows), in.step, motion.cutoff);
     }

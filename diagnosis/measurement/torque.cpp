@@ -190,6 +190,7 @@ class Maker {
  public:
   Maker(const Experiment& e, const BodyTorques& bodies) : e_(e), bodies_(bodies), plant_(make_plant(e, {})) {
     data_.experiment = &e;
+    data_.behind_gears = bodies != nullptr && !e.scenario.floating_base;
     if (!bodies) data_.feet = list_loaded_feet(e);
     closed_.resize(e.recordings.size()), sudden_.resize(e.recordings.size());
     for (size_t r = 0; r < e.recordings.size(); ++r) {

@@ -194,7 +194,7 @@ std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
                           kind == TermKind::kBackdriven;
     if (driven || !of_drive) terms.push_back({kind, joint, 0.0, 1, false});
   }
-  terms.push_back({TermKind::kSpring, joint, 0.0, 2, false});
+  if (!data.behind_gears) terms.push_back({TermKind::kSpring, joint, 0.0, 2, false});
   if (data.source[static_cast<size_t>(joint)] == EffortSource::kServoLaw)
     for (double delay : kDelays) terms.push_back({TermKind::kCommandDelay, joint, delay, 1, false});
   for (double share : kStribeckShares) {
@@ -213,7 +213,7 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
   std::vector<Term> terms;
   const TreeSpec& tree = data.experiment->robot.tree;
   // On a base that moves, the balance of the whole body tells links and zeros far better than drives with friction do.
-  const bool fixed = !data.experiment->scenario.floating_base;
+  const bool fixed = !data.experiment->scenario.floating_base && !data.behind_gears;
   for (size_t link = 1; fixed && link < tree.links.size(); ++link) {
     const int place = static_cast<int>(link);
     terms.push_back({TermKind::kPayload, place, 0.0, 4, true});

@@ -4,7 +4,8 @@
 
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
-#include "diagnosis/evidence/link_findings.h"
+#include "diagnosis/evidence/gear_deflection.h"
+#include "diagnosis/link_evidence.h"
 #include "diagnosis/model/nominal.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -156,6 +157,86 @@ TEST(LinkSensors, ALateImuComesOutInTenthsOfMilliseconds) {
   ASSERT_FALSE(verdict.evidence.findings.empty());
   EXPECT_EQ(verdict.evidence.findings[0].effect, "sensor_delay") << verdict.evidence.findings[0].statement;
   EXPECT_NEAR(verdict.evidence.findings[0].parameters[0].value[0], 0.020, 0.0010);  // a delay is linear to its square
+}
+
+const Finding* find(const std::vector<Finding>& list, const std::string& effect) {
+  for (const Finding& f : list) {
+    if (f.effect == effect) return &f;
+  }
+  return nullptr;
+}
+
+// The load pulls at the sensor and the drive, the friction at the drive alone.
+TEST(LinkSensors, ATorqueSensorBehindTheGearTellsFrictionFromAWrongPayload) {
+  const std::vector<double> load{0.5, 0.3, 0.0, 0.0, 0.0};
+  Experiment e = make_arm("friction", {{EffectId::kPayload, kFore, load}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+                                       {EffectId::kViscous, kShoulder, {0.8}}});
+  LinkSensors torque;
+  torque.sensors = {make_torque(kShoulder), make_torque(kElbow)};
+  record(torque, {{EffectId::kPayload, at_link(kFore), load}}, &e);
+  const LinkVerdict links = judge(e, torque);
+  ASSERT_EQ(links.evidence.findings.size(), 1u);
+  EXPECT_EQ(links.evidence.findings[0].effect, "payload") << links.evidence.findings[0].statement;
+  EXPECT_NEAR(links.evidence.findings[0].parameters[0].value[0], 0.5, 0.025);  // 5 %: what the report promises
+  const TorqueVerdict drives = judge_drives(e, torque, links, 1);
+  const Finding* dry = find(drives.evidence.findings, "coulomb_friction");
+  ASSERT_NE(dry, nullptr);
+  EXPECT_NEAR(dry->parameters[0].value[0], 1.5, 0.075) << dry->statement;
+  EXPECT_EQ(find(drives.evidence.findings, "payload"), nullptr);
+  for (const Finding& f : drives.evidence.findings) EXPECT_EQ(f.where.value("joint", ""), "shoulder") << f.statement;
+}
+
+// The elbow's motor runs ahead of its link by what the gear gives under the torque that it passes on.
+GearVerdict judge_gear(const std::string& name, double stiffness, double gap, double zero, bool gravity = true) {
+  Experiment e = make_arm(name);
+  if (!gravity) e.scenario.gravity_W.setZero();
+  const TorqueData motion = make_torque_data(e);
+  LinkSensors predicted, encoder;
+  predicted.sensors = {make_torque(kElbow)};
+  encoder.link_encoders = {kElbow};
+  LinkReadings readings = make_link_readings(e, predicted, {});
+  TestNoise noise;
+  for (const TorqueRecording& r : motion.recordings) {
+    Recording& out = e.recordings[r.index];
+    std::vector<double>&motor = out.joints[kElbow].signal[0], &link = out.other["/joint_states_link/elbow/position"];
+    for (size_t k = 0; k < out.size(); ++k) {
+      const long row = std::min<long>(static_cast<long>(k), r.q.rows() - 1);
+      readings.move(r.q.row(row), r.v.row(row), r.a.row(row));
+      const double torque = readings.calc()[0], side = std::tanh(torque / 0.02);
+      link.push_back(r.q(row, kElbow) + zero + 2e-5 * noise.draw());
+      motor[k] = r.q(row, kElbow) + torque / stiffness + 0.5 * gap * side + 2e-5 * noise.draw();
+    }
+  }
+  e.other_noise["/joint_states_link/elbow/position"] = {2e-5, true};
+  return judge_gears(e, make_torque_data(e), encoder, {}).at(0);
+}
+
+TEST(LinkSensors, TwoEncodersGiveTheGearsStiffnessWithinFivePercent) {
+  const GearVerdict gear = judge_gear("stiffness", 800.0, 0.0, 0.0);
+  ASSERT_EQ(gear.findings.size(), 1u);
+  EXPECT_EQ(gear.findings[0].effect, "joint_elasticity") << gear.findings[0].statement;
+  EXPECT_NEAR(gear.findings[0].parameters[0].value[0], 800.0, 40.0) << gear.findings[0].statement;
+  EXPECT_FALSE(gear.zero_found);
+}
+
+TEST(LinkSensors, TwoEncodersTellPlayFromGive) {
+  const GearVerdict gear = judge_gear("play", 8000.0, 0.01, 0.0, false);  // gravity would hold the teeth on one side
+  ASSERT_EQ(gear.findings.size(), 1u);
+  EXPECT_EQ(gear.findings[0].effect, "backlash") << gear.findings[0].statement;
+  EXPECT_NEAR(gear.findings[0].parameters[0].value[0], 0.01, 0.001);  // a tenth: the filter rounds the change of sides
+}
+
+TEST(LinkSensors, PlayUnderATorqueThatKeepsItsSignLooksLikeAZero) {
+  const GearVerdict gear = judge_gear("one_sided", 8000.0, 0.01, 0.0);
+  EXPECT_TRUE(gear.one_sided);
+  EXPECT_EQ(find(gear.findings, "backlash"), nullptr);
+}
+
+TEST(LinkSensors, AShiftedSecondEncoderIsNoGear) {
+  const GearVerdict gear = judge_gear("zero", 1e9, 0.0, 0.02);
+  EXPECT_THAT(gear.findings, testing::IsEmpty());
+  EXPECT_TRUE(gear.zero_found);
+  EXPECT_NEAR(gear.zero, -0.02, 1e-4);
 }
 
 std::string find_refusal(const std::function<void()>& act) {
