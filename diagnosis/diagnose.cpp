@@ -113,6 +113,20 @@ bool is_settled(const Reports& reports) {
   return verdict == "no_mismatch" || verdict == "explained" || verdict == "mostly_explained";
 }
 
+// Joints are taken as recorded, without efforts: what sensors behind the gears read is all that can be compared.
+bool judge_links_alone(const Problem& problem, const Progress& progress, Reports* reports) {
+  const Experiment& e = *problem.experiment;
+  if (e.scenario.floating_base || e.scenario.drive != "motion" || !e.scenario.feet.empty() || e.num_joints() == 0) return false;
+  const LinkSensors behind = find_link_sensors(e);
+  if (!behind.any()) return false;
+  *reports = make_empty_reports(problem, "only sensors behind the gears are compared");
+  reports->report = make_report(Evidence{});
+  std::set<std::string> compared;
+  add_link_evidence(e, behind, problem.jobs, progress, reports, &compared);
+  say_what_was_not_compared(e, {"/imu", "/wrench", "/base", "/joint_states_link"}, progress, reports, compared);
+  return true;
+}
+
 // In whatever schema the engine speaks.
 Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   Reports reports;
@@ -132,6 +146,7 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   if (!obstacle.empty()) {
     if (toss::diagnose_toss(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
     std::string why;
+    if (judge_links_alone(problem, progress, &reports)) return reports;
     if (held_feet::diagnose_held_feet(e, problem.jobs, progress, &reports, &why)) return reports;
     if (judge_legged(e, progress, false, &reports)) return reports;
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
