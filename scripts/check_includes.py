@@ -29,7 +29,7 @@ VENDORS = {
     "dart/": ["tests"],
     "ceres/": ["diagnosis"],
     "boost/": ["servers/viewer"],
-    "openssl/": ["common/node"],
+    "openssl/": ["common/bus", "common/node"],
     "CLI/": ["common/node", "servers", "controller", "diagnosis", "tests", "models"],
 }
 

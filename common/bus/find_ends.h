@@ -17,7 +17,7 @@ struct EndSeen {
   bool writer = false;         // else a reader
   bool reliable = false;       // offered by a writer, asked for by a reader
   bool transient_local = false;  // keeps (writer), or wants (reader), what was sent before the reader came
-  std::string vendor;          // "cyclone", "fast" or "unknown": from the participant's GUID (RTPS 8.4.2.1)
+  std::string vendor;          // "cyclone", "fast", "secured" or "unknown", from the participant's GUID (RTPS 8.4.2.1)
   std::string participant;     // its GUID prefix in hexadecimal digits
 };
 

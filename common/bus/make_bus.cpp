@@ -11,6 +11,7 @@
 #include "common/bus/cyclone/cyclone_bus.h"
 #include "common/bus/fast/fast_bus.h"
 #include "common/bus/memory/memory_bus.h"
+#include "common/bus/secure_folder.h"
 
 namespace hrp {
 namespace {
@@ -57,6 +58,9 @@ void check_options(const BusOptions& options) {
     refuse(options.config_file, "", "cannot read this DDS configuration file");
   }
   if (!options.network_interface.empty()) check_interface(options.network_interface);
+  if (options.secure.empty()) return;
+  if (!options.config_file.empty()) refuse("", "secure", "excludes dds-config: that file has the settings of DDS Security, too");
+  find_secure_files(options.secure, options.only_looks);
 }
 
 }  // namespace

@@ -19,6 +19,9 @@ struct BusOptions {
   // A file in the vendor's own format that replaces all of our settings of the network: other hosts, DDS Security.
   // Cyclone: the XML of CYCLONEDDS_URI. Fast: XML profiles with a participant profile named "openhrp_dds".
   std::string config_file;
+  // DDS Security: the folder of an identity, see secure_folder.h. Empty: everybody on the network may join.
+  std::string secure;
+  bool only_looks = false;  // of the identities in `secure`, the one that may only look will do
 };
 
 std::vector<std::string> find_bus_vendors();

@@ -20,7 +20,7 @@ constexpr auto kPatience = std::chrono::milliseconds(1000);
 constexpr auto kLook = std::chrono::milliseconds(200);
 
 RunChoice join_one(const RunEntry& entry, const JoinOptions& options) {
-  JoinedRun run{entry, true, nullptr};
+  JoinedRun run{entry, true, entry.vendor, nullptr};
   if (!options.vendor.empty()) run.entry.vendor = options.vendor;
   RunChoice choice;
   choice.run = std::move(run);
@@ -94,6 +94,7 @@ void add_join_options(CLI::App& app, JoinOptions* options) {
   app.add_option("--domain", options->domain, "DDS domain of the run to join")->check(CLI::Range(0, kHighestDomain))->excludes(run);
   app.add_option("--dds", options->vendor, "DDS of this program, it talks to both; default: the run's")
       ->check(CLI::IsMember({"cyclone", "fast"}));
+  app.add_option("--secure", options->secure, "folder of the identity to join with (scripts/secure.sh makes it)")->check(CLI::ExistingDirectory);
 }
 
 bool JoinedRun::is_launched_by_it() const { return registered && entry.process_id == getppid(); }
@@ -139,7 +140,16 @@ std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Join
   }
 }
 
-BusOptions make_join_bus_options(const JoinedRun& run, BusOptions options) {
+BusOptions make_join_bus_options(const JoinedRun& run, const JoinOptions& join, BusOptions options) {
+  if (run.registered && run.entry.secured && join.secure.empty()) {
+    throw BusError("the run on " + describe_place(run) + " is secured: --secure DIR with an identity of its authority is needed");
+  }
+  if (run.registered && !run.entry.secured && !join.secure.empty()) {
+    throw BusError("the run on " + describe_place(run) + " is not secured: --secure would meet nobody there");
+  }
+  if (run.registered && !join.secure.empty() && run.vendor_of_run != run.entry.vendor) throw BusError(kNoSecureMix);
+  options.secure = join.secure;
+  options.only_looks = join.only_looks;
   options.domain = run.entry.domain;
   options.vendor = run.entry.vendor;
   return options;

@@ -22,14 +22,17 @@ struct JoinOptions {
   int domain = -1;      // < 0: not said
   long run = -1;        // process of the launcher; < 0: not said
   std::string vendor;   // empty: the run's
+  std::string secure;   // folder of the identity to join with
+  bool only_looks = false;  // set by programs that write nothing
 };
 
-// Adds --run, --domain and --dds.
+// Adds --run, --domain, --dds and --secure.
 void add_join_options(CLI::App& app, JoinOptions* options);
 
 struct JoinedRun {
   RunEntry entry;           // domain and vendor are filled in always
   bool registered = false;  // else a domain named by hand, which no run of ours holds
+  std::string vendor_of_run;  // entry.vendor is the one to join with
   std::shared_ptr<PlaceClaim> place;  // of a server that was not started by the launcher
   // This process is a child of the run's launcher, which speaks for it.
   bool is_launched_by_it() const;
@@ -57,8 +60,14 @@ struct Joiner {
 // joiner does not wait. Empty when a stop signal came while it waited.
 std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Joiner& joiner);
 
-// Bus options with the run's domain and vendor, the rest as in `options`.
-BusOptions make_join_bus_options(const JoinedRun& run, BusOptions options = {});
+// Why a secured run has one vendor.
+inline const char* const kNoSecureMix =
+    "a secured run has one DDS: Fast DDS 2.9 offers its Diffie-Hellman key as plain bytes, Cyclone DDS 0.10 reads it as ASN.1, so "
+    "their handshake fails; give all programs the same --dds";
+
+// Bus options with the run's domain and vendor and the identity of `join`, the rest as in `options`. Throws BusError when
+// the run is secured and no identity is given, or the other way round.
+BusOptions make_join_bus_options(const JoinedRun& run, const JoinOptions& join, BusOptions options = {});
 
 // "domain 62 (cyclone), of models/scenarios/default.yaml (process 4711)"
 std::string describe_place(const JoinedRun& run);

@@ -57,12 +57,13 @@ class GoneRun {
 };
 
 // A scheduler that was started by hand makes a run of the domain that it was given, so that others find it.
-DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program) {
+DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program, bool secured) {
   if (run.registered || program.role != "scheduler") return {};
   DomainClaim claim = claim_domain(run.entry.domain, "servers started by hand");
   RunEntry entry = claim.entry();
   entry.vendor = run.entry.vendor;
   entry.token = make_run_token();
+  entry.secured = secured;
   entry.free_places = {"model_parser", "logger", "dynamics", "collision_checker", "controller"};
   claim.describe(entry);
   return claim;
@@ -73,8 +74,8 @@ int run(const ServerProgram& program, const CommonOptions& options, const NodeMa
   if (!end_with_parent(options.parent)) return kExitFailed;
   const auto joined = find_run_to_join(options.join, {program.program, program.role, /*waits=*/true});
   if (!joined) return kExitInterrupted;
-  const DomainClaim claim = claim_by_hand(*joined, program);
-  const std::unique_ptr<Bus> bus = make_bus(make_join_bus_options(*joined, options.bus));
+  const DomainClaim claim = claim_by_hand(*joined, program, !options.join.secure.empty());
+  const std::unique_ptr<Bus> bus = make_bus(make_join_bus_options(*joined, options.join, options.bus));
   const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program, joined->registered ? joined->entry.token : claim.entry().token});
   // The launcher speaks for its own children, and the system ends them with it.
   if (joined->is_launched_by_it()) return run_process(*node, *bus, program.program);

@@ -64,7 +64,8 @@ int serve(Options options) {
   if (options.files.empty()) {
     const auto run = hrp::find_run_to_join(options.join, {"hrp-viewer", "", /*waits=*/false});
     if (!run) return hrp::kExitInterrupted;
-    bus = hrp::make_bus(hrp::make_join_bus_options(*run));
+    options.join.only_looks = options.read_only;
+    bus = hrp::make_bus(hrp::make_join_bus_options(*run, options.join));
     viewer.show(std::make_unique<hrp::LiveRun>(*bus, options.read_only, run->entry.token));
   } else {
     show_files(options.files, &viewer);

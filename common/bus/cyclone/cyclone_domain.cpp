@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/bus/cyclone/cyclone_domain.h"
 
+#include <cstdio>
+#include <cstring>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 
+#include "common/bus/cyclone/cyclone_security.h"
 #include "common/bus/cyclone/loopback_bind.h"
 #include "common/bus/participants.h"
 
@@ -18,8 +21,8 @@ namespace {
 // - watermarks off: a writer never waits for a reader, its KEEP_LAST depth bounds its memory.
 // - short discovery period: a process that missed the first packet is found soon.
 // - short linger: a writer that goes waits for nobody's acknowledgement for long, a hung reader's least of all.
-std::string find_loopback_config() {
-  return R"(<CycloneDDS><Domain>
+std::string find_loopback_config(const std::string& security) {
+  return "<CycloneDDS><Domain>" + security + R"(
   <General>
     <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
     <AllowMulticast>false</AllowMulticast>
@@ -46,8 +49,8 @@ std::string find_loopback_config() {
 </Domain></CycloneDDS>)";
 }
 
-std::string find_interface_config(const std::string& address) {
-  return R"(<CycloneDDS><Domain>
+std::string find_interface_config(const std::string& address, const std::string& security) {
+  return "<CycloneDDS><Domain>" + security + R"(
   <General><Interfaces><NetworkInterface address=")" + address + R"("/></Interfaces></General>
   <Internal>
     <SocketReceiveBufferSize max="4MB"/>
@@ -60,8 +63,15 @@ std::string find_interface_config(const std::string& address) {
 
 std::string find_config(const BusOptions& options) {
   if (!options.config_file.empty()) return "file://" + options.config_file;
-  if (!options.network_interface.empty()) return find_interface_config(options.network_interface);
-  return find_loopback_config();
+  const std::string security = options.secure.empty() ? "" : find_cyclone_security(find_secure_files(options.secure, options.only_looks));
+  if (!options.network_interface.empty()) return find_interface_config(options.network_interface, security);
+  return find_loopback_config(security);
+}
+
+// Cyclone DDS warns of every participant it hears before its own one is there, half of a millisecond after the domain, and
+// greets them all the same when they speak again. What it says else goes to standard error, as ever.
+void drop_early_warnings(void*, const dds_log_data_t* said) {
+  if (std::strstr(said->message, "Remote secure participant") == nullptr) std::fputs(said->message, stderr);
 }
 
 }  // namespace
@@ -81,6 +91,7 @@ std::shared_ptr<CycloneDomain> CycloneDomain::find_or_make(const BusOptions& opt
 CycloneDomain::CycloneDomain(const BusOptions& options) {
   std::optional<LoopbackBind> loopback;  // it makes its sockets here
   if (options.config_file.empty() && options.network_interface.empty()) loopback.emplace();
+  if (!options.secure.empty()) dds_set_log_sink(drop_early_warnings, nullptr);
   entity_ = dds_create_domain(static_cast<dds_domainid_t>(options.domain), find_config(options).c_str());
   if (entity_ < 0) {
     throw BusError("Cyclone DDS cannot open domain " + std::to_string(options.domain) + ": " +

@@ -25,6 +25,7 @@ class Entity {
 };
 
 std::string find_vendor(const dds_guid_t& guid) {
+  if (guid.v[0] & 0x80) return "secured";  // made from the certificate (DDS Security 1.1, table 52)
   if (guid.v[0] == 0x01 && guid.v[1] == 0x10) return "cyclone";
   if (guid.v[0] == 0x01 && guid.v[1] == 0x0f) return "fast";
   return "unknown";

@@ -9,6 +9,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/bus/participants.h"
+#include "common/bus/secure_folder.h"
 
 namespace hrp {
 namespace {
@@ -69,12 +70,30 @@ void set_common(const TopicSpec& topic, Qos* qos) {
   qos->resource_limits().extra_samples = 1;
 }
 
+// Names of DDS Security 1.1, 9.3 to 9.5.
+void add_security(const SecureFiles& files, dds::DomainParticipantQos* qos) {
+  const auto add = [&](const std::string& name, const std::string& value) {
+    qos->properties().properties().emplace_back("dds.sec." + name, value);
+  };
+  add("auth.plugin", "builtin.PKI-DH");
+  add("auth.builtin.PKI-DH.identity_ca", "file://" + files.authority);
+  add("auth.builtin.PKI-DH.identity_certificate", "file://" + files.certificate);
+  add("auth.builtin.PKI-DH.private_key", "file://" + files.key);
+  if (!files.revoked.empty()) add("auth.builtin.PKI-DH.identity_crl", "file://" + files.revoked);
+  add("access.plugin", "builtin.Access-Permissions");
+  add("access.builtin.Access-Permissions.permissions_ca", "file://" + files.authority);
+  add("access.builtin.Access-Permissions.governance", "file://" + files.governance);
+  add("access.builtin.Access-Permissions.permissions", "file://" + files.permissions);
+  add("crypto.plugin", "builtin.AES-GCM-GMAC");
+}
+
 }  // namespace
 
 dds::DomainParticipantQos make_participant_qos(const BusOptions& options) {
   if (!options.config_file.empty()) return load_profile(options.config_file);
   dds::DomainParticipantQos qos;
   qos.name("openhrp-dds");
+  if (!options.secure.empty()) add_security(find_secure_files(options.secure, options.only_looks), &qos);
   const bool loopback = options.network_interface.empty();
   const std::string address = loopback ? "127.0.0.1" : options.network_interface;
   qos.transport().use_builtin_transports = false;  // no shared memory

@@ -24,11 +24,11 @@ void print(const hrp::Findings& findings) {
   std::fflush(stdout);
 }
 
-hrp::Findings look_into(const hrp::JoinedRun& run, hrp::BusOptions options) {
-  options = hrp::make_join_bus_options(run, options);
-  hrp::Findings findings{hrp::check_places(options.domain)};
+hrp::Findings look_into(const hrp::JoinedRun& run, const hrp::JoinOptions& join, hrp::BusOptions options) {
+  hrp::Findings findings{hrp::check_places(run.entry.domain)};
   const auto add = [&](const hrp::Findings& more) { findings.insert(findings.end(), more.begin(), more.end()); };
   try {
+    options = hrp::make_join_bus_options(run, join, options);
     const auto bus = hrp::make_bus(options);
     const auto ends = hrp::find_ends(options, kDiscovery);
     // Our own bus, another participant than the one that looks, has no ends yet.
@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
              "  hrp-doctor --domain 7                         a run of servers started by hand\n"
              "  hrp-doctor --domain 7 --network-interface 192.168.1.10");
   hrp::JoinOptions join;
+  join.only_looks = true;
   hrp::BusOptions options;
   hrp::add_join_options(app, &join);
   app.add_option("--network-interface", options.network_interface, "IPv4 address of the interface that the run uses; without it loopback");
@@ -91,7 +92,7 @@ int main(int argc, char** argv) {
   add({hrp::check_shared_memory()});
   add(hrp::check_environment(choice.run ? choice.run->entry.domain : -1));
   add({hrp::check_clock(runs, several_machines), hrp::check_files()});
-  if (choice.run) add(look_into(*choice.run, options));
+  if (choice.run) add(look_into(*choice.run, join, options));
   const auto problems = std::count_if(all.begin(), all.end(), [](const hrp::Finding& each) { return each.problem; });
   std::printf("%s\n", problems == 0 ? "no problem" : (std::to_string(problems) + (problems == 1 ? " problem" : " problems")).c_str());
   return problems == 0 ? hrp::kExitOk : hrp::kExitFailed;

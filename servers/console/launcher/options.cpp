@@ -8,6 +8,7 @@
 #include "common/base/shared_files.h"
 #include "common/base/version.h"
 #include "common/bus/make_bus.h"
+#include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/scheduler/step_scheduler.h"
 
@@ -81,6 +82,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_flag("--paused", options->paused, "wait for hrp-run before the first step");
   app.add_flag("--keep-going", options->keep_going, "start a server again that died, instead of ending the run");
   app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
+  app.add_option("--secure", options->secure, "folder of identities (scripts/secure.sh makes it): only they may join")->check(CLI::ExistingDirectory);
   app.add_flag("--no-pin", no_pin, "leave it to the kernel which server runs on which core");
   app.add_flag("--no-plot", no_plot, "no plot of the contact forces at the end");
   app.add_flag("--view", options->view, "watch the run in a browser: prints the address; real time unless --speed is given");
@@ -97,6 +99,12 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     }
     if (options->in_process && app.count("--dds") > 0) {
       throw CLI::ValidationError("--in-process", "excludes --dds: all servers are in one process, there is no bus between them");
+    }
+    for (const auto& [role, vendor] : options->dds_for) {
+      if (!options->secure.empty() && vendor != options->dds) throw CLI::ValidationError("--dds-for", kNoSecureMix);
+    }
+    if (options->in_process && !options->secure.empty()) {
+      throw CLI::ValidationError("--in-process", "excludes --secure: there is no bus that others could join");
     }
     if (options->in_process && options->view) {
       throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");

@@ -21,6 +21,7 @@ struct LaunchOptions {
   bool force = false;       // overwrite it
   bool durable = false;     // each part of it is brought to the disk
   int domain = -1;          // < 0: a free one
+  std::string secure;       // folder of the identity of all servers; empty: not secured
   bool paused = false;
   bool keep_going = false;
   bool pin = true;

@@ -154,6 +154,7 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
   // They then leave it to us to say what went wrong.
   const bool ours = program == options_.programs.end();
   if (ours) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
+  if (!options_.secure.empty()) arguments.insert(arguments.end(), {"--secure", options_.secure});
   const std::vector<std::string> own = make_role_arguments(role);
   arguments.insert(arguments.end(), own.begin(), own.end());
   child.cores = find_cores_of(role);
@@ -167,6 +168,7 @@ void ProcessRun::start_all() {
   entry.token = make_run_token();
   entry.log = is_left_out("logger") ? "" : log_;
   entry.free_places = options_.without;
+  entry.secured = !options_.secure.empty();
   claim_.describe(entry);
   // Children first: this process has no threads yet.
   for (const std::string& role : get_roles()) {
@@ -174,6 +176,7 @@ void ProcessRun::start_all() {
   }
   if (options_.view) start_viewer();
   BusOptions bus;
+  bus.secure = options_.secure;
   bus.vendor = options_.dds;
   bus.domain = claim_.domain();
   bus_ = make_bus(bus);
@@ -185,6 +188,7 @@ void ProcessRun::start_viewer() {
   child.role = "viewer";
   child.arguments = {find_program("hrp-viewer"), "--domain", std::to_string(claim_.domain()), "--dds", options_.dds,
                      "--port", std::to_string(options_.view_port), "--then", log_};
+  if (!options_.secure.empty()) child.arguments.insert(child.arguments.end(), {"--secure", options_.secure});
   viewer_ = std::make_shared<Children>();
   viewer_->start(child);
 }
@@ -195,6 +199,7 @@ std::string ProcessRun::make_join_command(const std::string& role) const {
   std::string command = find_own_folder() + "/" + (role == "controller" ? "my-controller" : get_default_program(role));
   if (access(command.c_str(), X_OK) != 0) command = "scripts/build.sh " + get_file_name(command) + " && " + command;
   command += " --run " + std::to_string(getpid());
+  if (!options_.secure.empty()) command += " --secure " + quote(options_.secure);
   for (const std::string& word : make_role_arguments(role)) command += " " + quote(word);
   return command;
 }

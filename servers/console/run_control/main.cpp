@@ -16,6 +16,7 @@ namespace {
 CLI::App* add_request(CLI::App& app, const std::string& name, const std::string& text, hrp::msg::RunRequest request,
                       hrp::msg::RunControl* control) {
   CLI::App* command = app.add_subcommand(name, text);
+  command->fallthrough();  // --domain and --secure may stand behind it, too
   command->callback([control, request] { control->request(request); });
   return command;
 }
@@ -59,7 +60,8 @@ int main(int argc, char** argv) {
       std::printf("%d\n", run->entry.domain);
       return hrp::kExitOk;
     }
-    const auto bus = hrp::make_bus(hrp::make_join_bus_options(*run));
+    join.only_looks = status->parsed();
+    const auto bus = hrp::make_bus(hrp::make_join_bus_options(*run, join));
     return status->parsed() ? hrp::show_status(*bus, *run, follow) : hrp::send_request(*bus, *run, control);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-run: %s\n", error.what());

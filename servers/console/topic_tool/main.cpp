@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
              "  hrp-topic type ContactForces");
   app.require_subcommand(1);
   hrp::JoinOptions join;
+  join.only_looks = true;
   hrp::add_join_options(app, &join);
   double seconds = 1.0;
   long lines = 0;
@@ -46,7 +47,7 @@ int main(int argc, char** argv) {
     hrp::handle_stop_signals();
     const auto run = hrp::find_run_to_join(join, {"hrp-topic", "", /*waits=*/false});
     if (!run) return hrp::kExitInterrupted;
-    const auto opened = hrp::make_bus(hrp::make_join_bus_options(*run));
+    const auto opened = hrp::make_bus(hrp::make_join_bus_options(*run, join));
     hrp::RunWatch watch(*run);
     hrp::WaitVoice voice("hrp-topic", *run);
     const hrp::ToolContext context{opened.get(), [&] { return hrp::g_stop_signal || watch.has_gone(); },

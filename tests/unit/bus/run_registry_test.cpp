@@ -198,8 +198,8 @@ RunEntry make_entry(int domain, long process, std::vector<std::string> free_plac
 TEST(Choice, TheOnlyRunIsJoinedOnItsVendor) {
   const RunChoice choice = choose_run({}, {make_entry(7, 100)});
   ASSERT_TRUE(choice.run);
-  EXPECT_EQ(make_join_bus_options(*choice.run).domain, 7);
-  EXPECT_EQ(make_join_bus_options(*choice.run).vendor, "fast");
+  EXPECT_EQ(make_join_bus_options(*choice.run, {}).domain, 7);
+  EXPECT_EQ(make_join_bus_options(*choice.run, {}).vendor, "fast");
 }
 
 TEST(Choice, AServerJoinsTheOnlyRunThatLeavesItsPlaceFree) {
