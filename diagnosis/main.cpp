@@ -9,6 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
 #include "diagnosis/diagnose_recordings.h"
+#include "diagnosis/next/propose.h"
 #include "diagnosis/page/terminal.h"
 
 int main(int argc, char** argv) {
@@ -21,7 +22,8 @@ int main(int argc, char** argv) {
   std::string experiment_path, out;
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
   double patience = 1.0;
-  bool quiet = false, check = false;
+  bool quiet = false, check = false, next = false;
+  NextOptions motions;
   app.add_option("experiment", experiment_path, "the experiment.yaml, or its folder")->required();
   app.add_option("--out", out, "folder for the report (made when missing); needed but for --check");
   app.add_flag("--check", check, "only looks at the recordings: rates, gaps, clocks, motion, and what it can tell");
@@ -30,6 +32,16 @@ int main(int argc, char** argv) {
                  "times the usual work of a search on a fixed base (about two minutes of two cores), for sets of\n"
                  "effects that a report says were not all tried; the report depends on it")
       ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
+  app.add_flag("--next", next,
+               "also proposes motions that would tell what is still open, safe under every explanation: DIR/next/*.csv,\n"
+               "next.json, next.html (robots on a fixed base)");
+  app.add_option("--limit", motions.limits,
+                 "tightens the limits of those motions: speed=0.5, effort=20, reach=0.6, elbow.upper=1, or a YAML file")
+      ->needs("--next");
+  app.add_option("--seconds", motions.seconds, "length of each of those motions")->check(CLI::Range(4.0, 20.0))->capture_default_str();
+  app.add_option("--motions", motions.count, "how many, best first: every second one is to be held out")
+      ->check(CLI::Range(1, 12))
       ->capture_default_str();
   app.add_flag("--quiet", quiet, "no progress on the terminal");
   try {
@@ -58,6 +70,8 @@ int main(int argc, char** argv) {
     const Reports reports = diagnose_recordings(experiment, {jobs, patience}, say, write_first);
     write_reports(experiment, out, reports);
     std::printf("%s", make_terminal_text(reports.report).c_str());
+    motions.jobs = jobs;
+    if (next) std::printf("%s", propose_next(experiment, out, reports.report, motions, say).c_str());
     std::printf("\nReport: %s/report.html. Model: %s/updated/scenario.yaml.\n", out.c_str(), out.c_str());
     return 0;
   } catch (const hrp::InputError& error) {

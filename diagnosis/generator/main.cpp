@@ -2,6 +2,7 @@
 #include <mujoco/mujoco.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -43,14 +44,27 @@ void write(const fs::path& path, const std::string& contents) {
   if (!out.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
-void run_job(const Job& job, const fs::path& out, const CaseOptions& options) {
+// Commands that were proposed for a case: FOLDER/NAME/next/*.csv.
+std::vector<std::string> list_played(const fs::path& folder) {
+  std::vector<std::string> files;
+  if (!fs::is_directory(folder)) return files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".csv") files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+void run_job(const Job& job, const fs::path& out, CaseOptions options, const std::string& played) {
+  if (!played.empty()) options.played = list_played(fs::path(played) / job.name / "next");
   const Case made = make_case(job.request, job.seed, options);
   fs::create_directories(out / "cases" / job.name);
   for (const auto& [file, contents] : made.files) write(out / "cases" / job.name / file, contents);
   write(out / "truths" / (job.name + ".json"), made.truth.dump(1) + "\n");
 }
 
-int run_jobs(const std::vector<Job>& jobs, const fs::path& out, const CaseOptions& options, int threads) {
+int run_jobs(const std::vector<Job>& jobs, const fs::path& out, const CaseOptions& options, const std::string& played,
+             int threads) {
   std::atomic<std::size_t> next{0}, done{0};
   std::atomic<int> failed{0};
   std::mutex print;
@@ -58,7 +72,7 @@ int run_jobs(const std::vector<Job>& jobs, const fs::path& out, const CaseOption
     for (std::size_t i; (i = next++) < jobs.size();) {
       std::string fault;
       try {
-        run_job(jobs[i], out, options);
+        run_job(jobs[i], out, options, played);
       } catch (const std::exception& error) {
         fault = error.what();
         ++failed;
@@ -82,7 +96,7 @@ int main(int argc, char** argv) {
       "hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
       "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
   app.set_version_flag("--version", hrp::get_version_text("hrp-make-cases"));
-  std::string out = "cases-out", effect, family;
+  std::string out = "cases-out", effect, family, played;
   int count = 10, jobs = 2;
   std::uint64_t seed = 1;
   CaseOptions options;
@@ -109,6 +123,14 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"joint_torque", "link_encoder", "imu", "wrench"}));
   app.add_option("--models", options.models, "folder of robots that walk (default: the installed one)")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--poor", options.poor,
+                 "arms: first recordings of so many seconds that tell little: slow, small, one joint still")
+      ->check(CLI::Range(1.0, 20.0));
+  app.add_option("--play", played,
+                 "further recordings of the same robots: the commands in FOLDER/NAME/next/*.csv; those whose name begins\n"
+                 "with validate are held out")
+      ->check(CLI::ExistingDirectory);
+  app.add_flag("--multisines", options.multisines, "with --play: multisines of as many seconds in the place of those commands");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);
   options.noise_scale = clean ? 0 : 1;
@@ -116,7 +138,7 @@ int main(int argc, char** argv) {
   mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
   try {
     fs::create_directories(fs::path(out) / "truths");
-    return run_jobs(make_jobs(count, seed, effect, family), out, options, jobs) == 0 ? 0 : 1;
+    return run_jobs(make_jobs(count, seed, effect, family), out, options, played, jobs) == 0 ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-make-cases: %s\n", error.what());
     return 2;

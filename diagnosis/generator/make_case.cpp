@@ -7,6 +7,7 @@
 
 #include "diagnosis/generator/dirt_truth.h"
 #include "diagnosis/generator/draft.h"
+#include "diagnosis/generator/poor.h"
 
 namespace hrp::cases {
 namespace {
@@ -282,6 +283,15 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<do
   return out;
 }
 
+// Robot and hidden physics are those of the usual recordings, so that the effects are known to show in some motion.
+void change_recordings(Draft* draft, const CaseOptions& options, Prng random) {
+  if (options.poor > 0) impoverish(draft, options.poor, random.fork(1));
+  if (options.multisines)
+    play_multisines(draft, options.played, random.fork(2));
+  else
+    play(draft, options.played, random.fork(2));
+}
+
 }  // namespace
 
 Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options) {
@@ -291,8 +301,10 @@ Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions
   std::string why = "too weak";
   for (int attempt = 0; attempt < kDraws; ++attempt) {
     try {
-      const Draft draft = draw_draft(request, options, boost, random.fork(static_cast<std::uint64_t>(attempt)));
+      Draft draft = draw_draft(request, options, boost, random.fork(static_cast<std::uint64_t>(attempt)));
       const std::vector<double> strengths = calc_strengths(draft);
+      const bool changed = options.poor > 0 || !options.played.empty();
+      if (all_show(strengths) && changed) change_recordings(&draft, options, Prng(seed));
       if (all_show(strengths)) return finish(draft, request, strengths, options, random.fork(99));
       boost = std::min(2.5, boost * 1.3);
     } catch (const InsaneCase& insane) {

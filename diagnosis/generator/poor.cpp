@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/generator/poor.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace hrp::cases {
+namespace {
+
+constexpr double kSmall = 0.3;  // of the usual slow motion
+
+// Numbers of a file by column; the first line has the names.
+struct Sheet {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> columns;
+  const std::vector<double>& get(const std::string& name, const std::string& file) const {
+    const auto it = std::find(names.begin(), names.end(), name);
+    if (it == names.end()) throw std::runtime_error(file + ": no column " + name);
+    return columns[static_cast<std::size_t>(it - names.begin())];
+  }
+};
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::stringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+Sheet read_sheet(const std::string& file) {
+  std::ifstream in(file);
+  std::string line;
+  if (!std::getline(in, line)) throw std::runtime_error(file + ": cannot be read");
+  Sheet sheet;
+  sheet.names = split(line);
+  sheet.columns.resize(sheet.names.size());
+  while (std::getline(in, line)) {
+    const std::vector<std::string> cells = split(line);
+    if (cells.size() != sheet.names.size()) continue;
+    for (std::size_t i = 0; i < cells.size(); ++i) sheet.columns[i].push_back(std::stod(cells[i]));
+  }
+  return sheet;
+}
+
+Commands read_commands(const RobotPlan& robot, const std::string& file) {
+  const Sheet sheet = read_sheet(file);
+  Commands out;
+  out.time = sheet.get("time", file);
+  for (int j = 0; j < joint_count(robot); ++j) {
+    const std::string base = "/joint_commands/" + joint(robot, j).name;
+    out.position.push_back(sheet.get(base + "/position", file));
+    out.velocity.push_back(sheet.get(base + "/velocity", file));
+  }
+  return out;
+}
+
+// The same motion as it is at the recorder's stamps.
+Commands sample(const Commands& commands, const std::vector<double>& time) {
+  Commands out;
+  out.time = time;
+  for (std::size_t j = 0; j < commands.position.size(); ++j) {
+    out.position.emplace_back(time.size()), out.velocity.emplace_back(time.size());
+    for (std::size_t k = 0; k < time.size(); ++k)
+      commands.find(static_cast<int>(j), time[k], out.position[j][k], out.velocity[j][k]);
+  }
+  return out;
+}
+
+void add(Draft* draft, RecordingPlan plan, Commands commands) {
+  draft->times.push_back(commands.time);
+  draft->commands.push_back(std::move(commands));
+  draft->recordings.push_back(std::move(plan));
+}
+
+RecordingPlan make_plan(const std::string& file, double duration) {
+  const std::string name = std::filesystem::path(file).filename().string();
+  RecordingPlan plan;
+  plan.file = "next_" + name, plan.motion = "next", plan.duration = duration;
+  plan.role = name.rfind("validate", 0) == 0 ? "validate" : "train";
+  return plan;
+}
+
+}  // namespace
+
+void impoverish(Draft* draft, double seconds, Prng random) {
+  const std::size_t still = static_cast<std::size_t>(random.below(joint_count(draft->robot)));
+  draft->recordings.clear(), draft->commands.clear(), draft->times.clear();
+  for (const char* name : {"train_1", "train_2", "validate_1"}) {
+    RecordingPlan plan;
+    plan.file = std::string(name) + ".csv", plan.role = name[0] == 't' ? "train" : "validate";
+    plan.motion = "slow", plan.duration = seconds;
+    const std::vector<double> rows = draw_row_times(draft->recorder, 0, seconds, random);
+    Commands commands = make_commands(draft->robot, plan.motion, rows, random);
+    for (std::size_t j = 0; j < commands.position.size(); ++j) {
+      const double factor = j == still ? 0.0 : kSmall, start = joint(draft->robot, static_cast<int>(j)).start;
+      for (double& q : commands.position[j]) q = start + factor * (q - start);
+      for (double& v : commands.velocity[j]) v *= factor;
+    }
+    add(draft, plan, std::move(commands));
+  }
+}
+
+void play(Draft* draft, const std::vector<std::string>& files, Prng random) {
+  for (const std::string& file : files) {
+    const Commands commands = read_commands(draft->robot, file);
+    const double duration = commands.time.back() - commands.time.front();
+    const RecordingPlan plan = make_plan(file, duration);
+    add(draft, plan, sample(commands, draw_row_times(draft->recorder, 0, duration, random)));
+  }
+}
+
+void play_multisines(Draft* draft, const std::vector<std::string>& files, Prng random) {
+  for (const std::string& file : files) {
+    const std::vector<double> time = read_sheet(file).get("time", file);
+    RecordingPlan plan = make_plan(file, time.back() - time.front());
+    const std::vector<double> rows = draw_row_times(draft->recorder, 0, plan.duration, random);
+    add(draft, plan, make_commands(draft->robot, "multisine", rows, random));
+  }
+}
+
+}  // namespace hrp::cases

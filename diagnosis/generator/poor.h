@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// First recordings that tell little, and further motions that somebody asks for of the same robot.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/generator/draft.h"
+
+namespace hrp::cases {
+
+// Replaces the draft's recordings by three of `seconds`: slow, small, and with one joint that stands still.
+void impoverish(Draft* draft, double seconds, Prng random);
+
+// Adds one recording for every file: a table of commands with the columns of a recording. Files whose name begins with
+// `validate` are held out.
+void play(Draft* draft, const std::vector<std::string>& files, Prng random);
+
+// As many recordings of as many seconds, but of the usual multisines.
+void play_multisines(Draft* draft, const std::vector<std::string>& files, Prng random);
+
+}  // namespace hrp::cases

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/explanations.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/search/explore.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr size_t kCandidates = 10;  // tried in the place of an effect
+constexpr size_t kMost = 8;         // explanations altogether: each costs simulations of every motion
+constexpr size_t kLargest = 6;      // findings that are taken out in turn
+// A rival leaves so much more of the mean square at most. Held-out recordings that are as poor as the others may take
+// either side within it.
+constexpr double kAlike = 1.1;
+constexpr double kNats = 10.0;
+constexpr double kStill = 0.05;     // [rad or m] of travel: such a joint has shown nothing
+constexpr double kHidden = 0.05;    // of the largest effort: friction that a joint that stood still may have
+
+double find_value(const Json& parameters, const EffectParameter& info) {
+  if (!parameters.contains(info.name)) return info.stated && !info.required ? info.value : std::isfinite(info.neutral) ? info.neutral : info.value;
+  Json value = parameters[info.name];
+  if (value.is_object()) value = value.value("value", Json());
+  if (value.is_array()) value = info.axis >= 0 && static_cast<size_t>(info.axis) < value.size() ? value[static_cast<size_t>(info.axis)] : Json();
+  return value.is_number() ? value.get<double>() : info.value;
+}
+
+int find_place(const Experiment& e, EffectId id, const Json& where) {
+  const PlaceKind kind = find_place_kind(id);
+  if (kind == PlaceKind::kNone) return 0;
+  if (kind == PlaceKind::kJoint && where.contains("joint")) return e.robot.tree.find_joint(where["joint"].get<std::string>());
+  if (kind == PlaceKind::kLink && where.contains("link")) return e.robot.tree.find_link(where["link"].get<std::string>());
+  if (kind != PlaceKind::kSensor || !where.contains("sensor")) return -1;
+  for (int c = 0; c < e.num_joints() * kQuantities; ++c) {
+    if (e.signal_name(c / kQuantities, static_cast<Quantity>(c % kQuantities)) == where["sensor"].get<std::string>()) return c;
+  }
+  return -1;
+}
+
+Hypothesis without(const Hypothesis& hypothesis, size_t at) {
+  Hypothesis rest = hypothesis;
+  rest.erase(rest.begin() + static_cast<long>(at));
+  return rest;
+}
+
+double find_margin(const Problem& problem, double cost) {
+  double count = 0.0;
+  for (size_t r = 0; r < problem.experiment->recordings.size(); ++r)
+    count += static_cast<double>(problem.experiment->recordings[r].size() * problem.weights.size());
+  return (kAlike - 1.0) * cost + 2.0 * kNats * std::max(1.0, cost / std::max(1.0, count));
+}
+
+class Finder {
+ public:
+  Finder(const Problem& problem, const Progress& progress) : problem_(problem), progress_(progress), explorer_(problem) {}
+
+  Explanations run(const Json& report) {
+    const Hypothesis model = read_model(*problem_.experiment, report);
+    add(explorer_.make_lead(model), true);
+    if (model.empty())
+      add_first_effects(report);
+    else
+      add_replacements(report, model);
+    choose();
+    out_.discrepancy = find_discrepancy();
+    return out_;
+  }
+
+ private:
+  void add(const Lead& lead, bool listed) {
+    const EffectSet set = make_set(lead.hypothesis);
+    for (Explanation& known : out_.list) {
+      if (make_set(known.hypothesis) != set) continue;
+      known.listed = known.listed || listed;
+      if (lead.cost < known.cost) known.hypothesis = lead.hypothesis, known.cost = lead.cost;
+      return;
+    }
+    out_.list.push_back({lead.hypothesis, get_label(*problem_.experiment, lead.hypothesis), lead.cost, listed});
+  }
+
+  // Sets with one effect more; at joints that are `quiet` only what others feel, too.
+  void add_grown(const Hypothesis& rest, const std::vector<char>& quiet) {
+    for (const Lead& lead : explorer_.grow({explorer_.make_lead(rest)}, kCandidates, quiet)) add(lead, false);
+  }
+
+  std::vector<char> make_quiet(bool quiet) const { return std::vector<char>(static_cast<size_t>(problem_.experiment->num_joints()), quiet); }
+
+  void add_first_effects(const Json& report) {
+    if (report.value("verdict", "") != "no_mismatch") return add_grown({}, make_quiet(false));
+    out_.unseen = true;
+    add_hidden();
+  }
+
+  // What each finding may be instead, whether the report lists it or not. Effects of the model that are no findings stay.
+  void add_replacements(const Json& report, const Hypothesis& model) {
+    size_t tried = 0;
+    for (const Json& finding : report.value("findings", Json::array())) {
+      Effect found;
+      if (!read_effect(*problem_.experiment, finding, &found)) continue;
+      const auto at = std::find_if(model.begin(), model.end(), [&](const Effect& e) { return e.id == found.id && e.place == found.place; });
+      Hypothesis rest = model;
+      if (at != model.end()) rest = without(model, static_cast<size_t>(at - model.begin()));
+      add_listed(finding, rest);
+      if (at == model.end() || ++tried > kLargest) continue;
+      progress_("what may stand for " + get_label(*problem_.experiment, found));
+      const int joint = find_joint(found);
+      std::vector<char> quiet = make_quiet(joint >= 0);
+      if (joint >= 0) quiet[static_cast<size_t>(joint)] = 0;
+      add_grown(rest, quiet);
+    }
+  }
+
+  void add_listed(const Json& finding, const Hypothesis& rest) {
+    for (Json alternative : finding.value("alternatives", Json::array())) {
+      if (!alternative.contains("where") || alternative["where"].empty()) alternative["where"] = finding["where"];
+      Effect other;
+      if (!read_effect(*problem_.experiment, alternative, &other) || contains(rest, other.id, other.place)) continue;
+      Hypothesis together = rest;
+      together.push_back(other);
+      add(explorer_.make_lead(together), true);
+    }
+  }
+
+  // What a joint that hardly moved may hide: dry friction and a rotor that are felt as soon as it moves.
+  void add_hidden() {
+    const Experiment& e = *problem_.experiment;
+    for (int j = 0; j < e.num_joints() && out_.list.size() < kMost; ++j) {
+      if (find_travel(j) > kStill && !is_all_still()) continue;
+      const double effort = e.robot.tree.joint(j).effort_limit;
+      if (!std::isfinite(effort)) continue;
+      Effect friction{EffectId::kCoulomb, j, {}};
+      for (const EffectParameter& info : list_infos(friction.id)) friction.p.push_back(info.name == "level" ? kHidden * effort : info.value);
+      Explanation hidden{{friction}, get_label(e, {friction}), 0.0, false};
+      out_.list.push_back(hidden);
+    }
+  }
+
+  bool is_all_still() const {
+    for (int j = 0; j < problem_.experiment->num_joints(); ++j) {
+      if (find_travel(j) > kStill) return false;
+    }
+    return true;
+  }
+
+  double find_travel(int joint) const {
+    double low = 1e300, high = -1e300;
+    for (const SmoothRecording& smooth : problem_.smooth) {
+      for (double q : smooth.joints[static_cast<size_t>(joint)].q) low = std::min(low, q), high = std::max(high, q);
+    }
+    return high - low;
+  }
+
+  // The best, and what is about as good. What the report lists stays, however much worse its stated values are here.
+  void choose() {
+    if (out_.unseen) return;
+    std::vector<Explanation>& list = out_.list;
+    const bool named = !list[0].hypothesis.empty();
+    std::stable_sort(list.begin() + (named ? 1 : 0), list.end(), [](const Explanation& a, const Explanation& b) { return a.cost < b.cost; });
+    double least = 1e300;
+    for (const Explanation& one : list) least = std::min(least, one.cost);
+    const double most = std::max(list[0].cost, least + find_margin(problem_, least));
+    std::vector<Explanation> kept{list[0]};
+    for (size_t i = 1; i < list.size(); ++i) {
+      if (kept.size() < kMost && !list[i].hypothesis.empty() && (list[i].listed || list[i].cost <= most)) kept.push_back(list[i]);
+    }
+    list = kept;
+  }
+
+  double find_discrepancy() const {
+    std::vector<int> all = problem_.train;
+    all.insert(all.end(), problem_.validate.begin(), problem_.validate.end());
+    const Score score = calc_score(problem_, out_.list[0].hypothesis, all);
+    return score.ok ? std::max(1.0, score.rms()) : 1.0;
+  }
+
+  const Problem& problem_;
+  const Progress& progress_;
+  Explorer explorer_;
+  Explanations out_;
+};
+
+}  // namespace
+
+bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect) {
+  const EffectInfo* info = find_effect(entry.value("effect", ""));
+  if (!info || !info->apply || !entry.contains("where")) return false;
+  if (info->place != PlaceKind::kJoint && info->place != PlaceKind::kLink && info->place != PlaceKind::kSensor) return false;
+  effect->id = info->id;
+  effect->place = find_place(experiment, info->id, entry["where"]);
+  if (effect->place < 0) return false;
+  effect->p.clear();
+  const Json parameters = entry.value("parameters", Json::object());
+  for (const EffectParameter& p : list_infos(info->id)) effect->p.push_back(find_value(parameters, p));
+  return true;
+}
+
+Hypothesis read_model(const Experiment& experiment, const Json& report) {
+  Json list = report.value("model", Json::array());
+  if (list.empty()) list = report.value("findings", Json::array());
+  Hypothesis model;
+  for (const Json& entry : list) {
+    Effect effect;
+    if (read_effect(experiment, entry, &effect) && !contains(model, effect.id, effect.place)) model.push_back(effect);
+  }
+  return model;
+}
+
+Explanations find_explanations(const Problem& problem, const Json& report, const Progress& progress) {
+  return Finder(problem, progress).run(report);
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/limits.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/diagnostics.h"
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kMargin = 0.05;     // of a joint's range that stays unused at either end
+constexpr double kShare = 0.9;       // of speed and effort that is used
+constexpr double kReach = 1.0;       // [rad or m] from where the robot stands: further than that nobody expects
+constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may leave what was commanded where no limit is known
+constexpr double kUnknownSpeed = 2.0;  // [rad/s] where nothing is stated: a slow industrial arm
+
+const JointColumns* find_columns(const Experiment& e, size_t joint) {
+  for (const Recording& r : e.recordings) {
+    if (!r.joints[joint].command.empty()) return &r.joints[joint];
+  }
+  return nullptr;
+}
+
+// Where a motion begins: the stated pose, else the first command.
+double find_start(const Experiment& e, size_t joint) {
+  const auto stated = e.scenario.initial_joints.find(e.robot.tree.joint(static_cast<int>(joint)).name);
+  if (stated != e.scenario.initial_joints.end()) return stated->second;
+  const JointColumns* columns = find_columns(e, joint);
+  return columns ? columns->command.front() : 0.0;
+}
+
+// The range that recordings show, for joints without limits.
+void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
+  limits->lower = limits->upper = limits->start;
+  for (const Recording& r : e.recordings) {
+    for (double q : r.joints[joint].command) {
+      if (std::isfinite(q)) limits->lower = std::min(limits->lower, q), limits->upper = std::max(limits->upper, q);
+    }
+  }
+}
+
+double find_effort(const Experiment& e, const JointSpec& joint) {
+  const auto it = e.scenario.servo_joints.find(joint.name);
+  const ServoGains& gains = it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
+  return kShare * std::min(joint.effort_limit, gains.effort_limit);
+}
+
+JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::string>* remarks) {
+  const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
+  JointLimits limits;
+  limits.start = find_start(e, j);
+  if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
+    const double margin = kMargin * (joint.upper - joint.lower);
+    limits.lower = std::max(joint.lower + margin, limits.start - kReach);
+    limits.upper = std::min(joint.upper - margin, limits.start + kReach);
+    limits.hard_lower = joint.lower, limits.hard_upper = joint.upper;
+  } else {
+    take_seen_range(e, j, &limits);
+    limits.hard_lower = limits.lower - kTolerance, limits.hard_upper = limits.upper + kTolerance;
+    remarks->push_back(joint.name + " has no position limits in its URDF: motions stay within what the recordings show, " +
+                       number(limits.lower, 3) + " to " + number(limits.upper, 3));
+  }
+  limits.lower = std::min(limits.lower, limits.start), limits.upper = std::max(limits.upper, limits.start);
+  limits.speed = kShare * joint.velocity_limit;
+  if (!std::isfinite(limits.speed) || limits.speed <= 0.0) {
+    limits.speed = kUnknownSpeed;
+    remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " rad/s is taken");
+  }
+  limits.effort = find_effort(e, joint);
+  if (!std::isfinite(limits.effort)) remarks->push_back(joint.name + " has no effort limit: efforts are not checked");
+  return limits;
+}
+
+[[noreturn]] void fail(const std::string& field, const std::string& message) {
+  Diagnostic fault;
+  fault.field = "--limit " + field, fault.message = message;
+  throw InputError(fault);
+}
+
+[[noreturn]] void refuse(const std::string& what) {
+  fail(what, "expected speed, effort, reach, lower, upper or ground = a number, such as speed=0.5, elbow.speed=0.3, or a YAML file");
+}
+
+void tighten(const std::string& what, const std::string& key, double value, JointLimits* joint) {
+  if (!std::isfinite(value)) refuse(what);
+  const double before_lower = joint->lower, before_upper = joint->upper;
+  if (key == "speed" && value > 0.0) joint->speed = std::min(joint->speed, value);
+  else if (key == "effort" && value > 0.0) joint->effort = std::min(joint->effort, value);
+  else if (key == "reach" && value >= 0.0) {
+    joint->lower = std::max(joint->lower, joint->start - value), joint->upper = std::min(joint->upper, joint->start + value);
+  } else if (key == "lower") joint->lower = std::max(joint->lower, value);
+  else if (key == "upper") joint->upper = std::min(joint->upper, value);
+  else refuse(what);
+  // Commands keep the margin that a joint needs to follow them.
+  if (joint->lower > before_lower) joint->hard_lower = joint->lower, joint->lower += kMargin * (joint->upper - joint->lower);
+  if (joint->upper < before_upper) joint->hard_upper = joint->upper, joint->upper -= kMargin * (joint->upper - joint->lower);
+  joint->lower = std::min(joint->lower, std::max(joint->start, joint->hard_lower));
+  joint->upper = std::max(joint->upper, std::min(joint->start, joint->hard_upper));
+}
+
+void apply(const Experiment& e, const std::string& what, const std::string& joint, const std::string& key, double value,
+           Limits* limits) {
+  if (key == "ground" && joint.empty()) {
+    limits->ground = std::max(limits->ground, value);
+    return;
+  }
+  const int index = joint.empty() ? -1 : e.robot.tree.find_joint(joint);
+  if (!joint.empty() && index < 0) fail(what, "the robot has no joint " + joint);
+  for (size_t j = 0; j < limits->joints.size(); ++j) {
+    if (index < 0 || static_cast<size_t>(index) == j) tighten(what, key, value, &limits->joints[j]);
+  }
+}
+
+void apply_file(const Experiment& e, const std::string& path, Limits* limits) {
+  YAML::Node root;
+  try {
+    root = YAML::LoadFile(path);
+    for (const auto& item : root) {
+      const std::string key = item.first.as<std::string>();
+      if (key != "joints") {
+        apply(e, path, "", key, item.second.as<double>(), limits);
+        continue;
+      }
+      for (const auto& joint : item.second) {
+        for (const auto& one : joint.second)
+          apply(e, path, joint.first.as<std::string>(), one.first.as<std::string>(), one.second.as<double>(), limits);
+      }
+    }
+  } catch (const YAML::Exception& error) {
+    fail(path + ":" + std::to_string(error.mark.line + 1), error.msg);
+  }
+}
+
+void apply_word(const Experiment& e, const std::string& word, Limits* limits) {
+  const size_t equals = word.find('=');
+  if (equals == std::string::npos) refuse(word);
+  const std::string name = word.substr(0, equals);
+  const size_t dot = name.rfind('.');
+  double value = std::nan("");
+  try {
+    value = std::stod(word.substr(equals + 1));
+  } catch (const std::exception&) {
+    refuse(word);
+  }
+  const std::string joint = dot == std::string::npos ? "" : name.substr(0, dot);
+  apply(e, word, joint, dot == std::string::npos ? name : name.substr(dot + 1), value, limits);
+}
+
+bool is_file(const std::string& word) {
+  return word.size() > 5 && (word.substr(word.size() - 5) == ".yaml" || word.substr(word.size() - 4) == ".yml");
+}
+
+}  // namespace
+
+Limits make_limits(const Experiment& experiment, const std::vector<std::string>& stated) {
+  Limits limits;
+  for (int j = 0; j < experiment.num_joints(); ++j)
+    limits.joints.push_back(make_joint_limits(experiment, static_cast<size_t>(j), &limits.remarks));
+  for (const std::string& word : stated) {
+    is_file(word) ? apply_file(experiment, word, &limits) : apply_word(experiment, word, &limits);
+  }
+  for (size_t j = 0; j < limits.joints.size(); ++j) {
+    const JointLimits& joint = limits.joints[j];
+    if (joint.hard_lower > joint.start || joint.hard_upper < joint.start)
+      fail(experiment.robot.tree.joint(static_cast<int>(j)).name,
+           "motions start at " + number(joint.start, 4) + ", outside of " + number(joint.hard_lower, 4) + " to " + number(joint.hard_upper, 4));
+  }
+  return limits;
+}
+
+}  // namespace hrp::diagnosis

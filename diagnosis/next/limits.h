@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a proposed motion must keep to, by joint.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis {
+
+struct JointLimits {
+  double lower = 0.0, upper = 0.0;            // [rad or m] of commands
+  double hard_lower = 0.0, hard_upper = 0.0;  // [rad or m] of the joint itself, under every explanation
+  double speed = 0.0;               // [rad/s or m/s] of commands; the joint itself may be a ninth faster
+  double effort = 0.0;              // [N m or N] of the drive
+  double start = 0.0;               // [rad or m] where motions begin and end
+};
+
+struct Limits {
+  std::vector<JointLimits> joints;
+  double ground = 0.0;               // [m] least height of links above the ground, where there is one
+  std::vector<std::string> remarks;  // what was not known and what was taken instead
+};
+
+// `stated`: "speed=0.5", "effort=20", "reach=0.6" (of all joints), "elbow.speed=0.3", "elbow.lower=-1"; or the name of a
+// YAML file with the same words: speed: 0.5, joints: {elbow: {speed: 0.3}}. They tighten what the robot's description
+// allows and never widen it. Throws InputError for what cannot be read.
+Limits make_limits(const Experiment& experiment, const std::vector<std::string>& stated);
+
+}  // namespace hrp::diagnosis

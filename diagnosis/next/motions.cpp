@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/motions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kTwoPi = 6.28318530717958647692;
+constexpr double kRest = 0.3;  // [s] at both ends
+constexpr double kFade = 1.0;  // [s] in which a motion grows and dies away
+
+// In the place of <random>'s distributions, which differ between libraries.
+class Draw {
+ public:
+  explicit Draw(unsigned seed) : engine_(seed) {}
+  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() - engine_.min()) / static_cast<double>(engine_.max() - engine_.min()); }
+  double log_uniform(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
+
+ private:
+  std::mt19937 engine_;
+};
+
+// 0 to 1 within one second, twice differentiable at both ends.
+double rise(double t) {
+  const double s = std::clamp(t, 0.0, 1.0);
+  return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+}
+
+using Curve = std::function<double(double)>;  // -1 to 1 over time [s]
+
+Curve make_sines(Draw& draw) {
+  struct Term { double a, w, p; };
+  std::vector<Term> terms;
+  double total = 0.0;
+  for (int i = 0; i < 6; ++i) {
+    const double f = draw.log_uniform(0.12, 3.0);
+    terms.push_back({draw.uniform(0.3, 1.0) / std::sqrt(f / 0.12), kTwoPi * f, draw.uniform(0.0, kTwoPi)});
+    total += terms.back().a;
+  }
+  return [terms, total](double t) {
+    double q = 0.0;
+    for (const Term& term : terms) q += term.a * std::sin(term.w * t + term.p);
+    return q / total;
+  };
+}
+
+struct Leg { double begin, length, from, to; };
+
+Curve follow(const std::vector<Leg>& legs, bool even) {
+  return [legs, even](double t) {
+    double q = 0.0;
+    for (const Leg& leg : legs) {
+      if (t < leg.begin) break;
+      const double s = std::clamp((t - leg.begin) / leg.length, 0.0, 1.0);
+      // Even speed but for a tenth of the way at each end.
+      constexpr double b = 0.1;
+      const double ramp = s < b ? s * s / (2.0 * b) : s > 1.0 - b ? 1.0 - b - (1.0 - s) * (1.0 - s) / (2.0 * b) : s - b / 2.0;
+      q = leg.from + (leg.to - leg.from) * (even ? ramp / (1.0 - b) : rise(s));
+    }
+    return q;
+  };
+}
+
+// From end to end and back, slowly and fast, with stops in between.
+Curve make_two_speeds(Draw& draw, double seconds) {
+  std::vector<Leg> legs;
+  double t = draw.uniform(0.0, 0.4), at = 0.0, side = draw.uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
+  for (int i = 0; t < seconds; ++i) {
+    const double length = i % 4 < 2 ? draw.uniform(1.3, 2.0) : draw.uniform(0.35, 0.5), to = side * draw.uniform(0.7, 1.0);
+    legs.push_back({t, length, at, to});
+    at = to, side = -side, t += length + draw.uniform(0.1, 0.35);
+  }
+  return follow(legs, true);
+}
+
+// Quick moves by parts of the range, with pauses in which what was excited dies away.
+Curve make_targets(Draw& draw, double seconds, double shortest, double longest, double pause) {
+  std::vector<Leg> legs;
+  double t = draw.uniform(0.0, 0.4), at = 0.0;
+  while (t < seconds) {
+    const double length = draw.uniform(shortest, longest), to = draw.uniform(-1.0, 1.0);
+    legs.push_back({t, length, at, to});
+    at = to, t += length + pause * draw.uniform(0.4, 1.0);
+  }
+  return follow(legs, false);
+}
+
+// From low to high frequency; amplitudes fall as speed would else grow.
+Curve make_chirp(Draw& draw, double seconds) {
+  const double low = draw.uniform(0.15, 0.3), high = draw.uniform(4.0, 7.0), k = std::log(high / low) / seconds, p = draw.uniform(0.0, kTwoPi);
+  return [=](double t) {
+    const double f = low * std::exp(k * t), phase = kTwoPi * low * (std::exp(k * t) - 1.0) / k;
+    return std::sin(phase + p) * std::min(1.0, std::pow(low / f, 0.8) * 1.2);
+  };
+}
+
+// So slowly that what sticks is seen to stick, with reversals of many sizes.
+Curve make_creep(Draw& draw) {
+  const double f = draw.uniform(0.1, 0.2), g = draw.uniform(0.45, 0.7), p = draw.uniform(0.0, kTwoPi);
+  return [=](double t) { return 0.75 * std::sin(kTwoPi * f * t + p) + 0.25 * std::sin(kTwoPi * g * t); };
+}
+
+// A slow sweep with a quick small motion on it.
+Curve make_ripple(Draw& draw) {
+  const double f = draw.uniform(0.1, 0.18), g = draw.uniform(2.5, 5.0), p = draw.uniform(0.0, kTwoPi);
+  return [=](double t) { return 0.9 * std::sin(kTwoPi * f * t + p) + 0.1 * std::sin(kTwoPi * g * t); };
+}
+
+Curve make_curve(Family family, double seconds, Draw& draw) {
+  switch (family) {
+    case Family::kTwoSpeeds: return make_two_speeds(draw, seconds);
+    case Family::kSteps: return make_targets(draw, seconds, 0.2, 0.4, 0.6);
+    case Family::kChirp: return make_chirp(draw, seconds);
+    case Family::kPostures: return make_targets(draw, seconds, 0.7, 1.1, 1.2);
+    case Family::kCreep: return make_creep(draw);
+    case Family::kRipple: return make_ripple(draw);
+    default: return make_sines(draw);
+  }
+}
+
+// Around the middle of what is free, back to the start at both ends.
+void fill(const Curve& curve, const JointLimits& limits, const MotionPlan& plan, std::vector<double>* q) {
+  const double middle = 0.5 * (limits.lower + limits.upper), half = 0.5 * (limits.upper - limits.lower);
+  const double end = static_cast<double>(q->size() - 1) * plan.period;
+  for (size_t k = 0; k < q->size(); ++k) {
+    const double t = static_cast<double>(k) * plan.period;
+    const double share = rise((t - kRest) / kFade) * rise((end - kRest - t) / kFade);
+    (*q)[k] = limits.start + share * (plan.size * (middle - limits.start) + plan.size * half * curve(t));
+  }
+}
+
+std::vector<double> differentiate(const std::vector<double>& q, double period) {
+  std::vector<double> v(q.size(), 0.0);
+  for (size_t k = 1; k + 1 < q.size(); ++k) v[k] = (q[k + 1] - q[k - 1]) / (2.0 * period);
+  return v;
+}
+
+double find_largest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (double v : values) most = std::max(most, std::abs(v));
+  return most;
+}
+
+}  // namespace
+
+const char* get_family_word(Family family) {
+  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple"};
+  return words[static_cast<size_t>(family)];
+}
+
+const char* get_family_sentence(Family family) {
+  static const char* const sentences[] = {
+      "Several sine waves at once.",
+      "From end to end, slowly and fast, with stops in between.",
+      "Quick moves with pauses.",
+      "A sine wave that gets faster and smaller.",
+      "Moves between postures that are held for a second.",
+      "Very slow motion with turns.",
+      "A slow sweep with a small quick motion on it."};
+  return sentences[static_cast<size_t>(family)];
+}
+
+Commands make_motion(const MotionPlan& plan, const Limits& limits) {
+  Commands out;
+  const size_t rows = static_cast<size_t>(std::lround(plan.seconds / plan.period)) + 1;
+  for (size_t k = 0; k < rows; ++k) out.time.push_back(static_cast<double>(k) * plan.period);
+  Draw draw(plan.seed * 7919u + static_cast<unsigned>(plan.family));
+  for (size_t j = 0; j < limits.joints.size(); ++j) {
+    const JointLimits& joint = limits.joints[j];
+    const Curve curve = make_curve(plan.family, plan.seconds, draw);
+    std::vector<double> q(rows, joint.start);
+    if (plan.moves[j]) fill(curve, joint, plan, &q);
+    std::vector<double> v = differentiate(q, plan.period);
+    const double excess = find_largest(v) / joint.speed;
+    if (excess > 1.0) {
+      for (double& x : q) x = joint.start + (x - joint.start) / excess;
+      v = differentiate(q, plan.period);
+    }
+    out.position.push_back(std::move(q)), out.velocity.push_back(std::move(v));
+  }
+  return out;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/page.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/page/style.h"
+#include "diagnosis/page/text.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using nlohmann::json;
+using html::escape;
+using html::format_number;
+
+constexpr double kWidth = 640, kHeight = 220, kLeft = 60, kTop = 18, kBottom = 34;
+
+// Colours that stay apart in light and dark, by explanation.
+const char* get_colour(size_t i) {
+  static const char* const colours[] = {"#0b8", "#d62", "#58d", "#c3a", "#990", "#777", "#a53", "#399", "#63c"};
+  return colours[i % 9];
+}
+
+struct Range {
+  double low = 1e300, high = -1e300;
+  void add(double v) { low = std::min(low, v), high = std::max(high, v); }
+  double place(double v) const { return high > low ? (v - low) / (high - low) : 0.5; }
+};
+
+std::string make_curve(const std::vector<double>& x, const std::vector<double>& y, const Range& rx, const Range& ry, size_t colour) {
+  std::string points;
+  for (size_t k = 0; k < std::min(x.size(), y.size()); ++k) {
+    points += format_number(kLeft + rx.place(x[k]) * (kWidth - kLeft - 8), 5) + "," +
+              format_number(kTop + (1.0 - ry.place(y[k])) * (kHeight - kTop - kBottom), 5) + " ";
+  }
+  return "<polyline fill='none' stroke='" + std::string(get_colour(colour)) + "' stroke-width='" + (colour == 0 ? "2.4" : "1.3") + "' points='" + points + "'/>";
+}
+
+std::string make_text(double x, double y, const std::string& text, const char* anchor) {
+  return "<text x='" + format_number(x, 5) + "' y='" + format_number(y, 5) + "' text-anchor='" + anchor + "'>" + escape(text) + "</text>";
+}
+
+std::string make_overlay(const json& overlay, const json& explanations) {
+  const std::vector<double> time = html::get_numbers(overlay, "time");
+  std::vector<std::vector<double>> curves;
+  Range x, y;
+  for (double t : time) x.add(t);
+  for (const json& curve : html::get_list(overlay, "curves")) {
+    curves.push_back(curve.get<std::vector<double>>());
+    for (double v : curves.back()) y.add(v);
+  }
+  if (time.size() < 2 || curves.empty()) return "";
+  const std::string signal = html::get_text(overlay, "signal");
+  std::string out = "<svg viewBox='0 0 640 220' role='img' aria-label='predictions of " + escape(signal) + "'>";
+  for (size_t i = curves.size(); i-- > 0;) out += make_curve(time, curves[i], x, y, i);
+  out += make_text(kLeft - 5, kTop + 6, format_number(y.high, 3), "end") + make_text(kLeft - 5, kHeight - kBottom, format_number(y.low, 3), "end");
+  out += make_text(kLeft, kHeight - 14, format_number(x.low, 3), "middle") + make_text(kWidth - 12, kHeight - 14, format_number(x.high, 3) + " s", "end");
+  out += make_text(kLeft, 11, signal + " [" + html::get_text(overlay, "unit") + "]", "start") + "</svg><p class='small'>";
+  for (size_t i = 0; i < curves.size() && i < explanations.size(); ++i)
+    out += "<span style='color:" + std::string(get_colour(i)) + "'>&#9632;</span> " + escape(explanations[i].get<std::string>()) + " &nbsp; ";
+  return out + "</p>";
+}
+
+std::string percent(double share) { return share > 0.99 ? "over 99 %" : format_number(std::round(100.0 * share), 3) + " %"; }
+
+std::string make_expected(const json& motion) {
+  std::string rows;
+  for (const json& one : html::get_list(motion, "expected")) {
+    rows += "<tr><td>" + escape(html::get_text(one, "against")) + "</td><td class='num'>" + percent(html::get_number(one, "probability", 0.0)) +
+            "</td><td class='num'>" + format_number(html::get_number(one, "difference", 0.0), 3) + " times the noise</td></tr>";
+  }
+  if (rows.empty()) return "";
+  return "<table><tr><th>Is it this instead?</th><th>chance that this motion decides</th><th>difference that stays after fitting</th></tr>" + rows + "</table>";
+}
+
+std::string make_intervals(const json& motion) {
+  std::string rows;
+  for (const json& one : html::get_list(motion, "intervals")) {
+    const std::string unit = " " + escape(html::get_text(one, "unit"));
+    rows += "<tr><td>" + escape(html::get_text(one, "effect")) + "</td><td>" + escape(html::get_text(one, "parameter")) + " " +
+            format_number(html::get_number(one, "value", 0.0)) + unit + "</td><td class='num'>&plusmn; " + format_number(html::get_number(one, "half_width", 0.0), 2) +
+            "</td><td class='num'>&plusmn; " + format_number(html::get_number(one, "expected_half_width", 0.0), 2) + "</td></tr>";
+  }
+  if (rows.empty()) return "";
+  return "<table><tr><th>effect</th><th>value now</th><th>95 % interval now</th><th>expected after this motion</th></tr>" + rows + "</table>";
+}
+
+std::string make_motion(const json& motion, const json& explanations, size_t number) {
+  std::string joints;
+  for (const json& joint : html::get_list(motion, "joints")) joints += (joints.empty() ? "" : ", ") + escape(joint.get<std::string>());
+  const bool held = html::get_text(motion, "role") == "validate";
+  return "<h2>" + std::to_string(number) + ". " + escape(html::get_text(motion, "sentence")) + "</h2><p>Play <code>" + escape(html::get_text(motion, "file")) +
+         "</code> (" + format_number(html::get_number(motion, "seconds", 0.0), 3) + " s) and record it. Moving: " + joints + ". " +
+         (held ? "Give this recording the role <code>validate</code>: nothing is fitted to it, it judges." : "Give this recording the role <code>train</code>.") + "</p>" +
+         make_overlay(html::get_object(motion, "overlay"), explanations) + make_expected(motion) + make_intervals(motion);
+}
+
+std::string make_list(const json& next, const char* key, const char* title) {
+  std::string items;
+  for (const json& one : html::get_list(next, key)) items += "<li>" + escape(one.get<std::string>()) + "</li>";
+  return items.empty() ? "" : "<h2>" + std::string(title) + "</h2><ul>" + items + "</ul>";
+}
+
+std::string make_lead(const json& next) {
+  const std::string nothing = html::get_text(next, "nothing");
+  if (!nothing.empty()) return "<p class='lead'>No motion is proposed. " + escape(nothing) + "</p>";
+  const json& all = html::get_list(next, "explanations");
+  if (next.value("unseen", false))
+    return "<p class='lead'>The recordings show no mismatch, but not every joint moved. These motions would show friction that is hidden so far.</p>";
+  if (all.size() < 2) return "<p class='lead'>Only one explanation fits the recordings. These motions make its values more certain.</p>";
+  return "<p class='lead'>" + std::to_string(all.size()) + " explanations predict the recordings about as well. Play these motions, best first, to learn which one holds.</p>";
+}
+
+}  // namespace
+
+std::string make_next_page(const nlohmann::ordered_json& given, const std::string& robot) {
+  const json next = json::parse(given.dump());
+  std::string out = "<!doctype html><html lang='en'><meta charset='utf-8'><meta name='viewport' content='width=device-width'><title>Next experiment: " + escape(robot) +
+                    "</title><style>" + kReportStyle + "</style><main><p class='over'>Next experiment</p><h1>" + escape(robot) + "</h1>" + make_lead(next);
+  const json& explanations = html::get_list(next, "explanations");
+  size_t number = 0;
+  for (const json& motion : html::get_list(next, "motions")) out += make_motion(motion, explanations, ++number);
+  out += make_list(next, "rejected", "Not safe, therefore not proposed") + make_list(next, "remarks", "What was not checked");
+  return out + "<p class='small'>Every motion was simulated under the nominal model and under every explanation before it was proposed: positions, speeds, efforts and "
+               "collisions stay within the limits. Start with somebody at the emergency stop.</p></main></html>\n";
+}
+
+}  // namespace hrp::diagnosis

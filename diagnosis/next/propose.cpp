@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/propose.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/effects/units.h"
+#include "diagnosis/next/candidate.h"
+#include "diagnosis/next/safety.h"
+#include "diagnosis/search/starts.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr unsigned kSeeds = 2;          // of each family
+constexpr double kPeriod = 0.004;       // [s] between samples of motions that are compared
+constexpr double kSmaller = 0.8;        // in the place of a size that is not safe
+constexpr double kLeastSize = 0.2;
+constexpr double kWide = 100.0;         // natural sizes of a parameter: what is known of it before any recording
+constexpr double kLeastSpread = 1e-3;   // of a value: what two writers of a law agree to
+constexpr double kSameFamily = 0.9;     // worth of a second motion of the same family: it may miss the same
+constexpr double kValues = 0.5;         // worth of halved intervals beside that of a certain decision
+constexpr double kQuantile = 1.96;
+
+class Proposer {
+ public:
+  Proposer(const Experiment& experiment, const NextOptions& options, const Progress& progress)
+      : e_(experiment), options_(options), progress_(progress), limits_(make_limits(experiment, options.limits)),
+        problem_(make_problem(experiment, options.jobs)), safety_(experiment, limits_), bare_(experiment) {
+    bare_.recordings.clear();
+    prepare_paths(&problem_);
+    for (size_t r = 0; r < e_.recordings.size(); ++r) all_.push_back(static_cast<int>(r));
+  }
+
+  Next run(const Json& report) {
+    explanations_ = find_explanations(problem_, report, progress_);
+    next_.unseen = explanations_.unseen;
+    next_.remarks = safety_.remarks();
+    for (const Explanation& one : explanations_.list) next_.explanations.push_back(one.label);
+    if (explanations_.list.size() < 2 && explanations_.list[0].hypothesis.empty()) {
+      next_.nothing = explanations_.unseen ? "The recordings show no mismatch, and every joint moved: nothing is ambiguous."
+                                           : "Nothing was found that a motion could tell more about.";
+      return next_;
+    }
+    known_.resize(explanations_.list.size());
+    parallel_for(options_.jobs, static_cast<int>(known_.size()), [&](int i) {
+      known_[static_cast<size_t>(i)] = calc_fisher(problem_, explanations_.list[static_cast<size_t>(i)].hypothesis, all_, explanations_.discrepancy);
+    });
+    try_motions();
+    choose();
+    if (next_.proposals.empty()) next_.nothing = "No motion is safe within the limits under every explanation.";
+    return next_;
+  }
+
+ private:
+  // Joints that the open effects sit at, and those that carry their links.
+  std::vector<char> find_concerned() const {
+    std::vector<char> moves(static_cast<size_t>(e_.num_joints()), 0);
+    for (const Explanation& one : explanations_.list) {
+      for (const Effect& effect : one.hypothesis) {
+        const int joint = find_joint(effect);
+        if (joint >= 0) moves[static_cast<size_t>(joint)] = 1;
+        if (find_place_kind(effect.id) != PlaceKind::kLink) continue;
+        for (int link = effect.place; link > 0; link = e_.robot.tree.links[static_cast<size_t>(link)].parent) moves[static_cast<size_t>(link) - 1] = 1;
+      }
+    }
+    return moves;
+  }
+
+  std::vector<MotionPlan> list_plans() const {
+    std::vector<MotionPlan> plans;
+    const std::vector<char> all(static_cast<size_t>(e_.num_joints()), 1), some = find_concerned();
+    const bool apart = some != all && std::find(some.begin(), some.end(), 1) != some.end();
+    for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
+      for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+        MotionPlan plan;
+        plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod, plan.moves = all;
+        plans.push_back(plan);
+        if (!apart) continue;
+        plan.moves = some, plan.seed += kSeeds;
+        plans.push_back(plan);
+      }
+    }
+    return plans;
+  }
+
+  // As large as the best explanation allows.
+  void try_motion(const MotionPlan& plan, Safety* safety, Candidate* candidate) const {
+    candidate->plan = plan;
+    for (MotionPlan& p = candidate->plan; p.size >= kLeastSize; p.size *= kSmaller) {
+      candidate->commands = make_motion(p, limits_);
+      const auto motion = make_trial_motion(bare_, e_.recordings[0], candidate->commands, explanations_.list[0].hypothesis);
+      if (!motion || !safety->find_fault(*motion, explanations_.list[0].hypothesis).empty()) continue;
+      prepare_paths(&motion->problem);
+      const double rate = kPeriod / std::max(1e-4, e_.sample_time);
+      compare(motion->problem, explanations_, rate, candidate);
+      weigh(candidate);
+      return;
+    }
+  }
+
+  // What the best leaves above the noise repeats along a motion.
+  void weigh(Candidate* candidate) const {
+    const double samples = static_cast<double>(candidate->commands.time.size()) * kPeriod / std::max(1e-4, e_.sample_time);
+    candidate->comparisons[0].fisher *= calc_information_factor(explanations_.discrepancy, samples, kIndependent);
+  }
+
+  void try_motions() {
+    const std::vector<MotionPlan> plans = list_plans();
+    progress_(std::to_string(explanations_.list.size()) + " explanations along " + std::to_string(plans.size()) + " motions");
+    candidates_.resize(plans.size());
+    std::vector<std::unique_ptr<Safety>> own(static_cast<size_t>(options_.jobs));
+    for (auto& safety : own) safety = std::make_unique<Safety>(e_, limits_);
+    parallel_for(options_.jobs, static_cast<int>(plans.size()), [&](int i, int worker) {
+      try_motion(plans[static_cast<size_t>(i)], own[static_cast<size_t>(worker)].get(), &candidates_[static_cast<size_t>(i)]);
+    });
+    next_.tried = static_cast<int>(plans.size());
+  }
+
+  double calc_probability(const Comparison& c, size_t rival) const {
+    return calc_decision_probability(calc_projected_power(c, known_[rival]), c.count, explanations_.discrepancy);
+  }
+
+  Eigen::VectorXd list_sizes() const {
+    std::vector<double> sizes;
+    for (const Effect& effect : explanations_.list[0].hypothesis) {
+      for (const EffectParameter& info : list_infos(effect.id)) {
+        if (!info.scanned) sizes.push_back(kWide * info.step);
+      }
+    }
+    return Eigen::Map<Eigen::VectorXd>(sizes.data(), static_cast<long>(sizes.size()));
+  }
+
+  std::vector<ExpectedInterval> list_intervals(const Eigen::MatrixXd& gained) const {
+    std::vector<ExpectedInterval> list;
+    const Hypothesis& best = explanations_.list[0].hypothesis;
+    if (known_[0].size() == 0) return list;
+    const Eigen::VectorXd sizes = list_sizes(), before = calc_expected_std(known_[0], sizes), after = calc_expected_std(known_[0] + gained, sizes);
+    long at = 0;
+    for (const Effect& effect : best) {
+      const std::vector<EffectParameter>& infos = list_infos(effect.id);
+      for (size_t i = 0; i < infos.size(); ++i) {
+        if (infos[i].scanned) continue;
+        const long k = at++;
+        if (infos[i].nuisance) continue;
+        const double floor = kLeastSpread * effect.p[i];
+        std::string unit = infos[i].unit;
+        if (find_place_kind(effect.id) == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place), unit);
+        list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kQuantile * std::hypot(before[k], floor), kQuantile * std::hypot(after[k], floor)});
+      }
+    }
+    return list;
+  }
+
+  // Decisions that a motion is expected to bring, and values that it makes certain: 1 + kValues at most.
+  double calc_worth(const Candidate& c, const Eigen::MatrixXd& gained) const {
+    double decided = 0.0, narrowed = 0.0;
+    for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c.comparisons[i], i);
+    if (c.comparisons.size() > 1) decided /= static_cast<double>(c.comparisons.size() - 1);
+    const std::vector<ExpectedInterval> before = list_intervals(gained), after = list_intervals(gained + c.comparisons[0].fisher);
+    for (size_t i = 0; i < after.size(); ++i) narrowed += std::min(1.0, std::log2(std::max(1.0, before[i].before / after[i].after)) / 2.0);
+    if (!after.empty()) narrowed /= static_cast<double>(after.size());
+    return decided + kValues * narrowed;
+  }
+
+  std::string find_fault(const Candidate& c) {
+    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis);
+    if (!motion) return "the simulated robot leaves all bounds";
+    std::string fault = safety_.find_fault(*motion, {});
+    if (!fault.empty()) return fault + " under the nominal model";
+    for (const Explanation& one : explanations_.list) {
+      fault = safety_.find_fault(*motion, one.hypothesis);
+      if (!fault.empty()) return fault + " if it is " + one.label;
+    }
+    return "";
+  }
+
+  // Each motion has to decide by itself: the second is what the first's lesson is judged on.
+  void choose() {
+    std::vector<char> used(candidates_.size(), 0);
+    Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols());
+    while (static_cast<int>(next_.proposals.size()) < options_.count) {
+      int best = -1;
+      double most = -1.0;
+      for (size_t i = 0; i < candidates_.size(); ++i) {
+        if (used[i] || !candidates_[i].ok) continue;
+        double worth = calc_worth(candidates_[i], gained);
+        for (const Proposal& p : next_.proposals) worth *= p.plan.family == candidates_[i].plan.family ? kSameFamily : 1.0;
+        if (worth > most) most = worth, best = static_cast<int>(i);
+      }
+      if (best < 0) return;
+      used[static_cast<size_t>(best)] = 1;
+      const Candidate& chosen = candidates_[static_cast<size_t>(best)];
+      const std::string fault = find_fault(chosen);
+      if (!fault.empty()) {
+        next_.rejected.push_back(std::string(get_family_word(chosen.plan.family)) + ": " + fault);
+        continue;
+      }
+      gained += chosen.comparisons[0].fisher;
+      next_.proposals.push_back(make_proposal(chosen, most, gained));
+    }
+  }
+
+  Proposal make_proposal(const Candidate& c, double worth, const Eigen::MatrixXd& gained) const {
+    Proposal p;
+    const size_t number = next_.proposals.size();
+    p.file = std::string(number % 2 == 0 ? "train_" : "validate_") + std::to_string(number / 2 + 1) + ".csv";
+    p.plan = c.plan, p.commands = c.commands, p.worth = worth;
+    for (size_t j = 0; j < c.plan.moves.size(); ++j) {
+      if (c.plan.moves[j]) p.moving.push_back(e_.robot.tree.joint(static_cast<int>(j)).name);
+    }
+    for (size_t i = 1; i < c.comparisons.size(); ++i) {
+      const double left = calc_projected_power(c.comparisons[i], known_[i]);
+      p.expected.push_back({explanations_.list[i].label, calc_probability(c.comparisons[i], i), std::sqrt(left / std::max(1.0, c.comparisons[i].count))});
+    }
+    p.intervals = list_intervals(gained);
+    p.overlay = make_overlay(c);
+    return p;
+  }
+
+  // The signal in which explanations differ most.
+  Overlay make_overlay(const Candidate& c) const {
+    Overlay overlay;
+    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis);
+    std::vector<std::vector<double>> readings(explanations_.list.size());
+    for (size_t i = 0; i < readings.size(); ++i) simulate_trial(*motion, explanations_.list[i].hypothesis, &readings[i]);
+    const size_t width = problem_.weights.size(), first = motion->problem.smooth[0].judged, rows = c.commands.time.size();
+    size_t channel = 0;
+    double most = -1.0;
+    for (size_t s = 0; s < width; ++s) {
+      if (e_.recordings[0].joints[s / kQuantities].signal[s % kQuantities].empty()) continue;
+      double sum = 0.0;
+      for (const auto& other : readings) {
+        for (size_t k = first; k < rows; ++k) sum += std::pow((other[k * width + s] - readings[0][k * width + s]) * problem_.weights[s], 2);
+      }
+      if (sum > most) most = sum, channel = s;
+    }
+    overlay.signal = e_.signal_name(static_cast<int>(channel / kQuantities), static_cast<Quantity>(channel % kQuantities));
+    static const char* const units[] = {"rad", "rad/s", "N m"};
+    overlay.unit = get_joint_unit(e_.robot.tree.joint(static_cast<int>(channel / kQuantities)), units[channel % kQuantities]);
+    overlay.curves.resize(readings.size());
+    for (size_t k = first; k < rows; k += 5) {
+      overlay.time.push_back(c.commands.time[k]);
+      for (size_t i = 0; i < readings.size(); ++i) overlay.curves[i].push_back(readings[i][k * width + channel]);
+    }
+    return overlay;
+  }
+
+  const Experiment& e_;
+  NextOptions options_;
+  const Progress& progress_;
+  Limits limits_;
+  Problem problem_;
+  Safety safety_;
+  Experiment bare_;
+  std::vector<int> all_;
+  Explanations explanations_;
+  std::vector<Eigen::MatrixXd> known_;  // by explanation: information of the recordings
+  std::vector<Candidate> candidates_;
+  Next next_;
+};
+
+// Empty when motions can be proposed, else why not.
+std::string find_obstacle(const Experiment& e) {
+  if (e.scenario.floating_base) return "Motions are proposed for robots on a fixed base only; this one stands or moves freely.";
+  if (e.num_joints() == 0) return "The robot has no joints.";
+  if (e.scenario.drive != "servo" && e.scenario.drive != "voltage")
+    return "The recordings are driven by " + e.scenario.drive + ", not by commands to servos: no command can be proposed without the servo's gains.";
+  for (const JointColumns& joint : e.recordings[0].joints) {
+    if (joint.has(Quantity::kPosition)) return "";
+  }
+  return "No joint position was recorded.";
+}
+
+}  // namespace
+
+Next propose(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress) {
+  Next next;
+  next.nothing = find_obstacle(experiment);
+  if (!next.nothing.empty()) return next;
+  return Proposer(experiment, options, progress).run(report);
+}
+
+}  // namespace hrp::diagnosis

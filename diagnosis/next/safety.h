@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Whether a motion may be proposed: checked in simulation under every explanation.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "diagnosis/next/limits.h"
+#include "diagnosis/next/trial_motion.h"
+#include "servers/collision_checker/collision_world.h"
+
+namespace hrp::diagnosis {
+
+class Safety {
+ public:
+  Safety(const Experiment& experiment, const Limits& limits);
+
+  // Empty when the robot keeps to all limits under this explanation, else what it does: "elbow reaches 1.62 rad".
+  std::string find_fault(const TrialMotion& motion, const Hypothesis& hypothesis);
+
+  // What is not checked, and why.
+  const std::vector<std::string>& remarks() const { return remarks_; }
+
+ private:
+  std::string find_joint_fault(const std::vector<double>& readings, size_t first, size_t rows) const;
+  std::string find_contact(const std::vector<double>& readings, size_t first, size_t rows, double period);
+
+  const Experiment& experiment_;
+  Limits limits_;
+  Scenario scenario_;
+  std::unique_ptr<CollisionWorld> world_;  // null: no shapes
+  std::unique_ptr<Model> model_;
+  std::vector<std::string> remarks_;
+};
+
+}  // namespace hrp::diagnosis

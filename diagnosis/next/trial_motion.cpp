@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/trial_motion.h"
+
+#include <algorithm>
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kStep = 0.001;  // [s] of integration: what is compared is far above its error
+
+Recording make_recording(const Recording& like, const Commands& commands) {
+  Recording r;
+  r.spec = like.spec, r.spec.name = "next", r.spec.train = true;
+  r.time = commands.time;
+  r.joints.resize(like.joints.size());
+  for (size_t j = 0; j < r.joints.size(); ++j) {
+    r.joints[j].command = commands.position[j], r.joints[j].command_rate = commands.velocity[j];
+    r.joints[j].signal[0] = commands.position[j];
+  }
+  return r;
+}
+
+void fill_readings(const Recording& like, const std::vector<double>& readings, size_t start, Recording* r) {
+  const size_t width = r->joints.size() * kQuantities;
+  for (size_t c = 0; c < width; ++c) {
+    std::vector<double>& signal = r->joints[c / kQuantities].signal[c % kQuantities];
+    signal.clear();
+    if (like.joints[c / kQuantities].signal[c % kQuantities].empty()) continue;
+    for (size_t k = 0; k < r->size(); ++k) signal.push_back(readings[std::max(k, start) * width + c]);
+  }
+}
+
+}  // namespace
+
+bool simulate_trial(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* readings) {
+  const Plant plant = make_plant(motion.experiment, hypothesis);
+  RolloutOptions options;
+  options.max_step = kStep;
+  options.free_running = true;  // nothing holds a real robot to what it should do
+  return simulate_recording(plant, motion.experiment.recordings[0], motion.problem.smooth[0], options, readings);
+}
+
+std::unique_ptr<TrialMotion> make_trial_motion(const Experiment& bare, const Recording& like, const Commands& commands,
+                                               const Hypothesis& truth) {
+  auto motion = std::make_unique<TrialMotion>();
+  motion->experiment = bare;
+  motion->experiment.recordings = {make_recording(like, commands)};
+  motion->problem = make_problem(motion->experiment, 1);
+  std::vector<double> readings;
+  if (!simulate_trial(*motion, truth, &readings)) return nullptr;
+  fill_readings(like, readings, motion->problem.smooth[0].start, &motion->experiment.recordings[0]);
+  motion->problem = make_problem(motion->experiment, 1);
+  motion->problem.options.max_step = kStep;
+  return motion;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The proposal as files: commands that a robot can play, next.json for programs, next.html for people.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "diagnosis/next/page.h"
+#include "diagnosis/next/propose.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_text(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+std::string make_csv(const Experiment& e, const Commands& commands) {
+  std::string text = "time";
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const std::string base = ",/joint_commands/" + e.robot.tree.joint(j).name;
+    text += base + "/position" + base + "/velocity";
+  }
+  for (size_t k = 0; k < commands.time.size(); ++k) {
+    text += "\n" + number(commands.time[k], 10);
+    for (size_t j = 0; j < commands.position.size(); ++j)
+      text += "," + number(commands.position[j][k], 10) + "," + number(commands.velocity[j][k], 10);
+  }
+  return text + "\n";
+}
+
+Json make_json(const Proposal& p) {
+  Json expected = Json::array(), intervals = Json::array();
+  for (const Expected& one : p.expected)
+    expected.push_back({{"against", one.label}, {"probability", round_to(one.probability, 3)}, {"difference", round_to(one.difference, 3)}});
+  for (const ExpectedInterval& one : p.intervals)
+    intervals.push_back({{"effect", one.label}, {"parameter", one.parameter}, {"unit", one.unit}, {"value", round_to(one.value, 6)},
+                         {"half_width", round_to(one.before, 4)}, {"expected_half_width", round_to(one.after, 4)}});
+  return {{"file", p.file},
+          {"role", p.file.rfind("train", 0) == 0 ? "train" : "validate"},
+          {"family", get_family_word(p.plan.family)},
+          {"sentence", get_family_sentence(p.plan.family)},
+          {"seconds", round_to(p.plan.seconds, 4)},
+          {"size", round_to(p.plan.size, 3)},
+          {"joints", p.moving},
+          {"worth", round_to(p.worth, 3)},
+          {"expected", expected},
+          {"intervals", intervals},
+          {"overlay", {{"signal", p.overlay.signal}, {"unit", p.overlay.unit}, {"time", p.overlay.time}, {"curves", p.overlay.curves}}}};
+}
+
+Json make_json(const Next& next) {
+  Json motions = Json::array();
+  for (const Proposal& p : next.proposals) motions.push_back(make_json(p));
+  return {{"schema", 1},
+          {"nothing", next.nothing},
+          {"unseen", next.unseen},
+          {"explanations", next.explanations},
+          {"motions", motions},
+          {"tried", next.tried},
+          {"rejected", next.rejected},
+          {"remarks", next.remarks}};
+}
+
+}  // namespace
+
+void write_next(const Experiment& experiment, const Next& next, const std::string& folder) {
+  const fs::path out = fs::path(folder) / "next";
+  fs::remove_all(out);
+  fs::create_directories(out);
+  for (const Proposal& p : next.proposals) write_text(out / p.file, make_csv(experiment, p.commands));
+  const Json json = make_json(next);
+  write_text(out / "next.json", json.dump(1) + "\n");
+  write_text(out / "next.html", make_next_page(json, experiment.robot.tree.name));
+}
+
+std::string propose_next(const Experiment& experiment, const std::string& folder, const Json& report, const NextOptions& options,
+                         const Progress& progress) {
+  const Next next = propose(experiment, report, options, progress);
+  write_next(experiment, next, folder);
+  if (!next.nothing.empty()) return "\nNext experiment: none. " + next.nothing + "\n";
+  std::string text = "\nNext experiment (" + folder + "/next/next.html):\n";
+  for (const Proposal& p : next.proposals) {
+    double decided = 0.0;
+    for (const Expected& one : p.expected) decided += one.probability / static_cast<double>(p.expected.size());
+    text += "  " + p.file + ": " + get_family_sentence(p.plan.family) +
+            (p.expected.empty() ? "" : " Expected to rule out " + number(100.0 * decided, 2) + " % of " + number(static_cast<double>(p.expected.size())) + " other explanations.") + "\n";
+  }
+  return text;
+}
+
+}  // namespace hrp::diagnosis
