@@ -236,17 +236,19 @@ void rename(int scheme, Case& made) {
   made.truth = nlohmann::ordered_json::parse(truth);
 }
 
-void add_dirt(const Draft& draft, const std::vector<std::vector<Column>>& recorded, nlohmann::ordered_json& truth) {
+// `usual`: with the recordings that were drawn, whatever was recorded in their place: how much each effect does there.
+void add_dirt(const Draft& draft, const Draft& usual, const std::vector<std::vector<Column>>& recorded, nlohmann::ordered_json& truth) {
   for (const auto& [key, list] : {std::pair{"background", draft.dirt.background}, {"unlisted", draft.dirt.unlisted}}) {
     truth[key] = nlohmann::ordered_json::array();
     for (const Hidden& h : list) truth[key].push_back(to_json(h));
   }
-  truth["influence"] = make_influences(draft);
+  truth["influence"] = make_influences(usual);
   truth["drive"] = draft.recorder.effort_driven ? "effort" : "servo";
-  if (!draft.recorder.effort_driven && !draft.robot.floating) truth["listed_error"] = make_listed_error(draft, recorded);
+  const bool same = draft.recordings.size() == usual.recordings.size();
+  if (same && !draft.recorder.effort_driven && !draft.robot.floating) truth["listed_error"] = make_listed_error(draft, recorded);
 }
 
-Case finish(const Draft& draft, const CaseRequest& request, const std::vector<double>& strengths,
+Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, const std::vector<double>& strengths,
             const CaseOptions& options, Prng random) {
   Case out;
   const RecorderPlan recorder = options.noise_scale == 0 ? without_noise(draft.recorder) : draft.recorder;
@@ -278,7 +280,7 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<do
                  {"velocity", recorder.with_velocity},
                  {"noise_stated", recorder.noise_stated},
                  {"start", draft.recordings[0].start}}}};
-  if (is_dirty(request)) add_dirt(draft, recorded, out.truth);
+  if (is_dirty(request)) add_dirt(draft, usual, recorded, out.truth);
   if (draft.robot.floating) rename(draft.robot.name_scheme, out);
   return out;
 }
@@ -303,9 +305,10 @@ Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions
     try {
       Draft draft = draw_draft(request, options, boost, random.fork(static_cast<std::uint64_t>(attempt)));
       const std::vector<double> strengths = calc_strengths(draft);
+      const Draft usual = draft;
       const bool changed = options.poor > 0 || !options.played.empty();
       if (all_show(strengths) && changed) change_recordings(&draft, options, Prng(seed));
-      if (all_show(strengths)) return finish(draft, request, strengths, options, random.fork(99));
+      if (all_show(strengths)) return finish(draft, usual, request, strengths, options, random.fork(99));
       boost = std::min(2.5, boost * 1.3);
     } catch (const InsaneCase& insane) {
       why = insane.why;

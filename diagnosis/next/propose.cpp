@@ -19,6 +19,7 @@ constexpr double kLeastSize = 0.2;
 constexpr double kWide = 100.0;         // natural sizes of a parameter: what is known of it before any recording
 constexpr double kLeastSpread = 1e-3;   // of a value: what two writers of a law agree to
 constexpr double kSameFamily = 0.9;     // worth of a second motion of the same family: it may miss the same
+constexpr double kSettled = 0.02;       // of a value: half an interval that asks for no more
 constexpr double kValues = 0.5;         // worth of halved intervals beside that of a certain decision
 constexpr double kQuantile = 1.96;
 
@@ -46,6 +47,10 @@ class Proposer {
     parallel_for(options_.jobs, static_cast<int>(known_.size()), [&](int i) {
       known_[static_cast<size_t>(i)] = calc_fisher(problem_, explanations_.list[static_cast<size_t>(i)].hypothesis, all_, explanations_.discrepancy);
     });
+    if (explanations_.list.size() < 2 && is_settled(report)) {
+      next_.nothing = "Only one explanation fits the recordings, and its values are known to 2 %: nothing is ambiguous.";
+      return next_;
+    }
     try_motions();
     choose();
     if (next_.proposals.empty()) next_.nothing = "No motion is safe within the limits under every explanation.";
@@ -53,6 +58,13 @@ class Proposer {
   }
 
  private:
+  // Whether the recordings are explained and all values known; of parameters that shape a law nothing is asked.
+  bool is_settled(const Json& report) const {
+    if (report.value("verdict", "") != "explained") return false;
+    const std::vector<ExpectedInterval> now = list_intervals(Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols()));
+    return std::all_of(now.begin(), now.end(), [](const ExpectedInterval& i) { return i.before <= kSettled * std::abs(i.value); });
+  }
+
   // Joints that the open effects sit at, and those that carry their links.
   std::vector<char> find_concerned() const {
     std::vector<char> moves(static_cast<size_t>(e_.num_joints()), 0);

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The next experiment: motions that are proposed, what they are expected to tell, and what keeps them safe.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/base/diagnostics.h"
+#include "diagnosis/next/information.h"
+#include "diagnosis/next/limits.h"
+#include "diagnosis/next/propose.h"
+#include "diagnosis/next/trial_motion.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::vector<std::string> kJoints{"shoulder", "elbow"};
+const Progress kQuietly = [](const std::string&) {};
+
+// One speed there and back: what grows with speed and what does not look the same but where the joint turns around.
+// The recordings are those of a robot with `hidden`.
+Experiment make_poor_experiment(const std::string& name, const std::string& urdf, const Hypothesis& hidden) {
+  Experiment e = make_simulated_experiment(name, urdf, kJoints, {});
+  TestNoise noise;
+  const double sigma[] = {2e-5, 0.002, 0.02};
+  for (Recording& r : e.recordings) {
+    for (size_t k = 0; k < r.size(); ++k) {
+      r.joints[kShoulder].command[k] = r.joints[kShoulder].command_rate[k] = 0.0;
+      r.joints[kElbow].command[k] = 0.2 * (r.time[k] - r.time[0]) - 0.6;
+      r.joints[kElbow].command_rate[k] = 0.2;
+    }
+    for (auto& joint : r.joints) joint.signal[0] = joint.command, joint.signal[1] = joint.command_rate;
+    SmoothRecording smooth = smooth_recording(e, r);
+    std::vector<double> y;
+    RolloutOptions fine;
+    fine.max_step = 0.0002;
+    EXPECT_TRUE(simulate_recording(make_plant(e, hidden), r, smooth, fine, &y));
+    for (size_t k = 0; k < r.size(); ++k) {
+      for (size_t c = 0; c < 6; ++c)
+        r.joints[c / 3].signal[c % 3][k] = y[std::max(k, smooth.start) * 6 + c] + sigma[c % 3] * noise.draw();
+    }
+  }
+  return e;
+}
+
+Json make_entry(const std::string& effect, const std::string& parameter, double value) {
+  return {{"effect", effect}, {"where", {{"joint", "elbow"}}}, {"parameters", {{parameter, {{"value", value}}}}}};
+}
+
+// "Viscous friction, or dry friction": 0.2 N m at 0.2 rad/s either way.
+Json make_open_report() {
+  Json finding = make_entry("viscous_friction", "coefficient", 1.0);
+  finding["grade"] = "ambiguous";
+  finding["alternatives"] = {make_entry("coulomb_friction", "level", 0.2)};
+  return {{"verdict", "mostly_explained"}, {"findings", {finding}}};
+}
+
+Hypothesis make_viscous() { return {{EffectId::kViscous, kElbow, {1.0}}}; }
+
+NextOptions make_options() {
+  NextOptions options;
+  options.seconds = 5.0, options.count = 1;
+  return options;
+}
+
+TEST(NextExperiment, WhatAnotherValueExplainsDecidesNothing) {
+  Comparison c;
+  c.power = 400.0, c.count = 1000.0;
+  c.fisher = Eigen::MatrixXd::Constant(1, 1, 100.0);
+  c.along = Eigen::VectorXd::Constant(1, 200.0);  // r = 2 J: two units of the parameter
+  EXPECT_NEAR(calc_projected_power(c, Eigen::MatrixXd::Zero(1, 1)), 0.0, 1e-6);
+  // Recordings that already know the parameter as well as the motion will leave half of the difference.
+  EXPECT_NEAR(calc_projected_power(c, Eigen::MatrixXd::Constant(1, 1, 100.0)), 200.0, 1e-6);
+}
+
+TEST(NextExperiment, ALargerDifferenceIsMoreLikelyToDecide) {
+  EXPECT_LT(calc_decision_probability(10.0, 1000.0, 1.0), 0.05);
+  EXPECT_GT(calc_decision_probability(10000.0, 1000.0, 1.0), 0.95);
+  EXPECT_LT(calc_decision_probability(10000.0, 1000.0, 10.0), calc_decision_probability(10000.0, 1000.0, 1.0));
+}
+
+TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds) {
+  const Experiment e = make_simulated_experiment("next_motions", kArm, kJoints, {});
+  const Limits limits = make_limits(e, {"speed=0.7", "elbow.upper=0.4"});
+  for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
+    MotionPlan plan;
+    plan.family = static_cast<Family>(f), plan.moves = {1, 1};
+    const Commands motion = make_motion(plan, limits);
+    for (size_t j = 0; j < 2; ++j) {
+      EXPECT_DOUBLE_EQ(motion.position[j].front(), limits.joints[j].start) << get_family_word(plan.family);
+      EXPECT_DOUBLE_EQ(motion.position[j].back(), limits.joints[j].start);
+      const auto [low, high] = std::minmax_element(motion.position[j].begin(), motion.position[j].end());
+      EXPECT_GE(*low, limits.joints[j].lower - 1e-9);
+        EXPECT_LE(*high, limits.joints[j].upper + 1e-9);
+      for (double v : motion.velocity[j]) EXPECT_LE(std::abs(v), 0.7 + 1e-9);
+    }
+    EXPECT_LE(*std::max_element(motion.position[1].begin(), motion.position[1].end()), 0.4);
+  }
+}
+
+TEST(NextExperiment, ViscousAgainstDryFrictionMovesAtTwoSpeedsAndExpectsADecision) {
+  const Experiment e = make_poor_experiment("next_friction", kArm, make_viscous());
+  const Next next = propose(e, make_open_report(), make_options(), kQuietly);
+  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
+  const Proposal& p = next.proposals[0];
+  const auto dry = std::find_if(p.expected.begin(), p.expected.end(), [](const Expected& x) { return x.label == "coulomb_friction@elbow"; });
+  ASSERT_NE(dry, p.expected.end());
+  EXPECT_GT(dry->probability, 0.9);
+  std::vector<double> speeds;
+  for (double v : p.commands.velocity[kElbow]) speeds.push_back(std::abs(v));
+  std::sort(speeds.begin(), speeds.end());
+  // A quarter of the time slower than a half of the speed that a tenth of the time exceeds.
+  EXPECT_LT(speeds[speeds.size() / 4], 0.5 * speeds[speeds.size() * 9 / 10]);
+}
+
+TEST(NextExperiment, NoMotionPassesAJointsLimitUnderAnyExplanation) {
+  const Experiment e = make_poor_experiment("next_limits", kArm, make_viscous());
+  NextOptions options = make_options();
+  options.count = 2;
+  options.limits = {"elbow.upper=0.25", "elbow.lower=-0.7", "speed=1", "shoulder.effort=30"};
+  const Next next = propose(e, make_open_report(), options, kQuietly);
+  ASSERT_FALSE(next.proposals.empty());
+  Experiment bare = e;
+  bare.recordings.clear();
+  for (const Proposal& p : next.proposals) {
+    const auto motion = make_trial_motion(bare, e.recordings[0], p.commands, {});
+    for (const Hypothesis& h : {Hypothesis{}, make_viscous(), Hypothesis{{EffectId::kCoulomb, kElbow, {0.2, 0.0, 5e-4}}}}) {
+      std::vector<double> y;
+      ASSERT_TRUE(simulate_trial(*motion, h, &y));
+      for (size_t k = motion->problem.smooth[0].start; k < p.commands.time.size(); ++k) {
+        EXPECT_LE(y[k * 6 + 3], 0.25);
+        EXPECT_GE(y[k * 6 + 3], -0.7);
+        EXPECT_LE(std::abs(y[k * 6 + 4]), 1.0 / 0.9);
+        EXPECT_LE(std::abs(y[k * 6 + 2]), 30.0);
+      }
+    }
+  }
+}
+
+TEST(NextExperiment, AMotionThatNeedsMoreEffortThanAllowedIsNotProposed) {
+  const Experiment e = make_poor_experiment("next_effort", kArm, make_viscous());
+  NextOptions options = make_options();
+  options.limits = {"shoulder.effort=5"};  // N m: its own weight takes 9.4
+  const Next next = propose(e, make_open_report(), options, kQuietly);
+  EXPECT_TRUE(next.proposals.empty());
+  EXPECT_NE(next.nothing.find("No motion is safe"), std::string::npos) << next.nothing;
+}
+
+// Fitted to the recordings and the proposed motion as the robot then moves; the noise is drawn once.
+TEST(NextExperiment, TheExpectedIntervalIsThatOfTheRepeatedExperiment) {
+  Experiment e = make_poor_experiment("next_interval", kArm, make_viscous());
+  const Next next = propose(e, make_open_report(), make_options(), kQuietly);
+  ASSERT_EQ(next.proposals.size(), 1u);
+  const Proposal& p = next.proposals[0];
+  ASSERT_EQ(p.intervals.size(), 1u);
+  Experiment bare = e;
+  bare.recordings.clear();
+  auto motion = make_trial_motion(bare, e.recordings[0], p.commands, make_viscous());
+  TestNoise noise;
+  const double sigma[] = {2e-5, 0.002, 0.02};
+  Recording played = motion->experiment.recordings[0];
+  for (size_t c = 0; c < 6; ++c) {
+    for (double& x : played.joints[c / 3].signal[c % 3]) x += sigma[c % 3] * noise.draw();
+  }
+  e.recordings.push_back(played);
+  const Problem problem = make_problem(e, 1);
+  FitOptions options;
+  options.intervals = true;
+  const FitResult result = fit(problem, make_viscous(), {0, 1, 2, 3}, options);
+  ASSERT_TRUE(result.ok);
+  const double half = 1.96 * std::hypot(result.std[0][0], 1e-3);
+  // Scatter of a sandwich covariance from 40 stretches a recording: some 15 %; the bar is a factor of 1.5.
+  EXPECT_LT(half / p.intervals[0].after, 1.5);
+        EXPECT_GT(half / p.intervals[0].after, 1.0 / 1.5);
+  EXPECT_LT(p.intervals[0].after, p.intervals[0].before);
+}
+
+TEST(NextExperiment, WithoutAMismatchNothingIsProposed) {
+  const Experiment e = make_simulated_experiment("next_nothing", kArm, kJoints, {});
+  const Next next = propose(e, {{"verdict", "no_mismatch"}, {"findings", Json::array()}}, make_options(), kQuietly);
+  EXPECT_TRUE(next.proposals.empty());
+  EXPECT_NE(next.nothing.find("nothing is ambiguous"), std::string::npos) << next.nothing;
+}
+
+TEST(NextExperiment, WithoutPositionLimitsMotionsStayWithinWhatWasRecorded) {
+  std::string urdf = kArm;
+  const std::string limit = R"(<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+  urdf.replace(urdf.find(limit), limit.size(), R"(<axis xyz="0 1 0"/></joint></robot>)");
+  urdf.replace(urdf.rfind("revolute"), 8, "continuous");
+  const Experiment e = make_simulated_experiment("next_unlimited", urdf, kJoints, {});
+  const Limits limits = make_limits(e, {});
+  EXPECT_LE(limits.joints[kElbow].upper, 0.6);  // the commands' amplitude
+  EXPECT_TRUE(std::any_of(limits.remarks.begin(), limits.remarks.end(), [](const std::string& r) { return r.find("elbow has no position limits") == 0; }));
+}
+
+TEST(NextExperiment, ALimitThatCannotBeReadIsRefusedByName) {
+  const Experiment e = make_simulated_experiment("next_words", kArm, kJoints, {});
+  for (const char* word : {"speed", "speed=fast", "wrist.speed=1", "colour=3", "elbow.lower=0.5"}) {
+    try {
+      make_limits(e, {word});
+      ADD_FAILURE() << word << " was taken";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("--limit"), std::string::npos);
+    }
+  }
+}
+
+TEST(NextExperiment, LimitsOnlyTighten) {
+  const Experiment e = make_simulated_experiment("next_tighten", kArm, kJoints, {});
+  const Limits usual = make_limits(e, {}), wide = make_limits(e, {"speed=1000", "effort=1000", "reach=50"});
+  EXPECT_DOUBLE_EQ(wide.joints[0].speed, usual.joints[0].speed);
+  EXPECT_DOUBLE_EQ(wide.joints[0].effort, usual.joints[0].effort);
+  EXPECT_DOUBLE_EQ(wide.joints[0].upper, usual.joints[0].upper);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
