@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Counts a trial of scripts/prove_next.sh: what one round of proposed motions decides, against one of multisines.
+
+score_next.py DIR           the table, and DIR/next.json
+score_next.py DIR --open    names of the cases that need another round, one a line
+"""
+import argparse
+import json
+import math
+import pathlib
+import statistics
+
+import score_cases
+import score_dirty
+
+KINDS = ("proposed", "multisines")
+
+
+def is_right(truth, report):
+    if report is None:
+        return False
+    if score_dirty.is_dirty(truth):
+        return score_dirty.Tally(truth, report).word() == "right"
+    # Twins that are still listed are no decision.
+    return score_cases.judge(truth, report)[0] == "right"
+
+
+def count_wrong(truth, report):
+    """Certain or supported findings of effects that are not there."""
+    claims = [f for f in (report or {}).get("findings") or [] if score_dirty.is_claim(f)]
+    real = truth["hidden"] + truth.get("background", [])
+    places = lambda h: score_dirty.place_of(h)
+    return sum(not any(h["effect"] == e and score_dirty.same_place(places(h), p) for h in real
+                       for e, p in score_dirty.options(f)) for f in claims)
+
+
+def list_half_widths(truth, report):
+    """Half of the 95 % interval of every parameter of a finding that is there, by effect, place and parameter."""
+    widths = {}
+    for finding in (report or {}).get("findings") or []:
+        place = score_dirty.place_of(finding)
+        if not any(h["effect"] == finding["effect"] and score_dirty.same_place(score_dirty.place_of(h), place) for h in truth["hidden"]):
+            continue
+        for name, said in finding["parameters"].items():
+            if said.get("ci95"):
+                widths[finding["effect"], place, name] = score_dirty.find_width(said)
+    return widths
+
+
+def read_case(root, name):
+    truth = score_cases.read_json(root / "first/truths" / f"{name}.json")
+    case = {"name": name, "truth": truth}
+    for kind in ("first",) + KINDS:
+        answer = root / kind / "answers" / name
+        case[kind] = score_cases.read_json(answer / "report.json") if (answer / "run.json").exists() else None
+    case["next"] = score_cases.read_json(root / "first/answers" / name / "next/next.json") or {}
+    return case
+
+
+def is_open(case):
+    if any(h["effect"] in score_cases.UNKNOWN for h in case["truth"]["hidden"]):
+        return False
+    several = len(case["next"].get("explanations", [])) > 1
+    return case["first"] is not None and bool(case["next"].get("motions")) and (several or not is_right(case["truth"], case["first"]))
+
+
+def find_ratios(case, kind):
+    before, after = (list_half_widths(case["truth"], case[k]) for k in ("first", kind))
+    return [after[key] / before[key] for key in before if key in after and before[key] > 0 and math.isfinite(after[key])]
+
+
+def list_passed(root, case):
+    """Recordings of proposed motions in which a joint passes what its URDF allows (3 rad either way in all cases)."""
+    passed = []
+    for path in sorted((root / "proposed/cases" / case["name"]).glob("next_*.csv")):
+        lines = path.read_text().splitlines()
+        names = lines[0].split(",")
+        columns = [i for i, n in enumerate(names) if n.startswith("/joint_states/") and n.endswith("/position")]
+        if any(abs(float(row[i])) > 3.0 for row in (line.split(",") for line in lines[1:]) for i in columns if row[i]):
+            passed.append(path.name)
+    return passed
+
+
+def summarise(root, cases):
+    opened = [c for c in cases if is_open(c) and all(c[k] is not None for k in KINDS)]
+    out = {"cases": len(cases), "open": sum(map(is_open, cases)), "answered": len(opened),
+           "first_right": sum(is_right(c["truth"], c["first"]) for c in opened),
+           "first_wrong_names": sum(count_wrong(c["truth"], c["first"]) for c in opened)}
+    for kind in KINDS:
+        ratios = [r for c in opened for r in find_ratios(c, kind)]
+        out[kind] = {"right": sum(is_right(c["truth"], c[kind]) for c in opened),
+                     "wrong_names": sum(count_wrong(c["truth"], c[kind]) for c in opened),
+                     "median_interval_ratio": statistics.median(ratios) if ratios else None, "intervals": len(ratios)}
+    out["limits_passed"] = [name for c in opened for name in list_passed(root, c)]
+    return out, opened
+
+
+def print_table(out, opened):
+    number = lambda x: "-" if x is None else f"{x:.2f}"
+    n = out["answered"]
+    print(f"{out['cases']} cases, {out['open']} open after the first recordings, {n} of them answered after both rounds\n")
+    print("| | first recordings | + proposed motions | + multisines as long | bar |\n|---|---|---|---|---|")
+    a, b = out["proposed"], out["multisines"]
+    print(f"| open cases answered rightly | {out['first_right']} of {n} | {a['right']} of {n} | {b['right']} of {n} | 80 % |")
+    print(f"| median of intervals, against before | 1 | {number(a['median_interval_ratio'])} ({a['intervals']}) | {number(b['median_interval_ratio'])} ({b['intervals']}) | 0.5 |")
+    print(f"| wrong names | {out['first_wrong_names']} | {a['wrong_names']} | {b['wrong_names']} | not more |")
+    print(f"| motions in which a limit was passed | | {len(out['limits_passed'])} | not looked at | 0 |\n")
+    for c in opened:
+        words = [score_cases.judge(c["truth"], c[k])[0] for k in ("first",) + KINDS]
+        print(c["name"], "+".join(h["effect"] for h in c["truth"]["hidden"]) + ":", " | ".join(words))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--open", action="store_true")
+    args = parser.parse_args()
+    cases = [read_case(args.folder, path.stem) for path in sorted((args.folder / "first/truths").glob("*.json"))]
+    if args.open:
+        print("\n".join(c["name"] for c in cases if is_open(c)))
+        return
+    out, opened = summarise(args.folder, cases)
+    (args.folder / "next.json").write_text(json.dumps(out, indent=1) + "\n")
+    print_table(out, opened)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# scripts/prove_next.sh [--cases N] [--seed S] [--jobs J] [--out DIR] [--family F] [--poor T] [--seconds T] [--stage STAGE]
+#
+# The trial of hrp-diagnose --next. Another engine makes N cases with poor first recordings: short, slow, small, one joint
+# still. Cases that are not answered rightly, or that leave more than one explanation, get one round of the motions that
+# the tool proposes and, apart from that, one round of multisines as long; robot, hidden physics and noise are the same.
+# Prints the table and writes DIR/next.json.
+#   --cases N    how many (20)               --seed S     the same seed gives the same cases (the clock's second, printed)
+#   --jobs J     tools at a time (all cores) --out DIR    where to work (out/next-SEED); a stopped trial goes on there
+#   --family F   families of hrp-make-cases, a comma list (joint,link,pair,pair_same_joint)
+#   --poor T     seconds of the first recordings (2)       --seconds T  of a proposed motion (6)
+#   --limit T    seconds after which a run counts as no answer (900)
+#   --stage X    first, round, table, or all (the default)
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+cases=20 seed="" jobs=$(nproc) out="" family=joint,link,pair,pair_same_joint poor=2 seconds=6 limit=900 stage=all
+while [ $# -gt 0 ]; do
+  case "$1" in
+    -h | --help) print_help; exit 0 ;;
+    --cases | --seed | --jobs | --out | --family | --poor | --seconds | --limit | --stage)
+      [ $# -ge 2 ] || { echo "prove_next.sh: $1 wants a value" >&2; exit 2; }
+      declare "${1#--}=$2"; shift 2 ;;
+    *) echo "prove_next.sh: unknown option $1" >&2; exit 2 ;;
+  esac
+done
+case "$stage" in first | round | table | all) ;; *) echo "prove_next.sh: no stage is called $stage" >&2; exit 2 ;; esac
+seed=${seed:-$(date +%s)}
+out=${out:-$ROOT/out/next-$seed}
+[ -x "$BUILD/bin/hrp-make-cases" ] && [ -x "$BUILD/bin/hrp-diagnose" ] ||
+  "$ROOT/scripts/build.sh" hrp-make-cases hrp-diagnose >&2
+
+make_cases() { # FOLDER [options]
+  [ -d "$1/cases" ] || "$BUILD/bin/hrp-make-cases" --out "$1" --cases "$cases" --seed "$seed" --family "$family" \
+    --poor "$poor" --jobs "$jobs" "${@:2}"
+}
+
+answer() { # FOLDER NAME TOOL LIMIT [options]
+  local answer=$1/answers/$2 begin status=0
+  [ ! -e "$answer/run.json" ] || return 0
+  mkdir -p "$answer"
+  begin=$(date +%s)
+  timeout "$4" "$3" "$1/cases/$2/experiment.yaml" --out "$answer" --jobs 1 "${@:5}" >"$answer/terminal.txt" 2>&1 || status=$?
+  echo "{\"status\": $status, \"seconds\": $(($(date +%s) - begin))}" >"$answer/run.json"
+  echo "$answer: status $status, $(($(date +%s) - begin)) s"
+}
+export -f answer
+answer_all() { # FOLDER NAMES [options]
+  xargs -P "$jobs" -I{} bash -c 'answer "$@"' _ "$1" {} "$BUILD/bin/hrp-diagnose" "$limit" "${@:3}" <<<"$2"
+}
+score() { python3 "$ROOT/diagnosis/generator/score_next.py" "$out" "$@"; }
+
+if [ "$stage" = first ] || [ "$stage" = all ]; then
+  make_cases "$out/first"
+  echo "seed $seed, $cases cases of $family, first recordings of $poor s, motions of $seconds s"
+  answer_all "$out/first" "$(ls "$out/first/cases")" --next --seconds "$seconds"
+fi
+if [ "$stage" = round ] || [ "$stage" = all ]; then
+  open=$(score --open)
+  make_cases "$out/proposed" --play "$out/first/answers"
+  make_cases "$out/multisines" --play "$out/first/answers" --multisines
+  for kind in proposed multisines; do answer_all "$out/$kind" "$open"; done
+fi
+if [ "$stage" = table ] || [ "$stage" = all ]; then score; fi
