@@ -2,6 +2,7 @@
 #include "diagnosis/evidence/link_columns.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "diagnosis/data/low_pass.h"
 
@@ -10,10 +11,19 @@ namespace {
 
 constexpr double kAngleStep = 1e-4;  // [rad] differences of predictions over a position or over the base's attitude
 
+// A sensor that is turned by the rotation vector phi reads exp(-phi x) x = x + a (x x phi) - b phi x (x x phi), with
+// a = sin|phi| / |phi| and b = (1 - cos|phi|) / |phi|^2. Linear in phi where the first phi of the last term is `near`.
+Vector3d calc_turn_column(const Vector3d& x, const Vector3d& near, int axis) {
+  const double angle = near.norm();
+  const double a = angle > 1e-6 ? std::sin(angle) / angle : 1.0, b = angle > 1e-6 ? (1.0 - std::cos(angle)) / (angle * angle) : 0.5;
+  const Vector3d first = x.cross(Vector3d::Unit(axis));
+  return a * first - b * near.cross(first);
+}
+
 class Lister {
  public:
-  Lister(const LinkData& data, const LinkSensors& sensors, const LinkReadings& readings, const std::vector<Vector3d>& loads)
-      : e_(*data.experiment), sensors_(sensors), readings_(readings), loads_(loads) {}
+  Lister(const LinkData& data, const LinkSensors& sensors, const LinkReadings& readings, const LinkPoints& points)
+      : e_(*data.experiment), sensors_(sensors), readings_(readings), points_(points) {}
 
   std::vector<LinkTerm> list() {
     for (size_t link = 1; link < e_.robot.tree.links.size(); ++link) add_link(static_cast<int>(link));
@@ -30,7 +40,8 @@ class Lister {
  private:
   void add(EffectId id, PlaceKind place, int index, int group, int columns) {
     LinkTerm term{id, place, index, group, columns, Vector3d::Zero(), width_, false};
-    if (id == EffectId::kPayload) term.p_LP = loads_.empty() ? Vector3d(e_.robot.tree.links[static_cast<size_t>(index)].inertia.p_LLcm_L) : loads_[static_cast<size_t>(index)];
+    if (id == EffectId::kPayload) term.near = points_.loads.empty() ? Vector3d(e_.robot.tree.links[static_cast<size_t>(index)].inertia.p_LLcm_L) : points_.loads[static_cast<size_t>(index)];
+    if (id == EffectId::kSensorMisalignment && !points_.turns.empty()) term.near = points_.turns[static_cast<size_t>(index)];
     term.of_link_encoder = id == EffectId::kJointOffset && sensors_.has_encoder(index);
     terms_.push_back(term);
     width_ += columns;
@@ -62,7 +73,7 @@ class Lister {
   const Experiment& e_;
   const LinkSensors& sensors_;
   const LinkReadings& readings_;
-  const std::vector<Vector3d>& loads_;
+  const LinkPoints& points_;
   std::vector<LinkTerm> terms_;
   long width_ = 0;
 };
@@ -102,7 +113,7 @@ class Maker {
  private:
   void fill_link(const LinkTerm& term, Eigen::MatrixXd* out) const {
     auto columns = out->middleCols(term.first, term.columns);
-    if (term.id == EffectId::kPayload) columns = readings_.calc_load_columns({term.index, term.p_LP});
+    if (term.id == EffectId::kPayload) columns = readings_.calc_load_columns({term.index, term.near});
     if (term.id == EffectId::kMassError) columns = readings_.calc_mass_column(term.index);
     if (term.id == EffectId::kComError) columns = readings_.calc_com_columns(term.index);
     if (term.id == EffectId::kExternalForce) columns = readings_.calc_force_columns(term.index);
@@ -118,7 +129,7 @@ class Maker {
       if (term.id == EffectId::kSensorDelay) block = -rate_.row(row).segment(group.first, group.size).transpose();
       if (term.id != EffectId::kSensorMisalignment) continue;
       const Vector3d x = r_.predicted.row(row).segment(group.first, 3);  // reads R(rpy)^T x
-      for (int axis = 0; axis < 3; ++axis) block.col(axis) = x.cross(Vector3d::Unit(axis));
+      for (int axis = 0; axis < 3; ++axis) block.col(axis) = calc_turn_column(x, term.near, axis);
     }
   }
 
@@ -162,8 +173,8 @@ class Maker {
 }  // namespace
 
 std::vector<LinkTerm> list_link_terms(const LinkData& data, const LinkSensors& sensors, const LinkReadings& readings,
-                                      const std::vector<Vector3d>& loads) {
-  return Lister(data, sensors, readings, loads).list();
+                                      const LinkPoints& points) {
+  return Lister(data, sensors, readings, points).list();
 }
 
 std::vector<Eigen::MatrixXd> calc_link_columns(const LinkRecording& r, const std::vector<LinkTerm>& terms,

@@ -8,7 +8,7 @@ namespace hrp::diagnosis {
 
 // Every effect that some sensor can show.
 std::vector<LinkTerm> list_link_terms(const LinkData& data, const LinkSensors& sensors, const LinkReadings& readings,
-                                      const std::vector<Vector3d>& loads);
+                                      const LinkPoints& points);
 
 // By kept sample of a recording: readings x columns of all terms.
 std::vector<Eigen::MatrixXd> calc_link_columns(const LinkRecording& recording, const std::vector<LinkTerm>& terms,

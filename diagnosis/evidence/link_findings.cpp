@@ -49,7 +49,12 @@ void find_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::Ve
   if (term.id == EffectId::kMassError || term.id == EffectId::kSensorScale) (*value)[0] = 1.0 + p[0];
   if (term.id == EffectId::kPayload) {
     const double mass = std::max(1e-12, p[0]);
-    for (long i = 1; i < 4; ++i) (*value)[static_cast<size_t>(i)] = term.p_LP[i - 1] + p[i] / mass, (*std)[static_cast<size_t>(i)] = s[i] / mass;
+    for (long i = 1; i < 4; ++i) (*value)[static_cast<size_t>(i)] = term.near[i - 1] + p[i] / mass, (*std)[static_cast<size_t>(i)] = s[i] / mass;
+  }
+  if (term.id == EffectId::kSensorMisalignment) {  // a rotation vector, as roll, pitch, yaw
+    const Vector3d phi = p;
+    const Matrix3d R = Eigen::AngleAxisd(phi.norm(), phi.norm() > 0.0 ? phi.normalized() : Vector3d::UnitX()).toRotationMatrix();
+    *value = {std::atan2(R(2, 1), R(2, 2)), -std::asin(std::clamp(R(2, 0), -1.0, 1.0)), std::atan2(R(1, 0), R(0, 0))};
   }
   if (term.id == EffectId::kSpring) {
     const double k = std::max(1e-12, p[0]);
@@ -136,30 +141,36 @@ class Judge {
   }
 
  private:
-  // Loads are linear near a point: twice more from where they are found to hang.
+  // Loads are linear near a point, turned sensors near a turn: twice more from what was found.
   void choose() {
-    std::vector<Vector3d> loads;
+    LinkPoints points;
     for (int pass = 0; pass < 3; ++pass) {
-      design_ = std::make_shared<LinkDesign>(make_link_design(data_, sensors_, readings_.get(), loads));
+      design_ = std::make_shared<LinkDesign>(make_link_design(data_, sensors_, readings_.get(), points));
       out_.model = choose_link_terms(*design_);
       out_.fit = fit_links(*design_, out_.model, true);
-      if (!move_loads(&loads)) break;
+      if (!move_points(&points)) break;
     }
     nominal_ = fit_links(*design_, {});
   }
 
-  bool move_loads(std::vector<Vector3d>* loads) const {
-    constexpr double kNear = 1e-3;  // [m]
-    if (loads->empty()) {
-      for (const LinkSpec& link : e_.robot.tree.links) loads->push_back(link.inertia.p_LLcm_L);
+  bool move_points(LinkPoints* points) const {
+    constexpr double kNear = 1e-3;  // [m], [rad]
+    if (points->loads.empty()) {
+      for (const LinkSpec& link : e_.robot.tree.links) points->loads.push_back(link.inertia.p_LLcm_L);
+      points->turns.assign(sensors_.sensors.size(), Vector3d::Zero());
     }
     bool moved = false;
     for (size_t i = 0; i < out_.model.size(); ++i) {
       const LinkTerm& term = design_->terms[out_.model[i]];
+      if (term.id == EffectId::kSensorMisalignment) {
+        Vector3d& turn = points->turns[static_cast<size_t>(term.index)];
+        moved = moved || (turn - out_.fit.theta[i]).norm() > kNear;
+        turn = out_.fit.theta[i];
+      }
       if (term.id != EffectId::kPayload || out_.fit.theta[i][0] <= 0.0) continue;
       const Vector3d step = out_.fit.theta[i].tail<3>() / out_.fit.theta[i][0];
       moved = moved || step.norm() > kNear;
-      (*loads)[static_cast<size_t>(term.index)] += step;
+      points->loads[static_cast<size_t>(term.index)] += step;
     }
     return moved;
   }

@@ -222,10 +222,10 @@ double find_reach(const TreeSpec& tree, int link) {
 
 class DesignMaker {
  public:
-  DesignMaker(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const std::vector<Vector3d>& loads)
+  DesignMaker(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points)
       : data_(data), readings_(*readings) {
     design_.readings = readings, design_.experiment = data.experiment;
-    design_.terms = list_link_terms(data, sensors, *readings, loads);
+    design_.terms = list_link_terms(data, sensors, *readings, points);
     for (const LinkTerm& term : design_.terms) design_.width += term.columns;
     for (const ReadingGroup& group : readings->groups()) {
       design_.groups.emplace_back();
@@ -342,16 +342,15 @@ class DesignMaker {
 
 }  // namespace
 
-LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings,
-                            const std::vector<Vector3d>& loads) {
-  return DesignMaker(data, sensors, readings, loads).make();
+LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points) {
+  return DesignMaker(data, sensors, readings, points).make();
 }
 
 bool is_physical(const LinkDesign& design, const LinkTerm& term, const Eigen::VectorXd& p) {
   const TreeSpec& tree = design.experiment->robot.tree;
   switch (term.id) {
     case EffectId::kPayload:  // the mass; its place from the point near which it is linear
-      return p[0] > 0.0 && (term.p_LP + p.tail<3>() / p[0]).norm() < find_reach(tree, term.index);
+      return p[0] > 0.0 && (term.near + p.tail<3>() / p[0]).norm() < find_reach(tree, term.index);
     case EffectId::kComError: return p.norm() < find_reach(tree, term.index);
     case EffectId::kMassError: return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
     case EffectId::kSensorScale: return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;

@@ -21,7 +21,7 @@ struct LinkTerm {
   int index = 0;     // link, joint or sensor
   int group = -1;    // of one group of readings of that sensor; -1: of all
   int columns = 1;
-  Vector3d p_LP = Vector3d::Zero();  // [m] near which a load is linear
+  Vector3d near = Vector3d::Zero();  // near which it is linear: place of a load [m], turn of a sensor [rad]
   long first = 0;    // its first column
   bool of_link_encoder = false;  // a joint's zero is that of its second encoder, which gives the link's motion
 };
@@ -46,9 +46,13 @@ struct LinkDesign {
   bool has_held = false;
 };
 
-// `loads`: points near which loads of links are linear, by link; empty: their centres of mass.
-LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings,
-                            const std::vector<Vector3d>& loads);
+// What is not linear is linear near values that a fit before has found; empty: centres of mass, no turn.
+struct LinkPoints {
+  std::vector<Vector3d> loads;  // [m] by link
+  std::vector<Vector3d> turns;  // [rad] by sensor: rotation vectors
+};
+
+LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points);
 
 struct LinkFit {
   std::vector<Eigen::VectorXd> theta;   // by term of the model

@@ -144,6 +144,30 @@ TEST(LinkSensors, NothingIsNamedWhereNothingIsMissing) {
   EXPECT_FALSE(verdict.mismatch);
 }
 
+TEST(LinkSensors, ATurnedImuComesOutWithItsAnglesHoweverLarge) {
+  Experiment e = make_arm("turned");
+  LinkSensors all = make_all(e);
+  record(all, {}, &e);
+  const Vector3d rpy(0.1, -0.25, 0.15);
+  const Matrix3d R = (Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
+                      Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX())).toRotationMatrix();
+  for (Recording& r : e.recordings) {
+    for (const char* reading : {"/imu/hand/angular_velocity/", "/imu/hand/linear_acceleration/"}) {
+      for (size_t k = 0; k < r.size(); ++k) {
+        Vector3d x;
+        for (int i = 0; i < 3; ++i) x[i] = r.other.at(reading + std::string(1, "xyz"[i]))[k];
+        x = R.transpose() * x;
+        for (int i = 0; i < 3; ++i) r.other.at(reading + std::string(1, "xyz"[i]))[k] = x[i];
+      }
+    }
+  }
+  const LinkVerdict verdict = judge(e, all);
+  ASSERT_EQ(verdict.evidence.findings.size(), 1u);
+  const Finding& f = verdict.evidence.findings[0];
+  EXPECT_EQ(f.effect, "sensor_misalignment") << f.statement;
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(f.parameters[0].value[static_cast<size_t>(i)], rpy[i], 0.002) << f.statement;  // 1 % of 0.25 rad
+}
+
 TEST(LinkSensors, ALateImuComesOutInTenthsOfMilliseconds) {
   Experiment e = make_arm("late");
   LinkSensors all = make_all(e);
