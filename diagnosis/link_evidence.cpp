@@ -105,6 +105,7 @@ class Merger {
     std::string method = report_["prediction"].value("method", "");
     report_["prediction"]["method"] = method + (method.empty() ? "" : "; ") + "sensors behind the gears: inverse dynamics of the links beyond them along the recorded motion";
     combine_verdicts();
+    if (report_["verdict"] == "unexplained" && !report_["findings"].empty()) report_["verdict"] = "partly_explained";
   }
 
  private:

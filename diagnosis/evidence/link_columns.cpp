@@ -42,6 +42,8 @@ class Lister {
     LinkTerm term{id, place, index, group, columns, Vector3d::Zero(), width_, false};
     if (id == EffectId::kPayload) term.near = points_.loads.empty() ? Vector3d(e_.robot.tree.links[static_cast<size_t>(index)].inertia.p_LLcm_L) : points_.loads[static_cast<size_t>(index)];
     if (id == EffectId::kSensorMisalignment && !points_.turns.empty()) term.near = points_.turns[static_cast<size_t>(index)];
+    if (id == EffectId::kSensorDelay && !points_.delays.empty())
+      term.near.x() = points_.delays[place == PlaceKind::kNone ? 0 : static_cast<size_t>(index) + 1];
     term.of_link_encoder = id == EffectId::kJointOffset && sensors_.has_encoder(index);
     terms_.push_back(term);
     width_ += columns;
@@ -100,7 +102,7 @@ class Maker {
     for (const LinkTerm& term : terms_) {
       if (term.place == PlaceKind::kLink && term.index > 0) fill_link(term, &out);
       if (term.place == PlaceKind::kSensor) fill_sensor(term, row, &out);
-      if (term.place == PlaceKind::kNone) out.col(term.first) = rate_.row(row).transpose();
+      if (term.place == PlaceKind::kNone) out.col(term.first) = calc_change(row, -term.near.x());
       if (term.id == EffectId::kSpring) fill_spring(term, &out);
     }
     for (const LinkTerm& term : terms_) {  // these move the robot: last
@@ -111,6 +113,16 @@ class Maker {
   }
 
  private:
+  // Mean rate of the predicted readings over the `delay` [s] before the row, or after it where that is negative.
+  Eigen::VectorXd calc_change(long row, double delay) const {
+    if (std::abs(delay) < r_.step) return rate_.row(row).transpose();
+    const double at = std::clamp(static_cast<double>(row) - delay / r_.step, 0.0, static_cast<double>(rate_.rows() - 1));
+    const long low = std::min(static_cast<long>(at), rate_.rows() - 2);
+    const double part = at - static_cast<double>(low);
+    const Eigen::VectorXd then = ((1.0 - part) * r_.predicted.row(low) + part * r_.predicted.row(low + 1)).transpose();
+    return (r_.predicted.row(row).transpose() - then) / ((static_cast<double>(row) - at) * r_.step);
+  }
+
   void fill_link(const LinkTerm& term, Eigen::MatrixXd* out) const {
     auto columns = out->middleCols(term.first, term.columns);
     if (term.id == EffectId::kPayload) columns = readings_.calc_load_columns({term.index, term.near});
@@ -126,7 +138,7 @@ class Maker {
       auto block = out->block(group.first, term.first, group.size, term.columns);
       if (term.id == EffectId::kSensorBias) block.setIdentity();
       if (term.id == EffectId::kSensorScale) block = r_.predicted.row(row).segment(group.first, group.size).transpose();
-      if (term.id == EffectId::kSensorDelay) block = -rate_.row(row).segment(group.first, group.size).transpose();
+      if (term.id == EffectId::kSensorDelay) block = -calc_change(row, term.near.x()).segment(group.first, group.size);
       if (term.id != EffectId::kSensorMisalignment) continue;
       const Vector3d x = r_.predicted.row(row).segment(group.first, 3);  // reads R(rpy)^T x
       for (int axis = 0; axis < 3; ++axis) block.col(axis) = calc_turn_column(x, term.near, axis);

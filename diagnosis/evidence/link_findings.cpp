@@ -13,11 +13,12 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kNoise = 1.2;      // times the noise up to which nothing is missing
-constexpr double kNothing = 0.01;   // of a reading's spread: what motion, inertias and clocks are uncertain by
+constexpr double kNothing = 0.01;   // of a reading's spread: below it no effect is named
+constexpr double kUncertain = 0.03; // of a reading's spread: what accelerations and the filter leave of fast motions
 constexpr double kRival = 3.0;      // [nats] within which another effect does as well
 constexpr double kMatters = 0.1;    // of the mismatch of some reading
 constexpr double kLaw = 0.7;        // of a reading's mismatch that the whole model takes away where its effects are sure
-constexpr double kTwoEngines = 2e-3;  // of a value: laws and filters agree no better
+constexpr double kTwoEngines = 4e-3;  // of a value: laws and filters agree no better
 constexpr size_t kMostRivals = 5;
 
 struct Graded {
@@ -158,10 +159,16 @@ class Judge {
     if (points->loads.empty()) {
       for (const LinkSpec& link : e_.robot.tree.links) points->loads.push_back(link.inertia.p_LLcm_L);
       points->turns.assign(sensors_.sensors.size(), Vector3d::Zero());
+      points->delays.assign(sensors_.sensors.size() + 1, 0.0);
     }
     bool moved = false;
     for (size_t i = 0; i < out_.model.size(); ++i) {
       const LinkTerm& term = design_->terms[out_.model[i]];
+      if (term.id == EffectId::kSensorDelay) {
+        double& delay = points->delays[term.place == PlaceKind::kNone ? 0 : static_cast<size_t>(term.index) + 1];
+        moved = moved || std::abs(delay - out_.fit.theta[i][0]) > 0.02 * out_.fit.theta[i][0];
+        delay = out_.fit.theta[i][0];
+      }
       if (term.id == EffectId::kSensorMisalignment) {
         Vector3d& turn = points->turns[static_cast<size_t>(term.index)];
         moved = moved || (turn - out_.fit.theta[i]).norm() > kNear;
@@ -175,9 +182,9 @@ class Judge {
     return moved;
   }
 
-  bool is_off(size_t g, double square) const {
+  bool is_off(size_t g, double square, double share = kNothing) const {
     const LinkGroup& group = design_->groups[g];
-    return square > kNoise * kNoise * group.floor && square > std::pow(kNothing * group.spread, 2);
+    return square > kNoise * kNoise * group.floor && square > std::pow(share * group.spread, 2);
   }
 
   void find_mismatch() {
@@ -187,8 +194,8 @@ class Judge {
       const LinkGroup& group = design_->groups[g];
       const double count = group.reading.size, floor = std::max(group.floor, 1e-300);
       before += count * before_[g] / floor, after += count * out_.fit.held[g] / floor, n += count;
-      if (is_off(g, out_.fit.held[g])) out_.to_noise = false;
-      if (!is_off(g, before_[g])) continue;
+      if (is_off(g, out_.fit.held[g], kUncertain)) out_.to_noise = false;
+      if (!is_off(g, before_[g], kUncertain)) continue;
       out_.mismatch = true;
       Mismatch m;
       m.signal = group.reading.name, m.recording = find_held_name();
@@ -335,6 +342,7 @@ class Judge {
                                                 get_motion(term.id)});
     }
     sort_findings(&out_.evidence.findings);
+    out_.mismatch = out_.mismatch || !out_.evidence.findings.empty();  // a bias may be a small share of what is read
   }
 
   void add_remaining() {
@@ -347,7 +355,7 @@ class Judge {
       r.before = std::sqrt(before_[g]), r.after = std::sqrt(out_.fit.held[g]);
       r.statement = group.reading.name + ": of " + number(r.before, 3) + " " + r.unit + " beyond the prediction (root mean square" +
                     (axes > 1.0 ? " of its axes), " : "), ") + number(r.after, 3) + " " + r.unit + " remain" +
-                    (is_off(g, out_.fit.held[g]) ? "." : ", which is noise.");
+                    (is_off(g, out_.fit.held[g], kUncertain) ? "." : ", which is noise or what fast motions leave uncertain.");
       out_.evidence.fit.signals.push_back({group.reading.name, r.unit, r.before, r.after, group.spread});
       out_.evidence.remaining.push_back(r);
       if (!is_off(g, before_[g])) continue;

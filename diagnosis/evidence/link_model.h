@@ -21,7 +21,7 @@ struct LinkTerm {
   int index = 0;     // link, joint or sensor
   int group = -1;    // of one group of readings of that sensor; -1: of all
   int columns = 1;
-  Vector3d near = Vector3d::Zero();  // near which it is linear: place of a load [m], turn of a sensor [rad]
+  Vector3d near = Vector3d::Zero();  // near which it is linear: place of a load [m], turn of a sensor [rad], delay [s]
   long first = 0;    // its first column
   bool of_link_encoder = false;  // a joint's zero is that of its second encoder, which gives the link's motion
 };
@@ -50,6 +50,7 @@ struct LinkDesign {
 struct LinkPoints {
   std::vector<Vector3d> loads;  // [m] by link
   std::vector<Vector3d> turns;  // [rad] by sensor: rotation vectors
+  std::vector<double> delays;   // [s] of positions, then by sensor
 };
 
 LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points);
