@@ -137,7 +137,12 @@ std::vector<std::vector<int>> assign_own_folds(const TorqueData& data, int joint
 void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& folds, int fold_count, const Rows& rows,
                 JointDesign* joint) {
   const long width = joint->own_width + rows.whole[0].cols();
-  joint->train.assign(static_cast<size_t>(fold_count), Gram(width));
+  // A joint that is used in few folds has its own, which may be more than all recordings have.
+  int own_count = fold_count;
+  for (const std::vector<int>& one : folds) {
+    for (int fold : one) own_count = std::max(own_count, fold + 1);
+  }
+  joint->train.assign(static_cast<size_t>(own_count), Gram(width));
   joint->held.clear();
   Spread spread;
   Eigen::VectorXd x(width);

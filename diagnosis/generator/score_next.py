@@ -18,7 +18,7 @@ KINDS = ("proposed", "multisines")
 
 
 def is_right(truth, report):
-    if report is None:
+    if not report:  # refused, no answer in time, or the hidden robot could not play the motion
         return False
     if score_dirty.is_dirty(truth):
         return score_dirty.Tally(truth, report).word() == "right"
@@ -53,7 +53,7 @@ def read_case(root, name):
     case = {"name": name, "truth": truth}
     for kind in ("first",) + KINDS:
         answer = root / kind / "answers" / name
-        case[kind] = score_cases.read_json(answer / "report.json") if (answer / "run.json").exists() else None
+        case[kind] = (score_cases.read_json(answer / "report.json") or {}) if (answer / "run.json").exists() else None
     case["next"] = score_cases.read_json(root / "first/answers" / name / "next/next.json") or {}
     return case
 

@@ -43,7 +43,29 @@ def play(options, commands, recording):
         return
     scenario = recording.with_suffix(".yaml")
     scenario.write_text(make_scenario(options.against.read_text(), options.against.parent, commands))
-    call([options.bin / "hrp-simulate", scenario, "--in-process", "--log", recording, "--no-plot", "--quiet"], quiet=True)
+    log = recording.with_suffix(".mcap")
+    call([options.bin / "hrp-simulate", scenario, "--in-process", "--log", log, "--no-plot", "--quiet"], quiet=True)
+    table = resimulate.read_table(options.bin, log, recording.parent)[0]
+    write_table(recording, table, read_names(options.experiment))
+    for leftover in [scenario, log] + list(recording.parent.glob("*_as_table.csv")):
+        leftover.unlink()
+
+
+def read_names(experiment):
+    """Columns of the first recording that is a table: a simulation records no more than the robot did."""
+    for file in re.findall(r"file:\s*([^,}\s]+)", resimulate.get_section(experiment.read_text(), "recordings")):
+        if file.endswith(".csv"):
+            return (experiment.parent / file).read_text().split("\n", 1)[0].strip().split(",")
+    return None
+
+
+def write_table(path, table, names):
+    kept = [name for name in table if name == "time" or names is None or name in names]
+    with open(path, "w") as out:
+        out.write(",".join(kept) + "\n")
+        for row in zip(*(table[name] for name in kept)):
+            out.write(",".join("" if x != x else f"{x:.9g}" for x in row) + "\n")
+
 
 
 def add_recording(experiment, name, role):
@@ -69,9 +91,8 @@ def run_round(options, experiment, number):
     if not proposal["motions"]:
         print(f"Round {number}: no motion. {proposal['nothing']}")
         return False
-    suffix = ".mcap" if options.against.suffix in (".yaml", ".yml") else ".csv"
     for motion in proposal["motions"]:
-        name = f"round_{number}_" + motion["file"].replace(".csv", suffix)
+        name = f"round_{number}_" + motion["file"]
         play(options, out / "next" / motion["file"], experiment.parent / name)
         add_recording(experiment, name, motion["role"])
         print(f"Round {number}: played {motion['file']} ({motion['sentence']}), added as {name}")
