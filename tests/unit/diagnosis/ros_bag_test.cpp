@@ -44,7 +44,8 @@ std::vector<Message> make_motion(bool gap) {
 
 const std::vector<Topic> kTopics{{"/joint_states", "sensor_msgs/msg/JointState", kJointStateDefinition},
                                  {"/controller/commands", "std_msgs/msg/Float64MultiArray", ""},
-                                 {"/imu/data", "sensor_msgs/msg/Imu", ""}};
+                                 {"/imu/data", "sensor_msgs/msg/Imu", ""},
+                                 {"/link_states", "sensor_msgs/msg/JointState", kJointStateDefinition}};
 constexpr const char* kMap =
     "topics:\n  joint_states: /joint_states\n  joint_commands: {topic: /controller/commands, joints: [shoulder, elbow]}\n";
 
@@ -149,6 +150,20 @@ TEST(RosBag, PutsForceSensorsAndOdometryWhereTheirAxesBelong) {
   EXPECT_EQ(r.other.at("/wrench/hand/torque/x")[100], 4.0);
   EXPECT_EQ(r.other.at("/base/pose/position/y")[100], 0.2);
   EXPECT_EQ(r.other.at("/base/pose/orientation/w")[100], 0.8);
+}
+
+TEST(RosBag, EncodersAndTorquesBehindTheGearsComeFromATopicOfTheirOwn) {
+  std::vector<Message> messages = make_motion(false);
+  for (int k = 0; k < 1000; ++k) {
+    const int64_t stamp = kEpoch + int64_t{5'000'000} * k;
+    messages.push_back({"/link_states", stamp + latency(k), make_joint_state(stamp, kNames, {0.2, 0.3}, {0.0, 0.0}, {1.5, 2.5})});
+  }
+  const Experiment e = load("link_side", Storage::kMcap, messages, std::string(kMap) + "  joint_states_link: /link_states\n",
+                            "sensors: {joint_torque: [shoulder, elbow], link_encoder: [elbow]}\n");
+  const Recording& r = e.recordings.at(0);
+  EXPECT_DOUBLE_EQ(r.other.at("/joint_states_link/elbow/effort")[500], 1.5);
+  EXPECT_DOUBLE_EQ(r.other.at("/joint_states_link/shoulder/effort")[500], 2.5);
+  EXPECT_DOUBLE_EQ(r.other.at("/joint_states_link/elbow/position")[500], 0.2);
 }
 
 TEST(RosBag, IsReadWithoutAMapWhereNamesAndTypesSayEnough) {
