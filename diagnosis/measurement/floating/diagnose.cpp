@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <memory>
 
 #include "diagnosis/measurement/floating/checks.h"
+#include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
@@ -18,6 +20,8 @@ constexpr double kReach = 1.0;       // [m] of a load from its link's origin
 constexpr double kClear = 0.35;      // share of an equation's mismatch that can be predicted: then something is missing
 constexpr double kStands = 3.0;      // times its noise and exactness that a mismatch must be
 constexpr size_t kMostRemaining = 8;
+constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
+constexpr double kSettled = 0.01;    // share by which corrections may still change
 constexpr size_t kTrace = 500;       // points of a curve
 
 std::string format(const char* pattern, double a, double b = 0, double c = 0) {
@@ -288,6 +292,51 @@ nlohmann::ordered_json make_series(const Experiment& e, const LeggedFitter& fitt
 
 }  // namespace
 
+namespace {
+
+// Forces in an unknown unit tell nothing of masses and torques.
+void drop_forces(std::vector<ChannelRows>* channels) {
+  for (ChannelRows& c : *channels) {
+    const bool forces = c.info.kind == "weight" || c.info.kind == "joint" || c.info.kind.rfind("balance", 0) == 0;
+    if (forces) c = ChannelRows{c.info, c.columns, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, c.mean, c.scale};
+  }
+}
+
+// What the chosen effects say of sensors and drives, by column.
+Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(layout.count());
+  long at = 0;
+  for (const Candidate& e : fit.effects) {
+    for (const Terms& t : e.terms) {
+      for (const auto& [column, factor] : t) {
+        if (is_correctable(layout, column)) out(column) += factor * fit.x(at);
+      }
+      ++at;
+    }
+  }
+  return out;
+}
+
+bool is_same_correction(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  for (long i = 0; i < a.size(); ++i) {
+    if (std::abs(a(i) - b(i)) > kSettled * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
+  }
+  return true;
+}
+
+// Equations about the values `about`, by column, with what these effects do added back: the fit gives whole values.
+std::vector<ChannelRows> make_channels(LeggedLog even, LeggedLog odd, const Contacts& contacts, const ColumnLayout& layout,
+                                       const Eigen::VectorXd& about, bool raw_counts) {
+  correct_log(layout, about, &even), correct_log(layout, about, &odd);
+  RowTable a = make_equations(even, contacts), b = make_equations(odd, contacts);
+  a.add_back(about), b.add_back(about);
+  std::vector<ChannelRows> out = merge_halves(a, b);
+  if (raw_counts) drop_forces(&out);
+  return out;
+}
+
+}  // namespace
+
 LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const std::string&)>& progress, bool only_walks) {
   LeggedReport out;
   const LeggedLog even = make_legged_log(e, Half::kEven), odd = make_legged_log(e, Half::kOdd);
@@ -302,19 +351,24 @@ LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const
   const ColumnLayout layout(even);
   CheckResult checks = run_checks(even, contacts, channels, layout);
   for (Finding& servo : find_servos(e)) checks.findings.push_back(std::move(servo));
-  if (checks.raw_counts) {
-    for (ChannelRows& c : channels) {
-      const bool forces = c.info.kind == "weight" || c.info.kind == "joint" || c.info.kind.rfind("balance", 0) == 0;
-      if (forces) c = ChannelRows{c.info, c.columns, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, c.mean, c.scale};
-    }
-  }
+  if (checks.raw_counts) drop_forces(&channels);
   size_t equations = 0;
   for (const ChannelRows& c : channels) equations += c.rows() > 0;
   if (progress) progress("robot on its feet" + std::string(out.walks ? ", walking" : "") + ": " + std::to_string(equations) + " equations");
-  LeggedFitter fitter(std::move(channels), rows.num_columns());
-  const LeggedOutcome outcome = search_legged(&fitter, list_candidates(even, contacts, layout), layout, kReach, progress);
-  out.evidence = Reporter(even, contacts, fitter, outcome).run(checks);
-  out.series = make_series(e, fitter, outcome, out.evidence);
+  const std::vector<Candidate> candidates = list_candidates(even, contacts, layout);
+  auto fitter = std::make_unique<LeggedFitter>(std::move(channels), rows.num_columns());
+  LeggedOutcome outcome = search_legged(fitter.get(), candidates, layout, kReach, progress);
+  Eigen::VectorXd about = Eigen::VectorXd::Zero(layout.count());
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::VectorXd next = find_correction(layout, outcome.chosen);
+    if (is_same_correction(about, next)) break;
+    about = next;
+    if (progress) progress("again, about the faults of sensors that were found");
+    fitter = std::make_unique<LeggedFitter>(make_channels(even, odd, contacts, layout, about, checks.raw_counts), rows.num_columns());
+    outcome = search_legged(fitter.get(), candidates, layout, kReach, progress);
+  }
+  out.evidence = Reporter(even, contacts, *fitter, outcome).run(checks);
+  out.series = make_series(e, *fitter, outcome, out.evidence);
   return out;
 }
 

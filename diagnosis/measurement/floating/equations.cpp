@@ -18,7 +18,7 @@ constexpr double kSpacing = 0.008; // [s] between the samples of a cell: finer o
 constexpr double kBlock = 0.5;     // [s] errors of blocks are independent
 constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
 constexpr double kLittle = 0.003;  // [m] times the weight: a torque that hardly holds teeth on one side
-constexpr double kSlowest = 0.02;  // share of a joint's largest speed at which dry friction has its direction
+constexpr double kSlowest = 0.004;  // share of a joint's largest speed at which dry friction has its direction
 
 // A wrench on a link: [moment about p; force] in base axes.
 struct PointWrench {
@@ -46,9 +46,19 @@ class EquationMaker {
   }
 
  private:
+  // Directions of motion as the torque that they cause is smoothed.
+  void find_ways() {
+    ways_.assign(slow_.size(), {});
+    for (size_t j = 0; j < slow_.size(); ++j) {
+      for (double v : clip_->position[j].rate) ways_[j].push_back(std::tanh(v / slow_[j]));
+      ways_[j] = smooth_evenly(ways_[j], clip_->step, clip_->sigma);
+    }
+  }
+
   void run_clip(size_t c, FootRows* feet, ImuRows* imus, int* block) {
     const Clip& clip = log_.clips[c];
     clip_ = &clip, clip_index_ = c;
+    find_ways();
     BodyMotion motion(log_, clip);
     motion_ = &motion;
     const auto stride = static_cast<size_t>(std::max(1L, std::lround(kSpacing / clip.step)));
@@ -368,7 +378,7 @@ class EquationMaker {
       const auto i = static_cast<size_t>(j);
       if (joint_[i] < 0 || !open_[static_cast<size_t>(6 + j)]) continue;
       const Track& q = clip_->position[i];
-      const double v = q.empty() ? 0 : q.rate[k], a = q.empty() ? 0 : q.second[k], way = std::tanh(v / slow_[i]);
+      const double v = q.empty() ? 0 : q.rate[k], a = q.empty() ? 0 : q.second[k], way = q.empty() ? 0 : ways_[i][k];
       const double effort = measured_(6 + j);
       double rate = 0;
       if (log_.has_effort[i]) {
@@ -440,7 +450,7 @@ class EquationMaker {
       const auto i = static_cast<size_t>(j);
       if (servo_[i] < 0) continue;
       double rate = 0;
-      const double logged = clip_->effort[i].value[k], law = calc_law(i, k, &rate);
+      const double logged = (clip_->logged.empty() ? clip_->effort : clip_->logged)[i].value[k], law = calc_law(i, k, &rate);
       table_.begin_row(servo_[i], logged - law, logged);
       table_.add(servo_[i], layout_.joint(j, kDelayColumn), -rate);
       table_.add(servo_[i], layout_.joint(j, kEffortScaleColumn), law);
@@ -471,6 +481,7 @@ class EquationMaker {
   ColumnLayout layout_;
   RowTable table_;
   std::vector<double> slow_;  // [rad/s] by joint
+  std::vector<std::vector<double>> ways_;  // by joint, by sample of the clip: -1 to 1
   std::vector<int> balance_, joint_, servo_;
   int weight_ = -1;
   const Clip* clip_ = nullptr;

@@ -82,7 +82,7 @@ void cut_below_sensors(LeggedLog* log) {
     const bool ball = s.foot >= 0 && !log->feet[static_cast<size_t>(s.foot)].flat;
     if (s.has_wrench() || (s.has_force() && ball)) {
       take_out(s.below, s.X_LS, &log->tree.links[static_cast<size_t>(s.link)].inertia);
-      s.below.mass = 0;
+      s.hangs = s.below.mass, s.below.mass = 0;
     }
     s.below.p_LLcm_L = s.X_LS * s.below.p_LLcm_L;
   }
@@ -293,7 +293,7 @@ class ClipMaker {
     const Resampler resampler(r_.time, span, step_, sigma, half_);
     Clip clip;
     clip.recording = index_, clip.train = r_.spec.train;
-    clip.time = resampler.grid(), clip.step = step_;
+    clip.time = resampler.grid(), clip.step = step_, clip.sigma = sigma;
     clip.edge = static_cast<size_t>(std::ceil(4 * sigma / step_));
     if (clip.size() < 4 * clip.edge) return;
     read_joints(resampler, &clip);

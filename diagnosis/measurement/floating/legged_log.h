@@ -18,6 +18,7 @@ struct ForceSensor {
   Transform X_LS;
   bool axis[6] = {false, false, false, false, false, false};
   LinkInertia below;   // of the sensor, in the axes of its link, where its reading is no whole wrench: then in the tree
+  double hangs = 0;    // [kg] below a sensor that tells the whole wrench: its own reading leaves it out
   bool world = false;  // readings are in world axes, and are what the ground does to the foot
   bool has_force() const { return axis[0] && axis[1] && axis[2]; }
   bool has_wrench() const { return has_force() && axis[3] && axis[4] && axis[5]; }
@@ -49,9 +50,10 @@ struct Clip {
   size_t recording = 0;
   bool train = true;
   std::vector<double> time;  // [s] even
-  double step = 0;
+  double step = 0, sigma = 0;  // [s] of the grid; deviation of the kernel
   size_t edge = 0;           // samples at both ends that the kernel reaches beyond
   std::vector<Track> position, effort, command, command_rate;  // by joint; empty where not recorded
+  std::vector<Track> logged;                                   // efforts as they were logged, where `effort` is corrected
   std::vector<Track> force;                                    // by sensor * 6
   std::vector<ImuTracks> imus;
   Track base_position[3], base_attitude[4];  // attitude w x y z

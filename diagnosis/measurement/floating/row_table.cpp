@@ -59,6 +59,14 @@ void RowTable::finish() {
   }
 }
 
+void RowTable::add_back(const Eigen::VectorXd& by_column) {
+  for (ChannelRows& c : channels_) {
+    for (size_t i = 0; i < c.rows(); ++i) {
+      for (size_t k = 0; k < c.columns.size(); ++k) c.y[i] += c.row(i)[k] * by_column(c.columns[k]);
+    }
+  }
+}
+
 namespace {
 
 ChannelRows merge(const ChannelRows& a, const ChannelRows& b) {

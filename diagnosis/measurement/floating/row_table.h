@@ -57,6 +57,8 @@ class RowTable {
   const std::vector<ChannelRows>& channels() const { return channels_; }
   int num_columns() const { return columns_; }
   void finish();  // spreads
+  // Adds what effects of these sizes, by column, predict: rows that were made without them then have them again.
+  void add_back(const Eigen::VectorXd& by_column);
 
  private:
   struct Sum {

@@ -5,6 +5,39 @@
 #include <cmath>
 
 namespace hrp::diagnosis::floating {
+namespace {
+
+std::vector<double> make_kernel(double step, double sigma) {
+  std::vector<double> kernel;
+  const auto reach = static_cast<int>(std::ceil(4 * sigma / step));
+  double sum = 0;
+  for (int i = -reach; i <= reach; ++i) {
+    kernel.push_back(std::exp(-0.5 * std::pow(i * step / sigma, 2)));
+    sum += kernel.back();
+  }
+  for (double& k : kernel) k /= sum;
+  return kernel;
+}
+
+// The ends are held.
+std::vector<double> convolve(const std::vector<double>& kernel, const std::vector<double>& raw) {
+  const auto n = static_cast<long>(raw.size()), half = static_cast<long>(kernel.size() / 2);
+  std::vector<double> out(raw.size());
+  for (long i = 0; i < n; ++i) {
+    double sum = 0;
+    for (long k = -half; k <= half; ++k) {
+      sum += kernel[static_cast<size_t>(k + half)] * raw[static_cast<size_t>(std::clamp(i + k, 0L, n - 1))];
+    }
+    out[static_cast<size_t>(i)] = sum;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> smooth_evenly(const std::vector<double>& raw, double step, double sigma) {
+  return convolve(make_kernel(step, sigma), raw);
+}
 
 std::vector<char> find_new_samples(const std::vector<const std::vector<double>*>& columns) {
   const size_t size = columns.empty() ? 0 : columns[0]->size();
@@ -41,13 +74,7 @@ Resampler::Resampler(const std::vector<double>& time, Span span, double step, do
   for (size_t i = 0; begin + static_cast<double>(i) * step <= end + 1e-9; ++i) {
     grid_.push_back(begin + static_cast<double>(i) * step);
   }
-  const auto reach = static_cast<int>(std::ceil(4 * sigma / step));
-  double sum = 0;
-  for (int i = -reach; i <= reach; ++i) {
-    kernel_.push_back(std::exp(-0.5 * std::pow(i * step / sigma, 2)));
-    sum += kernel_.back();
-  }
-  for (double& k : kernel_) k /= sum;
+  kernel_ = make_kernel(step, sigma);
 }
 
 std::vector<double> Resampler::interpolate_samples(const std::vector<double>& values,
@@ -74,16 +101,8 @@ std::vector<double> Resampler::interpolate_samples(const std::vector<double>& va
 
 Track Resampler::run(const std::vector<double>& values, const std::vector<char>& fresh) const {
   const std::vector<double> raw = interpolate_samples(values, fresh);
-  const auto n = static_cast<long>(raw.size()), half = static_cast<long>(kernel_.size() / 2);
   Track out;
-  out.value.resize(raw.size()), out.rate.resize(raw.size()), out.second.resize(raw.size());
-  for (long i = 0; i < n; ++i) {
-    double sum = 0;
-    for (long k = -half; k <= half; ++k) {
-      sum += kernel_[static_cast<size_t>(k + half)] * raw[static_cast<size_t>(std::clamp(i + k, 0L, n - 1))];
-    }
-    out.value[static_cast<size_t>(i)] = sum;
-  }
+  out.value = convolve(kernel_, raw), out.rate.resize(raw.size()), out.second.resize(raw.size());
   for (size_t i = 0; i < raw.size(); ++i) {
     const size_t a = i > 0 ? i - 1 : 0, b = std::min(i + 1, raw.size() - 1);
     if (b == a) continue;

@@ -34,6 +34,9 @@ std::vector<char> find_new_samples(const std::vector<const std::vector<double>*>
 std::vector<Span> find_spans(const std::vector<double>& time, const std::vector<char>& fresh, double longest,
                              std::vector<Gap>* gaps);
 
+// Values on an even grid, smoothed by a Gaussian of deviation `sigma` [s].
+std::vector<double> smooth_evenly(const std::vector<double>& raw, double step, double sigma);
+
 // Which samples are looked at. The noise of even and of odd ones is independent: see least_squares.h.
 enum class Half { kEven, kOdd };
 
