@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kRigidTilt = 2e-5;    // [rad/(N m)] of ground and sole that are taken as rigid: above 5e4 N m/rad
 constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sinks by 1 mm
+constexpr double kThick = 0.03;        // [m] of housings about joints, at least
 constexpr double kSmallScale = 0.005;  // a factor nearer to 1 than this is within what scales and models are known to
 
 class Lister {
@@ -39,6 +40,18 @@ class Lister {
 
   std::vector<Terms> list_axes(int first) const { return {{{first, 1.0}}, {{first + 1, 1.0}}, {{first + 2, 1.0}}}; }
 
+  // [m] How far from its origin a link's mass may lie: as far again as the model has it, or out to joints and soles.
+  double find_extent(int l) const {
+    double out = 2 * log_.tree.links[static_cast<size_t>(l)].inertia.p_LLcm_L.norm();
+    for (const LinkSpec& child : log_.tree.links) {
+      if (child.parent == l) out = std::max(out, child.joint.X_PF.p.norm());
+    }
+    for (const Foot& foot : log_.feet) {
+      if (foot.link == l) out = std::max(out, foot.p_LC.norm() + 0.5 * foot.size.norm());
+    }
+    return out + kThick;
+  }
+
   void add_link(int l) {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
     const LinkInertia& I = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia;
@@ -56,7 +69,7 @@ class Lister {
     scale.low = -0.9, scale.least = std::max(0.02, kSmallScale * log_.mass / own.mass), scale.high = 4;
     Candidate& moved = add("com_error", where, l, {});
     for (int a = 0; a < 3; ++a) moved.terms.push_back({{at_.link(l, 1 + a), own.mass}});
-    moved.vector = true;
+    moved.vector = true, moved.center = c, moved.extent = find_extent(l);
   }
 
   void add_joint(int j) {
@@ -214,6 +227,9 @@ std::vector<Estimate> make_bush(const Eigen::VectorXd& x, const Eigen::VectorXd&
     out.push_back(make_one("c_" + axis, "N m s/rad", damping, std(2 * a + 1) / x(2 * a)));
   }
   stiff("kz", 4, "N/m");
+  // A damping that is not told apart from none is left out.
+  const double damping = x(5) / (x(4) * x(4)), error = std(5) / (x(4) * x(4));
+  if (x(4) > 2 * std(4) && damping > 2 * error) out.push_back(make_one("cz", "N s/m", damping, std::hypot(error, 2 * damping * std(4) / x(4))));
   return out;
 }
 
@@ -279,7 +295,7 @@ bool is_sensible(const Candidate& c, const Eigen::VectorXd& x, double reach) {
   if (c.positive && x(0) <= 0) return false;
   if (x(0) < c.low || x(0) > c.high) return false;
   if (c.effect == "payload") return x.tail<3>().norm() / x(0) < reach;
-  if (c.effect == "com_error") return x.norm() < reach;
+  if (c.effect == "com_error") return x.norm() < reach && (c.center + x).norm() < c.extent;
   if (c.effect == "foot_compliance") {
     if (x.size() == 1) return x(0) > kRigidHeight;
     return std::max(x(0), x(2)) > kRigidTilt && std::min(x(0), x(2)) > -kRigidTilt;

@@ -22,6 +22,8 @@ struct Candidate {
   bool positive = false;     // the first coefficient cannot be negative
   double least = 0;          // what the first coefficient must exceed to be worth a name
   double low = -1e9, high = 1e9;  // of the first coefficient
+  Vector3d center{0, 0, 0};  // [m] of a link's mass by the model, and how far from its origin the link extends
+  double extent = 1e9;
   bool vector = false;       // coefficients are three axes of one quantity
 };
 

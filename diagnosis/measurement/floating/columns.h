@@ -57,6 +57,7 @@ enum FootColumn {
   kPitchGiveColumn,
   kPitchDampColumn,
   kSinkColumn,       // force: m = N times this column's coefficient
+  kSinkDampColumn,   // its rate: a damped sole sinks late, by -cz / kz^2 m for each N/s
   kRollShiftColumn,  // forces that a centre elsewhere than the sole's adds to the moments: z, y
   kPitchShiftColumn = kRollShiftColumn + 2,  // z, x
   kFootColumns = kPitchShiftColumn + 2

@@ -12,11 +12,19 @@ namespace {
 constexpr double kSettled = 0.08;  // [s] after landing and before lifting: the foot is not flat for sure
 constexpr double kInside = 0.88;   // share of a sole's half edges within which the centre of pressure means flat contact
 constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
+// Share of what hangs below a sensor that the sole carries beside the reading. Where the rubber sits is not known: half.
+constexpr double kCarried = 0.5;
 constexpr size_t kMostPairs = 4;   // feet that are compared pair by pair
 
 Vector3d get(const Track* xyz, size_t k) {
   Vector3d v = Vector3d::Zero();
   for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
+  return v;
+}
+
+Vector3d get_rate(const Track* xyz, size_t k) {
+  Vector3d v = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].rate[k];
   return v;
 }
 
@@ -64,6 +72,8 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
       columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
+      columns.push_back(layout.foot(static_cast<int>(a), kSinkDampColumn));
+      columns.push_back(layout.foot(static_cast<int>(b), kSinkDampColumn));
       pairs_.push_back({a, b, table->add_channel({"height", "/joint_states", "m", "foot", log.feet[b].name}, columns)});
     }
   }
@@ -88,7 +98,8 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
   if (!sensor.has_wrench() || sensor.world) return load;
   const Vector3d force = sensor.X_LS.R * get(&c.force[6 * s], k);
   load.moment = sensor.X_LS.R * get(&c.force[6 * s + 3], k) + (sensor.X_LS.p - foot.p_LC).cross(force);
-  load.force = force.z(), load.whole = force;
+  load.force = force.z() + kCarried * sensor.hangs * log_.experiment->scenario.gravity_W.norm();
+  load.rate = (sensor.X_LS.R * get_rate(&c.force[6 * s], k)).z(), load.whole = force;
   load.flat = load.flat && std::abs(load.moment.y()) < kInside * foot.size.x() / 2 * force.z() &&
               std::abs(load.moment.x()) < kInside * foot.size.y() / 2 * force.z();
   return load;
@@ -165,6 +176,8 @@ void FootRows::add(size_t clip, size_t k, const std::vector<JointSides>& sides, 
     table_.begin_row(p.channel, y(static_cast<long>(tilt_.size() + i)), y(static_cast<long>(tilt_.size() + i)));
     if (loads[p.a].known) table_.add(p.channel, layout_.foot(static_cast<int>(p.a), kSinkColumn), loads[p.a].force);
     if (loads[p.b].known) table_.add(p.channel, layout_.foot(static_cast<int>(p.b), kSinkColumn), -loads[p.b].force);
+    table_.add(p.channel, layout_.foot(static_cast<int>(p.a), kSinkDampColumn), -loads[p.a].rate);
+    table_.add(p.channel, layout_.foot(static_cast<int>(p.b), kSinkDampColumn), loads[p.b].rate);
     const Vector3d apart = get_pose(motion->data(), log_.feet[p.b].link) * log_.feet[p.b].p_LC -
                            get_pose(motion->data(), log_.feet[p.a].link) * log_.feet[p.a].p_LC;
     for (int axis = 0; axis < 2; ++axis) table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));

@@ -22,7 +22,7 @@ class FootRows {
  private:
   struct Load {
     bool known = false, flat = false;
-    double force = 0;            // [N] along the foot's normal
+    double force = 0, rate = 0;  // [N, N/s] on the sole, along the foot's normal
     Vector3d moment{0, 0, 0}, whole{0, 0, 0};  // [N m] about the sole's centre, [N]; foot axes
   };
   Load find_load(size_t clip, size_t foot, size_t k, BodyMotion* motion) const;
