@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/checks.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +23,8 @@ constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have 
 constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
+constexpr double kWay = 0.3;         // [m] that a foot must have gone from its middle to tell a slope
+constexpr double kRaised = 0.002;    // [m] by which an edge may lift a foot that lies flat: soles are no flatter
 constexpr double kSlip = 0.03;       // [m/s] of a foot that slides
 constexpr double kSettled = 0.1;     // [s]
 constexpr double kLying = 0.88;      // cosine of the base's tilt (28 degrees) beyond which it falls
@@ -278,8 +281,7 @@ class Checker {
 
   // Where feet stand, by the base's pose: a level floor has one height.
   void check_heights() {
-    std::vector<Vector3d> at;
-    std::vector<size_t> recordings;
+    std::vector<Stand> at;
     for (const Contact& spell : contacts_.spells) {
       const Clip& clip = log_.clips[spell.clip];
       if (!spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < 0.3 || spell.end > find_fall(clip)) continue;
@@ -291,19 +293,22 @@ class Checker {
       Vector3d p;
       for (int i = 0; i < 3; ++i) p(i) = clip.base_position[i].value[k];
       const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
-      at.push_back(p + q.normalized() * (get_pose(motion.data(), foot.link) * foot.p_LC)), recordings.push_back(clip.recording);
+      const Transform X = get_pose(motion.data(), foot.link);
+      const Vector3d normal = (q.normalized() * X.R).row(2).transpose();
+      at.push_back({p + q.normalized() * (X * foot.p_LC), normal.head<2>().cwiseProduct(0.5 * foot.size.head<2>()), spell.foot, clip.recording});
     }
+    drop_raised(&at);
     if (at.size() < 6) return;
     const Plane all = fit_plane(at);
     // Each recording that walks some way has it.
     for (size_t r = 0; r < log_.experiment->recordings.size(); ++r) {
-      std::vector<Vector3d> own;
-      for (size_t i = 0; i < at.size(); ++i) {
-        if (recordings[i] == r) own.push_back(at[i]);
+      std::vector<Stand> own;
+      for (const Stand& s : at) {
+        if (s.recording == r) own.push_back(s);
       }
       if (own.size() < 4) continue;
       const Plane one = fit_plane(own);
-      if (one.way > 0.3 && one.slope.dot(all.slope) < 0.5 * all.slope.squaredNorm()) return;
+      if (one.way > kWay && one.slope.dot(all.slope) < 0.5 * all.slope.squaredNorm()) return;
     }
     add_heights(all);
   }
@@ -319,35 +324,71 @@ class Checker {
     return clip.size();
   }
 
-  // A plane through points: its rise by x and y with errors, and how far the points lie from their middle [m].
+  // A foot that stands: where its sole is [m], and how far its edges rise over its middle [m].
+  struct Stand {
+    Vector3d at;
+    Eigen::Vector2d rise;
+    size_t foot = 0, recording = 0;
+  };
+
+  // Leaves out feet that stand on their edge: those that lean otherwise than the same foot mostly does. A slope leans
+  // them, too, but then their tilt tells it.
+  static void drop_raised(std::vector<Stand>* stands) {
+    std::map<size_t, Eigen::Vector2d> usual;
+    for (int axis = 0; axis < 2; ++axis) {
+      std::map<size_t, std::vector<double>> each;
+      for (const Stand& s : *stands) each[s.foot].push_back(s.rise(axis));
+      for (auto& [foot, v] : each) {
+        std::nth_element(v.begin(), v.begin() + static_cast<long>(v.size() / 2), v.end());
+        usual[foot](axis) = v[v.size() / 2];
+      }
+    }
+    stands->erase(std::remove_if(stands->begin(), stands->end(),
+                                 [&](const Stand& s) { return (s.rise - usual[s.foot]).cwiseAbs().sum() > kRaised; }),
+                  stands->end());
+  }
+
+  // A plane through points, beside a height of each foot's own (encoders' zeros): its rise by x and y with errors, and
+  // how far a foot went up or down the rise from where it was on average [m].
   struct Plane {
     Vector3d slope, error;
     double way = 0;
   };
 
-  static Plane fit_plane(const std::vector<Vector3d>& at) {
-    const auto n = static_cast<long>(at.size());
-    Eigen::MatrixXd A(n, 3);
-    Eigen::VectorXd z(n);
-    Vector3d middle = Vector3d::Zero();
-    for (const Vector3d& p : at) middle += p / static_cast<double>(n);
-    for (long i = 0; i < n; ++i) {
-      const Vector3d d = at[static_cast<size_t>(i)] - middle;
-      A.row(i) << d.x(), d.y(), 1;
-      z(i) = d.z();
+  static Plane fit_plane(const std::vector<Stand>& at) {
+    std::map<size_t, std::pair<Vector3d, double>> sums;  // by foot
+    for (const Stand& s : at) {
+      auto& [sum, count] = sums.try_emplace(s.foot, Vector3d::Zero(), 0.0).first->second;
+      sum += s.at, count += 1;
     }
-    const Eigen::MatrixXd inverse = (A.transpose() * A).ldlt().solve(Eigen::MatrixXd::Identity(3, 3));
-    const Eigen::VectorXd x = inverse * A.transpose() * z;
-    const double variance = (z - A * x).squaredNorm() / static_cast<double>(n - 3);
-    return {Vector3d(x(0), x(1), 0), Vector3d(std::sqrt(variance * inverse(0, 0)), std::sqrt(variance * inverse(1, 1)), 0),
-            A.leftCols<2>().rowwise().norm().maxCoeff()};
+    std::vector<Vector3d> own;
+    Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+    for (const Stand& s : at) {
+      own.push_back(s.at - sums[s.foot].first / sums[s.foot].second);
+      scatter += own.back().head<2>() * own.back().head<2>().transpose();
+    }
+    // The ways that were walked, each for itself: across a way nothing is told.
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> ways(scatter);
+    Plane out{Vector3d::Zero(), Vector3d::Zero(), 0};
+    for (long i = 0; i < 2; ++i) {
+      const Eigen::Vector2d way = ways.eigenvectors().col(i);
+      double far = 0, rise = 0, left = 0;
+      for (const Vector3d& d : own) far = std::max(far, std::abs(way.dot(d.head<2>()))), rise += way.dot(d.head<2>()) * d.z();
+      if (far < kWay) continue;
+      rise /= ways.eigenvalues()(i);
+      for (const Vector3d& d : own) left += std::pow(d.z() - rise * way.dot(d.head<2>()), 2);
+      const double freedom = std::max(1.0, static_cast<double>(at.size()) - static_cast<double>(sums.size()) - 1);
+      out.slope.head<2>() += rise * way, out.way = std::max(out.way, far);
+      out.error.head<2>() += std::sqrt(left / freedom / ways.eigenvalues()(i)) * way.cwiseAbs();
+    }
+    return out;
   }
 
   void add_heights(const Plane& plane) {
     const auto& [slope, error, way] = plane;
     const Vector3d& x = slope;
     const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
-    if (way < 0.3 || !sure || slope.norm() * way < 1e-3) return;
+    if (way < kWay || !sure || slope.norm() * way < 1e-3) return;
     Finding f;
     f.effect = "ground_slope", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
     f.parameters = {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())};

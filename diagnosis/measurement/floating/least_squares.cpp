@@ -286,7 +286,23 @@ Eigen::MatrixXd LeggedFitter::calc_covariance(const LeggedFit& fit, bool all) co
   return make_robust_covariance(inverse, scatter, few).robust;
 }
 
-std::vector<Eigen::VectorXd> LeggedFitter::fit_parts(const LeggedFit& fit, size_t effect) const {
+Eigen::VectorXd LeggedFitter::calc_systematic(const LeggedFit& fit) const {
+  const long n = fit.x.size();
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(n), shift = squares;
+  for (size_t c = 0; c < channels().size(); ++c) {
+    const Eigen::MatrixXd X = calc_columns(c, fit.effects, false);
+    Eigen::VectorXd in_line = Eigen::VectorXd::Zero(n);
+    for (size_t i = 0; i < channels()[c].rows(); ++i) {
+      if (is_held(c, i)) continue;
+      const Eigen::VectorXd x = X.row(static_cast<long>(i)).transpose();
+      squares += get_weight(c, i) * x.cwiseAbs2(), in_line += get_weight(c, i) * find_exactness(c) * x.cwiseAbs();
+    }
+    shift += in_line.cwiseAbs2();
+  }
+  return shift.cwiseSqrt().cwiseQuotient(squares.cwiseMax(1e-300));
+}
+
+std::vector<LeggedFitter::PartFit> LeggedFitter::fit_parts(const LeggedFit& fit, size_t effect) const {
   const std::vector<Candidate> one{fit.effects[effect]};
   const long n = count_coefficients(one), first = static_cast<long>(fit.find_first(effect));
   std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;  // by recording * 2 + half
@@ -317,11 +333,15 @@ std::vector<Eigen::VectorXd> LeggedFitter::fit_parts(const LeggedFit& fit, size_
   }
   double most = 0;
   for (const auto& [part, ab] : normal) most = std::max(most, ab.first(0, 0));
-  std::vector<Eigen::VectorXd> out;
+  std::vector<PartFit> out;
+  Eigen::VectorXd total = Eigen::VectorXd::Zero(n);
   for (const auto& [part, ab] : normal) {
     // A part in which the effect hardly shows says nothing of its size.
-    if (ab.first(0, 0) > 0.05 * most) out.push_back(solve_scaled(ab.first, ab.second, kRidge));
+    if (ab.first(0, 0) <= 0.05 * most) continue;
+    out.push_back({solve_scaled(ab.first, ab.second, kRidge), ab.first.diagonal().cwiseMax(0)});
+    total += out.back().weight;
   }
+  for (PartFit& p : out) p.weight = p.weight.cwiseQuotient(total.cwiseMax(1e-300));
   return out;
 }
 

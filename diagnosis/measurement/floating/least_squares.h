@@ -8,6 +8,7 @@
 // instrumental-variable estimator). What is left is then mismatch alone; noise is known beside it.
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "diagnosis/measurement/floating/candidates.h"
@@ -35,6 +36,8 @@ class LeggedFitter {
   size_t count(Part part, size_t channel) const { return counts_[static_cast<size_t>(part)][channel]; }
   // Square of what is left beside any mismatch: noise, and what no model is more exact than.
   double floor(size_t channel) const { return floor_[channel] + noise_[channel]; }
+  // [unit of the channel] What no model is more exact than, noise aside. It may be the same in all recordings.
+  double find_exactness(size_t channel) const { return std::sqrt(floor_[channel]); }
   // Independent rows of a channel, with the errors that `fit` leaves.
   double count_independent(Part part, size_t channel) const;
   bool is_held(size_t channel, size_t row) const;  // of the part that is not fitted
@@ -50,8 +53,14 @@ class LeggedFitter {
   double calc_gain(Part part, size_t channel, const LeggedFit& a, const LeggedFit& b) const;
   // Of the coefficients: scatter of the scores of blocks (sandwich), of the fitted rows or of all.
   Eigen::MatrixXd calc_covariance(const LeggedFit& fit, bool all = false) const;
+  // Of the coefficients: how far each moves where every equation errs by its exactness in line with that coefficient's
+  // column. Equations err independently, rows of one do not.
+  Eigen::VectorXd calc_systematic(const LeggedFit& fit) const;
   // The coefficients of one effect by recording, or by half where there is one recording only; the rest stays as it is.
-  std::vector<Eigen::VectorXd> fit_parts(const LeggedFit& fit, size_t effect) const;
+  struct PartFit {
+    Eigen::VectorXd x, weight;  // weight: the part's share of the information on each coefficient
+  };
+  std::vector<PartFit> fit_parts(const LeggedFit& fit, size_t effect) const;
   // By row: of the halves' mean, or half their difference.
   std::vector<double> calc_residuals(const LeggedFit& fit, size_t channel, bool noise = false) const;
   // Rows by coefficients: of the halves' mean, or half their difference.

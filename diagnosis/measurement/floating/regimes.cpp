@@ -8,7 +8,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kTold = 0.2;      // deviation of a size that tells something
+constexpr double kToldSign = 0.5;      // deviation of a size that tells its sign
+constexpr double kToldSize = 0.2;  // that tells its size
 constexpr double kMost = 2;        // of a size: laws harden, other effects are beside
 constexpr double kFlat = 0.8;      // least size for a sole that lies flat: nothing beside it excuses less
 constexpr double kDeviations = 3;
@@ -16,7 +17,7 @@ constexpr double kDeviations = 3;
 // Products of a row: what the effect predicts there, times itself and times what the fit leaves, without noise's square.
 struct Product {
   size_t channel = 0, row = 0;
-  double zz = 0, zr = 0;
+  double zz = 0, zr = 0, size = 0;  // size: of what the effect predicts, in the unit of the row
   int block = 0, phase = 0;
   double roughness = 0;
   double load = 0, arm = 0;  // [N, m] of a sole: its force, and how far from its middle it presses
@@ -74,7 +75,7 @@ class Splitter {
     for (size_t i = 0; i < rows.rows(); ++i) {
       const auto k = static_cast<long>(i);
       const double w = fitter_.get_weight(c, i);
-      Product p{c, i, w * (z(k) * z(k) - n(k) * n(k)), w * (z(k) * r[i] - n(k) * e[i]), rows.block[i], rows.phase[i], rows.roughness[i]};
+      Product p{c, i, w * (z(k) * z(k) - n(k) * n(k)), w * (z(k) * r[i] - n(k) * e[i]), std::abs(z(k)), rows.block[i], rows.phase[i], rows.roughness[i]};
       if (press.first >= 0) p.load = rows.row(i)[press.first], p.arm = std::abs(rows.row(i)[press.second]) / std::max(1e-9, p.load);
       all_.push_back(p);
     }
@@ -103,6 +104,10 @@ class Splitter {
     for (const Product& p : rows) scores[p.block] += p.zr - more * p.zz;
     double scatter = 0;
     for (const auto& [block, score] : scores) scatter += score * score;
+    // What an equation is not exact to may follow the effect there.
+    std::map<size_t, double> exact;
+    for (const Product& p : rows) exact[p.channel] += fitter_.get_weight(p.channel, p.row) * fitter_.find_exactness(p.channel) * p.size;
+    for (const auto& [channel, score] : exact) scatter += score * score;
     if (scores.size() > 3) out_.push_back({name, 1 + more, std::sqrt(scatter) / zz, least});
   }
 
@@ -124,6 +129,12 @@ class Splitter {
   std::vector<Regime> out_;
 };
 
+// Two regimes that differ by more than a law that hardens, beyond chance.
+bool are_apart(const Regime& a, const Regime& b) {
+  const double most = std::max(a.size, b.size), least = std::min(a.size, b.size);
+  return std::max(a.std, b.std) < kToldSize && most > kMost * least && most - least > kDeviations * std::hypot(a.std, b.std);
+}
+
 }  // namespace
 
 std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout) {
@@ -133,8 +144,19 @@ std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fi
 bool is_steady(const std::vector<Regime>& regimes) {
   return std::none_of(regimes.begin(), regimes.end(), [](const Regime& r) {
     const bool far = r.size < r.least || r.size > kMost, by_chance = std::abs(r.size - 1) <= kDeviations * r.std;
-    return far && r.std < kTold && (!by_chance || r.least == kFlat);
+    if (r.least == kFlat) return far && r.std < kToldSize;
+    // The other sign tells without being exact.
+    return !by_chance && ((far && r.std < kToldSize) || (r.size < 0 && r.std < kToldSign));
   });
+}
+
+bool is_alike(const std::vector<Regime>& regimes) {
+  for (const Regime& a : regimes) {
+    for (const Regime& b : regimes) {
+      if (a.name == "calm" && b.name == "rough" && are_apart(a, b)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace hrp::diagnosis::floating

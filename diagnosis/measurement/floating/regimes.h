@@ -23,4 +23,7 @@ std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fi
 // Below its least, or twice the size, in no regime that tells it to a fifth, beyond three deviations.
 bool is_steady(const std::vector<Regime>& regimes);
 
+// Whether calm and rough rows tell the same size, to a factor of two or beyond chance.
+bool is_alike(const std::vector<Regime>& regimes);
+
 }  // namespace hrp::diagnosis::floating

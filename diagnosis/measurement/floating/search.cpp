@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "diagnosis/measurement/floating/regimes.h"
 
@@ -20,9 +21,17 @@ constexpr double kShare = 0.1;        // of an equation's mismatch (mean square)
 constexpr int kSettle = 4;              // rounds of weights
 constexpr double kDeviations = 2.5;   // of the robust error over all rows: the held-out gain has to say the rest
 constexpr double kSure = 2.0;         // standard errors, with what recordings differ by
+constexpr double kHalf = 0.5;         // of an equation's mismatch: what leaves more and takes less may stand in for another cause
 constexpr double kSpring = 0.02;      // share of a joint's torque's spread that a spring must give
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
+
+// A spread of few values is known badly itself: Student's 97.5 % over that of a normal error.
+double find_widening(size_t values) {
+  static const double student[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+  const size_t freedom = values - 1;
+  return (freedom <= std::size(student) ? student[freedom - 1] : 2.0 + 2.3 / static_cast<double>(freedom)) / 1.96;
+}
 
 class Searcher {
  public:
@@ -64,7 +73,7 @@ class Searcher {
     do {
       out_.effects.clear();
       describe();
-    } while (drop_unsure());
+    } while (drop_unsure() || drop_partial());
   }
 
   bool has(const Candidate& c) const {
@@ -218,21 +227,35 @@ class Searcher {
     }
   }
 
-  // Robust errors, widened by what recordings and halves differ by (random effects).
+  // Robust errors, and what recordings and halves differ by: whether the effect may be none.
+  Eigen::VectorXd find_scatter(const LeggedFit& f, size_t i) const {
+    const auto first = static_cast<long>(f.find_first(i)), n = static_cast<long>(f.effects[i].terms.size());
+    Eigen::VectorXd out = fitter_.calc_covariance(f).diagonal().segment(first, n).cwiseMax(0);
+    const std::vector<LeggedFitter::PartFit> parts = fitter_.fit_parts(f, i);
+    Eigen::VectorXd between = Eigen::VectorXd::Zero(n);
+    for (const LeggedFitter::PartFit& p : parts) between += (p.x - f.get(i)).cwiseAbs2();
+    const auto count = static_cast<double>(parts.size());
+    if (count > 1) out = out.cwiseMax(between / (count * (count - 1)));
+    return out.cwiseSqrt();
+  }
+
+  // Robust errors, widened by what recordings and halves differ by (random effects) and by what equations are exact to.
   Eigen::VectorXd find_deviation(const LeggedFit& f, size_t i, double* spread) const {
     const Eigen::MatrixXd all = fitter_.calc_covariance(f);
     const auto first = static_cast<long>(f.find_first(i));
-    const Eigen::VectorXd x = f.get(i);
+    const Eigen::VectorXd x = f.get(i), systematic = fitter_.calc_systematic(f);
     Eigen::VectorXd out(x.size());
-    const std::vector<Eigen::VectorXd> parts = fitter_.fit_parts(f, i);
+    const std::vector<LeggedFitter::PartFit> parts = fitter_.fit_parts(f, i);
     for (long k = 0; k < x.size(); ++k) {
-      double variance = std::max(0.0, all(first + k, first + k)), sum = 0;
-      for (const Eigen::VectorXd& p : parts) sum += std::pow(p(k) - x(k), 2);
+      double variance = std::max(0.0, all(first + k, first + k)), sum = 0, weighted = 0;
+      for (const LeggedFitter::PartFit& p : parts) {
+        sum += std::pow(p.x(k) - x(k), 2), weighted += std::pow(p.weight(k) * (p.x(k) - x(k)), 2);
+      }
       const auto n = static_cast<double>(parts.size());
       const double between = n > 1 ? sum / (n - 1) : 0;
       if (k == 0 && spread) *spread = std::sqrt(between) / std::max(1e-300, std::abs(x(0)));
-      if (n > 1) variance = std::max(variance, between / n);
-      out(k) = std::sqrt(variance);
+      if (n > 1) variance = std::max(variance, std::pow(find_widening(parts.size()), 2) * weighted * n / (n - 1));
+      out(k) = std::hypot(std::sqrt(variance), systematic(first + k));
     }
     return out;
   }
@@ -243,6 +266,7 @@ class Searcher {
       FoundEffect f;
       f.effect = chosen_.effects[i], f.x = chosen_.get(i);
       f.std = find_deviation(chosen_, i, &f.spread);
+      f.scatter = find_scatter(chosen_, i);
       f.channel = find_main_channel(rest, chosen_);
       f.gain = fitter_.calc_gain(Part::kHeld, rest, chosen_) + fitter_.calc_gain(Part::kTrain, rest, chosen_);
       const LeggedFit alone = fit({f.effect});
@@ -259,7 +283,7 @@ class Searcher {
     double least = 1e300;
     for (size_t i = 0; i < chosen_.effects.size(); ++i) {
       const std::vector<Regime> regimes = list_regimes(fitter_, chosen_, i, layout_);
-      if (is_steady(regimes)) continue;
+      if (is_steady(regimes) && (is_expected(chosen_.effects[i]) || is_alike(regimes))) continue;
       const LeggedFit rest = fit_without(i);
       const double gain = fitter_.calc_gain(Part::kTrain, rest, chosen_) + fitter_.calc_gain(Part::kHeld, rest, chosen_);
       if (gain < least) least = gain, worst = i;
@@ -278,6 +302,30 @@ class Searcher {
     return std::any_of(banned_.begin(), banned_.end(), [&](const Candidate& b) { return b.effect == c.effect && b.where == c.where; });
   }
 
+  // Friction and rotors are in every drive, whatever is beside them; a zero is told by means alone. Of all else nothing
+  // is expected: where it and the others leave most of its equation, another cause may pass for it.
+  static bool is_expected(const Candidate& c) {
+    static const char* const common[] = {"viscous_friction", "coulomb_friction", "load_dependent_friction", "rotor_inertia", "sensor_bias"};
+    return std::find(std::begin(common), std::end(common), c.effect) != std::end(common);
+  }
+
+  bool drop_partial() {
+    size_t worst = out_.effects.size();
+    double least = kHalf;
+    for (size_t i = 0; i < out_.effects.size(); ++i) {
+      const FoundEffect& f = out_.effects[i];
+      const double left = chosen_.mean_square[1][f.channel];
+      const bool partial = left > kHalf * out_.nominal.mean_square[1][f.channel] && left > std::pow(fitter_.find_exactness(f.channel), 2);
+      if (partial && !is_expected(f.effect) && f.share < least) least = f.share, worst = i;
+    }
+    if (worst == out_.effects.size()) return false;
+    if (say_) say_("most is left: " + chosen_.effects[worst].effect + " at " + chosen_.effects[worst].where.dump());
+    banned_.push_back(chosen_.effects[worst]);
+    out_.unsteady.push_back(out_.effects[worst].channel);
+    settle(fit_without(worst).effects);
+    return true;
+  }
+
   // What recordings differ by so much that it may be none is not claimed. The least sure goes first.
   bool drop_unsure() {
     size_t worst = out_.effects.size();
@@ -285,8 +333,10 @@ class Searcher {
     for (size_t i = 0; i < out_.effects.size(); ++i) {
       const FoundEffect& f = out_.effects[i];
       double square = 0;
-      for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) square += std::pow(f.x(k) / std::max(1e-300, f.std(k)), 2);
-      if (f.effect.effect != "foot_compliance" && std::sqrt(square) < least) least = std::sqrt(square), worst = i;
+      for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
+      // A sole that gives about one axis only is one; one that gives about neither for sure is none.
+      if (f.effect.effect == "foot_compliance" && f.x.size() > 2) square = std::max(square, std::pow(f.x(2) / std::max(1e-300, f.std(2)), 2));
+      if (std::sqrt(square) < least) least = std::sqrt(square), worst = i;
     }
     if (worst == out_.effects.size()) return false;
     if (say_) say_("not sure: " + chosen_.effects[worst].effect + " at " + chosen_.effects[worst].where.dump());

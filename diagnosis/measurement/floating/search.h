@@ -17,7 +17,7 @@ struct Rival {
 
 struct FoundEffect {
   Candidate effect;
-  Eigen::VectorXd x, std;      // std with what recordings differ by
+  Eigen::VectorXd x, std, scatter;  // std: with what recordings differ by and equations are exact to; scatter: by chance
   double gain = 0;             // n log of what is left without it over what is left with it, held-out
   double share = 0;            // of its place's held-out mismatch, 0 to 1
   double spread = 0;           // of the parts' values over the value

@@ -12,6 +12,7 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/measurement/floating/checks.h"
+#include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/measurement/floating/regimes.h"
@@ -313,6 +314,31 @@ TEST(LeggedRegimes, WhatIsThereInOnePhaseOnlyIsNoLaw) {
   EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.8, 0.05}}));
   EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.1, 0.05}}));
   EXPECT_TRUE(is_steady({{"phase 1", 1.0, 0.05}, {"phase 2", 0.1, 0.4}}));  // phase 2 tells nothing
+}
+
+TEST(LeggedTracks, ALateTrackIsShiftedBackAndALagIsAsItsEquationHasIt) {
+  // 2 Hz at 500 Hz: a line between samples errs by (2 pi 2 / 500)^2 / 8, 8e-5 of the amplitude.
+  const double step = 0.002, way = 2 * M_PI * 2, time = 0.01, late = 0.013;
+  Track x;
+  for (int k = 0; k < 1000; ++k) {
+    const double t = k * step;
+    x.value.push_back(std::sin(way * t)), x.rate.push_back(way * std::cos(way * t));
+    x.second.push_back(-way * way * std::sin(way * t));
+  }
+  const Track ahead = shift_track(x, step, late), lagged = lag_track(x, step, time);
+  for (size_t k = 200; k < 800; ++k) {  // 40 time constants after the beginning
+    const double t = static_cast<double>(k) * step;
+    EXPECT_NEAR(ahead.value[k], std::sin(way * (t + late)), 2e-4);
+    const double expected = (std::sin(way * t) - way * time * std::cos(way * t)) / (1 + way * way * time * time);
+    EXPECT_NEAR(lagged.value[k], expected, 2e-4);
+    EXPECT_NEAR(lagged.value[k] + time * lagged.rate[k], x.value[k], 1e-12);  // the equation itself
+  }
+}
+
+TEST(LeggedRegimes, CalmAndRoughRowsThatDisagreeAreTwoCauses) {
+  EXPECT_TRUE(is_alike({{"calm", 0.8, 0.1, 0.5}, {"rough", 1.3, 0.1, 0.5}}));
+  EXPECT_FALSE(is_alike({{"calm", 0.6, 0.1, 0.5}, {"rough", 1.8, 0.1, 0.5}}));
+  EXPECT_TRUE(is_alike({{"calm", 0.6, 0.45, 0.5}, {"rough", 1.8, 0.45, 0.5}}));  // by chance
 }
 
 TEST(LeggedChecks, RecordingsThatDifferAreSetAside) {
