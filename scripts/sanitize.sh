@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# scripts/sanitize.sh [address|undefined|thread|address,undefined ...] [--tests REGEX]
+#
+# Builds with sanitizers and runs the tests that make sense under them: those of one process (label unit). Without names:
+# address and undefined in one build, then thread. Each build has its own folder, build-address-undefined or build-thread.
+#
+#   --tests REGEX   only tests whose names fit, default all of them
+#
+# A finding ends its test with the place in the source. docs/robustness.md has the counts and what is suppressed, and why.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+tests="." kinds=()
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --tests) [ $# -gt 1 ] || fail "--tests needs a regular expression"; tests="$2"; shift ;;
+    address | undefined | thread | address,undefined) kinds+=("$1") ;;
+    *) fail "unknown word $1 (--help)" ;;
+  esac
+  shift
+done
+[ ${#kinds[@]} -gt 0 ] || kinds=(address,undefined thread)
+export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
+export TSAN_OPTIONS="${TSAN_OPTIONS:-second_deadlock_stack=1}"
+failed=0
+for kind in "${kinds[@]}"; do
+  export BUILD="$ROOT/build-${kind//,/-}"
+  configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF -DHRP_SANITIZE="$kind"
+  # Names of the unit tests that fit; those that are no programs of ours (Python) are built by nobody.
+  mapfile -t names < <(ctest --test-dir "$BUILD" -N -L unit -R "$tests" | sed -n 's/^ *Test *#[0-9]*: //p')
+  [ ${#names[@]} -gt 0 ] || fail "no unit test fits $tests"
+  known="$(ninja -C "$BUILD" -t targets all | sed -n 's/: phony$//p')"
+  wanted=()
+  for name in "${names[@]}"; do if grep -qx -- "$name" <<< "$known"; then wanted+=("$name"); fi; done
+  ninja -C "$BUILD" -j "${HRP_JOBS:-$(nproc)}" "${wanted[@]}"
+  pattern="$(IFS='|'; echo "${wanted[*]}")"
+  ctest --test-dir "$BUILD" -R "^($pattern)\$" --output-on-failure --timeout 3600 || failed=1
+done
+exit $failed
