@@ -301,16 +301,19 @@ Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions
   Prng random(seed);
   double boost = 1;
   std::string why = "too weak";
+  bool played = false;  // another draw would be another robot
   for (int attempt = 0; attempt < kDraws; ++attempt) {
     try {
       Draft draft = draw_draft(request, options, boost, random.fork(static_cast<std::uint64_t>(attempt)));
       const std::vector<double> strengths = calc_strengths(draft);
       const Draft usual = draft;
       const bool changed = options.poor > 0 || !options.played.empty();
-      if (all_show(strengths) && changed) change_recordings(&draft, options, Prng(seed));
+      played = all_show(strengths) && changed;
+      if (played) change_recordings(&draft, options, Prng(seed));
       if (all_show(strengths)) return finish(draft, usual, request, strengths, options, random.fork(99));
       boost = std::min(2.5, boost * 1.3);
     } catch (const InsaneCase& insane) {
+      if (played) throw std::runtime_error("the hidden robot cannot play the motion: " + insane.why);
       why = insane.why;
       boost = std::max(0.7, boost * 0.85);
     }
