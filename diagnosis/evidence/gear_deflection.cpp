@@ -112,7 +112,8 @@ class Gear {
 
   void find_noise() {
     if (held_.empty()) held_ = train_;
-    const double link = e_.other_noise.at(column_).sigma, motor = e_.joint_noise[static_cast<size_t>(joint_)][0].sigma;
+    const auto known = e_.other_noise.find(column_);
+    const double link = known == e_.other_noise.end() ? 0.0 : known->second.sigma, motor = e_.joint_noise[static_cast<size_t>(joint_)][0].sigma;
     const double passed = std::min(1.0, 2.0 * motion_.cutoff * motion_.recordings[0].step);
     floor_ = std::max(1e-18, (link * link + motor * motor) * passed);
     const Columns all{kZero, kTorque, kRate, kPlay};

@@ -95,13 +95,13 @@ TEST(DiagnosisRollout, WithoutEffortsAndCommandedRatesTheServosLawTellsItsLimit)
 TEST(Diagnosis, ReadingsThatNothingWasComparedWithAreSaid) {
   Experiment e = make_experiment("unused", {});
   for (Recording& recording : e.recordings) {
-    for (const char* column : {"/wrench/hand/force/x", "/wrench/hand/force/y", "/joint_states_link/j1/position"})
+    for (const char* column : {"/wrench/hand/force/x", "/wrench/hand/force/y", "/base/pose/position/x"})
       recording.other[column].assign(recording.size(), 0.0);
   }
   const Reports reports = diagnose(make_problem(e, 1), [](const std::string&) {});
   EXPECT_EQ(reports.report["verdict"], "no_mismatch");
   const std::string warning = reports.report["warnings"].back();
-  EXPECT_NE(warning.find("not compared with any prediction: /joint_states_link/j1, /wrench/hand;"), std::string::npos);
+  EXPECT_NE(warning.find("not compared with any prediction: /base/pose, /wrench/hand;"), std::string::npos);
 }
 
 TEST(Diagnosis, DoesNotDependOnTheNumberOfThreads) {
