@@ -137,12 +137,7 @@ std::vector<std::vector<int>> assign_own_folds(const TorqueData& data, int joint
 void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& folds, int fold_count, const Rows& rows,
                 JointDesign* joint) {
   const long width = joint->own_width + rows.whole[0].cols();
-  // A joint that is used in few folds has its own, which may be more than all recordings have.
-  int own_count = fold_count;
-  for (const std::vector<int>& one : folds) {
-    for (int fold : one) own_count = std::max(own_count, fold + 1);
-  }
-  joint->train.assign(static_cast<size_t>(own_count), Gram(width));
+  joint->train.assign(static_cast<size_t>(fold_count), Gram(width));
   joint->held.clear();
   Spread spread;
   Eigen::VectorXd x(width);
@@ -215,6 +210,7 @@ TorqueDesign make_torque_design(TorqueData&& given) {
   for (const Term& term : design.whole) design.whole_first.push_back(width), width += term.columns;
   int fold_count = 0;
   const std::vector<std::vector<int>> folds = assign_folds(data, &fold_count);
+  fold_count = std::max(fold_count, kFewestFolds);  // as many for all: a joint that is used in few folds has its own
   std::vector<std::vector<Eigen::MatrixXd>> whole;  // by recording, by joint
   for (const TorqueRecording& r : data.recordings) whole.push_back(calc_whole_columns(data, r, design.whole));
   for (int j = 0; j < data.experiment->num_joints(); ++j) {
