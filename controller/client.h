@@ -47,6 +47,8 @@ class Controller {
   // The answer to one sample: references of the joint servos for the period that begins with it. qd and effort may
   // stay empty.
   virtual JointCommand control(const SensorData& sensors, const Robot& robot) = 0;
+  // A copy with all memory, for runs that go back to an earlier state. None: this controller cannot.
+  virtual std::unique_ptr<Controller> clone() const { return nullptr; }
 };
 
 using ControllerMaker = std::function<std::unique_ptr<Controller>(const Robot& robot)>;

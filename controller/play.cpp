@@ -9,6 +9,7 @@ namespace {
 
 class HoldController : public Controller {
  public:
+  std::unique_ptr<Controller> clone() const override { return std::make_unique<HoldController>(*this); }
   JointCommand control(const SensorData&, const Robot& robot) override {
     JointCommand command;
     command.q = robot.initial_q;
@@ -22,6 +23,8 @@ class MotionController : public Controller {
   explicit MotionController(const Robot& robot)
       : player_(load_motion(robot.settings.motion, robot.settings.joint_order), robot.joints, robot.initial_q,
                 robot.settings.motion) {}
+
+  std::unique_ptr<Controller> clone() const override { return std::make_unique<MotionController>(*this); }
 
   JointCommand control(const SensorData& sensors, const Robot&) override {
     JointCommand command;

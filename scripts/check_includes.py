@@ -30,6 +30,7 @@ VENDORS = {
     "ceres/": ["diagnosis"],
     "boost/": ["servers/viewer"],
     "openssl/": ["common/bus", "common/node"],
+    "pybind11/": ["python"],
     "CLI/": ["common/node", "servers", "controller", "diagnosis", "tests", "models"],
 }
 

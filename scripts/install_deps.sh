@@ -5,8 +5,10 @@
 # Installs the Debian 12 packages that the project needs; does nothing when all of them are there (well under a second).
 # As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
 #
-#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis and the MuJoCo server need
-#   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2
+#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis, the MuJoCo
+#             server and the Python package need
+#   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2,
+#             pandas and matplotlib
 #   --viewer  also what the page of the viewer is built with: Node with npm
 #   --list    print the packages and do nothing
 set -euo pipefail
@@ -19,8 +21,9 @@ run_packages=(
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev libssl-dev
   libcli11-dev libzstd-dev liblz4-dev libdeflate-dev zlib1g-dev
 )
-build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev libsqlite3-dev)
-test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium iproute2)
+build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev libsqlite3-dev
+  pybind11-dev python3-dev python3-numpy)
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium iproute2 python3-pandas python3-matplotlib python3-yaml)
 
 # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.
 add_node() {

@@ -19,7 +19,11 @@ for argument in "$@"; do
     -h | --help) print_help; echo; [ -x "$BUILD/bin/hrp-simulate" ] || "$ROOT/scripts/build.sh" --run >&2; exec "$BUILD/bin/hrp-simulate" --help ;;
   esac
   # Another program in the place of a server: one of this tree is built, too.
-  case "$previous=$argument" in --program=*=hrp-dynamics-mujoco) targets+=(hrp-dynamics-mujoco) ;; esac
+  case "$previous=$argument" in
+    --program=*=hrp-dynamics-mujoco) targets+=(hrp-dynamics-mujoco) ;;
+    --controller=*python*) targets+=(hrp_python) ;;
+    --controller=my-controller*) targets+=(my-controller) ;;
+  esac
   previous="$argument"
 done
 "$ROOT/scripts/build.sh" --run "${targets[@]}" >&2
@@ -28,5 +32,7 @@ if $view; then
   "$ROOT/scripts/build_page.sh"
 fi
 $scenario_given || set -- "$ROOT/models/scenarios/default.yaml" "$@"
+# A controller in Python finds the package of this tree.
+export PYTHONPATH="$BUILD/python${PYTHONPATH:+:$PYTHONPATH}"
 export HRP_VIEW_COMMAND="${0%/*}/view.sh"
 exec "$BUILD/bin/hrp-simulate" "$@"

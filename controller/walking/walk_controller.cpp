@@ -56,6 +56,8 @@ class WalkController : public Controller {
     have_com_error_ = false;
   }
 
+  std::unique_ptr<Controller> clone() const override { return std::make_unique<WalkController>(*this); }
+
   JointCommand control(const SensorData& sensors, const Robot& robot) override {
     dt_ = robot.period;
     measure(sensors);
@@ -102,7 +104,7 @@ class WalkController : public Controller {
   Matrix3d find_attitude(const ImuSample& imu) {
     if (!spec_.attitude_filter.on) return imu.R_WS.toRotationMatrix();
     if (attitude_) attitude_->update(imu.angular_velocity, imu.linear_acceleration, dt_);
-    else attitude_ = std::make_unique<AttitudeFilter>(spec_.attitude_filter.time_constant);
+    else attitude_.emplace(spec_.attitude_filter.time_constant);
     if (!pattern_) attitude_->reset(calc_level_attitude(imu.linear_acceleration));
     return attitude_->get();
   }
@@ -139,7 +141,7 @@ class WalkController : public Controller {
     start.R_WB = R;
     for (int side : {kLeft, kRight}) start.soles[side] = {R * sole_B_[side].R, R * sole_B_[side].p - middle};
     const double zc = spec_.com_height > 0.0 ? spec_.com_height : start.com.z();
-    pattern_ = std::make_unique<WalkPattern>(spec_, start, zc);
+    pattern_.emplace(spec_, start, zc);
   }
 
   // Roll and pitch of the body beyond the reference, pattern axes; their rates.
@@ -254,8 +256,8 @@ class WalkController : public Controller {
   WholeBody body_;
   int sensor_[2] = {-1, -1}, sensor_frame_[2] = {-1, -1}, imu_ = -1, imu_frame_ = -1;
   double weight_ = 0.0, dt_ = 0.005;
-  std::unique_ptr<WalkPattern> pattern_;
-  std::unique_ptr<AttitudeFilter> attitude_;
+  std::optional<WalkPattern> pattern_;
+  std::optional<AttitudeFilter> attitude_;
   Matrix3d R_PW_ = Matrix3d::Identity();  // pattern from the IMU's world: heading only
   double start_time_ = 0.0;               // [s] of the first sample
   Eigen::VectorXd start_q_, last_q_, solved_;

@@ -44,5 +44,5 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 string(JOIN ", " CPACK_DEBIAN_PACKAGE_RECOMMENDS cmake g++ make libeigen3-dev libcli11-dev libyaml-cpp-dev libfastcdr-dev
-       libfastrtps-dev cyclonedds-dev libssl-dev libzstd-dev liblz4-dev libdeflate-dev)
+       libfastrtps-dev cyclonedds-dev libssl-dev libzstd-dev liblz4-dev libdeflate-dev python3-numpy)
 include(CPack)

@@ -44,13 +44,28 @@ function(hrp_include_top target scope)
   target_compile_features(${target} ${scope} cxx_std_17)
 endfunction()
 
+# What the Python module loads is position independent. The programs link the same objects, so both give the same bits.
+set(HRP_SHARED_OBJECTS hrp_base hrp_effects hrp_robot hrp_robot_geometry hrp_messages hrp_convert hrp_bus_memory
+    hrp_bus_cyclone hrp_bus_fast hrp_runs hrp_make_bus hrp_mcap hrp_log_table hrp_run_token hrp_node hrp_join hrp_server_main
+    hrp_dynamics_loop hrp_dynamics_core hrp_dynamics_node hrp_collision hrp_model_parser hrp_controller_client
+    hrp_scenario_controller hrp_motion hrp_walking hrp_trial hrp_multibody hrp_regressor)
+# Functions are inlined and called as in a program all the same: nobody replaces them at run time.
+set(HRP_SHARED_OPTIONS -fPIC -fno-semantic-interposition)
+
 # hrp_library(name [QUICK] SOURCES FILE ... LINK x ... PRIVATE_LINK y ...). QUICK: see hrp_quick().
 function(hrp_library name)
   cmake_parse_arguments(ARG "QUICK" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   hrp_include_top(${name} PUBLIC)
   target_link_libraries(${name} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
-  if(ARG_QUICK)
+  if(name IN_LIST HRP_SHARED_OBJECTS)
+    target_compile_options(${name} PRIVATE ${HRP_SHARED_OPTIONS})
+    if(ARG_QUICK)
+      target_compile_options(${name} PRIVATE ${HRP_QUICK})
+    else()
+      hrp_precompile(${name} hrp_shared_eigen_headers)
+    endif()
+  elseif(ARG_QUICK)
     hrp_quick(${name} hrp_command_line_headers)
   else()
     hrp_precompile(${name} hrp_eigen_headers)

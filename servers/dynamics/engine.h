@@ -19,6 +19,11 @@ class SimulatorEngine : public DynamicsEngine {
   const ContactForces& contact_forces() const override { return simulator_.contact_forces(); }
   const SensorSample& sensors() const override { return simulator_.sensors(); }
   const std::vector<double>& foot_forces() const override { return simulator_.foot_forces(); }
+  // Everything that decides the future: kept to go back to it. Pushes and hands depend on time and state alone.
+  const Simulator& simulator() const { return simulator_; }
+  void restore(const Simulator& kept) { simulator_ = kept; }
+  // Step 0 at this state. False when it does not fit the robot.
+  [[nodiscard]] bool reset_to(const State& state) { return simulator_.reset(state); }
 
  private:
   std::string describe_blow_up(const JointCommand& command) const;

@@ -280,6 +280,11 @@ Simulator::Simulator(const RobotDescription& robot, const Scenario& scenario) {
 Simulator::~Simulator() = default;
 Simulator::Simulator(Simulator&&) noexcept = default;
 Simulator& Simulator::operator=(Simulator&&) noexcept = default;
+Simulator::Simulator(const Simulator& other) : impl_(std::make_unique<Impl>(*other.impl_)) {}
+Simulator& Simulator::operator=(const Simulator& other) {
+  *impl_ = *other.impl_;
+  return *this;
+}
 
 void Simulator::reset() { impl_->reset(impl_->start); }
 

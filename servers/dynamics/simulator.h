@@ -45,6 +45,9 @@ class Simulator {
   ~Simulator();
   Simulator(Simulator&&) noexcept;
   Simulator& operator=(Simulator&&) noexcept;
+  // A copy goes on with the same bits: it has the state and everything that remembers.
+  Simulator(const Simulator&);
+  Simulator& operator=(const Simulator&);
 
   // Step 0 again, at the scenario's initial pose or at `state`. Everything with a memory (filters, delays, anchors of
   // sticking contacts, motors behind elastic gears) starts afresh. Returns false when `state` does not fit the robot.

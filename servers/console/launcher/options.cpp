@@ -21,6 +21,7 @@ const char kFooter[] = R"(Examples:
   hrp-simulate S.yaml --dds-for controller=fast          one server on the other vendor
   hrp-simulate S.yaml --view                             and watch it in the browser
   hrp-simulate S.yaml --without controller               leaves the place to a controller of your own
+  hrp-simulate S.yaml --controller "python3 mine.py"     a controller of your own in the set
   hrp-simulate S.yaml --program dynamics=hrp-dynamics-mujoco
 
 While it runs, from a second terminal:
@@ -48,6 +49,31 @@ std::map<std::string, std::string> split_pairs(const std::vector<std::string>& w
   return pairs;
 }
 
+// As a shell splits it at blanks; quotes and backslashes keep words together.
+std::vector<std::string> split_command(const std::string& command) {
+  std::vector<std::string> words;
+  bool in_word = false;
+  char quote = 0;
+  for (size_t i = 0; i < command.size(); ++i) {
+    const char c = command[i];
+    if (quote == 0 && (c == ' ' || c == '\t')) {
+      in_word = false;
+      continue;
+    }
+    if (!in_word) words.emplace_back();
+    in_word = true;
+    if (c == quote) {
+      quote = 0;
+    } else if (quote == 0 && (c == '"' || c == '\'')) {
+      quote = c;
+    } else {
+      words.back() += c == '\\' && quote != '\'' && i + 1 < command.size() ? command[++i] : c;
+    }
+  }
+  if (words.empty() || quote != 0) throw CLI::ValidationError("--controller", "'" + command + "' is no command");
+  return words;
+}
+
 }  // namespace
 
 const std::vector<std::string>& get_roles() {
@@ -63,6 +89,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.footer(kFooter);
   bool realtime = false, no_pin = false, no_plot = false;
   std::vector<std::string> dds_for, programs;
+  std::string controller;
   app.add_option("SCENARIO", options->scenario, "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
       ->required();
   app.add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
@@ -79,6 +106,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_option("--without", options->without, "leave this server out: somebody else starts it; may be repeated")
       ->check(CLI::IsMember(get_roles()));
   app.add_option("--program", programs, "SERVER=PROGRAM: another program in the place of a server; may be repeated");
+  app.add_option("--controller", controller, "command of a controller in the place of ours: my-controller, \"python3 mine.py\"");
   app.add_flag("--paused", options->paused, "wait for hrp-run before the first step");
   app.add_flag("--keep-going", options->keep_going, "start a server again that died, instead of ending the run");
   app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
@@ -94,6 +122,11 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     options->scenario = find_scenario_file(options->scenario);
     options->dds_for = split_pairs(dds_for, "--dds-for");
     options->programs = split_pairs(programs, "--program");
+    if (!controller.empty()) options->controller = split_command(controller);
+    const auto left_out = std::find(options->without.begin(), options->without.end(), "controller");
+    if (!controller.empty() && (options->programs.count("controller") > 0 || left_out != options->without.end())) {
+      throw CLI::ValidationError("--controller", "excludes --without controller and --program controller=...");
+    }
     for (const auto& [role, vendor] : options->dds_for) {
       if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
     }
@@ -109,8 +142,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     if (options->in_process && options->view) {
       throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");
     }
-    if (options->in_process && !(options->without.empty() && programs.empty() && dds_for.empty())) {
-      throw CLI::ValidationError("--in-process", "excludes --without, --program and --dds-for: there is nobody to join");
+    if (options->in_process && !(options->without.empty() && programs.empty() && dds_for.empty() && controller.empty())) {
+      throw CLI::ValidationError("--in-process", "excludes --without, --program, --controller and --dds-for: there is nobody to join");
     }
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error) == 0 ? kExitOk : kExitBadInput;

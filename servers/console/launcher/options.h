@@ -13,6 +13,7 @@ struct LaunchOptions {
   std::string dds = "cyclone";
   std::map<std::string, std::string> dds_for;   // role -> vendor
   std::map<std::string, std::string> programs;  // role -> program in place of ours
+  std::vector<std::string> controller;          // words of a command in place of our controller; empty: none
   std::vector<std::string> without;             // roles that somebody else starts
   double duration = -1.0;   // [s] simulated; < 0: as the scenario says
   bool in_process = false;

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <climits>
 #include <cstdio>
+#include <cstdlib>
+#include <sstream>
 
 #include "common/bus/domain.h"
 #include "common/bus/make_bus.h"
@@ -52,6 +54,19 @@ std::string find_own_folder() {
 // A name without a slash is a program of ours, beside this one.
 std::string find_program(const std::string& name) {
   return name.find('/') == std::string::npos ? find_own_folder() + "/" + name : name;
+}
+
+// The same for a command of people's: where there is none of ours, the one that a shell would run.
+std::string find_command(const std::string& name) {
+  const std::string own = find_program(name);
+  const char* folders = std::getenv("PATH");
+  if (access(own.c_str(), X_OK) == 0 || own == name || folders == nullptr) return own;
+  std::istringstream list(folders);
+  for (std::string folder; std::getline(list, folder, ':');) {
+    const std::string path = (folder.empty() ? "." : folder) + "/" + name;
+    if (access(path.c_str(), X_OK) == 0) return path;
+  }
+  return own;
 }
 
 std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
@@ -147,12 +162,18 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
   const auto vendor = options_.dds_for.find(role);
   ChildSpec child;
   child.role = role;
-  child.arguments = {find_program(program == options_.programs.end() ? get_default_program(role) : program->second),
-                     "--domain", std::to_string(claim_.domain()),
-                     "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second};
+  const bool is_command = role == "controller" && !options_.controller.empty();
   auto& arguments = child.arguments;
+  if (is_command) {
+    arguments = options_.controller;
+    arguments[0] = find_command(arguments[0]);
+  } else {
+    arguments = {find_program(program == options_.programs.end() ? get_default_program(role) : program->second)};
+  }
+  arguments.insert(arguments.end(), {"--domain", std::to_string(claim_.domain()), "--dds",
+                                     vendor == options_.dds_for.end() ? options_.dds : vendor->second});
   // They then leave it to us to say what went wrong.
-  const bool ours = program == options_.programs.end();
+  const bool ours = program == options_.programs.end() && !is_command;
   if (ours) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
   if (!options_.secure.empty()) arguments.insert(arguments.end(), {"--secure", options_.secure});
   const std::vector<std::string> own = make_role_arguments(role);

@@ -6,7 +6,6 @@
 
 #include "common/robot/closed_chains.h"
 #include "controller/node.h"
-#include "controller/play.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp {
@@ -23,11 +22,36 @@ double calc_heading(const State& state) {
 
 }  // namespace
 
-Trial::Trial(const Scenario& scenario)
+Trial::Trial(const Scenario& scenario, const ControllerMaker& make_controller)
     : robot_(load_robot(scenario)), scenario_(adopt_loops(scenario, robot_.scenario)), world_(robot_, scenario_),
-      engine_(make_simulator_engine(robot_, scenario_)), controlled_(make_robot(robot_, scenario_)),
-      controller_(make_scenario_controller(controlled_)) {
+      engine_(std::make_unique<SimulatorEngine>(robot_, scenario_)), controlled_(make_robot(robot_, scenario_)),
+      controller_(make_controller(controlled_)) {
   controller_->start(controlled_);
+}
+
+void Trial::reset() {
+  engine_->reset();
+  step_ = 0;
+  fault_.clear();
+  controller_->start(controlled_);
+}
+
+bool Trial::reset_to(const State& state) {
+  if (!engine_->reset_to(state)) return false;
+  step_ = 0;
+  fault_.clear();
+  controller_->start(controlled_);
+  return true;
+}
+
+TrialState Trial::save() const { return {engine_->simulator(), controller_->clone(), command_, step_}; }
+
+void Trial::restore(const TrialState& kept) {
+  engine_->restore(kept.simulator);
+  if (kept.controller) controller_ = kept.controller->clone();
+  command_ = kept.command;
+  step_ = kept.step;
+  fault_.clear();
 }
 
 void Trial::ask_controller() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "controller/client.h"
+#include "controller/play.h"
 #include "servers/collision_checker/collision_world.h"
 #include "servers/dynamics/engine.h"
 
@@ -26,10 +27,18 @@ struct TrialResult {
   std::string fault;            // of the simulator; empty when all went well
 };
 
+// What decides the future of a run: physics with all memories, the command that acts, the controller's memory.
+struct TrialState {
+  Simulator simulator;
+  std::shared_ptr<const Controller> controller;  // none: it cannot be copied
+  JointCommand command;
+  long step = 0;
+};
+
 class Trial {
  public:
-  // Throws InputError.
-  explicit Trial(const Scenario& scenario);
+  // With the scenario's controller, or another one. Throws InputError.
+  explicit Trial(const Scenario& scenario, const ControllerMaker& make_controller = make_scenario_controller);
   // Stands between dynamics and the controller: what it changes is what the controller sees.
   std::function<void(SensorData*)> tamper;
   // As the server set does; what is reported of the run is what was until the fall.
@@ -39,6 +48,20 @@ class Trial {
   // Steps until the scenario's duration, a fault or, by default, a fall. on_step may be empty.
   TrialResult run(const std::function<void(const Trial&)>& on_step = nullptr);
 
+  // Step 0 again, at the scenario's initial pose or at `state`; false when that does not fit the robot.
+  void reset();
+  [[nodiscard]] bool reset_to(const State& state);
+  // A run that is restored goes on with the bits that it went on with before.
+  TrialState save() const;
+  void restore(const TrialState& kept);
+
+  // What touches in the state now. The result lives until the next step.
+  const ContactSet& calc_contacts() { return world_.calc_contacts(engine_->state()); }
+  long step_number() const { return step_; }
+  // Why step() was false; empty before.
+  const std::string& fault() const { return fault_; }
+  // As the controller is told; does not change.
+  const Robot& controlled() const { return controlled_; }
   double time() const { return static_cast<double>(step_) * scenario_.time_step; }
   const DynamicsEngine& engine() const { return *engine_; }
   const JointCommand& command() const { return command_; }
@@ -51,7 +74,7 @@ class Trial {
   RobotDescription robot_;
   Scenario scenario_;  // as given, with the loops of the robot's description
   CollisionWorld world_;
-  std::unique_ptr<DynamicsEngine> engine_;
+  std::unique_ptr<SimulatorEngine> engine_;
   Robot controlled_;
   std::unique_ptr<Controller> controller_;
   JointCommand command_;
