@@ -34,6 +34,7 @@ RULES = [
     Rule(r"scripts/install_deps\.sh.*", RUNS),
     Rule(r"(scripts/simulate\.sh|build/bin/hrp-simulate) .*--without \w+.*", OFFERS, change=SHORT_RUN),
     Rule(r"scripts/simulate\.sh --help", RUNS),
+    Rule(r'scripts/simulate\.sh .*--controller "python3 .*', RUNS, change=((r'"python3', '"/usr/bin/python3'),) + SHORT_RUN),
     # The viewer ends with the run where nobody could press Ctrl-C.
     Rule(r"scripts/simulate\.sh.*", RUNS, change=SHORT_RUN),
     Rule(r"scripts/view\.sh.*", SERVES),
@@ -42,6 +43,8 @@ RULES = [
     Rule(r"build/bin/hrp-(collision-checker|controller|dynamics).*", JOINS),
     Rule(r"example_c/hold_pose .*", JOINS),
     Rule(r"example_c/watch_forces .*", WATCHES),
+    # Debian's own interpreter has numpy; another one before it in the path may not.
+    Rule(r"python3 python/examples/\w+\.py", RUNS, change=((r"^", "/usr/bin/"),)),
     Rule(r"cmake .*", RUNS),
     Rule(r"build/bin/hrp-topic (list|type .*)", BESIDE),
     Rule(r"build/bin/hrp-topic (echo|hz) .*--count.*", BESIDE),

@@ -21,7 +21,7 @@ const char kFooter[] = R"(Examples:
   hrp-simulate S.yaml --dds-for controller=fast          one server on the other vendor
   hrp-simulate S.yaml --view                             and watch it in the browser
   hrp-simulate S.yaml --without controller               leaves the place to a controller of your own
-  hrp-simulate S.yaml --controller "python3 mine.py"     a controller of your own in the set
+  hrp-simulate S.yaml --controller "python3 python/examples/my_controller.py"     a controller of your own in the set
   hrp-simulate S.yaml --program dynamics=hrp-dynamics-mujoco
 
 While it runs, from a second terminal:
@@ -106,7 +106,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_option("--without", options->without, "leave this server out: somebody else starts it; may be repeated")
       ->check(CLI::IsMember(get_roles()));
   app.add_option("--program", programs, "SERVER=PROGRAM: another program in the place of a server; may be repeated");
-  app.add_option("--controller", controller, "command of a controller in the place of ours: my-controller, \"python3 mine.py\"");
+  app.add_option("--controller", controller, "command of a controller in the place of ours: my-controller, \"python3 python/examples/my_controller.py\"");
   app.add_flag("--paused", options->paused, "wait for hrp-run before the first step");
   app.add_flag("--keep-going", options->keep_going, "start a server again that died, instead of ending the run");
   app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
