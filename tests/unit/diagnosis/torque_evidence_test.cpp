@@ -79,6 +79,32 @@ TEST(TorqueEvidence, ALoadInTheHandIsNamedAtItsLinkWithItsMass) {
   EXPECT_TRUE(named);
 }
 
+// The first `seconds` of a recording.
+Recording take(const Recording& whole, double seconds) {
+  Recording r = whole;
+  const auto rows = static_cast<size_t>(std::count_if(r.time.begin(), r.time.end(), [&](double t) { return t - r.time[0] < seconds; }));
+  r.time.resize(rows);
+  for (JointColumns& joint : r.joints) {
+    for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
+      column->resize(std::min(column->size(), rows));
+  }
+  return r;
+}
+
+// Five stretches of two seconds in all, one of which has all that the elbow tells: its own parts are one more.
+TEST(TorqueEvidence, FrictionOfAJointThatMovesInOneShortRecordingIsFound) {
+  Experiment e = make_simulated_experiment("torque_short", kArm, kJoints, make_drives());
+  const Recording all = e.recordings[0];
+  e.recordings = {take(all, 5.2), take(all, 5.2), take(all, 2.4)};
+  for (size_t r : {0u, 1u}) {
+    JointColumns& elbow = e.recordings[r].joints[kElbow];
+    std::fill(elbow.signal[0].begin(), elbow.signal[0].end(), elbow.signal[0][0]);
+    std::fill(elbow.signal[1].begin(), elbow.signal[1].end(), 0.0);
+  }
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  EXPECT_TRUE(find(verdict, "coulomb_friction", "elbow") || find(verdict, "viscous_friction", "elbow"));
+}
+
 // One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
 TEST(TorqueEvidence, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   const std::string urdf = R"(<robot name="pendulum"><link name="base"/>
