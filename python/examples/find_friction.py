@@ -14,7 +14,7 @@ import openhrp_dds
 folder = pathlib.Path(sys.argv[1])
 folder.mkdir(parents=True, exist_ok=True)
 ROBOT = pathlib.Path("models/experiments/arm/robot.urdf").resolve()
-SETTINGS = {"base": "fixed", "steps": {"time_step": 0.001, "control_period": 0.004}, "interpolation": "hold",
+SETTINGS = {"base": "fixed", "steps": {"time_step": 0.001, "control_period": 0.004},
             "servo": {"joints": {"axis1": {"kp": 264, "kd": 7.13}, "axis2": {"kp": 51.6, "kd": 1.63},
                                  "axis3": {"kp": 20, "kd": 0.738}, "axis4": {"kp": 2.92, "kd": 0.0751}}}}
 NOISE = {"position": 5e-5, "velocity": 5e-3, "effort": 0.0165}
@@ -30,12 +30,14 @@ class Excite(openhrp_dds.Controller):
     def start(self, robot):
         random = np.random.default_rng(self.seed)
         self.frequency = random.uniform(0.2, 1.2, size=(len(robot.joints), 4))  # [Hz]
+        self.reference = robot.initial_q  # what the servos have reached: a command is approached over one period
         self.phase = random.uniform(0.0, 2.0 * np.pi, size=(len(robot.joints), 4))
 
     def step(self, observation):
         t = observation.time
         q = 0.2 * min(1.0, t) * np.sin(2.0 * np.pi * self.frequency * t + self.phase).sum(axis=1)
-        self.rows.append(np.concatenate([[t], q, observation.q, observation.qd, observation.efforts]))
+        self.rows.append(np.concatenate([[t], self.reference, observation.q, observation.qd, observation.efforts]))
+        self.reference = q
         return openhrp_dds.Command(q)
 
     def columns(self):
@@ -51,7 +53,6 @@ servos = "".join(f"\n    {joint}: {{kp: {gains['kp']}, kd: {gains['kd']}}}" for 
 reality.write_text(f"""robot: {ROBOT}
 base: fixed
 steps: {{time_step: 0.001, control_period: 0.004}}
-interpolation: hold
 servo:
   joints:{servos}
 sensors: {encoders}
