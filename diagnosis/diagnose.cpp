@@ -69,10 +69,13 @@ std::string find_obstacle(const Experiment& e) {
 // The first two parts of a column's name: "/imu/hand" of "/imu/hand/angular_velocity/x".
 std::string get_source(const std::string& column) { return column.substr(0, column.find('/', column.find('/', 1) + 1)); }
 
-bool is_compared(const std::string& column, const std::set<std::string>& compared) {
-  // Attitude is an estimate of the IMU's own: only what it measures is predicted.
-  if (column.find("/orientation/") != std::string::npos) return false;
-  return compared.count(column) > 0 || compared.count(get_source(column)) > 0;
+// What nothing was compared with, as it is said; empty where something was. Attitude is an estimate of the IMU's own:
+// only what the IMU measures is predicted.
+std::string find_left_out(const std::string& column, const std::set<std::string>& compared) {
+  const std::string source = get_source(column);
+  const bool any = compared.count(column) > 0 || compared.count(source) > 0;
+  if (!any) return source;
+  return column.find("/orientation/") == std::string::npos ? "" : source + "/orientation";
 }
 
 // Readings that were recorded and that nothing was compared with: said, so that nobody takes them for judged.
@@ -81,9 +84,7 @@ void say_what_was_not_compared(const Experiment& e, const std::set<std::string>&
   std::set<std::string> sources;
   for (const Recording& recording : e.recordings) {
     for (const auto& column : recording.other) {
-      if (is_compared(column.first, compared)) continue;
-      const bool attitude = column.first.find("/orientation/") != std::string::npos && compared.count(get_source(column.first)) > 0;
-      const std::string source = attitude ? get_source(column.first) + "/orientation" : get_source(column.first);
+      const std::string source = find_left_out(column.first, compared);
       if (kinds.count(source.substr(0, source.find('/', 1))) > 0) sources.insert(source);
     }
   }

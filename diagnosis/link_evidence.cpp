@@ -29,16 +29,10 @@ double get_first_value(const Json& finding) {
   return 0.0;
 }
 
-// NaN where the finding does not say: its law's default.
+// Where the finding does not say: its law's default.
 double find_value(const Json& parameters, const EffectParameter& p) {
-  for (const std::string& name : {p.key(), p.name}) {
-    if (!parameters.contains(name)) continue;
-    const Json& value = parameters[name].is_object() ? parameters[name]["value"] : parameters[name];
-    if (value.is_number()) return value.get<double>();
-    if (value.is_array() && p.axis >= 0 && static_cast<size_t>(p.axis) < value.size() && value[static_cast<size_t>(p.axis)].is_number())
-      return value[static_cast<size_t>(p.axis)].get<double>();
-  }
-  return p.required ? 0.0 : p.value;
+  const double value = read_value(parameters, p);
+  return std::isfinite(value) ? value : p.required ? 0.0 : p.value;
 }
 
 void remove_from(Json* list, const Json& finding) {
@@ -87,9 +81,9 @@ Evidence pick_drives(const Experiment& e, const LinkSensors& sensors, const Torq
 
 class Merger {
  public:
-  Merger(const Experiment& e, const LinkSensors& sensors, const LinkVerdict& links, const std::vector<GearVerdict>& gears, const Evidence& drives,
-         Reports* reports)
-      : e_(e), sensors_(sensors), links_(links), gears_(gears), drives_(drives), report_(reports->report) {}
+  Merger(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors, const LinkVerdict& links,
+         const std::vector<GearVerdict>& gears, const Evidence& drives, Reports* reports)
+      : e_(e), motion_(motion), sensors_(sensors), links_(links), gears_(gears), drives_(drives), report_(reports->report) {}
 
   void run() {
     Evidence evidence = links_.evidence;
@@ -181,9 +175,8 @@ class Merger {
   // An offset of the joint's encoder of that size would change some effort by more than its noise.
   bool would_show(const GearVerdict& gear) const {
     constexpr double kShows = 3.0;
-    const TorqueData motion = make_torque_data(e_);
     const Plant plant = make_plant(e_, {});
-    for (const TorqueRecording& r : motion.recordings) {
+    for (const TorqueRecording& r : motion_.recordings) {
       Eigen::MatrixXd q = r.q;
       q.col(gear.joint).array() -= gear.zero;
       const Eigen::MatrixXd change = calc_efforts(plant, q, r.v, r.a) - r.tau;
@@ -241,12 +234,8 @@ class Merger {
     const Json before = report_["findings"];
     for (const Json& f : before) {
       if (!links_.excludes(f["effect"], f["where"], get_first_value(f))) continue;
-      remove_from(&report_["findings"], f);
       if (report_.contains("model")) remove_from(&report_["model"], f);
-      report_["not_identifiable"].push_back({{"effect", f["effect"]}, {"where", f["where"]},
-                                             {"why", "positions and efforts ask for it, but sensors behind the gears exclude it"},
-                                             {"motion_that_would_tell", ""}});
-      dropped_ = true;
+      drop(f, "positions and efforts ask for it, but sensors behind the gears exclude it");
     }
   }
 
@@ -260,7 +249,7 @@ class Merger {
     }
     report_["findings"].push_back(finding);
     if (report_.contains("model") && !report_["model"].empty())
-      report_["model"].push_back({{"effect", finding["effect"]}, {"where", finding["where"]}, {"parameters", finding["parameters"]}, {"grade", finding["grade"]}});
+      report_["model"].push_back(make_model_entry(finding));
   }
 
   void combine_verdicts() {
@@ -291,6 +280,7 @@ class Merger {
   }
 
   const Experiment& e_;
+  const TorqueData& motion_;
   const LinkSensors& sensors_;
   const LinkVerdict& links_;
   const std::vector<GearVerdict>& gears_;
@@ -334,7 +324,7 @@ void add_link_evidence(const Experiment& e, const LinkSensors& sensors, int jobs
     compared->insert(gear.fit.signal);
   }
   for (const LinkSensor& s : sensors.sensors) compared->insert(s.name);
-  Merger(e, sensors, links, gears, drives, reports).run();
+  Merger(e, motion, sensors, links, gears, drives, reports).run();
 }
 
 }  // namespace hrp::diagnosis

@@ -7,6 +7,7 @@
 
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -74,8 +75,7 @@ void remark_lags(const Experiment& e, Json* remarks) {
       if (std::isfinite(lag)) lags.push_back(lag);
     }
     if (lags.empty()) continue;
-    std::nth_element(lags.begin(), lags.begin() + static_cast<long>(lags.size() / 2), lags.end());
-    const double lag = lags[lags.size() / 2];
+    const double lag = find_median(lags);
     if (std::abs(lag) > kLag) late.push_back(e.robot.tree.joint(j).name + " (" + number(1e3 * lag, 2) + " ms)");
   }
   if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -98,13 +99,6 @@ Json make_tells(const Motion& m) {
   return list;
 }
 
-double find_high(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<long>(kHigh * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 }  // namespace
 
 Json make_motion_checks(const Experiment& e) {
@@ -119,8 +113,8 @@ Json make_motion_checks(const Experiment& e) {
     }
     list.push_back({{"joint", e.robot.tree.joint(j).name},
                     {"travel", round_to(m.high - m.low, 3)},
-                    {"speed", round_to(find_high(std::move(m.speed)), 3)},
-                    {"acceleration", round_to(find_high(std::move(m.acceleration)), 3)},
+                    {"speed", round_to(find_quantile(std::move(m.speed), kHigh), 3)},
+                    {"acceleration", round_to(find_quantile(std::move(m.acceleration), kHigh), 3)},
                     {"load", {round_to(m.least_load, 3), round_to(m.most_load, 3)}},
                     {"reversals", m.half_cycles},
                     {"effort", get_source_words(data.source[static_cast<size_t>(j)])},

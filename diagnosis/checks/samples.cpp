@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -18,13 +19,6 @@ constexpr double kHeld = 0.25;       // of the samples repeat while the joint mo
 constexpr double kNever = 0.999;     // it does not change at all: a joint without a drive, say
 constexpr size_t kMostGaps = 5;
 constexpr double kLagCutoff = 8.0;   // [Hz] of the motion that a lag is found from
-
-double find_quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<long>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 // Samples that repeat the one before, as a share; those of a joint that moves are asked for.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {

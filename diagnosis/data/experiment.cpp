@@ -10,6 +10,7 @@
 #include "common/robot/topic_map.h"
 #include "diagnosis/data/bag_table.h"
 #include "diagnosis/data/csv_stream.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/plausibility.h"
@@ -310,9 +311,7 @@ double estimate_noise(const std::vector<double>& signal) {
     third.push_back(std::abs(d));
   }
   if (third.size() < 8) return 0.0;
-  const size_t middle = third.size() / 2;
-  std::nth_element(third.begin(), third.begin() + static_cast<long>(middle), third.end());
-  double value = third[middle];
+  double value = find_median(third);
   if (zeros * 4 > third.size()) {  // quantised or held: the median says nothing, the mean square still does
     double sum = 0.0;
     for (double d : third) sum += d * d;
@@ -427,8 +426,7 @@ Experiment load_experiment(const std::string& path) {
   for (const Recording& r : e.recordings) {
     for (size_t k = 1; k < r.size(); ++k) steps.push_back(r.time[k] - r.time[k - 1]);
   }
-  std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 2), steps.end());
-  e.sample_time = steps[steps.size() / 2];
+  e.sample_time = find_median(std::move(steps));
   find_noise(&e);
   floor_noise(&e);
   describe_missing(&e);

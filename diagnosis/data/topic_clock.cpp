@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -13,13 +14,6 @@ constexpr size_t kPieces = 24;         // of the recording: the fastest message 
 constexpr double kOtherClock = 0.05;   // [s] between two topics that no local network takes every time
 constexpr double kDriftShift = 0.002;  // [s] that a drift must make over the recording to be one
 constexpr double kScatter = 4.0;       // times what the envelopes scatter by
-
-double find_median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // The least receive - stamp of each piece of the recording.
 struct Points {

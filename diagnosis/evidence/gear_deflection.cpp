@@ -149,8 +149,7 @@ class Gear {
     for (const Columns& columns : models) {
       const Eigen::VectorXd theta = solve(total_, columns);
       if (!is_physical(columns, theta)) continue;
-      const double worth = kWorth * static_cast<double>(columns.empty() ? 0 : 1);
-      const double evidence = calc_evidence(columns) - worth;
+      const double evidence = calc_evidence(columns) - (columns.empty() ? 0.0 : kWorth);
       if (evidence > best) best = evidence, model_ = columns, theta_ = theta;
     }
     find_deviations();
@@ -185,7 +184,6 @@ class Gear {
     for (const Gram& gram : held_) rest += calc_rest(gram, columns, theta), n += gram.n;
     return n > 0.0 ? rest / n : 0.0;
   }
-
 
   std::string name() const { return e_.robot.tree.joint(joint_).name; }
   std::string unit(const char* turning) const { return get_joint_unit(e_.robot.tree.joint(joint_), turning); }

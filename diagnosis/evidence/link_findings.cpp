@@ -8,6 +8,7 @@
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
+#include "diagnosis/findings/estimate_words.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -79,17 +80,6 @@ std::vector<Estimate> make_parameters(const LinkDesign& d, const LinkTerm& term,
     list.back().value.push_back(value[i]), list.back().std.push_back(std[i]);
   }
   return list;
-}
-
-std::string describe(const std::vector<Estimate>& parameters) {
-  std::string text;
-  for (const Estimate& e : parameters) {
-    std::string value;
-    for (size_t i = 0; i < e.value.size(); ++i)
-      value += (i > 0 ? ", " : "") + number(e.value[i], 3) + " +- " + number(1.96 * e.std[i], 2);
-    text += (text.empty() ? "" : ", ") + e.name + " " + (e.vector ? "(" + value + ")" : value) + (e.unit == "1" ? "" : " " + e.unit);
-  }
-  return text;
 }
 
 const char* get_motion(EffectId id) {

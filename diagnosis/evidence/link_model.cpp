@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/evidence/link_columns.h"
+#include "diagnosis/model/link_reach.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -208,18 +209,6 @@ class Chooser {
   double evidence_ = 0.0;
 };
 
-// Twice from a link's joint to its centre of mass or to the next joint, and a hand's width.
-double find_reach(const TreeSpec& tree, int link) {
-  double reach = tree.links[static_cast<size_t>(link)].inertia.p_LLcm_L.norm();
-  for (const LinkSpec& l : tree.links) {
-    if (l.parent == link) reach = std::max(reach, l.joint.X_PF.p.norm());
-  }
-  for (const FrameSpec& frame : tree.frames) {
-    if (frame.link == link) reach = std::max(reach, frame.X_LF.p.norm());
-  }
-  return 0.1 + 2.0 * reach;
-}
-
 class DesignMaker {
  public:
   DesignMaker(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points)
@@ -350,8 +339,8 @@ bool is_physical(const LinkDesign& design, const LinkTerm& term, const Eigen::Ve
   const TreeSpec& tree = design.experiment->robot.tree;
   switch (term.id) {
     case EffectId::kPayload:  // the mass; its place from the point near which it is linear
-      return p[0] > 0.0 && (term.near + p.tail<3>() / p[0]).norm() < find_reach(tree, term.index);
-    case EffectId::kComError: return p.norm() < find_reach(tree, term.index);
+      return p[0] > 0.0 && (term.near + p.tail<3>() / p[0]).norm() < calc_link_reach(tree, term.index);
+    case EffectId::kComError: return p.norm() < calc_link_reach(tree, term.index);
     case EffectId::kMassError: return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
     case EffectId::kSensorScale: return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
     case EffectId::kSensorDelay: return p[0] > 0.0 && p[0] < kLongest;

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/model/link_reach.h"
 #include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
@@ -67,15 +68,10 @@ Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& who
   return out;
 }
 
-// [m] from a link's frame: its children's joints and its own centre of mass, doubled, and a hand's width.
+// [m] within which a body's effect may act; 0 where that says nothing.
 double find_reach(const TorqueData& data, const Term& term) {
-  const TreeSpec& tree = data.experiment->robot.tree;
   if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt || term.kind == TermKind::kBusDelay) return 0.0;
-  double reach = tree.links[static_cast<size_t>(term.place)].inertia.p_LLcm_L.norm();
-  for (const LinkSpec& link : tree.links) {
-    if (link.parent == term.place) reach = std::max(reach, link.joint.X_PF.p.norm());
-  }
-  return 0.1 + 2.0 * reach;
+  return calc_link_reach(data.experiment->robot.tree, term.place);
 }
 
 // Of several shapes one is tried.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/simulation/bodies.h"
 
@@ -102,8 +103,7 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
     }
   }
   if (size.empty()) return false;
-  std::nth_element(size.begin(), size.begin() + static_cast<long>(size.size() / 2), size.end());
-  const double limit = kOutlier * size[size.size() / 2];
+  const double limit = kOutlier * find_median(std::move(size));
   bool any = false;
   for (size_t r = 0; r < left.size(); ++r) {
     for (size_t k = 0; k < left[r].size(); ++k) {

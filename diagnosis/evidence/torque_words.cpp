@@ -8,6 +8,7 @@
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/evidence/torque_twins.h"
 #include "diagnosis/evidence/torque_values.h"
+#include "diagnosis/findings/estimate_words.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -58,18 +59,6 @@ std::vector<Estimate> make_parameters(const Experiment& e, const Term& term, con
   if (is_of_link(term)) return list;
   for (Estimate& estimate : list) estimate.unit = get_joint_unit(e.robot.tree.joint(term.place), estimate.unit);
   return list;
-}
-
-std::string describe(const std::vector<Estimate>& parameters) {
-  std::string text;
-  for (const Estimate& e : parameters) {
-    std::string value;
-    for (size_t i = 0; i < e.value.size(); ++i)
-      value += (i > 0 ? ", " : "") + number(e.value[i], 3) + " +- " + number(1.96 * e.std[i], 2);
-    text += (text.empty() ? "" : ", ") + e.name + " " + (e.vector ? "(" + value + ")" : value) +
-            (e.unit == "1" ? "" : " " + e.unit);
-  }
-  return text;
 }
 
 std::string get_phrase(TermKind kind) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/significance.h"
 
@@ -24,12 +25,6 @@ struct Heights {
   std::vector<int> block, part;
   long recordings = 0, joints = 0;
 };
-
-double find_median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void add_recording(const Experiment& e, const LoadedFoot& foot, const Recording& r, long column, Heights* out) {
   const auto columns = find_wrench_columns(r, foot.sensor);

@@ -126,8 +126,7 @@ bool diagnose_held_feet(const Experiment& e, int jobs, const std::function<void(
   reports->report = make_report(evidence);
   reports->report["model"] = list_torque_model(e, torque.model, reports->report["findings"]);
   for (const Json& f : reports->report["findings"]) {
-    if (f["where"].contains("foot"))
-      reports->report["model"].push_back({{"effect", f["effect"]}, {"where", f["where"]}, {"parameters", f["parameters"]}, {"grade", f["grade"]}});
+    if (f["where"].contains("foot")) reports->report["model"].push_back(make_model_entry(f));
   }
   reports->series = {{"schema", 1}, {"experiment", e.path}, {"robot", e.robot.tree.name}};
   return true;

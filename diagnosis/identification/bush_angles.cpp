@@ -6,6 +6,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/identification/attitude.h"
 #include "diagnosis/identification/smoothing.h"
 #include "servers/model_parser/robot_loader.h"
@@ -30,8 +31,7 @@ Eigen::VectorXd median_of(const Samples& samples) {
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     std::vector<double> row(static_cast<size_t>(samples.cols()));
     for (size_t k = 0; k < row.size(); ++k) row[k] = samples(i, static_cast<Eigen::Index>(k));
-    std::nth_element(row.begin(), row.begin() + static_cast<long>(row.size() / 2), row.end());
-    median[i] = row[row.size() / 2];
+    median[i] = find_median(std::move(row));
   }
   return median;
 }

@@ -104,8 +104,7 @@ Json list_body_findings(const StandProblem& p, const StandOutcome& body, bool ha
 
 Json list_model(const Experiment& e, const Hypothesis& drives, const Json& findings, const Json& body) {
   Json model = Json::array();
-  for (const Json& f : body)
-    model.push_back({{"effect", f["effect"]}, {"where", f["where"]}, {"parameters", f["parameters"]}, {"grade", f["grade"]}});
+  for (const Json& f : body) model.push_back(make_model_entry(f));
   for (const Json& effect : list_torque_model(e, drives, findings)) model.push_back(effect);
   return model;
 }

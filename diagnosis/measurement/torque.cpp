@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/simulation/bodies.h"
@@ -167,9 +168,7 @@ constexpr double kSudden = 8.0;  // robust standard deviations
 
 void mark_sudden(const Eigen::VectorXd& raw, const Eigen::VectorXd& smooth, long reach, Flags* sudden) {
   const Eigen::ArrayXd apart = (raw - smooth).array().abs();
-  std::vector<double> sorted(apart.data(), apart.data() + apart.size());
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
-  const double limit = kSudden * 1.4826 * sorted[sorted.size() / 2];
+  const double limit = kSudden * 1.4826 * find_median({apart.data(), apart.data() + apart.size()});
   for (long k = 0; k < apart.size() && limit > 0.0; ++k) {
     const long from = std::max(0L, k - reach), to = std::min(apart.size(), k + reach + 1);
     if (apart[k] > limit) sudden->segment(from, to - from).setConstant(true);
@@ -243,9 +242,7 @@ class Maker {
       shares.push_back(scale_noise(noise_[j], step, data_.cutoff, 2) / std::sqrt(acceleration) *
                        std::sqrt(std::min(1.0, torque / effort)));
     }
-    if (shares.empty()) return 0.0;
-    std::nth_element(shares.begin(), shares.begin() + static_cast<long>(shares.size() / 2), shares.end());
-    return shares[shares.size() / 2];
+    return find_median(std::move(shares));
   }
 
   // [Hz] median over joints and recordings, of the smoothed velocities: frequencies by low-passing them.
@@ -259,9 +256,7 @@ class Maker {
         if (v.squaredNorm() > 0.0) found.push_back(f);
       }
     }
-    if (found.empty()) return data_.cutoff;
-    std::nth_element(found.begin(), found.begin() + static_cast<long>(found.size() / 2), found.end());
-    return found[found.size() / 2];
+    return found.empty() ? data_.cutoff : find_median(std::move(found));
   }
 
   // As recorded, or from a foot that is held; empty: unknown.

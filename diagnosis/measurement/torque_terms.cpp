@@ -9,6 +9,8 @@
 #include "common/multibody/kinematics.h"
 #include "common/multibody/regressor.h"
 
+#include "diagnosis/data/quantile.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -28,10 +30,7 @@ double find_fast_speed(const TorqueData& data, int joint) {
       if (r.use(k, joint)) speeds.push_back(std::abs(r.v(r.full_row(k), joint)));
     }
   }
-  if (speeds.empty()) return 0.0;
-  const size_t at = static_cast<size_t>(kFast * static_cast<double>(speeds.size() - 1));
-  std::nth_element(speeds.begin(), speeds.begin() + static_cast<long>(at), speeds.end());
-  return speeds[at];
+  return find_quantile(std::move(speeds), kFast);
 }
 
 double find_travel(const TorqueData& data, int joint) {

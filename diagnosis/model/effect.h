@@ -36,7 +36,7 @@ inline bool is_of_joint(Reading reading) {
   return reading == Reading::kPosition || reading == Reading::kVelocity || reading == Reading::kEffort;
 }
 
-// Values in the order of list_coordinates().
+// Values of the parameters that are fitted, in the table's order; what an engine writes otherwise stands there.
 struct PlacedEffect {
   EffectId id = EffectId::kNamed;
   Place place;
@@ -44,29 +44,6 @@ struct PlacedEffect {
 };
 using PlacedHypothesis = std::vector<PlacedEffect>;
 
-// One number of an effect in which residuals are linear, or nearly so: a parameter of the table, or, where the table
-// has columns of torque for parameters that are not (the rest of a spring without stiffness), their coefficient.
-struct Coordinate {
-  const EffectParameter* parameter = nullptr;
-  double neutral = 0.0;   // at which the effect is absent
-  double step = 0.0;      // of finite differences
-  bool positive = false;  // below neutral it means nothing
-};
-std::vector<Coordinate> list_coordinates(EffectId id, const Place& place);
-
-// Coordinates are coefficients of the table's columns of torque.
-bool has_columns(EffectId id);
-
-PlacedEffect make_absent(EffectId id, const Place& place);
-bool contains(const PlacedHypothesis& hypothesis, EffectId id, const Place& place);
-
-// Values for the table's apply(): defaults where there is no coordinate. Not for effects with columns.
+// Values for the table's apply(): defaults where none is fitted.
 std::vector<double> make_values(const PlacedEffect& effect);
-// Parameters as a report has them, with standard deviations from those of the coordinates.
-struct ParameterValues {
-  std::vector<const EffectParameter*> parameters;
-  std::vector<double> value, std;
-};
-ParameterValues make_parameter_values(const PlacedEffect& effect, const std::vector<double>& std);
-
 }  // namespace hrp::diagnosis

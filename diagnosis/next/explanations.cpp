@@ -19,12 +19,11 @@ constexpr double kNats = 10.0;
 constexpr double kStill = 0.05;     // [rad or m] of travel: such a joint has shown nothing
 constexpr double kHidden = 0.05;    // of the largest effort: friction that a joint that stood still may have
 
+// Where the report does not say: the law's default, or what makes the effect vanish.
 double find_value(const Json& parameters, const EffectParameter& info) {
-  if (!parameters.contains(info.name)) return info.stated && !info.required ? info.value : std::isfinite(info.neutral) ? info.neutral : info.value;
-  Json value = parameters[info.name];
-  if (value.is_object()) value = value.value("value", Json());
-  if (value.is_array()) value = info.axis >= 0 && static_cast<size_t>(info.axis) < value.size() ? value[static_cast<size_t>(info.axis)] : Json();
-  return value.is_number() ? value.get<double>() : info.value;
+  const double value = read_value(parameters, info);
+  if (std::isfinite(value)) return value;
+  return (info.stated && !info.required) || !std::isfinite(info.neutral) ? info.value : info.neutral;
 }
 
 int find_place(const Experiment& e, EffectId id, const Json& where) {

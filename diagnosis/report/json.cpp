@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/report/json.h"
 
+#include <limits>
+
 namespace hrp::diagnosis {
 
 Json make_value(double value, double std, const std::string& unit) {
@@ -15,6 +17,21 @@ Json make_vector(const std::vector<double>& values, const std::vector<double>& s
 
 std::string signal_name(const Experiment& e, size_t c) {
   return e.signal_name(static_cast<int>(c) / kQuantities, static_cast<Quantity>(c % kQuantities));
+}
+
+double read_value(const Json& parameters, const EffectParameter& p) {
+  for (const std::string& name : {p.key(), p.name}) {
+    if (!parameters.contains(name)) continue;
+    const Json& value = parameters[name].is_object() ? parameters[name]["value"] : parameters[name];
+    if (value.is_number()) return value.get<double>();
+    const auto axis = static_cast<size_t>(p.axis);
+    if (value.is_array() && p.axis >= 0 && axis < value.size() && value[axis].is_number()) return value[axis].get<double>();
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+Json make_model_entry(const Json& finding) {
+  return {{"effect", finding["effect"]}, {"where", finding["where"]}, {"parameters", finding["parameters"]}, {"grade", finding["grade"]}};
 }
 
 Json make_where(const Experiment& e, const Effect& effect) {

@@ -20,6 +20,12 @@ Json make_vector(const std::vector<double>& values, const std::vector<double>& s
 // Of channel c = joint * 3 + quantity: "/joint_states/elbow/effort".
 std::string signal_name(const Experiment& e, size_t c);
 
+// A number of a finding's parameters; NaN where it does not say.
+double read_value(const Json& parameters, const EffectParameter& p);
+
+// What a finding adds to the model that a report ends with: {effect, where, parameters, grade}.
+Json make_model_entry(const Json& finding);
+
 // {"joint": ...}, {"link": ...} or {"sensor": ...}.
 Json make_where(const Experiment& e, const Effect& effect);
 

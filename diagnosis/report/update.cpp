@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/report/first.h"
 #include "diagnosis/report/report.h"
@@ -124,11 +125,7 @@ std::string make_servos(const nlohmann::json& findings) {
     joints += "    " + f.at("where").at("joint").get<std::string>() + ": {kp: " + number(kp.back(), 6) + ", kd: " + number(kd.back(), 6) + "}\n";
   }
   if (kp.empty()) return "";
-  const auto middle = [](std::vector<double>* x) {
-    std::nth_element(x->begin(), x->begin() + static_cast<long>(x->size() / 2), x->end());
-    return number((*x)[x->size() / 2], 6);
-  };
-  return "servo:  # found\n  default: {kp: " + middle(&kp) + ", kd: " + middle(&kd) + "}\n  joints:\n" + joints;
+  return "servo:  # found\n  default: {kp: " + number(find_median(kp), 6) + ", kd: " + number(find_median(kd), 6) + "}\n  joints:\n" + joints;
 }
 
 // Every effect that the simulator has a law for, with its grade; the others as comments that say why not. Transmissions

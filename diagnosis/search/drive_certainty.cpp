@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/search/drive_model.h"
 #include "diagnosis/estimate/significance.h"
 
@@ -18,12 +19,6 @@ constexpr double kSpreads = 3.0;    // or so many standard deviations of the dif
 constexpr double kTells = 0.35;     // a part tells something when its spread is below this share of the parameter
 constexpr double kMoving = 0.02;    // [rad/s] slower samples do not count for the median speed
 constexpr double kAsGood = 0.97;    // another effect that predicts nearly as well leaves the choice open
-
-double find_median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
 
 // Value at which an effect does nothing.
 double find_absent(const Effect& effect) {

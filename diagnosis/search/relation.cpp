@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/search/format.h"
 
 namespace hrp::diagnosis {
@@ -134,9 +135,7 @@ struct Curve {
 // Where a function of a quantity acts, if that is a small part of the range.
 std::string describe_range(const Curve& curve, const std::string& unit) {
   if (curve.x.size() < 6) return "";
-  std::vector<double> sorted = curve.y;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
-  const double middle = sorted[sorted.size() / 2];
+  const double middle = find_median(curve.y);
   double height = 0.0;
   for (double y : curve.y) height = std::max(height, std::abs(y - middle));
   size_t first = curve.y.size(), last = 0;

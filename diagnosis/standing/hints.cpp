@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "diagnosis/data/quantile.h"
+
 namespace hrp::diagnosis::standing {
 namespace {
 
@@ -48,8 +50,7 @@ DriveRows collect(const StandProblem& p, const Evaluation& evaluation, size_t jo
     out.missing(i) = e, out.position.push_back(q);
   }
   const auto [low, high] = std::minmax_element(out.position.begin(), out.position.end());
-  std::nth_element(speed.begin(), speed.begin() + n / 2, speed.end());
-  out.range = *high - *low, out.step = half * speed[static_cast<size_t>(n / 2)];
+  out.range = *high - *low, out.step = half * find_median(std::move(speed));
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis::toss {
@@ -47,13 +48,6 @@ bool read_toss(const Recording& recording, Toss* toss) {
   return toss->time.size() >= kLeastSamples;
 }
 
-double calc_median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Root mean squares of what cubics leave of the positions and of the turns of one window.
 void calc_roughness(const Toss& toss, const Window& window, double* p, double* R) {
   const auto n = static_cast<long>(window.count);
@@ -78,7 +72,7 @@ void find_noise(const Experiment& e, TossProblem* problem) {
     p.push_back(0.0), R.push_back(0.0);
     calc_roughness(problem->tosses[window.toss], window, &p.back(), &R.back());
   }
-  problem->sigma_p = calc_median(p), problem->sigma_R = calc_median(R);
+  problem->sigma_p = find_median(p), problem->sigma_R = find_median(R);
   double stated = 0.0;
   for (const char* axis : {"/x", "/y", "/z"}) {
     const auto at = e.other_noise.find(std::string("/base/pose/position") + axis);
@@ -136,9 +130,9 @@ void find_slow_errors(TossProblem* problem) {
   const auto spread = [&](double RestPlane::*field) {
     std::vector<double> values;
     for (const RestPlane& p : planes) values.push_back(p.*field);
-    const double middle = calc_median(values);
+    const double middle = find_median(values);
     for (double& v : values) v = std::abs(v - middle);
-    return 1.4826 * calc_median(values);  // of a normal distribution
+    return 1.4826 * find_median(values);  // of a normal distribution
   };
   problem->slow_p = std::max(problem->sigma_p, spread(&RestPlane::height));
   problem->slow_R = std::max(problem->sigma_R, 0.5 * (spread(&RestPlane::slope_x) + spread(&RestPlane::slope_y)));
@@ -171,8 +165,8 @@ TwistCheck check_twist(const TossProblem& problem, bool angular) {
       }
     }
   }
-  TwistCheck out{calc_median(body), calc_median(world), 1e9};
-  for (const auto& q : quotient) out.derived = std::min(out.derived, calc_median(q));
+  TwistCheck out{find_median(body), find_median(world), 1e9};
+  for (const auto& q : quotient) out.derived = std::min(out.derived, find_median(q));
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 
 namespace hrp::diagnosis::floating {
@@ -91,13 +92,9 @@ class Checker {
     const double weight = (log_.mass - log_.mass_below) * log_.experiment->scenario.gravity_W.norm();
     std::vector<double> ratios;
     for (const auto& [r, y] : split(*c)) {
-      std::vector<double> sorted = y;
-      std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
-      ratios.push_back(1 + sorted[sorted.size() / 2] / weight);
+      ratios.push_back(1 + find_median(y) / weight);
     }
-    std::vector<double> sorted = ratios;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2), sorted.end());
-    const double middle = sorted[sorted.size() / 2];
+    const double middle = find_median(ratios);
     if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
     const Consensus k = find_consensus(ratios, kWeight);
     const std::string odd = k.odd > 0 ? format("; %.0f recordings differ (a sensor of theirs, or pushes)", static_cast<double>(k.odd)) : "";
@@ -338,10 +335,7 @@ class Checker {
     for (int axis = 0; axis < 2; ++axis) {
       std::map<size_t, std::vector<double>> each;
       for (const Stand& s : *stands) each[s.foot].push_back(s.rise(axis));
-      for (auto& [foot, v] : each) {
-        std::nth_element(v.begin(), v.begin() + static_cast<long>(v.size() / 2), v.end());
-        usual[foot](axis) = v[v.size() / 2];
-      }
+      for (const auto& [foot, v] : each) usual[foot](axis) = find_median(v);
     }
     stands->erase(std::remove_if(stands->begin(), stands->end(),
                                  [&](const Stand& s) { return (s.rise - usual[s.foot]).cwiseAbs().sum() > kRaised; }),
@@ -520,8 +514,7 @@ Consensus find_consensus(std::vector<double> values, double least) {
   const double middle = values.size() % 2 ? values[values.size() / 2] : 0.5 * (values[values.size() / 2] + values[values.size() / 2 - 1]);
   std::vector<double> away, kept;
   for (double v : values) away.push_back(std::abs(v - middle));
-  std::nth_element(away.begin(), away.begin() + static_cast<long>(away.size() / 2), away.end());
-  const double limit = std::max(least, kOdd * away[away.size() / 2]);
+  const double limit = std::max(least, kOdd * find_median(std::move(away)));
   for (double v : values) {
     if (std::abs(v - middle) <= limit) kept.push_back(v);
   }

@@ -6,6 +6,8 @@
 
 #include "common/multibody/kinematics.h"
 
+#include "diagnosis/data/quantile.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
 
@@ -13,13 +15,6 @@ constexpr double kSwings = 0.25;   // share of the stance's reading below which 
 constexpr double kLoaded = 0.12;   // share of the way from air to stance at which a foot is loaded
 constexpr double kHeight = 0.012;  // [m] a foot this far above the lowest one swings, where no force tells
 constexpr double kShortest = 0.04; // [s] of a spell: shorter ones are chatter
-
-double find_quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<long>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<size_t>(at)];
-}
 
 ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
   std::vector<double> all;

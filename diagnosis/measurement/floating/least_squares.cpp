@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/robust.h"
 
 namespace hrp::diagnosis::floating {
@@ -108,8 +109,7 @@ void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
     const size_t begin = bin * r.size() / bins, end = (bin + 1) * r.size() / bins;
     std::vector<double> squares;
     for (size_t i = begin; i < end; ++i) squares.push_back(r[order[i]] * r[order[i]]);
-    std::nth_element(squares.begin(), squares.begin() + static_cast<long>(squares.size() / 2), squares.end());
-    variance = std::max(variance, squares[squares.size() / 2] / kMedianOfSquare);
+    variance = std::max(variance, find_median(std::move(squares)) / kMedianOfSquare);
     if (bin == 0) quietest = variance;
     for (size_t i = begin; i < end; ++i) rows_[c][order[i]] = quietest / variance;
     if (!impacts_) dampen_impacts(c, {order.begin() + static_cast<long>(begin), order.begin() + static_cast<long>(end)});
@@ -122,8 +122,7 @@ void LeggedFitter::dampen_impacts(size_t c, const std::vector<size_t>& bin) {
   const std::vector<double>& noise = channels()[c].noise_y;
   std::vector<double> squares;
   for (size_t i : bin) squares.push_back(noise[i] * noise[i]);
-  std::nth_element(squares.begin(), squares.begin() + static_cast<long>(squares.size() / 2), squares.end());
-  const double most = kOddNoise * kOddNoise * std::max(floor_[c], squares[squares.size() / 2] / kMedianOfSquare);
+  const double most = kOddNoise * kOddNoise * std::max(floor_[c], find_median(std::move(squares)) / kMedianOfSquare);
   for (size_t i : bin) rows_[c][i] *= std::min(1.0, std::pow(most / std::max(most, noise[i] * noise[i]), 2));
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::floating {
@@ -169,8 +170,7 @@ class ClipMaker {
   void run() {
     std::vector<double> steps;
     for (size_t k = 1; k < r_.size(); ++k) steps.push_back(r_.time[k] - r_.time[k - 1]);
-    std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 2), steps.end());
-    step_ = std::max(1e-3, steps[steps.size() / 2]);
+    step_ = std::max(1e-3, find_median(std::move(steps)));
     find_fresh();
     std::vector<Gap> gaps;
     const std::vector<Span> spans = find_spans(r_.time, any_fresh_, std::max(kLongest, kGapSamples * step_), &gaps);

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/findings/estimate_words.h"
+
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+
+std::string describe(const std::vector<Estimate>& parameters) {
+  std::string text;
+  for (const Estimate& e : parameters) {
+    std::string value;
+    for (size_t i = 0; i < e.value.size(); ++i)
+      value += (i > 0 ? ", " : "") + number(e.value[i], 3) + " +- " + number(1.96 * e.std[i], 2);
+    text += (text.empty() ? "" : ", ") + e.name + " " + (e.vector ? "(" + value + ")" : value) +
+            (e.unit == "1" ? "" : " " + e.unit);
+  }
+  return text;
+}
+
+}  // namespace hrp::diagnosis
