@@ -31,7 +31,7 @@ Eigen::VectorXd median_of(const Samples& samples) {
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     std::vector<double> row(static_cast<size_t>(samples.cols()));
     for (size_t k = 0; k < row.size(); ++k) row[k] = samples(i, static_cast<Eigen::Index>(k));
-    median[i] = find_median(std::move(row));
+    median[i] = diagnosis::find_median(std::move(row));
   }
   return median;
 }
