@@ -13,10 +13,10 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as 
 // libdeflate multiplies carry-less where the processor can: twelve times as fast as a table of eight slices.
 uint32_t update_crc(uint32_t crc, const uint8_t* data, size_t size) { return libdeflate_crc32(crc, data, size); }
 
-void put_beginning(Buffer* out) {
+void put_beginning(Buffer* out, const std::string& profile) {
   out->put_bytes(kMagic.data(), kMagic.size());
   const size_t begin = out->begin_record(Opcode::kHeader);
-  out->put_string("");  // profile: none of the registered ones fits
+  out->put_string(profile);
   out->put_string("openhrp-dds");
   out->end_record(begin);
 }

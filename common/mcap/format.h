@@ -25,6 +25,7 @@ enum class Opcode : uint8_t {
   kMessageIndex = 0x07,
   kChunkIndex = 0x08,
   kAttachment = 0x09,
+  kAttachmentIndex = 0x0A,
   kStatistics = 0x0B,
   kMetadata = 0x0C,
   kSummaryOffset = 0x0E,
@@ -135,8 +136,8 @@ class Cursor {
   bool ok_ = true;
 };
 
-// What every log of ours begins with: the magic and the header record.
-void put_beginning(Buffer* out);
+// What every file of ours begins with: the magic and the header record. Profile: "ros2" for bags, none for logs.
+void put_beginning(Buffer* out, const std::string& profile = "");
 void put_schema(const Schema& schema, Buffer* out);
 void put_channel(const Channel& channel, Buffer* out);
 // Contents of a record without its head; false when they are malformed.

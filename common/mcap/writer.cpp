@@ -14,10 +14,10 @@
 
 namespace hrp::mcap {
 
-Writer::Writer(ClaimedFile file, Compression compression)
+Writer::Writer(ClaimedFile file, Compression compression, const std::string& profile)
     : path_(file.path()), file_(std::move(file)), compression_(compression), compressor_(compression) {
   file_.clear();
-  put_beginning(&definitions_);
+  put_beginning(&definitions_, profile);
 }
 
 Writer::~Writer() {
@@ -34,13 +34,31 @@ uint16_t Writer::add_schema(const std::string& name, const std::string& encoding
   return schemas_.back().id;
 }
 
-uint16_t Writer::add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding) {
+uint16_t Writer::add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding,
+                             std::map<std::string, std::string> metadata) {
   HRP_CHECK(schema_id >= 1 && schema_id <= schemas_.size(), "schema " << schema_id << " of topic " << topic);
-  channels_.push_back({static_cast<uint16_t>(channels_.size()), schema_id, topic, message_encoding, {}});
+  channels_.push_back({static_cast<uint16_t>(channels_.size()), schema_id, topic, message_encoding, std::move(metadata)});
   put_channel(channels_.back(), &definitions_);
   open_index_.emplace_back();
   message_counts_.push_back(0);
   return channels_.back().id;
+}
+
+void Writer::add_attachment(const std::string& name, const std::string& media_type, const std::string& content) {
+  write_chunk();
+  out_.clear();
+  const size_t begin = out_.begin_record(Opcode::kAttachment);
+  out_.put(uint64_t{0});  // log time
+  out_.put(uint64_t{0});  // create time
+  out_.put_string(name);
+  out_.put_string(media_type);
+  out_.put(static_cast<uint64_t>(content.size()));
+  out_.put_bytes(reinterpret_cast<const uint8_t*>(content.data()), content.size());
+  // The checksum covers the contents of the record up to itself.
+  out_.put(update_crc(0, out_.data() + begin, out_.size() - begin));
+  out_.end_record(begin);
+  attachments_.push_back({file_size_, out_.size(), content.size(), name, media_type});
+  append_to_file(out_);
 }
 
 void Writer::add_message(const Message& message) {
@@ -175,7 +193,7 @@ void Writer::put_statistics(Buffer* out) const {
   out->put(std::accumulate(message_counts_.begin(), message_counts_.end(), uint64_t{0}));
   out->put(static_cast<uint16_t>(schemas_.size()));
   out->put(static_cast<uint32_t>(channels_.size()));
-  out->put(uint32_t{0});  // attachments
+  out->put(static_cast<uint32_t>(attachments_.size()));
   out->put(uint32_t{0});  // metadata
   out->put(static_cast<uint32_t>(chunks_.size()));
   out->put(log_start_);
@@ -185,6 +203,18 @@ void Writer::put_statistics(Buffer* out) const {
     out->put(static_cast<uint16_t>(channel));
     out->put(message_counts_[channel]);
   }
+  out->end_record(begin);
+}
+
+void Writer::put_attachment_index(const AttachmentIndex& index, Buffer* out) const {
+  const size_t begin = out->begin_record(Opcode::kAttachmentIndex);
+  out->put(index.offset);
+  out->put(index.length);
+  out->put(uint64_t{0});  // log time
+  out->put(uint64_t{0});  // create time
+  out->put(index.size);
+  out->put_string(index.name);
+  out->put_string(index.media_type);
   out->end_record(begin);
 }
 
@@ -229,6 +259,8 @@ void Writer::write_summary() {
   put_group(Opcode::kChannel, [&] { for (const Channel& channel : channels_) put_channel(channel, &end); });
   put_group(Opcode::kStatistics, [&] { put_statistics(&end); });
   put_group(Opcode::kChunkIndex, [&] { for (const ChunkIndex& index : chunks_) put_chunk_index(index, &end); });
+  put_group(Opcode::kAttachmentIndex,
+            [&] { for (const AttachmentIndex& index : attachments_) put_attachment_index(index, &end); });
   const uint64_t offset_start = file_size_ + end.size();
   end.put_bytes(offsets.data(), offsets.size());
 

@@ -18,8 +18,8 @@ namespace hrp::mcap {
 // record, so that it stays readable, and McapError is thrown; the writer then only closes.
 class Writer {
  public:
-  // Empties the file. Throws McapError.
-  Writer(ClaimedFile file, Compression compression);
+  // Empties the file. Throws McapError. `profile`: see put_beginning().
+  Writer(ClaimedFile file, Compression compression, const std::string& profile = "");
   // Of a new file: one that holds something is refused.
   Writer(const std::string& path, Compression compression)
       : Writer(ClaimedFile(path, Existing::kRefuse), compression) {}
@@ -32,7 +32,10 @@ class Writer {
   void set_durable(bool durable) { durable_ = durable; }
   // Schemas before channels before messages, at any time. They are on disk after the next write_chunk().
   uint16_t add_schema(const std::string& name, const std::string& encoding, const std::string& text);
-  uint16_t add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding);
+  uint16_t add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding,
+                       std::map<std::string, std::string> metadata = {});
+  // A file inside of the file, between chunks: ends the open chunk. Its times are zero.
+  void add_attachment(const std::string& name, const std::string& media_type, const std::string& content);
   // Takes a copy into the open chunk. Allocates nothing once the buffers have grown to their size.
   void add_message(const Message& message);
   // Compresses the open chunk and hands it to the operating system. Nothing happens when it is empty.
@@ -52,6 +55,10 @@ class Writer {
     std::vector<std::pair<uint16_t, uint64_t>> message_index_offsets;
     uint64_t message_index_length, compressed_size, uncompressed_size;
   };
+  struct AttachmentIndex {
+    uint64_t offset, length, size;
+    std::string name, media_type;
+  };
   using TimeAndOffset = std::pair<uint64_t, uint64_t>;
 
   void append_chunk();
@@ -59,6 +66,7 @@ class Writer {
   void append_to_file(const Buffer& bytes);
   void put_message_indexes(ChunkIndex* index);
   void put_statistics(Buffer* out) const;
+  void put_attachment_index(const AttachmentIndex& index, Buffer* out) const;
   void put_chunk_index(const ChunkIndex& index, Buffer* out) const;
   void write_summary();
   [[noreturn]] void fail(int error_number);
@@ -83,6 +91,7 @@ class Writer {
   uint64_t log_start_ = 0, log_end_ = 0;                // [ns] of the file
   std::vector<uint64_t> message_counts_;                // by channel
   std::vector<ChunkIndex> chunks_;
+  std::vector<AttachmentIndex> attachments_;
 };
 
 }  // namespace hrp::mcap
