@@ -29,7 +29,7 @@ VENDORS = {
     "dart/": ["tests"],
     "ceres/": ["diagnosis"],
     "boost/": ["servers/viewer"],
-    "openssl/": ["common/bus", "common/node"],
+    "openssl/": ["common/bus", "common/messages", "common/node"],
     "pybind11/": ["python"],
     "CLI/": ["common/node", "servers", "controller", "diagnosis", "tests", "models"],
 }
@@ -41,6 +41,7 @@ COMMON = {
     "multibody": ["base", "spatial"],
     "effects": ["base", "spatial", "multibody"],
     "robot": ["base", "spatial", "multibody", "effects"],
+    "scene": ["base", "spatial", "multibody", "robot"],
     "mcap": ["base"],
     "bus": ["base"],
     "messages": ["base", "spatial", "multibody", "effects", "robot", "bus"],

@@ -6,48 +6,10 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/messages/ros_definitions.h"
 
 namespace hrp {
 namespace {
-
-// Field for field the messages of ROS 2 Humble to Jazzy that hold motions of robots; bags of sqlite3 before Iron carry
-// no definitions.
-const std::map<std::string, const char*>& get_built_in() {
-  static const std::map<std::string, const char*> types{
-      {"builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec\n"},
-      {"builtin_interfaces/msg/Duration", "int32 sec\nuint32 nanosec\n"},
-      {"std_msgs/msg/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
-      {"std_msgs/msg/MultiArrayDimension", "string label\nuint32 size\nuint32 stride\n"},
-      {"std_msgs/msg/MultiArrayLayout", "MultiArrayDimension[] dim\nuint32 data_offset\n"},
-      {"std_msgs/msg/Float64MultiArray", "MultiArrayLayout layout\nfloat64[] data\n"},
-      {"std_msgs/msg/Float32MultiArray", "MultiArrayLayout layout\nfloat32[] data\n"},
-      {"std_msgs/msg/Float64", "float64 data\n"},
-      {"geometry_msgs/msg/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
-      {"geometry_msgs/msg/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
-      {"geometry_msgs/msg/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"},
-      {"geometry_msgs/msg/Pose", "Point position\nQuaternion orientation\n"},
-      {"geometry_msgs/msg/PoseStamped", "std_msgs/Header header\nPose pose\n"},
-      {"geometry_msgs/msg/PoseWithCovariance", "Pose pose\nfloat64[36] covariance\n"},
-      {"geometry_msgs/msg/Twist", "Vector3 linear\nVector3 angular\n"},
-      {"geometry_msgs/msg/TwistWithCovariance", "Twist twist\nfloat64[36] covariance\n"},
-      {"geometry_msgs/msg/Wrench", "Vector3 force\nVector3 torque\n"},
-      {"geometry_msgs/msg/WrenchStamped", "std_msgs/Header header\nWrench wrench\n"},
-      {"nav_msgs/msg/Odometry",
-       "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
-       "geometry_msgs/TwistWithCovariance twist\n"},
-      {"sensor_msgs/msg/JointState",
-       "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"},
-      {"sensor_msgs/msg/Imu",
-       "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
-       "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
-       "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n"},
-      {"trajectory_msgs/msg/JointTrajectoryPoint",
-       "float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\nfloat64[] effort\n"
-       "builtin_interfaces/Duration time_from_start\n"},
-      {"trajectory_msgs/msg/JointTrajectory",
-       "std_msgs/Header header\nstring[] joint_names\nJointTrajectoryPoint[] points\n"}};
-  return types;
-}
 
 // "ros2msg": the type's own lines, then a line of '=' and "MSG: package/Type" before the lines of each type it needs.
 std::map<std::string, std::string> split_definitions(const std::string& name, const std::string& text) {
@@ -89,9 +51,9 @@ class IdlWriter {
   std::string find_definition(const std::string& name) const {
     const auto own = parts_.find(name);
     if (own != parts_.end()) return own->second;
-    const auto known = get_built_in().find(name);
-    if (known == get_built_in().end()) throw std::runtime_error("no definition of the type " + name);
-    return known->second;
+    const char* known = find_ros_definition(name);
+    if (known == nullptr) throw std::runtime_error("no definition of the type " + name);
+    return known;
   }
 
   void write_type(const std::string& name) {
@@ -196,24 +158,6 @@ class PathVisitor : public SampleVisitor {
   std::string path_;
   std::vector<size_t> lengths_;
 };
-
-std::string find_ros_name(const std::string& name) {
-  std::string out;
-  for (size_t i = 0; i < name.size(); ++i) {
-    if (name.compare(i, 2, "::") == 0)
-      out += '/', ++i;
-    else if (!std::isspace(static_cast<unsigned char>(name[i])))
-      out += name[i];
-  }
-  const size_t dds = out.find("/dds_/");
-  if (dds != std::string::npos) {
-    out.erase(dds, 5);
-    if (!out.empty() && out.back() == '_') out.pop_back();
-  }
-  const size_t slash = out.find('/');
-  if (slash != std::string::npos && out.find('/', slash + 1) == std::string::npos) out.insert(slash, "/msg");
-  return out;
-}
 
 RosType::RosType(const std::string& name, const std::string& encoding, const std::string& definition)
     : name_(find_ros_name(name)) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/messages/reflection/sample.h"
+#include "common/messages/ros_definitions.h"
 
 namespace hrp {
 
@@ -47,8 +48,5 @@ class RosValues {
   };
   std::map<std::string, Slot> slots_;
 };
-
-// "sensor_msgs/JointState" and "sensor_msgs::msg::dds_::JointState_" -> "sensor_msgs/msg/JointState".
-std::string find_ros_name(const std::string& name);
 
 }  // namespace hrp

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/messages/ros_definitions.h"
+
+#include <gtest/gtest.h>
+
+namespace hrp {
+namespace {
+
+// The expected values stand in the code that ROS 2 Jazzy generates for these messages (type_hash of rosidl).
+TEST(RosTypeHash, IsThatOfRos2) {
+  EXPECT_EQ(calc_ros_type_hash("std_msgs/msg/String"), "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18");
+  EXPECT_EQ(calc_ros_type_hash("rosgraph_msgs/msg/Clock"), "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564");
+  EXPECT_EQ(calc_ros_type_hash("sensor_msgs/msg/JointState"), "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e");
+  EXPECT_EQ(calc_ros_type_hash("tf2_msgs/msg/TFMessage"), "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087");
+}
+
+TEST(RosSchema, HasEveryTypeThatIsNeededOnce) {
+  const std::string text = make_ros_schema("geometry_msgs/msg/PoseStamped");
+  EXPECT_EQ(text.rfind("std_msgs/Header header\nPose pose\n====", 0), 0u);
+  for (const char* part : {"MSG: builtin_interfaces/Time\n", "MSG: std_msgs/Header\n", "MSG: geometry_msgs/Pose\n",
+                           "MSG: geometry_msgs/Point\n", "MSG: geometry_msgs/Quaternion\n"}) {
+    const size_t at = text.find(part);
+    EXPECT_NE(at, std::string::npos) << part;
+    EXPECT_EQ(text.find(part, at + 1), std::string::npos) << part;
+  }
+}
+
+TEST(RosDefinition, TellsMessagesListsAndArraysApart) {
+  const std::vector<RosField> imu = parse_ros_definition("sensor_msgs/msg/Imu");
+  ASSERT_EQ(imu.size(), 7u);
+  EXPECT_EQ(imu[0].base, "std_msgs/msg/Header");
+  EXPECT_EQ(imu[2].array_size, 9u);
+  EXPECT_TRUE(parse_ros_definition("sensor_msgs/msg/JointState")[1].is_sequence);
+  EXPECT_THROW(parse_ros_definition("no_msgs/msg/None"), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace hrp
