@@ -4,6 +4,8 @@ set(share ${CMAKE_INSTALL_DATADIR}/openhrp_dds)
 install(DIRECTORY models/ DESTINATION ${share}/models)
 install(DIRECTORY idl/ DESTINATION ${share}/idl FILES_MATCHING PATTERN "*.idl" PATTERN "*.md" PATTERN "example_c/*")
 install(DIRECTORY controller/template/ DESTINATION ${share}/controller_template)
+install(DIRECTORY share/foxglove DESTINATION ${share})
+file(COPY share/foxglove DESTINATION ${CMAKE_BINARY_DIR}/share)
 install(DIRECTORY ${CMAKE_BINARY_DIR}/share/viewer DESTINATION ${share} OPTIONAL)  # scripts/build_page.sh makes it
 
 # For programs of one's own: find_package(openhrp_dds), then openhrp_dds::controller, ::idl, ::multibody or ::log.

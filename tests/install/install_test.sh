@@ -19,6 +19,11 @@ quietly "$root/bin/hrp-simulate" default --duration 0.5 --no-plot --log "$work/d
 grep -q "complete up to step 500" "$work/log" || fail "the default scenario did not run to its end"
 say "the installed servers run the default scenario, found by its name, from a folder that was moved"
 
+quietly "$root/bin/hrp-log" foxglove "$work/default.mcap" --out "$work/foxglove.mcap"
+[ -f "$root/share/openhrp_dds/foxglove/robot.json" ] || fail "Foxglove's layout is not installed"
+grep -q "$root/share/openhrp_dds/foxglove/robot.json" "$work/log" || fail "hrp-log does not say where the layout is"
+say "a log becomes a file for Foxglove, and its layout is there"
+
 cp -r "$root/share/openhrp_dds/controller_template" "$work/mine"
 quietly cmake -S "$work/mine" -B "$work/mine/build" -DCMAKE_PREFIX_PATH="$root"
 quietly cmake --build "$work/mine/build"

@@ -13,6 +13,12 @@ struct CatOptions {
   double from = 0.0, to = -1.0;  // [s] to < 0: until the end
 };
 
+struct ConvertOptions {
+  std::string file, out;
+  double rate = 100.0;  // [Hz] samples a second of simulated time, 0: every one
+  bool force = false;
+};
+
 int show_info(const std::string& file);
 int show_messages(const CatOptions& options);
 int write_csv(const std::string& file, const std::string& out);
@@ -22,6 +28,10 @@ int show_hashes(const std::string& file);
 int compare_logs(const std::string& one, const std::string& other);
 // Writes what can be read of a damaged log into a whole one. Nothing readable is an error, and leaves no file.
 int recover_log(const std::string& in, const std::string& out, bool force);
+
+// For other people's viewers (docs/tutorials/foxglove.md).
+int write_foxglove(const ConvertOptions& options);
+int write_rosbag(const ConvertOptions& options);
 
 // Throws InputError when writing `out` would destroy the input, or, without `force`, any log.
 void check_output(const std::string& in, const std::string& out, bool force);

@@ -61,6 +61,17 @@ int main(int argc, char** argv) {
   pictures->add_option("--count", look.count, "how many")->check(CLI::Range(1, 40));
   pictures->add_option("--azimuth", look.azimuth, "where the camera stands: 0 in front, pi/2 on the robot's left [rad]");
   pictures->add_option("--elevation", look.elevation, "of the camera [rad]");
+  hrp::ConvertOptions convert;
+  const auto add_converter = [&](const char* name, const char* text, const char* out_text, int (*work)(const hrp::ConvertOptions&)) {
+    CLI::App* command = add(name, text, [&, work] {
+      convert.file = file, convert.out = out, convert.force = force;
+      return work(convert);
+    });
+    add_output(command, out_text);
+    command->add_option("--rate", convert.rate, "samples a second [Hz], 0: every one")->check(CLI::NonNegativeNumber)->capture_default_str();
+  };
+  add_converter("foxglove", "a file for Foxglove: the log, and the robot with its forces in the 3D panel", "MCAP file", hrp::write_foxglove);
+  add_converter("rosbag", "a bag of ROS 2 for rosbag2 and PlotJuggler: /tf, /joint_states, /zmp, ...", "folder", hrp::write_rosbag);
   add("hash", "hash of all payloads of each topic: equal runs, equal hashes", [&] { return hrp::show_hashes(file); });
   add("compare", "first difference of two logs; status 1 when there is one", [&] {
     return hrp::compare_logs(file, other);

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/scene/frames.h"
+
+namespace hrp {
+namespace {
+
+// X_FC: pose of the child link in its joint's frame.
+Transform make_joint_transform(const JointSpec& joint, double q) {
+  if (joint.kind == JointKind::kPrismatic) return {Matrix3d::Identity(), q * joint.axis_F};
+  return {Eigen::AngleAxisd(q, joint.axis_F).toRotationMatrix(), Vector3d::Zero()};
+}
+
+}  // namespace
+
+FrameTree::FrameTree(const TreeSpec& tree) : tree_(tree), world_("world") {
+  if (tree.find_frame(world_) >= 0 || tree.find_link(world_) >= 0) world_ = "simulation_world";
+}
+
+std::vector<NamedTransform> FrameTree::make_fixed() const {
+  std::vector<NamedTransform> found;
+  for (const FrameSpec& frame : tree_.frames) {
+    if (frame.name != get_link(frame.link)) found.push_back({get_link(frame.link), frame.name, frame.X_LF});
+  }
+  return found;
+}
+
+void FrameTree::update_moving(const State& state, std::vector<NamedTransform>* found) const {
+  found->resize(tree_.links.size());
+  for (size_t i = 0; i < tree_.links.size(); ++i) {
+    const LinkSpec& link = tree_.links[i];
+    NamedTransform& at = (*found)[i];
+    at.parent = i == 0 ? world_ : get_link(link.parent);
+    at.child = link.name;
+    at.X_PC = i == 0 ? state.X_WB()
+                     : link.joint.X_PF * make_joint_transform(link.joint, state.q[static_cast<Eigen::Index>(i) - 1]);
+  }
+}
+
+}  // namespace hrp

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The robot's frames as a tree of names, as tf of ROS and Foxglove want them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/multibody/state.h"
+#include "common/multibody/tree_spec.h"
+
+namespace hrp {
+
+// X_PC: pose of the child frame in the parent frame.
+struct NamedTransform {
+  std::string parent, child;
+  Transform X_PC;
+};
+
+class FrameTree {
+ public:
+  explicit FrameTree(const TreeSpec& tree);
+  // "world", or "simulation_world" for a robot that has a link of that name.
+  const std::string& world() const { return world_; }
+  const std::string& get_link(int link) const { return tree_.links[static_cast<size_t>(link)].name; }
+  // Frames that are fixed to a moving link: every other link of the URDF.
+  std::vector<NamedTransform> make_fixed() const;
+  // The base in the world and every other moving link in its parent. Overwrites `found`, whose memory is used again.
+  void update_moving(const State& state, std::vector<NamedTransform>* found) const;
+
+ private:
+  TreeSpec tree_;
+  std::string world_;
+};
+
+}  // namespace hrp

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A run as topics of ROS 2 in an MCAP file: `ros2msg` schemas, CDR, the quality of service as channel metadata.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/mcap/writer.h"
+#include "common/messages/cdr.h"
+#include "common/multibody/kinematics.h"
+#include "common/scene/frames.h"
+#include "common/scene/ground_contact.h"
+#include "hrp_idl/ros_views.h"
+#include "servers/console/log_tool/run_reader.h"
+
+namespace hrp {
+
+// As rosbag2 writes a topic.
+struct RosTopic {
+  std::string name, type;
+  bool latched = false;  // transient local: one message for all who come later
+  uint16_t channel = 0;
+  uint64_t count = 0;
+};
+
+// The quality of service as rosbag2's metadata version 5 has it, on many lines.
+std::string make_qos_text(bool latched);
+
+class RosTopics final : public RunListener {
+ public:
+  enum class Frames { kTf, kNone };
+  RosTopics(mcap::Writer* writer, Frames frames);
+  ~RosTopics() override;
+  void on_robot(const RobotDescription& robot, const Scenario& scenario, const LogPlace& place) override;
+  void on_step(const State& state, const ContactForces& forces, const LogPlace& place) override;
+  void on_sensors(const msg::SensorData& sensors, const LogPlace& place) override;
+  void on_commands(const msg::JointCommands& commands, const LogPlace& place) override;
+  const std::vector<RosTopic>& topics() const { return topics_; }
+
+ private:
+  // Channels are made with their first message.
+  template <typename Message>
+  void write(const std::string& topic, const char* type, const Message& message, const LogPlace& place, bool latched = false);
+  RosTopic& find_topic(const std::string& name, const std::string& type, bool latched);
+  void write_frames(const std::vector<NamedTransform>& frames, const LogPlace& place, bool fixed);
+  void write_forces(const ContactForces& forces, const LogPlace& place);
+
+  mcap::Writer& writer_;
+  const Frames frames_;
+  std::vector<RosTopic> topics_;
+  std::map<std::string, uint16_t> schemas_;
+  std::vector<char> buffer_;
+  std::unique_ptr<FrameTree> tree_;
+  std::unique_ptr<Model> model_;
+  std::unique_ptr<Data> data_;
+  GroundPlane ground_;
+  std::vector<NamedTransform> moving_;
+  sensor_msgs::msg::dds_::JointState_ joint_states_, joint_commands_;
+  std::vector<sensor_msgs::msg::dds_::Imu_> imus_;
+  std::vector<geometry_msgs::msg::dds_::WrenchStamped_> wrenches_;
+};
+
+}  // namespace hrp

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/console/log_tool/run_reader.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "common/base/printable.h"
+#include "common/messages/cdr.h"
+#include "common/messages/convert.h"
+#include "common/messages/convert_robot.h"
+#include "common/messages/topics.h"
+
+namespace hrp {
+namespace {
+
+constexpr double kSameTime = 1e-6;  // [s]
+
+// Lets through the first sample at or after each multiple of the period.
+class Thinner {
+ public:
+  explicit Thinner(double rate) : rate_(rate) {}
+  bool take(double time) {
+    if (rate_ <= 0.0) return true;
+    if (time < next_ - kSameTime) return false;
+    next_ = (std::floor((time + kSameTime) * rate_) + 1.0) / rate_;
+    return true;
+  }
+
+ private:
+  double rate_, next_ = 0.0;
+};
+
+class Pass {
+ public:
+  Pass(double rate, RunListener* listener) : steps_(rate), sensors_(rate), commands_(rate), listener_(*listener) {}
+
+  void take(const std::string& topic, const mcap::Message& message) {
+    listener_.on_message(message);
+    const Bytes sample{message.data, message.size};
+    place_ = {message.log_time, message.sequence, static_cast<double>(message.log_time) * 1e-9};
+    if (topic == topics::kRobotDescription.name) return take_robot(sample);
+    if (!has_robot_) return;
+    if (topic == topics::kRobotState.name) return take_state(sample);
+    if (topic == topics::kContactForces.name) return take_forces(sample);
+    if (topic == topics::kSensorData.name && sensors_.take(place_.time)) {
+      decode(sample, &sensor_data_);
+      listener_.on_sensors(sensor_data_, place_);
+    }
+    if (topic == topics::kJointCommands.name && commands_.take(place_.time)) {
+      decode(sample, &joint_commands_);
+      listener_.on_commands(joint_commands_, place_);
+    }
+  }
+  bool has_robot() const { return has_robot_; }
+
+ private:
+  void take_robot(Bytes sample) {
+    if (has_robot_) return;
+    msg::RobotDescription description;
+    decode(sample, &description);
+    RobotDescription robot;
+    from_message(description, &robot);
+    has_robot_ = true;
+    listener_.on_robot(robot, parse_scenario(robot.scenario, robot.scenario_path), place_);
+  }
+
+  // State and forces of one step come in either order.
+  void take_state(Bytes sample) {
+    state_wanted_ = steps_.take(place_.time);
+    if (!state_wanted_) return;
+    decode(sample, &robot_state_);
+    from_message(robot_state_, &state_);
+    step_ = robot_state_.header().step();
+    if (forces_step_ == step_ || step_ == 0) hand_out();
+  }
+  void take_forces(Bytes sample) {
+    decode(sample, &contact_forces_);
+    forces_step_ = contact_forces_.header().step();
+    if (!state_wanted_ || forces_step_ != step_) return;
+    hand_out();
+  }
+  void hand_out() {
+    ContactForces forces;
+    if (step_ > 0) from_message(contact_forces_, &forces);
+    state_wanted_ = false;
+    listener_.on_step(state_, forces, place_);
+  }
+
+  Thinner steps_, sensors_, commands_;
+  RunListener& listener_;
+  LogPlace place_;
+  bool has_robot_ = false, state_wanted_ = false;
+  uint64_t step_ = 0, forces_step_ = UINT64_MAX;
+  State state_;
+  msg::RobotState robot_state_;
+  msg::ContactForces contact_forces_;
+  msg::SensorData sensor_data_;
+  msg::JointCommands joint_commands_;
+};
+
+}  // namespace
+
+int read_run(mcap::Reader* log, double rate, RunListener* listener) {
+  Pass pass(rate, listener);
+  log->read_messages([&](const mcap::Message& message) {
+    pass.take(log->channels().at(message.channel_id).topic, message);
+    return true;
+  });
+  if (!pass.has_robot()) throw std::runtime_error(log->path() + ": no log of a simulation: it has no robot");
+  if (log->damage().empty()) return 0;
+  std::fprintf(stderr, "%s\n", make_printable_line(log->damage()).c_str());
+  return 1;
+}
+
+}  // namespace hrp

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A log for Foxglove: all that the log holds, and what its 3D panel draws.
+#include <cstdio>
+
+#include "common/base/shared_files.h"
+#include "common/scene/foxglove.h"
+#include "servers/console/log_tool/commands.h"
+#include "servers/console/log_tool/log_file.h"
+#include "servers/console/log_tool/ros_topics.h"
+
+namespace hrp {
+namespace {
+
+constexpr size_t kChunkSize = size_t{1} << 20;
+
+class FoxgloveFile final : public RunListener {
+ public:
+  FoxgloveFile(const mcap::Reader& log, mcap::Writer* writer)
+      : writer_(*writer), ros_(writer, RosTopics::Frames::kNone) {
+    copy_channels(log);
+    const uint16_t transforms = add_schema(foxglove::kFrameTransforms), scene = add_schema(foxglove::kSceneUpdate);
+    fixed_ = writer_.add_channel("/transforms/fixed", transforms, "json");
+    moving_ = writer_.add_channel("/transforms", transforms, "json");
+    robot_ = writer_.add_channel("/scene/robot", scene, "json");
+    world_ = writer_.add_channel("/scene/world", scene, "json");
+    contacts_ = writer_.add_channel("/scene/contacts", scene, "json");
+  }
+
+  void on_robot(const RobotDescription& robot, const Scenario& scenario, const LogPlace& place) override {
+    tree_ = std::make_unique<FrameTree>(robot.tree);
+    ground_ = make_ground_plane(scenario.ground);
+    scale_ = foxglove::calc_arrow_scale(Model(robot.tree).mass());
+    urdf_ = robot.urdf;
+    scenario_ = robot.scenario;
+    ros_.on_robot(robot, scenario, place);
+    write(fixed_, foxglove::make_transforms(tree_->make_fixed(), place.time), place);
+    write(robot_, foxglove::make_robot(robot, *tree_, place.time, &notes_), place);
+    write(world_, foxglove::make_world(scenario, *tree_, place.time), place);
+  }
+  void on_step(const State& state, const ContactForces& forces, const LogPlace& place) override {
+    tree_->update_moving(state, &frames_);
+    write(moving_, foxglove::make_transforms(frames_, place.time), place);
+    write(contacts_, foxglove::make_contacts(forces, *tree_, ground_, scale_, place.time), place);
+    ros_.on_step(state, forces, place);
+  }
+  void on_sensors(const msg::SensorData& sensors, const LogPlace& place) override { ros_.on_sensors(sensors, place); }
+  void on_commands(const msg::JointCommands& commands, const LogPlace& place) override { ros_.on_commands(commands, place); }
+  void on_message(const mcap::Message& message) override {
+    mcap::Message copy = message;
+    copy.channel_id = channels_.at(message.channel_id);
+    writer_.add_message(copy);
+    if (writer_.open_chunk_size() > kChunkSize) writer_.write_chunk();
+  }
+  void add_attachments() {
+    writer_.add_attachment("robot.urdf", "application/xml", urdf_);
+    writer_.add_attachment("scenario.yaml", "application/yaml", scenario_);
+  }
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  void copy_channels(const mcap::Reader& log) {
+    std::map<uint16_t, uint16_t> schemas;
+    for (const auto& [id, schema] : log.schemas()) schemas[id] = writer_.add_schema(schema.name, schema.encoding, schema.text);
+    for (const auto& [id, channel] : log.channels()) {
+      channels_[id] = writer_.add_channel(channel.topic, schemas.at(channel.schema_id), channel.message_encoding);
+    }
+  }
+  uint16_t add_schema(const char* type) { return writer_.add_schema(type, "jsonschema", foxglove::find_schema(type)); }
+  void write(uint16_t channel, const std::string& json, const LogPlace& place) {
+    mcap::Message out;
+    out.channel_id = channel;
+    out.sequence = place.sequence;
+    out.log_time = out.publish_time = place.log_time;
+    out.data = reinterpret_cast<const uint8_t*>(json.data());
+    out.size = json.size();
+    writer_.add_message(out);
+  }
+
+  mcap::Writer& writer_;
+  RosTopics ros_;
+  std::map<uint16_t, uint16_t> channels_;  // of the log -> of the file
+  uint16_t fixed_, moving_, robot_, world_, contacts_;
+  std::unique_ptr<FrameTree> tree_;
+  GroundPlane ground_;
+  double scale_ = 0.0;  // [m/N]
+  std::vector<NamedTransform> frames_;
+  std::string urdf_, scenario_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+int write_foxglove(const ConvertOptions& options) {
+  mcap::Reader log(options.file);
+  check_output(options.file, options.out, options.force);
+  const auto existing = options.force ? mcap::Existing::kReplace : mcap::Existing::kRefuse;
+  mcap::Writer writer(mcap::ClaimedFile(options.out, existing), mcap::Compression::kZstd);
+  FoxgloveFile file(log, &writer);
+  const int status = read_run(&log, options.rate, &file);
+  file.add_attachments();
+  writer.close();
+  for (const std::string& note : file.notes()) std::fprintf(stderr, "%s\n", note.c_str());
+  std::printf("%s: %.1f MB; open it in Foxglove with the layout %s\n", options.out.c_str(),
+              static_cast<double>(writer.file_size()) * 1e-6, find_shared_file("foxglove/robot.json").c_str());
+  return status;
+}
+
+}  // namespace hrp

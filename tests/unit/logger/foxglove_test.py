@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""foxglove_test.py BIN SOURCE: what Foxglove is given of a run (`hrp-log foxglove`), decoded and compared with the run."""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+import plain_mcap
+import urdf_kinematics as kinematics
+
+BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
+POSE_TOLERANCE = 2e-8   # nine digits of metres and of quaternions, along ten joints
+ARROW_LENGTH, GRAVITY = 0.5, 9.81  # [m] of the robot's weight, [m/s^2]: docs/tutorials/foxglove.md
+POLYGON_TOLERANCE = 1e-6  # [m] nine digits of the corners
+
+
+def run(*words):
+    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout
+
+
+def xyz(v):
+    return np.array([v["x"], v["y"], v["z"]])
+
+
+def pose_of(position, q):
+    return kinematics.transform(kinematics.rotation_of(q["x"], q["y"], q["z"], q["w"]), xyz(position))
+
+
+def check_schema(schema, value, where):
+    """The part of JSON Schema that the schemas of Foxglove use."""
+    kinds = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": (int, float)}
+    assert isinstance(value, kinds[schema["type"]]), f"{where}: {schema['type']} expected, is {value!r}"
+    if schema["type"] == "object":
+        assert set(value) == set(schema["required"]), f"{where}: {sorted(value)}, expected {schema['required']}"
+        for key, part in value.items():
+            check_schema(schema["properties"][key], part, f"{where}.{key}")
+    elif schema["type"] == "array":
+        for i, part in enumerate(value):
+            check_schema(schema["items"], part, f"{where}[{i}]")
+
+
+def is_inside(polygon, p):
+    """Whether a point lies in a convex polygon whose corners go round counter-clockwise, seen from above."""
+    for a, b in zip(polygon, polygon[1:] + polygon[:1]):
+        along = (b - a)[:2]
+        if along[0] * (p - a)[1] - along[1] * (p - a)[0] < -POLYGON_TOLERANCE * np.linalg.norm(along):
+            return False
+    return True
+
+
+class FoxgloveTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="hrp-foxglove-")
+        cls.log, out = pathlib.Path(cls.folder.name) / "run.mcap", pathlib.Path(cls.folder.name) / "foxglove.mcap"
+        # The first two steps of the walk: both feet, one foot, the other one.
+        run(BIN / "hrp-simulate", SOURCE / "models/scenarios/default.yaml", "--in-process", "--duration", 3, "--quiet", "--no-plot",
+            "--log", cls.log)
+        run(BIN / "hrp-log", "foxglove", cls.log, "--out", out, "--rate", 20)
+        cls.out, cls.file = out, plain_mcap.File(out)
+        cls.urdf = cls.file.attachments["robot.urdf"].decode()
+        cls.robot = cls.cat("robot_description")[0]
+        cls.states = {message["header"]["step"]: message for message in cls.cat("robot_state")}
+        cls.forces = {message["header"]["step"]: message for message in cls.cat("contact_forces")}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def cat(cls, topic):
+        return [json.loads(line)["message"] for line in run(BIN / "hrp-log", "cat", cls.log, topic, "--json").splitlines()]
+
+    def json(self, topic):
+        return [(round(time * 1000), json.loads(data)) for time, data in self.file.topic(topic)]
+
+    def pressing_pairs(self, step):
+        return [pair for pair in self.forces[step]["pairs"] if pair["body_b"] < 0]
+
+    def test_messages_follow_the_schemas_they_come_with(self):
+        for channel, _, data in self.file.messages:
+            schema = channel["schema"]
+            if channel["encoding"] != "json":
+                continue
+            self.assertEqual(schema["encoding"], "jsonschema")
+            self.assertIn(schema["name"], ("foxglove.FrameTransforms", "foxglove.SceneUpdate"))
+            check_schema(json.loads(schema["text"]), json.loads(data), channel["topic"])
+
+    def test_every_link_of_the_urdf_is_where_its_kinematics_say(self):
+        names = [joint["name"] for joint in self.robot["joints"]]
+        fixed = self.json("/transforms/fixed")[0][1]["transforms"]
+        moving = self.json("/transforms")
+        self.assertEqual(len(moving), 61)
+        for step, message in moving:
+            poses = {"world": np.eye(4)}
+            for each in message["transforms"] + fixed:
+                poses[each["child_frame_id"]] = poses[each["parent_frame_id"]] @ pose_of(each["translation"], each["rotation"])
+            state = self.states[step]
+            X_WB = pose_of(state["X_WB"]["translation"], state["X_WB"]["rotation"])
+            expected = kinematics.find_link_poses(self.urdf, X_WB, dict(zip(names, state["positions"])))
+            self.assertGreater(len(expected), 15)
+            for link, X in expected.items():
+                self.assertLess(np.abs(poses[link] - X).max(), POSE_TOLERANCE, f"{link} in step {step}")
+
+    def test_arrows_are_the_forces_on_the_feet(self):
+        metres_per_newton = ARROW_LENGTH / (GRAVITY * kinematics.find_mass(self.urdf))
+        counts = set()
+        for step, message in self.json("/scene/contacts"):
+            arrows = {entity["id"]: entity["arrows"][0] for entity in message["entities"] if entity["arrows"]}
+            expected = {}
+            for pair in self.pressing_pairs(step):
+                expected.setdefault("force/" + pair["name_a"], np.zeros(3))
+                expected["force/" + pair["name_a"]] += xyz(pair["total"]["force"])
+            self.assertEqual({id for id, force in expected.items() if force.any()}, set(arrows), f"step {step}")
+            counts.add(len(arrows))
+            for id, arrow in arrows.items():
+                R = pose_of(arrow["pose"]["position"], arrow["pose"]["orientation"])[:3, :3]
+                force = (arrow["shaft_length"] + arrow["head_length"]) * R[:, 0] / metres_per_newton
+                self.assertLess(np.abs(force - expected[id]).max(), 1e-5, f"{id} in step {step}")  # [N] of 600: nine digits
+        self.assertEqual(counts, {0, 1, 2}, "step 0 has no forces; the walk stands on one foot and on two")
+
+    def test_zmp_has_no_level_moment_and_lies_in_the_support_polygon(self):
+        seen = 0
+        for step, message in self.json("/scene/contacts"):
+            entities = {entity["id"]: entity for entity in message["entities"]}
+            if "zmp" not in entities:
+                continue
+            seen += 1
+            zmp = xyz(entities["zmp"]["spheres"][0]["pose"]["position"])
+            moment = np.zeros(3)
+            for pair in self.pressing_pairs(step):
+                moment += xyz(pair["total"]["moment"]) + np.cross(xyz(pair["reference"]) - zmp, xyz(pair["total"]["force"]))
+            self.assertLess(np.abs(moment[:2]).max(), 1e-5, f"step {step}")  # [N m] 600 N times nine digits of metres
+            polygon = [xyz(p) for p in entities["support_polygon"]["lines"][0]["points"]]
+            self.assertTrue(is_inside(polygon, zmp), f"step {step}")
+        self.assertGreater(seen, 50)
+
+    def test_shapes_are_fixed_to_their_links(self):
+        entities = {entity["id"]: entity for entity in self.json("/scene/robot")[0][1]["entities"]}
+        kinds = {"SHAPE_BOX": "cubes", "SHAPE_SPHERE": "spheres", "SHAPE_CYLINDER": "cylinders", "SHAPE_MESH": "triangles"}
+        for i, link in enumerate(self.robot["links"]):
+            entity = entities["link/" + link["name"]]
+            self.assertEqual((entity["frame_id"], entity["frame_locked"]), (link["name"], True))
+            shapes = [shape for shape in self.robot["shapes"] if shape["link"] == i]
+            for kind, name in kinds.items():
+                self.assertEqual(len(entity[name]), sum(shape["kind"] == kind for shape in shapes), link["name"])
+        boxes = [shape for shape in self.robot["shapes"] if shape["kind"] == "SHAPE_BOX"]
+        drawn = [cube["size"] for entity in entities.values() for cube in entity["cubes"]]
+        self.assertEqual(sorted(sorted(xyz(s)) for s in drawn), sorted(sorted(xyz(shape["size"])) for shape in boxes))
+
+    def test_urdf_is_attached_and_on_its_topic(self):
+        channel = self.file.find_channel("/robot_description")
+        self.assertEqual((channel["schema"]["name"], channel["schema"]["encoding"]), ("std_msgs/msg/String", "ros2msg"))
+        data = plain_mcap.Decoder(channel["schema"]).read(self.file.topic("/robot_description")[0][1])["data"]
+        self.assertEqual(data, self.robot["urdf"])
+        self.assertEqual(self.urdf, self.robot["urdf"])
+        self.assertIn("scenario.yaml", self.file.attachments)
+
+    def test_all_of_the_log_is_still_there(self):
+        theirs = set(run(BIN / "hrp-log", "hash", self.out).splitlines())
+        self.assertLessEqual(set(run(BIN / "hrp-log", "hash", self.log).splitlines()), theirs)
+
+    def test_layout_names_topics_that_are_there(self):
+        layout = json.loads((SOURCE / "share/foxglove/robot.json").read_text())
+        panels, topics = layout["configById"], {channel["topic"] for channel in self.file.channels.values()}
+        self.assertEqual(len(panels), 4)
+        named = set(next(panel for id, panel in panels.items() if id.startswith("3D!"))["topics"])
+        for panel in panels.values():
+            named |= {path["value"].split(".")[0] for path in panel.get("paths", [])}
+        self.assertLessEqual(named, topics)
+
+        def leaves(node):
+            return {node} if isinstance(node, str) else leaves(node["first"]) | leaves(node["second"])
+        self.assertEqual(leaves(layout["layout"]), set(panels))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], "-v"])
