@@ -29,7 +29,7 @@ VENDORS = {
     "dart/": ["tests"],
     "ceres/": ["diagnosis"],
     "boost/": ["servers/viewer"],
-    "openssl/": ["common/bus", "common/messages", "common/node"],
+    "openssl/": ["common/base", "common/bus", "common/node"],
     "pybind11/": ["python"],
     "CLI/": ["common/node", "servers", "controller", "diagnosis", "tests", "models"],
 }
@@ -44,8 +44,8 @@ COMMON = {
     "scene": ["base", "spatial", "multibody", "robot"],
     "mcap": ["base"],
     "bus": ["base"],
-    "messages": ["base", "spatial", "multibody", "effects", "robot", "bus"],
-    "node": ["base", "spatial", "multibody", "effects", "robot", "bus", "messages"],
+    "messages": ["base", "spatial", "multibody", "effects", "robot", "scene", "bus"],
+    "node": ["base", "spatial", "multibody", "effects", "robot", "scene", "bus", "messages"],
     "log": ["base", "bus", "effects", "robot", "mcap", "messages"],
     "plot": ["base", "spatial", "multibody", "effects", "robot", "mcap", "messages"],
 }

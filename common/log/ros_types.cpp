@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
-#include "common/messages/ros_definitions.h"
+#include "common/base/ros_definitions.h"
 
 namespace hrp {
 namespace {

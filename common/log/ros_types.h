@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/messages/reflection/sample.h"
-#include "common/messages/ros_definitions.h"
+#include "common/base/ros_definitions.h"
 
 namespace hrp {
 

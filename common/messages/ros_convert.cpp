@@ -44,6 +44,17 @@ void set(const Transform& X, geometry::Transform_* ros) {
   ros->rotation().w(q.w());
 }
 
+void set(const std::vector<NamedTransform>& frames, double time, ::tf2_msgs::msg::dds_::TFMessage_* ros) {
+  ros->transforms().resize(frames.size());
+  for (size_t i = 0; i < frames.size(); ++i) {
+    auto& at = ros->transforms()[i];
+    set_time(time, &at.header().stamp());
+    at.header().frame_id(frames[i].parent);
+    at.child_frame_id(frames[i].child);
+    set(frames[i].X_PC, &at.transform());
+  }
+}
+
 void set(const msg::SensorData& sensors, sensor::JointState_* ros) {
   set_time(sensors.header().time(), &ros->header().stamp());
   ros->position() = sensors.positions();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/frames.h"
 #include "common/spatial/transform.h"
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/ros_views.h"
@@ -22,6 +23,8 @@ void set(const Vector3d& v, geometry::Vector3_* ros);
 void set(const Vector3d& v, geometry::Point_* ros);
 void set(const Vector3d& v, geometry::Point32_* ros);
 void set(const Transform& X, geometry::Transform_* ros);
+
+void set(const std::vector<NamedTransform>& frames, double time, ::tf2_msgs::msg::dds_::TFMessage_* ros);
 
 // Names of joints, and frame_id, stay as they are.
 void set(const msg::SensorData& sensors, sensor::JointState_* ros);

@@ -219,7 +219,7 @@ void DynamicsLoop::publish_sensors() {
   to_message(engine_->sensors(), scenario_.sensors, &sensors_message_);
   gate_.note_asked(step_, Clock::now());
   last_sensors_ = sensors_publisher_.publish(sensors_message_);
-  ros_views_.publish(sensors_message_);
+  ros_views_.publish(sensors_message_, engine_->state());
 }
 
 void DynamicsLoop::repeat_last() {
@@ -250,7 +250,7 @@ void DynamicsLoop::make_endpoints() {
     if (!engine_) return;
   }
   // Robot and scenario do not change once there is an engine.
-  RosViews views(bus(), robot_.tree, scenario_.sensors);
+  RosViews views(bus(), robot_, scenario_.sensors);
   std::lock_guard<std::recursive_mutex> lock(bus().mutex());
   ros_views_ = std::move(views);
   ros_views_made_ = true;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What ros2 tools see of a run: joint states, IMUs, foot wrenches under ROS names. Sent only while somebody reads them.
+// What ros2 tools see of a run: clock, frames, URDF, joint states, IMUs, foot wrenches under ROS names. Streams are sent
+// only while somebody reads them.
 #pragma once
 
 #include <memory>
@@ -9,6 +10,7 @@
 #include "common/messages/pubsub.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
+#include "common/scene/frames.h"
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/ros_views.h"
 
@@ -17,10 +19,12 @@ namespace hrp {
 class RosViews {
  public:
   RosViews() = default;  // publishes nothing
-  RosViews(Bus& bus, const TreeSpec& tree, const SensorsSpec& sensors);
+  // Sends what is kept for late readers: URDF and fixed frames.
+  RosViews(Bus& bus, const RobotDescription& robot, const SensorsSpec& sensors);
   // Asks the bus who reads; not on every step, it costs a lock.
   void update_readers();
-  void publish(const msg::SensorData& sensors);
+  // Once per control period.
+  void publish(const msg::SensorData& sensors, const State& state);
 
  private:
   template <typename Message>
@@ -29,7 +33,14 @@ class RosViews {
     Message message;
     bool wanted = false;
   };
+  void publish_frames(double time, const State& state);
 
+  std::vector<View<rosgraph_msgs::msg::dds_::Clock_>> clock_;            // none or one
+  std::vector<View<tf2_msgs::msg::dds_::TFMessage_>> tf_;                // none or one
+  Publisher<tf2_msgs::msg::dds_::TFMessage_> tf_static_;
+  Publisher<std_msgs::msg::dds_::String_> robot_description_;
+  std::unique_ptr<FrameTree> tree_;
+  std::vector<NamedTransform> moving_;
   std::vector<View<sensor_msgs::msg::dds_::JointState_>> joint_states_;  // none or one
   std::vector<View<sensor_msgs::msg::dds_::Imu_>> imus_;
   std::vector<View<geometry_msgs::msg::dds_::WrenchStamped_>> wrenches_;

@@ -15,7 +15,7 @@ install(DIRECTORY ${CMAKE_BINARY_DIR}/idl/cpp/hrp_idl DESTINATION ${CMAKE_INSTAL
         FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "*.ipp")
 set(public_targets controller:hrp_controller_client idl:hrp_message_codec multibody:hrp_multibody log:hrp_log_table)
 # What those link; CMake refuses to export them when one is missing here.
-set(HRP_EXPORTED hrp_base hrp_spatial hrp_effects hrp_robot hrp_messages hrp_reflection hrp_convert hrp_bus hrp_secure_folder hrp_bus_memory hrp_bus_cyclone
+set(HRP_EXPORTED hrp_base hrp_ros_definitions hrp_frames hrp_spatial hrp_effects hrp_robot hrp_messages hrp_reflection hrp_convert hrp_bus hrp_secure_folder hrp_bus_memory hrp_bus_cyclone
     hrp_bus_fast hrp_runs hrp_make_bus hrp_mcap hrp_run_token hrp_node hrp_join hrp_server_main)
 foreach(pair IN LISTS public_targets)
   string(REPLACE ":" ";" pair ${pair})

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/viewer/live_run.h"
 
-#include "common/messages/topics.h"
+#include "common/messages/ros_topics.h"
 #include "common/node/run_token.h"
 #include "servers/viewer/signal.h"
 
@@ -86,7 +86,7 @@ bool LiveRun::is_shown(const Topic& topic, Clock::time_point now) const {
 }
 
 LiveRun::Topic* LiveRun::find_or_add(const std::string& name) {
-  const TopicSpec* known = topics::find_known_topic(name);
+  const TopicSpec* known = topics::find_any_topic(name);
   const StructType* type = known ? get_schema().find_struct(known->type_name) : nullptr;
   if (!type) return nullptr;
   std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
@@ -100,7 +100,7 @@ LiveRun::Topic* LiveRun::find_or_add(const std::string& name) {
 }
 
 std::unique_ptr<Reader> LiveRun::make_reader(const std::string& name, Topic* topic) {
-  TopicSpec spec = *topics::find_known_topic(name);
+  TopicSpec spec = *topics::find_any_topic(name);
   spec.name = name;
   spec.depth = 64;
   const bool kept = spec.retention == Retention::kLatest;
@@ -123,7 +123,7 @@ void LiveRun::read_topics(const std::set<std::string>& topics, const std::set<st
   for (const std::string& name : topics) {
     Topic* topic = find_or_add(name);
     if (!topic) continue;
-    const bool stream = topics::find_known_topic(name)->retention == Retention::kStream;
+    const bool stream = topics::find_any_topic(name)->retention == Retention::kStream;
     std::unique_ptr<Reader> ended;
     bool direct = true;
     {
@@ -142,7 +142,7 @@ std::map<std::string, std::string> LiveRun::find_topics() {
   std::map<std::string, std::string> found;
   bool has_view = false;
   for (const TopicSeen& topic : bus_.find_topics()) {
-    const TopicSpec* known = topics::find_known_topic(topic.name);
+    const TopicSpec* known = topics::find_any_topic(topic.name);
     if (!known || topic.writers == 0) continue;
     if (known == &topics::kView) has_view = true;  // holds samples of other topics: nothing of its own
     else found[topic.name] = known->type_name;

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/base/ros_definitions.h"
 #include "common/bus/callback_gate.h"
 #include "common/bus/cyclone/cyclone_domain.h"
 #include "common/bus/cyclone/deferred_delivery.h"
@@ -27,6 +28,8 @@ Qos make_qos(const TopicSpec& topic) {
   Qos qos(dds_create_qos());
   const bool latest = topic.retention == Retention::kLatest;
   dds_qset_durability(qos.get(), latest ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  const std::string user_data = make_ros_user_data(topic.type_name);
+  if (!user_data.empty()) dds_qset_userdata(qos.get(), user_data.data(), user_data.size());
   dds_qset_writer_data_lifecycle(qos.get(), false);  // a writer that goes says nothing about its samples
   return qos;
 }

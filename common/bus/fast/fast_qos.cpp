@@ -8,6 +8,7 @@
 #include <fastrtps/utils/IPLocator.h>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ros_definitions.h"
 #include "common/bus/participants.h"
 #include "common/bus/secure_folder.h"
 
@@ -63,6 +64,8 @@ template <typename Qos>
 void set_common(const TopicSpec& topic, Qos* qos) {
   qos->durability().kind = topic.retention == Retention::kLatest ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
                                                                  : dds::VOLATILE_DURABILITY_QOS;
+  const std::string user_data = make_ros_user_data(topic.type_name);
+  qos->user_data().assign(user_data.begin(), user_data.end());
   qos->data_sharing().off();
   qos->endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos->resource_limits().max_instances = 1;

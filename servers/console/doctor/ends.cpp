@@ -6,7 +6,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/printable.h"
-#include "common/messages/topics.h"
+#include "common/messages/ros_topics.h"
 
 namespace hrp {
 namespace {
@@ -30,7 +30,7 @@ void add_once(std::set<std::string>* said, const std::string& key, Finding findi
 const char kQosMend[] = "writers RELIABLE; readers TRANSIENT_LOCAL only where history is \"last\" (idl/README.md)";
 
 bool misses_last(const EndSeen& end) {
-  const TopicSpec* known = topics::find_known_topic(end.topic);
+  const TopicSpec* known = topics::find_any_topic(end.topic);
   return !end.writer && known && known->retention == Retention::kLatest && !(end.reliable && end.transient_local);
 }
 
@@ -83,7 +83,7 @@ Findings judge_types(const std::vector<EndSeen>& ends) {
   std::set<std::string> said;
   std::map<std::string, std::string> types;
   for (const EndSeen& end : ends) {
-    const TopicSpec* known = topics::find_known_topic(end.topic);
+    const TopicSpec* known = topics::find_any_topic(end.topic);
     const std::string& expected = types.emplace(end.topic, known ? known->type_name : end.type_name).first->second;
     if (end.type_name == expected) continue;
     add_once(&said, end.topic + end.type_name,
@@ -99,7 +99,7 @@ Findings judge_names(const std::vector<EndSeen>& ends) {
   Findings findings;
   std::set<std::string> said;
   for (const EndSeen& end : ends) {
-    if (topics::find_known_topic(end.topic)) continue;
+    if (topics::find_any_topic(end.topic)) continue;
     const std::string plain = end.topic.rfind("rt/", 0) == 0 ? end.topic.substr(3) : end.topic;
     std::string nearest = find_nearest(plain, list_our_names());
     if (nearest.empty()) nearest = find_nearest("hrp/" + plain, list_our_names());

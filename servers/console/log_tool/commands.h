@@ -29,7 +29,7 @@ int compare_logs(const std::string& one, const std::string& other);
 // Writes what can be read of a damaged log into a whole one. Nothing readable is an error, and leaves no file.
 int recover_log(const std::string& in, const std::string& out, bool force);
 
-// For other people's viewers (docs/tutorials/foxglove.md).
+// For other people's viewers (docs/tutorials/foxglove.md, docs/tutorials/ros2.md).
 int write_foxglove(const ConvertOptions& options);
 int write_rosbag(const ConvertOptions& options);
 

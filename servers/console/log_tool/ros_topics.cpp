@@ -2,7 +2,7 @@
 #include "servers/console/log_tool/ros_topics.h"
 
 #include "common/messages/ros_convert.h"
-#include "common/messages/ros_definitions.h"
+#include "common/base/ros_definitions.h"
 
 namespace hrp {
 namespace {
@@ -56,14 +56,7 @@ void RosTopics::write(const std::string& topic, const char* type, const Message&
 
 void RosTopics::write_frames(const std::vector<NamedTransform>& frames, const LogPlace& place, bool fixed) {
   tf2_msgs::msg::dds_::TFMessage_ message;
-  message.transforms().resize(frames.size());
-  for (size_t i = 0; i < frames.size(); ++i) {
-    auto& at = message.transforms()[i];
-    ros::set_time(place.time, &at.header().stamp());
-    at.header().frame_id(frames[i].parent);
-    at.child_frame_id(frames[i].child);
-    ros::set(frames[i].X_PC, &at.transform());
-  }
+  ros::set(frames, place.time, &message);
   write(fixed ? "/tf_static" : "/tf", "tf2_msgs/msg/TFMessage", message, place, fixed);
 }
 

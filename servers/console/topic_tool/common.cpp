@@ -6,7 +6,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/printable.h"
 #include "common/messages/reflection/schema.h"
-#include "common/messages/topics.h"
+#include "common/messages/ros_topics.h"
 #include "servers/console/topic_tool/topic_tool.h"
 
 namespace hrp {
@@ -62,16 +62,16 @@ std::unique_ptr<Reader> make_inspector(Bus& bus, const TopicSeen& topic, SampleC
   spec.name = topic.name;
   spec.type_name = topic.type_name;
   spec.depth = 64;
-  const TopicSpec* known = topics::find_known_topic(topic.name);
+  const TopicSpec* known = topics::find_any_topic(topic.name);
   const bool kept = known && known->retention == Retention::kLatest;
   if (kept) spec.retention = Retention::kLatest;
   return bus.make_reader(spec, kept ? Delivery::kReliable : Delivery::kBestEffort, std::move(callback));
 }
 
 int print_type(const std::string& name) {
-  const TopicSpec* topic = topics::find_known_topic(name);
+  const TopicSpec* topic = topics::find_any_topic(name);
   for (const char* prefix : {"hrp/", "rt/"}) {
-    if (!topic) topic = topics::find_known_topic(prefix + name);
+    if (!topic) topic = topics::find_any_topic(prefix + name);
   }
   std::string text = find_schema_text(topic ? topic->type_name : name);
   if (text.empty()) text = find_schema_text("hrp::msg::" + name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/messages/ros_definitions.h"
+#include "common/base/ros_definitions.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "common/messages/ros_definitions.h"
+#include "common/base/ros_definitions.h"
 
 #include <openssl/evp.h>
 
@@ -155,6 +155,12 @@ std::string calc_ros_type_hash(const std::string& name) {
     hash += kDigits[digest[i] & 15];
   }
   return hash;
+}
+
+std::string make_ros_user_data(const std::string& dds_type_name) {
+  if (dds_type_name.find("::msg::dds_::") == std::string::npos) return "";
+  const std::string name = find_ros_name(dds_type_name);
+  return find_ros_definition(name) == nullptr ? "" : "typehash=" + calc_ros_type_hash(name) + ";";
 }
 
 std::string find_ros_name(const std::string& name) {

@@ -26,6 +26,9 @@ std::string make_ros_schema(const std::string& name);
 // "RIHS01_" and 64 hexadecimal digits: REP 2011, the hash of the type's description.
 std::string calc_ros_type_hash(const std::string& name);
 
+// What rmw says of an end in its USER_DATA: "typehash=RIHS01_...;". Empty for types that are none of ROS 2.
+std::string make_ros_user_data(const std::string& dds_type_name);
+
 // "sensor_msgs/JointState" and "sensor_msgs::msg::dds_::JointState_" -> "sensor_msgs/msg/JointState".
 std::string find_ros_name(const std::string& name);
 

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Topics that tools of ROS 2 expect of any robot, as rmw names them on DDS.
+#pragma once
+
+#include "common/messages/topics.h"
+
+namespace hrp::topics {
+
+inline const TopicSpec kRosClock{"rt/clock", "rosgraph_msgs::msg::dds_::Clock_", Retention::kStream, 16};
+inline const TopicSpec kRosTf{"rt/tf", "tf2_msgs::msg::dds_::TFMessage_", Retention::kStream, 128};
+inline const TopicSpec kRosTfStatic{"rt/tf_static", "tf2_msgs::msg::dds_::TFMessage_", Retention::kLatest, 1};
+inline const TopicSpec kRosRobotDescription{"rt/robot_description", "std_msgs::msg::dds_::String_", Retention::kLatest, 1};
+
+// As find_known_topic(), these included.
+inline const TopicSpec* find_any_topic(const std::string& name) {
+  for (const TopicSpec* topic : {&kRosClock, &kRosTf, &kRosTfStatic, &kRosRobotDescription}) {
+    if (topic->name == name) return topic;
+  }
+  return find_known_topic(name);
+}
+
+}  // namespace hrp::topics
