@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/scene/frames.h"
 
+#include <stdexcept>
+
 namespace hrp {
 namespace {
 
@@ -25,6 +27,7 @@ std::vector<NamedTransform> FrameTree::make_fixed() const {
 }
 
 void FrameTree::update_moving(const State& state, std::vector<NamedTransform>* found) const {
+  if (state.q.size() != tree_.num_joints()) throw std::invalid_argument("a state of another robot");
   found->resize(tree_.links.size());
   for (size_t i = 0; i < tree_.links.size(); ++i) {
     const LinkSpec& link = tree_.links[i];

@@ -21,10 +21,12 @@ class FrameTree {
   explicit FrameTree(const TreeSpec& tree);
   // "world", or "simulation_world" for a robot that has a link of that name.
   const std::string& world() const { return world_; }
-  const std::string& get_link(int link) const { return tree_.links[static_cast<size_t>(link)].name; }
+  // Throws std::out_of_range for a link that is not there.
+  const std::string& get_link(int link) const { return tree_.links.at(static_cast<size_t>(link)).name; }
   // Frames that are fixed to a moving link: every other link of the URDF.
   std::vector<NamedTransform> make_fixed() const;
-  // The base in the world and every other moving link in its parent. Overwrites `found`, whose memory is used again.
+  // The base in the world and every other moving link in its parent. Overwrites `found`, whose memory is used again. Throws
+  // std::invalid_argument for a state of another robot.
   void update_moving(const State& state, std::vector<NamedTransform>* found) const;
 
  private:

@@ -5,6 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/scene/foxglove.h"
+#include "servers/viewer/foxglove_scene.h"
+
 namespace hrp {
 namespace {
 
@@ -50,16 +53,21 @@ FoxgloveClient::~FoxgloveClient() { viewer_.leave(this); }
 
 void FoxgloveClient::advertise() {
   Json added = Json::array();
-  for (const auto& [topic, type] : viewer_.find_topics()) {
-    if (channels_.count(topic)) continue;
+  const auto add = [&](const std::string& topic, const std::string& type, const std::string& schema, bool json) {
+    if (channels_.count(topic)) return;
     Channel& channel = channels_[topic];
     channel.id = next_id_++;
     added.push_back({{"id", channel.id},
                      {"topic", topic},
-                     {"encoding", "cdr"},
+                     {"encoding", json ? "json" : "cdr"},
                      {"schemaName", type},
-                     {"schema", viewer_.find_schema(topic)},
-                     {"schemaEncoding", "omgidl"}});
+                     {"schema", schema},
+                     {"schemaEncoding", json ? "jsonschema" : "omgidl"}});
+  };
+  const auto topics = viewer_.find_topics();
+  for (const auto& [topic, type] : topics) add(topic, type, viewer_.find_schema(topic), false);
+  for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
+    if (topics.count(channel.source)) add(channel.topic, channel.type, foxglove::find_schema(channel.type), true);
   }
   if (added.empty()) return;
   connection_.send(make_payload(dump({{"op", "advertise"}, {"channels", added}})), false, Urgency::kNeeded);

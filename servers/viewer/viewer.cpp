@@ -82,6 +82,20 @@ bool is_closed_log(const std::string& path) {
 
 Viewer::~Viewer() = default;
 
+void Viewer::show(std::vector<std::unique_ptr<Recording>> recordings) {
+  recordings_ = std::move(recordings);
+  if (recordings_.empty()) return;
+  const auto topic = recordings_[0]->topics().find(topics::kRobotDescription.name);
+  if (topic == recordings_[0]->topics().end() || topic->second.samples.empty()) return;
+  try {
+    msg::RobotDescription description;
+    decode(topic->second.samples.front().get(), &description);
+    foxglove_scene_.set_robot(description);
+  } catch (const DecodeError&) {
+    // A log of another version: its topics are there all the same.
+  }
+}
+
 std::unique_ptr<Client> Viewer::make_page_client(Connection& connection) {
   return std::make_unique<PageClient>(connection, *this);
 }
@@ -164,6 +178,24 @@ void Viewer::show_time(double time) {
     if (!sample) continue;
     for (FoxgloveClient* client : foxgloves_) client->send(name, sample->get(), sample->time);
   }
+  show_foxglove_scene(time);
+}
+
+void Viewer::show_foxglove_scene(double time) {
+  for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
+    const auto source = recordings_[0]->topics().find(channel.source);
+    if (!reads_foxglove(channel.topic) || source == recordings_[0]->topics().end()) continue;
+    const Recording::Sample* sample = recordings_[0]->find_sample(source->second, time);
+    if (!sample) continue;
+    const std::string json = foxglove_scene_.make(channel, sample->time, sample->get());
+    if (json.empty()) continue;
+    const Bytes bytes{reinterpret_cast<const uint8_t*>(json.data()), json.size()};
+    for (FoxgloveClient* client : foxgloves_) client->send(channel.topic, bytes, sample->time);
+  }
+}
+
+bool Viewer::reads_foxglove(const std::string& topic) const {
+  return std::any_of(foxgloves_.begin(), foxgloves_.end(), [&](auto* client) { return client->reads(topic); });
 }
 
 void Viewer::peek(const std::string& topic) {
@@ -211,8 +243,11 @@ void Viewer::update_readers() {
     for (const std::string& signal : page->signals()) wanted.insert(signal.substr(0, signal.find(':')));
   }
   for (const auto& [topic, type] : live_topics_) {
-    const bool read = std::any_of(foxgloves_.begin(), foxgloves_.end(), [&](auto* client) { return client->reads(topic); });
-    if (read) whole.insert(topic);
+    if (reads_foxglove(topic)) whole.insert(topic);
+  }
+  // Pictures need no sample of each step.
+  for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
+    if (reads_foxglove(channel.topic)) wanted.insert(channel.source);
   }
   wanted.insert(whole.begin(), whole.end());
   live_->read_topics(wanted, whole);
@@ -228,6 +263,7 @@ void Viewer::take_description(const Arrivals& arrivals) {
     return;
   }
   scene_ = make_scene(description);
+  foxglove_scene_.set_robot(description);
   signals_.clear();
   send_pages("{\"op\":\"scene\",\"source\":0,\"scene\":" + scene_.json + "}", Urgency::kNeeded);
 }
@@ -309,6 +345,7 @@ void Viewer::send_frame(const std::map<std::string, Arrivals>& arrivals) {
 
 void Viewer::send_foxglove(const std::map<std::string, Arrivals>& arrivals) {
   if (foxgloves_.empty()) return;
+  send_foxglove_scene(arrivals);
   for (const auto& [name, topic] : arrivals) {
     const SampleTime time(*topic.type);
     for (FoxgloveClient* client : foxgloves_) {
@@ -319,6 +356,21 @@ void Viewer::send_foxglove(const std::map<std::string, Arrivals>& arrivals) {
       if (topic.latest.empty()) continue;
       client->send(name, get_bytes(topic.latest), time.known() ? time.find(get_bytes(topic.latest)) : run_status_.time(), false);
     }
+  }
+}
+
+void Viewer::send_foxglove_scene(const std::map<std::string, Arrivals>& arrivals) {
+  for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
+    const auto source = arrivals.find(channel.source);
+    if (!reads_foxglove(channel.topic) || source == arrivals.end() || source->second.latest.empty()) continue;
+    const SampleTime sample_time(*source->second.type);
+    const Bytes sample = get_bytes(source->second.latest);
+    const double time = sample_time.known() ? sample_time.find(sample) : run_status_.time();
+    const std::string json = foxglove_scene_.make(channel, time, sample);
+    if (json.empty()) continue;
+    const Bytes bytes{reinterpret_cast<const uint8_t*>(json.data()), json.size()};
+    // To those who have come since, also when nothing is new.
+    for (FoxgloveClient* client : foxgloves_) client->send(channel.topic, bytes, time, source->second.fresh);
   }
 }
 
@@ -338,7 +390,9 @@ void Viewer::watch_end() {
   const std::string log = find_log_of_epoch(options_.log_after, run_status_.epoch());
   if (!is_closed_log(log) && Clock::now() - over_since_ < kLogPatience) return;
   try {
-    recordings_.push_back(read_log(log));
+    std::vector<std::unique_ptr<Recording>> recordings;
+    recordings.push_back(read_log(log));
+    show(std::move(recordings));
   } catch (const std::exception&) {
     options_.log_after.clear();  // there is none: the last picture stays
     return;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "servers/viewer/connection.h"
+#include "servers/viewer/foxglove_scene.h"
 #include "servers/viewer/live_run.h"
 #include "servers/viewer/recording.h"
 
@@ -28,7 +29,7 @@ class Viewer final : public WebApplication {
   explicit Viewer(ViewerOptions options) : options_(std::move(options)) {}
   ~Viewer() override;
   void show(std::unique_ptr<LiveRun> run) { live_ = std::move(run); }
-  void show(std::vector<std::unique_ptr<Recording>> recordings) { recordings_ = std::move(recordings); }
+  void show(std::vector<std::unique_ptr<Recording>> recordings);
   // Once per period: what came from the bus goes to the clients.
   void tick();
 
@@ -65,6 +66,9 @@ class Viewer final : public WebApplication {
   void send_samples(const std::map<std::string, Arrivals>& arrivals);
   void send_frame(const std::map<std::string, Arrivals>& arrivals);
   void send_foxglove(const std::map<std::string, Arrivals>& arrivals);
+  void send_foxglove_scene(const std::map<std::string, Arrivals>& arrivals);
+  void show_foxglove_scene(double time);
+  bool reads_foxglove(const std::string& topic) const;
   void send_pages(const std::string& text, Urgency urgency);
   void watch_end();
 
@@ -77,6 +81,7 @@ class Viewer final : public WebApplication {
   std::map<std::string, Clock::time_point> peeks_;  // until when
   Clock::time_point next_refresh_{};
   Scene scene_;                                      // of the live run
+  FoxgloveScene foxglove_scene_;                     // of the live run, else of the first recording
   SampleBytes description_;
   std::string frame_, status_;                       // last that was sent
   std::map<std::string, std::string> servers_;       // last status of each role
