@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "servers/mujoco_dynamics/ground_law.h"
 #include "servers/mujoco_dynamics/mjcf.h"
 
 namespace hrp {
@@ -30,6 +31,26 @@ mjModel* load_model(const std::string& xml, const Scenario& scenario) {
   return model;
 }
 
+// Gives the soles the scenario's contact where that is a spring and a damper. What is stood on has no say in it.
+void set_ground_law(const Scenario& scenario, mjModel* model) {
+  if (scenario.contact.model != "spring_damper" || scenario.feet.empty()) return;
+  const double weight = mj_getTotalmass(model) * scenario.gravity_W.norm();
+  const double load = weight / static_cast<double>(scenario.feet.size()) / scenario.contact.shared_points;
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    if (model->geom_contype[geom] != 1) {
+      model->geom_solmix[geom] = 0;
+      continue;
+    }
+    const double mass = 1.0 / model->body_invweight0[2 * model->geom_bodyid[geom]];
+    const GroundLaw law = calc_ground_law(scenario.contact, load, mass, scenario.time_step);
+    mjtNum* reference = model->geom_solref + mjNREF * geom;
+    mjtNum* impedance = model->geom_solimp + mjNIMP * geom;
+    reference[0] = -law.k * law.impedance;  // MuJoCo divides both by the impedance
+    reference[1] = -law.b * law.impedance;
+    impedance[0] = impedance[1] = law.impedance;
+  }
+}
+
 // MuJoCo writes warnings into a file of the working folder unless told otherwise; what matters is asked of mjData.
 void ignore_warning(const char*) {}
 
@@ -41,6 +62,7 @@ MujocoDynamicsEngine::MujocoDynamicsEngine(const RobotDescription& robot, const 
                  std::vector<double>(static_cast<size_t>(robot.tree.num_joints()), 0.0)) {
   mju_user_warning = ignore_warning;
   model_ = load_model(make_mjcf(robot, scenario), scenario);
+  set_ground_law(scenario, model_);
   data_ = mj_makeData(model_);
   for (int i = 0; i < robot.tree.num_joints(); ++i) {
     const int id = mj_name2id(model_, mjOBJ_JOINT, ("j" + std::to_string(i)).c_str());

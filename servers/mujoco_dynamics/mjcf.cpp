@@ -32,10 +32,13 @@ class MjcfWriter {
   }
 
   std::string write() {
+    // impratio: what sticks creeps at force over damping; a hundred times the normal damping holds what two feet press
+    // against each other, as the scenario's tangential spring does.
     out_ << "<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>\n<option timestep=\""
-         << scenario_.time_step << "\" integrator=\"implicit\" cone=\"elliptic\"";
+         << scenario_.time_step << "\" integrator=\"implicit\" cone=\"elliptic\" impratio=\"100\"";
     put("gravity", scenario_.gravity_W);
-    // Two milliseconds of contact softness at least: what MuJoCo holds to be stable at a step of one.
+    // Soles have the scenario's law where that is a spring and a damper (ground_law.h); this holds for the others. MuJoCo
+    // calls two time steps stable.
     out_ << "/>\n<default><geom condim=\"3\" solref=\"" << std::max(0.005, 2 * scenario_.time_step)
          << " 1\" contype=\"0\" conaffinity=\"0\"/></default>\n";
     write_meshes();

@@ -6,6 +6,7 @@
 
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/engine.h"
+#include "servers/mujoco_dynamics/ground_law.h"
 
 namespace hrp {
 namespace {
@@ -68,6 +69,39 @@ TEST_F(MujocoDynamicsTest, StandingGivesPositiveForceAndUprightGravity) {
   const Vector3d specific_force_W = sensors.imus[0].R_WS * sensors.imus[0].linear_acceleration;
   // The robot still sways a little.
   EXPECT_NEAR(specific_force_W.z(), 9.81, 0.05);
+}
+
+// A floor that is stiffer than the scenario's shakes with the stabilizer: 157 N rms in the default walk.
+TEST_F(MujocoDynamicsTest, TheFloorGivesUnderTheFeetAsTheScenarioSays) {
+  scenario_.contact.stiffness = 2e5;
+  engine_ = make_mujoco_engine(robot_, scenario_);
+  run(3000);
+  for (const PairForce& pair : engine_->contact_forces()) {
+    double depth = 0;
+    for (const PointForce& point : pair.points) depth += point.depth / static_cast<double>(pair.points.size());
+    // Two per cent: the robot still sways a little, and MuJoCo's solver stops at 1e-8.
+    EXPECT_NEAR(depth, pair.total[5] / scenario_.contact.stiffness, 0.02 * depth);
+  }
+}
+
+TEST(GroundLawTest, IsTheTangentOfEquation3WhereThePointCarriesItsLoad) {
+  ContactSpec contact;
+  contact.stiffness = 4e5, contact.shared_points = 4, contact.exponent = 1.5, contact.alpha = 2.4;
+  const double load = 100.0, mass = 4.0, K = 1e5, h = 1e-7;
+  const auto force = [&](double depth, double rate) { return K * std::pow(depth, 1.5) * (1.0 + 1.5 * contact.alpha * rate); };
+  const double depth = std::pow(load / K, 1.0 / 1.5);
+  const GroundLaw law = calc_ground_law(contact, load, mass, 1e-3);
+  const double R = (1.0 - law.impedance) / law.impedance / mass;
+  // 1e-6: what central differences leave of a power law.
+  EXPECT_NEAR(law.k / R, (force(depth + h, 0) - force(depth - h, 0)) / (2 * h), 1e-6 * law.k / R);
+  EXPECT_NEAR(law.b / R, (force(depth, h) - force(depth, -h)) / (2 * h), 1e-6 * law.b / R);
+}
+
+TEST(GroundLawTest, AStiffFloorTurnsAPointByLessThanAThirdOfARadianInAStep) {
+  ContactSpec contact;  // 1e7 N/m
+  const GroundLaw law = calc_ground_law(contact, 100.0, 4.0, 1e-3);
+  EXPECT_GT(law.impedance, 0.5);
+  EXPECT_LT(std::sqrt(law.k) * 1e-3, 0.33);
 }
 
 TEST_F(MujocoDynamicsTest, ResetRepeatsTheRunToTheBit) {
