@@ -87,8 +87,8 @@ struct Subset {
 
 class SubsetSearch {
  public:
-  SubsetSearch(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole)
-      : design_(design), at_(joint), joint_(design.joints[joint]) {
+  SubsetSearch(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole, Timing timing)
+      : design_(design), at_(joint), joint_(design.joints[joint]), timing_(timing) {
     for (const Gram& fold : joint_.train) folds_.push_back(subtract_whole(fold, joint_.own_width, whole));
     total_ = sum(folds_, joint_.own_width);
   }
@@ -169,6 +169,7 @@ class SubsetSearch {
       if (gear) base = all;
       double best = gear ? cross_validate(folds_, total_, list_own(joint_, all)) * calc_worth(kind) : 1e300;
       size_t chosen = joint_.terms.size();
+      if (kind == TermKind::kCommandDelay && timing_ == Timing::kAsRecorded) continue;
       for (size_t t = 0; t < joint_.terms.size(); ++t) {
         if (joint_.terms[t].kind != kind) continue;
         Terms with = base;
@@ -185,6 +186,7 @@ class SubsetSearch {
   const TorqueDesign& design_;
   const size_t at_;
   const JointDesign& joint_;
+  const Timing timing_;
   std::vector<Gram> folds_;
   Gram total_;
 };
@@ -211,7 +213,7 @@ void average(const std::vector<Subset>& subsets, std::vector<double>* inclusion,
 
 class Chooser {
  public:
-  Chooser(const TorqueDesign& design, int jobs) : design_(design), jobs_(jobs) {}
+  Chooser(const TorqueDesign& design, int jobs, Timing timing) : design_(design), jobs_(jobs), timing_(timing) {}
 
   Choice run() {
     Choice choice = choose_own({}, Eigen::VectorXd::Zero(whole_width()));
@@ -263,7 +265,7 @@ class Chooser {
     choice.choice_std.resize(design_.joints.size());
     parallel_for(jobs_, static_cast<int>(design_.joints.size()), [&](int i) {
       const size_t at = static_cast<size_t>(i);
-      const std::vector<Subset> subsets = SubsetSearch(design_, at, theta).run();
+      const std::vector<Subset> subsets = SubsetSearch(design_, at, theta, timing_).run();
       choice.inclusion[at].assign(design_.joints[at].terms.size(), 0.0);
       choice.choice_std[at] = choice.inclusion[at];
       if (subsets.empty()) return;
@@ -302,7 +304,7 @@ class Chooser {
     std::sort(gains.rbegin(), gains.rend());
     // Beside a rotor at every joint a delay of all of them shows little, but it saves a delay at each.
     std::vector<size_t> ranked;
-    bool delay = std::any_of(have.begin(), have.end(), [&](size_t t) { return design_.whole[t].kind == TermKind::kBusDelay; });
+    bool delay = timing_ == Timing::kAsRecorded || std::any_of(have.begin(), have.end(), [&](size_t t) { return design_.whole[t].kind == TermKind::kBusDelay; });
     for (size_t i = 0; i < gains.size(); ++i) {
       const bool of_bus = design_.whole[gains[i].second].kind == TermKind::kBusDelay;
       if (of_bus ? !delay : i < kTried && gains[i].first > 0.0) ranked.push_back(gains[i].second);
@@ -353,6 +355,7 @@ class Chooser {
 
   const TorqueDesign& design_;
   const int jobs_;
+  const Timing timing_;
 };
 
 }  // namespace
@@ -386,6 +389,6 @@ bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen
   return true;
 }
 
-Choice choose_torque_model(const TorqueDesign& design, int jobs) { return Chooser(design, jobs).run(); }
+Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing) { return Chooser(design, jobs, timing).run(); }
 
 }  // namespace hrp::diagnosis

@@ -31,6 +31,7 @@ class Judge {
   Judge(const Experiment& e, TorqueDesign&& design, int jobs)
       : e_(e), design_(std::move(design)), choice_(choose_torque_model(design_, jobs)), fit_(fit_torque(design_, choice_.model)) {
     graded_ = grade_terms(design_, choice_, jobs);
+    drop_untold_delay(jobs);
   }
 
   TorqueVerdict run() {
@@ -50,6 +51,18 @@ class Judge {
   }
 
  private:
+  // A servo that damps by kd gives a late command the look of a rotor kd T0, and the look of friction. One delay in the
+  // place of a rotor at each joint makes the model smaller, but only a delay that is told from none takes their place.
+  void drop_untold_delay(int jobs) {
+    const bool untold = std::any_of(graded_.begin(), graded_.end(), [](const GradedTerm& g) {
+      return g.term.kind == TermKind::kBusDelay && g.grade != Grade::kSupported;
+    });
+    if (!untold) return;
+    choice_ = choose_torque_model(design_, jobs, Timing::kAsRecorded);
+    fit_ = fit_torque(design_, choice_.model);
+    graded_ = grade_terms(design_, choice_, jobs);
+  }
+
   // A Stribeck curve without a level to exceed is no law.
   void drop_lone_excess() {
     for (GradedTerm& g : graded_) {

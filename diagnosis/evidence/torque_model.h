@@ -55,6 +55,8 @@ struct Choice {
   // how far the value depends on what else is in the model.
   std::vector<std::vector<double>> choice_std;
 };
-Choice choose_torque_model(const TorqueDesign& design, int jobs);
+// Whether commands may be late.
+enum class Timing { kFree, kAsRecorded };
+Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing = Timing::kFree);
 
 }  // namespace hrp::diagnosis
