@@ -8,7 +8,7 @@
 #   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis, the MuJoCo
 #             server and the Python package need
 #   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2,
-#             pandas and matplotlib
+#             pandas, matplotlib and Dask
 #   --viewer  also what the page of the viewer is built with: Node with npm
 #   --list    print the packages and do nothing
 set -euo pipefail
@@ -22,8 +22,8 @@ run_packages=(
   libcli11-dev libzstd-dev liblz4-dev libdeflate-dev zlib1g-dev
 )
 build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev libsqlite3-dev
-  pybind11-dev python3-dev python3-numpy)
-test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium iproute2 python3-pandas python3-matplotlib python3-yaml)
+  pybind11-dev python3-dev python3-numpy python3-yaml)
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium iproute2 python3-pandas python3-matplotlib python3-distributed)
 
 # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.
 add_node() {

@@ -59,6 +59,7 @@ RULES = [
     Rule(r"scripts/experiments\.sh( \[?[\w|]+\]?)?", RUNS, change=((r"\.sh.*", ".sh fig8 --runs 0 --dds cyclone"),)),
     # A minute of robot motions; paper_b_test and identify_foot_test run it.
     Rule(r"scripts/identify_foot\.sh", RUNS, change=((r"$", " --help"),)),
+    Rule(r"scripts/sweep\.sh .*", RUNS),
     Rule(r"scripts/diagnosis/make_bag\.py .*", RUNS),
     Rule(r"scripts/diagnose\.sh( .*)?", RUNS, change=((r"EXPERIMENT\.yaml", "experiment/experiment.yaml"), (r"\bDIR\b", "diagnosed"))),
 ]

@@ -19,6 +19,11 @@ quietly "$root/bin/hrp-simulate" default --duration 0.5 --no-plot --log "$work/d
 grep -q "complete up to step 500" "$work/log" || fail "the default scenario did not run to its end"
 say "the installed servers run the default scenario, found by its name, from a folder that was moved"
 
+printf 'scenario: %s\nduration: 0.2\nseeds: 2\n' "$root/share/openhrp_dds/models/scenarios/default.yaml" > "$work/sweep.yaml"
+quietly "$root/bin/hrp-sweep" "$work/sweep.yaml" --out "$work/swept"
+[ "$(wc -l < "$work/swept/table.csv")" -eq 3 ] || fail "the installed hrp-sweep does not give two rows"
+say "the installed hrp-sweep runs a sweep"
+
 quietly "$root/bin/hrp-log" foxglove "$work/default.mcap" --out "$work/foxglove.mcap"
 [ -f "$root/share/openhrp_dds/foxglove/robot.json" ] || fail "Foxglove's layout is not installed"
 grep -q "$root/share/openhrp_dds/foxglove/robot.json" "$work/log" || fail "hrp-log does not say where the layout is"

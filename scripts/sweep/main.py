@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs a sweep, keeps what is done, writes the table and the page."""
+import argparse
+import os
+import sys
+import time
+
+import page
+import plan
+import table
+import workers
+
+SAVE_PERIOD = 10.0  # [s] between tables while runs go on
+
+
+def print_duration(seconds):
+    minutes, seconds = divmod(round(seconds), 60)
+    return '%d:%02d:%02d' % (minutes // 60, minutes % 60, seconds)
+
+
+class Progress:
+    """One line on a terminal, else a line now and then."""
+
+    def __init__(self, total):
+        self.total, self.done, self.begin, self.live, self.said = total, 0, time.time(), sys.stdout.isatty(), 0.0
+
+    def add(self):
+        self.done += 1
+        now = time.time()
+        if self.done < self.total and now - self.said < (0.2 if self.live else 10.0):
+            return
+        self.said = now
+        left = (now - self.begin) * (self.total - self.done) / self.done
+        print('%s[%d/%d] %s, about %s left' % ('\r\033[K' if self.live else '', self.done, self.total,
+                                               print_duration(now - self.begin), print_duration(left)),
+              end='' if self.live and self.done < self.total else '\n', flush=True)
+
+
+def save(options, runs, journal, words):
+    rows = table.make_rows(runs, journal.done)
+    if rows:
+        table.write_whole(os.path.join(options.out, 'table.csv'), table.make_csv(runs, rows))
+        table.write_whole(os.path.join(options.out, 'report.html'),
+                          page.make_page(os.path.basename(options.sweep), rows, list(runs[0]['columns']), words))
+
+
+def do_all(options, runs, journal):
+    different = {run['key']: run for run in runs}
+    left = [run for key, run in different.items() if key not in journal.done]
+    print('%d runs, %d of them different, %d done before' % (len(runs), len(different), len(different) - len(left)), flush=True)
+    program = os.path.abspath(os.path.join(options.bin, 'hrp-trial'))
+    progress, saved = Progress(len(left)), time.time()
+    if options.cluster:
+        if not workers.has_dask():
+            sys.exit('sweep.sh: --cluster needs Dask: apt-get install python3-distributed')
+        results = workers.do_on_cluster(left, program, options.limit, options.jobs, options.cluster)
+    else:
+        results = workers.do_here(left, program, options.limit, options.jobs)
+    for entry in results:
+        journal.add(entry)
+        progress.add()
+        if time.time() - saved > SAVE_PERIOD:
+            save(options, runs, journal, 'It goes on.')
+            saved = time.time()
+
+
+def parse(words):
+    parser = argparse.ArgumentParser(prog='sweep.sh', description=__doc__)
+    parser.add_argument('sweep')
+    parser.add_argument('--bin', required=True)
+    parser.add_argument('--out')
+    parser.add_argument('--jobs', type=int, default=os.cpu_count())
+    parser.add_argument('--cluster', default='')
+    parser.add_argument('--limit', type=float, default=600.0)
+    options = parser.parse_args(words)
+    options.out = options.out or os.path.join('logs', os.path.splitext(os.path.basename(options.sweep))[0])
+    return options
+
+
+def main():
+    options = parse(sys.argv[1:])
+    try:
+        runs = plan.make_runs(plan.load(options.sweep), options.sweep)
+    except plan.BadSweep as error:
+        sys.exit('sweep.sh: %s' % error)
+    journal, begin, status = table.Journal(options.out), time.time(), 0
+    try:
+        do_all(options, runs, journal)
+    except KeyboardInterrupt:
+        print('\nstopped; the same command goes on from here')
+        status = 130
+    journal.close()
+    seconds = sum(entry['seconds'] for entry in journal.done.values())
+    words = '%s of one core, %d jobs.' % (print_duration(seconds), options.jobs)
+    save(options, runs, journal, words)
+    rows = table.make_rows(runs, journal.done)
+    bad = [row for row in rows if row['status'] != 'ok']
+    print('%d of %d runs in %s: %d stand, %d fall, %d failed' % (len(rows), len(runs), print_duration(time.time() - begin),
+          sum(map(page.stands, rows)), sum(row['status'] == 'ok' and row['fallen'] for row in rows), len(bad)))
+    for row in bad[:3]:
+        print('  run %d %s: %s' % (row['run'], row['status'], row['fault']))
+    print('table %s\npage  %s' % (os.path.join(options.out, 'table.csv'), os.path.join(options.out, 'report.html')))
+    return status or (1 if bad else 0)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
