@@ -13,6 +13,7 @@
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
@@ -38,6 +39,7 @@ bool is_long(const Experiment& e) { return is_in_torque_space(e) && calc_joint_s
 void finish(const Experiment& e, Reports* reports) {
   Json& report = reports->report;
   report["fit"]["held_out"] = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
+  name_simpler_laws(&report);
   lower_grades(&report);
   report["summary"] = make_summary_text(report);
 }

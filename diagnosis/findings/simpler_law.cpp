@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/findings/simpler_law.h"
+
+#include "common/effects/effect_info.h"
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/findings/families.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kCurve = "stribeck_friction";
+
+bool is_number(const Json& parameters, const char* name) {
+  return parameters.contains(name) && parameters[name].contains("ci95") && parameters[name].value("value", Json()).is_number();
+}
+
+bool holds(const Json& estimate, double value) {
+  return estimate["ci95"][0].get<double>() <= value && value <= estimate["ci95"][1].get<double>();
+}
+
+bool is_untold_curve(const Json& finding) {
+  if (finding["effect"] != kCurve) return false;
+  const Json& p = finding["parameters"];
+  for (const char* name : {"coulomb", "static", "stribeck_velocity"}) {
+    if (!is_number(p, name)) return false;
+  }
+  return holds(p["static"], p["coulomb"]["value"].get<double>()) && holds(p["stribeck_velocity"], 0.0);
+}
+
+std::string get_place(const Json& finding) { return finding["where"].begin().value().get<std::string>(); }
+
+std::string make_words(const Json& estimate) {
+  const double reach = 0.5 * (estimate["ci95"][1].get<double>() - estimate["ci95"][0].get<double>());
+  return number(estimate["value"].get<double>(), 3) + " +- " + number(reach, 2) + " " + estimate["unit"].get<std::string>();
+}
+
+Json make_plain(const Json& curve, const char* effect, const char* from, const char* to) {
+  Json plain = curve;
+  plain["effect"] = effect, plain["family"] = find_family_name(effect);
+  plain["parameters"] = {{to, curve["parameters"][from]}};
+  if (plain.value("grade", "") == get_grade_name(Grade::kCertain)) plain["grade"] = get_grade_name(Grade::kSupported);
+  return plain;
+}
+
+Json make_coulomb(const Json& curve) {
+  Json plain = make_plain(curve, "coulomb_friction", "coulomb", "level");
+  plain["alternatives"].push_back({{"effect", kCurve},
+                                   {"family", find_family_name(kCurve)},
+                                   {"where", curve["where"]},
+                                   {"parameters", curve["parameters"]},
+                                   {"motion_that_would_tell", "constant speeds from the slowest on, in both directions"}});
+  plain["statement"] = get_place(curve) + ": dry friction of constant level, level " + make_words(plain["parameters"]["level"]) +
+                       ". A larger friction at rest (Stribeck) would fit as well; its size and speed are not told from none.";
+  return plain;
+}
+
+Json make_viscous(const Json& curve) {
+  Json plain = make_plain(curve, "viscous_friction", "viscous", "coefficient");
+  plain["statement"] = get_place(curve) + ": viscous friction, coefficient " + make_words(plain["parameters"]["coefficient"]) +
+                       ", beside dry friction.";
+  plain["share"] = plain["weight"] = 0.0;  // stands with the dry friction
+  return plain;
+}
+
+}  // namespace
+
+void name_simpler_laws(nlohmann::ordered_json* report) {
+  Json list = Json::array();
+  for (const Json& f : (*report)["findings"]) {
+    if (!is_untold_curve(f)) {
+      list.push_back(f);
+      continue;
+    }
+    list.push_back(make_coulomb(f));
+    if (is_number(f["parameters"], "viscous") && f["parameters"]["viscous"]["ci95"][0].get<double>() > 0.0)
+      list.push_back(make_viscous(f));
+  }
+  (*report)["findings"] = list;
+}
+
+}  // namespace hrp::diagnosis
