@@ -11,6 +11,7 @@
 #include "common/bus/cyclone/cyclone_bus.h"
 #include "common/bus/fast/fast_bus.h"
 #include "common/bus/memory/memory_bus.h"
+#include "common/bus/network_choice.h"
 #include "common/bus/secure_folder.h"
 
 namespace hrp {
@@ -39,6 +40,12 @@ std::vector<std::string> find_addresses() {
   return addresses;
 }
 
+void check_peer(const std::string& address) {
+  in_addr number{};
+  if (inet_pton(AF_INET, address.c_str(), &number) == 1) return;
+  refuse("", "network-interface", "'" + address + "' is no IPv4 address of a machine: expected ADDRESS or ADDRESS,PEER,...");
+}
+
 void check_interface(const std::string& address) {
   const std::vector<std::string> addresses = find_addresses();
   std::string known;
@@ -57,7 +64,9 @@ void check_options(const BusOptions& options) {
   if (!options.config_file.empty() && !std::ifstream(options.config_file)) {
     refuse(options.config_file, "", "cannot read this DDS configuration file");
   }
-  if (!options.network_interface.empty()) check_interface(options.network_interface);
+  const NetworkChoice network = split_network(options.network_interface);
+  for (const std::string& peer : network.peers) check_peer(peer);
+  if (!options.network_interface.empty()) check_interface(network.address);
   if (options.secure.empty()) return;
   if (!options.config_file.empty()) refuse("", "secure", "excludes dds-config: that file has the settings of DDS Security, too");
   find_secure_files(options.secure, options.only_looks);

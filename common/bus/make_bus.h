@@ -13,8 +13,8 @@ namespace hrp {
 struct BusOptions {
   std::string vendor = "cyclone";  // "cyclone", "fast" or "memory"
   int domain = 0;                  // DDS domain, 0..230; each run has its own (domain.h)
-  // Empty: loopback, and nothing leaves the machine. Else the IPv4 address of the interface to use, with the vendor's
-  // usual multicast discovery on it.
+  // Empty: loopback, and nothing leaves the machine. Else the IPv4 address of the interface to use, and where multicast
+  // must not be used, those of all machines behind it: "ADDRESS,PEER,..." (network_choice.h).
   std::string network_interface;
   // A file in the vendor's own format that replaces all of our settings of the network: other hosts, DDS Security.
   // Cyclone: the XML of CYCLONEDDS_URI. Fast: XML profiles with a participant profile named "openhrp_dds".

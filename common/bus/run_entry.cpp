@@ -35,7 +35,7 @@ std::string format_entry(const RunEntry& entry) {
   std::string text = "domain " + std::to_string(entry.domain) + "\nprocess " + std::to_string(entry.process_id) +
                      "\nstarted " + std::to_string(entry.started) + "\nscenario " + clean(entry.scenario) + "\nvendor " +
                      clean(entry.vendor) + "\nlog " + clean(entry.log) + "\nwaits_for " + clean(entry.waits_for) +
-                     "\ntoken " + clean(entry.token) + "\nsecured " + (entry.secured ? "1" : "0") + "\n";
+                     "\ntoken " + clean(entry.token) + "\nnetwork " + clean(entry.network) + "\nsecured " + (entry.secured ? "1" : "0") + "\n";
   for (const std::string& role : entry.free_places) text += "free " + clean(role) + "\n";
   return text;
 }
@@ -51,6 +51,7 @@ RunEntry parse_entry(const std::string& text) {
       {"log", [&](const std::string& v) { entry.log = v; }},
       {"waits_for", [&](const std::string& v) { entry.waits_for = v; }},
       {"token", [&](const std::string& v) { entry.token = v; }},
+      {"network", [&](const std::string& v) { entry.network = v; }},
       {"secured", [&](const std::string& v) { entry.secured = v == "1"; }},
       {"free", [&](const std::string& v) { entry.free_places.push_back(v); }},
   };

@@ -16,6 +16,7 @@ struct RunEntry {
   std::string log;           // empty: none
   std::string waits_for;     // role that everybody waits for, empty when none
   std::string token;         // without it requests and grants are ignored (common/node/run_token.h); empty: none
+  std::string network;       // of a run on several machines: interface and peers (network_choice.h); empty: loopback
   bool secured = false;      // joined with an identity only (secure_folder.h)
   std::vector<std::string> free_places;  // roles that somebody else fills
 

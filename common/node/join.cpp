@@ -148,6 +148,8 @@ BusOptions make_join_bus_options(const JoinedRun& run, const JoinOptions& join, 
     throw BusError("the run on " + describe_place(run) + " is not secured: --secure would meet nobody there");
   }
   if (run.registered && !join.secure.empty() && run.vendor_of_run != run.entry.vendor) throw BusError(kNoSecureMix);
+  // On the machine of the launcher it is known where the others are.
+  if (run.registered && options.network_interface.empty() && options.config_file.empty()) options.network_interface = run.entry.network;
   options.secure = join.secure;
   options.only_looks = join.only_looks;
   options.domain = run.entry.domain;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/bus/cyclone/cyclone_domain.h"
 
+#include <atomic>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -10,6 +11,7 @@
 
 #include "common/bus/cyclone/cyclone_security.h"
 #include "common/bus/cyclone/loopback_bind.h"
+#include "common/bus/network_choice.h"
 #include "common/bus/participants.h"
 
 namespace hrp {
@@ -61,17 +63,52 @@ std::string find_interface_config(const std::string& address, const std::string&
 </Domain></CycloneDDS>)";
 }
 
+// Other machines without multicast: discovery as on loopback, packets as large as the vendor thinks fit for a network.
+std::string find_peers_config(const NetworkChoice& network, const std::string& security) {
+  std::string peers;
+  for (const std::string& peer : network.peers) peers += "<Peer Address=\"" + peer + "\"/>";
+  return "<CycloneDDS><Domain>" + security + R"(
+  <General>
+    <Interfaces><NetworkInterface address=")" + network.address + R"(" multicast="false"/></Interfaces>
+    <AllowMulticast>false</AllowMulticast>
+  </General>
+  <Discovery>
+    <Peers>)" + peers + R"(</Peers>
+    <ParticipantIndex>auto</ParticipantIndex>
+    <MaxAutoParticipantIndex>)" + std::to_string(kMostParticipants - 1) + R"(</MaxAutoParticipantIndex>
+    <SPDPInterval>200ms</SPDPInterval>
+    <LeaseDuration>20s</LeaseDuration>
+  </Discovery>
+  <Internal>
+    <SocketReceiveBufferSize max="4MB"/>
+    <WriterLingerDuration>100ms</WriterLingerDuration>
+    <GenerateKeyhash>true</GenerateKeyhash>
+    <NackDelay>1ms</NackDelay>
+    <HeartbeatInterval min="2ms" minsched="5ms" max="8s">20ms</HeartbeatInterval>
+    <Watermarks>
+      <WhcHigh>1GB</WhcHigh><WhcHighInit>1GB</WhcHighInit><WhcLow>1GB</WhcLow><WhcAdaptive>false</WhcAdaptive>
+    </Watermarks>
+  </Internal>
+</Domain></CycloneDDS>)";
+}
+
 std::string find_config(const BusOptions& options) {
   if (!options.config_file.empty()) return "file://" + options.config_file;
   const std::string security = options.secure.empty() ? "" : find_cyclone_security(find_secure_files(options.secure, options.only_looks));
+  const NetworkChoice network = split_network(options.network_interface);
+  if (!network.peers.empty()) return find_peers_config(network, security);
   if (!options.network_interface.empty()) return find_interface_config(options.network_interface, security);
   return find_loopback_config(security);
 }
 
 // Cyclone DDS warns of every participant it hears before its own one is there, half of a millisecond after the domain, and
-// greets them all the same when they speak again. What it says else goes to standard error, as ever.
-void drop_early_warnings(void*, const dds_log_data_t* said) {
-  if (std::strstr(said->message, "Remote secure participant") == nullptr) std::fputs(said->message, stderr);
+// greets them all the same when they speak again. Where the way to another machine is broken it warns of every packet,
+// hundreds a second: once is enough. What it says else goes to standard error, as ever.
+void drop_needless_warnings(void*, const dds_log_data_t* said) {
+  static std::atomic<bool> is_broken{false};
+  if (std::strstr(said->message, "Remote secure participant") != nullptr) return;
+  if (std::strstr(said->message, "ddsi_udp_conn_write to") != nullptr && is_broken.exchange(true)) return;
+  std::fputs(said->message, stderr);
 }
 
 }  // namespace
@@ -90,8 +127,10 @@ std::shared_ptr<CycloneDomain> CycloneDomain::find_or_make(const BusOptions& opt
 
 CycloneDomain::CycloneDomain(const BusOptions& options) {
   std::optional<LoopbackBind> loopback;  // it makes its sockets here
+  const NetworkChoice network = split_network(options.network_interface);
   if (options.config_file.empty() && options.network_interface.empty()) loopback.emplace();
-  if (!options.secure.empty()) dds_set_log_sink(drop_early_warnings, nullptr);
+  if (options.config_file.empty() && !network.peers.empty()) loopback.emplace(network.address);
+  if (!options.secure.empty() || !network.peers.empty()) dds_set_log_sink(drop_needless_warnings, nullptr);
   entity_ = dds_create_domain(static_cast<dds_domainid_t>(options.domain), find_config(options).c_str());
   if (entity_ < 0) {
     throw BusError("Cyclone DDS cannot open domain " + std::to_string(options.domain) + ": " +

@@ -12,6 +12,7 @@
 namespace {
 
 thread_local int loopback_depth = 0;
+thread_local in_addr narrow_address{};
 
 using BindFunction = int (*)(int, const sockaddr*, socklen_t);
 
@@ -33,13 +34,17 @@ extern "C" int bind(int file, const sockaddr* address, socklen_t size) noexcept 
   sockaddr_in narrowed{};
   if (loopback_depth == 0 || size < sizeof narrowed || address->sa_family != AF_INET) return system_bind(file, address, size);
   std::memcpy(&narrowed, address, sizeof narrowed);
-  if (narrowed.sin_addr.s_addr == htonl(INADDR_ANY)) narrowed.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  if (narrowed.sin_addr.s_addr == htonl(INADDR_ANY)) narrowed.sin_addr = narrow_address;
   return system_bind(file, reinterpret_cast<const sockaddr*>(&narrowed), sizeof narrowed);
 }
 
 namespace hrp {
 
-LoopbackBind::LoopbackBind() { ++loopback_depth; }
+LoopbackBind::LoopbackBind(const std::string& address) {
+  ++loopback_depth;
+  if (inet_pton(AF_INET, address.c_str(), &narrow_address) != 1) narrow_address.s_addr = htonl(INADDR_LOOPBACK);
+}
+
 LoopbackBind::~LoopbackBind() { --loopback_depth; }
 
 }  // namespace hrp

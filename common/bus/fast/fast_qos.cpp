@@ -2,6 +2,7 @@
 #include "common/bus/fast/fast_qos.h"
 
 #include <algorithm>
+#include <set>
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
@@ -9,6 +10,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/ros_definitions.h"
+#include "common/bus/network_choice.h"
 #include "common/bus/participants.h"
 #include "common/bus/secure_folder.h"
 
@@ -98,19 +100,20 @@ dds::DomainParticipantQos make_participant_qos(const BusOptions& options) {
   qos.name("openhrp-dds");
   if (!options.secure.empty()) add_security(find_secure_files(options.secure, options.only_looks), &qos);
   const bool loopback = options.network_interface.empty();
-  const std::string address = loopback ? "127.0.0.1" : options.network_interface;
+  const NetworkChoice network = split_network(loopback ? "127.0.0.1,127.0.0.1" : options.network_interface);
   qos.transport().use_builtin_transports = false;  // no shared memory
-  qos.transport().user_transports.push_back(make_udp(address));
+  qos.transport().user_transports.push_back(make_udp(network.address));
   auto& builtin = qos.wire_protocol().builtin;
   // Killed processes are forgotten after the lease; the announcements repeat for those who missed the first ones.
   builtin.discovery_config.leaseDuration = {20, 0};
   builtin.discovery_config.leaseDuration_announcementperiod = find_milliseconds(300);
   builtin.discovery_config.initial_announcements.count = 10;
   builtin.discovery_config.initial_announcements.period = find_milliseconds(20);
-  if (loopback) {
-    // A unicast locator of our own switches the multicast ones off.
-    builtin.metatrafficUnicastLocatorList.push_back(make_locator(address));
-    builtin.initialPeersList.push_back(make_locator(address));
+  if (network.peers.empty()) return qos;
+  // A unicast locator of our own switches the multicast ones off.
+  builtin.metatrafficUnicastLocatorList.push_back(make_locator(network.address));
+  for (const std::string& peer : std::set<std::string>(network.peers.begin(), network.peers.end())) {
+    builtin.initialPeersList.push_back(make_locator(peer));
   }
   return qos;
 }
