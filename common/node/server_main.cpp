@@ -7,6 +7,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/printable.h"
 #include "common/base/version.h"
+#include "common/node/far_launcher.h"
 #include "common/node/join.h"
 #include "common/node/run_token.h"
 #include "common/node/runner.h"
@@ -22,16 +23,19 @@ struct CommonOptions {
   BusOptions bus;
   std::string role;
   long parent = 0;
+  bool far_launcher = false;
 };
 
 void add_common_options(CLI::App& app, CommonOptions* options) {
   add_join_options(app, &options->join);
   app.add_option("--network-interface", options->bus.network_interface,
-                 "IPv4 address of the interface to use; without it nothing leaves the machine");
+                 "IPv4 address of the interface to use; without it nothing leaves the machine. ADDRESS,PEER,... asks these\n"
+                 "machines for others in the place of multicast");
   app.add_option("--dds-config", options->bus.config_file,
                  "file in the DDS vendor's own format that replaces all network settings");
   app.add_option("--role", options->role, "name under which this server reports")->capture_default_str();
   app.add_option("--parent", options->parent, "process id: end when this parent ends (used by hrp-simulate)");
+  app.add_flag("--far-launcher", options->far_launcher, "the launcher is on another machine and speaks through standard input (used by hrp-simulate --on)");
 }
 
 // Ends a node whose run has gone without a word: its launcher was killed.
@@ -72,13 +76,15 @@ DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program, bo
 int run(const ServerProgram& program, const CommonOptions& options, const NodeMaker& make_node) {
   handle_stop_signals();
   if (!end_with_parent(options.parent)) return kExitFailed;
-  const auto joined = find_run_to_join(options.join, {program.program, program.role, /*waits=*/true});
+  auto joined = options.far_launcher ? join_far_run(options.join) : find_run_to_join(options.join, {program.program, program.role, /*waits=*/true});
   if (!joined) return kExitInterrupted;
   const DomainClaim claim = claim_by_hand(*joined, program, !options.join.secure.empty());
   const std::unique_ptr<Bus> bus = make_bus(make_join_bus_options(*joined, options.join, options.bus));
-  const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program, joined->registered ? joined->entry.token : claim.entry().token});
+  const bool has_token = options.far_launcher || joined->registered;
+  const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program, has_token ? joined->entry.token : claim.entry().token});
   // The launcher speaks for its own children, and the system ends them with it.
-  if (joined->is_launched_by_it()) return run_process(*node, *bus, program.program);
+  if (options.far_launcher) end_with_far_launcher(program.program);
+  if (options.far_launcher || joined->is_launched_by_it()) return run_process(*node, *bus, program.program);
   WaitVoice voice(program.program, *joined);
   GoneRun gone(*joined, program.program);
   const int exit_code = run_process(*node, *bus, program.program, [&](const std::string& waits_for) {

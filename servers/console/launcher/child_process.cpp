@@ -16,13 +16,14 @@ namespace hrp {
 namespace {
 
 // In the child, between fork and exec: nothing but system calls, the parent may have threads.
-[[noreturn]] void run_child(char* const* arguments, const cpu_set_t* cores, pid_t parent) {
+[[noreturn]] void run_child(char* const* arguments, const cpu_set_t* cores, const ChildSpec& spec, pid_t parent) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(127);
   if (cores) sched_setaffinity(0, sizeof *cores, cores);
-  const int null = open("/dev/null", O_RDONLY | O_CLOEXEC);
-  if (null >= 0) dup2(null, 0);
+  const int input = spec.input >= 0 ? spec.input : open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (input >= 0) dup2(input, 0);
+  if (spec.output >= 0 && (dup2(spec.output, 1) < 0 || dup2(spec.output, 2) < 0)) _exit(127);
   execv(arguments[0], arguments);
   const char text[] = "hrp-simulate: cannot run ";
   (void)!write(2, text, sizeof text - 1);
@@ -58,7 +59,7 @@ void Children::start(const ChildSpec& spec) {
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error(std::string("cannot make a process: ") + strerror(errno));
-  if (child == 0) run_child(arguments.data(), spec.cores.empty() ? nullptr : &cores, parent);
+  if (child == 0) run_child(arguments.data(), spec.cores.empty() ? nullptr : &cores, spec, parent);
   setpgid(child, child);
   running_.push_back({child, spec});
   if (!find_spec(spec.role)) specs_.push_back(spec);

@@ -2,9 +2,11 @@
 #include "servers/console/launcher/options.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/diagnostics.h"
 #include "common/base/shared_files.h"
 #include "common/base/version.h"
 #include "common/bus/make_bus.h"
@@ -22,6 +24,7 @@ const char kFooter[] = R"(Examples:
   hrp-simulate S.yaml --view                             and watch it in the browser
   hrp-simulate S.yaml --without controller               leaves the place to a controller of your own
   hrp-simulate S.yaml --controller "python3 python/examples/my_controller.py"     a controller of your own in the set
+  hrp-simulate S.yaml --on controller=robot              the controller on another machine, over ssh
   hrp-simulate S.yaml --program dynamics=hrp-dynamics-mujoco
 
 While it runs, from a second terminal:
@@ -50,7 +53,7 @@ std::map<std::string, std::string> split_pairs(const std::vector<std::string>& w
 }
 
 // As a shell splits it at blanks; quotes and backslashes keep words together.
-std::vector<std::string> split_command(const std::string& command) {
+std::vector<std::string> split_command(const std::string& command, const std::string& option) {
   std::vector<std::string> words;
   bool in_word = false;
   char quote = 0;
@@ -70,8 +73,23 @@ std::vector<std::string> split_command(const std::string& command) {
       words.back() += c == '\\' && quote != '\'' && i + 1 < command.size() ? command[++i] : c;
     }
   }
-  if (words.empty() || quote != 0) throw CLI::ValidationError("--controller", "'" + command + "' is no command");
+  if (words.empty() || quote != 0) throw CLI::ValidationError(option, "'" + command + "' is no command");
   return words;
+}
+
+// What cannot go together with servers on other machines.
+void check_hosts(const LaunchOptions& options) {
+  if (options.on.empty()) return;
+  const auto refuse = [](const std::string& why) { throw CLI::ValidationError("--on", why); };
+  if (options.in_process) refuse("excludes --in-process: all servers are in one process");
+  if (options.keep_going) refuse("excludes --keep-going: a server on another machine is not started again");
+  if (options.on.count("controller") > 0 && !options.controller.empty()) {
+    refuse("controller: excludes --controller, whose command knows nothing of a launcher on another machine");
+  }
+  for (const auto& [role, host] : options.on) {
+    const auto& without = options.without;
+    if (std::find(without.begin(), without.end(), role) != without.end()) refuse(role + ": excludes --without " + role);
+  }
 }
 
 }  // namespace
@@ -89,7 +107,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.footer(kFooter);
   bool realtime = false, no_pin = false, no_plot = false;
   std::vector<std::string> dds_for, programs;
-  std::string controller;
+  std::string controller, hosts, ssh = "ssh";
+  std::vector<std::string> on;
   app.add_option("SCENARIO", options->scenario, "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
       ->required();
   app.add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
@@ -107,6 +126,11 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
       ->check(CLI::IsMember(get_roles()));
   app.add_option("--program", programs, "SERVER=PROGRAM: another program in the place of a server; may be repeated");
   app.add_option("--controller", controller, "command of a controller in the place of ours: my-controller, \"python3 python/examples/my_controller.py\"");
+  app.add_option("--on", on, "SERVER=[USER@]HOST: start this server on another machine, over ssh; may be repeated");
+  app.add_option("--hosts", hosts, "file with a line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" a server on another machine")
+      ->check(CLI::ExistingFile);
+  app.add_option("--ssh", ssh, "command that runs a program on another machine in the place of ssh: \"ssh -p 2222\", \"ip netns exec\"")
+      ->capture_default_str();
   app.add_flag("--paused", options->paused, "wait for hrp-run before the first step");
   app.add_flag("--keep-going", options->keep_going, "start a server again that died, instead of ending the run");
   app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
@@ -122,7 +146,14 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     options->scenario = find_scenario_file(options->scenario);
     options->dds_for = split_pairs(dds_for, "--dds-for");
     options->programs = split_pairs(programs, "--program");
-    if (!controller.empty()) options->controller = split_command(controller);
+    if (!controller.empty()) options->controller = split_command(controller, "--controller");
+    if (!hosts.empty()) options->on = read_hosts(hosts);
+    for (const std::string& words : on) {
+      const auto [role, host] = parse_on(words);
+      options->on[role] = host;
+    }
+    options->ssh = make_ssh_command(split_command(ssh, "--ssh"));
+    check_hosts(*options);
     const auto left_out = std::find(options->without.begin(), options->without.end(), "controller");
     if (!controller.empty() && (options->programs.count("controller") > 0 || left_out != options->without.end())) {
       throw CLI::ValidationError("--controller", "excludes --without controller and --program controller=...");
@@ -147,6 +178,10 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     }
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error) == 0 ? kExitOk : kExitBadInput;
+    return false;
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    *exit_code = kExitBadInput;
     return false;
   }
   const bool watched = options->view && app.count("--speed") == 0;

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "servers/console/launcher/hosts.h"
+
 namespace hrp {
 
 struct LaunchOptions {
@@ -15,6 +17,8 @@ struct LaunchOptions {
   std::map<std::string, std::string> programs;  // role -> program in place of ours
   std::vector<std::string> controller;          // words of a command in place of our controller; empty: none
   std::vector<std::string> without;             // roles that somebody else starts
+  std::map<std::string, Host> on;               // role -> machine, of those that are not on this one
+  std::vector<std::string> ssh;                 // words of the command that reaches a machine
   double duration = -1.0;   // [s] simulated; < 0: as the scenario says
   bool in_process = false;
   double speed = 0.0;       // [s/s] 0 = as fast as it goes

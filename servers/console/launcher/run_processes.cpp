@@ -8,6 +8,7 @@
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 
 #include "common/bus/domain.h"
@@ -16,6 +17,7 @@
 #include "common/node/runner.h"
 #include "servers/console/launcher/child_process.h"
 #include "servers/console/launcher/monitor.h"
+#include "servers/console/launcher/remote_server.h"
 #include "servers/console/launcher/run_set.h"
 #include "servers/model_parser/robot_loader.h"
 
@@ -32,6 +34,8 @@ constexpr auto kLastWords = std::chrono::milliseconds(100);
 constexpr auto kTermPatience = std::chrono::seconds(8);
 // A server that ends with an exit status has said why on the bus, and that may still be on its way.
 constexpr auto kReasonPatience = std::chrono::milliseconds(400);
+// A server on another machine that everybody waits for so long has lost its way here.
+constexpr auto kLinkPatience = std::chrono::seconds(10);
 // Whom a run waits for is told after this time.
 constexpr auto kWaitPatience = std::chrono::milliseconds(1000);
 
@@ -71,15 +75,6 @@ std::string find_command(const std::string& name) {
 
 std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
-// For a shell.
-std::string quote(const std::string& word) {
-  static const char kPlain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 class ProcessRun {
  public:
   ProcessRun(const LaunchOptions& options, const Scenario& scenario, const std::string& log)
@@ -93,12 +88,18 @@ class ProcessRun {
   }
   std::vector<std::string> make_role_arguments(const std::string& role) const;
   ChildSpec make_child(const std::string& role) const;
+  std::vector<std::string> find_files_of(const std::string& role) const;
+  void start_remote(const std::string& role);
+  void look_at_remotes();
+  const RemoteServer* find_remote(const std::string& role) const;
+  std::string describe_end_of(const ChildEnd& end) const;
   std::string make_join_command(const std::string& role) const;
   void note_wait(const std::string& late);
   std::vector<int> find_cores_of(const std::string& role) const;
   void start_all();
   void start_viewer();
   void say_what_is_missing();
+  void say_who_can_listen() const;
   void watch();
   void handle_end(const ChildEnd& end);
   void say_viewer_ended(const ChildEnd& end);
@@ -114,6 +115,7 @@ class ProcessRun {
   std::string log_;
   DomainClaim claim_;
   Children children_;
+  std::vector<std::unique_ptr<RemoteServer>> remotes_;
   std::shared_ptr<Children> viewer_;  // no part of the set: its end is not the run's
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<RunMonitor> monitor_;
@@ -182,10 +184,72 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
   return child;
 }
 
+// Robot and scenario come over the bus. What comes from files are meshes and the motion that a controller plays.
+std::vector<std::string> ProcessRun::find_files_of(const std::string& role) const {
+  if (role == "controller") return scenario_.controller.type == "motion" ? std::vector<std::string>{scenario_.controller.motion} : std::vector<std::string>{};
+  if (role == "dynamics" && options_.programs.count(role) == 0) return {};
+  std::vector<std::string> files;
+  for (const CollisionShape& shape : load_robot(scenario_).shapes) {
+    if (!shape.mesh.empty()) files.push_back(shape.mesh);
+  }
+  return files;
+}
+
+void ProcessRun::start_remote(const std::string& role) {
+  RemoteCommand command;
+  command.role = role;
+  command.host = options_.on.at(role);
+  command.token = claim_.entry().token;
+  command.files = find_files_of(role);
+  const auto program = options_.programs.find(role);
+  const auto vendor = options_.dds_for.find(role);
+  std::string path = program == options_.programs.end() ? get_default_program(role) : program->second;
+  if (path.find('/') == std::string::npos) path = (command.host.programs.empty() ? find_own_folder() : command.host.programs) + "/" + path;
+  command.arguments = {path, "--domain", std::to_string(claim_.domain()), "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second,
+                       "--far-launcher", "--network-interface", turn_network(claim_.entry().network, find_address(command.host))};
+  if (!options_.secure.empty()) {
+    command.arguments.insert(command.arguments.end(), {"--secure", command.host.secure.empty() ? std::filesystem::absolute(options_.secure).string() : command.host.secure});
+    command.files.push_back(command.arguments.back());
+  }
+  remotes_.push_back(std::make_unique<RemoteServer>(command));
+  std::vector<std::string> ssh = options_.ssh;
+  ssh[0] = find_command(ssh[0]);
+  remotes_.back()->start(ssh, &children_);
+}
+
+const RemoteServer* ProcessRun::find_remote(const std::string& role) const {
+  for (const auto& remote : remotes_) {
+    if (remote->role() == role) return remote.get();
+  }
+  return nullptr;
+}
+
+void ProcessRun::look_at_remotes() {
+  for (const auto& remote : remotes_) {
+    for (const std::string& line : remote->update()) {
+      progress_.clear();
+      std::fprintf(stderr, "%s\n", line.c_str());
+    }
+    if (!remote->fault().empty()) fail(remote->fault());
+  }
+  const RemoteServer* late = first_step_seen_ ? find_remote(waits_for_) : nullptr;
+  if (late && Clock::now() - waits_since_ > kLinkPatience) {
+    fail(late->name() + " has been silent for 10 s at step " + std::to_string(monitor_->run_status().step()) +
+         ": the way to that machine is broken, or the server hangs");
+  }
+}
+
+std::string ProcessRun::describe_end_of(const ChildEnd& end) const {
+  const std::string step = " at step " + std::to_string(monitor_->find_step_of_end(end.role));
+  if (const RemoteServer* remote = find_remote(end.role)) return remote->describe_end(end.status) + step;
+  return end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) + step;
+}
+
 void ProcessRun::start_all() {
   claim_ = options_.domain >= 0 ? claim_domain(options_.domain, options_.scenario) : claim_free_domain(options_.scenario);
   RunEntry entry = claim_.entry();
   entry.vendor = options_.dds;
+  entry.network = options_.on.empty() ? "" : find_network(options_.on);
   entry.token = make_run_token();
   entry.log = is_left_out("logger") ? "" : log_;
   entry.free_places = options_.without;
@@ -193,13 +257,19 @@ void ProcessRun::start_all() {
   claim_.describe(entry);
   // Children first: this process has no threads yet.
   for (const std::string& role : get_roles()) {
-    if (!is_left_out(role)) children_.start(make_child(role));
+    if (is_left_out(role)) continue;
+    if (options_.on.count(role) > 0) {
+      start_remote(role);
+    } else {
+      children_.start(make_child(role));
+    }
   }
   if (options_.view) start_viewer();
   BusOptions bus;
   bus.secure = options_.secure;
   bus.vendor = options_.dds;
   bus.domain = claim_.domain();
+  bus.network_interface = claim_.entry().network;
   bus_ = make_bus(bus);
   monitor_ = std::make_unique<RunMonitor>(*bus_, claim_.entry().token);
 }
@@ -220,8 +290,8 @@ std::string ProcessRun::make_join_command(const std::string& role) const {
   std::string command = find_own_folder() + "/" + (role == "controller" ? "my-controller" : get_default_program(role));
   if (access(command.c_str(), X_OK) != 0) command = "scripts/build.sh " + get_file_name(command) + " && " + command;
   command += " --run " + std::to_string(getpid());
-  if (!options_.secure.empty()) command += " --secure " + quote(options_.secure);
-  for (const std::string& word : make_role_arguments(role)) command += " " + quote(word);
+  if (!options_.secure.empty()) command += " --secure " + quote_word(options_.secure);
+  for (const std::string& word : make_role_arguments(role)) command += " " + quote_word(word);
   return command;
 }
 
@@ -235,6 +305,12 @@ void ProcessRun::say_what_is_missing() {
     }
   }
   std::fflush(stdout);
+}
+
+void ProcessRun::say_who_can_listen() const {
+  if (options_.on.empty() || !options_.secure.empty()) return;
+  std::fprintf(stderr, "hrp-simulate: warning: this run leaves the machine without encryption; everybody on that network can read it and\n"
+                       "  disturb it. --secure DIR lets in only those with a certificate (docs/tutorials/secure.md)\n");
 }
 
 // Tells joiners whom everybody waits for, and people how to help when it is somebody of theirs.
@@ -258,6 +334,7 @@ RunOutcome ProcessRun::run() {
   start_ = first_step_ = Clock::now();
   start_all();
   say_what_is_missing();
+  say_who_can_listen();
   while (failure_.empty() && !interrupted_ && !monitor_->has_ended()) watch();
   end_all();
   return make_outcome();
@@ -266,6 +343,7 @@ RunOutcome ProcessRun::run() {
 void ProcessRun::watch() {
   bus_->spin(std::chrono::milliseconds(10));
   if (g_stop_signal) interrupted_ = true;
+  look_at_remotes();
   while (const auto end = children_.take_ended()) handle_end(*end);
   while (const auto end = viewer_ ? viewer_->take_ended() : std::nullopt) say_viewer_ended(*end);
   settle_pending();
@@ -286,8 +364,7 @@ void ProcessRun::handle_end(const ChildEnd& end) {
     pending_.emplace_back(end, Clock::now());
     return;
   }
-  fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
-       " at step " + std::to_string(monitor_->find_step_of_end(end.role)));
+  fail(describe_end_of(end));
 }
 
 // The run does not need it, but whoever looks at a page that stands still should know why.
@@ -314,8 +391,7 @@ void ProcessRun::settle_pending() {
   if (Clock::now() - since < kReasonPatience) return;
   const std::string refusal = find_refusal();
   if (!refusal.empty()) return fail(refusal);
-  fail(end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) +
-       " at step " + std::to_string(monitor_->find_step_of_end(end.role)));
+  fail(describe_end_of(end));
 }
 
 void ProcessRun::fail(const std::string& failure) {
@@ -346,6 +422,7 @@ void ProcessRun::end_all() {
   auto alone_since = Clock::time_point::max();
   while (children_.any_running()) {
     bus_->spin(std::chrono::milliseconds(5));
+    look_at_remotes();
     while (children_.take_ended()) {
     }
     const auto waited = Clock::now() - begin;
