@@ -5,8 +5,13 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <atomic>
+#include <deque>
 #include <filesystem>
+#include <thread>
+#include <vector>
 
+#include "common/base/parallel_for.h"
 #include "common/multibody/kinematics.h"
 #include "servers/collision_checker/collision_world.h"
 #include "servers/dynamics/simulator.h"
@@ -110,24 +115,111 @@ mjModel* load_mujoco(const std::string& xml, char* error, int size) {
   return model;
 }
 
+// MuJoCo's options: those of servers/mujoco_dynamics (elliptic cones, implicit integrator, nearest to ours); its defaults
+// (pyramids, Newton, semi-implicit Euler); and its defaults with a single iteration of the solver, the fastest of all.
+enum MujocoOptions { kAsServer, kDefault, kFewest };
+
+void set_options(MujocoOptions options, mjModel* model) {
+  if (options == kAsServer) return;
+  const double time_step = model->opt.timestep;
+  mj_defaultOption(&model->opt);
+  model->opt.timestep = time_step;
+  if (options != kFewest) return;
+  model->opt.iterations = 1;
+}
+
 // The same robot and scenario, its soles' spheres on a plane, as servers/mujoco_dynamics writes it.
-void mujoco_step(benchmark::State& loop) {
+mjModel* load_mujoco(benchmark::State& loop, MujocoOptions options, double* height) {
   Scenario scenario;
   RobotDescription robot;
-  if (!load(loop, &scenario, &robot)) return;
+  if (!load(loop, &scenario, &robot)) return nullptr;
   char error[1000] = "";
   mjModel* model = load_mujoco(make_mjcf(robot, scenario), error, sizeof error);
-  if (!model) return loop.SkipWithError(error);
+  if (!model) loop.SkipWithError(error);
+  if (model) set_options(options, model);
+  *height = scenario.initial_position.z();
+  return model;
+}
+
+mjData* make_settled(const mjModel* model, double height) {
   mjData* data = mj_makeData(model);
-  data->qpos[2] = scenario.initial_position.z();
+  data->qpos[2] = height;
   for (int i = 0; i < 500; ++i) mj_step(model, data);  // its actuators are the same servo, reference 0
+  return data;
+}
+
+void mujoco_step(benchmark::State& loop) {
+  double height = 0.0;
+  mjModel* model = load_mujoco(loop, static_cast<MujocoOptions>(loop.range(0)), &height);
+  if (!model) return;
+  mjData* data = make_settled(model, height);
   for (auto _ : loop) mj_step(model, data);
   loop.counters["contacts"] = data->ncon;
   loop.counters["height"] = data->qpos[2];
   mj_deleteData(data);
   mj_deleteModel(model);
 }
-BENCHMARK(mujoco_step);
+BENCHMARK(mujoco_step)->Arg(kAsServer)->Arg(kDefault)->Arg(kFewest);
+
+// ---- many robots in one process: each stands, with its own state; search and step, a slice of time for one robot after
+// the other, as a rollout does. Figures are per second of processor, so that others on the machine count little.
+
+constexpr int kRobots = 1000, kSlice = 10;
+
+int find_cores() { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+
+void count_steps(benchmark::State& loop) {
+  loop.counters["robot_steps"] = benchmark::Counter(static_cast<double>(loop.iterations()) * kRobots * kSlice, benchmark::Counter::kIsRate);
+  loop.counters["robots"] = kRobots;
+  loop.counters["threads"] = find_cores();
+}
+
+void our_batch(benchmark::State& loop) {
+  Scenario scenario;
+  RobotDescription robot;
+  if (!load(loop, &scenario, &robot)) return;
+  Simulator settled(robot, scenario);
+  JointCommand command;
+  command.q = settled.state().q;
+  std::deque<CollisionWorld> worlds;
+  for (int i = 0; i < find_cores(); ++i) worlds.emplace_back(robot, scenario);
+  for (int i = 0; i < 500; ++i) {
+    if (settled.step(worlds[0].calc_contacts(settled.state()), command) != StepStatus::kOk) return loop.SkipWithError("settling");
+  }
+  std::vector<Simulator> robots(kRobots, settled);
+  std::atomic<bool> good{true};
+  for (auto _ : loop) {
+    parallel_for(find_cores(), kRobots, [&](int i, int thread) {
+      Simulator& mine = robots[static_cast<size_t>(i)];
+      CollisionWorld& world = worlds[static_cast<size_t>(thread)];
+      for (int k = 0; k < kSlice; ++k) {
+        if (mine.step(world.calc_contacts(mine.state()), command) != StepStatus::kOk) good = false;
+      }
+    });
+  }
+  if (!good) return loop.SkipWithError("a robot failed");
+  count_steps(loop);
+}
+BENCHMARK(our_batch)->MeasureProcessCPUTime();
+
+void mujoco_batch(benchmark::State& loop) {
+  double height = 0.0;
+  mjModel* model = load_mujoco(loop, static_cast<MujocoOptions>(loop.range(0)), &height);
+  if (!model) return;
+  mjData* settled = make_settled(model, height);
+  std::vector<mjData*> robots(kRobots);
+  for (mjData*& data : robots) data = mj_copyData(nullptr, model, settled);
+  for (auto _ : loop) {
+    parallel_for(find_cores(), kRobots, [&](int i) {
+      for (int k = 0; k < kSlice; ++k) mj_step(model, robots[static_cast<size_t>(i)]);
+    });
+  }
+  for (mjData* data : robots) mj_deleteData(data);
+  mj_deleteData(settled);
+  mj_deleteModel(model);
+  count_steps(loop);
+}
+BENCHMARK(mujoco_batch)->Arg(kAsServer)->Arg(kDefault)->Arg(kFewest)->MeasureProcessCPUTime();
 
 }  // namespace
 }  // namespace hrp

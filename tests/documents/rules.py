@@ -60,6 +60,8 @@ RULES = [
     # A minute of robot motions; paper_b_test and identify_foot_test run it.
     Rule(r"scripts/identify_foot\.sh", RUNS, change=((r"$", " --help"),)),
     Rule(r"scripts/sweep\.sh .*", RUNS),
+    # Minutes of figures without pass or fail; benchmark_table_test checks what is made of them.
+    Rule(r"scripts/benchmark\.sh", RUNS, change=((r"$", " --help"),)),
     Rule(r"scripts/diagnosis/make_bag\.py .*", RUNS),
     Rule(r"scripts/diagnose\.sh( .*)?", RUNS, change=((r"EXPERIMENT\.yaml", "experiment/experiment.yaml"), (r"\bDIR\b", "diagnosed"))),
 ]
