@@ -134,6 +134,7 @@ struct FakeRunOptions {
   double fault_at_q = 0.0;
   std::function<void(const msg::RobotState&, Publisher<msg::RunControl>&)> on_state;
   std::string token;                                        // of the run
+  std::function<std::shared_ptr<Bus>(MemoryBus&)> network;  // what the servers see in place of the bus
   std::function<std::shared_ptr<void>(Bus&)> join;          // makes somebody else's ends, kept as long as the bus
 };
 
@@ -151,7 +152,8 @@ inline FakeRunResult run_fake_set(const FakeRunOptions& options) {
         result.states.push_back(m);
         if (options.on_state) options.on_state(m, control);
       });
-  const auto context = [&](const char* role) { return NodeContext{&bus, role, "fake", options.token}; };
+  const std::shared_ptr<Bus> network = options.network ? options.network(bus) : nullptr;
+  const auto context = [&](const char* role) { return NodeContext{network ? network.get() : &bus, role, "fake", options.token}; };
   SchedulerOptions scheduling;
   scheduling.roles = {"dynamics"};
   SchedulerNode scheduler(context("scheduler"), scheduling, -1.0);
