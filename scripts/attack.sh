@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# scripts/attack.sh [KIND ...] [--tries N] [--seed S] [--out FILE.csv]
+#
+# Attacks runs of the server set at random moments, on both DDS vendors and their mixes, and prints a table. A try fails
+# when the run hangs, ends without its cause, leaves a process behind, or loses steps of the log that it should have.
+#
+#   kill       a server dies (SIGKILL)
+#   stop       a server stands still for up to half a second; the run must end with the bits of an undisturbed one
+#   launcher   the launcher dies; its servers must follow
+#   disk       the log may not grow beyond a random size
+#
+#   --tries N  of each kind, default 25
+#   --seed S   default 1
+#   --out FILE a row for each try
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+[ -x "$BUILD/bin/hrp-simulate" ] || "$ROOT/scripts/build.sh" >&2
+exec python3 "$ROOT/scripts/robustness/attack.py" "$BUILD/bin" "$ROOT/models/scenarios/hrp2p_stand.yaml" "$@"

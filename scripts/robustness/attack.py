@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Attacks runs of the server set; scripts/attack.sh says how to call it."""
+import argparse
+import csv
+import os
+import random
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+SERVERS = {"hrp-scheduler": "scheduler", "hrp-logger": "logger", "hrp-dynamics": "dynamics",
+           "hrp-collision-checker": "collision_checker", "hrp-controller": "controller",
+           "hrp-model-parser": "model_parser"}
+DURATION = 2.0       # [s] simulated
+LONGEST = 90.0       # [s] a run may take on a loaded machine before it hangs
+LOST_AT_MOST = 32    # steps that are not in the log when the logger dies
+GRACE = 15.0         # [s] until servers without a launcher are gone
+
+
+def list_children(pid):
+    try:
+        with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+            return [int(word) for word in file.read().split()]
+    except OSError:
+        return []
+
+
+def find_program(pid):
+    """Name of the program without its folder; empty when it is gone."""
+    try:
+        with open(f"/proc/{pid}/cmdline", "rb") as file:
+            return os.path.basename(file.read().split(b"\0")[0].decode())
+    except OSError:
+        return ""
+
+
+def is_there(pid):
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+class Run:
+    """A run of the server set, started with its log in `folder`."""
+
+    def __init__(self, bin_folder, scenario, folder, options, file_limit=None):
+        self.bin = bin_folder
+        self.log = os.path.join(folder, "run.mcap")
+        self.start = time.monotonic()
+        command = [os.path.join(bin_folder, "hrp-simulate"), scenario, "--duration", str(DURATION), "--log", self.log,
+                   "--force", "--no-plot", "--quiet"] + options
+
+        def limit():
+            if file_limit is not None:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit, file_limit))
+
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=limit)
+        self.output = ""
+
+    def servers(self):
+        return {SERVERS[find_program(p)]: p for p in list_children(self.process.pid) if find_program(p) in SERVERS}
+
+    def wait_for_servers(self):
+        while self.process.poll() is None and len(self.servers()) < len(SERVERS):
+            if time.monotonic() - self.start > LONGEST:
+                break
+            time.sleep(0.002)
+        return self.servers()
+
+    def finish(self):
+        """False when it hangs; it is gone then."""
+        try:
+            self.output, _ = self.process.communicate(timeout=LONGEST)
+            return True
+        except subprocess.TimeoutExpired:
+            for pid in list(self.servers().values()) + [self.process.pid]:
+                os.kill(pid, signal.SIGKILL)
+            self.output, _ = self.process.communicate()
+            return False
+
+    def read_log(self):
+        """Last step in the log, None where it cannot be read."""
+        info = subprocess.run([os.path.join(self.bin, "hrp-log"), "info", self.log], capture_output=True, text=True)
+        found = re.search(r"hrp/robot_state +\S+ +\d+ +\S+ +\d+ +(\d+)", info.stdout)
+        return int(found.group(1)) if found else None
+
+    def hash(self):
+        found = re.search(r"state hash (\w+)", self.output)
+        return found.group(1) if found else ""
+
+    def step_of_end(self):
+        """The step at which the launcher says that the run ended, None where it does not say."""
+        found = re.search(r"\(at step (\d+)\)", self.output)
+        return int(found.group(1)) if found else None
+
+
+def draw_vendors(draw):
+    """Options for Cyclone, Fast, or a mix."""
+    kind = draw.choice(["cyclone", "fast", "mix"])
+    if kind != "mix":
+        return kind, ["--dds", kind]
+    chosen = draw.sample(sorted(SERVERS.values()), 2)
+    return kind, [word for role in chosen for word in ("--dds-for", f"{role}=fast")]
+
+
+def send(pid, number):
+    try:
+        os.kill(pid, number)
+        return True
+    except ProcessLookupError:
+        return False
+
+
+class Attacker:
+    def __init__(self, bin_folder, scenario, seed):
+        self.bin, self.scenario = bin_folder, scenario
+        self.draw = random.Random(seed)
+        self.undisturbed = None
+
+    def run(self, kind):
+        """(what was done, complaint or "")"""
+        vendor, options = draw_vendors(self.draw)
+        with tempfile.TemporaryDirectory(prefix="hrp-attack-") as folder:
+            what, complaint = getattr(self, kind)(folder, options)
+        return f"{vendor}: {what}", complaint
+
+    def find_undisturbed(self):
+        """Hash of a run that nobody attacks, and how long it takes [s]."""
+        if self.undisturbed is None:
+            with tempfile.TemporaryDirectory(prefix="hrp-attack-") as folder:
+                run = Run(self.bin, self.scenario, folder, [])
+                if not run.finish() or run.process.returncode != 0:
+                    sys.exit(f"attack.py: a run that nobody attacks fails:\n{run.output}")
+                self.undisturbed = run.hash(), time.monotonic() - run.start
+        return self.undisturbed
+
+    def draw_moment(self):
+        time.sleep(self.draw.uniform(0.0, 1.2 * self.find_undisturbed()[1]))
+
+    def pick(self, run):
+        servers = run.wait_for_servers()
+        role = self.draw.choice(sorted(SERVERS.values()))
+        self.draw_moment()
+        return role, servers.get(role)
+
+    def judge_end(self, run, role, hit):
+        """Of a run in which a server died."""
+        if not run.finish():
+            return "it hangs"
+        if run.process.returncode == 0:
+            return "" if run.hash() == self.find_undisturbed()[0] else "status 0 with another hash"
+        if not hit:
+            return f"failed by itself: {run.output.strip()[-200:]}"
+        if role not in run.output and f"hrp-{role}".replace("_", "-") not in run.output:
+            return f"does not name {role}: {run.output.strip()[-200:]}"
+        last, end = run.read_log(), run.step_of_end()
+        if os.path.exists(run.log) and last is None and end:
+            return "the log cannot be read"
+        if last is not None and end is not None and end - last > LOST_AT_MOST:
+            return f"the log ends {end - last} steps early"
+        return ""
+
+    def kill(self, folder, options):
+        run = Run(self.bin, self.scenario, folder, options)
+        role, pid = self.pick(run)
+        hit = pid is not None and send(pid, signal.SIGKILL)
+        return f"SIGKILL to {role}", self.judge_end(run, role, hit)
+
+    def stop(self, folder, options):
+        run = Run(self.bin, self.scenario, folder, options)
+        role, pid = self.pick(run)
+        pause = self.draw.uniform(0.0, 0.5)
+        if pid is not None and send(pid, signal.SIGSTOP):
+            time.sleep(pause)
+            send(pid, signal.SIGCONT)
+        what = f"{role} stands still for {pause:.2f} s"
+        if not run.finish():
+            return what, "it hangs"
+        same = run.process.returncode == 0 and run.hash() == self.find_undisturbed()[0]
+        return what, "" if same else f"status {run.process.returncode}, hash {run.hash()}: {run.output.strip()[-200:]}"
+
+    def launcher(self, folder, options):
+        run = Run(self.bin, self.scenario, folder, options)
+        if self.draw.random() < 0.5:
+            run.wait_for_servers()
+        self.draw_moment()
+        left = list_children(run.process.pid)
+        send(run.process.pid, signal.SIGKILL)
+        run.process.communicate()
+        end = time.monotonic() + GRACE
+        while any(is_there(p) and find_program(p) in SERVERS for p in left) and time.monotonic() < end:
+            time.sleep(0.01)
+        orphans = [find_program(p) for p in left if is_there(p) and find_program(p) in SERVERS]
+        return "SIGKILL to the launcher", f"left behind: {' '.join(orphans)}" if orphans else ""
+
+    def disk(self, folder, options):
+        size = self.draw.randrange(0, 1500000)
+        run = Run(self.bin, self.scenario, folder, options, file_limit=size)
+        what = f"the log may have {size} bytes"
+        if not run.finish():
+            return what, "it hangs"
+        if run.process.returncode == 0:
+            return what, "status 0"
+        if "run.mcap" not in run.output:
+            return what, f"does not name the log: {run.output.strip()[-200:]}"
+        said = re.search(r"ends with step (\d+)", run.output)
+        last = run.read_log()
+        if said and last != int(said.group(1)):
+            return what, f"says step {said.group(1)}, the log ends with {last}"
+        return what, ""
+
+
+def show_progress(kind, done, tries, failures, start):
+    left = (time.monotonic() - start) / done * (tries - done)
+    text = f"{kind}: {done} of {tries}, {failures} failed, about {left:.0f} s left"
+    sys.stderr.write(f"\r\x1b[K{text}" if sys.stderr.isatty() else "")
+    sys.stderr.flush()
+
+
+def attack(attacker, kind, tries, rows):
+    failures, start = 0, time.monotonic()
+    for i in range(tries):
+        what, complaint = attacker.run(kind)
+        rows.append({"kind": kind, "try": i + 1, "what": what, "failed": complaint})
+        if complaint:
+            failures += 1
+            print(f"{kind} {i + 1}: {what}: {complaint}", file=sys.stderr)
+        show_progress(kind, i + 1, tries, failures, start)
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")
+    print(f"| {kind} | {tries} | {failures} | {time.monotonic() - start:.0f} |", flush=True)
+    return failures
+
+
+def main():
+    kinds = ["kill", "stop", "launcher", "disk"]
+    parser = argparse.ArgumentParser(prog="attack.sh")
+    parser.add_argument("bin")
+    parser.add_argument("scenario")
+    parser.add_argument("kind", nargs="*", choices=[[], *kinds], default=[])
+    parser.add_argument("--tries", type=int, default=25)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out")
+    options = parser.parse_args()
+    attacker, rows = Attacker(options.bin, options.scenario, options.seed), []
+    print("| attack | tries | failures | seconds |\n|---|---|---|---|")
+    failures = sum(attack(attacker, kind, options.tries, rows) for kind in options.kind or kinds)
+    if options.out:
+        with open(options.out, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, fieldnames=["kind", "try", "what", "failed"])
+            writer.writeheader()
+            writer.writerows(rows)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
