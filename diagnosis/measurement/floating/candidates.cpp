@@ -70,6 +70,7 @@ class Lister {
     Candidate& moved = add("com_error", where, l, {});
     for (int a = 0; a < 3; ++a) moved.terms.push_back({{at_.link(l, 1 + a), own.mass}});
     moved.vector = true, moved.center = c, moved.extent = find_extent(l);
+    moved = make_moved(moved, at_, Vector3d::Zero());
   }
 
   void add_joint(int j) {
@@ -239,20 +240,39 @@ std::vector<Candidate> list_candidates(const LeggedLog& log, const Contacts& con
   return Lister(log, contacts, layout).run();
 }
 
-// I = m (c.c 1 - c c^T) is of first degree in (m, m c): I = m dI/dm + m c . dI/d(m c), dI/dm = -(c.c 1 - c c^T),
-// dI/d(m c_i) = 2 c_i 1 - e_i c^T - c e_i^T.
+namespace {
+
+// Adds `scale` times a change of a link's inertia about its origin to terms.
+void add_inertia(const ColumnLayout& layout, int link, const Matrix3d& I, double scale, Terms* terms) {
+  const double values[] = {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
+  for (int p = 0; p < 6; ++p) terms->emplace_back(layout.link(link, 4 + p), scale * values[p]);
+}
+
+// Of c.c 1 - c c^T by c along axis i, twice that of a half: 2 c_i 1 - e_i c^T - c e_i^T.
+Matrix3d calc_inertia_slope(const Vector3d& c, int i) {
+  const Vector3d e = Vector3d::Unit(i);
+  return 2 * c(i) * Matrix3d::Identity() - e * c.transpose() - c * e.transpose();
+}
+
+}  // namespace
+
+// I = m (c.c 1 - c c^T) is of first degree in (m, m c): I = m dI/dm + m c . dI/d(m c), dI/dm = -(c.c 1 - c c^T).
 Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const Vector3d& c) {
   Candidate out = payload;
-  const int first = kLinkColumns * payload.place;
-  const auto put = [&](size_t coefficient, const Matrix3d& I) {
-    const double values[] = {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
-    for (int p = 0; p < 6; ++p) out.terms[coefficient].emplace_back(layout.link(0, 0) + first + 4 + p, values[p]);
-  };
   for (Terms& t : out.terms) t.resize(1);
-  put(0, -(c.squaredNorm() * Matrix3d::Identity() - c * c.transpose()));
+  const Matrix3d by_mass = c * c.transpose() - c.squaredNorm() * Matrix3d::Identity();
+  add_inertia(layout, payload.place, by_mass, 1, &out.terms[0]);
+  for (int i = 0; i < 3; ++i) add_inertia(layout, payload.place, calc_inertia_slope(c, i), 1, &out.terms[static_cast<size_t>(i) + 1]);
+  return out;
+}
+
+// I(c + d) - I(c) = m d . slope at c + d / 2: of second degree in c, so this is exact.
+Candidate make_moved(const Candidate& com_error, const ColumnLayout& layout, const Vector3d& offset) {
+  Candidate out = com_error;
   for (int i = 0; i < 3; ++i) {
-    const Vector3d e = Vector3d::Unit(i);
-    put(static_cast<size_t>(i) + 1, 2 * c(i) * Matrix3d::Identity() - e * c.transpose() - c * e.transpose());
+    Terms& t = out.terms[static_cast<size_t>(i)];
+    t.resize(1);
+    add_inertia(layout, com_error.place, calc_inertia_slope(com_error.center + 0.5 * offset, i), t[0].second, &t);
   }
   return out;
 }

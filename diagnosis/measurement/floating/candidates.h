@@ -32,6 +32,10 @@ std::vector<Candidate> list_candidates(const LeggedLog& log, const Contacts& con
 // A load is a point: its inertia follows from mass and place. Adds the terms for a load at `place` [m] in its link.
 Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const Vector3d& place);
 
+// A link's mass that lies elsewhere turns about its origin otherwise, too: the terms about a mass moved by `offset` [m].
+// Its inertia about its own centre stays.
+Candidate make_moved(const Candidate& com_error, const ColumnLayout& layout, const Vector3d& offset);
+
 // Parameters as the report has them.
 std::vector<Estimate> make_estimates(const Candidate& candidate, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
 

@@ -26,15 +26,19 @@ constexpr double kLong = 4.0;        // [s] over which the mean vertical acceler
 constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
 constexpr double kWay = 0.3;         // [m] that a foot must have gone from its middle to tell a slope
 constexpr double kRaised = 0.002;    // [m] by which an edge may lift a foot that lies flat: soles are no flatter
-constexpr double kSlip = 0.03;       // [m/s] of a foot that slides
+constexpr double kSlip = 0.02;       // [m/s] of a foot that slides
+constexpr double kStuck = 0.5;       // of this: a foot that holds
 constexpr double kSettled = 0.1;     // [s]
 constexpr double kLying = 0.88;      // cosine of the base's tilt (28 degrees) beyond which it falls
 constexpr double kFalling = 1.0;     // [s] that it has been falling by then
 constexpr size_t kSlips = 20;        // samples
 constexpr double kSameGround = 0.25; // by which recordings may differ in it
 constexpr double kMoreHeld = 1.3;    // of the sliding feet's ratio, in more than
-constexpr double kBeyond = 0.02;     // of the samples of loaded feet: then they slide for another reason
-constexpr double kBearing = 0.2;     // share of the weight that a foot must carry to be judged
+constexpr double kBeyond = 0.02;     // of the samples of feet that hold: then they slide for another reason
+constexpr double kBreak = 5;         // how sharply ratios must break off at the limit: an exponential tail has 1, a normal one less than 3
+constexpr double kClose = 0.25;      // of the limit to which it must be told
+constexpr double kAtLimit = 0.05;    // share of loaded feet that must be at the limit
+constexpr double kBearing = 0.5;     // share of the weight that a foot must carry: below, chatter is much of its force
 
 std::string format(const char* pattern, double a, double b = 0, double c = 0, double d = 0) {
   char text[240];
@@ -413,7 +417,8 @@ class Checker {
     for (size_t c = 0; c < log_.clips.size(); ++c) {
       const Clip& clip = log_.clips[c];
       BodyMotion motion(log_, clip);
-      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += 2) {
+      const size_t end = std::min(clip.size() - clip.edge, find_fall(clip));
+      for (size_t k = clip.edge; k < end; k += 2) {
         bool updated = false;
         for (size_t f = 0; f < log_.feet.size(); ++f) {
           const Foot& foot = log_.feet[f];
@@ -425,7 +430,9 @@ class Checker {
       }
     }
     // The speed by a recorded pose has errors of its own: fast slides tell more, where there are any.
-    if (!add_slip(steps, 2 * kSlip)) add_slip(steps, kSlip);
+    for (const double slow : {3 * kSlip, 1.5 * kSlip, kSlip}) {
+      if (add_slip(steps, slow)) return;
+    }
   }
 
   // Of the sole along the ground [m/s]: the base's recorded motion and the encoders.
@@ -444,20 +451,18 @@ class Checker {
     Vector3d f;
     for (int i = 0; i < 3; ++i) f(i) = clip.force[6 * s + static_cast<size_t>(i)].value[k];
     const Matrix3d R = sensor.world ? Matrix3d::Identity() : Matrix3d(motion->find_attitude(k) * get_pose(motion->data(), sensor.link).R * sensor.X_LS.R);
-    f = R * f;
+    // The ground also bears what hangs below the sensor.
+    const Vector3d p = get_pose(motion->data(), sensor.link) * sensor.X_LS.p;
+    f = R * f + sensor.hangs * (motion->find_attitude(k) * calc_point_acceleration(motion->data(), sensor.link, p).tail<3>());
     return f.head<2>().norm() / std::max(1e-9, f.z());
   }
 
-  // The densest half of what sliding feet ask for, and half its width: a foot that turns as it slides, or begins to,
-  // feels less than the whole friction.
-  static std::pair<double, double> find_densest(std::vector<double> ratios) {
+  // What sliding feet ask for: three quarters of the way up, as a foot that turns while it slides, or begins to, feels
+  // less than the whole friction; with half the way from the middle to the highest, whose forces chatter, as its error.
+  static std::pair<double, double> find_limit(std::vector<double> ratios) {
     std::sort(ratios.begin(), ratios.end());
-    const size_t half = ratios.size() / 2;
-    size_t best = 0;
-    for (size_t i = 0; i + half < ratios.size(); ++i) {
-      if (ratios[i + half] - ratios[i] < ratios[best + half] - ratios[best]) best = i;
-    }
-    return {ratios[best + half / 2], 0.5 * (ratios[best + half] - ratios[best])};
+    const auto at = [&](double q) { return ratios[static_cast<size_t>(q * static_cast<double>(ratios.size() - 1))]; };
+    return {at(0.75), 0.5 * (at(0.95) - at(0.5))};
   }
 
   // Feet slide at the same share in two recordings at least (of one: there); a push or a fall is in one alone.
@@ -471,7 +476,7 @@ class Checker {
     size_t same = 0, other = 0;
     for (const auto& [r, ratios] : each) {
       if (ratios.size() < kSlips) continue;
-      const double here = find_densest(ratios).first;
+      const double here = find_limit(ratios).first;
       ++(std::abs(here - value) < kSameGround * value ? same : other);
     }
     return same >= std::min<size_t>(2, recordings.size()) && same > other;
@@ -484,11 +489,15 @@ class Checker {
       if (s.speed >= slow) ratios.push_back(s.ratio);
     }
     if (ratios.size() < kSlips) return false;
-    const auto [value, spread] = find_densest(ratios);
+    const auto [value, spread] = find_limit(ratios);
     const double nominal = log_.experiment->scenario.ground.friction;
-    if (spread > 0.2 * value || value > 0.95 * nominal || value < 0.02 || !is_same_ground(steps, slow, value)) return false;
-    const auto beyond = std::count_if(steps.begin(), steps.end(), [v = value](const Step& s) { return s.ratio > kMoreHeld * v; });
-    if (static_cast<double>(beyond) > kBeyond * static_cast<double>(steps.size())) return false;
+    std::vector<double> all;
+    for (const Step& s : steps) all.push_back(s.ratio);
+    size_t held = 0, beyond = 0;
+    for (const Step& s : steps) held += s.speed < kStuck * kSlip, beyond += s.speed < kStuck * kSlip && s.ratio > kMoreHeld * value;
+    if (calc_break(all, value) < kBreak || spread > kClose * value || value > 0.95 * nominal || value < 0.02) return false;
+    if (!is_same_ground(steps, slow, value)) return false;
+    if (static_cast<double>(beyond) > kBeyond * static_cast<double>(held)) return false;
     Finding f;
     f.effect = "ground_friction", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
     f.parameters = {make_one("coefficient", "1", value, spread)};
@@ -506,6 +515,15 @@ class Checker {
 };
 
 }  // namespace
+
+double calc_break(const std::vector<double>& ratios, double limit) {
+  const auto count = [&](double from, double to) {
+    return static_cast<double>(std::count_if(ratios.begin(), ratios.end(), [&](double r) { return r >= from * limit && r < to * limit; }));
+  };
+  const double at = count(0.85, 1.15);
+  if (at < kAtLimit * static_cast<double>(ratios.size())) return 0;
+  return at * at / (std::max(1.0, count(0.6, 0.85)) * std::max(1.0, count(1.15, 1.5)));
+}
 
 Consensus find_consensus(std::vector<double> values, double least) {
   Consensus out;

@@ -25,4 +25,9 @@ struct Consensus {
 };
 Consensus find_consensus(std::vector<double> values, double least);
 
+// How sharply side forces over normal forces break off at a limit. Friction cuts off what loaded feet would ask for: many
+// are at the limit, few beyond. Counts below, at and beyond it, in bins that grow alike, are n0 n1 n2; n1^2 / (n0 n2) is 1
+// where they fall off exponentially. 0: hardly any are there.
+double calc_break(const std::vector<double>& ratios, double limit);
+
 }  // namespace hrp::diagnosis::floating

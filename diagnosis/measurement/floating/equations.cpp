@@ -18,6 +18,7 @@ constexpr double kSpacing = 0.008; // [s] between the samples of a cell: finer o
 constexpr double kBlock = 0.5;     // [s] errors of blocks are independent
 constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
 constexpr double kLittle = 0.003;  // [m] times the weight: a torque that hardly holds teeth on one side
+constexpr double kScrape = 0.02;   // of the way from air to stance by which a reading may leave the air's
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed at which dry friction has its direction
 
 // A wrench on a link: [moment about p; force] in base axes.
@@ -187,6 +188,15 @@ class EquationMaker {
     }
   }
 
+  // Whether a foot's sensor feels more than the air: one that scrapes along bears what nobody measured in six axes.
+  bool touches(size_t foot, size_t k) const {
+    const int sensor = log_.feet[foot].sensor;
+    if (sensor < 0 || !contacts_.levels[static_cast<size_t>(sensor)].swings) return false;
+    const ForceLevels& level = contacts_.levels[static_cast<size_t>(sensor)];
+    const double force = calc_vertical_force(log_, *clip_, static_cast<size_t>(sensor), k);
+    return std::abs(force - level.air) > kScrape * (level.stance - level.air);
+  }
+
   // Whether a joint's torque can be compared now: no foot beyond it bears an unknown force.
   bool is_joint_known(int j, size_t k) const {
     for (size_t f = 0; f < log_.feet.size(); ++f) {
@@ -195,6 +205,7 @@ class EquationMaker {
       // What lands or lifts pushes a little before it counts as loaded.
       const size_t reach = clip_->edge, a = k > reach ? k - reach : 0, b = std::min(k + reach, clip_->size() - 1);
       if (contacts_.loaded[clip_index_][f][a] || contacts_.loaded[clip_index_][f][b]) return false;
+      if (touches(f, a) || touches(f, k) || touches(f, b)) return false;
     }
     for (const Foot& foot : log_.feet) {
       if (!is_above(j + 1, foot.link)) continue;

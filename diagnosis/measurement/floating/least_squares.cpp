@@ -135,26 +135,30 @@ double LeggedFitter::count_independent(Part part, size_t channel) const {
   return static_cast<double>(count(part, channel)) / memory_[channel];
 }
 
+// Rows that one error lasts for: one, and twice its correlations with those that follow.
+double LeggedFitter::calc_memory(size_t c, std::vector<double> r) const {
+  const ChannelRows& rows = channels()[c];
+  for (size_t i = 0; i < r.size(); ++i) r[i] *= std::sqrt(rows_[c][i]);
+  double zero = 1e-300, memory = 1;
+  for (double v : r) zero += v * v;
+  for (int lag = 1; lag <= kLags; ++lag) {
+    double sum = 0;
+    for (size_t i = static_cast<size_t>(lag); i < r.size(); ++i) {
+      if (rows.recording[i] == rows.recording[i - static_cast<size_t>(lag)]) sum += r[i] * r[i - static_cast<size_t>(lag)];
+    }
+    if (sum / zero < 0.05) break;
+    memory += 2 * sum / zero;
+  }
+  return memory;
+}
+
 void LeggedFitter::update_weights(const LeggedFit& so_far) {
   for (size_t c = 0; c < channels().size(); ++c) update_row_weights(c, calc_residuals(so_far, c));
   update_moments();
   const LeggedFit fit = this->fit(so_far.effects);
   for (size_t c = 0; c < channels().size(); ++c) {
-    std::vector<double> r = calc_residuals(fit, c);
-    const ChannelRows& rows = channels()[c];
-    for (size_t i = 0; i < r.size(); ++i) r[i] *= std::sqrt(rows_[c][i]);
-    double zero = 1e-300, memory = 1;
-    for (double v : r) zero += v * v;
-    for (int lag = 1; lag <= kLags; ++lag) {
-      double sum = 0;
-      for (size_t i = static_cast<size_t>(lag); i < r.size(); ++i) {
-        if (rows.recording[i] == rows.recording[i - static_cast<size_t>(lag)]) sum += r[i] * r[i - static_cast<size_t>(lag)];
-      }
-      if (sum / zero < 0.05) break;
-      memory += 2 * sum / zero;
-    }
-    memory_[c] = memory;
-    weight_[c] = 1 / (memory * (fit.mean_square[0][c] + floor(c)));
+    memory_[c] = calc_memory(c, calc_residuals(fit, c));
+    weight_[c] = 1 / (memory_[c] * (fit.mean_square[0][c] + floor(c)));
   }
 }
 
@@ -233,6 +237,15 @@ double LeggedFitter::calc_gain(Part part, size_t c, const LeggedFit& a, const Le
 double LeggedFitter::calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const {
   double sum = 0;
   for (size_t c = 0; c < channels().size(); ++c) sum += calc_gain(part, c, a, b);
+  return sum;
+}
+
+double LeggedFitter::calc_gain_after(const LeggedFit& a, const LeggedFit& b) const {
+  double sum = 0;
+  for (size_t c = 0; c < channels().size(); ++c) {
+    const double gain = calc_gain(Part::kTrain, c, a, b) + calc_gain(Part::kHeld, c, a, b);
+    if (gain != 0) sum += gain * memory_[c] / calc_memory(c, calc_residuals(b, c));
+  }
   return sum;
 }
 

@@ -51,6 +51,9 @@ class LeggedFitter {
   // n log of what is left in `a` over what is left in `b`, over all channels: how much better b is.
   double calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const;
   double calc_gain(Part part, size_t channel, const LeggedFit& a, const LeggedFit& b) const;
+  // The same over all rows, with as many independent rows as b's errors leave: what a lacks may be the same all the time,
+  // as a weight is, and one long error counts once; where b is right, nothing is left that remembers.
+  double calc_gain_after(const LeggedFit& a, const LeggedFit& b) const;
   // Of the coefficients: scatter of the scores of blocks (sandwich), of the fitted rows or of all.
   Eigen::MatrixXd calc_covariance(const LeggedFit& fit, bool all = false) const;
   // Of the coefficients: how far each moves where every equation errs by its exactness in line with that coefficient's
@@ -84,6 +87,7 @@ class LeggedFitter {
   std::vector<ChannelRows> channels_;
   std::vector<Moments> moments_[2];
   std::vector<size_t> counts_[2];
+  double calc_memory(size_t channel, std::vector<double> residuals) const;
   void update_moments();
   void update_row_weights(size_t channel, const std::vector<double>& residuals);
   void dampen_impacts(size_t channel, const std::vector<size_t>& bin);

@@ -68,6 +68,7 @@ class Searcher {
       }
       prune();
       exchange();
+      merge();
       prune();
     } while (drop_unsteady());
     do {
@@ -86,22 +87,26 @@ class Searcher {
     return a.where == b.where && a.place == b.place && find_family(a.effect) == find_family(b.effect);
   }
 
-  // Fits effects; loads have their inertia found along with their place.
+  // Fits effects. Loads and masses that lie elsewhere have their inertia found along with their place.
   LeggedFit fit(std::vector<Candidate> effects) const {
     LeggedFit out = fitter_.fit(effects);
     for (int round = 0; round < 4; ++round) {
       bool any = false;
-      for (size_t i = 0; i < effects.size(); ++i) {
-        if (effects[i].effect != "payload") continue;
-        const Eigen::VectorXd x = out.get(i);
-        const Vector3d c = x.tail<3>() / x(0);
-        if (!c.allFinite() || x(0) <= 0 || c.norm() > reach_) continue;
-        effects[i] = make_load(effects[i], layout_, c), any = true;
-      }
+      for (size_t i = 0; i < effects.size(); ++i) any = place_mass(out.get(i), &effects[i]) || any;
       if (!any) break;
       out = fitter_.fit(effects);
     }
     return out;
+  }
+
+  // False: the effect has no place, or none that can be.
+  bool place_mass(const Eigen::VectorXd& x, Candidate* effect) const {
+    if (effect->effect != "payload" && effect->effect != "com_error") return false;
+    const bool load = effect->effect == "payload";
+    const Vector3d at = load ? Vector3d(x.tail<3>() / x(0)) : Vector3d(x.head<3>());
+    if (!at.allFinite() || (load && x(0) <= 0) || at.norm() > reach_) return false;
+    *effect = load ? make_load(*effect, layout_, at) : make_moved(*effect, layout_, at);
+    return true;
   }
 
   bool are_sensible(const LeggedFit& f) const {
@@ -148,7 +153,8 @@ class Searcher {
     return std::sqrt(std::max(0.0, x.dot(own.ldlt().solve(x)))) > kDeviations + 1;
   }
 
-  std::vector<Trial> try_all(const LeggedFit& base) const {
+  // Each candidate beside what a fit has, as far as its values can be.
+  std::vector<Trial> try_each(const LeggedFit& base) const {
     std::vector<Trial> out;
     for (const Candidate& c : candidates_) {
       const bool there = std::any_of(base.effects.begin(), base.effects.end(), [&](const Candidate& e) {
@@ -162,7 +168,15 @@ class Searcher {
       if (!is_sensible(t.fit.effects.back(), t.fit.get(effects.size() - 1), reach_)) continue;
       t.gain = fitter_.calc_gain(Part::kTrain, base, t.fit) - calc_cost(c);
       t.held = fitter_.calc_gain(Part::kHeld, base, t.fit);
-      if (t.gain + calc_cost(c) > kTrainGain && t.held > kHeldGain && t.gain + t.held > 0) out.push_back(std::move(t));
+      out.push_back(std::move(t));
+    }
+    return out;
+  }
+
+  std::vector<Trial> try_all(const LeggedFit& base) const {
+    std::vector<Trial> out;
+    for (Trial& t : try_each(base)) {
+      if (t.gain + calc_cost(t.fit.effects.back()) > kTrainGain && t.held > kHeldGain && t.gain + t.held > 0) out.push_back(std::move(t));
     }
     std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.gain + a.held > b.gain + b.held; });
     return out;
@@ -178,16 +192,31 @@ class Searcher {
     out_.nominal = fitter_.fit({});
   }
 
-  bool add() {
-    for (const Trial& t : try_all(chosen_)) {
+  bool add() { return add_best(try_all(chosen_), kShare) || add_best(try_lasting(), kHalf); }
+
+  bool add_best(const std::vector<Trial>& trials, double least) {
+    for (const Trial& t : trials) {
       const size_t at = t.fit.effects.size() - 1, channel = find_main_channel(chosen_, t.fit);
-      if (calc_share(chosen_, t.fit, channel) < kShare || !is_significant(t.fit, at)) continue;
+      if (calc_share(chosen_, t.fit, channel) < least || !is_significant(t.fit, at)) continue;
       if (!is_worth(chosen_, t.fit, channel)) continue;
       if (say_) say_("gain " + std::to_string(std::lround(t.gain + t.held)) + " by " + t.fit.effects[at].effect + " at " + t.fit.effects[at].where.dump());
       settle(t.fit.effects);
       return true;
     }
     return false;
+  }
+
+  // What lacks all the time looks like few independent errors: those that take most of an equation's mismatch, by the
+  // errors that they leave.
+  std::vector<Trial> try_lasting() const {
+    std::vector<Trial> out;
+    for (Trial& t : try_each(chosen_)) {
+      if (t.held <= 0 || calc_share(chosen_, t.fit, find_main_channel(chosen_, t.fit)) < kHalf) continue;
+      t.held = 0, t.gain = fitter_.calc_gain_after(chosen_, t.fit) - calc_cost(t.fit.effects.back());
+      if (t.gain > 0) out.push_back(std::move(t));
+    }
+    std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.gain > b.gain; });
+    return out;
   }
 
   LeggedFit fit_without(size_t effect) const {
@@ -225,6 +254,30 @@ class Searcher {
       if (say_) say_("exchanged for " + trials[0].fit.effects.back().effect + " at " + trials[0].fit.effects.back().where.dump());
       settle(trials[0].fit.effects);
     }
+  }
+
+  // Two effects of one family, as masses at two links, that a single one does as well: that came first while neither was
+  // known to be there.
+  void merge() {
+    for (size_t i = 0; i < chosen_.effects.size(); ++i) {
+      for (size_t k = i + 1; k < chosen_.effects.size(); ++k) {
+        if (find_family(chosen_.effects[i].effect) == find_family(chosen_.effects[k].effect) && merge(i, k)) return merge();
+      }
+    }
+  }
+
+  bool merge(size_t first, size_t second) {
+    std::vector<Candidate> effects = chosen_.effects;
+    effects.erase(effects.begin() + static_cast<long>(second)), effects.erase(effects.begin() + static_cast<long>(first));
+    const LeggedFit rest = fit(effects);
+    const std::vector<Trial> trials = try_all(rest);
+    if (trials.empty()) return false;
+    const double costs = calc_cost(chosen_.effects[first]) + calc_cost(chosen_.effects[second]);
+    const double both = fitter_.calc_gain(Part::kTrain, rest, chosen_) + fitter_.calc_gain(Part::kHeld, rest, chosen_) - costs;
+    if (trials[0].gain + trials[0].held < both || !is_significant(trials[0].fit, effects.size())) return false;
+    if (say_) say_("one for two: " + trials[0].fit.effects.back().effect + " at " + trials[0].fit.effects.back().where.dump());
+    settle(trials[0].fit.effects);
+    return true;
   }
 
   // Robust errors, and what recordings and halves differ by: whether the effect may be none.

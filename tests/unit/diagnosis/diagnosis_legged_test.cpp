@@ -12,6 +12,8 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/measurement/floating/checks.h"
+#include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/least_squares.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/evidence/torque_findings.h"
@@ -60,6 +62,7 @@ struct Hidden {
   double rotor = 0;           // [kg m^2] there
   double every = 0;           // [N m] dry friction of every joint
   double force_scale = 1;     // of the left foot's sensor
+  double lower = 0;           // [m] by which the left thigh's centre of mass lies lower
 };
 
 // What is recorded beside encoders and IMU.
@@ -78,6 +81,7 @@ class Maker {
     for (const char* foot : {"l_foot", "r_foot"}) {  // below the sensors
       tree_.links[static_cast<size_t>(tree_.find_link(foot))].inertia = {1e-9, Vector3d::Zero(), 1e-12 * Matrix3d::Identity()};
     }
+    tree_.links[static_cast<size_t>(tree_.find_link("l_thigh"))].inertia.p_LLcm_L.z() -= hidden.lower;
     LinkInertia& pelvis = tree_.links[0].inertia;
     const Vector3d c = (pelvis.mass * pelvis.p_LLcm_L + hidden.load * hidden.place) / (pelvis.mass + hidden.load);
     const auto about = [&](double m, const Vector3d& p) {
@@ -232,6 +236,82 @@ TEST(Legged, RotorIsNamedInItsJoint) {
   ASSERT_EQ(e.findings.size(), 1u);
   EXPECT_EQ(e.findings[0].effect, "rotor_inertia");
   EXPECT_NEAR(e.findings[0].parameters[0].value[0], 0.2, 0.02);
+}
+
+// Its inertia about the hip grows by a third: without that in its column, a torque constant or a rotor stands in for it.
+TEST(Legged, MassThatLiesElsewhereAlsoTurnsOtherwise) {
+  Hidden hidden;
+  hidden.lower = 0.05;
+  const Evidence e = diagnose_biped(hidden);
+  ASSERT_EQ(e.findings.size(), 1u);
+  EXPECT_EQ(e.findings[0].effect, "com_error");
+  EXPECT_EQ(e.findings[0].where.at("link"), "l_thigh");
+  EXPECT_NEAR(e.findings[0].parameters[0].value[2], -0.05, 0.0025);  // 5 %: to which equations are exact here
+}
+
+// I = I_cm + m (c.c 1 - c c^T) by the parallel axes; the columns about the middle of the way give all of its change.
+TEST(LeggedColumns, InertiaOfAMassThatLiesElsewhereIsExact) {
+  const Experiment e = Maker({}, {}).run();
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  const ColumnLayout at(log);
+  const std::vector<Candidate> all = list_candidates(log, find_contacts(log), at);
+  const auto moved = std::find_if(all.begin(), all.end(), [](const Candidate& c) {
+    return c.effect == "com_error" && c.where.at("link") == "l_thigh";
+  });
+  ASSERT_NE(moved, all.end());
+  const Vector3d d(0.02, -0.03, 0.05), c = moved->center;
+  const Candidate exact = make_moved(*moved, at, d);
+  const double mass = 4;
+  const auto about = [&](const Vector3d& p) -> Matrix3d { return mass * (p.squaredNorm() * Matrix3d::Identity() - p * p.transpose()); };
+  const Matrix3d change = about(c + d) - about(c);
+  double xx = 0, yz = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    for (const auto& [column, factor] : exact.terms[i]) {
+      if (column == at.link(moved->place, 4)) xx += factor * d(static_cast<long>(i));
+      if (column == at.link(moved->place, 8)) yz += factor * d(static_cast<long>(i));
+    }
+  }
+  EXPECT_NEAR(xx, change(0, 0), 1e-12);  // rounding
+  EXPECT_NEAR(yz, change(1, 2), 1e-12);
+}
+
+// A lack that is the same all the time is one long error; counted so, nothing that explains it would ever be worth its name.
+TEST(LeggedFit, WhatLacksAllTheTimeCountsByTheErrorsThatItsCauseLeaves) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  RowTable even(1), odd(1);
+  for (RowTable* half : {&even, &odd}) {
+    half->add_channel({"weight", "/wrench/l/force", "N", "link", "pelvis"}, {0});
+    for (int i = 0; i < 600; ++i) {
+      half->begin_cell({0.04 * i, i < 400 ? 0 : 1, i / 12, 0, i < 400, 1, 1});
+      half->begin_row(0, 20 + 8 * normal(random), 400 + 40 * std::sin(0.1 * i)), half->add(0, 0, 1.0);
+      half->end_cell();
+    }
+    half->finish();
+  }
+  LeggedFitter fitter(merge_halves(even, odd), 1);
+  Candidate constant;
+  constant.effect = "sensor_bias", constant.terms = {{{0, 1.0}}};
+  const LeggedFit none = fitter.fit({}), with = fitter.fit({constant});
+  const double before = fitter.calc_gain(Part::kTrain, none, with) + fitter.calc_gain(Part::kHeld, none, with);
+  EXPECT_LT(before, 60);                                 // 600 rows count as some 20
+  EXPECT_GT(fitter.calc_gain_after(none, with), 300);    // they are 600: 600 log((20^2 + 8^2 / 2) / (8^2 / 2)) is 1500
+}
+
+// Friction cuts off what feet would ask for. Ratios that merely become rarer, as of a walk on rough ground, do not break off.
+TEST(LeggedChecks, SideForcesOfFeetThatSlideBreakOffAtTheFriction) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::exponential_distribution<double> exponential(1 / 0.04);
+  std::uniform_real_distribution<double> uniform(0, 0.2);
+  std::vector<double> cut, fading, bell;
+  for (int i = 0; i < 4000; ++i) {
+    cut.push_back(std::min(0.1, uniform(random)) * (1 + 0.04 * normal(random)));
+    fading.push_back(exponential(random)), bell.push_back(std::abs(0.06 + 0.03 * normal(random)));
+  }
+  EXPECT_GT(calc_break(cut, 0.1), 20);
+  EXPECT_LT(calc_break(fading, 0.1), 1.5);  // 1 but for the bins' widths
+  EXPECT_LT(calc_break(bell, 0.1), 3);      // at one and a half deviations
 }
 
 TEST(Legged, ScaleOfOneForceSensorIsNoMass) {
