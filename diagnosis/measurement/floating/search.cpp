@@ -211,7 +211,11 @@ class Searcher {
   std::vector<Trial> try_lasting() const {
     std::vector<Trial> out;
     for (Trial& t : try_each(chosen_)) {
-      if (t.held <= 0 || calc_share(chosen_, t.fit, find_main_channel(chosen_, t.fit)) < kHalf) continue;
+      const size_t channel = find_main_channel(chosen_, t.fit);
+      // Where one of them was not of one size, others would be tried in turn to no end. Soles lie a little askew all the time.
+      const std::string& kind = fitter_.channels()[channel].info.kind;
+      const bool tried = std::find(out_.unsteady.begin(), out_.unsteady.end(), channel) != out_.unsteady.end();
+      if (tried || kind.rfind("tilt", 0) == 0 || kind == "height" || t.held <= 0 || calc_share(chosen_, t.fit, channel) < kHalf) continue;
       t.held = 0, t.gain = fitter_.calc_gain_after(chosen_, t.fit) - calc_cost(t.fit.effects.back());
       if (t.gain > 0) out.push_back(std::move(t));
     }
