@@ -76,6 +76,18 @@ def print_rate(rows):
         print(f"{name} third: {(s1 - s0) / max(1e-9, t1 - t0):.0f} steps/s")
 
 
+def watch(launcher, options, start):
+    rows = []
+    while launcher.poll() is None:
+        time.sleep(options.every)
+        rows += look(launcher, options.bin, start)
+        if rows and rows[-1]["step"] != "" and sys.stderr.isatty():
+            done = rows[-1]["step"] / options.steps
+            left = (time.monotonic() - start) * (1 - done) / max(1e-9, done)
+            sys.stderr.write(f"\r\x1b[Kstep {rows[-1]['step']} of {options.steps}, about {left:.0f} s left")
+    return rows
+
+
 def main():
     parser = argparse.ArgumentParser(prog="soak.sh")
     parser.add_argument("bin")
@@ -85,16 +97,13 @@ def main():
     parser.add_argument("--every", type=float, default=5.0)
     parser.add_argument("--out")
     options = parser.parse_args()
-    rows, start = [], time.monotonic()
+    start = time.monotonic()
     launcher = subprocess.Popen([os.path.join(options.bin, "hrp-simulate"), options.scenario, "--duration", str(options.steps * STEP),
                                  "--dds", options.dds, "--log", "/dev/null", "--no-plot", "--quiet"], stdout=subprocess.DEVNULL)
-    while launcher.poll() is None:
-        time.sleep(options.every)
-        rows += look(launcher, options.bin, start)
-        if rows and rows[-1]["step"] != "" and sys.stderr.isatty():
-            done = rows[-1]["step"] / options.steps
-            left = (time.monotonic() - start) * (1 - done) / max(1e-9, done)
-            sys.stderr.write(f"\r\x1b[Kstep {rows[-1]['step']} of {options.steps}, about {left:.0f} s left")
+    try:
+        rows = watch(launcher, options, start)
+    finally:
+        launcher.terminate()
     rows = [row for row in rows if launcher.returncode == 0 and row["seconds"] < time.monotonic() - start]
     if launcher.returncode != 0:
         sys.exit(f"soak.sh: the run ended with status {launcher.returncode}")
