@@ -77,6 +77,17 @@ class Judge {
     return nullptr;
   }
 
+  // Of a wrong mass: load-dependent friction of the one joint that carries the link.
+  const GradedTerm* find_gear(const GradedTerm& mass) const {
+    if (mass.term.kind != TermKind::kMassError) return nullptr;
+    const LinkSpec& link = e_.robot.tree.links[static_cast<size_t>(mass.term.place)];
+    for (const GradedTerm& g : graded_) {
+      const bool carries = !g.term.whole && link.parent == 0 && e_.robot.tree.joint(g.term.place).name == link.joint.name;
+      if (g.term.kind == TermKind::kLoadDry && carries && g.named) return &g;
+    }
+    return nullptr;
+  }
+
   const GradedTerm* find_excess(const GradedTerm& level) const {
     for (const GradedTerm& g : graded_) {
       if (g.term.kind == TermKind::kStribeck && g.place.joint == level.place.joint && g.named) return &g;
@@ -98,7 +109,9 @@ class Judge {
       }
       if (g.term.kind == TermKind::kStribeck) continue;  // with its level
       const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
-      out->evidence.findings.push_back(make_finding(e_, g, excess, list_twins(*design_.data, g, excess)));
+      std::vector<Alternative> twins = list_twins(*design_.data, g, excess);
+      if (const GradedTerm* gear = find_gear(g)) twins.insert(twins.begin(), make_gear_twin(*design_.data, g, *gear));
+      out->evidence.findings.push_back(make_finding(e_, g, excess, twins));
       const bool of_drive = g.term.kind == TermKind::kRotor || g.term.kind == TermKind::kViscous ||
                             g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry ||
                             g.term.kind == TermKind::kBackdriven;

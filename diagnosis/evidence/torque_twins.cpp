@@ -62,6 +62,17 @@ std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& g,
   return twins;
 }
 
+double calc_backward_loss(double mu) { return 2.0 * mu / (1.0 + mu); }
+
+Alternative make_gear_twin(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction) {
+  const EffectInfo& gear = *find_effect("backdriving_friction");
+  const double mu = friction.parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu));
+  const double k = 1.0 / ((1.0 + mass.parameters[0]) * (1.0 + mu));
+  const std::string motion = "a known mass lifted: beside such a gear the torque constant is " + number(k, 3) + " times the stated one";
+  return {gear.name, get_family_name(gear.family), {{"joint", data.experiment->robot.tree.joint(friction.term.place).name}},
+          {{"ratio", "1", {calc_backward_loss(mu)}, {slope * friction.width[0]}, false}}, motion};
+}
+
 std::vector<Finding> make_log_findings(const Experiment& e, int joint, const ServoReading& log) {
   std::vector<Finding> list;
   const auto add = [&](EffectId id, const Estimate& estimate, const std::string& words) {

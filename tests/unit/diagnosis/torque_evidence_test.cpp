@@ -7,6 +7,7 @@
 
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque_twins.h"
 #include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/search/problem.h"
 #include "diagnosis/simulation/windows.h"
@@ -143,6 +144,27 @@ TEST(TorqueEvidence, AGearThatTheLoadHardlyTurnsIsNamedWithItsLossAndIsNoWrongMa
   for (const Finding& other : verdict.evidence.findings) {
     EXPECT_NE(other.family, get_family_name(EffectFamily::kMass)) << other.statement;
     EXPECT_NE(other.family, get_family_name(EffectFamily::kGain)) << other.statement;
+  }
+}
+
+// A wrong mass with load-dependent friction and a gear that the load hardly turns take the same torque both ways.
+TEST(TorqueEvidence, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
+  const double s = 0.54, mu = 0.37, r = calc_backward_loss(mu), k = 1.0 / (s * (1.0 + mu));
+  EXPECT_NEAR(s * (1.0 + mu), 1.0 / k, 1e-12);        // lifted
+  EXPECT_NEAR(s * (1.0 - mu), (1.0 - r) / k, 1e-12);  // lowered
+}
+
+// One link of nominal mass behind such a gear: slow motion cannot tell, so a wrong mass never stands without the gear.
+TEST(TorqueEvidence, OfARealServoAWrongMassIsListedWithItsGear) {
+  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/bam_xl330_kp100/experiment.yaml";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const TorqueVerdict verdict = judge_torque(load_experiment(path.string()), 1);
+  for (const Finding& f : verdict.evidence.findings) {
+    if (f.effect != "mass_error") continue;
+    EXPECT_EQ(f.grade, Grade::kAmbiguous);
+    ASSERT_FALSE(f.alternatives.empty());
+    EXPECT_EQ(f.alternatives[0].effect, "backdriving_friction");
+    EXPECT_NEAR(f.alternatives[0].parameters[0].value[0], 0.57, 0.1);  // 0.57 is what the same servo shows at kp 400
   }
 }
 
