@@ -203,7 +203,19 @@ class Launched(unittest.TestCase):
                 self.assertGreater(cable.passed, 100)
                 self.assertGreater(cable.lost, 0, "nothing was lost: the run was too short to show anything")
 
-    def test_cut_cable_ends_the_run_by_the_servers_name_and_the_log_is_whole(self):
+    def kill_a_launcher(self):
+        with Cable() as cable:
+            # The stand-in for ssh dies with the launcher, the server is its child: only standard input tells it.
+            reach = f"ip netns exec {cable.names['b']} \"$@\"; true"
+            process = self.start(cable, [SCENARIO, "--on", "controller=desk", "--duration", "60", "--realtime"], "killed.mcap", reach)
+            for line in process.stdout:
+                if line.startswith("running"):
+                    break
+            process.kill()
+            process.communicate(timeout=LIMIT)  # ends when the last process with this output has
+            return subprocess.run(["ip", "netns", "pids", cable.names["b"]], capture_output=True, text=True).stdout
+
+    def test_cut_cable_ends_the_run_by_name_and_a_killed_launcher_its_servers(self):
         with Cable() as first, Cable() as second:  # side by side, as each waits ten seconds
             runs = []
             for cable, vendor in ((first, "cyclone"), (second, "fast")):
@@ -214,6 +226,7 @@ class Launched(unittest.TestCase):
                     if line.startswith("running"):
                         break
                 cable.cut()
+            self.assertEqual(self.kill_a_launcher(), "", "processes that are left on the host")
             for _, vendor, process in runs:
                 status, said = self.finish(process)
                 self.assertEqual(status, 1, said)
@@ -257,18 +270,19 @@ class Launched(unittest.TestCase):
             self.check_refused(cable, self.write_hosts("dynamics desk port=3"), "'port=3' is none of address=")
             self.check_refused(cable, self.write_hosts("dynamics desk address=desk.invalid"), "no IPv4 address of 'desk.invalid'")
 
-    def test_server_ends_when_its_launcher_is_killed(self):
+    def test_secured_run_takes_the_identity_that_lies_on_the_host(self):
+        identities = self.folder / "identities"
+        made = subprocess.run([str(SOURCE / "scripts/secure.sh"), str(identities)], capture_output=True, text=True)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        there = self.folder / "there"
+        shutil.copytree(identities / "command", there)
         with Cable() as cable:
-            # The stand-in for ssh dies with the launcher, the server is its child: only standard input tells it.
-            reach = f"ip netns exec {cable.names['b']} \"$@\"; true"
-            process = self.start(cable, [SCENARIO, "--on", "controller=desk", "--duration", "60", "--realtime"], "killed.mcap", reach)
-            for line in process.stdout:
-                if line.startswith("running"):
-                    break
-            process.kill()
-            process.communicate(timeout=LIMIT)  # ends when the last process with this output has
-            left = subprocess.run(["ip", "netns", "pids", cable.names["b"]], capture_output=True, text=True).stdout.split()
-            self.assertEqual(left, [])
+            for vendor in ("cyclone", "fast"):
+                words = [SCENARIO, "--secure", str(identities), *self.write_hosts(f"controller desk secure={there}"), "--duration", "0.1", "--dds", vendor]
+                status, said = self.finish(self.start(cable, words, f"secure-{vendor}.mcap"))
+                self.assertEqual(status, 0, said)
+                self.assertNotIn("warning", said)
+                self.check_same(f"secure-{vendor}.mcap", "0.1")
 
 
 class SeveralMachines(unittest.TestCase):
