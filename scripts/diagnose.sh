@@ -63,7 +63,7 @@ name="$(basename "$folder")"
 : "${out:=$ROOT/logs/diagnosis/$name}"
 
 targets=(hrp-diagnose)
-[ -z "$rounds" ] || targets+=(hrp-simulate)
+[ -z "$rounds" ] || targets+=(hrp-simulate hrp-log)
 case "$again" in servers) targets+=(hrp_run_programs hrp-log) ;; mujoco) targets+=(hrp_run_programs hrp-dynamics-mujoco hrp-log) ;; process) targets+=(hrp-simulate hrp-log) ;; esac
 "$ROOT/scripts/build.sh" "${targets[@]}" >&2
 case " ${options[*]} " in

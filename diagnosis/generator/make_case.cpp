@@ -14,6 +14,8 @@ namespace {
 
 // An effect counts as present when some signal moves by this many noise deviations (rms).
 constexpr double kShows = 4.0;
+constexpr double kShortest = 1.0;  // [s] of a motion that was stopped: less tells nobody anything
+constexpr double kMonitor = 0.02;  // [s] before a joint has left its command, that the recording ends
 constexpr int kDraws = 200;  // of robot, effects and motion, before a case is given up
 
 bool is_dirty(const CaseRequest& request) { return request.family.find("dirty") != std::string::npos; }
@@ -285,6 +287,21 @@ Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, 
   return out;
 }
 
+// A monitor stops a motion that was played for somebody when a joint leaves its command: the recording ends there.
+void stop_where_joints_leave(Draft* draft) {
+  for (std::size_t i = 0; i < draft->recordings.size(); ++i) {
+    std::vector<double>& times = draft->times[i];
+    if (draft->recordings[i].motion != "next") continue;
+    try {
+      Reality(draft->robot, list_all(*draft)).run(draft->commands[i], times, draft->recordings[i].push);
+    } catch (const InsaneCase& insane) {
+      if (insane.time < kShortest) throw;
+      times.erase(std::lower_bound(times.begin(), times.end(), insane.time - kMonitor), times.end());
+      draft->recordings[i].motion = "next, stopped", draft->recordings[i].duration = times.back();
+    }
+  }
+}
+
 // Robot and hidden physics are those of the usual recordings, so that the effects are known to show in some motion.
 void change_recordings(Draft* draft, const CaseOptions& options, Prng random) {
   if (options.poor > 0) impoverish(draft, options.poor, random.fork(1));
@@ -292,6 +309,7 @@ void change_recordings(Draft* draft, const CaseOptions& options, Prng random) {
     play_multisines(draft, options.played, random.fork(2));
   else
     play(draft, options.played, random.fork(2));
+  if (!options.played.empty()) stop_where_joints_leave(draft);
 }
 
 }  // namespace

@@ -289,7 +289,7 @@ void Reality::Impl::check_sane(double t) const {
     const auto i = static_cast<std::size_t>(j);
     double c = 0, cd = 0;
     commands->find(j, t, c, cd);
-    if (std::abs(d->qpos[q_link[i]] - c) > 0.5) throw InsaneCase{joint(robot, j).name + " leaves its command"};
+    if (std::abs(d->qpos[q_link[i]] - c) > 0.5) throw InsaneCase{joint(robot, j).name + " leaves its command", t};
   }
   if (robot.floating && std::hypot(d->qpos[4], d->qpos[5]) > 0.15) throw InsaneCase{"falls"};
 }

@@ -30,6 +30,7 @@ struct Reading {
 // Thrown when a drawn case does not run sanely (falls, diverges); the caller draws another.
 struct InsaneCase {
   std::string why;
+  double time = 0.0;  // [s] when a joint left its command; 0 for other reasons
 };
 
 // The robot with everything hidden in it, on MuJoCo. MuJoCo computes the multibody dynamics, dry friction and contact;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/search/explore.h"
+#include "diagnosis/search/trial.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -45,10 +46,7 @@ Hypothesis without(const Hypothesis& hypothesis, size_t at) {
 }
 
 double find_margin(const Problem& problem, double cost) {
-  double count = 0.0;
-  for (size_t r = 0; r < problem.experiment->recordings.size(); ++r)
-    count += static_cast<double>(problem.experiment->recordings[r].size() * problem.weights.size());
-  return (kAlike - 1.0) * cost + 2.0 * kNats * std::max(1.0, cost / std::max(1.0, count));
+  return (kAlike - 1.0) * cost + 2.0 * kNats * std::max(1.0, cost / std::max(1.0, count_readings(problem)));
 }
 
 class Finder {
@@ -162,9 +160,18 @@ class Finder {
     const double most = std::max(list[0].cost, least + find_margin(problem_, least));
     std::vector<Explanation> kept{list[0]};
     for (size_t i = 1; i < list.size(); ++i) {
-      if (kept.size() < kMost && !list[i].hypothesis.empty() && (list[i].listed || list[i].cost <= most)) kept.push_back(list[i]);
+      if (kept.size() < kMost && !list[i].hypothesis.empty() && (list[i].listed || (list[i].cost <= most && !is_given_up(list[i], list[0])))) kept.push_back(list[i]);
     }
     list = kept;
+  }
+
+  // What is richer than the best and does not do better: the report takes the simpler one, whatever is recorded next.
+  bool is_given_up(const Explanation& rival, const Explanation& best) const {
+    const double readings = count_readings(problem_), unit = std::max(1.0, best.cost / std::max(1.0, readings));
+    const double dearer = std::min(0.0, rival.cost - best.cost) / unit + calc_own_price(rival.hypothesis, readings) - calc_own_price(best.hypothesis, readings);
+    const double more = static_cast<double>(count_parameters(rival.hypothesis)) - static_cast<double>(count_parameters(best.hypothesis));
+    const double odds = calc_odds(dearer, more);
+    return odds / (1.0 + odds) <= kListed;
   }
 
   double find_discrepancy() const {
@@ -181,6 +188,16 @@ class Finder {
 };
 
 }  // namespace
+
+double count_readings(const Problem& problem) {
+  double count = 0.0;
+  for (const Recording& r : problem.experiment->recordings) {
+    for (const JointColumns& joint : r.joints) {
+      for (const auto& signal : joint.signal) count += static_cast<double>(signal.size());
+    }
+  }
+  return count;
+}
 
 bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect) {
   const EffectInfo* info = find_effect(entry.value("effect", ""));

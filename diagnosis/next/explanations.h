@@ -24,6 +24,9 @@ struct Explanations {
   bool unseen = false;            // nothing was found; the others are what too weak a motion would hide
 };
 
+// Of all joints and recordings.
+double count_readings(const Problem& problem);
+
 // An effect as a report has it; false where no simulator knows it, or its place is not of this robot.
 bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect);
 

@@ -7,11 +7,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Mean square difference, over the noise, from which the search calls an explanation worse than noise: 1.2^2 - 1.
-constexpr double kVisible = 0.44;
 // A difference is foreseen to a factor of about e: values that it rests on are not known yet.
 constexpr double kForesight = 1.0;
-constexpr double kNats = 3.0;  // of evidence, from which a report takes a side
 
 double calc_normal_share(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
 
@@ -35,12 +32,13 @@ double calc_projected_power(const Comparison& comparison, const Eigen::MatrixXd&
   return std::clamp(comparison.power - taken, 0.0, comparison.power);
 }
 
-double calc_decision_probability(double left, double count, double discrepancy) {
-  if (!(left > 0.0) || !(count > 0.0)) return 0.0;
-  const double visible = left / count / (kVisible * discrepancy * discrepancy);
-  const double evidence = 0.5 * left / (discrepancy * discrepancy);
-  return calc_normal_share(std::log(visible) / kForesight) *
-         calc_normal_share((evidence - kNats) / std::sqrt(2.0 * evidence));
+double calc_decision_probability(double left, double needed, double discrepancy) {
+  if (needed <= 0.0) return 1.0;
+  if (!(left > 0.0)) return 0.0;
+  const double grown = left / (discrepancy * discrepancy);
+  // Noise changes the difference of two chi2 by 2 sqrt(grown) [standard deviation].
+  const double spread = std::hypot(kForesight, 2.0 / std::sqrt(grown));
+  return calc_normal_share(std::log(grown / needed) / spread);
 }
 
 Eigen::VectorXd calc_expected_std(const Eigen::MatrixXd& fisher, const Eigen::VectorXd& largest) {

@@ -21,9 +21,10 @@ struct Comparison {
 // are fitted again. `known` is the information of recordings that exist already.
 double calc_projected_power(const Comparison& comparison, const Eigen::MatrixXd& known);
 
-// Probability that the wrong explanation is given up. `left` as above; `discrepancy` >= 1 is the root mean square that
-// the best explanation leaves of recordings that exist, in noise deviations.
-double calc_decision_probability(double left, double count, double discrepancy);
+// Probability that a rival is given up: that its chi2 grows by more than `needed` over the noise. `left` as above;
+// `discrepancy` >= 1 is the root mean square that the best explanation leaves of recordings that exist, in noise
+// deviations. `needed` <= 0: it is given up whatever the motion shows.
+double calc_decision_probability(double left, double needed, double discrepancy);
 
 // Standard deviations of parameters from Fisher information; `largest` where there is none [each in its unit].
 Eigen::VectorXd calc_expected_std(const Eigen::MatrixXd& fisher, const Eigen::VectorXd& largest);

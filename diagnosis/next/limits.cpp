@@ -16,6 +16,9 @@ constexpr double kMargin = 0.05;     // of a joint's range that stays unused at 
 constexpr double kShare = 0.9;       // of speed and effort that is used
 constexpr double kReach = 1.0;       // [rad or m] from where the robot stands: further than that nobody expects
 constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may leave what was commanded where no limit is known
+// Efforts that nobody has seen yet are reached in steps: a drive may give less than its description says.
+constexpr double kGrow = 2.0;        // times the largest effort of the recordings,
+constexpr double kFirst = 0.5;       // or of the limit, whichever is more
 constexpr double kUnknownSpeed = 2.0;  // [rad/s] where nothing is stated: a slow industrial arm
 
 const JointColumns* find_columns(const Experiment& e, size_t joint) {
@@ -41,6 +44,16 @@ void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
       if (std::isfinite(q)) limits->lower = std::min(limits->lower, q), limits->upper = std::max(limits->upper, q);
     }
   }
+}
+
+double find_seen_effort(const Experiment& e, size_t joint) {
+  double most = 0.0;
+  for (const Recording& r : e.recordings) {
+    for (double effort : r.joints[joint].signal[static_cast<size_t>(Quantity::kEffort)]) {
+      if (std::isfinite(effort)) most = std::max(most, std::abs(effort));
+    }
+  }
+  return most;
 }
 
 double find_effort(const Experiment& e, const JointSpec& joint) {
@@ -71,6 +84,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
     remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " rad/s is taken");
   }
   limits.effort = find_effort(e, joint);
+  limits.effort = std::min(limits.effort, std::max(kGrow * find_seen_effort(e, j), kFirst * limits.effort));
   if (!std::isfinite(limits.effort)) remarks->push_back(joint.name + " has no effort limit: efforts are not checked");
   return limits;
 }

@@ -86,6 +86,13 @@ std::string make_intervals(const json& motion) {
   return "<table><tr><th>effect</th><th>value now</th><th>95 % interval now</th><th>expected after this motion</th></tr>" + rows + "</table>";
 }
 
+std::string make_stop(const json& motion) {
+  std::string text;
+  for (const auto& [joint, most] : html::get_object(motion, "stop").items())
+    text += (text.empty() ? "" : ", ") + escape(joint) + " " + format_number(most.get<double>(), 2);
+  return text.empty() ? "" : "<p class='small'>Stop the robot when a joint is further from its command than [rad or m]: " + text + ". No explanation goes that far. A recording that ends there is still of use.</p>";
+}
+
 std::string make_motion(const json& motion, const json& explanations, size_t number) {
   std::string joints;
   for (const json& joint : html::get_list(motion, "joints")) joints += (joints.empty() ? "" : ", ") + escape(joint.get<std::string>());
@@ -93,7 +100,7 @@ std::string make_motion(const json& motion, const json& explanations, size_t num
   return "<h2>" + std::to_string(number) + ". " + escape(html::get_text(motion, "sentence")) + "</h2><p>Play <code>" + escape(html::get_text(motion, "file")) +
          "</code> (" + format_number(html::get_number(motion, "seconds", 0.0), 3) + " s) and record it. Moving: " + joints + ". " +
          (held ? "Give this recording the role <code>validate</code>: nothing is fitted to it, it judges." : "Give this recording the role <code>train</code>.") + "</p>" +
-         make_overlay(html::get_object(motion, "overlay"), explanations) + make_expected(motion) + make_intervals(motion);
+         make_stop(motion) + make_overlay(html::get_object(motion, "overlay"), explanations) + make_expected(motion) + make_intervals(motion);
 }
 
 std::string make_list(const json& next, const char* key, const char* title) {

@@ -6,8 +6,10 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/next/candidate.h"
+#include "diagnosis/next/ends.h"
 #include "diagnosis/next/safety.h"
 #include "diagnosis/search/starts.h"
+#include "diagnosis/search/trial.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -22,6 +24,8 @@ constexpr double kSameFamily = 0.9;     // worth of a second motion of the same 
 constexpr double kSettled = 0.02;       // of a value: half an interval that asks for no more
 constexpr double kValues = 0.5;         // worth of halved intervals beside that of a certain decision
 constexpr double kQuantile = 1.96;
+constexpr double kStopFactor = 1.5;     // times what a joint is expected to leave its command by
+constexpr double kStopMore = 0.05;      // [rad or m] beside that: a robot that goes further has something that nobody thought of
 
 class Proposer {
  public:
@@ -129,8 +133,12 @@ class Proposer {
     next_.tried = static_cast<int>(plans.size());
   }
 
+  // By the search's own rule: a rival is listed no longer from so much on.
   double calc_probability(const Comparison& c, size_t rival) const {
-    return calc_decision_probability(calc_projected_power(c, known_[rival]), c.count, explanations_.discrepancy);
+    const Hypothesis &best = explanations_.list[0].hypothesis, &other = explanations_.list[rival].hypothesis;
+    const double readings = count_readings(problem_) + c.count;
+    const double needed = calc_dearer(kListed) - calc_own_price(other, readings) + calc_own_price(best, readings);
+    return calc_decision_probability(calc_projected_power(c, known_[rival]), needed, explanations_.discrepancy);
   }
 
   Eigen::VectorXd list_sizes() const {
@@ -175,14 +183,21 @@ class Proposer {
     return decided + kValues * narrowed;
   }
 
-  std::string find_fault(const Candidate& c) {
+  // Under the nominal model, every explanation, and every explanation with a value at an end of its interval.
+  std::string find_fault(const Candidate& c, std::vector<double>* leave) {
     const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis);
     if (!motion) return "the simulated robot leaves all bounds";
-    std::string fault = safety_.find_fault(*motion, {});
+    leave->assign(limits_.joints.size(), 0.0);
+    std::string fault = safety_.find_fault(*motion, {}, leave);
     if (!fault.empty()) return fault + " under the nominal model";
-    for (const Explanation& one : explanations_.list) {
-      fault = safety_.find_fault(*motion, one.hypothesis);
+    for (size_t i = 0; i < explanations_.list.size(); ++i) {
+      const Explanation& one = explanations_.list[i];
+      fault = safety_.find_fault(*motion, one.hypothesis, leave);
       if (!fault.empty()) return fault + " if it is " + one.label;
+      for (const Hypothesis& end : list_ends(one.hypothesis, known_[i])) {
+        fault = safety_.find_fault(*motion, end, leave);
+        if (!fault.empty()) return fault + " if it is " + one.label + " with a value at the end of its interval";
+      }
     }
     return "";
   }
@@ -203,13 +218,15 @@ class Proposer {
       if (best < 0) return;
       used[static_cast<size_t>(best)] = 1;
       const Candidate& chosen = candidates_[static_cast<size_t>(best)];
-      const std::string fault = find_fault(chosen);
+      std::vector<double> leave;
+      const std::string fault = find_fault(chosen, &leave);
       if (!fault.empty()) {
         next_.rejected.push_back(std::string(get_family_word(chosen.plan.family)) + ": " + fault);
         continue;
       }
       gained += chosen.comparisons[0].fisher;
       next_.proposals.push_back(make_proposal(chosen, most, gained));
+      for (double most_foreseen : leave) next_.proposals.back().stop.push_back(kStopFactor * most_foreseen + kStopMore);
     }
   }
 

@@ -48,6 +48,7 @@ struct Proposal {
   std::vector<ExpectedInterval> intervals;    // after this motion and those before it
   Overlay overlay;
   double worth = 0.0;
+  std::vector<double> stop;  // by joint [rad or m]: a robot whose joint is further from its command should stop
 };
 
 struct Next {

@@ -33,6 +33,14 @@ double find_lowest(const RobotDescription& robot, const Data& data) {
   return lowest;
 }
 
+void raise_to_distance(const Recording& recording, const std::vector<double>& readings, size_t first, std::vector<double>* leave) {
+  const size_t n = leave->size();
+  for (size_t k = first; k < recording.size(); ++k) {
+    for (size_t j = 0; j < n; ++j)
+      (*leave)[j] = std::max((*leave)[j], std::abs(readings[(k * n + j) * kQuantities] - recording.joints[j].command[k]));
+  }
+}
+
 }  // namespace
 
 Safety::Safety(const Experiment& experiment, const Limits& limits)
@@ -50,12 +58,13 @@ Safety::Safety(const Experiment& experiment, const Limits& limits)
   }
 }
 
-std::string Safety::find_fault(const TrialMotion& motion, const Hypothesis& hypothesis) {
+std::string Safety::find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave) {
   std::vector<double> readings;
   if (!simulate_trial(motion, hypothesis, &readings)) return "the simulated robot leaves all bounds";
   const size_t first = motion.problem.smooth[0].start, rows = motion.experiment.recordings[0].size();
   const std::string fault = find_joint_fault(readings, first, rows);
   const std::vector<double>& time = motion.experiment.recordings[0].time;
+  if (leave) raise_to_distance(motion.experiment.recordings[0], readings, first, leave);
   return fault.empty() ? find_contact(readings, first, rows, time[1] - time[0]) : fault;
 }
 

@@ -16,7 +16,8 @@ class Safety {
   Safety(const Experiment& experiment, const Limits& limits);
 
   // Empty when the robot keeps to all limits under this explanation, else what it does: "elbow reaches 1.62 rad".
-  std::string find_fault(const TrialMotion& motion, const Hypothesis& hypothesis);
+  // `leave`, if given: by joint [rad or m], raised to how far it is from its command at most.
+  std::string find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave = nullptr);
 
   // What is not checked, and why.
   const std::vector<std::string>& remarks() const { return remarks_; }

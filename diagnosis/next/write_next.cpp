@@ -33,7 +33,13 @@ std::string make_csv(const Experiment& e, const Commands& commands) {
   return text + "\n";
 }
 
-Json make_json(const Proposal& p) {
+Json make_stop(const Proposal& p, const std::vector<std::string>& joints) {
+  Json stop = Json::object();
+  for (size_t j = 0; j < p.stop.size(); ++j) stop[joints[j]] = round_to(p.stop[j], 3);
+  return stop;
+}
+
+Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
   Json expected = Json::array(), intervals = Json::array();
   for (const Expected& one : p.expected)
     expected.push_back({{"against", one.label}, {"probability", round_to(one.probability, 3)}, {"difference", round_to(one.difference, 3)}});
@@ -47,15 +53,16 @@ Json make_json(const Proposal& p) {
           {"seconds", round_to(p.plan.seconds, 4)},
           {"size", round_to(p.plan.size, 3)},
           {"joints", p.moving},
+          {"stop", make_stop(p, joints)},
           {"worth", round_to(p.worth, 3)},
           {"expected", expected},
           {"intervals", intervals},
           {"overlay", {{"signal", p.overlay.signal}, {"unit", p.overlay.unit}, {"time", p.overlay.time}, {"curves", p.overlay.curves}}}};
 }
 
-Json make_json(const Next& next) {
+Json make_json(const Next& next, const std::vector<std::string>& joints) {
   Json motions = Json::array();
-  for (const Proposal& p : next.proposals) motions.push_back(make_json(p));
+  for (const Proposal& p : next.proposals) motions.push_back(make_json(p, joints));
   return {{"schema", 1},
           {"nothing", next.nothing},
           {"unseen", next.unseen},
@@ -73,7 +80,9 @@ void write_next(const Experiment& experiment, const Next& next, const std::strin
   fs::remove_all(out);
   fs::create_directories(out);
   for (const Proposal& p : next.proposals) write_text(out / p.file, make_csv(experiment, p.commands));
-  const Json json = make_json(next);
+  std::vector<std::string> joints;
+  for (int j = 0; j < experiment.num_joints(); ++j) joints.push_back(experiment.robot.tree.joint(j).name);
+  const Json json = make_json(next, joints);
   write_text(out / "next.json", json.dump(1) + "\n");
   write_text(out / "next.html", make_next_page(json, experiment.robot.tree.name));
 }

@@ -44,9 +44,7 @@ double calc_surprise(const Hypothesis& hypothesis) {
 // One more parameter must earn more than chance and the detail of laws can give. In units of the best one's noise.
 double calc_price(const Trial& t, const Trial& best) {
   const double readings = count_readings(best), unit = std::max(1.0, calc_cost(best) / std::max(1.0, readings));
-  const double effects = static_cast<double>(t.hypothesis.size());
-  return calc_cost(t) / unit + calc_surprise(t.hypothesis) + (kEffectPrice + kDetailPrice * readings) * effects +
-         kParameterPrice * static_cast<double>(count_parameters(t.hypothesis));
+  return calc_cost(t) / unit + calc_own_price(t.hypothesis, readings);
 }
 
 bool is_simpler(const Hypothesis& a, const Hypothesis& b) {
@@ -85,8 +83,7 @@ void set_probabilities(const Trial& best, std::vector<Trial>* list) {
   double sum = 0.0;
   for (Trial& t : *list) {
     const double more = static_cast<double>(count_parameters(t.hypothesis)) - parameters;
-    const double dearer = std::max(calc_price(t, best) - price, kLeastDearer * std::max(0.0, more));
-    sum += t.probability = std::exp(-0.5 * std::min(1400.0, dearer / kEvidence));
+    sum += t.probability = calc_odds(calc_price(t, best) - price, more);
   }
   for (Trial& t : *list) t.probability /= sum;
 }
@@ -98,6 +95,17 @@ Hypothesis Trial::full() const {
   all.insert(all.end(), timing.begin(), timing.end());
   return all;
 }
+
+double calc_own_price(const Hypothesis& hypothesis, double readings) {
+  return calc_surprise(hypothesis) + (kEffectPrice + kDetailPrice * readings) * static_cast<double>(hypothesis.size()) +
+         kParameterPrice * static_cast<double>(count_parameters(hypothesis));
+}
+
+double calc_odds(double dearer, double more_parameters) {
+  return std::exp(-0.5 * std::min(1400.0, std::max(dearer, kLeastDearer * std::max(0.0, more_parameters)) / kEvidence));
+}
+
+double calc_dearer(double probability) { return -2.0 * kEvidence * std::log(probability / (1.0 - probability)); }
 
 double calc_cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
 

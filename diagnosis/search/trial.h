@@ -27,6 +27,16 @@ struct Trial {
 double calc_cost(const Trial& trial);
 size_t count_parameters(const Hypothesis& hypothesis);
 
+// What a hypothesis has to earn, in chi2: effects, parameters, and factors far from one. `readings`: of all recordings.
+double calc_own_price(const Hypothesis& hypothesis, double readings);
+// Odds against the preferred one of a hypothesis that is dearer by so much (chi2 over the best one's noise, and own
+// prices) and has so many parameters more; and how much dearer it is where two are left and
+// it has this probability.
+double calc_odds(double dearer, double more_parameters);
+double calc_dearer(double probability);
+// Of hypotheses that are listed beside the preferred one.
+constexpr double kListed = 0.1;
+
 // Nothing is left but noise.
 bool is_noise(const Trial& trial);
 // What is left is so small a share of what the nominal model left that it may be the details of laws.

@@ -44,7 +44,7 @@ def play(options, commands, recording):
     scenario = recording.with_suffix(".yaml")
     scenario.write_text(make_scenario(options.against.read_text(), options.against.parent, commands))
     log = recording.with_suffix(".mcap")
-    call([options.bin / "hrp-simulate", scenario, "--in-process", "--log", log, "--no-plot", "--quiet"], quiet=True)
+    call([options.bin / "hrp-simulate", scenario, "--in-process", "--log", log, "--force", "--no-plot", "--quiet"], quiet=True)
     table = resimulate.read_table(options.bin, log, recording.parent)[0]
     write_table(recording, table, read_names(options.experiment))
     for leftover in [scenario, log] + list(recording.parent.glob("*_as_table.csv")):

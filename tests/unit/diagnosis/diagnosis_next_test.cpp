@@ -5,10 +5,12 @@
 #include <algorithm>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/next/ends.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/next/trial_motion.h"
+#include "diagnosis/search/trial.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -74,9 +76,35 @@ TEST(NextExperiment, WhatAnotherValueExplainsDecidesNothing) {
 }
 
 TEST(NextExperiment, ALargerDifferenceIsMoreLikelyToDecide) {
-  EXPECT_LT(calc_decision_probability(10.0, 1000.0, 1.0), 0.05);
-  EXPECT_GT(calc_decision_probability(10000.0, 1000.0, 1.0), 0.95);
-  EXPECT_LT(calc_decision_probability(10000.0, 1000.0, 10.0), calc_decision_probability(10000.0, 1000.0, 1.0));
+  EXPECT_LT(calc_decision_probability(10.0, 100.0, 1.0), 0.05);
+  EXPECT_GT(calc_decision_probability(10000.0, 100.0, 1.0), 0.95);
+  EXPECT_LT(calc_decision_probability(10000.0, 100.0, 10.0), calc_decision_probability(10000.0, 100.0, 1.0));
+}
+
+// A rival that is as dearer as the decision needs has just the probability up to which reports list it.
+TEST(NextExperiment, ADecisionNeedsWhatTheReportNeedsToGiveUpARival) {
+  const double odds = calc_odds(calc_dearer(kListed), 0.0);
+  EXPECT_NEAR(odds / (1.0 + odds), kListed, 1e-12);
+}
+
+TEST(NextExperiment, EndsOfIntervalsAreThoseOfTheInformation) {
+  const std::vector<Hypothesis> ends = list_ends(make_viscous(), Eigen::MatrixXd::Constant(1, 1, 1e4));
+  ASSERT_EQ(ends.size(), 2u);
+  // Standard deviation 1 / sqrt(1e4); the prior of half the value hardly narrows it.
+  EXPECT_NEAR(ends[0][0].p[0], 1.0 - 0.0196, 1e-4);
+  EXPECT_NEAR(ends[1][0].p[0], 1.0 + 0.0196, 1e-4);
+}
+
+// The recordings do not show what the drive gives beyond twice their largest effort.
+TEST(NextExperiment, EffortsGrowInSteps) {
+  Experiment e = make_simulated_experiment("next_steps", kArm, kJoints, {});
+  for (Recording& r : e.recordings) {
+    for (double& effort : r.joints[kElbow].signal[2]) effort = std::clamp(effort, -1.0, 1.0);
+  }
+  const double usual = make_limits(e, {}).joints[kElbow].effort;
+  EXPECT_NEAR(usual, 0.5 * 0.9 * e.robot.tree.joint(kElbow).effort_limit, 1e-9);
+  e.recordings[0].joints[kElbow].signal[2][0] = 20.0;
+  EXPECT_NEAR(make_limits(e, {}).joints[kElbow].effort, 40.0, 1e-9);
 }
 
 TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds) {

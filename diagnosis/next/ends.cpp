@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/ends.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/next/information.h"
+#include "diagnosis/search/parameters.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kQuantile = 1.96;
+constexpr double kUnsure = 0.5;  // of a value, or a natural size: wider intervals say only that nothing was seen of it
+
+}  // namespace
+
+std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher) {
+  const auto parameters = flatten<EffectParameter>(
+      hypothesis, [](const Effect& e) -> const std::vector<EffectParameter>& { return list_infos(e.id); },
+      [](size_t, const EffectParameter& info) { return !info.scanned; });
+  if (fisher.rows() != static_cast<long>(parameters.size())) return {};
+  Eigen::VectorXd largest(fisher.rows());
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    const double value = hypothesis[parameters[i].effect].p[parameters[i].index];
+    largest[static_cast<long>(i)] = kUnsure * std::max(std::abs(value), parameters[i].info->step) / kQuantile;
+  }
+  const Eigen::VectorXd std = calc_expected_std(fisher, largest);
+  std::vector<Hypothesis> ends;
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    for (double side : {-kQuantile, kQuantile}) {
+      Hypothesis end = hypothesis;
+      double& value = end[parameters[i].effect].p[parameters[i].index];
+      value = std::clamp(value + side * std[static_cast<long>(i)], parameters[i].info->low, parameters[i].info->high);
+      ends.push_back(end);
+    }
+  }
+  return ends;
+}
+
+}  // namespace hrp::diagnosis
