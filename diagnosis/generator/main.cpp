@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
       "hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
       "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
   app.set_version_flag("--version", hrp::get_version_text("hrp-make-cases"));
-  std::string out = "cases-out", effect, family, played;
+  std::string out = "cases-out", effect, family, played, only;
   int count = 10, jobs = 2;
   std::uint64_t seed = 1;
   CaseOptions options;
@@ -131,6 +131,7 @@ int main(int argc, char** argv) {
                  "with validate are held out")
       ->check(CLI::ExistingDirectory);
   app.add_flag("--multisines", options.multisines, "with --play: multisines of as many seconds in the place of those commands");
+  app.add_option("--only", only, "only the case of this name, such as case-003, of the whole deck");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);
   options.noise_scale = clean ? 0 : 1;
@@ -138,7 +139,9 @@ int main(int argc, char** argv) {
   mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
   try {
     fs::create_directories(fs::path(out) / "truths");
-    return run_jobs(make_jobs(count, seed, effect, family), out, options, played, jobs) == 0 ? 0 : 1;
+    std::vector<Job> deck = make_jobs(count, seed, effect, family);
+    if (!only.empty()) deck.erase(std::remove_if(deck.begin(), deck.end(), [&](const Job& job) { return job.name != only; }), deck.end());
+    return run_jobs(deck, out, options, played, jobs) == 0 ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-make-cases: %s\n", error.what());
     return 2;

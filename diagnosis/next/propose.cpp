@@ -62,11 +62,23 @@ class Proposer {
   }
 
  private:
-  // Whether the recordings are explained and all values known; of parameters that shape a law nothing is asked.
+  // Whether the recordings are explained and all values known, by the report's own intervals where it has them; of
+  // parameters that shape a law nothing is asked.
   bool is_settled(const Json& report) const {
-    if (report.value("verdict", "") != "explained") return false;
+    if (report.value("verdict", "") != "explained" || !is_narrow(report)) return false;
     const std::vector<ExpectedInterval> now = list_intervals(Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols()));
     return std::all_of(now.begin(), now.end(), [](const ExpectedInterval& i) { return i.before <= kSettled * std::abs(i.value); });
+  }
+
+  static bool is_narrow(const Json& report) {
+    for (const Json& finding : report.value("findings", Json::array())) {
+      for (const Json& one : finding.value("parameters", Json::object())) {
+        const Json ends = one.is_object() ? one.value("ci95", Json()) : Json();
+        if (ends.size() != 2 || !ends[0].is_number() || !ends[1].is_number() || !one["value"].is_number()) continue;
+        if (ends[1].get<double>() - ends[0].get<double>() > 2.0 * kSettled * std::abs(one["value"].get<double>())) return false;
+      }
+    }
+    return true;
   }
 
   // Joints that the open effects sit at, and those that carry their links.

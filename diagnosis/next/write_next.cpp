@@ -97,7 +97,7 @@ std::string propose_next(const Experiment& experiment, const std::string& folder
     double decided = 0.0;
     for (const Expected& one : p.expected) decided += one.probability / static_cast<double>(p.expected.size());
     text += "  " + p.file + ": " + get_family_sentence(p.plan.family) +
-            (p.expected.empty() ? "" : " Expected to rule out " + number(100.0 * decided, 2) + " % of " + number(static_cast<double>(p.expected.size())) + " other explanations.") + "\n";
+            (p.expected.empty() ? "" : " Expected to rule out " + number(std::round(100.0 * decided), 3) + " % of " + number(static_cast<double>(p.expected.size())) + " other explanations.") + "\n";
   }
   return text;
 }

@@ -23,40 +23,60 @@ def call(words, quiet=False):
         sys.exit(run.returncode)
 
 
-def find_end(commands):
-    return float(commands.read_text().strip().splitlines()[-1].split(",")[0])
+REST = 1.0  # [s] that the robot stands before a motion, so that it has come to rest in its own weight
 
 
-def make_scenario(text, folder, commands):
-    """The scenario as it plays these commands from its first frame on."""
-    for key in ("controller", "steps", "recordings", "logging", "initial"):
+def shift(commands, shifted):
+    """The commands REST later, and where they begin before that; returns their end [s]."""
+    names, *rows = commands.read_text().strip().splitlines()
+    rows = [row.split(",") for row in rows]
+    first = float(rows[0][0])
+    moved = [["0"] + rows[0][1:]] + [[f"{float(row[0]) - first + REST:.10g}"] + row[1:] for row in rows]
+    shifted.write_text("\n".join([names] + [",".join(row) for row in moved]) + "\n")
+    return float(moved[-1][0])
+
+
+def make_scenario(text, folder, commands, end):
+    """The scenario as it plays these commands; the drives are told between them what a cubic through them says."""
+    for key in ("controller", "steps", "interpolation", "recordings", "logging", "initial"):
         text = resimulate.drop_section(text, key)
     text = re.sub(r"(?m)^robot:\s*(\S+)", lambda m: f"robot: {(folder / m[1]).resolve()}", text)
     return (text.rstrip("\n") + f"\ncontroller: {{motion: {commands.resolve()}}}\n"
-            f"steps: {{time_step: 0.001, control_period: 0.004, duration: {find_end(commands):.10g}}}\n")
+            f"steps: {{time_step: 0.0005, control_period: 0.004, duration: {end:.10g}}}\ninterpolation: hermite\n")
 
 
-def play(options, commands, recording):
-    """Writes `recording`; its suffix says what it is."""
+def drop_rest(table):
+    first = next(k for k, t in enumerate(table["time"]) if t >= REST - 1e-9)
+    origin = table["time"][first]
+    return {name: [t - origin for t in column[first:]] if name == "time" else column[first:] for name, column in table.items()}
+
+
+def play(options, commands, recording, stop=None):
+    """Writes `recording`; False when the robot was stopped."""
     if options.against.suffix not in (".yaml", ".yml"):
         call(shlex.split(str(options.against)) + [commands, recording])
-        return
-    scenario = recording.with_suffix(".yaml")
-    scenario.write_text(make_scenario(options.against.read_text(), options.against.parent, commands))
+        return True
+    scenario, shifted = recording.with_suffix(".yaml"), recording.with_suffix(".commands.csv")
+    end = shift(commands, shifted)
+    scenario.write_text(make_scenario(options.against.read_text(), options.against.parent, shifted, end))
     log = recording.with_suffix(".mcap")
     call([options.bin / "hrp-simulate", scenario, "--in-process", "--log", log, "--force", "--no-plot", "--quiet"], quiet=True)
-    table = resimulate.read_table(options.bin, log, recording.parent)[0]
-    write_table(recording, table, read_names(options.experiment))
-    for leftover in [scenario, log] + list(recording.parent.glob("*_as_table.csv")):
+    table = drop_rest(resimulate.read_table(options.bin, log, recording.parent)[0])
+    rows, whole = find_stop(table, stop or {}), len(table["time"])
+    write_table(recording, {name: column[:rows] for name, column in table.items()}, read_names(options.experiment))
+    for leftover in [scenario, shifted, log] + list(recording.parent.glob("*_as_table.csv")):
         leftover.unlink()
+    return rows == whole
 
 
-def read_names(experiment):
-    """Columns of the first recording that is a table: a simulation records no more than the robot did."""
-    for file in re.findall(r"file:\s*([^,}\s]+)", resimulate.get_section(experiment.read_text(), "recordings")):
-        if file.endswith(".csv"):
-            return (experiment.parent / file).read_text().split("\n", 1)[0].strip().split(",")
-    return None
+def find_stop(table, stop):
+    """Rows until a joint is further from its command than the proposal allows: there somebody stops the robot."""
+    rows = len(table["time"])
+    for joint, most in stop.items():
+        command, position = (table.get(f"/joint_{kind}/{joint}/position") for kind in ("commands", "states"))
+        if command and position:
+            rows = next((k for k in range(rows) if abs(command[k] - position[k]) > most), rows)
+    return rows
 
 
 def write_table(path, table, names):
@@ -66,6 +86,13 @@ def write_table(path, table, names):
         for row in zip(*(table[name] for name in kept)):
             out.write(",".join("" if x != x else f"{x:.9g}" for x in row) + "\n")
 
+
+def read_names(experiment):
+    """Columns of the first recording that is a table: a simulation records no more than the robot did."""
+    for file in re.findall(r"file:\s*([^,}\s]+)", resimulate.get_section(experiment.read_text(), "recordings")):
+        if file.endswith(".csv"):
+            return (experiment.parent / file).read_text().split("\n", 1)[0].strip().split(",")
+    return None
 
 
 def add_recording(experiment, name, role):
@@ -93,9 +120,10 @@ def run_round(options, experiment, number):
         return False
     for motion in proposal["motions"]:
         name = f"round_{number}_" + motion["file"]
-        play(options, out / "next" / motion["file"], experiment.parent / name)
+        whole = play(options, out / "next" / motion["file"], experiment.parent / name, motion.get("stop"))
         add_recording(experiment, name, motion["role"])
-        print(f"Round {number}: played {motion['file']} ({motion['sentence']}), added as {name}")
+        print(f"Round {number}: played {motion['file']} ({motion['sentence']}), added as {name}"
+              + ("" if whole else "; a joint left its command: stopped"), flush=True)
     return True
 
 
@@ -112,7 +140,9 @@ def main():
         sys.exit(2)
     folder = options.out / "experiment"
     shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(options.experiment.parent, folder)
+    # OUT may lie in the experiment's own folder.
+    inside = lambda parent, names: [name for name in names if (pathlib.Path(parent) / name).resolve() == options.out.resolve()]
+    shutil.copytree(options.experiment.parent, folder, ignore=inside)
     experiment = folder / options.experiment.name
     for number in range(1, options.rounds + 1):
         if not run_round(options, experiment, number):
