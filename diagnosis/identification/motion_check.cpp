@@ -5,12 +5,15 @@
 
 #include "diagnosis/identification/bush_angles.h"
 #include "diagnosis/identification/motions.h"
+#include "diagnosis/next/information.h"
 
 namespace hrp::identification {
 
 namespace {
 
 constexpr double kLeastAir = 2.0;  // [s] on one foot, for the motion to be one of single support
+constexpr double kUnknown = 1e6;   // [N m/rad], [N m s/rad] and [N m]: nothing is known before the motion
+constexpr double kUsualRate = 5.0; // [rad/s] at which stiffness and damping matter alike
 
 Eigen::ArrayXd select(const Eigen::ArrayXd& values, const Mask& mask) {
   Eigen::ArrayXd chosen(mask.count());
@@ -29,8 +32,8 @@ void look_at_excitation(const MotionTrack& track, size_t f, MotionCheck* check) 
     const Eigen::MatrixXd scaled = X * X.colwise().norm().cwiseInverse().asDiagonal();
     const Eigen::VectorXd values = Eigen::JacobiSVD<Eigen::MatrixXd>(scaled).singularValues();
     check->condition = std::max(check->condition, values[0] / std::max(values[2], 1e-12));
-    for (int p = 0; p < 2; ++p)
-      check->information[f][a][p] = (X.col(p).array() - X.col(p).mean()).square().sum() * track.period;
+    const Eigen::VectorXd std = diagnosis::calc_expected_std(X.transpose() * X * track.period, Eigen::VectorXd::Constant(3, kUnknown));
+    for (int p = 0; p < 2; ++p) check->expected[f][a][p] = std[p];
   }
 }
 
@@ -72,13 +75,13 @@ MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std:
   *check = check_motion(write_motion(plan, base, folder), plan.lifted);
   std::mt19937_64 random(11);
   const auto draw = [&] { return draw_share(&random); };
-  // What the least known stiffness and damping would gain: information, balanced by the square of a usual rate 5 rad/s.
+  // The least known stiffness or damping.
   const auto rate = [](const MotionCheck& c) {
-    double least = 1e9;
-    for (const auto& foot : c.information) {
-      for (const auto& axis : foot) least = std::min({least, axis[0], axis[1] / 25.0});
+    double most = 0.0;
+    for (int f = 0; f < 2; ++f) {
+      for (const auto& axis : c.expected[f]) most = std::max({most, axis[0], kUsualRate * axis[1]});
     }
-    return c.ok() ? least / c.condition : -1.0;
+    return c.ok() && most > 0.0 ? 1.0 / most : -1.0;
   };
   for (int k = 0; k < tries; ++k) {
     MotionPlan other = best;

@@ -71,7 +71,9 @@ struct MotionCheck {
   double in_the_air = 0.0;           // [s] that the lifted foot carries nothing
   bool as_planned = false;           // feet that should stand always do; a foot that is lifted gets into the air
   double condition = 0.0;            // of the scaled regressor [q qd 1], worst foot and axis
-  double information[2][2][2] = {};  // by foot, axis: sum of squares of q, qd without their means [rad^2 s], [rad^2/s]
+  // By foot, axis: expected standard deviation of stiffness [N m/rad] and damping [N m s/rad] from this motion alone,
+  // where the torque's noise is 1 N m in a band of 1 Hz. Fisher information, as of all proposed motions (next/information.h).
+  double expected[2][2][2] = {};
   bool ok() const { return as_planned && margin > 0.005 && smallest_load > 30.0; }
 };
 // lifted: as in the plan.

@@ -112,13 +112,18 @@ class Proposer {
     return plans;
   }
 
-  // As large as the best explanation allows.
+  bool is_safe(const TrialMotion& motion, Safety* safety) const {
+    return std::all_of(explanations_.list.begin(), explanations_.list.end(),
+                       [&](const Explanation& one) { return safety->find_fault(motion, one.hypothesis).empty(); });
+  }
+
+  // As large as all explanations allow.
   void try_motion(const MotionPlan& plan, Safety* safety, Candidate* candidate) const {
     candidate->plan = plan;
     for (MotionPlan& p = candidate->plan; p.size >= kLeastSize; p.size *= kSmaller) {
       candidate->commands = make_motion(p, limits_);
       const auto motion = make_trial_motion(bare_, e_.recordings[0], candidate->commands, explanations_.list[0].hypothesis);
-      if (!motion || !safety->find_fault(*motion, explanations_.list[0].hypothesis).empty()) continue;
+      if (!motion || !is_safe(*motion, safety)) continue;
       prepare_paths(&motion->problem);
       const double rate = kPeriod / std::max(1e-4, e_.sample_time);
       compare(motion->problem, explanations_, rate, candidate);
