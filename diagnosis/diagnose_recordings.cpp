@@ -12,6 +12,7 @@
 #include "diagnosis/checks/torque_traces.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/page/terminal.h"
@@ -41,6 +42,8 @@ void finish(const Experiment& e, Reports* reports) {
   report["fit"]["held_out"] = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
   name_simpler_laws(&report);
   lower_grades(&report);
+  drop_idle_findings(&report);
+  doubt_odd_sizes(e.robot.tree, &report);
   report["summary"] = make_summary_text(report);
 }
 

@@ -2,6 +2,7 @@
 // Grades that hold for every engine: what may not be there is never more than ambiguous.
 #include <gtest/gtest.h>
 
+#include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
 
@@ -71,6 +72,59 @@ TEST(Grades, AStribeckCurveWithAToldExcessOrSpeedStays) {
     EXPECT_EQ(report["findings"][0]["effect"], "stribeck_friction");
     EXPECT_EQ(report["findings"][0]["grade"], "certain");
   }
+}
+
+// One link of 2 kg whose centre of mass is 0.1 m from its joint: it reaches 0.3 m, three times its weight are 59 N.
+TreeSpec make_pendulum() {
+  TreeSpec tree;
+  LinkSpec bob;
+  bob.name = "bob", bob.inertia.mass = 2.0, bob.inertia.p_LLcm_L = Vector3d(0.1, 0.0, 0.0);
+  tree.links.push_back(bob);
+  return tree;
+}
+
+Json make_finding(const char* effect, const char* kind, const char* name, const char* parameter, const Json& value) {
+  return {{"effect", effect}, {"grade", "certain"}, {"where", {{kind, name}}}, {"statement", "It is so."},
+          {"parameters", {{parameter, {{"value", value}, {"std", value.is_number() ? Json(0.01) : Json{0.01, 0.01, 0.01}}}}}}};
+}
+
+TEST(OddSizes, ACentreOfMassOutsideItsLinkIsOdd) {
+  const TreeSpec tree = make_pendulum();
+  EXPECT_EQ(find_odd_size(tree, make_finding("com_error", "link", "bob", "offset", {0.0, 0.0, 0.29})), "");
+  EXPECT_NE(find_odd_size(tree, make_finding("com_error", "link", "bob", "offset", {0.0, 0.0, 0.31})), "");
+  EXPECT_EQ(find_odd_size(tree, make_finding("payload", "link", "bob", "com", {0.0, 0.0, 0.7})), "");
+}
+
+TEST(OddSizes, AForceOfMoreThanThreeWeightsIsOdd) {
+  const TreeSpec tree = make_pendulum();
+  EXPECT_EQ(find_odd_size(tree, make_finding("external_force", "link", "bob", "force", {0.0, 58.0, 0.0})), "");
+  EXPECT_NE(find_odd_size(tree, make_finding("external_force", "link", "bob", "force", {0.0, 60.0, 0.0})), "");
+}
+
+TEST(OddSizes, ATorqueConstantMayBeHalfButNotAFifthAndASensorMayCount) {
+  const TreeSpec tree = make_pendulum();
+  EXPECT_EQ(find_odd_size(tree, make_finding("torque_constant_error", "joint", "elbow", "scale", 0.5)), "");
+  EXPECT_NE(find_odd_size(tree, make_finding("torque_constant_error", "joint", "elbow", "scale", 0.2)), "");
+  EXPECT_EQ(find_odd_size(tree, make_finding("sensor_scale", "sensor", "/wrench/foot", "scale", 11.8)), "");
+}
+
+TEST(OddSizes, WhatIsCertainBesideAnOddSizeIsNotCertain) {
+  Json report{{"verdict", "explained"},
+              {"findings", {make_finding("parallel_spring", "joint", "elbow", "stiffness", 80.0),
+                            make_finding("external_force", "link", "bob", "force", {698.0, 0.0, 0.0})}}};
+  doubt_odd_sizes(make_pendulum(), &report);
+  EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
+  EXPECT_EQ(report["findings"][1]["grade"], "ambiguous");
+  EXPECT_EQ(report["verdict"], "mostly_explained");
+}
+
+TEST(IdleFindings, ARotorOfATenthOfItsSpreadSaysNothingBesideAnother) {
+  Json rotor = make_finding("rotor_inertia", "joint", "elbow", "inertia", 0.001);
+  rotor["grade"] = "ambiguous";
+  Json report{{"findings", {make_finding("backlash", "joint", "elbow", "gap", 0.02), rotor}}};
+  drop_idle_findings(&report);
+  ASSERT_EQ(report["findings"].size(), 1u);
+  EXPECT_EQ(report["findings"][0]["effect"], "backlash");
 }
 
 }  // namespace

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/findings/odd_sizes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/effects/effect_info.h"
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/model/link_reach.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kFactor = 1.0;     // |ln| of a factor: the prior's bound (EffectParameter::factor)
+constexpr double kWeights = 3.0;    // a rope or a person pulls as hard as this, weights of all that moves; hardly harder
+constexpr double kLoads = 2.0;      // masses of all that moves
+constexpr double kGravity = 9.81;   // [m/s^2]
+constexpr double kTool = 0.5;       // [m] by which what a link carries may stand out
+constexpr double kIdle = 1.0;       // standard deviations
+
+double calc_moving_mass(const TreeSpec& tree) {
+  double mass = 0.0;
+  for (const LinkSpec& link : tree.links) mass += link.inertia.mass;
+  return mass;
+}
+
+std::vector<double> list_numbers(const Json& value) {
+  if (value.is_number()) return {value.get<double>()};
+  return value.is_array() ? value.get<std::vector<double>>() : std::vector<double>{};
+}
+
+double calc_norm(const std::vector<double>& v) {
+  double sum = 0.0;
+  for (double x : v) sum += x * x;
+  return std::sqrt(sum);
+}
+
+// Why one parameter's value is odd. `reach`, `mass` of what the effect acts on; 0: not known.
+std::string find_odd_value(const EffectParameter& p, const std::vector<double>& value, double reach, double mass) {
+  const double size = calc_norm(value);
+  if (p.factor && value.size() == 1 && !(std::abs(std::log(std::max(1e-300, value[0]))) <= kFactor))
+    return "a factor of " + number(value[0], 3);
+  if (p.unit == "m" && reach > 0.0 && size > reach)
+    return number(size, 3) + " m away, expected at most " + number(reach, 2) + " m";
+  if (p.unit == "N" && mass > 0.0 && size > kWeights * kGravity * mass)
+    return number(size, 3) + " N on a machine that weighs " + number(kGravity * mass, 3) + " N";
+  if (p.unit == "kg" && mass > 0.0 && size > kLoads * mass)
+    return number(size, 3) + " kg on a machine of " + number(mass, 3) + " kg";
+  return "";
+}
+
+int find_link(const TreeSpec& tree, const Json& where) {
+  if (!where.contains("link")) return -1;
+  const std::string name = where["link"];
+  for (size_t i = 0; i < tree.links.size(); ++i) {
+    if (tree.links[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void doubt(const std::string& why, Json* finding) {
+  Json& f = *finding;
+  f["grade"] = get_grade_name(Grade::kAmbiguous);
+  f["odd_size"] = why;
+  f["statement"] = f.value("statement", "") + " This size is hardly possible (" + why +
+                   "): the law fits, but something else is likely to be the cause.";
+}
+
+bool has_odd_size(const Json& finding) { return finding.contains("odd_size"); }
+
+// All of an effect's parameters that tell whether it is there lie within `kIdle` standard deviations of none.
+bool is_idle(const Json& finding) {
+  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
+  if (!effect || finding.value("grade", "") != get_grade_name(Grade::kAmbiguous)) return false;
+  bool any = false;
+  for (const EffectParameter& p : effect->parameters) {
+    if (std::isnan(p.neutral) || p.nuisance || p.axis > 0 || !finding["parameters"].contains(p.name)) continue;
+    const Json& stated = finding["parameters"][p.name];
+    if (!stated.is_object() || !stated.contains("std")) return false;
+    const std::vector<double> value = list_numbers(stated["value"]), std = list_numbers(stated["std"]);
+    for (size_t i = 0; i < value.size() && i < std.size(); ++i) {
+      if (std::abs(value[i] - p.neutral) > kIdle * std[i]) return false;
+      any = true;
+    }
+  }
+  return any;
+}
+
+}  // namespace
+
+std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
+  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
+  if (!effect || (effect->place != PlaceKind::kLink && effect->place != PlaceKind::kJoint)) return "";
+  const int link = find_link(tree, finding["where"]);
+  const double mass = link >= 0 ? calc_moving_mass(tree) : 0.0;
+  const double reach = link >= 0 ? calc_link_reach(tree, link) + (effect->of_whole_link ? 0.0 : kTool) : 0.0;
+  for (const EffectParameter& p : effect->parameters) {
+    if (p.axis > 0 || p.nuisance || !finding["parameters"].contains(p.name)) continue;
+    const Json& stated = finding["parameters"][p.name];
+    if (!stated.is_object() || !stated.contains("value")) continue;
+    const std::string why = find_odd_value(p, list_numbers(stated["value"]), reach, mass);
+    if (!why.empty()) return why;
+  }
+  return "";
+}
+
+void doubt_odd_sizes(const TreeSpec& tree, Json* report) {
+  Json& findings = (*report)["findings"];
+  for (Json& f : findings) {
+    const std::string why = find_odd_size(tree, f);
+    if (!why.empty() && !has_odd_size(f)) doubt(why, &f);
+  }
+  if (std::none_of(findings.begin(), findings.end(), has_odd_size)) return;
+  for (Json& f : findings) {
+    if (f.value("grade", "") == get_grade_name(Grade::kCertain)) f["grade"] = get_grade_name(Grade::kAmbiguous);
+  }
+  if ((*report)["verdict"] == get_verdict_name(Verdict::kExplained))
+    (*report)["verdict"] = get_verdict_name(Verdict::kMostlyExplained);
+}
+
+void drop_idle_findings(Json* report) {
+  Json& findings = (*report)["findings"];
+  Json kept = Json::array();
+  for (const Json& f : findings) {
+    if (!is_idle(f)) kept.push_back(f);
+  }
+  if (!kept.empty()) findings = kept;
+}
+
+}  // namespace hrp::diagnosis
