@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shapley.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/search/problem.h"
 
@@ -210,21 +211,10 @@ class Grader {
     return rest / std::max(1.0, n);
   }
 
-  // Shapley's values of the terms in a joint: what each takes away, averaged over all orders of adding them.
-  std::vector<double> calc_shapley(size_t i) const {
+  // What each term takes of a joint's held-out mismatch.
+  std::vector<double> calc_shares(size_t i) const {
     const size_t players = choice_.model.own[i].size() + choice_.model.whole.size();
-    std::vector<double> held(size_t{1} << players), value(players, 0.0), factorial(players + 1, 1.0);
-    for (size_t k = 1; k <= players; ++k) factorial[k] = factorial[k - 1] * static_cast<double>(k);
-    for (size_t mask = 0; mask < held.size(); ++mask) held[mask] = calc_held(i, mask);
-    for (size_t p = 0; p < players; ++p) {
-      for (size_t mask = 0; mask < held.size(); ++mask) {
-        if (mask >> p & 1) continue;
-        const size_t before = static_cast<size_t>(__builtin_popcountll(mask));
-        value[p] += factorial[before] * factorial[players - before - 1] / factorial[players] *
-                    (held[mask] - held[mask | size_t{1} << p]);
-      }
-    }
-    return value;
+    return calc_shapley(players, [&](size_t mask) { return -calc_held(i, mask); }, players);
   }
 
   void find_shares() {
@@ -235,7 +225,7 @@ class Grader {
       whole += calc_nominal_held(joint) * scale.back();
     }
     for (size_t i = 0; i < design_.joints.size(); ++i) {
-      const std::vector<double> value = calc_shapley(i);
+      const std::vector<double> value = calc_shares(i);
       const double nominal = std::max(1e-300, calc_nominal_held(design_.joints[i]));
       for (GradedTerm& g : graded_) {
         if (g.place.joint == static_cast<int>(i)) {

@@ -7,6 +7,7 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shapley.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/subtrees.h"
@@ -149,9 +150,27 @@ std::string make_worth(const Outcome& outcome, size_t i) {
          "unloaded motion.";
 }
 
+// Share of the held-out squares above the noise that each effect of the chosen model takes away.
+std::vector<double> calc_shares(const Problem& problem, const Outcome& outcome) {
+  const Hypothesis& all = outcome.chosen.hypothesis;
+  const double nominal = outcome.nominal.rms * outcome.nominal.rms - 1.0;
+  if (nominal <= 0.0) return std::vector<double>(all.size(), 0.0);
+  return calc_shapley(all.size(), [&](size_t mask) {
+    Trial part = outcome.chosen;
+    part.hypothesis.clear();
+    for (size_t i = 0; i < all.size(); ++i) {
+      if (mask >> i & 1) part.hypothesis.push_back(all[i]);
+    }
+    const Score score = calc_score(problem, mask == 0 ? outcome.nominal.full() : part.full(), get_judged(problem));
+    const double left = score.ok ? score.rms() : outcome.nominal.rms;
+    return std::clamp(1.0 - (left * left - 1.0) / nominal, -1.0, 1.0);
+  });
+}
+
 Json make_findings(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
   if (!outcome.explained && !outcome.partly) return list;
+  const std::vector<double> shares = calc_shares(problem, outcome);
   for (size_t i = 0; i < outcome.chosen.hypothesis.size(); ++i) {
     if (!is_finding(outcome, i)) continue;
     const Effect& effect = outcome.chosen.hypothesis[i];
@@ -161,6 +180,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
         {{"effect", get_effect(effect.id).name},
          {"where", make_where(*problem.experiment, effect)},
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
+         {"share", round_to(std::max(0.0, shares[i]), 3)},
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
          {"statement", make_statement(problem, outcome, effect, std) + make_worth(outcome, i)}});
   }

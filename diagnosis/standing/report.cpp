@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/shapley.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/findings.h"
 
@@ -45,7 +47,23 @@ Json make_alternatives(const StandProblem& p, const std::vector<PlacedEffect>& t
   return out;
 }
 
+// Share of the squares above the noise that each effect takes away, of held-out recordings where there are some.
+std::vector<double> calc_shares(const StandProblem& p, const StandOutcome& o) {
+  const PlacedHypothesis& all = o.chosen.hypothesis;
+  const bool train = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
+  const double nominal = std::pow(calc_fit(p, o, evaluate(p, {}), train), 2) - 1.0;
+  if (nominal <= 0) return std::vector<double>(all.size(), 0.0);
+  return calc_shapley(all.size(), [&](size_t mask) {
+    PlacedHypothesis part;
+    for (size_t i = 0; i < all.size(); ++i) {
+      if (mask >> i & 1) part.push_back(all[i]);
+    }
+    return std::clamp(1.0 - (std::pow(calc_fit(p, o, evaluate(p, part), train), 2) - 1.0) / nominal, -1.0, 1.0);
+  });
+}
+
 void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) {
+  const std::vector<double> shares = calc_shares(p, o);
   for (size_t i = 0; i < o.chosen.hypothesis.size(); ++i) {
     const PlacedEffect& e = o.chosen.hypothesis[i];
     double probability = i < o.rounds.size() ? 0 : 0.999;
@@ -53,13 +71,15 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
       const PlacedEffect& tried = t.fit.hypothesis[i];
       if (tried.id == e.id && tried.place == e.place) probability = std::min(0.999, t.probability);
     }
-    for (size_t f = 0; f < (is_foot(e) ? p.feet.size() : 1); ++f) {
+    const size_t places = is_foot(e) ? p.feet.size() : 1;
+    for (size_t f = 0; f < places; ++f) {
       auto [kind, name] = find_place(p, e);
       if (is_foot(e)) name = p.feet[f].name;
       const Json parameters = make_parameters(p, e, o.widening * o.chosen.std[i], f);
       Json finding{{"effect", get_effect(e.id).name},
                    {"where", {{kind, name}}},
                    {"parameters", parameters},
+                   {"share", round_to(std::max(0.0, shares[i]) / static_cast<double>(places), 3)},
                    {"probability", probability},
                    {"statement", make_statement(p, o, i, name, parameters)}};
       if (i < o.twins.size() && !o.twins[i].empty()) finding["alternatives"] = make_alternatives(p, o.twins[i]);

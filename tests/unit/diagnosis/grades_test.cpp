@@ -2,6 +2,7 @@
 // Grades that hold for every engine: what may not be there is never more than ambiguous.
 #include <gtest/gtest.h>
 
+#include "diagnosis/estimate/shapley.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
@@ -116,6 +117,16 @@ TEST(OddSizes, WhatIsCertainBesideAnOddSizeIsNotCertain) {
   EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
   EXPECT_EQ(report["findings"][1]["grade"], "ambiguous");
   EXPECT_EQ(report["verdict"], "mostly_explained");
+}
+
+// Two effects of which each alone takes away 0.6, and both 0.8, take 0.4 each; one that does nothing takes nothing.
+TEST(Shares, OfEffectsThatStandInForOneAnotherAreEqualAndSumToTheWhole) {
+  const auto value = [](size_t mask) { return (mask & 3) == 3 ? 0.8 : (mask & 3) ? 0.6 : 0.0; };
+  const std::vector<double> shares = calc_shapley(3, value);
+  EXPECT_NEAR(shares[0], 0.4, 1e-12);
+  EXPECT_NEAR(shares[1], 0.4, 1e-12);
+  EXPECT_NEAR(shares[2], 0.0, 1e-12);
+  EXPECT_NEAR(calc_shapley(3, value, 2)[0], 0.2, 1e-12) << "beyond the limit: what is lost without it";
 }
 
 TEST(IdleFindings, ARotorOfATenthOfItsSpreadSaysNothingBesideAnother) {
