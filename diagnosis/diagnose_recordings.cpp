@@ -11,6 +11,7 @@
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/checks/torque_traces.h"
 #include "diagnosis/data/stretches.h"
+#include "diagnosis/effort_unit_report.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
@@ -105,7 +106,11 @@ Reports diagnose_whole(const Experiment& all, const DiagnosisOptions& options, c
 
 Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
-  Reports reports = diagnose_whole(all, options, progress, write_first);
+  const std::vector<EffortUnit> units = find_effort_units(is_long(all) ? make_screened(all, kFirst) : all);
+  if (!units.empty()) progress("check: efforts are no torques; they are taken times " + number(units.front().scale, 3) + " N m");
+  Reports reports = units.empty() ? diagnose_whole(all, options, progress, write_first)
+                                  : diagnose_whole(convert_efforts(all, units), options, progress, write_first);
+  add_effort_units(all, units, &reports);
   finish(all, &reports);
   return reports;
 }

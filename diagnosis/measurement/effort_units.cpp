@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/effort_units.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "common/base/diagnostics.h"
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kFactor = 1.0;   // |ln| of a scale that no wrong mass explains: the prior's bound of a factor
+constexpr double kLoad = 2.3;     // the same of efforts that are larger than expected: a heavy load asks for as much
+constexpr double kSame = 0.1;     // |ln| by which scales of joints may differ to be one; a load differs by more
+constexpr double kBracket = 0.5;  // width of the bracket, of its distance from one
+constexpr double kAlike = 0.3;    // |ln| by which scales of neighbours may differ to stand for a joint that cannot tell
+constexpr double kTells = 0.3;    // share of tau's spread that friction and rotor must leave to it
+constexpr long kFewest = 50;      // samples
+
+constexpr long kNuisance = 4;     // v, direction, a, constant
+
+// Samples of one joint in the training recordings: tau, effort, and what may be missing in any unit.
+struct JointRows {
+  Eigen::VectorXd tau, effort;
+  Eigen::MatrixXd nuisance;
+};
+
+JointRows collect(const TorqueData& data, int joint) {
+  JointRows rows;
+  long count = 0;
+  for (const TorqueRecording& r : data.recordings) {
+    if (r.train) count += r.use.col(joint).count();
+  }
+  rows.tau.resize(count), rows.effort.resize(count), rows.nuisance.resize(count, kNuisance);
+  long at = 0;
+  for (const TorqueRecording& r : data.recordings) {
+    if (!r.train) continue;
+    const Eigen::VectorXd sign = data.calc_sign(r, joint);
+    for (long k = 0; k < r.kept(); ++k) {
+      if (!r.use(k, joint)) continue;
+      const long i = r.full_row(k);
+      rows.tau[at] = r.tau(i, joint), rows.effort[at] = r.effort(i, joint);
+      rows.nuisance.row(at++) << r.v(i, joint), sign[i], r.a(i, joint), 1.0;
+    }
+  }
+  return rows;
+}
+
+// What of y no column of X explains.
+Eigen::VectorXd take_out(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
+  return y - X * X.colPivHouseholderQr().solve(y);
+}
+
+double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
+
+// The joint's bracket; nothing where friction and rotor explain tau, or tau tells nothing of the effort.
+std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
+  const JointRows rows = collect(data, joint);
+  if (rows.tau.size() < kFewest) return std::nullopt;
+  const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
+  const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
+  const bool told = tt > kTells * kTells * calc_variance(rows.tau) * static_cast<double>(tau.size());
+  if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
+  EffortUnit unit{joint, 0.0, te / ee, tt / te, false};  // of opposite biases
+  unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
+  const double width = std::log(unit.high / unit.low), far = std::abs(std::log(std::abs(unit.scale)));
+  if (width > kBracket * std::max(kFactor, far)) return std::nullopt;
+  return unit;
+}
+
+// All further from one than a wrong model takes them.
+bool are_far(const std::vector<EffortUnit>& units) {
+  double low = 1e300, high = -1e300;
+  for (const EffortUnit& u : units) low = std::min(low, std::log(u.scale)), high = std::max(high, std::log(u.scale));
+  const double least = units.size() > 1 && high - low < kSame ? kFactor : kLoad;
+  return std::all_of(units.begin(), units.end(), [&](const EffortUnit& u) {
+    return std::log(u.low) > kFactor || std::log(u.high) < -least;
+  });
+}
+
+[[noreturn]] void fail_turned(const TorqueData& data, const EffortUnit& unit) {
+  const Recording& recording = data.experiment->recordings[data.recordings.front().index];
+  const std::string column = data.experiment->signal_name(unit.joint, Quantity::kEffort);
+  const auto at = recording.column_of.find(column);
+  Diagnostic d;
+  d.file = recording.spec.file, d.line = 1, d.column = at == recording.column_of.end() ? 0 : at->second;
+  d.field = column;
+  d.message = "is " + number(1.0 / unit.scale, 3) + " times the torque that the motion takes: is its sign turned?";
+  throw InputError(d);
+}
+
+// Joints that cannot tell take their neighbours' scale where those agree.
+void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
+  double sum = 0.0, low = 1e300, high = -1e300;
+  for (const EffortUnit& u : *units) {
+    const double log = std::log(u.scale);
+    sum += log, low = std::min(low, log), high = std::max(high, log);
+  }
+  if (units->empty() || high - low > kAlike) return;
+  const double scale = std::exp(sum / static_cast<double>(units->size()));
+  std::vector<EffortUnit> others;
+  for (size_t j = 0; j < data.source.size(); ++j) {
+    const int joint = static_cast<int>(j);
+    const bool known = std::any_of(units->begin(), units->end(), [&](const EffortUnit& u) { return u.joint == joint; });
+    if (!known && data.source[j] == EffortSource::kRecorded) others.push_back({joint, scale, scale, scale, true});
+  }
+  units->insert(units->end(), others.begin(), others.end());
+}
+
+}  // namespace
+
+std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
+  std::vector<EffortUnit> units;
+  if (data.experiment->scenario.drive != "effort" || data.recordings.empty()) return units;
+  for (size_t j = 0; j < data.source.size(); ++j) {
+    if (data.source[j] != EffortSource::kRecorded) continue;
+    const std::optional<EffortUnit> unit = find_unit(data, static_cast<int>(j));
+    if (unit && unit->scale < 0.0) fail_turned(data, *unit);
+    if (unit) units.push_back(*unit);
+  }
+  if (!are_far(units)) return {};
+  add_others(data, &units);
+  return units;
+}
+
+Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {
+  for (const EffortUnit& unit : units) {
+    const auto j = static_cast<size_t>(unit.joint);
+    for (Recording& r : e.recordings) {
+      for (double& y : r.joints[j].signal[static_cast<int>(Quantity::kEffort)]) y *= unit.scale;
+    }
+    e.joint_noise[j][static_cast<size_t>(Quantity::kEffort)].sigma *= unit.scale;
+  }
+  return e;
+}
+
+}  // namespace hrp::diagnosis
