@@ -82,7 +82,7 @@ const char* get_motion(TermKind kind) {
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
   std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
                      get_grade_name(f.grade) + ").";
-  text += " It takes away " + number(100.0 * std::max(0.0, g.share), 2) + " % of the missing torque on held-out data.";
+  text += " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque on held-out data.";
   if (f.alternatives.empty()) return text;
   text += " These recordings cannot tell it from";
   for (size_t i = 0; i < f.alternatives.size(); ++i)
@@ -141,7 +141,7 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
   else if (g.gain <= 0.0)
     why += "hardly";
   else
-    why += "takes away only " + number(100.0 * std::max(0.0, g.share), 2) + " % of the missing torque";
+    why += "takes away only " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque";
   return {get_effect_name(g.term.kind), make_place(e, g.term), why, get_motion(g.term.kind)};
 }
 

@@ -106,7 +106,7 @@ void sort_findings(std::vector<Finding>* findings) {
 Verdict find_verdict(const Evidence& e) {
   const double ceiling = std::max(e.ceiling, e.explained);
   const bool named = !e.findings.empty();
-  if (!named || e.explained < kPartly * ceiling) return named ? Verdict::kPartlyExplained : Verdict::kUnexplained;
+  if (!named || e.explained <= 0.0 || e.explained < kPartly * ceiling) return named ? Verdict::kPartlyExplained : Verdict::kUnexplained;
   return e.explained >= kMostly * ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
 }
 

@@ -7,6 +7,7 @@
 #include "common/effects/effect_info.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/schema2.h"
 #include "diagnosis/model/link_reach.h"
 
 namespace hrp::diagnosis {
@@ -19,7 +20,7 @@ constexpr double kWeights = 3.0;    // a rope or a person pulls as hard as this,
 constexpr double kLoads = 2.0;      // masses of all that moves
 constexpr double kGravity = 9.81;   // [m/s^2]
 constexpr double kTool = 0.5;       // [m] by which what a link carries may stand out
-constexpr double kIdle = 1.0;       // standard deviations
+constexpr double kIdle = 0.25;      // standard deviations
 
 double calc_moving_mass(const TreeSpec& tree) {
   double mass = 0.0;
@@ -63,7 +64,7 @@ int find_link(const TreeSpec& tree, const Json& where) {
 
 void doubt(const std::string& why, Json* finding) {
   Json& f = *finding;
-  f["grade"] = get_grade_name(Grade::kAmbiguous);
+  make_ambiguous(&f);
   f["odd_size"] = why;
   f["statement"] = f.value("statement", "") + " This size is hardly possible (" + why +
                    "): the law fits, but something else is likely to be the cause.";
@@ -116,7 +117,7 @@ void doubt_odd_sizes(const TreeSpec& tree, Json* report) {
   }
   if (std::none_of(findings.begin(), findings.end(), has_odd_size)) return;
   for (Json& f : findings) {
-    if (f.value("grade", "") == get_grade_name(Grade::kCertain)) f["grade"] = get_grade_name(Grade::kAmbiguous);
+    if (f.value("grade", "") == get_grade_name(Grade::kCertain)) make_ambiguous(&f);
   }
   if ((*report)["verdict"] == get_verdict_name(Verdict::kExplained))
     (*report)["verdict"] = get_verdict_name(Verdict::kMostlyExplained);

@@ -19,7 +19,7 @@ std::string find_odd_size(const TreeSpec& tree, const nlohmann::ordered_json& fi
 // it is certain only as a part of a whole that explains everything; `explained` becomes `mostly_explained`.
 void doubt_odd_sizes(const TreeSpec& tree, nlohmann::ordered_json* report);
 
-// Findings whose value is less than one standard deviation from none say nothing. They are left out of the report, not of
+// Findings whose value is less than a quarter of a standard deviation from none say nothing. They are left out of the report, not of
 // the model, as long as another finding stays.
 void drop_idle_findings(nlohmann::ordered_json* report);
 

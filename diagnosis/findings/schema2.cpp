@@ -63,9 +63,23 @@ void upgrade_finding(double share, bool may_be_certain, Json* finding) {
 
 }  // namespace
 
+void make_ambiguous(Json* finding) {
+  const std::string after = get_grade_name(Grade::kAmbiguous);
+  std::string text = finding->value("statement", "");
+  for (Grade grade : {Grade::kCertain, Grade::kSupported}) {
+    const std::string before = std::string("(") + get_grade_name(grade) + ")";
+    const size_t at = text.find(before);
+    if (at != std::string::npos) text.replace(at, before.size(), "(" + after + ")");
+  }
+  (*finding)["grade"] = after;
+  if (!text.empty()) (*finding)["statement"] = text;
+}
+
 void lower_grades(Json* report) {
+  // What nothing was fitted to is predicted no better: the values may be those of something else.
+  const bool useless = report->value("explained", 1.0) <= 0.0;
   for (Json& f : (*report)["findings"]) {
-    if (f.contains("grade") && may_be_absent(f)) f["grade"] = get_grade_name(Grade::kAmbiguous);
+    if (f.contains("grade") && (useless || may_be_absent(f))) make_ambiguous(&f);
   }
 }
 

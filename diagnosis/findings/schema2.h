@@ -11,7 +11,11 @@ namespace hrp::diagnosis {
 // could not be judged is `not_judged`.
 void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 
-// Whatever engine found it: what an interval says may not be there is ambiguous.
+// Grade, and the grade that its statement names.
+void make_ambiguous(nlohmann::ordered_json* finding);
+
+// Whatever engine found it: what an interval says may not be there is ambiguous, and so is everything where the held-out
+// recordings are predicted no better.
 void lower_grades(nlohmann::ordered_json* report);
 
 }  // namespace hrp::diagnosis

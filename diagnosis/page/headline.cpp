@@ -104,7 +104,7 @@ struct Squares {
 std::string make_fit_sentence(const json& report) {
   const std::vector<std::pair<const char*, const char*>> kinds = {
       {"/position", "positions"}, {"/effort", "efforts"}, {"/linear_acceleration", "accelerations"}};
-  std::string text;
+  std::string falls, rises;
   for (const auto& [suffix, word] : kinds) {
     std::map<std::string, Squares> by_unit;
     for (const auto& [name, fit] : get_object(get(report, "fit"), "per_signal").items()) {
@@ -115,13 +115,17 @@ std::string make_fit_sentence(const json& report) {
       Squares& s = by_unit[get_text(fit, "unit")];
       s.before += before * before, s.after += after * after, s.n += 1.0;
     }
-    for (const auto& [unit, s] : by_unit)
+    for (const auto& [unit, s] : by_unit) {
+      std::string& text = s.after > s.before ? rises : falls;
       text += (text.empty() ? "" : ", ") + std::string(word) + " from " + format_number(std::sqrt(s.before / s.n), 3) + " to " +
               format_number(std::sqrt(s.after / s.n), 3) + " " + unit;
+    }
   }
-  if (text.empty()) return "";
+  if (falls.empty() && rises.empty()) return "";
   const bool held = get(get(report, "fit"), "held_out") == json(true);
-  return std::string(held ? "Held-out" : "Root mean square") + " errors fall: " + text + ".";
+  const std::string errors = std::string(held ? "Held-out" : "Root mean square") + " errors ";
+  if (falls.empty()) return errors + "rise: " + rises + ".";
+  return errors + "fall: " + falls + (rises.empty() ? "" : "; they rise: " + rises) + ".";
 }
 
 // "Of what can be predicted at all, 98 % is explained": only where a ceiling was measured.

@@ -23,6 +23,13 @@ TEST(Grades, FrictionWhoseIntervalHoldsNoneIsAmbiguous) {
   EXPECT_EQ(lower("viscous_friction", {{"coefficient", {{"value", 0.1}, {"ci95", {0.01, 0.19}}}}}), "supported");
 }
 
+TEST(Grades, NothingIsSupportedThatPredictsHeldOutRecordingsNoBetter) {
+  const Json parameters{{"coefficient", {{"value", 0.1}, {"ci95", {0.01, 0.19}}}}};
+  Json report{{"explained", 0.0}, {"findings", {{{"effect", "viscous_friction"}, {"grade", "supported"}, {"parameters", parameters}}}}};
+  lower_grades(&report);
+  EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
+}
+
 TEST(Grades, AScaleIsAbsentAtOneAndNotAtZero) {
   EXPECT_EQ(lower("sensor_scale", {{"scale", {{"value", 1.02}, {"ci95", {0.98, 1.06}}}}}), "ambiguous");
   EXPECT_EQ(lower("sensor_scale", {{"scale", {{"value", 0.4}, {"ci95", {-0.1, 0.9}}}}}), "supported");
