@@ -180,7 +180,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
         {{"effect", get_effect(effect.id).name},
          {"where", make_where(*problem.experiment, effect)},
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
-         {"share", round_to(std::max(0.0, shares[i]), 3)},
+         {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
          {"statement", make_statement(problem, outcome, effect, std) + make_worth(outcome, i)}});
   }

@@ -79,7 +79,7 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
       Json finding{{"effect", get_effect(e.id).name},
                    {"where", {{kind, name}}},
                    {"parameters", parameters},
-                   {"share", round_to(std::max(0.0, shares[i]) / static_cast<double>(places), 3)},
+                   {"share", round_to(std::clamp(shares[i], 0.0, 1.0) / static_cast<double>(places), 3)},
                    {"probability", probability},
                    {"statement", make_statement(p, o, i, name, parameters)}};
       if (i < o.twins.size() && !o.twins[i].empty()) finding["alternatives"] = make_alternatives(p, o.twins[i]);
