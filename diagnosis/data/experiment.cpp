@@ -13,6 +13,7 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/data/recording.h"
+#include "diagnosis/data/repair.h"
 #include "diagnosis/data/plausibility.h"
 #include "servers/model_parser/robot_loader.h"
 
@@ -70,7 +71,8 @@ std::vector<size_t> read_time(const Table& table, Recording* recording, std::vec
   if (dt > 0.25) {
     fail(table.file, table.lines[rows[1]], column + 1, "time",
          "samples stand " + std::to_string(dt) +
-             " s apart: expected seconds, at most 0.25 s apart; are these milliseconds?");
+             " s apart: expected seconds, at most 0.25 s apart; are these " +
+             (dt > 1e5 ? "nanoseconds?" : dt > 100.0 ? "microseconds?" : "milliseconds?"));
   }
   return rows;
 }
@@ -421,6 +423,7 @@ Experiment load_experiment(const std::string& path) {
   Loader loader(&e);
   for (const RecordingSpec& spec : e.keys.recordings) loader.load(spec);
   loader.cut();
+  for (Recording& r : e.recordings) repair_recording(e, &r, &e.warnings);
   check_suspicions(&e);
   std::vector<double> steps;
   for (const Recording& r : e.recordings) {

@@ -10,6 +10,7 @@
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/csv.h"
 #include "diagnosis/data/recording.h"
+#include "diagnosis/data/repair.h"
 #include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis {
@@ -48,6 +49,32 @@ TEST(Csv, TakesMissingCellsAsMissingAndDropsACutLastLine) {
   EXPECT_TRUE(std::isnan(table.columns[2][0]));
   EXPECT_TRUE(std::isnan(table.columns[1][1]));
   EXPECT_EQ(warnings.size(), 1u);
+}
+
+// A continuous joint that turns at 3 rad/s, logged between -pi and pi.
+TEST(Repair, AnAngleThatWrapsIsCountedOn) {
+  std::vector<double> angle;
+  for (int k = 0; k < 2000; ++k) angle.push_back(std::remainder(0.006 * k - 1.0, 2.0 * M_PI));
+  EXPECT_EQ(unwrap_angle(&angle), 2);
+  for (int k = 0; k < 2000; ++k) ASSERT_NEAR(angle[static_cast<size_t>(k)], 0.006 * k - 1.0, 1e-9) << k;
+}
+
+TEST(Repair, ASingleSampleThatJumpsAndReturnsIsLeftOutAndAStepIsNot) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal(0.0, 1e-4);
+  std::vector<double> signal;
+  for (int k = 0; k < 1000; ++k) signal.push_back(std::sin(0.01 * k) + (k >= 500 ? 0.5 : 0.0) + normal(random));
+  signal[300] += 40.0;
+  EXPECT_EQ(drop_spikes(&signal, 0.03), 1);
+  EXPECT_TRUE(std::isnan(signal[300]));
+  for (size_t k : {299u, 301u, 499u, 500u}) EXPECT_TRUE(std::isfinite(signal[k])) << k;
+}
+
+// Dry friction turns an effort at once, and a drive may switch it every sample: that is what it does.
+TEST(Repair, AnEffortThatSwitchesAllTheTimeStays) {
+  std::vector<double> effort;
+  for (int k = 0; k < 1000; ++k) effort.push_back(k % 7 == 0 ? 5.0 : 0.001 * (k % 3));
+  EXPECT_EQ(drop_spikes(&effort, 2.0), 0);
 }
 
 TEST(Noise, IsFoundUnderASmoothMotion) {

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "diagnosis/data/quantile.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846, kTurn = 2.0 * kPi;
+constexpr double kJump = 1.5 * kPi;    // [rad] no joint turns so far between two samples
+constexpr double kSpike = 10.0;        // times the second difference that 95 % stay below
+constexpr double kSteps = 8.0;         // smallest changes of a quantised signal
+constexpr double kReturn = 0.1;        // of the jump, by which the neighbours may differ
+constexpr double kMostSpikes = 0.01;   // of the samples
+constexpr double kOfPosition = 0.03;   // least jump, of the signal's middle 90 %: a link cannot jump
+constexpr double kOfOthers = 2.0;      // the same of speeds and efforts: impacts last one sample, too
+
+// |x[k] - mean of the neighbours|; NaN beside missing samples.
+std::vector<double> calc_second_differences(const std::vector<double>& x) {
+  std::vector<double> out(x.size(), std::numeric_limits<double>::quiet_NaN());
+  for (size_t k = 1; k + 1 < x.size(); ++k) out[k] = std::abs(x[k] - 0.5 * (x[k - 1] + x[k + 1]));
+  return out;
+}
+
+std::vector<double> keep_finite(const std::vector<double>& x) {
+  std::vector<double> out;
+  for (double v : x) {
+    if (std::isfinite(v)) out.push_back(v);
+  }
+  return out;
+}
+
+// The smallest that is not zero; 0 where all are.
+double find_smallest(const std::vector<double>& x) {
+  double least = 0.0;
+  for (double v : x) {
+    if (v > 0.0 && (least == 0.0 || v < least)) least = v;
+  }
+  return least;
+}
+
+// The command's whole turns more than the joint's, taken off.
+void align_turns(const std::vector<double>& angle, std::vector<double>* command) {
+  std::vector<double> apart;
+  for (size_t k = 0; k < std::min(angle.size(), command->size()); ++k) {
+    if (std::isfinite(angle[k]) && std::isfinite((*command)[k])) apart.push_back((*command)[k] - angle[k]);
+  }
+  if (apart.empty()) return;
+  const double turns = kTurn * std::round(find_median(std::move(apart)) / kTurn);
+  for (double& v : *command) v -= turns;
+}
+
+}  // namespace
+
+int unwrap_angle(std::vector<double>* angle) {
+  int jumps = 0;
+  double turns = 0.0, last = std::numeric_limits<double>::quiet_NaN();
+  for (double& v : *angle) {
+    if (!std::isfinite(v)) continue;
+    const double step = v + turns - last;
+    if (std::abs(step) > kJump) turns -= kTurn * std::round(step / kTurn), ++jumps;
+    v += turns, last = v;
+  }
+  return jumps;
+}
+
+int drop_spikes(std::vector<double>* signal, double of_spread) {
+  const std::vector<double> second = calc_second_differences(*signal), usual = keep_finite(second);
+  if (usual.size() < 100) return 0;
+  const std::vector<double> values = keep_finite(*signal);
+  const double spread = find_quantile(values, 0.95) - find_quantile(values, 0.05);
+  const double least = std::max({kSpike * find_quantile(usual, 0.95), of_spread * spread, kSteps * find_smallest(usual)});
+  std::vector<size_t> found;
+  for (size_t k = 1; k + 1 < signal->size(); ++k) {
+    if (second[k] > least && std::abs((*signal)[k + 1] - (*signal)[k - 1]) < kReturn * second[k]) found.push_back(k);
+  }
+  if (static_cast<double>(found.size()) > kMostSpikes * static_cast<double>(signal->size())) return 0;
+  for (size_t k : found) (*signal)[k] = std::numeric_limits<double>::quiet_NaN();
+  return static_cast<int>(found.size());
+}
+
+void repair_recording(const Experiment& e, Recording* r, std::vector<std::string>* warnings) {
+  for (int j = 0; j < e.num_joints(); ++j) {
+    JointColumns& joint = r->joints[static_cast<size_t>(j)];
+    std::vector<double>& angle = joint.signal[static_cast<int>(Quantity::kPosition)];
+    for (int q = 0; q < kQuantities; ++q) {
+      const int spikes = drop_spikes(&joint.signal[q], q == static_cast<int>(Quantity::kPosition) ? kOfPosition : kOfOthers);
+      if (spikes == 0) continue;
+      warnings->push_back(r->spec.name + ": " + e.signal_name(j, static_cast<Quantity>(q)) + ": " + std::to_string(spikes) +
+                          (spikes == 1 ? " sample that jumps and returns is left out" : " samples that jump and return are left out"));
+    }
+    if (e.robot.tree.joint(j).kind != JointKind::kRevolute) continue;
+    const int jumps = unwrap_angle(&angle);
+    if (jumps == 0) continue;
+    unwrap_angle(&joint.command);
+    align_turns(angle, &joint.command);
+    warnings->push_back(r->spec.name + ": " + e.signal_name(j, Quantity::kPosition) + ": " + std::to_string(jumps) +
+                        (jumps == 1 ? " jump" : " jumps") + " by a whole turn; the angle is counted on");
+  }
+}
+
+}  // namespace hrp::diagnosis
