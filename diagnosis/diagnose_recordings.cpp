@@ -11,7 +11,7 @@
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/checks/torque_traces.h"
 #include "diagnosis/data/stretches.h"
-#include "diagnosis/effort_unit_report.h"
+#include "diagnosis/log_conventions.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
@@ -106,11 +106,12 @@ Reports diagnose_whole(const Experiment& all, const DiagnosisOptions& options, c
 
 Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
-  const std::vector<EffortUnit> units = find_effort_units(is_long(all) ? make_screened(all, kFirst) : all);
-  if (!units.empty()) progress("check: efforts are no torques; they are taken times " + number(units.front().scale, 3) + " N m");
-  Reports reports = units.empty() ? diagnose_whole(all, options, progress, write_first)
-                                  : diagnose_whole(convert_efforts(all, units), options, progress, write_first);
-  add_effort_units(all, units, &reports);
+  const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
+  for (const EffortUnit& u : found.units) progress("check: the effort of " + all.robot.tree.joint(u.joint).name + " is taken times " + number(u.scale, 3) + " N m");
+  for (const JointZero& z : found.zeros) progress("check: the zero of " + all.robot.tree.joint(z.joint).name + " is taken as " + number(z.offset, 4) + " rad");
+  Reports reports = found.any() ? diagnose_whole(convert_recordings(all, found), options, progress, write_first)
+                                : diagnose_whole(all, options, progress, write_first);
+  add_conventions(all, found, &reports);
   finish(all, &reports);
   return reports;
 }

@@ -94,7 +94,7 @@ bool is_idle(const Json& finding) {
 
 std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
-  if (finding.contains("unit_of_log")) return "";
+  if (finding.contains("of_log")) return "";
   if (!effect || (effect->place != PlaceKind::kLink && effect->place != PlaceKind::kJoint)) return "";
   const int link = find_link(tree, finding["where"]);
   const double mass = link >= 0 ? calc_moving_mass(tree) : 0.0;

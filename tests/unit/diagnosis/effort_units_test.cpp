@@ -5,7 +5,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/effort_unit_report.h"
+#include "diagnosis/measurement/effort_units.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -30,9 +30,11 @@ Experiment make_logged(const std::string& name, const Hypothesis& hidden, const 
   return e;
 }
 
+std::vector<EffortUnit> find_units(const Experiment& e) { return find_effort_units(make_torque_data(e)); }
+
 TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueConstants) {
   const std::vector<double> torque_of_unit{8.0, 5.0};
-  const std::vector<EffortUnit> units = find_effort_units(make_logged("units_amperes", make_drives(), torque_of_unit));
+  const std::vector<EffortUnit> units = find_units(make_logged("units_amperes", make_drives(), torque_of_unit));
   ASSERT_EQ(units.size(), 2u);
   for (const EffortUnit& u : units) {
     // A tenth: the two regressions are biased by what dry friction leaves near rest.
@@ -43,28 +45,28 @@ TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueCon
 }
 
 TEST(EffortUnits, EffortsInNewtonMetresHaveNoUnitToFind) {
-  EXPECT_TRUE(find_effort_units(make_logged("units_torque", make_drives(), {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(make_logged("units_torque", make_drives(), {1.0, 1.0})).empty());
 }
 
 TEST(EffortUnits, AGainOfOneHalfIsAWrongTorqueConstantAndNoUnit) {
-  EXPECT_TRUE(find_effort_units(make_logged("units_gain", make_drives(), {2.0, 2.0})).empty());
+  EXPECT_TRUE(find_units(make_logged("units_gain", make_drives(), {2.0, 2.0})).empty());
 }
 
 // Two kilograms in the hand: the elbow's torques are five times those of the model, the shoulder's three times.
 TEST(EffortUnits, AHeavyLoadIsNoUnit) {
   Hypothesis hidden = make_drives();
   hidden.push_back({EffectId::kPayload, kFore, {2.0, 0.3, 0.0, 0.0, 0.0}});
-  EXPECT_TRUE(find_effort_units(make_logged("units_load", hidden, {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(make_logged("units_load", hidden, {1.0, 1.0})).empty());
 }
 
 TEST(EffortUnits, ACountOfOneTenthAtBothJointsIsAUnit) {
-  EXPECT_EQ(find_effort_units(make_logged("units_count", make_drives(), {0.1, 0.1})).size(), 2u);
+  EXPECT_EQ(find_units(make_logged("units_count", make_drives(), {0.1, 0.1})).size(), 2u);
 }
 
 TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
   const Experiment e = make_logged("units_turned", make_drives(), {1.0, -1.0});
   try {
-    find_effort_units(e);
+    find_units(e);
     FAIL() << "the turned sign was not seen";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("/joint_states/elbow/effort"), std::string::npos) << error.what();

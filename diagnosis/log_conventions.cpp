@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/log_conventions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/diagnostics.h"
+#include "common/effects/effect_info.h"
+#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/findings/families.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/report/json.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kNormal = 1.96;
+constexpr double kLeast = 0.03;     // of a scale: friction that follows neither speed nor direction
+constexpr double kWorth = 0.9;      // of the missing torque's squares that zeros must leave at most, to be looked into
+constexpr double kNats = 5.0;       // by which zeros must explain more than every set of effects at the logged ones: odds of 150
+constexpr double kFloor = 1e-6;     // share of the effort's squares that filters leave
+constexpr double kAlone = 0.1;      // left by one zero alone: then it is the cause, unless
+constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
+constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
+constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
+
+// Standard deviation: the bracket is where the scale can be at all.
+double calc_std(const EffortUnit& unit) {
+  return std::max(kLeast * unit.scale, 0.5 * std::abs(unit.high - unit.low) / kNormal);
+}
+
+// Share of squares that goes away when efforts are taken in that unit, held out where something is.
+double calc_share(const TorqueData& data, const EffortUnit& unit) {
+  const bool held = std::any_of(data.recordings.begin(), data.recordings.end(), [](const TorqueRecording& r) { return !r.train; });
+  double before = 0.0, after = 0.0;
+  for (const TorqueRecording& r : data.recordings) {
+    if (held && r.train) continue;
+    for (long k = 0; k < r.kept(); ++k) {
+      const double y = r.effort(r.full_row(k), unit.joint), tau = r.tau(r.full_row(k), unit.joint);
+      if (r.use(k, unit.joint)) before += std::pow(y - tau, 2), after += std::pow(unit.scale * y - tau, 2);
+    }
+  }
+  return before > 0.0 ? std::clamp(1.0 - after / before, 0.0, 1.0) : 0.0;
+}
+
+Json make_alternative(const char* effect, const Json& where, const Json& parameters) {
+  return {{"effect", effect}, {"family", find_family_name(effect)}, {"where", where}, {"parameters", parameters}};
+}
+
+Json make_finding(EffectId id, const std::string& joint, const char* parameter, const Json& value, double share, bool sure) {
+  const EffectInfo& effect = get_effect(id);
+  return {{"effect", effect.name},
+          {"family", get_family_name(effect.family)},
+          {"where", {{"joint", joint}}},
+          {"parameters", {{parameter, value}}},
+          {"grade", get_grade_name(sure ? Grade::kSupported : Grade::kAmbiguous)},
+          {"probability", 0.99},
+          {"share", round_to(share, 3)},
+          {"weight", round_to(share, 3)},
+          {"of_log", true}};
+}
+
+Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
+  const Experiment& e = *data.experiment;
+  const std::string joint = e.robot.tree.joint(unit.joint).name, column = e.signal_name(unit.joint, Quantity::kEffort);
+  const double std = calc_std(unit);
+  const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
+  const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
+  Json f = make_finding(EffectId::kTorqueConstant, joint, "scale", scale, calc_share(data, unit), !unit.by_others);
+  std::string statement = joint + ": the effort is no torque: one logged unit is " + number(unit.scale, 3) + " +- " +
+                          number(kNormal * std, 2) + " N m (a motor's current, or a share?).";
+  if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";
+  f["statement"] = statement;
+  f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
+  return f;
+}
+
+// The base and the first joint's zero say the same where its axis is level.
+bool is_first_and_level(const Experiment& e, int joint) {
+  const LinkSpec& link = e.robot.tree.links[static_cast<size_t>(joint) + 1];
+  if (link.parent > 0) return false;
+  const Vector3d axis_W = link.joint.X_PF.R * link.joint.axis_F, down_W = e.scenario.gravity_W.normalized();
+  return axis_W.normalized().cross(down_W).norm() > kRoot;
+}
+
+Json make_zero_finding(const Experiment& e, const JointZero& zero, double share) {
+  const std::string joint = e.robot.tree.joint(zero.joint).name;
+  const Json value = make_value(round_to(zero.offset, 5), round_to(zero.std, 3), "rad");
+  Json f = make_finding(EffectId::kJointOffset, joint, "offset", value, share, true);
+  f["statement"] = joint + ": the joint counts from another zero than the model: it reads " + number(zero.offset, 4) + " +- " +
+                   number(kNormal * zero.std, 2) + " rad too much.";
+  f["alternatives"] = Json::array();
+  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative("base_tilt", {{"link", e.robot.tree.links[0].name}}, Json::object()));
+  return f;
+}
+
+// Numbers of a parameter: a plain one in a model, one with its interval in a finding.
+void change(const std::function<double(double)>& move, const std::function<double(double)>& spread, Json* p) {
+  if (p->is_number()) {
+    *p = move(p->get<double>());
+    return;
+  }
+  (*p)["value"] = move((*p)["value"].get<double>());
+  (*p)["std"] = spread((*p)["std"].get<double>());
+  for (Json& end : (*p)["ci95"]) end = move(end.get<double>());
+}
+
+// The same effect that was found in converted recordings becomes one of logged recordings: gains multiply, offsets add.
+bool merge(const Json& finding, Json* list) {
+  const std::string name = finding["parameters"].begin().key();
+  const double by = finding["parameters"][name]["value"];
+  for (Json& other : *list) {
+    if (other["effect"] != finding["effect"] || other["where"] != finding["where"]) continue;
+    const bool factor = name == "scale";
+    change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * by : x; }, &other["parameters"][name]);
+    other["of_log"] = true;
+    return true;
+  }
+  return false;
+}
+
+[[noreturn]] void fail_turned(const Experiment& e, const JointZero& zero) {
+  const std::string column = e.signal_name(zero.joint, Quantity::kPosition);
+  const Recording& recording = e.recordings.front();
+  const auto at = recording.column_of.find(column);
+  Diagnostic d;
+  d.file = recording.spec.file, d.line = 1, d.column = at == recording.column_of.end() ? 0 : at->second, d.field = column;
+  d.message = "with its effort fits the model with the other sign only: is the axis of " +
+              e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?";
+  throw InputError(d);
+}
+
+// The best that effects on the list can do for these recordings.
+struct Explanation {
+  std::vector<double> cross, effective;  // by joint: mean square left over its effort's, and independent samples
+  double cost = 0.0;                     // [nats] of its terms
+};
+
+Explanation explain(const Experiment& e, int jobs) {
+  Explanation out;
+  TorqueData data = make_torque_data(e);
+  if (data.recordings.empty()) return out;
+  const TorqueDesign design = make_torque_design(std::move(data));
+  if (design.joints.empty()) return out;
+  const Choice choice = choose_torque_model(design, jobs);
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    const JointDesign& joint = design.joints[i];
+    out.cross.push_back(std::max(choice.fit.cross[i] / std::max(1e-300, joint.spread * joint.spread), kFloor));
+    out.effective.push_back(joint.effective);
+    for (size_t term : choice.model.own[i]) out.cost += get_cost(joint.terms[term].kind);
+  }
+  for (size_t term : choice.model.whole) out.cost += get_cost(design.whole[term].kind);
+  return out;
+}
+
+// [nats] by which a is the better explanation. What the richer of two sets of terms leaves is less correlated, which is no
+// merit: both count the same samples.
+double compare(const Explanation& a, const Explanation& b) {
+  if (a.cross.size() != b.cross.size()) return -1e300;
+  double nats = b.cost - a.cost;
+  for (size_t i = 0; i < a.cross.size(); ++i)
+    nats += 0.5 * std::min(a.effective[i], b.effective[i]) * std::log(b.cross[i] / a.cross[i]);
+  return nats;
+}
+
+// Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares aside.
+Explanation polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
+  Explanation best = explain(convert_zeros(e, *zeros), jobs);
+  for (double step : {0.02, 0.01, 0.005, 0.0025}) {
+    for (size_t i = 0; i < zeros->size(); ++i) {
+      for (double sign : {1.0, -1.0}) {
+        std::vector<JointZero> moved = *zeros;
+        moved[i].offset += sign * step;
+        const Explanation other = explain(convert_zeros(e, moved), jobs);
+        if (compare(other, best) > 0.0) best = other, *zeros = moved;
+      }
+    }
+  }
+  return best;
+}
+
+std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
+  const TorqueData data = make_torque_data(e);
+  if (data.recordings.empty()) return {};
+  JointZeros found = find_joint_zeros(data);
+  if (found.joints.empty() || found.left > kWorth) return {};
+  const double cost = kZeroCost * static_cast<double>(found.joints.size());
+  const double gain = compare(polish_zeros(e, jobs, &found.joints), explain(e, jobs));
+  const bool alone = found.joints.size() == 1 && !found.joints[0].turned && found.left < kAlone;
+  if (gain < (alone ? -kParsimony : cost + kNats)) return {};
+  for (const JointZero& zero : found.joints) {
+    if (zero.turned) fail_turned(e, zero);
+  }
+  return found.joints;
+}
+
+}  // namespace
+
+LogConventions find_conventions(const Experiment& e, int jobs) {
+  LogConventions out;
+  if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
+  out.units = find_effort_units(make_torque_data(e));
+  out.zeros = find_zeros(out.units.empty() ? e : convert_efforts(e, out.units), jobs);
+  return out;
+}
+
+Experiment convert_recordings(const Experiment& e, const LogConventions& c) { return convert_zeros(convert_efforts(e, c.units), c.zeros); }
+
+void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
+  if (!c.any()) return;
+  const TorqueData data = make_torque_data(as_logged);
+  Json own = Json::array(), findings = Json::array();
+  for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
+  for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
+  Json& report = reports->report;
+  for (const Json& finding : own) {
+    if (report.contains("model") && !report["model"].empty() && !merge(finding, &report["model"]))
+      report["model"].push_back(make_model_entry(finding));
+    if (!merge(finding, &report["findings"])) findings.push_back(finding);
+  }
+  for (const Json& f : report["findings"]) findings.push_back(f);
+  report["findings"] = findings;
+  if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained))
+    report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  const std::string text = "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";
+  report["warnings"].push_back(text);
+  reports->series["notes"].push_back(text);
+}
+
+}  // namespace hrp::diagnosis

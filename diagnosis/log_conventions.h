@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Logs of real machines that count otherwise than the model: efforts that are currents (measurement/effort_units.h), joints
+// whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; everything
+// else is then judged in the model's own units.
+#pragma once
+
+#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/measurement/joint_zeros.h"
+#include "diagnosis/report/first.h"
+
+namespace hrp::diagnosis {
+
+struct LogConventions {
+  std::vector<EffortUnit> units;
+  std::vector<JointZero> zeros;
+  bool any() const { return !units.empty() || !zeros.empty(); }
+};
+
+// For robots on a fixed base. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is
+// turned.
+LogConventions find_conventions(const Experiment& experiment, int jobs);
+
+// The recordings as the model counts.
+Experiment convert_recordings(const Experiment& experiment, const LogConventions& conventions);
+
+// Adds a finding for each, its entry in the model, and warnings. What was found of the same kind in converted recordings is
+// taken together with it.
+void add_conventions(const Experiment& as_logged, const LogConventions& conventions, Reports* reports);
+
+}  // namespace hrp::diagnosis

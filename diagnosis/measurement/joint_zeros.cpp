@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/joint_zeros.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/simulation/bodies.h"
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kLeast = 0.1;     // [rad] below it the linear term of an offset is exact to half a percent
+constexpr double kWorth = 0.9;     // of the squares that a joint's zero or sense must bring the rest down to
+constexpr long kSamples = 600;     // of all recordings, evenly taken
+constexpr int kSweeps = 3;
+constexpr int kHalvings = 12;      // of a step of a quarter radian: to 6e-5 rad
+constexpr double kLeastStd = 0.005;  // [rad] how well a zero is set by hand
+constexpr long kNuisance = 4;      // v, direction, a, constant
+
+// Samples of all recordings, and what friction and rotors can take of each joint's torque.
+struct Rows {
+  Eigen::MatrixXd q, v, a, effort;       // sample x joint
+  Eigen::MatrixXd use;                   // 1 where the joint moves and its effort is known, else 0
+  std::vector<Eigen::MatrixXd> basis;    // by joint: orthonormal columns of the nuisance
+  Eigen::VectorXd weight;                // by joint: 1 / variance of the effort; 0 where it tells nothing
+};
+
+Rows take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
+  long all = 0;
+  for (size_t i : recordings) all += data.recordings[i].kept();
+  const long skip = std::max(1L, all / kSamples), n = static_cast<long>(data.source.size());
+  std::vector<std::pair<const TorqueRecording*, long>> picked;
+  for (size_t i : recordings) {
+    for (long k = 0; k < data.recordings[i].kept(); k += skip) picked.emplace_back(&data.recordings[i], k);
+  }
+  Rows rows;
+  const long count = static_cast<long>(picked.size());
+  for (Eigen::MatrixXd* m : {&rows.q, &rows.v, &rows.a, &rows.effort, &rows.use}) m->resize(count, n);
+  for (long i = 0; i < count; ++i) {
+    const auto& [r, k] = picked[static_cast<size_t>(i)];
+    const long row = r->full_row(k);
+    rows.use.row(i) = r->use.row(k).cast<double>();
+    rows.q.row(i) = r->q.row(row), rows.v.row(i) = r->v.row(row), rows.a.row(i) = r->a.row(row), rows.effort.row(i) = r->effort.row(row);
+  }
+  rows.weight.setZero(n);
+  for (long j = 0; j < n; ++j) {
+    Eigen::MatrixXd nuisance(count, kNuisance);
+    nuisance.col(0) = rows.v.col(j), nuisance.col(2) = rows.a.col(j), nuisance.col(3).setOnes();
+    nuisance.col(1) = (rows.v.col(j).array() / data.slow[static_cast<size_t>(j)]).tanh();
+    for (long c = 0; c < kNuisance; ++c) nuisance.col(c).array() *= rows.use.col(j).array();
+    rows.basis.push_back(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(nuisance).householderQ() * Eigen::MatrixXd::Identity(count, kNuisance));
+    const double variance = (rows.effort.col(j).array() - rows.effort.col(j).mean()).square().mean();
+    if (data.is_judged(static_cast<int>(j)) && variance > 0.0) rows.weight[j] = 1.0 / variance;
+  }
+  return rows;
+}
+
+// Zeros and senses of all joints, and what they leave.
+class Fitter {
+ public:
+  Fitter(const Plant& plant, const Rows& rows) : plant_(plant), rows_(rows) {
+    const long n = rows.q.cols();
+    zero.setZero(n), sense.setOnes(n);
+    least = calc_left();
+  }
+
+  // Squares of what no friction and no rotor takes, over the efforts' variances.
+  double calc_left() const {
+    const auto turn = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd { return m * sense.asDiagonal(); };
+    const Eigen::MatrixXd q = turn(rows_.q).rowwise() + zero.transpose();
+    const Eigen::MatrixXd missing = rows_.effort - turn(calc_efforts(plant_, q, turn(rows_.v), turn(rows_.a)));
+    double sum = 0.0;
+    for (long j = 0; j < missing.cols(); ++j) {
+      const Eigen::MatrixXd& B = rows_.basis[static_cast<size_t>(j)];
+      const Eigen::VectorXd own = missing.col(j).cwiseProduct(rows_.use.col(j));
+      sum += rows_.weight[j] * (own - B * (B.transpose() * own)).squaredNorm();
+    }
+    return sum;
+  }
+
+  // Takes the value where it leaves less.
+  bool try_joint(long joint, double new_zero, double new_sense) {
+    const double old_zero = zero[joint], old_sense = sense[joint];
+    zero[joint] = std::remainder(new_zero, 2.0 * M_PI), sense[joint] = new_sense;
+    const double left = calc_left();
+    if (left < least) return least = left, true;
+    zero[joint] = old_zero, sense[joint] = old_sense;
+    return false;
+  }
+
+  void refine(long joint) {
+    double step = 0.25;
+    for (int i = 0; i < kHalvings; ++i, step *= 0.5) {
+      while (try_joint(joint, zero[joint] + step, sense[joint]) || try_joint(joint, zero[joint] - step, sense[joint])) {}
+    }
+  }
+
+  void sweep(long joint, bool may_turn) {
+    for (double s : {1.0, -1.0}) {
+      for (int quarter = -1; quarter <= 2; ++quarter) {
+        if (s == sense[joint] || may_turn) try_joint(joint, 0.5 * M_PI * quarter, s);
+      }
+    }
+    refine(joint);
+  }
+
+  // Back to the model's where that costs little.
+  void simplify(long joint, double zero_then, double sense_then) {
+    const double old_zero = zero[joint], old_sense = sense[joint], before = least;
+    zero[joint] = zero_then, sense[joint] = sense_then;
+    const double left = calc_left();
+    if (left * kWorth < before)
+      least = left;
+    else
+      zero[joint] = old_zero, sense[joint] = old_sense;
+  }
+
+  Eigen::VectorXd zero, sense;
+  double least = 0.0;
+
+ private:
+  const Plant& plant_;
+  const Rows& rows_;
+};
+
+bool may_be_off(const TorqueData& data, long joint) {
+  return data.experiment->robot.tree.joint(static_cast<int>(joint)).kind == JointKind::kRevolute;
+}
+
+Fitter fit(const TorqueData& data, const Plant& plant, const Rows& rows) {
+  Fitter fitter(plant, rows);
+  for (int i = 0; i < kSweeps; ++i) {
+    for (long j = 0; j < rows.q.cols(); ++j) {
+      if (may_be_off(data, j)) fitter.sweep(j, i == 0);
+    }
+  }
+  for (long j = 0; j < rows.q.cols(); ++j) {
+    if (fitter.sense[j] < 0.0) fitter.simplify(j, fitter.zero[j], 1.0);
+    if (fitter.zero[j] != 0.0) fitter.simplify(j, 0.0, fitter.sense[j]);
+  }
+  for (long j = 0; j < rows.q.cols(); ++j) {
+    if (fitter.zero[j] != 0.0) fitter.refine(j);
+  }
+  return fitter;
+}
+
+// How far the zero differs between recordings, of their mean.
+double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found, long joint) {
+  double sum = 0.0, squares = 0.0, n = 0.0;
+  for (size_t r = 0; r < data.recordings.size(); ++r) {
+    if (!data.recordings[r].train) continue;
+    const Rows rows = take_rows(data, {r});
+    Fitter own(plant, rows);
+    own.zero = found.zero, own.sense = found.sense, own.least = own.calc_left();
+    own.refine(joint);
+    sum += own.zero[joint], squares += own.zero[joint] * own.zero[joint], n += 1.0;
+  }
+  const double variance = n > 1.0 ? std::max(0.0, squares / n - sum * sum / (n * n)) / (n - 1.0) : 0.0;
+  return std::max(kLeastStd, std::sqrt(variance));
+}
+
+}  // namespace
+
+JointZeros find_joint_zeros(const TorqueData& data) {
+  JointZeros out;
+  if (data.experiment->scenario.floating_base || data.experiment->scenario.gravity_W.norm() == 0.0) return out;
+  std::vector<size_t> train;
+  for (size_t r = 0; r < data.recordings.size(); ++r) {
+    if (data.recordings[r].train) train.push_back(r);
+  }
+  const Plant plant = make_plant(*data.experiment, {});
+  const Rows rows = take_rows(data, train);
+  if (rows.q.rows() < 10 * kNuisance || rows.weight.isZero()) return out;
+  const double nominal = Fitter(plant, rows).least;
+  const Fitter found = fit(data, plant, rows);
+  out.left = nominal > 0.0 ? found.least / nominal : 1.0;
+  for (long j = 0; j < rows.q.cols(); ++j) {
+    const bool turned = found.sense[j] < 0.0;
+    if (!turned && std::abs(found.zero[j]) < kLeast) continue;
+    // q_model = s reading + zero, so that the reading is s (true - zero).
+    out.joints.push_back({static_cast<int>(j), -found.sense[j] * found.zero[j], calc_std(data, plant, found, j), turned});
+  }
+  return out;
+}
+
+Experiment convert_zeros(Experiment e, const std::vector<JointZero>& joints) {
+  for (const JointZero& zero : joints) {
+    const double sign = zero.turned ? -1.0 : 1.0;
+    for (Recording& r : e.recordings) {
+      JointColumns& joint = r.joints[static_cast<size_t>(zero.joint)];
+      for (std::vector<double>* angle : {&joint.signal[0], &joint.command}) {
+        for (double& q : *angle) q = sign * (q - zero.offset);
+      }
+      for (std::vector<double>* other : {&joint.signal[1], &joint.signal[2], &joint.command_rate}) {
+        for (double& x : *other) x *= sign;
+      }
+    }
+  }
+  return e;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Drivers that count from another pose than the URDF, or with the other sign: told from loads and forces, which look alike.
+#include <gtest/gtest.h>
+
+#include "common/base/diagnostics.h"
+#include "diagnosis/diagnose_recordings.h"
+#include "diagnosis/log_conventions.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::vector<std::string> kJoints{"shoulder", "elbow"};
+
+Hypothesis make_drives() {
+  return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+          {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
+          {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
+}
+
+// Logs of an arm with friction and rotors, driven by its efforts, as another driver would write them.
+Experiment make_logged(const std::string& name, int joint, double offset, double sign, Hypothesis hidden = make_drives()) {
+  Experiment e = make_simulated_experiment(name, kArm, kJoints, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    JointColumns& columns = r.joints[static_cast<size_t>(joint)];
+    for (double& q : columns.signal[0]) q = sign * q + offset;
+    for (int other : {1, 2}) {
+      for (double& x : columns.signal[other]) x *= sign;
+    }
+  }
+  return e;
+}
+
+// Small zeros are found by a linear term, large ones before anything else: the report says the same.
+TEST(LogConventions, AZeroThatIsOffIsNamedWithItsSizeAndNoForceIs) {
+  for (const double offset : {0.25, M_PI / 2}) {
+    const Experiment e = make_logged("zero_off", kShoulder, offset, 1.0);
+    const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
+    double named = 0.0;
+    for (const Json& f : reports.report["findings"]) {
+      if (f["effect"] == "joint_offset" && f["where"]["joint"] == "shoulder") named = f["parameters"]["offset"]["value"];
+      EXPECT_NE(f["effect"], "external_force") << f["statement"];
+    }
+    // 0.03 rad: what friction near rest moves the zero by; three times the spread between recordings.
+    EXPECT_NEAR(named, offset, 0.03) << reports.report["findings"].dump(1);
+  }
+}
+
+TEST(LogConventions, AnAxisThatTurnsTheOtherWayIsRefusedWithItsColumn) {
+  try {
+    find_conventions(make_logged("turned_axis", kElbow, 0.0, -1.0), 1);
+    FAIL() << "the turned axis was not seen";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("axis"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("/joint_states/"), std::string::npos) << error.what();
+  }
+}
+
+TEST(LogConventions, FrictionAndRotorsNeedNoOtherZero) {
+  EXPECT_FALSE(find_conventions(make_logged("no_zero", kShoulder, 0.0, 1.0), 1).any());
+}
+
+TEST(LogConventions, ALoadInTheHandIsNoOtherZero) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.8, 0.3, 0.0, 0.0, 0.0}});
+  EXPECT_FALSE(find_conventions(make_logged("load_no_zero", kShoulder, 0.0, 1.0, hidden), 1).any());
+}
+
+TEST(LogConventions, ASidewaysForceIsNoOtherZero) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kExternalForce, kFore, {6.0, 0.0, 0.0}});
+  EXPECT_FALSE(find_conventions(make_logged("force_no_zero", kShoulder, 0.0, 1.0, hidden), 1).any());
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
