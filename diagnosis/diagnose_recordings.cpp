@@ -107,7 +107,7 @@ Reports diagnose_whole(const Experiment& all, const DiagnosisOptions& options, c
 Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
   const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
-  for (const EffortUnit& u : found.units) progress("check: the effort of " + all.robot.tree.joint(u.joint).name + " is taken times " + number(u.scale, 3) + " N m");
+  for (const EffortUnit& u : found.units) progress(std::string("check: ") + (u.of_gains ? "gains of " : "the effort of ") + all.robot.tree.joint(u.joint).name + " taken times " + number(u.scale, 3));
   for (const JointZero& z : found.zeros) progress("check: the zero of " + all.robot.tree.joint(z.joint).name + " is taken as " + number(z.offset, 4) + " rad");
   Reports reports = found.any() ? diagnose_whole(convert_recordings(all, found), options, progress, write_first)
                                 : diagnose_whole(all, options, progress, write_first);

@@ -67,6 +67,12 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
   const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
   Json f = make_finding(EffectId::kTorqueConstant, joint, "scale", scale, calc_share(data, unit), !unit.by_others);
+  if (unit.of_gains) {
+    f["alternatives"] = Json::array();
+    f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNormal * std, 2) +
+                     " times what its stated gains say: they are in another unit, or of another drive.";
+    return f;
+  }
   std::string statement = joint + ": the effort is no torque: one logged unit is " + number(unit.scale, 3) + " +- " +
                           number(kNormal * std, 2) + " N m (a motor's current, or a share?).";
   if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";

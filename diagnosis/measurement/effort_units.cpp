@@ -63,7 +63,7 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
   const bool told = tt > kTells * kTells * calc_variance(rows.tau) * static_cast<double>(tau.size());
   if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
-  EffortUnit unit{joint, 0.0, te / ee, tt / te, false};  // of opposite biases
+  EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // of opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
   const double width = std::log(unit.high / unit.low), far = std::abs(std::log(std::abs(unit.scale)));
   if (width > kBracket * std::max(kFactor, far)) return std::nullopt;
@@ -104,21 +104,34 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   for (size_t j = 0; j < data.source.size(); ++j) {
     const int joint = static_cast<int>(j);
     const bool known = std::any_of(units->begin(), units->end(), [&](const EffortUnit& u) { return u.joint == joint; });
-    if (!known && data.source[j] == EffortSource::kRecorded) others.push_back({joint, scale, scale, scale, true});
+    if (!known && data.source[j] == data.source[static_cast<size_t>(units->front().joint)])
+      others.push_back({joint, scale, scale, scale, true, units->front().of_gains});
   }
   units->insert(units->end(), others.begin(), others.end());
+}
+
+void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
+  ServoGains gains = scenario->servo_default;
+  const auto own = scenario->servo_joints.find(joint);
+  if (own != scenario->servo_joints.end()) gains = own->second;
+  gains.kp *= scale, gains.kd *= scale;
+  scenario->servo_joints[joint] = gains;
 }
 
 }  // namespace
 
 std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   std::vector<EffortUnit> units;
-  if (data.experiment->scenario.drive != "effort" || data.recordings.empty()) return units;
+  if (data.recordings.empty()) return units;
+  const EffortSource source = data.experiment->scenario.drive == "effort" ? EffortSource::kRecorded : EffortSource::kServoLaw;
   for (size_t j = 0; j < data.source.size(); ++j) {
-    if (data.source[j] != EffortSource::kRecorded) continue;
-    const std::optional<EffortUnit> unit = find_unit(data, static_cast<int>(j));
-    if (unit && unit->scale < 0.0) fail_turned(data, *unit);
-    if (unit) units.push_back(*unit);
+    if (data.source[j] != source) continue;
+    std::optional<EffortUnit> unit = find_unit(data, static_cast<int>(j));
+    if (!unit) continue;
+    if (unit->scale < 0.0 && source == EffortSource::kServoLaw) return {};
+    if (unit->scale < 0.0) fail_turned(data, *unit);
+    unit->of_gains = source == EffortSource::kServoLaw;
+    units.push_back(*unit);
   }
   if (!are_far(units)) return {};
   add_others(data, &units);
@@ -128,6 +141,10 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
 Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {
   for (const EffortUnit& unit : units) {
     const auto j = static_cast<size_t>(unit.joint);
+    if (unit.of_gains) {
+      scale_gains(unit.scale, e.robot.tree.joint(unit.joint).name, &e.scenario);
+      continue;
+    }
     for (Recording& r : e.recordings) {
       for (double& y : r.joints[j].signal[static_cast<int>(Quantity::kEffort)]) y *= unit.scale;
     }

@@ -20,13 +20,14 @@ struct EffortUnit {
   double scale = 1.0;              // torque [N m, or N] of one logged unit
   double low = 1.0, high = 1.0;    // bracket of the scale
   bool by_others = false;          // this joint cannot tell; its neighbours' value is taken
+  bool of_gains = false;           // no effort was logged: the servo's stated gains are in another unit
 };
 
-// One entry for each joint whose efforts are logged in another unit; empty where they are torques, where no effort drives
-// the robot, or where the motion does not tell. Throws InputError where the sign of an effort is turned.
+// One entry for each joint whose efforts, or without them whose stated gains, are in another unit; empty where they are
+// torques or where the motion does not tell. Logged efforts of a servo are compared with its law elsewhere. Throws InputError where the sign of an effort is turned.
 std::vector<EffortUnit> find_effort_units(const TorqueData& data);
 
-// The same experiment with efforts in N m.
+// The same experiment with efforts in N m and gains in N m/rad.
 Experiment convert_efforts(Experiment experiment, const std::vector<EffortUnit>& units);
 
 }  // namespace hrp::diagnosis

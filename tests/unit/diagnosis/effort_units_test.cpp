@@ -73,6 +73,22 @@ TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
   }
 }
 
+// Position logs of a servo whose gains somebody read off a data sheet in other units.
+TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {
+  Experiment e = make_simulated_experiment("units_gains", kArm, kJoints, make_drives());
+  EXPECT_TRUE(find_units(e).empty());
+  e.scenario.servo_default.kp *= 0.1, e.scenario.servo_default.kd *= 0.1;
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) joint.signal[2].clear();
+  }
+  const std::vector<EffortUnit> units = find_units(e);
+  ASSERT_EQ(units.size(), 2u);
+  for (const EffortUnit& u : units) {
+    EXPECT_TRUE(u.of_gains);
+    EXPECT_NEAR(u.scale, 10.0, 1.0);  // a tenth, as for currents
+  }
+}
+
 TEST(EffortUnits, FrictionIsReportedInNewtonMetresBesideTheUnit) {
   const Experiment e = make_logged("units_report", make_drives(), {8.0, 8.0});
   const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
