@@ -4,23 +4,45 @@
 #include <pthread.h>
 
 #include <csignal>
+#include <exception>
+#include <new>
+#include <system_error>
 
 namespace hrp::mcap {
+namespace {
+
+// Where memory runs out, that is said, and needs none.
+std::string describe(const std::exception& error, const std::string& path) noexcept {
+  try {
+    if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return path + ": memory ran out";
+    return error.what();
+  } catch (const std::bad_alloc&) {
+    return "out of memory";  // short enough to be held in the string itself
+  }
+}
+
+}  // namespace
 
 BackgroundWriter::BackgroundWriter(std::unique_ptr<Writer> writer) : writer_(std::move(writer)), channel_count_(writer_->channel_count()) {
   // Signals belong to the other threads of the program. SIGXFSZ, which comes to the thread that writes beyond a limit of
   // the file's size, would kill the process; blocked, the write fails with EFBIG instead, like any other.
+  free_.reserve(kMaxWaiting + 2);  // all there are: the thread gives them back and must not fail
   sigset_t all, old;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &old);
-  thread_ = std::thread([this] { run(); });
+  try {
+    thread_ = std::thread([this] { run(); });
+  } catch (const std::system_error& error) {
+    pthread_sigmask(SIG_SETMASK, &old, nullptr);
+    throw McapError(writer_->path() + ": no thread can be had to write it: " + error.what());
+  }
   pthread_sigmask(SIG_SETMASK, &old, nullptr);
 }
 
 BackgroundWriter::~BackgroundWriter() {
   try {
     close();
-  } catch (const McapError&) {
+  } catch (const std::exception&) {
     // Said to whoever called close(); a destructor has nobody to tell.
   }
 }
@@ -32,7 +54,12 @@ uint16_t BackgroundWriter::add_channel(const std::string& topic, const std::stri
 
 void BackgroundWriter::add_message(const Message& message) {
   open_.messages.push_back(message);
-  open_.bytes.insert(open_.bytes.end(), message.data, message.data + message.size);
+  try {
+    open_.bytes.insert(open_.bytes.end(), message.data, message.data + message.size);
+  } catch (const std::bad_alloc&) {
+    open_.messages.pop_back();
+    throw;
+  }
 }
 
 void BackgroundWriter::write_chunk() {
@@ -58,7 +85,12 @@ void BackgroundWriter::wait() {
 
 void BackgroundWriter::close() {
   if (!thread_.joinable()) return;
-  if (!open_.messages.empty()) write_chunk();
+  std::exception_ptr refused;
+  try {
+    if (!open_.messages.empty()) write_chunk();
+  } catch (const std::bad_alloc&) {
+    refused = std::current_exception();
+  }
   {
     std::lock_guard<std::mutex> lock(mutex_);
     ending_ = true;
@@ -66,6 +98,7 @@ void BackgroundWriter::close() {
   }
   thread_.join();
   if (!error_.empty()) throw McapError(error_);
+  if (refused) std::rethrow_exception(refused);
 }
 
 uint64_t BackgroundWriter::chunks_written() const {
@@ -83,7 +116,7 @@ void BackgroundWriter::run() {
   try {
     writer_->write_chunk();  // what the file holds is told from the start: a kill leaves a log that can be opened
   } catch (const std::exception& error) {
-    failure = error.what();
+    failure = describe(error, writer_->path());
   }
   std::unique_lock<std::mutex> lock(mutex_);
   while (failure.empty()) {
@@ -96,7 +129,7 @@ void BackgroundWriter::run() {
     try {
       write(batch);
     } catch (const std::exception& error) {
-      failure = error.what();
+      failure = describe(error, writer_->path());
     }
     batch.channels.clear();
     batch.messages.clear();
@@ -111,11 +144,11 @@ void BackgroundWriter::run() {
   try {
     writer_->close();
   } catch (const std::exception& error) {
-    if (failure.empty()) failure = error.what();
+    if (failure.empty()) failure = describe(error, writer_->path());
   }
   lock.lock();
   // Said when the file is closed: whoever hears of the failure may read it.
-  error_ = failure;
+  error_ = std::move(failure);
   changed_.notify_all();
 }
 

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <utility>
 
 #include "common/mcap/format.h"
@@ -43,8 +44,21 @@ int write_beginning(int file) {
 }  // namespace
 
 ClaimedFile::ClaimedFile(const std::string& path, Existing existing) : path_(path) {
-  while (!lock(existing)) {
+  try {
+    while (!lock(existing)) {
+    }
+  } catch (const std::bad_alloc&) {
+    give_back();
+    throw;
   }
+}
+
+// Of a file that holds nothing yet: its name is free again.
+void ClaimedFile::give_back() {
+  if (file_ < 0) return;
+  struct stat info {};
+  if (::fstat(file_, &info) == 0 && S_ISREG(info.st_mode) && info.st_size == 0) ::unlink(path_.c_str());
+  ::close(std::exchange(file_, -1));
 }
 
 ClaimedFile::ClaimedFile(ClaimedFile&& other) noexcept
@@ -53,6 +67,8 @@ ClaimedFile::ClaimedFile(ClaimedFile&& other) noexcept
 ClaimedFile::~ClaimedFile() {
   try {
     close();
+  } catch (const std::bad_alloc&) {
+    give_back();  // not read again for want of memory: what is in it stays
   } catch (const McapError&) {
     // Said to whoever called close(); a destructor has nobody to tell.
   }

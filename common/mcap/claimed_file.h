@@ -30,6 +30,7 @@ class ClaimedFile {
  private:
   // False when the file was removed by its last owner while we waited: the name is free again.
   bool lock(Existing existing);
+  void give_back();
   [[noreturn]] void refuse(const std::string& reason);
 
   std::string path_;

@@ -5,6 +5,8 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <cstring>
+#include <new>
 
 namespace hrp::mcap {
 namespace {
@@ -14,12 +16,19 @@ namespace {
 constexpr int kZstdLevel = 1;
 constexpr size_t kGrowth = size_t{1} << 20;
 
+// Of the names of errors of both libraries; their codes are not part of their stable interfaces. Data that were not
+// unpacked for want of memory are not damaged.
+bool lacks_memory(const char* error) {
+  return std::strstr(error, "not enough memory") != nullptr || std::strstr(error, "llocation") != nullptr;
+}
+
 struct ZstdContextDeleter {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
 Unpacked unzip_zstd(const uint8_t* data, size_t data_size, uint64_t size, std::vector<uint8_t>* out) {
   std::unique_ptr<ZSTD_DCtx, ZstdContextDeleter> context(ZSTD_createDCtx());
+  if (!context) throw std::bad_alloc();
   ZSTD_inBuffer in{data, data_size, 0};
   size_t done = 0;
   while (true) {
@@ -27,6 +36,7 @@ Unpacked unzip_zstd(const uint8_t* data, size_t data_size, uint64_t size, std::v
     ZSTD_outBuffer part{out->data() + done, out->size() - done, 0};
     const size_t hint = ZSTD_decompressStream(context.get(), &part, &in);
     done += part.pos;
+    if (lacks_memory(ZSTD_getErrorName(hint))) throw std::bad_alloc();
     if (ZSTD_isError(hint) || done > size) {
       out->resize(std::min<uint64_t>(done, size));
       return Unpacked::kCorrupt;
@@ -44,7 +54,7 @@ struct Lz4ContextDeleter {
 
 Unpacked unzip_lz4(const uint8_t* data, size_t data_size, uint64_t size, std::vector<uint8_t>* out) {
   LZ4F_dctx* raw = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) return Unpacked::kCorrupt;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) throw std::bad_alloc();
   std::unique_ptr<LZ4F_dctx, Lz4ContextDeleter> context(raw);
   size_t done = 0, used = 0;
   while (true) {
@@ -53,6 +63,7 @@ Unpacked unzip_lz4(const uint8_t* data, size_t data_size, uint64_t size, std::ve
     const size_t hint = LZ4F_decompress(context.get(), out->data() + done, &written, data + used, &read, nullptr);
     done += written;
     used += read;
+    if (lacks_memory(LZ4F_getErrorName(hint))) throw std::bad_alloc();
     if (LZ4F_isError(hint) || done > size) {
       out->resize(std::min<uint64_t>(done, size));
       return Unpacked::kCorrupt;
@@ -84,6 +95,7 @@ struct Compressor::State {
 
 Compressor::Compressor(Compression compression) : compression_(compression), state_(std::make_unique<State>()) {
   if (compression == Compression::kZstd) state_->zstd = ZSTD_createCCtx();
+  if (compression == Compression::kZstd && state_->zstd == nullptr) throw std::bad_alloc();
 }
 
 Compressor::~Compressor() = default;

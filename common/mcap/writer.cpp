@@ -13,6 +13,26 @@
 #include "common/base/check.h"
 
 namespace hrp::mcap {
+namespace {
+
+// What was put into a buffer is taken back unless it is kept: memory may run out in the middle of a record.
+class AllOrNothing {
+ public:
+  explicit AllOrNothing(Buffer* buffer) : buffer_(buffer), size_(buffer->size()) {}
+  ~AllOrNothing() {
+    if (!kept_) buffer_->resize(size_);
+  }
+  AllOrNothing(const AllOrNothing&) = delete;
+  AllOrNothing& operator=(const AllOrNothing&) = delete;
+  void keep() { kept_ = true; }
+
+ private:
+  Buffer* buffer_;
+  size_t size_;
+  bool kept_ = false;
+};
+
+}  // namespace
 
 Writer::Writer(ClaimedFile file, Compression compression, const std::string& profile)
     : path_(file.path()), file_(std::move(file)), compression_(compression), compressor_(compression) {
@@ -23,24 +43,31 @@ Writer::Writer(ClaimedFile file, Compression compression, const std::string& pro
 Writer::~Writer() {
   try {
     close();
-  } catch (const McapError&) {
+  } catch (const std::exception&) {
     // Said to whoever called close(); a destructor has nobody to tell.
   }
 }
 
 uint16_t Writer::add_schema(const std::string& name, const std::string& encoding, const std::string& text) {
-  schemas_.push_back({static_cast<uint16_t>(schemas_.size() + 1), name, encoding, text});
-  put_schema(schemas_.back(), &definitions_);
+  AllOrNothing addition(&definitions_);
+  Schema schema{static_cast<uint16_t>(schemas_.size() + 1), name, encoding, text};
+  put_schema(schema, &definitions_);
+  schemas_.push_back(std::move(schema));
+  addition.keep();
   return schemas_.back().id;
 }
 
 uint16_t Writer::add_channel(const std::string& topic, uint16_t schema_id, const std::string& message_encoding,
                              std::map<std::string, std::string> metadata) {
   HRP_CHECK(schema_id >= 1 && schema_id <= schemas_.size(), "schema " << schema_id << " of topic " << topic);
-  channels_.push_back({static_cast<uint16_t>(channels_.size()), schema_id, topic, message_encoding, std::move(metadata)});
-  put_channel(channels_.back(), &definitions_);
-  open_index_.emplace_back();
-  message_counts_.push_back(0);
+  AllOrNothing addition(&definitions_);
+  Channel channel{static_cast<uint16_t>(channels_.size()), schema_id, topic, message_encoding, std::move(metadata)};
+  put_channel(channel, &definitions_);
+  // One place too many in these two does no harm.
+  open_index_.resize(channels_.size() + 1);
+  message_counts_.resize(channels_.size() + 1);
+  channels_.push_back(std::move(channel));
+  addition.keep();
   return channels_.back().id;
 }
 
@@ -57,8 +84,10 @@ void Writer::add_attachment(const std::string& name, const std::string& media_ty
   // The checksum covers the contents of the record up to itself.
   out_.put(update_crc(0, out_.data() + begin, out_.size() - begin));
   out_.end_record(begin);
-  attachments_.push_back({file_size_, out_.size(), content.size(), name, media_type});
+  AttachmentIndex index{file_size_, out_.size(), content.size(), name, media_type};
+  attachments_.reserve(attachments_.size() + 1);  // what is in the file is in the index, too
   append_to_file(out_);
+  attachments_.push_back(std::move(index));
 }
 
 void Writer::add_message(const Message& message) {
@@ -69,7 +98,8 @@ void Writer::add_message(const Message& message) {
   }
   chunk_start_ = std::min(chunk_start_, message.log_time);
   chunk_end_ = std::max(chunk_end_, message.log_time);
-  open_index_[message.channel_id].emplace_back(message.log_time, chunk_.size());
+  std::vector<TimeAndOffset>& index = open_index_[message.channel_id];
+  AllOrNothing addition(&chunk_);
   const size_t begin = chunk_.begin_record(Opcode::kMessage);
   chunk_.put(message.channel_id);
   chunk_.put(message.sequence);
@@ -77,6 +107,8 @@ void Writer::add_message(const Message& message) {
   chunk_.put(message.publish_time);
   chunk_.put_bytes(message.data, message.size);
   chunk_.end_record(begin);
+  index.emplace_back(message.log_time, begin - kRecordHead);
+  addition.keep();
 }
 
 void Writer::write_chunk() {
@@ -106,6 +138,7 @@ void Writer::append_chunk() {
 
   ChunkIndex index{chunk_start_, chunk_end_, file_size_, out_.size(), {}, 0, packed_size, chunk_.size()};
   put_message_indexes(&index);
+  if (chunks_.size() == chunks_.capacity()) chunks_.reserve(2 * chunks_.size() + 64);  // what is in the file is in the index, too
   append_to_file(out_);
   log_start_ = chunks_.empty() ? chunk_start_ : std::min(log_start_, chunk_start_);
   log_end_ = std::max(log_end_, chunk_end_);
@@ -180,7 +213,7 @@ void Writer::close() {
     // readable without it.
     if (file_size_ > 0) write_summary();
     if (durable_ && !failed_) sync();
-  } catch (const McapError&) {
+  } catch (const std::exception&) {
     ClaimedFile(std::move(file_));  // closed without a word: the first error is the one to tell
     throw;
   }
