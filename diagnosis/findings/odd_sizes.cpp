@@ -20,6 +20,9 @@ constexpr double kWeights = 3.0;    // a rope or a person pulls as hard as this,
 constexpr double kLoads = 2.0;      // masses of all that moves
 constexpr double kGravity = 9.81;   // [m/s^2]
 constexpr double kTool = 0.5;       // [m] by which what a link carries may stand out
+constexpr double kSink = 1e-3;      // [m] of a sole under half the weight
+constexpr double kTilt = 5e-3;      // [rad] of a sole when half the weight moves by kMove
+constexpr double kMove = 0.05;      // [m]
 constexpr double kIdle = 0.25;      // standard deviations
 
 double calc_moving_mass(const TreeSpec& tree) {
@@ -72,6 +75,19 @@ void doubt(const std::string& why, Json* finding) {
 
 bool has_odd_size(const Json& finding) { return finding.contains("odd_size"); }
 
+// The value of a parameter; infinite where it is not stated: nothing gives there.
+double read_stiffness(const Json& parameters, const char* name) {
+  if (!parameters.contains(name) || !parameters[name].is_object() || !parameters[name]["value"].is_number()) return HUGE_VAL;
+  return parameters[name]["value"].get<double>();
+}
+
+bool is_stiff_sole(const Json& finding, double half_weight) {
+  if (finding["effect"] != get_effect(EffectId::kFootCompliance).name) return false;
+  const Json& p = finding["parameters"];
+  const double tilt = std::min(read_stiffness(p, "k_roll"), read_stiffness(p, "k_pitch"));
+  return half_weight / read_stiffness(p, "kz") < kSink && half_weight * kMove / tilt < kTilt;
+}
+
 // All of an effect's parameters that tell whether it is there lie within `kIdle` standard deviations of none.
 bool is_idle(const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
@@ -121,6 +137,15 @@ void doubt_odd_sizes(const TreeSpec& tree, Json* report) {
   }
   if ((*report)["verdict"] == get_verdict_name(Verdict::kExplained))
     (*report)["verdict"] = get_verdict_name(Verdict::kMostlyExplained);
+}
+
+void doubt_stiff_soles(const TreeSpec& tree, Json* report) {
+  const double half_weight = 0.5 * kGravity * calc_moving_mass(tree);
+  for (Json& f : (*report)["findings"]) {
+    if (f.value("grade", "") == get_grade_name(Grade::kAmbiguous) || !is_stiff_sole(f, half_weight)) continue;
+    make_ambiguous(&f);
+    f["statement"] = f.value("statement", "") + " This is as stiff as floors and force sensors are: what gives here is not told.";
+  }
 }
 
 void drop_idle_findings(Json* report) {

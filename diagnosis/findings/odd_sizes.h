@@ -19,6 +19,11 @@ std::string find_odd_size(const TreeSpec& tree, const nlohmann::ordered_json& fi
 // it is certain only as a part of a whole that explains everything; `explained` becomes `mostly_explained`.
 void doubt_odd_sizes(const TreeSpec& tree, nlohmann::ordered_json* report);
 
+// A sole that sinks by less than a millimetre under half the robot's weight, and tilts by less than 5 mrad when the force on
+// it moves by 5 cm, is as stiff as floors, force sensors and the contacts of simulators are: where the give sits is not told,
+// and the finding becomes `ambiguous`.
+void doubt_stiff_soles(const TreeSpec& tree, nlohmann::ordered_json* report);
+
 // Findings whose value is less than a quarter of a standard deviation from none say nothing. They are left out of the report, not of
 // the model, as long as another finding stays.
 void drop_idle_findings(nlohmann::ordered_json* report);

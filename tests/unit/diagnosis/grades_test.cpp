@@ -126,6 +126,22 @@ TEST(OddSizes, WhatIsCertainBesideAnOddSizeIsNotCertain) {
   EXPECT_EQ(report["verdict"], "mostly_explained");
 }
 
+// A robot of 50 kg: 245 N sink by 0.44 mm on 5.6e5 N/m, by 2.5 mm on 1e5 N/m.
+TEST(StiffSoles, AGiveOfLessThanAMillimetreMayBeTheFloors) {
+  TreeSpec tree = make_pendulum();
+  tree.links[0].inertia.mass = 50.0;
+  const auto judge = [&](double kz, double k_roll) {
+    Json sole = make_finding("foot_compliance", "foot", "left", "kz", kz);
+    sole["parameters"]["k_roll"] = {{"value", k_roll}};
+    Json report{{"findings", {sole}}};
+    doubt_stiff_soles(tree, &report);
+    return report["findings"][0]["grade"].get<std::string>();
+  };
+  EXPECT_EQ(judge(5.6e5, 15000.0), "ambiguous");
+  EXPECT_EQ(judge(1.0e5, 15000.0), "certain");
+  EXPECT_EQ(judge(5.6e5, 300.0), "certain");
+}
+
 // Two effects of which each alone takes away 0.6, and both 0.8, take 0.4 each; one that does nothing takes nothing.
 TEST(Shares, OfEffectsThatStandInForOneAnotherAreEqualAndSumToTheWhole) {
   const auto value = [](size_t mask) { return (mask & 3) == 3 ? 0.8 : (mask & 3) ? 0.6 : 0.0; };
