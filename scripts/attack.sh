@@ -9,6 +9,11 @@
 #   stop       a server stands still for up to half a second; the run must end with the bits of an undisturbed one
 #   launcher   the launcher dies; its servers must follow
 #   disk       the log may not grow beyond a random size
+#   slow       each write into the log takes up to 60 ms more: same bits, whole log
+#   read_only  the log's file system is read-only
+#   clock      wall clocks that jump, or that are an hour apart in the processes: same bits
+#   memory     an allocation of one server fails, or all from one on
+#   memory_here  the same of a run in one process
 #
 #   --tries N  of each kind, default 25
 #   --seed S   default 1

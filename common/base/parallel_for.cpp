@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
+#include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -15,13 +18,27 @@ void parallel_for(int jobs, int count, const std::function<void(int, int)>& work
     return;
   }
   std::atomic<int> next{0};
-  std::vector<std::thread> pool;
-  for (int t = 0; t < threads; ++t) {
-    pool.emplace_back([&, t] {
+  std::mutex mutex;
+  std::exception_ptr failure;  // the first; what has not begun then is left
+  const auto take_work = [&](int t) {
+    try {
       for (int i = next++; i < count; i = next++) work(i, t);
-    });
+    } catch (...) {
+      next = count;
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  std::vector<std::thread> pool;
+  pool.reserve(static_cast<size_t>(threads));
+  try {
+    for (int t = 1; t < threads; ++t) pool.emplace_back([&take_work, t] { take_work(t); });
+  } catch (const std::system_error&) {
+    // No more threads are to be had: fewer do the same work.
   }
+  take_work(0);
   for (std::thread& thread : pool) thread.join();
+  if (failure) std::rethrow_exception(failure);
 }
 
 void parallel_for(int jobs, int count, const std::function<void(int)>& work) {

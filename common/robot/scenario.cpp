@@ -108,6 +108,8 @@ YAML::Node parse_yaml(const std::string& text, const std::string& path) {
       d.column = error.mark.column + 1;
     }
     d.message = "not valid YAML: " + error.msg;
+  } catch (const std::bad_alloc&) {
+    throw;  // not the file's fault
   } catch (const std::exception& error) {  // yaml-cpp lets a few std exceptions through on malformed text
     d.message = std::string("not valid YAML: ") + error.what();
   }

@@ -2,6 +2,8 @@
 """Attacks runs of the server set; scripts/attack.sh says how to call it."""
 import argparse
 import csv
+import functools
+import math
 import os
 import random
 import re
@@ -16,6 +18,9 @@ SERVERS = {"hrp-scheduler": "scheduler", "hrp-logger": "logger", "hrp-dynamics":
            "hrp-collision-checker": "collision_checker", "hrp-controller": "controller",
            "hrp-model-parser": "model_parser"}
 DURATION = 2.0       # [s] simulated
+STEP = 1e-3          # [s] of the scenario
+FIRST_ALLOCATION = 64  # before it, libraries prepare themselves for main(): nobody can say anything yet
+MOST_ALLOCATIONS = 300000  # that are counted until one fails: about as many as a run makes
 LONGEST = 90.0       # [s] a run may take on a loaded machine before it hangs
 LOST_AT_MOST = 32    # steps that are not in the log when the logger dies
 GRACE = 15.0         # [s] until servers without a launcher are gone
@@ -46,10 +51,25 @@ def is_there(pid):
         return False
 
 
+@functools.lru_cache(maxsize=None)
+def build_faulty_system():
+    """The library that faulty_system.c describes; its folder goes with this program."""
+    folder = tempfile.TemporaryDirectory(prefix="hrp-attack-")
+    library = os.path.join(folder.name, "faulty_system.so")
+    source = os.path.join(os.path.dirname(os.path.abspath(__file__)), "faulty_system.c")
+    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, source, "-lpthread"], check=True)
+    return folder, library
+
+
+def make_faults(faults):
+    """Environment of a run with such faults: {"CLOCK": "apart"}."""
+    return {"LD_PRELOAD": build_faulty_system()[1], **{f"HRP_FAULT_{name}": value for name, value in faults.items()}}
+
+
 class Run:
     """A run of the server set, started with its log in `folder`."""
 
-    def __init__(self, bin_folder, scenario, folder, options, file_limit=None):
+    def __init__(self, bin_folder, scenario, folder, options, file_limit=None, faults=None):
         self.bin = bin_folder
         self.log = os.path.join(folder, "run.mcap")
         self.start = time.monotonic()
@@ -60,7 +80,8 @@ class Run:
             if file_limit is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit, file_limit))
 
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=limit)
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=limit,
+                                        env={**os.environ, **make_faults(faults)} if faults else None)
         self.output = ""
 
     def servers(self):
@@ -216,6 +237,63 @@ class Attacker:
         return what, ""
 
 
+    def draw_memory_fault(self):
+        n = int(math.exp(self.draw.uniform(math.log(FIRST_ALLOCATION), math.log(MOST_ALLOCATIONS))))
+        return str(n) + self.draw.choice(["", "+"])
+
+    def judge_same(self, run):
+        """Of a run whose fault may cost time and nothing else."""
+        if not run.finish():
+            return "it hangs"
+        if run.process.returncode == 0 and run.hash() == self.find_undisturbed()[0]:
+            return "" if run.read_log() == round(DURATION / STEP) else f"the log ends with step {run.read_log()}"
+        return f"status {run.process.returncode}, hash {run.hash()}: {run.output.strip()[-200:]}"
+
+    def memory(self, folder, options):
+        """The system's own libraries end a process without memory by abort(): of servers that is enough, the launcher names them."""
+        role, fault = self.draw.choice(sorted(SERVERS.values())), self.draw_memory_fault()
+        program = next(p for p, r in SERVERS.items() if r == role)
+        run = Run(self.bin, self.scenario, folder, options, faults={"MALLOC": fault, "PROGRAM": program})
+        return f"allocation {fault} of {role} fails", self.judge_end(run, role, True)
+
+    def memory_here(self, folder, _):
+        """In one process nothing but our own code runs out of memory: it says so and ends with a status."""
+        fault = self.draw_memory_fault()
+        run = Run(self.bin, self.scenario, folder, ["--in-process"], faults={"MALLOC": fault, "PROGRAM": "hrp-simulate"})
+        what = f"allocation {fault} of hrp-simulate --in-process fails"
+        if not run.finish():
+            return what, "it hangs"
+        status, hash_ = run.process.returncode, run.hash()
+        if status < 0:
+            return what, f"ended by signal {-status}: {run.output.strip()[-200:]}"
+        if status == 0:
+            return what, "" if hash_ in ("", self.find_undisturbed()[0]) else "status 0 with another hash"
+        if "error" not in run.output and "hrp-simulate:" not in run.output:
+            return what, f"does not say why: {run.output.strip()[-200:]}"
+        last, end = run.read_log(), run.step_of_end()
+        if last is not None and end is not None and end - last > LOST_AT_MOST:
+            return what, f"the log ends {end - last} steps early"
+        return what, ""
+
+    def clock(self, folder, options):
+        if self.draw.random() < 0.3:
+            return "the wall clock jumps at each look, one process", self.judge_same(Run(self.bin, self.scenario, folder, ["--in-process"], faults={"CLOCK": "jumps"}))
+        return "the wall clocks of the processes are up to an hour apart", self.judge_same(Run(self.bin, self.scenario, folder, options, faults={"CLOCK": "apart"}))
+
+    def slow(self, folder, options):
+        delay = self.draw.randrange(1000, 60000)
+        return f"each write into the log takes {delay} us more", self.judge_same(Run(self.bin, self.scenario, folder, options, faults={"SLOW": str(delay)}))
+
+    def read_only(self, folder, options):
+        run = Run(self.bin, self.scenario, folder, options, faults={"READ_ONLY": "1"})
+        what = "the log's file system is read-only"
+        if not run.finish():
+            return what, "it hangs"
+        if run.process.returncode != 2 or "Read-only" not in run.output or "run.mcap" not in run.output:
+            return what, f"status {run.process.returncode}: {run.output.strip()[-200:]}"
+        return what, ""
+
+
 def show_progress(kind, done, tries, failures, start):
     left = (time.monotonic() - start) / done * (tries - done)
     text = f"{kind}: {done} of {tries}, {failures} failed, about {left:.0f} s left"
@@ -239,7 +317,7 @@ def attack(attacker, kind, tries, rows):
 
 
 def main():
-    kinds = ["kill", "stop", "launcher", "disk"]
+    kinds = ["kill", "stop", "launcher", "disk", "slow", "read_only", "clock", "memory", "memory_here"]
     parser = argparse.ArgumentParser(prog="attack.sh")
     parser.add_argument("bin")
     parser.add_argument("scenario")

@@ -56,11 +56,12 @@ struct MemoryBus::State {
 
   Pending& push(MemoryTopic* topic, Bytes sample) {
     if (count == ring.size()) grow();
-    Pending& slot = ring[(head + count++) & (ring.size() - 1)];
+    Pending& slot = ring[(head + count) & (ring.size() - 1)];
+    slot.bytes.assign(sample.data, sample.data + sample.size);  // first: without memory for it nothing waits
     slot.topic = topic;
     slot.only = nullptr;
     slot.number = next_number++;
-    slot.bytes.assign(sample.data, sample.data + sample.size);
+    ++count;
     return slot;
   }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdio>
+#include <new>
 
 #include "common/base/diagnostics.h"
 #include "common/node/runner.h"
@@ -10,9 +11,9 @@
 int main(int argc, char** argv) {
   hrp::LaunchOptions options;
   int exit_code = 0;
-  if (!hrp::parse_launch_options(argc, argv, &options, &exit_code)) return exit_code;
-  hrp::handle_stop_signals();
   try {
+    if (!hrp::parse_launch_options(argc, argv, &options, &exit_code)) return exit_code;
+    hrp::handle_stop_signals();
     const hrp::Scenario scenario = hrp::load_scenario(options.scenario);
     const hrp::LogName name(hrp::choose_log_file(options, scenario));
     const std::string& log = name.path();
@@ -25,6 +26,9 @@ int main(int argc, char** argv) {
   } catch (const hrp::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return hrp::kExitBadInput;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "hrp-simulate: memory ran out\n");
+    return hrp::kExitFailed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-simulate: %s\n", error.what());
     return hrp::kExitFailed;

@@ -158,12 +158,12 @@ bool is_logged(const LaunchOptions& options) {
 }
 
 LogName::~LogName() {
-  std::error_code ignored;
-  if (!fs::is_regular_file(path_, ignored) || mcap::holds_something(path_)) return;
   try {
+    std::error_code ignored;
+    if (!fs::is_regular_file(path_, ignored) || mcap::holds_something(path_)) return;
     mcap::ClaimedFile(path_, mcap::Existing::kRefuse);  // takes empty files with it
-  } catch (const mcap::McapError&) {
-    // A logger that does not end still has it.
+  } catch (const std::exception&) {
+    // A logger that does not end still has it, or memory ran out.
   }
 }
 
