@@ -2,6 +2,7 @@
 #include "servers/scheduler/node.h"
 
 #include <cmath>
+#include <stdexcept>
 
 #include "common/base/diagnostics.h"
 #include "common/messages/topics.h"
@@ -55,11 +56,11 @@ SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions&
       duration_override_(duration_override),
       grant_publisher_(bus(), topics::kStepGrant),
       status_publisher_(bus(), topics::kRunStatus) {
-  listen<msg::ServerStatus>(topics::kServerStatus, [this](const msg::ServerStatus& m) { take_status(m); });
-  listen<msg::RunControl>(topics::kRunControl, [this](const msg::RunControl& m) { take_control(m); });
+  listen<msg::ServerStatus>(topics::kServerStatus, [this](const msg::ServerStatus& m) { attempt([&] { take_status(m); }); });
+  listen<msg::RunControl>(topics::kRunControl, [this](const msg::RunControl& m) { attempt([&] { take_control(m); }); });
   listen<msg::RobotDescription>(topics::kRobotDescription,
-                                [this](const msg::RobotDescription& m) { take_description(m); });
-  listen<msg::ModelRefused>(topics::kModelRefused, [this](const msg::ModelRefused& m) { take_refusal(m); });
+                                [this](const msg::RobotDescription& m) { attempt([&] { take_description(m); }); });
+  listen<msg::ModelRefused>(topics::kModelRefused, [this](const msg::ModelRefused& m) { attempt([&] { take_refusal(m); }); });
   set_phase(msg::SERVER_READY);
 }
 
@@ -98,7 +99,17 @@ void SchedulerNode::take_status(const msg::ServerStatus& message) {
 void SchedulerNode::handle_decode_error(const std::string& topic, const std::string& reason) {
   // Whoever writes what is no request has not signed it either.
   if (topic == topics::kRunControl.name && !context().token.empty()) return say_unauthorized(topic);
-  NodeBase::handle_decode_error(topic, reason);
+  attempt([&] { throw std::runtime_error(topic + ": " + reason); });
+}
+
+// Nobody watches the scheduler: what it cannot do ends the run, or all others would wait for it.
+void SchedulerNode::attempt(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    scheduler_.request_stop(context().role + ": " + error.what());
+    publish_status(Clock::now());
+  }
 }
 
 void SchedulerNode::refuse(const std::string& reason) {
@@ -196,6 +207,10 @@ bool SchedulerNode::is_everybody_gone() const {
 }
 
 void SchedulerNode::handle_idle(Clock::time_point now) {
+  attempt([&] { look(now); });
+}
+
+void SchedulerNode::look(Clock::time_point now) {
   update();
   if (now - last_status_ > kStatusPeriod) publish_status(now);
   report(scheduler_.epoch(), 0);

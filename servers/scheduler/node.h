@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -31,6 +32,8 @@ class SchedulerNode : public NodeBase {
   void handle_decode_error(const std::string& topic, const std::string& reason) override;
 
  private:
+  void attempt(const std::function<void()>& work);
+  void look(Clock::time_point now);
   void take_description(const msg::RobotDescription& message);
   void take_refusal(const msg::ModelRefused& message);
   void take_status(const msg::ServerStatus& message);

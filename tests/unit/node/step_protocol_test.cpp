@@ -140,6 +140,26 @@ TEST(Epochs, AResetBeginsAgainAtStepZeroAndRepeatsTheRun) {
   for (size_t k = 0; k < 120; ++k) EXPECT_EQ(second[k].hash(), run.states[k].hash());
 }
 
+// Nobody watches the scheduler: before, everybody waited for it for ever.
+TEST(SchedulerFault, EndsTheRunInWords) {
+  RobotDescription robot = make_two_joint_robot("");
+  robot.scenario = "robot: [";
+  MemoryBus bus;
+  SchedulerNode scheduler({&bus, "scheduler", "test", ""}, {}, -1.0);
+  scheduler.make_endpoints();
+  Publisher<msg::RobotDescription> publisher(bus, topics::kRobotDescription);
+  msg::RobotDescription message;
+  to_message(robot, &message);
+  publisher.publish(message);
+  bus.dispatch_all(100);
+  // A look after the patience with the goodbyes of others, of whom there are none.
+  const auto now = std::chrono::steady_clock::now();
+  for (int seconds = 0; seconds < 10; ++seconds) scheduler.on_idle(now + std::chrono::seconds(seconds));
+  EXPECT_EQ(scheduler.outcome(), NodeOutcome::kFailed);
+  EXPECT_NE(scheduler.failure().find("scheduler: "), std::string::npos) << scheduler.failure();
+  EXPECT_NE(scheduler.failure().find("fake.yaml"), std::string::npos) << scheduler.failure();
+}
+
 TEST(RunControl, AStopEndsTheRunCleanly) {
   FakeRunOptions options;
   options.on_state = [](const msg::RobotState& m, Publisher<msg::RunControl>& control) {
