@@ -21,6 +21,8 @@ constexpr double kNats = 5.0;       // by which zeros must explain more than eve
 constexpr double kFloor = 1e-6;     // share of the effort's squares that filters leave
 constexpr double kAlone = 0.1;      // left by one zero alone: then it is the cause, unless
 constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
+constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
+constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
 constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
@@ -200,13 +202,32 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   return found.joints;
 }
 
+// A robot that hangs on a wall in a model that stands: no load and no force is named for it.
+void check_gravity(const Experiment& e, int jobs) {
+  const TorqueData data = make_torque_data(e);
+  if (data.recordings.empty() || e.scenario.gravity_W.norm() == 0.0) return;
+  const FoundGravity found = find_gravity(data);
+  const double g = e.scenario.gravity_W.norm(), size = found.g_W.norm() / g;
+  const double angle = std::atan2(found.g_W.cross(e.scenario.gravity_W).norm(), found.g_W.dot(e.scenario.gravity_W));
+  if (found.left > kWorth || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
+  Experiment turned = e;
+  turned.scenario.gravity_W = g * found.g_W.normalized();
+  if (compare(explain(turned, jobs), explain(e, jobs)) < kNats) return;
+  const Vector3d should = turned.scenario.gravity_W;
+  throw InputError(e.scenario.make_diagnostic(
+      "gravity", "does not fit the efforts, which are those of gravity [" + number(should.x(), 3) + ", " + number(should.y(), 3) + ", " +
+                     number(should.z(), 3) + "] m/s^2: is the robot mounted otherwise?"));
+}
+
 }  // namespace
 
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   out.units = find_effort_units(make_torque_data(e));
-  out.zeros = find_zeros(out.units.empty() ? e : convert_efforts(e, out.units), jobs);
+  const Experiment in_torques = convert_efforts(e, out.units);
+  out.zeros = find_zeros(in_torques, jobs);
+  if (out.zeros.empty()) check_gravity(in_torques, jobs);
   return out;
 }
 

@@ -124,6 +124,22 @@ class Fitter {
   const Rows& rows_;
 };
 
+std::vector<size_t> list_training(const TorqueData& data) {
+  std::vector<size_t> train;
+  for (size_t r = 0; r < data.recordings.size(); ++r) {
+    if (data.recordings[r].train) train.push_back(r);
+  }
+  return train;
+}
+
+Eigen::MatrixXd calc_efforts_under(const TorqueData& data, const Vector3d& g_W, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
+                                   const Eigen::MatrixXd& a) {
+  Experiment e = *data.experiment;
+  e.recordings.clear();
+  e.scenario.gravity_W = g_W;
+  return calc_efforts(make_plant(e, {}), q, v, a);
+}
+
 bool may_be_off(const TorqueData& data, long joint) {
   return data.experiment->robot.tree.joint(static_cast<int>(joint)).kind == JointKind::kRevolute;
 }
@@ -165,10 +181,7 @@ double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found,
 JointZeros find_joint_zeros(const TorqueData& data) {
   JointZeros out;
   if (data.experiment->scenario.floating_base || data.experiment->scenario.gravity_W.norm() == 0.0) return out;
-  std::vector<size_t> train;
-  for (size_t r = 0; r < data.recordings.size(); ++r) {
-    if (data.recordings[r].train) train.push_back(r);
-  }
+  const std::vector<size_t> train = list_training(data);
   const Plant plant = make_plant(*data.experiment, {});
   const Rows rows = take_rows(data, train);
   if (rows.q.rows() < 10 * kNuisance || rows.weight.isZero()) return out;
@@ -181,6 +194,34 @@ JointZeros find_joint_zeros(const TorqueData& data) {
     // q_model = s reading + zero, so that the reading is s (true - zero).
     out.joints.push_back({static_cast<int>(j), -found.sense[j] * found.zero[j], calc_std(data, plant, found, j), turned});
   }
+  return out;
+}
+
+FoundGravity find_gravity(const TorqueData& data) {
+  FoundGravity out;
+  const Rows rows = take_rows(data, list_training(data));
+  const long count = rows.q.rows();
+  if (count < 10 * kNuisance || rows.weight.isZero()) return out;
+  const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(count, rows.q.cols()), none = rows.effort - calc_efforts_under(data, Vector3d::Zero(), rows.q, rows.v, rows.a);
+  Eigen::MatrixXd pull[3];
+  for (int axis = 0; axis < 3; ++axis) pull[axis] = calc_efforts_under(data, Vector3d::Unit(axis), rows.q, rest, rest);
+  Matrix3d A = Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  double squares = 0.0;
+  for (long j = 0; j < rows.q.cols(); ++j) {
+    const Eigen::MatrixXd& B = rows.basis[static_cast<size_t>(j)];
+    Eigen::MatrixXd all(count, 4);
+    for (int axis = 0; axis < 3; ++axis) all.col(axis) = pull[axis].col(j).cwiseProduct(rows.use.col(j));
+    all.col(3) = none.col(j).cwiseProduct(rows.use.col(j));
+    all -= B * (B.transpose() * all);
+    A += rows.weight[j] * all.leftCols(3).transpose() * all.leftCols(3);
+    b += rows.weight[j] * all.leftCols(3).transpose() * all.col(3);
+    squares += rows.weight[j] * all.col(3).squaredNorm();
+  }
+  const auto left = [&](const Vector3d& g) { return squares - 2.0 * g.dot(b) + g.dot(A * g); };
+  out.g_W = A.completeOrthogonalDecomposition().solve(b);
+  const double nominal = left(data.experiment->scenario.gravity_W);
+  out.left = nominal > 0.0 ? left(out.g_W) / nominal : 1.0;
   return out;
 }
 

@@ -26,6 +26,13 @@ struct JointZeros {
 // Revolute joints of a robot on a fixed base whose gravity tells. `data` must have recordings.
 JointZeros find_joint_zeros(const TorqueData& data);
 
+// Gravity in world axes [m/s^2] that the efforts ask for, by least squares: torques are linear in it.
+struct FoundGravity {
+  Vector3d g_W = Vector3d::Zero();
+  double left = 1.0;  // as above
+};
+FoundGravity find_gravity(const TorqueData& data);
+
 // The same experiment with readings and commands that count as the model does.
 Experiment convert_zeros(Experiment experiment, const std::vector<JointZero>& joints);
 

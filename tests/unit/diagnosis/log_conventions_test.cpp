@@ -57,6 +57,29 @@ TEST(LogConventions, AnAxisThatTurnsTheOtherWayIsRefusedWithItsColumn) {
   }
 }
 
+// An arm on a turntable: its first axis is plumb, so that no zero stands for the way it is mounted.
+TEST(LogConventions, AnArmOnAWallIsRefusedWithItsGravity) {
+  const std::string urdf = R"(<robot name="table"><link name="base"/>
+  <link name="turn"><inertial><origin xyz="0 0 0.1"/><mass value="3"/>
+    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+  <link name="arm"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
+  <joint name="table" type="revolute"><parent link="base"/><child link="turn"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
+  <joint name="lift" type="revolute"><parent link="turn"/><child link="arm"/><origin xyz="0.1 0 0.2"/>
+    <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+  Experiment e = make_simulated_experiment("on_a_wall", urdf, {"table", "lift"}, {{EffectId::kViscous, 0, {0.5}}, {EffectId::kViscous, 1, {0.4}}});
+  e.scenario.drive = "effort";
+  EXPECT_FALSE(find_conventions(e, 1).any());
+  e.scenario.gravity_W = Vector3d(0.0, -9.81, 0.0);
+  try {
+    find_conventions(e, 1);
+    FAIL() << "the turned gravity was not seen";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("-9.81] m/s^2"), std::string::npos) << error.what();
+  }
+}
+
 TEST(LogConventions, FrictionAndRotorsNeedNoOtherZero) {
   EXPECT_FALSE(find_conventions(make_logged("no_zero", kShoulder, 0.0, 1.0), 1).any());
 }
