@@ -16,7 +16,13 @@ double round_to(double value, int digits) {
 
 std::string number(double value, int digits) {
   char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  const double rounded = round_to(value, digits);
+  const bool whole = std::abs(rounded) >= std::pow(10.0, digits) && std::abs(rounded) < 1e5;
+  if (whole) {
+    std::snprintf(text, sizeof text, "%.0f", rounded);
+  } else {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+  }
   return text;
 }
 

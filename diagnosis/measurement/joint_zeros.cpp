@@ -17,6 +17,7 @@ constexpr int kSweeps = 3;
 constexpr int kHalvings = 12;      // of a step of a quarter radian: to 6e-5 rad
 constexpr double kLeastStd = 0.005;  // [rad] how well a zero is set by hand
 constexpr long kNuisance = 4;      // v, direction, a, constant
+constexpr long kFewest = 10 * kNuisance;  // samples, below which nothing is said
 
 // Samples of all recordings, and what friction and rotors can take of each joint's torque.
 struct Rows {
@@ -24,6 +25,8 @@ struct Rows {
   Eigen::MatrixXd use;                   // 1 where the joint moves and its effort is known, else 0
   std::vector<Eigen::MatrixXd> basis;    // by joint: orthonormal columns of the nuisance
   Eigen::VectorXd weight;                // by joint: 1 / variance of the effort; 0 where it tells nothing
+
+  bool tell_nothing() const { return q.rows() < kFewest || weight.isZero(); }
 };
 
 Rows take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
@@ -44,6 +47,7 @@ Rows take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
     rows.q.row(i) = r->q.row(row), rows.v.row(i) = r->v.row(row), rows.a.row(i) = r->a.row(row), rows.effort.row(i) = r->effort.row(row);
   }
   rows.weight.setZero(n);
+  if (count < kFewest) return rows;
   for (long j = 0; j < n; ++j) {
     Eigen::MatrixXd nuisance(count, kNuisance);
     nuisance.col(0) = rows.v.col(j), nuisance.col(2) = rows.a.col(j), nuisance.col(3).setOnes();
@@ -167,6 +171,7 @@ double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found,
   for (size_t r = 0; r < data.recordings.size(); ++r) {
     if (!data.recordings[r].train) continue;
     const Rows rows = take_rows(data, {r});
+    if (rows.tell_nothing()) continue;
     Fitter own(plant, rows);
     own.zero = found.zero, own.sense = found.sense, own.least = own.calc_left();
     own.refine(joint);
@@ -184,7 +189,7 @@ JointZeros find_joint_zeros(const TorqueData& data) {
   const std::vector<size_t> train = list_training(data);
   const Plant plant = make_plant(*data.experiment, {});
   const Rows rows = take_rows(data, train);
-  if (rows.q.rows() < 10 * kNuisance || rows.weight.isZero()) return out;
+  if (rows.tell_nothing()) return out;
   const double nominal = Fitter(plant, rows).least;
   const Fitter found = fit(data, plant, rows);
   out.left = nominal > 0.0 ? found.least / nominal : 1.0;
@@ -201,7 +206,7 @@ FoundGravity find_gravity(const TorqueData& data) {
   FoundGravity out;
   const Rows rows = take_rows(data, list_training(data));
   const long count = rows.q.rows();
-  if (count < 10 * kNuisance || rows.weight.isZero()) return out;
+  if (rows.tell_nothing()) return out;
   const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(count, rows.q.cols()), none = rows.effort - calc_efforts_under(data, Vector3d::Zero(), rows.q, rows.v, rows.a);
   Eigen::MatrixXd pull[3];
   for (int axis = 0; axis < 3; ++axis) pull[axis] = calc_efforts_under(data, Vector3d::Unit(axis), rows.q, rest, rest);

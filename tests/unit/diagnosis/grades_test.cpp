@@ -2,6 +2,7 @@
 // Grades that hold for every engine: what may not be there is never more than ambiguous.
 #include <gtest/gtest.h>
 
+#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
@@ -159,6 +160,13 @@ TEST(IdleFindings, ARotorOfATenthOfItsSpreadSaysNothingBesideAnother) {
   drop_idle_findings(&report);
   ASSERT_EQ(report["findings"].size(), 1u);
   EXPECT_EQ(report["findings"][0]["effect"], "backlash");
+}
+
+TEST(Numbers, AHundredWithTwoDigitsIsPrintedAsPeopleWriteIt) {
+  EXPECT_EQ(number(100.0, 2), "100");
+  EXPECT_EQ(number(1234.0, 2), "1200");
+  EXPECT_EQ(number(0.01234, 2), "0.012");
+  EXPECT_EQ(number(1.2e6, 2), "1.2e+06");
 }
 
 }  // namespace
