@@ -17,7 +17,6 @@ constexpr double kWholeGain = 6.0;   // [nats] that a term of the whole robot mu
 constexpr size_t kMostWhole = 4;
 constexpr size_t kTried = 6;         // terms of the whole robot that are tried beside new subsets
 
-constexpr double kGainSpread = 0.15;  // standard deviation of ln(gain): what torque constants of drives are off by
 constexpr double kBracket = 0.5;     // width of the two bounds of a gain, of its distance from one
 
 using Terms = std::vector<size_t>;
@@ -125,7 +124,7 @@ class SubsetSearch {
       subset.first.push_back(theta[at]);
       at += joint_.terms[term].columns;
     }
-    if (has_kind(joint_, terms, TermKind::kGain)) evidence -= calc_gain_cost(1.0 - get_parameter(joint_, terms, theta, TermKind::kGain));
+    if (has_kind(joint_, terms, TermKind::kGain)) evidence -= calc_factor_cost(1.0 - get_parameter(joint_, terms, theta, TermKind::kGain));
     subset.evidence = evidence;
     return subset;
   }
@@ -133,9 +132,6 @@ class SubsetSearch {
   // Factor to which a term has to bring the mean square down to be worth its cost, and as many nats more as a supported
   // term must add: each term of the pool doubles the sets.
   double calc_worth(TermKind kind) const { return std::exp(-2.0 * (get_cost(kind) + kWorth) / std::max(1.0, joint_.effective)); }
-
-  // [nats] of a log-normal prior: a drive that loses half of its torque is less likely than one with a rotor.
-  static double calc_gain_cost(double gain) { return 0.5 * std::pow(std::log(std::max(1e-3, gain)) / kGainSpread, 2); }
 
   // A wrong gain shows from both sides: by the effort and by the model's torque.
   bool has_bracketed_gain(const Terms& terms) const {
@@ -220,6 +216,8 @@ class Chooser {
     while (choice.model.whole.size() < kMostWhole && add_whole(&choice)) {
     }
     merge_into_loads(&choice);
+    for (size_t i = 0; i < kMostWhole && exchange_whole(&choice); ++i) {
+    }
     return choice;
   }
 
@@ -242,8 +240,52 @@ class Chooser {
       if (rest.size() + 2 != choice->model.whole.size()) continue;
       rest.push_back(load);
       const Choice with = choose_beside(rest);
-      if (with.fit.evidence > choice->fit.evidence && is_whole_choice_physical(with)) *choice = with;
+      if (with.fit.evidence > choice->fit.evidence && is_choice_physical(with)) *choice = with;
     }
+  }
+
+  // One term in the place of one or two that were chosen one after another: a load looks like a wrong mass first, and a
+  // tilt or a zero takes the rest.
+  bool exchange_whole(Choice* choice) const {
+    Choice best = *choice;
+    for (const Terms& whole : rank_exchanges(*choice)) {
+      const Choice with = choose_beside(whole);
+      if (with.fit.evidence > best.fit.evidence && is_choice_physical(with)) best = with;
+    }
+    const bool better = best.model.whole != choice->model.whole;
+    *choice = best;
+    return better;
+  }
+
+  // The best of all exchanges beside the joints' terms as they are.
+  std::vector<Terms> rank_exchanges(const Choice& choice) const {
+    const Terms& have = choice.model.whole;
+    std::vector<TorqueModel> models;
+    for (size_t a = 0; a < have.size(); ++a) {
+      for (size_t b = a; b < have.size(); ++b) {
+        for (size_t term = 0; term < design_.whole.size(); ++term) {
+          if (std::find(have.begin(), have.end(), term) != have.end() || design_.whole[term].kind == TermKind::kBusDelay) continue;
+          TorqueModel model = choice.model;
+          model.whole.clear();
+          for (size_t i = 0; i < have.size(); ++i) {
+            if (i != a && i != b) model.whole.push_back(have[i]);
+          }
+          model.whole.push_back(term);
+          models.push_back(std::move(model));
+        }
+      }
+    }
+    std::vector<std::pair<double, size_t>> ranked(models.size());
+    parallel_for(jobs_, static_cast<int>(models.size()), [&](int i) {
+      const size_t at = static_cast<size_t>(i);
+      ranked[at] = {fit_torque(design_, models[at]).evidence, at};
+    });
+    std::sort(ranked.rbegin(), ranked.rend());
+    std::vector<Terms> list;
+    for (size_t i = 0; i < std::min(kTried, ranked.size()); ++i) {
+      if (ranked[i].first > choice.fit.evidence - kWorth) list.push_back(models[ranked[i].second].whole);
+    }
+    return list;
   }
 
   // The joints' best subsets beside terms of the whole robot, whose parameters come from a fit of both.
@@ -324,8 +366,16 @@ class Chooser {
     return theta;
   }
 
-  bool is_whole_choice_physical(const Choice& choice) const {
+  // All together: beside terms of the whole robot a joint's own have other values than those that it was chosen with.
+  bool is_choice_physical(const Choice& choice) const {
     const Slots slots = list_slots(design_, choice.model);
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const Terms& own = choice.model.own[i];
+      if (own.empty()) continue;
+      long columns = 0;
+      for (size_t term : own) columns += design_.joints[i].terms[term].columns;
+      if (!is_physical(design_, i, own, choice.fit.theta.segment(slots.own[i][0], columns))) return false;
+    }
     for (size_t t = 0; t < choice.model.whole.size(); ++t) {
       const Term& term = design_.whole[choice.model.whole[t]];
       if (!is_whole_physical(design_, term, choice.fit.theta.segment(slots.whole[t], term.columns))) return false;
@@ -347,7 +397,7 @@ class Chooser {
       whole.push_back(term);
       const Choice with = choose_beside(whole);
       const double gain = with.fit.evidence - choice->fit.evidence - get_margin(term);
-      if (gain > most && is_whole_choice_physical(with)) best = with, most = gain, found = true;
+      if (gain > most && is_choice_physical(with)) best = with, most = gain, found = true;
     }
     if (found) *choice = best;
     return found;
@@ -378,7 +428,24 @@ bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, cons
   return get(TermKind::kLag) < kLongest && get(TermKind::kCommandDelay) < kLongest;
 }
 
-bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& p) {
+Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen::VectorXd p) {
+  constexpr double kUnseen = 1e-4;  // of the squares of the term's best column: a hundredth of its size
+  const auto is_it = [&](const Term& t) { return t.kind == term.kind && t.place == term.place && t.shape == term.shape; };
+  const auto at = std::find_if(design.whole.begin(), design.whole.end(), is_it);
+  if (at == design.whole.end()) return p;
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(p.size());
+  for (const JointDesign& joint : design.joints) {
+    const Columns columns = list_whole_columns(design, joint, static_cast<size_t>(at - design.whole.begin()));
+    for (long c = 0; c < p.size(); ++c) squares[c] += joint.total.get(columns[static_cast<size_t>(c)], columns[static_cast<size_t>(c)]);
+  }
+  for (long c = 0; c < p.size(); ++c) {
+    if (squares[c] < kUnseen * squares.maxCoeff()) p[c] = 0.0;
+  }
+  return p;
+}
+
+bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& all) {
+  const Eigen::VectorXd p = term.kind == TermKind::kTilt ? drop_unseen(design, term, all) : all;
   constexpr double kLeastScale = 0.3, kMostScale = 3.0, kMostAngle = 0.3;  // [rad]
   const double reach = find_reach(*design.data, term);
   if (term.kind == TermKind::kBusDelay) return p[0] > 0.0 && p[0] < kLongest;

@@ -8,6 +8,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/free_model.h"
+#include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_twins.h"
 #include "diagnosis/evidence/torque_words.h"
@@ -40,6 +41,7 @@ class Judge {
     out.joints = static_cast<int>(design_.joints.size());
     out.frozen = design_.data->frozen;
     drop_lone_excess();
+    explain_by_gears(design_, &graded_);
     add_findings(&out);
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
@@ -77,17 +79,6 @@ class Judge {
     return nullptr;
   }
 
-  // Of a wrong mass: load-dependent friction of the one joint that carries the link.
-  const GradedTerm* find_gear(const GradedTerm& mass) const {
-    if (mass.term.kind != TermKind::kMassError) return nullptr;
-    const LinkSpec& link = e_.robot.tree.links[static_cast<size_t>(mass.term.place)];
-    for (const GradedTerm& g : graded_) {
-      const bool carries = !g.term.whole && link.parent == 0 && e_.robot.tree.joint(g.term.place).name == link.joint.name;
-      if (g.term.kind == TermKind::kLoadDry && carries && g.named) return &g;
-    }
-    return nullptr;
-  }
-
   const GradedTerm* find_excess(const GradedTerm& level) const {
     for (const GradedTerm& g : graded_) {
       if (g.term.kind == TermKind::kStribeck && g.place.joint == level.place.joint && g.named) return &g;
@@ -110,7 +101,7 @@ class Judge {
       if (g.term.kind == TermKind::kStribeck) continue;  // with its level
       const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
       std::vector<Alternative> twins = list_twins(*design_.data, g, excess);
-      if (const GradedTerm* gear = find_gear(g)) twins.insert(twins.begin(), make_gear_twin(*design_.data, g, *gear));
+      if (const GradedTerm* gear = find_gear(design_, g, &graded_)) twins.insert(twins.begin(), make_gear_twin(*design_.data, g, *gear));
       out->evidence.findings.push_back(make_finding(e_, g, excess, twins));
       const bool of_drive = g.term.kind == TermKind::kRotor || g.term.kind == TermKind::kViscous ||
                             g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry ||

@@ -359,7 +359,7 @@ class Grader {
       const TorqueFit fit = fit_torque(design_, model);
       if (!fills(*g, other, fit, alone) || is_needed_beside(*g, term, fit)) continue;
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns);
-      if (is_whole_physical(design_, other, p)) g->rivals.push_back({other, p});
+      if (is_whole_physical(design_, other, p)) g->rivals.push_back({other, drop_unseen(design_, other, p)});
     }
   }
 
@@ -407,8 +407,10 @@ class Grader {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
     // Neither chance nor what parts of the recordings differ by may make it none.
-    const double size = g->parameters.norm();
-    const bool told = size > kDeviations * g->std.norm(), clear = told && size > kNormal * g->width.norm();
+    const Eigen::VectorXd seen = g->term.whole ? drop_unseen(design_, g->term, g->parameters) : g->parameters;
+    const auto over = [&](const Eigen::VectorXd& std) { return (seen.array() != 0.0).select(std, 0.0).norm(); };
+    const double size = seen.norm();
+    const bool told = size > kDeviations * over(g->std), clear = told && size > kNormal * over(g->width);
     const double enough = get_cost(g->term.kind) < 1.0 ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare;
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
@@ -416,7 +418,7 @@ class Grader {
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
     const bool usual = get_cost(g->term.kind) < 1.0 && told && g->gain > kNamedGain && is_visible(*g);
     // Parts of the recordings that differ by more than the value itself give no value that could be reported.
-    const bool sized = size >= g->width.norm();
+    const bool sized = size >= over(g->width);
     g->named = sized && (holds || usual);
     const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;
     const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);

@@ -7,6 +7,7 @@ namespace hrp::diagnosis {
 namespace {
 
 // Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
+constexpr double kFactorSpread = 0.15;  // standard deviation of ln(factor): what torque constants and weighed links are off by
 constexpr double kFloor = 1e-6;
 
 double calc_evidence(const JointDesign& joint, double cross) {
@@ -132,7 +133,10 @@ class Fitter {
       out->evidence += calc_evidence(joint, out->cross[i]);
       for (size_t term : model_.own[i]) out->evidence -= get_cost(joint.terms[term].kind);
     }
-    for (size_t term : model_.whole) out->evidence -= get_cost(design_.whole[term].kind);
+    for (size_t t = 0; t < model_.whole.size(); ++t) {
+      const Term& term = design_.whole[model_.whole[t]];
+      out->evidence -= get_cost(term.kind) + (term.kind == TermKind::kMassError ? calc_factor_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
+    }
   }
 
   const TorqueDesign& design_;
@@ -143,6 +147,8 @@ class Fitter {
 };
 
 }  // namespace
+
+double calc_factor_cost(double factor) { return 0.5 * std::pow(std::log(std::max(1e-3, factor)) / kFactorSpread, 2); }
 
 double get_cost(TermKind kind) {
   switch (kind) {

@@ -39,6 +39,9 @@ TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool 
 // Cost of a term in nats, before its parameters pay by cross-validation: what every drive has costs least.
 double get_cost(TermKind kind);
 
+// [nats] of a log-normal prior: a drive that loses half of its torque, or a link of half its mass, is less likely than friction.
+double calc_factor_cost(double factor);
+
 // Whether the parameters of a joint's terms are those of a real drive: friction brakes, rotors have mass, delays are
 // positive and short.
 bool is_physical(const TorqueDesign& design, size_t joint, const std::vector<size_t>& terms,
@@ -46,6 +49,9 @@ bool is_physical(const TorqueDesign& design, size_t joint, const std::vector<siz
 
 // Loads have mass and hang within reach of their link; masses are wrong by factors, zeros by fractions of a radian.
 bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& parameters);
+
+// Parameters of a term of the whole robot; 0 for those that hardly move any joint's torque: their values mean nothing.
+Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen::VectorXd parameters);
 
 struct Choice {
   TorqueModel model;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/evidence/torque_gears.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -56,13 +57,11 @@ std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& g,
                               {{"value", "N", {std::abs(g.parameters[0])}, {g.width[0]}, false}}, "the foot lifted off the sensor"));
   if (g.term.kind == TermKind::kDry && excess && excess->grade == Grade::kAmbiguous)
     twins.push_back(make_twin(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
-  if (g.term.kind == TermKind::kDry && !excess && g.curve.there &&
+  if (g.term.kind == TermKind::kDry && !excess && g.curve.there && g.curve.level.value > 0.0 &&
       g.curve.rest.high - g.curve.level.value > kExcess * g.curve.level.value)
     twins.push_back(make_twin(EffectId::kStribeck, joint, make_curve(g.curve), kMotion));
   return twins;
 }
-
-double calc_backward_loss(double mu) { return 2.0 * mu / (1.0 + mu); }
 
 Alternative make_gear_twin(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction) {
   const EffectInfo& gear = *find_effect("backdriving_friction");

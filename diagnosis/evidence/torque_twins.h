@@ -13,12 +13,7 @@ namespace hrp::diagnosis {
 // `excess`: that of a Stribeck curve, or null.
 std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess);
 
-// A link of mass factor s behind a gear that loses the share mu of the load takes s (1 + mu) of its nominal torque to lift
-// and s (1 - mu) to lower. So does the nominal link behind a gear that loses the share r = 2 mu / (1 + mu) of the load
-// only while the load drives it, with the torque constant's factor k = 1 / (s (1 + mu)).
-double calc_backward_loss(double mu);
-
-// That gear, beside which nothing is wrong with the mass; `friction`: the load-dependent friction of the joint that alone
+// The gear beside which nothing is wrong with the mass (torque_gears.h); `friction`: the load-dependent friction of the joint that alone
 // carries the link of `mass`.
 Alternative make_gear_twin(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction);
 

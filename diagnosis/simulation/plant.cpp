@@ -11,10 +11,11 @@ namespace hrp::diagnosis {
 namespace {
 
 // The pieces of a plant at an effect's place.
-EffectTarget find_target(const Effect& effect, Plant* plant) {
+EffectTarget find_target(const Effect& effect, Plant* plant, Vector3d* gravity_W) {
   EffectTarget target;
   const auto place = static_cast<size_t>(effect.place);
   target.timing = &plant->timing;
+  target.gravity_W = gravity_W;
   switch (find_place_kind(effect.id)) {
     case PlaceKind::kJoint:
       target.joint = &plant->laws[place];
@@ -33,10 +34,10 @@ EffectTarget find_target(const Effect& effect, Plant* plant) {
   return target;
 }
 
-void apply(const Effect& effect, Plant* plant) {
+void apply(const Effect& effect, Plant* plant, Vector3d* gravity_W) {
   std::vector<double> values = effect.p;
   values.resize(get_effect(effect.id).parameters.size(), std::nan(""));
-  get_effect(effect.id).apply(values.data(), find_target(effect, plant));
+  get_effect(effect.id).apply(values.data(), find_target(effect, plant, gravity_W));
 }
 
 }  // namespace
@@ -95,7 +96,8 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   const auto n = plant.laws.size();
   plant.faults.resize(n * kQuantities);
   plant.effort_driven = e.scenario.drive == "effort";
-  for (const Effect& effect : hypothesis) apply(effect, &plant);
+  Vector3d gravity_W = e.scenario.gravity_W;
+  for (const Effect& effect : hypothesis) apply(effect, &plant, &gravity_W);
   for (size_t j = 0; j < n; ++j) {
     const JointLaws& laws = plant.laws[j];
     plant.rotor.push_back(laws.elastic ? 0.0 : std::max(0.0, laws.motor_inertia));
@@ -104,7 +106,7 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   if (std::all_of(plant.force_W.begin(), plant.force_W.end(), [](const Vector3d& f) { return f.isZero(); })) {
     plant.force_W.clear();
   }
-  plant.model = std::make_shared<const Model>(plant.tree, e.scenario.gravity_W);
+  plant.model = std::make_shared<const Model>(plant.tree, gravity_W);
   return plant;
 }
 

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_gears.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kMaterial = 0.03;  // of a torque constant: no drive is nearer to its data sheet
+constexpr double kNormal = 1.96;
+constexpr double kOdds = 3.0;  // [nats] of 20 to 1: what was measured stays where it is not absurd
+
+// The regressor is the load of the nominal mass.
+void relate_to_true_load(double mass_factor, GradedTerm* friction) {
+  friction->parameters /= mass_factor, friction->std /= mass_factor, friction->width /= mass_factor;
+}
+
+double calc_gain(const GradedTerm& mass, double mu) { return 1.0 / ((1.0 + mass.parameters[0]) * (1.0 + mu)); }
+
+// [nats] before any recording is seen.
+bool is_likelier(const GradedTerm& mass, double mu) {
+  const double as_gear = get_cost(TermKind::kBackdriven) + get_cost(TermKind::kGain) + calc_factor_cost(calc_gain(mass, mu));
+  const double as_mass = get_cost(TermKind::kLoadDry) + get_cost(TermKind::kMassError) + calc_factor_cost(1.0 + mass.parameters[0]);
+  return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;
+}
+
+void replace(GradedTerm* mass, GradedTerm* friction) {
+  const double mu = friction->parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu)), k = calc_gain(*mass, mu);
+  const double own = friction->width[0] / (1.0 + mu), of_mass = mass->width[0] / (1.0 + mass->parameters[0]);
+  const Rival rival{mass->term, mass->parameters};
+  friction->rivals = {{friction->term, friction->parameters}, rival};
+  friction->term.kind = TermKind::kBackdriven;
+  friction->parameters[0] = calc_backward_loss(mu), friction->std *= slope, friction->width *= slope;
+  friction->share += mass->share, friction->weight += mass->weight;
+  mass->term = {TermKind::kGain, friction->term.place, 0.0, 1, false};
+  mass->place = friction->place;
+  mass->parameters = Eigen::VectorXd::Constant(1, 1.0 - k);
+  mass->std = mass->width = Eigen::VectorXd::Constant(1, k * std::hypot(own, of_mass));
+  mass->named = std::abs(k - 1.0) > std::max(kMaterial, kNormal * mass->width[0]);
+  mass->grade = Grade::kAmbiguous, mass->rivals = {rival};
+  mass->share = mass->weight = 0.0;  // the gear's
+}
+
+}  // namespace
+
+double calc_backward_loss(double mu) { return 2.0 * mu / (1.0 + mu); }
+
+GradedTerm* find_gear(const TorqueDesign& design, const GradedTerm& mass, std::vector<GradedTerm>* graded) {
+  if (mass.term.kind != TermKind::kMassError) return nullptr;
+  const TreeSpec& tree = design.data->experiment->robot.tree;
+  const LinkSpec& link = tree.links[static_cast<size_t>(mass.term.place)];
+  for (GradedTerm& g : *graded) {
+    const bool carries = !g.term.whole && link.parent == 0 && tree.joint(g.term.place).name == link.joint.name;
+    if (g.term.kind == TermKind::kLoadDry && carries && g.named) return &g;
+  }
+  return nullptr;
+}
+
+void explain_by_gears(const TorqueDesign& design, std::vector<GradedTerm>* graded) {
+  for (GradedTerm& mass : *graded) {
+    GradedTerm* friction = find_gear(design, mass, graded);
+    if (!friction) continue;
+    relate_to_true_load(1.0 + mass.parameters[0], friction);
+    if (is_likelier(mass, friction->parameters[0])) replace(&mass, friction);
+  }
+}
+
+}  // namespace hrp::diagnosis
