@@ -70,6 +70,7 @@ class Grader {
       slot = slots_.whole[place.at];
     }
     g.parameters = fit_.theta.segment(slot, g.term.columns);
+    if (g.term.whole) g.parameters = drop_unseen(design_, g.term, g.parameters);
     g.std = fit_.covariance.diagonal().segment(slot, g.term.columns).cwiseMax(0.0).cwiseSqrt();
     g.std[0] = std::hypot(g.std[0], between);
     if (g.term.kind == TermKind::kGain) g.std[0] = std::hypot(g.std[0], find_bracket(g));
@@ -407,9 +408,8 @@ class Grader {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
     // Neither chance nor what parts of the recordings differ by may make it none.
-    const Eigen::VectorXd seen = g->term.whole ? drop_unseen(design_, g->term, g->parameters) : g->parameters;
-    const auto over = [&](const Eigen::VectorXd& std) { return (seen.array() != 0.0).select(std, 0.0).norm(); };
-    const double size = seen.norm();
+    const auto over = [&](const Eigen::VectorXd& std) { return (g->parameters.array() != 0.0).select(std, 0.0).norm(); };
+    const double size = g->parameters.norm();
     const bool told = size > kDeviations * over(g->std), clear = told && size > kNormal * over(g->width);
     const double enough = get_cost(g->term.kind) < 1.0 ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare;

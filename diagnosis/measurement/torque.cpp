@@ -126,6 +126,31 @@ Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cut
   return moving;
 }
 
+// A line between two samples is no motion: where samples are missing for longer than a filter bridges nothing is known, nor
+// within its reach.
+constexpr double kBridged = 0.5;     // periods of the cutoff
+constexpr double kLostSamples = 3.5;  // periods of sampling, at least
+constexpr double kGapReach = 1.0;    // periods of the cutoff around a gap
+
+// Full grid: far from gaps of a signal; NaN is no sample.
+void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
+               double cutoff, Flags* read) {
+  const double least = std::max(kBridged / cutoff, kLostSamples * sample_time);
+  double last = r.begin;
+  const auto mark = [&](double from, double to) {
+    if (to - from <= least) return;
+    const long begin = std::max(0L, std::lround((from - kGapReach / cutoff - r.begin) / r.step));
+    const long end = std::min(read->size(), std::lround((to + kGapReach / cutoff - r.begin) / r.step) + 1);
+    if (begin < end) read->segment(begin, end - begin).setConstant(false);
+  };
+  for (size_t k = 0; k < std::min(time.size(), signal.size()); ++k) {
+    if (!std::isfinite(signal[k])) continue;
+    mark(last, time[k]);
+    last = time[k];
+  }
+  mark(last, time.back());
+}
+
 // Where every encoder stays within its noise for kFrozenTime from here on. `raw`: positions on the grid, not smoothed.
 Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, double step) {
   const long rows = raw.rows(), window = std::min(rows - 1, std::lround(kFrozenTime / step));
@@ -394,10 +419,22 @@ class Maker {
     const bool pushed = std::find(spec.unknown_force.begin(), spec.unknown_force.end(), joint.name) != spec.unknown_force.end();
     const bool followed = !closed_[r.index][static_cast<size_t>(j)].empty();  // from the equation of a foot, not measured
     if (pushed || followed) return Flags::Constant(r.q.rows(), false);
-    Flags known = Flags::Constant(r.q.rows(), true);
+    Flags known = find_read(r, static_cast<size_t>(j));
     if (data_.feet.empty()) return known;
-    known = !sudden_[r.index];
+    known = known && !sudden_[r.index];
     return joint.actuated ? Flags(known && !find_clipped(r.effort.col(j))) : known;
+  }
+
+  // Full grid: every joint's position and this one's effort were recorded.
+  Flags find_read(const TorqueRecording& r, size_t joint) const {
+    const Recording& in = e_.recordings[r.index];
+    Flags read = Flags::Constant(r.q.rows(), true);
+    for (size_t j = 0; j < in.joints.size(); ++j) {
+      const std::vector<double>& effort = in.joints[j].signal[static_cast<int>(Quantity::kEffort)];
+      if (in.joints[j].has(Quantity::kPosition)) mark_gaps(in.time, in.joints[j].signal[0], r, e_.sample_time, data_.cutoff, &read);
+      if (j == joint && data_.source[j] == EffortSource::kRecorded) mark_gaps(in.time, effort, r, e_.sample_time, data_.cutoff, &read);
+    }
+    return read;
   }
 
   // Missing torque at the kept samples, less what the nominal model's own joints take.

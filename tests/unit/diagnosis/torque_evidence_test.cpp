@@ -114,6 +114,23 @@ TEST(TorqueEvidence, FrictionOfAJointThatMovesInOneShortRecordingIsFound) {
   EXPECT_TRUE(find(verdict, "coulomb_friction", "elbow") || find(verdict, "viscous_friction", "elbow"));
 }
 
+// A second without samples is no straight motion: friction is that of the whole recording.
+TEST(TorqueEvidence, AGapInALogTellsNothingAndChangesNoFriction) {
+  const Hypothesis hidden = make_drives();
+  Experiment e = make_simulated_experiment("torque_gap", kArm, kJoints, hidden);
+  for (Recording& r : e.recordings) {
+    const auto drop = [&](std::vector<double>* column) {
+      if (column->size() == 1200) column->erase(column->begin() + 400, column->begin() + 600);
+    };
+    drop(&r.time);
+    for (JointColumns& joint : r.joints) {
+      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) drop(column);
+    }
+    ASSERT_EQ(r.time.size(), 1000u);
+  }
+  expect_drives(judge_torque(e, 1), hidden);
+}
+
 // One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
 TEST(TorqueEvidence, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   const Experiment e = make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});
