@@ -132,9 +132,10 @@ constexpr double kBridged = 0.5;     // periods of the cutoff
 constexpr double kLostSamples = 3.5;  // periods of sampling, at least
 constexpr double kGapReach = 1.0;    // periods of the cutoff around a gap
 
-// Full grid: far from gaps of a signal; NaN is no sample.
+// Full grid: far from gaps of a signal; NaN is no sample. A signal that nobody recorded has no gaps.
 void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
                double cutoff, Flags* read) {
+  if (signal.empty()) return;
   const double least = std::max(kBridged / cutoff, kLostSamples * sample_time);
   double last = r.begin;
   const auto mark = [&](double from, double to) {
