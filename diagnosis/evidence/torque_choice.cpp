@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/model/link_reach.h"
@@ -13,7 +14,6 @@ namespace {
 
 constexpr double kWorth = 3.0;       // [nats] beyond its cost
 constexpr int kMostTerms = 7;        // of one joint
-constexpr double kWholeGain = 6.0;   // [nats] that a term of the whole robot must add: a likelihood ratio of 400
 constexpr size_t kMostWhole = 4;
 constexpr size_t kTried = 6;         // terms of the whole robot that are tried beside new subsets
 
@@ -44,6 +44,11 @@ bool is_sensible(const JointDesign& joint, const Terms& terms) {
   if (has_kind(joint, terms, TermKind::kLag) && has_kind(joint, terms, TermKind::kCommandDelay)) return false;
   return !(has_kind(joint, terms, TermKind::kSpring) && has_kind(joint, terms, TermKind::kConstant));
 }
+
+bool has(const Terms& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
+
+// Two of the four parameters of a load.
+bool is_link_mass(TermKind kind) { return kind == TermKind::kMassError || kind == TermKind::kComError; }
 
 Columns list_own(const JointDesign& joint, const Terms& terms) {
   Columns columns;
@@ -233,9 +238,7 @@ class Chooser {
       if (design_.whole[load].kind != TermKind::kPayload) continue;
       Terms rest;
       for (size_t term : choice->model.whole) {
-        const TermKind kind = design_.whole[term].kind;
-        const bool of_link = kind == TermKind::kMassError || kind == TermKind::kComError;
-        if (!of_link || design_.whole[term].place != design_.whole[load].place) rest.push_back(term);
+        if (!is_link_mass(design_.whole[term].kind) || design_.whole[term].place != design_.whole[load].place) rest.push_back(term);
       }
       if (rest.size() + 2 != choice->model.whole.size()) continue;
       rest.push_back(load);
@@ -249,7 +252,7 @@ class Chooser {
   bool exchange_whole(Choice* choice) const {
     Choice best = *choice;
     for (const Terms& whole : rank_exchanges(*choice)) {
-      const Choice with = choose_beside(whole);
+      const Choice with = choose_beside(whole, choice->model.own);
       if (with.fit.evidence > best.fit.evidence && is_choice_physical(with)) best = with;
     }
     const bool better = best.model.whole != choice->model.whole;
@@ -264,7 +267,7 @@ class Chooser {
     for (size_t a = 0; a < have.size(); ++a) {
       for (size_t b = a; b < have.size(); ++b) {
         for (size_t term = 0; term < design_.whole.size(); ++term) {
-          if (std::find(have.begin(), have.end(), term) != have.end() || design_.whole[term].kind == TermKind::kBusDelay) continue;
+          if (has(have, term) || design_.whole[term].kind == TermKind::kBusDelay) continue;
           TorqueModel model = choice.model;
           model.whole.clear();
           for (size_t i = 0; i < have.size(); ++i) {
@@ -289,13 +292,37 @@ class Chooser {
   }
 
   // The joints' best subsets beside terms of the whole robot, whose parameters come from a fit of both.
-  Choice choose_beside(const Terms& whole) const {
-    TorqueModel model;
-    model.own = list_usual();
-    model.whole = whole;
+  Choice choose_beside(const Terms& whole) const { return choose_beside(whole, list_usual_terms(design_)); }
+
+  // The same from given terms of the joints: what they take, and what is left to the whole robot, depend on each other.
+  Choice choose_beside(const Terms& whole, const std::vector<Terms>& own) const {
+    const TorqueModel model{own, whole};
     const Choice with = choose_own(whole, spread_whole(model, fit_torque(design_, model)));
     // Once more, with parameters that the chosen subsets leave.
-    return choose_own(whole, spread_whole(with.model, with.fit));
+    Choice again = choose_own(whole, spread_whole(with.model, with.fit));
+    while (drop_own(&again)) {
+    }
+    return again;
+  }
+
+  // A joint's subset is chosen beside given parameters of the whole robot: what it took in their place, as a gain takes a
+  // load's weight, goes where the fit of all is better without. What every drive has stays.
+  bool drop_own(Choice* choice) const {
+    Choice best = *choice;
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      for (size_t term : choice->model.own[i]) {
+        if (get_cost(design_.joints[i].terms[term].kind) < 1.0) continue;
+        Choice without = *choice;
+        Terms& own = without.model.own[i];
+        own.erase(std::find(own.begin(), own.end(), term));
+        if (!is_sensible(design_.joints[i], own)) continue;
+        without.fit = fit_torque(design_, without.model);
+        if (without.fit.evidence > best.fit.evidence) best = without;
+      }
+    }
+    const bool better = best.fit.evidence > choice->fit.evidence;
+    *choice = best;
+    return better;
   }
 
   // The joints' best subsets beside given terms of the whole robot, whose columns have the parameters `theta`.
@@ -318,21 +345,9 @@ class Chooser {
     return choice;
   }
 
-  // What every drive has.
-  std::vector<Terms> list_usual() const {
-    std::vector<Terms> usual;
-    for (const JointDesign& joint : design_.joints) {
-      usual.emplace_back();
-      for (size_t t = 0; t < joint.terms.size(); ++t) {
-        if (get_cost(joint.terms[t].kind) < 1.0) usual.back().push_back(t);
-      }
-    }
-    return usual;
-  }
-
   std::vector<size_t> rank_whole(const Terms& have) const {
     TorqueModel model;
-    model.own = list_usual();
+    model.own = list_usual_terms(design_);
     model.whole = have;
     const double base = fit_torque(design_, model).evidence;
     std::vector<std::pair<double, size_t>> gains(design_.whole.size());
@@ -340,8 +355,7 @@ class Chooser {
       const size_t term = static_cast<size_t>(i);
       TorqueModel with = model;
       with.whole.push_back(term);
-      const bool there = std::find(have.begin(), have.end(), term) != have.end();
-      gains[term] = {there ? -1e300 : fit_torque(design_, with).evidence - base, term};
+      gains[term] = {has(have, term) ? -1e300 : fit_torque(design_, with).evidence - base, term};
     });
     std::sort(gains.rbegin(), gains.rend());
     // Beside a rotor at every joint a delay of all of them shows little, but it saves a delay at each.
@@ -352,7 +366,20 @@ class Chooser {
       if (of_bus ? !delay : i < kTried && gains[i].first > 0.0) ranked.push_back(gains[i].second);
       delay = delay || of_bus;
     }
+    add_loads(have, &ranked);
     return ranked;
+  }
+
+  // Where a link's mass or its centre is worth trying, so is a load, which is both.
+  void add_loads(const Terms& have, Terms* ranked) const {
+    std::set<int> links;
+    for (size_t term : *ranked) {
+      if (is_link_mass(design_.whole[term].kind)) links.insert(design_.whole[term].place);
+    }
+    for (size_t term = 0; term < design_.whole.size(); ++term) {
+      const bool there = has(have, term) || has(*ranked, term);
+      if (!there && design_.whole[term].kind == TermKind::kPayload && links.count(design_.whole[term].place)) ranked->push_back(term);
+    }
   }
 
   // The parameters of the whole robot's terms beside the joints' terms, by column of all such terms.
@@ -412,6 +439,17 @@ class Chooser {
 
 constexpr double kLongest = 0.1;  // [s] of a drive's lag
 
+std::vector<Terms> list_usual_terms(const TorqueDesign& design) {
+  std::vector<Terms> usual;
+  for (const JointDesign& joint : design.joints) {
+    usual.emplace_back();
+    for (size_t t = 0; t < joint.terms.size(); ++t) {
+      if (get_cost(joint.terms[t].kind) < 1.0) usual.back().push_back(t);
+    }
+  }
+  return usual;
+}
+
 bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, const Eigen::VectorXd& theta) {
   constexpr double kMostLoss = 0.6;        // of the load: no transmission loses so much
   constexpr double kMostHeld = 0.8;        // of the load: a gear that holds more is not seen to be turned back by it
@@ -439,13 +477,14 @@ Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen:
     for (long c = 0; c < p.size(); ++c) squares[c] += joint.total.get(columns[static_cast<size_t>(c)], columns[static_cast<size_t>(c)]);
   }
   for (long c = 0; c < p.size(); ++c) {
-    if (squares[c] < kUnseen * squares.maxCoeff()) p[c] = 0.0;
+    const bool mass = term.kind == TermKind::kPayload && c == 0;  // its place is its moment over it
+    if (!mass && squares[c] < kUnseen * squares.maxCoeff()) p[c] = 0.0;
   }
   return p;
 }
 
 bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& all) {
-  const Eigen::VectorXd p = term.kind == TermKind::kTilt ? drop_unseen(design, term, all) : all;
+  const Eigen::VectorXd p = drop_unseen(design, term, all);
   constexpr double kLeastScale = 0.3, kMostScale = 3.0, kMostAngle = 0.3;  // [rad]
   const double reach = find_reach(*design.data, term);
   if (term.kind == TermKind::kBusDelay) return p[0] > 0.0 && p[0] < kLongest;

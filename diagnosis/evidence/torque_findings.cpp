@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/evidence/torque_twins.h"
 #include "diagnosis/evidence/torque_words.h"
 #include "diagnosis/search/relation.h"
@@ -24,13 +25,19 @@ constexpr double kNothing = 0.02;
 constexpr double kSmall = 0.1, kFollows = 0.2;
 // Share of what a model without physics predicts that laws must reach to be supported.
 constexpr double kLaw = 0.7;
+constexpr int kPlacings = 2;  // of a load, whose inertia follows from where it hangs
 constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one effect of a clean world
 constexpr int kFew = 3;      // effects of drives that sets of a few have at most
 
 class Judge {
  public:
   Judge(const Experiment& e, TorqueDesign&& design, int jobs)
-      : e_(e), design_(std::move(design)), choice_(choose_torque_model(design_, jobs)), fit_(fit_torque(design_, choice_.model)) {
+      : e_(e), design_(std::move(design)) {
+    for (int i = 0; i < kPlacings && place_each_load(&design_); ++i) {
+    }
+    choice_ = choose_torque_model(design_, jobs);
+    for (int i = 0; i < kPlacings && place_loads(choice_.model, &design_); ++i) choice_ = choose_torque_model(design_, jobs);
+    fit_ = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);
   }

@@ -408,8 +408,11 @@ class Grader {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
     // Neither chance nor what parts of the recordings differ by may make it none.
-    const auto over = [&](const Eigen::VectorXd& std) { return (g->parameters.array() != 0.0).select(std, 0.0).norm(); };
-    const double size = g->parameters.norm();
+    // A load is there if its mass is, wherever it hangs.
+    const long counted = g->term.kind == TermKind::kPayload ? 1 : g->parameters.size();
+    const Eigen::VectorXd value = g->parameters.head(counted);
+    const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
+    const double size = value.norm();
     const bool told = size > kDeviations * over(g->std), clear = told && size > kNormal * over(g->width);
     const double enough = get_cost(g->term.kind) < 1.0 ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare;

@@ -39,6 +39,11 @@ TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool 
 // Cost of a term in nats, before its parameters pay by cross-validation: what every drive has costs least.
 double get_cost(TermKind kind);
 
+// What every drive has, by joint of the design.
+std::vector<std::vector<size_t>> list_usual_terms(const TorqueDesign& design);
+
+constexpr double kWholeGain = 6.0;  // [nats] that a term of the whole robot must add: a likelihood ratio of 400
+
 // [nats] of a log-normal prior: a drive that loses half of its torque, or a link of half its mass, is less likely than friction.
 double calc_factor_cost(double factor);
 

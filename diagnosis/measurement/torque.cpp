@@ -237,6 +237,7 @@ class Maker {
                                 e_.signal_name(static_cast<int>(j), Quantity::kEffort) +
                                 ", and no command with gains: nothing is said of this joint's drive");
     }
+    for (const LinkSpec& link : e_.robot.tree.links) data_.load_p_L.push_back(link.inertia.p_LLcm_L);
     data_.cutoff = kFastestMotion;
     make_motions();
     const double limit = std::max(kLeastLimit, kOfMotion * find_motion_frequency());

@@ -53,6 +53,7 @@ struct TorqueData {
   std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is not known
   std::vector<TorqueRecording> recordings;
   std::vector<size_t> frozen;           // recordings of the experiment whose log freezes
+  std::vector<Vector3d> load_p_L;       // [m] by link: where a load is taken to hang, for its inertia about the link's frame
   bool behind_gears = false;            // tau was measured there: nothing of links, nor springs beside gears, is missing
   std::vector<std::string> warnings;    // stretches that are left out
   std::vector<std::string> missing;     // what was not recorded and what therefore is not judged, by file and column

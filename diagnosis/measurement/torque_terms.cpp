@@ -113,8 +113,9 @@ class WholeRows {
     const LinkInertia& inertia = tree_.links[static_cast<size_t>(term.place)].inertia;
     if (term.kind == TermKind::kMassError) {
       rows->col(column) = Y * mine_.segment(first, kInertialParameters);
-    } else if (term.kind == TermKind::kPayload) {  // m, m c
+    } else if (term.kind == TermKind::kPayload) {  // m, with the inertia that it has at its place; m c
       rows->middleCols(column, 4) = Y.leftCols(4);
+      rows->col(column) += Y * make_point_inertia(data_.load_p_L[static_cast<size_t>(term.place)]);
     } else if (term.kind == TermKind::kComError) {  // the link's mass moved: its moments of mass, and inertia to first order
       for (int axis = 0; axis < 3; ++axis) rows->col(column + axis) = Y * move_com(inertia, axis);
     } else if (term.kind == TermKind::kForce) {
@@ -123,6 +124,14 @@ class WholeRows {
       calc_point_jacobian(model_, kinematics_, term.place, p_W, J);
       rows->middleCols(column, 3) = -J.bottomRows(3).transpose();
     }
+  }
+
+  // Inertial parameters [m^2] of one kilogram at a place, about the link's frame: its moments of inertia alone.
+  static Eigen::Matrix<double, kInertialParameters, 1> make_point_inertia(const Vector3d& p_L) {
+    Eigen::Matrix<double, kInertialParameters, 1> one = Eigen::Matrix<double, kInertialParameters, 1>::Zero();
+    const Matrix3d I = p_L.squaredNorm() * Matrix3d::Identity() - p_L * p_L.transpose();
+    one.tail<6>() << I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2);
+    return one;
   }
 
   // d(inertial parameters) / d(centre of mass along an axis).

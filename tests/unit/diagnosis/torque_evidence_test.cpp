@@ -88,6 +88,21 @@ TEST(TorqueEvidence, ALoadInTheHandIsNamedAtItsLinkWithItsMass) {
   EXPECT_TRUE(named);
 }
 
+// A load far out on a light link: its moment of inertia about the link's frame grows with the square of its distance.
+TEST(TorqueEvidence, ALoadFarFromTheLinksCentreOfMassHasItsMassAndPlace) {
+  Hypothesis hidden = make_drives();
+  constexpr double kMass = 0.8, kFar = 0.35;  // [kg]; [m], 0.15 the centre of mass
+  hidden.push_back({EffectId::kPayload, kFore, {kMass, kFar, 0.0, 0.05, 0.0}});
+  const Experiment e = make_simulated_experiment("torque_far_load", kArm, kJoints, hidden);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "payload", "fore");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+  // 5 %: with its inertia taken at the link's centre of mass the wrong effects were named.
+  EXPECT_NEAR(f->parameters[0].value[0], kMass, 0.05 * kMass) << f->statement;
+  EXPECT_NEAR(f->parameters[1].value[0], kFar, 0.05 * kFar) << f->statement;
+}
+
 // The first `seconds` of a recording.
 Recording take(const Recording& whole, double seconds) {
   Recording r = whole;
