@@ -195,6 +195,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
         is_exact_world(torque)) {
       Reports reports = make_reports(whole, outcome);
       upgrade_report(&reports.report, !problem.validate.empty());
+      if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);
       return reports;
     }
   }

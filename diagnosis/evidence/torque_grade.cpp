@@ -20,6 +20,7 @@ constexpr double kEven = 3.0;             // [nats] within which another term do
 constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms say the same, whatever they cost
 constexpr double kNamedGain = 3.0;        // [nats] that a supported term must add
 constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, even if its share is small
+constexpr double kMuch = 0.3;             // of its place's mismatch
 constexpr double kLeastShare = 0.001;     // but not none
 constexpr double kExpected = 6.0;         // [nats] the same for what every drive has: viscous and dry friction, a rotor
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
@@ -72,6 +73,7 @@ class Grader {
     g.parameters = fit_.theta.segment(slot, g.term.columns);
     if (g.term.whole) g.parameters = drop_unseen(design_, g.term, g.parameters);
     g.std = fit_.covariance.diagonal().segment(slot, g.term.columns).cwiseMax(0.0).cwiseSqrt();
+    if (g.term.whole && g.term.kind != TermKind::kMassError) g.std = (g.parameters.array() != 0.0).select(g.std, 0.0);
     g.std[0] = std::hypot(g.std[0], between);
     if (g.term.kind == TermKind::kGain) g.std[0] = std::hypot(g.std[0], find_bracket(g));
     graded_.push_back(g);
@@ -143,7 +145,9 @@ class Grader {
       if (g.term.kind == TermKind::kDry) g.curve = curves[i];
       const long first = find_first_column(g, i);
       g.width = g.std;
-      for (long c = 0; c < g.width.size(); ++c) g.width[c] = std::hypot(g.std[c], between[i][first + c]);
+      for (long c = 0; c < g.width.size(); ++c) {
+        if (g.std[c] > 0.0) g.width[c] = std::hypot(g.std[c], between[i][first + c]);  // not of what is not seen
+      }
     }
   }
 
@@ -404,6 +408,12 @@ class Grader {
     return true;
   }
 
+  // A log that holds or joins commands between its samples shifts them by half a period: a delay that may be less is its own.
+  bool is_of_sampling(const GradedTerm& g) const {
+    const bool late = g.term.kind == TermKind::kCommandDelay || g.term.kind == TermKind::kBusDelay;
+    return late && g.parameters[0] - kNormal * g.width[0] < 0.5 * design_.data->experiment->sample_time;
+  }
+
   void decide(GradedTerm* g) const {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
@@ -420,10 +430,11 @@ class Grader {
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
     const bool usual = get_cost(g->term.kind) < 1.0 && told && g->gain > kNamedGain && is_visible(*g);
-    // Parts of the recordings that differ by more than the value itself give no value that could be reported.
-    const bool sized = size >= over(g->width);
-    g->named = sized && (holds || usual);
-    const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family;
+    // Parts of the recordings that differ by more than the value itself give no value that could be reported, unless much
+    // of what is missing goes with it: that is said, with how little is known of its size.
+    const bool sized = size >= over(g->width), much = told && g->share > kMuch;
+    g->named = (sized && (holds || usual)) || (holds && much);
+    const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }

@@ -90,6 +90,18 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
   return text + ".";
 }
 
+// One effect at one place is one alternative, whatever shapes of it would do. A delay of the bus is one of this joint.
+void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
+  Term term = rival.term;
+  if (term.kind == TermKind::kBusDelay && !g.term.whole) term.place = g.term.place;
+  const Eigen::VectorXd std = 0.5 * rival.parameters.cwiseAbs();
+  Alternative a{get_effect_name(term.kind), get_family_name(get_family(term.kind)), make_place(e, term),
+                make_parameters(e, term, rival.parameters, std), get_motion(g.term.kind)};
+  const bool there = std::any_of(list->begin(), list->end(),
+                                 [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });
+  if (!there) list->push_back(std::move(a));
+}
+
 }  // namespace
 
 Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm* excess,
@@ -115,10 +127,7 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   f.weight = g.weight + (excess ? excess->weight : 0.0);
   f.alternatives = twins;
   for (const Rival& r : g.rivals) {
-    if (f.alternatives.size() == kMostAlternatives) break;
-    const Eigen::VectorXd std = 0.5 * r.parameters.cwiseAbs();
-    f.alternatives.push_back({get_effect_name(r.term.kind), get_family_name(get_family(r.term.kind)), make_place(e, r.term),
-                              make_parameters(e, r.term, r.parameters, std), get_motion(g.term.kind)});
+    if (f.alternatives.size() < kMostAlternatives) add_rival(e, g, r, &f.alternatives);
   }
   f.statement = make_statement(e, g, f, get_phrase(excess ? TermKind::kStribeck : g.term.kind));
   return f;

@@ -28,13 +28,17 @@ Json make_estimate(const Estimate& e) {
   return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};
 }
 
-Json make_alternative(const Alternative& a) {
+}  // namespace
+
+nlohmann::ordered_json make_alternative(const Alternative& a) {
   return {{"effect", a.effect},
           {"family", a.family},
           {"where", a.where},
           {"parameters", make_estimates(a.parameters)},
           {"motion_that_would_tell", a.motion}};
 }
+
+namespace {
 
 Json make_finding(const Finding& f) {
   Json alternatives = Json::array();

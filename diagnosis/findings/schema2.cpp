@@ -75,6 +75,18 @@ void make_ambiguous(Json* finding) {
   if (!text.empty()) (*finding)["statement"] = text;
 }
 
+void doubt_unconfirmed(const std::vector<Finding>& torque, Json* report) {
+  for (Json& f : (*report)["findings"]) {
+    const auto same = std::find_if(torque.begin(), torque.end(), [&](const Finding& t) {
+      return f["effect"] == t.effect && f["where"] == Json(t.where);
+    });
+    if (same != torque.end() && same->grade != Grade::kAmbiguous) continue;
+    make_ambiguous(&f);
+    if (same == torque.end()) continue;
+    for (const Alternative& a : same->alternatives) f["alternatives"].push_back(make_alternative(a));
+  }
+}
+
 void lower_grades(Json* report) {
   // What nothing was fitted to is predicted no better: the values may be those of something else.
   const bool useless = report->value("explained", 1.0) <= 0.0;

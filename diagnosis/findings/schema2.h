@@ -14,6 +14,10 @@ void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 // Grade, and the grade that its statement names.
 void make_ambiguous(nlohmann::ordered_json* finding);
 
+// Findings of a simulation that nothing was held out from: those that the missing torque does not support as well, at the
+// same place, are ambiguous, with what it cannot tell them from.
+void doubt_unconfirmed(const std::vector<Finding>& torque, nlohmann::ordered_json* report);
+
 // Whatever engine found it: what an interval says may not be there is ambiguous, and so is everything where the held-out
 // recordings are predicted no better.
 void lower_grades(nlohmann::ordered_json* report);

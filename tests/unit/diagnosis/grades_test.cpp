@@ -31,6 +31,22 @@ TEST(Grades, NothingIsSupportedThatPredictsHeldOutRecordingsNoBetter) {
   EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
 }
 
+// One pendulum, one recording: a gain of .69 was supported where a mass says the same in every motion.
+TEST(Grades, WithoutHeldOutRecordingsTheMissingTorqueHasToSupportAFindingOfTheSimulation) {
+  const auto judge = [](const char* effect, Grade of_torque) {
+    Finding torque;
+    torque.effect = "torque_constant_error", torque.where = {{"joint", "elbow"}}, torque.grade = of_torque;
+    if (of_torque == Grade::kAmbiguous) torque.alternatives.push_back({"mass_error", "mass", {{"link", "bob"}}, {}, ""});
+    Json report{{"findings", {{{"effect", effect}, {"grade", "supported"}, {"where", {{"joint", "elbow"}}}, {"alternatives", Json::array()}}}}};
+    doubt_unconfirmed({torque}, &report);
+    return report["findings"][0];
+  };
+  EXPECT_EQ(judge("torque_constant_error", Grade::kSupported)["grade"], "supported");
+  EXPECT_EQ(judge("torque_constant_error", Grade::kAmbiguous)["grade"], "ambiguous");
+  EXPECT_EQ(judge("torque_constant_error", Grade::kAmbiguous)["alternatives"][0]["effect"], "mass_error");
+  EXPECT_EQ(judge("backlash", Grade::kSupported)["grade"], "ambiguous");
+}
+
 TEST(Grades, AScaleIsAbsentAtOneAndNotAtZero) {
   EXPECT_EQ(lower("sensor_scale", {{"scale", {{"value", 1.02}, {"ci95", {0.98, 1.06}}}}}), "ambiguous");
   EXPECT_EQ(lower("sensor_scale", {{"scale", {{"value", 0.4}, {"ci95", {-0.1, 0.9}}}}}), "supported");
