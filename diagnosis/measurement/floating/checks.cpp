@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -35,9 +36,9 @@ constexpr size_t kSlips = 20;        // samples
 constexpr double kSameGround = 0.25; // by which recordings may differ in it
 constexpr double kMoreHeld = 1.3;    // of the sliding feet's ratio, in more than
 constexpr double kBeyond = 0.02;     // of the samples of feet that hold: then they slide for another reason
-constexpr double kBreak = 5;         // how sharply ratios must break off at the limit: an exponential tail has 1, a normal one less than 3
+constexpr double kBack = 0.9;        // cosine (26 degrees) of a force that points against the way of a foot
+constexpr double kMostlyBack = 0.7;  // of this (45 degrees), over all that slide, must be the middle one
 constexpr double kClose = 0.25;      // of the limit to which it must be told
-constexpr double kAtLimit = 0.05;    // share of loaded feet that must be at the limit
 constexpr double kBearing = 0.5;     // share of the weight that a foot must carry: below, chatter is much of its force
 
 std::string format(const char* pattern, double a, double b = 0, double c = 0, double d = 0) {
@@ -403,17 +404,11 @@ class Checker {
     return loaded[k] && k >= reach && loaded[k - reach] && k + reach < loaded.size() && loaded[k + reach];
   }
 
-  // A loaded foot at one moment: how fast it moves along the ground [m/s], side force over normal force.
-  struct Step {
-    size_t recording = 0;
-    double speed = 0, ratio = 0;
-  };
-
   // Friction that feet ask for while they slide, by base pose and force sensors of three axes.
   void check_slip() {
     if (!log_.base_pose) return;
     const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm();
-    std::vector<Step> steps;
+    std::vector<Slide> steps;
     for (size_t c = 0; c < log_.clips.size(); ++c) {
       const Clip& clip = log_.clips[c];
       BodyMotion motion(log_, clip);
@@ -425,7 +420,10 @@ class Checker {
           if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].has_force()) continue;
           if (!is_settled(c, f, k) || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kBearing * weight) continue;
           if (!updated) motion.update(k), updated = true;
-          steps.push_back({clip.recording, find_speed(clip, foot, k, &motion), find_ratio(clip, foot, k, &motion)});
+          const Eigen::Vector2d v = find_slide(clip, foot, k, &motion);
+          const Vector3d force = find_ground_force(clip, foot, k, &motion);
+          const double side = force.head<2>().norm();
+          steps.push_back({clip.recording, v.norm(), side / std::max(1e-9, force.z()), -v.dot(force.head<2>()) / std::max(1e-9, side * v.norm())});
         }
       }
     }
@@ -435,67 +433,62 @@ class Checker {
     }
   }
 
-  // Of the sole along the ground [m/s]: the base's recorded motion and the encoders.
-  double find_speed(const Clip& clip, const Foot& foot, size_t k, BodyMotion* motion) const {
+  // Of the sole along the ground [m/s], world: the base's recorded motion and the encoders.
+  Eigen::Vector2d find_slide(const Clip& clip, const Foot& foot, size_t k, BodyMotion* motion) const {
     Vector3d v;
     for (int i = 0; i < 3; ++i) v(i) = clip.base_position[i].rate[k];
     const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
     const Transform X = get_pose(motion->data(), foot.link);
     const Vector3d at = calc_point_velocity(motion->data(), foot.link, X * foot.p_LC).tail<3>();
-    return (v + q.normalized() * at).head<2>().norm();
+    return (v + q.normalized() * at).head<2>();
   }
 
-  double find_ratio(const Clip& clip, const Foot& foot, size_t k, BodyMotion* motion) const {
+  // Of the ground on the foot [N], world with the heading of the base's recorded pose.
+  Vector3d find_ground_force(const Clip& clip, const Foot& foot, size_t k, BodyMotion* motion) const {
     const auto s = static_cast<size_t>(foot.sensor);
     const ForceSensor& sensor = log_.sensors[s];
     Vector3d f;
     for (int i = 0; i < 3; ++i) f(i) = clip.force[6 * s + static_cast<size_t>(i)].value[k];
-    const Matrix3d R = sensor.world ? Matrix3d::Identity() : Matrix3d(motion->find_attitude(k) * get_pose(motion->data(), sensor.link).R * sensor.X_LS.R);
+    const Matrix3d R_WB = turn_heading(clip, k, motion->find_attitude(k)) * motion->find_attitude(k);
+    if (!sensor.world) f = R_WB * (get_pose(motion->data(), sensor.link).R * (sensor.X_LS.R * f));
     // The ground also bears what hangs below the sensor.
     const Vector3d p = get_pose(motion->data(), sensor.link) * sensor.X_LS.p;
-    f = R * f + sensor.hangs * (motion->find_attitude(k) * calc_point_acceleration(motion->data(), sensor.link, p).tail<3>());
-    return f.head<2>().norm() / std::max(1e-9, f.z());
+    return f + sensor.hangs * (R_WB * calc_point_acceleration(motion->data(), sensor.link, p).tail<3>());
   }
 
-  // What sliding feet ask for: three quarters of the way up, as a foot that turns while it slides, or begins to, feels
-  // less than the whole friction; with half the way from the middle to the highest, whose forces chatter, as its error.
-  static std::pair<double, double> find_limit(std::vector<double> ratios) {
-    std::sort(ratios.begin(), ratios.end());
-    const auto at = [&](double q) { return ratios[static_cast<size_t>(q * static_cast<double>(ratios.size() - 1))]; };
-    return {at(0.75), 0.5 * (at(0.95) - at(0.5))};
+  // From the heading of an attitude [1] to that of the base's recorded pose: IMUs count it from where they like.
+  static Matrix3d turn_heading(const Clip& clip, size_t k, const Matrix3d& R) {
+    const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+    const Matrix3d turn = q.normalized().toRotationMatrix() * R.transpose();
+    return Eigen::AngleAxisd(std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)), Vector3d::UnitZ()).toRotationMatrix();
   }
 
   // Feet slide at the same share in two recordings at least (of one: there); a push or a fall is in one alone.
-  static bool is_same_ground(const std::vector<Step>& steps, double slow, double value) {
-    std::map<size_t, std::vector<double>> each;
+  static bool is_same_ground(const std::vector<Slide>& steps, double slow, double value) {
+    std::map<size_t, std::vector<Slide>> each;
     std::set<size_t> recordings;
-    for (const Step& s : steps) {
+    for (const Slide& s : steps) {
       recordings.insert(s.recording);
-      if (s.speed >= slow) each[s.recording].push_back(s.ratio);
+      if (s.speed >= slow) each[s.recording].push_back(s);
     }
     size_t same = 0, other = 0;
-    for (const auto& [r, ratios] : each) {
-      if (ratios.size() < kSlips) continue;
-      const double here = find_limit(ratios).first;
+    for (const auto& [r, slides] : each) {
+      const double here = find_sliding_friction(slides).first;
+      if (here <= 0) continue;
       ++(std::abs(here - value) < kSameGround * value ? same : other);
     }
     return same >= std::min<size_t>(2, recordings.size()) && same > other;
   }
 
   // Friction that holds more than it slides at is no friction. False: nothing is told.
-  bool add_slip(const std::vector<Step>& steps, double slow) {
-    std::vector<double> ratios;
-    for (const Step& s : steps) {
-      if (s.speed >= slow) ratios.push_back(s.ratio);
-    }
-    if (ratios.size() < kSlips) return false;
-    const auto [value, spread] = find_limit(ratios);
+  bool add_slip(const std::vector<Slide>& steps, double slow) {
+    std::vector<Slide> slides;
+    std::copy_if(steps.begin(), steps.end(), std::back_inserter(slides), [&](const Slide& s) { return s.speed >= slow; });
+    const auto [value, spread] = find_sliding_friction(slides);
     const double nominal = log_.experiment->scenario.ground.friction;
-    std::vector<double> all;
-    for (const Step& s : steps) all.push_back(s.ratio);
     size_t held = 0, beyond = 0;
-    for (const Step& s : steps) held += s.speed < kStuck * kSlip, beyond += s.speed < kStuck * kSlip && s.ratio > kMoreHeld * value;
-    if (calc_break(all, value) < kBreak || spread > kClose * value || value > 0.95 * nominal || value < 0.02) return false;
+    for (const Slide& s : steps) held += s.speed < kStuck * kSlip, beyond += s.speed < kStuck * kSlip && s.ratio > kMoreHeld * value;
+    if (spread > kClose * value || value > 0.95 * nominal || value < 0.02) return false;
     if (!is_same_ground(steps, slow, value)) return false;
     if (static_cast<double>(beyond) > kBeyond * static_cast<double>(held)) return false;
     Finding f;
@@ -516,13 +509,16 @@ class Checker {
 
 }  // namespace
 
-double calc_break(const std::vector<double>& ratios, double limit) {
-  const auto count = [&](double from, double to) {
-    return static_cast<double>(std::count_if(ratios.begin(), ratios.end(), [&](double r) { return r >= from * limit && r < to * limit; }));
-  };
-  const double at = count(0.85, 1.15);
-  if (at < kAtLimit * static_cast<double>(ratios.size())) return 0;
-  return at * at / (std::max(1.0, count(0.6, 0.85)) * std::max(1.0, count(1.15, 1.5)));
+std::pair<double, double> find_sliding_friction(const std::vector<Slide>& slides) {
+  std::vector<double> against, ratios;
+  for (const Slide& s : slides) {
+    against.push_back(s.against);
+    if (s.against > kBack) ratios.push_back(s.ratio);
+  }
+  if (ratios.size() < kSlips || find_median(std::move(against)) < kMostlyBack) return {0, 0};
+  std::sort(ratios.begin(), ratios.end());
+  const auto at = [&](double q) { return ratios[static_cast<size_t>(q * static_cast<double>(ratios.size() - 1))]; };
+  return {at(0.5), 0.5 * (at(0.75) - at(0.25))};
 }
 
 Consensus find_consensus(std::vector<double> values, double least) {

@@ -25,9 +25,16 @@ struct Consensus {
 };
 Consensus find_consensus(std::vector<double> values, double least);
 
-// How sharply side forces over normal forces break off at a limit. Friction cuts off what loaded feet would ask for: many
-// are at the limit, few beyond. Counts below, at and beyond it, in bins that grow alike, are n0 n1 n2; n1^2 / (n0 n2) is 1
-// where they fall off exponentially. 0: hardly any are there.
-double calc_break(const std::vector<double>& ratios, double limit);
+// A loaded foot at one moment.
+struct Slide {
+  size_t recording = 0;
+  double speed = 0;    // along the ground [m/s]
+  double ratio = 0;    // side force over normal force
+  double against = 0;  // cosine of the angle between the side force and the way back
+};
+
+// What feet that slide ask for of the ground, and its error. Zero where most side forces do not point back: no friction
+// drives a foot on. Feet that turn, or are dragged aside, do not count.
+std::pair<double, double> find_sliding_friction(const std::vector<Slide>& slides);
 
 }  // namespace hrp::diagnosis::floating

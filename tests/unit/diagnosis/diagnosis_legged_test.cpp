@@ -298,20 +298,23 @@ TEST(LeggedFit, WhatLacksAllTheTimeCountsByTheErrorsThatItsCauseLeaves) {
   EXPECT_GT(fitter.calc_gain_after(none, with), 300);    // they are 600: 600 log((20^2 + 8^2 / 2) / (8^2 / 2)) is 1500
 }
 
-// Friction cuts off what feet would ask for. Ratios that merely become rarer, as of a walk on rough ground, do not break off.
-TEST(LeggedChecks, SideForcesOfFeetThatSlideBreakOffAtTheFriction) {
+// Sliding friction is as large as its law says and points against the way. A force of that size that drives a foot on, or
+// points anywhere, is another's.
+TEST(LeggedChecks, SlidingFeetTellFrictionOnlyWhereTheirForcePointsBack) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
-  std::exponential_distribution<double> exponential(1 / 0.04);
-  std::uniform_real_distribution<double> uniform(0, 0.2);
-  std::vector<double> cut, fading, bell;
-  for (int i = 0; i < 4000; ++i) {
-    cut.push_back(std::min(0.1, uniform(random)) * (1 + 0.04 * normal(random)));
-    fading.push_back(exponential(random)), bell.push_back(std::abs(0.06 + 0.03 * normal(random)));
+  std::uniform_real_distribution<double> angle(-M_PI, M_PI);
+  std::vector<Slide> back, onward, anywhere;
+  for (int i = 0; i < 400; ++i) {
+    const double ratio = 0.1 * (1 + 0.2 * normal(random)), cosine = std::cos(0.2 * normal(random));
+    back.push_back({0, 0.05, ratio, cosine}), onward.push_back({0, 0.05, ratio, -cosine});
+    anywhere.push_back({0, 0.05, ratio, std::cos(angle(random))});
   }
-  EXPECT_GT(calc_break(cut, 0.1), 20);
-  EXPECT_LT(calc_break(fading, 0.1), 1.5);  // 1 but for the bins' widths
-  EXPECT_LT(calc_break(bell, 0.1), 3);      // at one and a half deviations
+  const auto [value, spread] = find_sliding_friction(back);
+  EXPECT_NEAR(value, 0.1, 0.005);    // four errors of a median: 1.25 * 0.02 / sqrt(400) each
+  EXPECT_NEAR(spread, 0.0135, 0.004);  // half the way between quartiles: 0.67 * 0.02
+  EXPECT_EQ(find_sliding_friction(onward).first, 0);
+  EXPECT_EQ(find_sliding_friction(anywhere).first, 0);
 }
 
 TEST(Legged, ScaleOfOneForceSensorIsNoMass) {
