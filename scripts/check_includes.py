@@ -20,7 +20,7 @@ VENDORS = {
     "tinyxml2": ["servers/model_parser"],
     "console_bridge": ["servers/model_parser"],
     "fcl/": ["servers/collision_checker"],
-    "yaml-cpp/": ["common/robot", "diagnosis", "controller/motion"],
+    "yaml-cpp/": ["common/robot", "diagnosis", "controller/motion", "servers/console/topic_tool"],
     "zstd": ["common/mcap"],
     "lz4": ["common/mcap"],
     "libdeflate": ["common/mcap"],

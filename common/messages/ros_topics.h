@@ -10,10 +10,13 @@ inline const TopicSpec kRosClock{"rt/clock", "rosgraph_msgs::msg::dds_::Clock_",
 inline const TopicSpec kRosTf{"rt/tf", "tf2_msgs::msg::dds_::TFMessage_", Retention::kStream, 128};
 inline const TopicSpec kRosTfStatic{"rt/tf_static", "tf2_msgs::msg::dds_::TFMessage_", Retention::kLatest, 1};
 inline const TopicSpec kRosRobotDescription{"rt/robot_description", "std_msgs::msg::dds_::String_", Retention::kLatest, 1};
+// Commands to the robot, read by hrp-controller-ros.
+inline const TopicSpec kRosJointTrajectory{"rt/joint_trajectory", "trajectory_msgs::msg::dds_::JointTrajectory_", Retention::kStream, 16};
+inline const TopicSpec kRosPositionCommands{"rt/position_commands", "std_msgs::msg::dds_::Float64MultiArray_", Retention::kStream, 16};
 
 // As find_known_topic(), these included.
 inline const TopicSpec* find_any_topic(const std::string& name) {
-  for (const TopicSpec* topic : {&kRosClock, &kRosTf, &kRosTfStatic, &kRosRobotDescription}) {
+  for (const TopicSpec* topic : {&kRosClock, &kRosTf, &kRosTfStatic, &kRosRobotDescription, &kRosJointTrajectory, &kRosPositionCommands}) {
     if (topic->name == name) return topic;
   }
   return find_known_topic(name);

@@ -9,7 +9,7 @@
 #include "servers/console/topic_tool/topic_tool.h"
 
 int main(int argc, char** argv) {
-  CLI::App app("Looks into a running simulation. Reads best-effort: it never slows or changes the run.", "hrp-topic");
+  CLI::App app("Looks into a running simulation, and sends it commands. Reads best-effort: looking never slows or changes the run.", "hrp-topic");
   app.set_version_flag("--version", hrp::get_version_text("hrp-topic"));
   app.footer("Examples:\n"
              "  hrp-topic list\n"
@@ -17,10 +17,10 @@ int main(int argc, char** argv) {
              "  hrp-topic echo hrp/contact_forces --field 'pairs[0].total.force.z' --field header.time\n"
              "  hrp-topic echo hrp/robot_state --json --count 100 > states.jsonl\n"
              "  hrp-topic hz hrp/robot_state\n"
-             "  hrp-topic type ContactForces");
+             "  hrp-topic type ContactForces\n"
+             "  hrp-topic pub joint_trajectory '{joint_names: [R_ELBOW], points: [{positions: [-1.2], time_from_start: {sec: 2}}]}'");
   app.require_subcommand(1);
   hrp::JoinOptions join;
-  join.only_looks = true;
   hrp::add_join_options(app, &join);
   double seconds = 1.0;
   long lines = 0;
@@ -40,10 +40,20 @@ int main(int argc, char** argv) {
   hz->add_option("--count", lines, "stop after so many lines");
   CLI::App* type = app.add_subcommand("type", "print the IDL of a type, or of a topic's type, with units");
   type->add_option("NAME", name, "hrp/robot_state, RobotState or hrp::msg::RobotState")->required();
-  for (CLI::App* command : {list, show, hz, type}) command->fallthrough();
+  std::string text;
+  bool only_print = false;
+  CLI::App* pub = app.add_subcommand("pub", "send one message to hrp-controller-ros, as ros2 topic pub --once does");
+  pub->add_option("TOPIC", name, "joint_trajectory or position_commands")->required();
+  pub->add_option("MESSAGE", text, "fields and values in YAML or JSON; those left out are zero or empty")->required();
+  pub->add_flag("--print", only_print, "print the message as JSON and send nothing");
+  for (CLI::App* command : {list, show, hz, type, pub}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);
   try {
     if (type->parsed()) return hrp::print_type(name);
+    hrp::CommandSample command;
+    if (pub->parsed()) command = hrp::make_command_sample(name, text);
+    if (only_print) return hrp::print_command(command);
+    join.only_looks = !pub->parsed();
     hrp::handle_stop_signals();
     const auto run = hrp::find_run_to_join(join, {"hrp-topic", "", /*waits=*/false});
     if (!run) return hrp::kExitInterrupted;
@@ -53,6 +63,7 @@ int main(int argc, char** argv) {
     const hrp::ToolContext context{opened.get(), [&] { return hrp::g_stop_signal || watch.has_gone(); },
                                    [&](const std::string& what) { voice.update(what, hrp::WaitVoice::Clock::now()); }};
     if (list->parsed()) return hrp::list_topics(context, seconds, echo.json);
+    if (pub->parsed()) return hrp::publish_command(context, command);
     if (hz->parsed()) return hrp::measure_topic(context, name, lines);
     return hrp::echo_topic(context, echo);
   } catch (const std::exception& error) {

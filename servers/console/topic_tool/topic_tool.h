@@ -34,6 +34,18 @@ int measure_topic(const ToolContext& context, const std::string& topic, long cou
 // Prints the IDL of a type or of a topic's type, everything it needs included.
 int print_type(const std::string& name);
 
+// A message that commands the robot.
+struct CommandSample {
+  TopicSpec topic;
+  std::vector<uint8_t> sample;
+};
+// `text`: see sample_text.h. Throws std::runtime_error when the topic takes no commands or the text is no message of it.
+CommandSample make_command_sample(const std::string& topic, const std::string& text);
+// Prints it as one line of JSON.
+int print_command(const CommandSample& command);
+// Sends it once somebody reads the topic.
+int publish_command(const ToolContext& context, const CommandSample& command);
+
 // Waits until somebody offers the topic: `name` in full, or its last parts where one topic has them (contact_forces,
 // imu/chest). Throws std::runtime_error when several have them. Empty when told to stop before.
 TopicSeen wait_for_topic(const ToolContext& context, const std::string& name);
