@@ -7,8 +7,9 @@
 namespace hrp {
 namespace {
 
-// [of wall clock] Between two lines about refused messages: somebody may send a thousand a second.
-constexpr auto kBetweenLines = std::chrono::seconds(1);
+// Somebody may send a thousand a second: so many lines about refused messages wait at most, and this long in between.
+constexpr size_t kMostLines = 4;
+constexpr auto kBetweenLines = std::chrono::milliseconds(250);  // of wall clock
 
 }  // namespace
 
@@ -74,18 +75,19 @@ void RosControllerNode::handle_decode_error(const std::string& topic, const std:
   ControllerNode::handle_decode_error(topic, reason);
 }
 
+// The count makes each line a new one, as equal lines are shown once a run, and tells how many were left out.
 void RosControllerNode::note_refused(const std::string& reason) {
   ++num_refused_;
-  refused_ = reason;
+  if (refused_.size() == kMostLines) return;
+  refused_.push_back("refused, goes on as before: " + reason + " (" + std::to_string(num_refused_) + " refused so far)");
 }
 
-// The count makes each line a new one: equal lines are shown once a run.
 void RosControllerNode::handle_idle(Clock::time_point now) {
   ControllerNode::handle_idle(now);
   if (refused_.empty() || now - said_ < kBetweenLines) return;
   said_ = now;
-  say("refused, goes on as before: " + refused_ + " (" + std::to_string(num_refused_) + " refused so far)");
-  refused_.clear();
+  say(refused_.front());
+  refused_.pop_front();
 }
 
 }  // namespace hrp

@@ -2,6 +2,7 @@
 // A controller that does what nodes of ROS 2 tell it: rt/joint_trajectory and rt/position_commands.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,7 +51,7 @@ class RosControllerNode : public ControllerNode {
   void note_refused(const std::string& reason);
 
   RosController* controller_ = nullptr;  // of the base; none until the robot is known
-  std::string refused_;                  // to be said
+  std::deque<std::string> refused_;      // lines to be said
   uint64_t num_refused_ = 0;
   Clock::time_point said_{};
 };

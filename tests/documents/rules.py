@@ -49,6 +49,8 @@ RULES = [
     Rule(r"build/bin/hrp-topic (list|type .*)", BESIDE),
     Rule(r"build/bin/hrp-topic (echo|hz) .*--count.*", BESIDE),
     Rule(r"build/bin/hrp-topic (echo|hz) .*", WATCHES),
+    # The run beside has another controller; ros_commands_test sends the documented messages.
+    Rule(r"build/bin/hrp-topic pub .*", BESIDE, change=((r"$", " --print"),)),
     Rule(r"build/bin/hrp-doctor", BESIDE),
     Rule(r"build/bin/hrp-run status --follow", WATCHES),
     Rule(r"build/bin/hrp-run .*", BESIDE),

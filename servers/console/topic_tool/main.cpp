@@ -8,6 +8,22 @@
 #include "common/node/runner.h"
 #include "servers/console/topic_tool/topic_tool.h"
 
+namespace {
+
+// Joins the run and does what is asked for there.
+int look(const hrp::JoinOptions& join, const std::function<int(const hrp::ToolContext&)>& work) {
+  hrp::handle_stop_signals();
+  const auto run = hrp::find_run_to_join(join, {"hrp-topic", "", /*waits=*/false});
+  if (!run) return hrp::kExitInterrupted;
+  const auto opened = hrp::make_bus(hrp::make_join_bus_options(*run, join));
+  hrp::RunWatch watch(*run);
+  hrp::WaitVoice voice("hrp-topic", *run);
+  return work({opened.get(), [&] { return hrp::g_stop_signal || watch.has_gone(); },
+               [&](const std::string& what) { voice.update(what, hrp::WaitVoice::Clock::now()); }});
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   CLI::App app("Looks into a running simulation, and sends it commands. Reads best-effort: looking never slows or changes the run.", "hrp-topic");
   app.set_version_flag("--version", hrp::get_version_text("hrp-topic"));
@@ -54,18 +70,11 @@ int main(int argc, char** argv) {
     if (pub->parsed()) command = hrp::make_command_sample(name, text);
     if (only_print) return hrp::print_command(command);
     join.only_looks = !pub->parsed();
-    hrp::handle_stop_signals();
-    const auto run = hrp::find_run_to_join(join, {"hrp-topic", "", /*waits=*/false});
-    if (!run) return hrp::kExitInterrupted;
-    const auto opened = hrp::make_bus(hrp::make_join_bus_options(*run, join));
-    hrp::RunWatch watch(*run);
-    hrp::WaitVoice voice("hrp-topic", *run);
-    const hrp::ToolContext context{opened.get(), [&] { return hrp::g_stop_signal || watch.has_gone(); },
-                                   [&](const std::string& what) { voice.update(what, hrp::WaitVoice::Clock::now()); }};
-    if (list->parsed()) return hrp::list_topics(context, seconds, echo.json);
-    if (pub->parsed()) return hrp::publish_command(context, command);
-    if (hz->parsed()) return hrp::measure_topic(context, name, lines);
-    return hrp::echo_topic(context, echo);
+    return look(join, [&](const hrp::ToolContext& context) {
+      if (list->parsed()) return hrp::list_topics(context, seconds, echo.json);
+      if (hz->parsed()) return hrp::measure_topic(context, name, lines);
+      return pub->parsed() ? hrp::publish_command(context, command) : hrp::echo_topic(context, echo);
+    });
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-topic: %s\n", error.what());
     return 2;

@@ -49,6 +49,8 @@ inline const std::vector<MessageCase>& find_every_message() {
       {"sensor_msgs::msg::dds_::JointState_", encode_again<::sensor_msgs::msg::dds_::JointState_>},
       {"sensor_msgs::msg::dds_::Imu_", encode_again<::sensor_msgs::msg::dds_::Imu_>},
       {"geometry_msgs::msg::dds_::WrenchStamped_", encode_again<::geometry_msgs::msg::dds_::WrenchStamped_>},
+      {"trajectory_msgs::msg::dds_::JointTrajectory_", encode_again<::trajectory_msgs::msg::dds_::JointTrajectory_>},
+      {"std_msgs::msg::dds_::Float64MultiArray_", encode_again<::std_msgs::msg::dds_::Float64MultiArray_>},
   };
   return cases;
 }
