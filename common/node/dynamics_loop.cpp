@@ -20,13 +20,14 @@ bool is_finite(const Vector3d& v) { return std::isfinite(v.x() + v.y() + v.z());
 
 }  // namespace
 
-DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine)
+DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine, double ros_rate)
     : NodeBase(context),
       make_engine_(std::move(make_engine)),
       state_publisher_(bus(), topics::kRobotState),
       forces_publisher_(bus(), topics::kContactForces),
       sensors_publisher_(bus(), topics::kSensorData),
       event_publisher_(bus(), topics::kEvents),
+      ros_rate_(ros_rate),
       view_(bus()) {
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& m) { take_grant(m); });
   listen<msg::ContactSet>(topics::kContactSet, [this](const msg::ContactSet& m) { take_contacts(m); });
@@ -250,7 +251,7 @@ void DynamicsLoop::make_endpoints() {
     if (!engine_) return;
   }
   // Robot and scenario do not change once there is an engine.
-  RosViews views(bus(), robot_, scenario_.sensors);
+  RosViews views(bus(), robot_, scenario_.sensors, ros_rate_);
   std::lock_guard<std::recursive_mutex> lock(bus().mutex());
   ros_views_ = std::move(views);
   ros_views_made_ = true;

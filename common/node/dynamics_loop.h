@@ -39,7 +39,8 @@ using EngineFactory =
 
 class DynamicsLoop : public NodeBase {
  public:
-  DynamicsLoop(const NodeContext& context, EngineFactory make_engine);
+  // `ros_rate`: see RosViews.
+  DynamicsLoop(const NodeContext& context, EngineFactory make_engine, double ros_rate = 0.0);
   void make_endpoints() override;
   std::string find_missing() const override;
 
@@ -80,6 +81,7 @@ class DynamicsLoop : public NodeBase {
   Publisher<msg::SensorData> sensors_publisher_;
   Publisher<msg::RobotEvent> event_publisher_;
   RosViews ros_views_;
+  double ros_rate_;
   ViewWriter view_;
   msg::RobotState state_message_;
   msg::ContactForces forces_message_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/node/ros_views.h"
 
+#include <cmath>
+
 #include "common/messages/ros_convert.h"
 #include "common/messages/ros_topics.h"
 #include "common/messages/topics.h"
@@ -15,10 +17,16 @@ TopicSpec make_named(TopicSpec topic, const std::string& name) {
 
 }  // namespace
 
-RosViews::RosViews(Bus& bus, const RobotDescription& robot, const SensorsSpec& sensors)
+std::string find_ros_rate_fault(double rate) {
+  constexpr double kFastest = 1e5;  // [1/s] steps are no shorter
+  return rate >= 0.0 && rate <= kFastest ? "" : "not a rate from 0 to 100000 a second";
+}
+
+RosViews::RosViews(Bus& bus, const RobotDescription& robot, const SensorsSpec& sensors, double rate)
     : tf_static_(bus, topics::kRosTfStatic),
       robot_description_(bus, topics::kRosRobotDescription),
-      tree_(std::make_unique<FrameTree>(robot.tree)) {
+      tree_(std::make_unique<FrameTree>(robot.tree)),
+      rate_(rate) {
   std_msgs::msg::dds_::String_ urdf;
   urdf.data(robot.urdf);
   robot_description_.publish(urdf);
@@ -52,12 +60,25 @@ void RosViews::update_readers() {
   for (auto& view : wrenches_) view.wanted = view.publisher.has_readers();
 }
 
-void RosViews::publish_frames(double time, const State& state) {
+// Times are multiples of the step, rounded: far less than a microsecond off.
+bool RosViews::is_due(double time) {
+  if (rate_ <= 0.0) return true;
+  constexpr double kRounding = 1e-6;  // [s]
+  const double multiple = std::floor((time + kRounding) * rate_);
+  if (multiple == last_multiple_) return false;
+  last_multiple_ = multiple;
+  return true;
+}
+
+void RosViews::publish_clock(double time) {
   for (auto& view : clock_) {
     if (!view.wanted) continue;
     ros::set_time(time, &view.message.clock());
     view.publisher.publish(view.message);
   }
+}
+
+void RosViews::publish_frames(double time, const State& state) {
   for (auto& view : tf_) {
     if (!view.wanted) continue;
     tree_->update_moving(state, &moving_);
@@ -66,13 +87,20 @@ void RosViews::publish_frames(double time, const State& state) {
   }
 }
 
-void RosViews::publish(const msg::SensorData& sensors, const State& state) {
-  const double time = sensors.header().time();
-  publish_frames(time, state);
+void RosViews::publish_joint_states(const msg::SensorData& sensors) {
   for (auto& view : joint_states_) {
     if (!view.wanted) continue;
     ros::set(sensors, &view.message);
     view.publisher.publish(view.message);
+  }
+}
+
+void RosViews::publish(const msg::SensorData& sensors, const State& state) {
+  const double time = sensors.header().time();
+  publish_clock(time);
+  if (is_due(time)) {
+    publish_frames(time, state);
+    publish_joint_states(sensors);
   }
   for (size_t i = 0; i < imus_.size(); ++i) {
     if (!imus_[i].wanted) continue;

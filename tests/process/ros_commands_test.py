@@ -43,12 +43,12 @@ class RosCommands(unittest.TestCase):
         sent = subprocess.run([TESTS / "ros_writer", self.domain, *map(str, words)], env=environment, capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual((sent.returncode, sent.stderr), (0, ""))
 
-    def start(self, vendor):
+    def start(self, vendor, *options):
         """The documented run."""
         words = find_documented(r"scripts/simulate\.sh .*hrp-controller-ros")[0][1:]
         self.log, said = self.folder / f"{vendor}.mcap", (self.folder / "said.txt").open("w")
         self.addCleanup(said.close)
-        self.run_process = subprocess.Popen([BIN / "hrp-simulate", *words, "--dds", vendor, "--no-plot", "--log", self.log], cwd=SOURCE,
+        self.run_process = subprocess.Popen([BIN / "hrp-simulate", *words, "--dds", vendor, "--no-plot", "--log", self.log, *options], cwd=SOURCE,
                                             env=self.environment, stdout=said, stderr=subprocess.STDOUT)
         self.addCleanup(self.run_process.wait)
         self.addCleanup(self.run_process.terminate)
@@ -118,6 +118,15 @@ class RosCommands(unittest.TestCase):
                 self.wait_until_at("R_ELBOW", -0.6)
                 commands = self.stop()
                 self.assertEqual(commands[-1][1], {joint: (position, 0) for joint, position in goal.items()})
+
+    def test_rate_of_joint_states(self):
+        # Steps of 1 ms, control periods of 5 ms: every eighth sample. Readers that only look may miss some.
+        self.start("cyclone", "--ros-rate", "25")
+        shown = self.call(BIN / "hrp-topic", "echo", "joint_states", "--count", "20", "--json").stdout
+        stamps = [json.loads(line)["header"]["stamp"] for line in shown.splitlines()]
+        times = [stamp["sec"] * 10**9 + stamp["nanosec"] for stamp in stamps]
+        self.assertEqual(len(times), 20)
+        self.assertEqual({time % 40_000_000 for time in times}, {0})
 
     def test_refused_messages_change_nothing(self):
         self.start("cyclone")

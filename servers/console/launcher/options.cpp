@@ -11,6 +11,7 @@
 #include "common/base/version.h"
 #include "common/bus/make_bus.h"
 #include "common/node/join.h"
+#include "common/node/ros_views.h"
 #include "common/node/runner.h"
 #include "servers/scheduler/step_scheduler.h"
 
@@ -119,6 +120,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_flag("--realtime", realtime, "not faster than real time (= --speed 1)");
   app.add_option("--speed", options->speed, "not faster than this many simulated seconds per second; 0 = no limit")
       ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
+  app.add_option("--ros-rate", options->ros_rate, "/joint_states and /tf for ROS 2 in a simulated second; 0 = every control period")
+      ->check([](const std::string& word) { return find_ros_rate_fault(std::strtod(word.c_str(), nullptr)); });
   app.add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
   app.add_flag("--force", options->force, "overwrite a log that is there");
   app.add_flag("--durable", options->durable, "bring each part of the log to the disk: a power cut loses no step that is said to be there");
@@ -169,6 +172,9 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     }
     if (options->in_process && !options->secure.empty()) {
       throw CLI::ValidationError("--in-process", "excludes --secure: there is no bus that others could join");
+    }
+    if (options->in_process && app.count("--ros-rate") > 0) {
+      throw CLI::ValidationError("--in-process", "excludes --ros-rate: there is no bus that others could read");
     }
     if (options->in_process && options->view) {
       throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");

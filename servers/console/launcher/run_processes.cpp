@@ -148,6 +148,7 @@ std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role
   std::vector<std::string> arguments;
   if (role == "model_parser") arguments.push_back(options_.scenario);
   if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
+  if (role == "dynamics" && options_.ros_rate > 0.0) arguments.insert(arguments.end(), {"--ros-rate", std::to_string(options_.ros_rate)});
   if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
   if (role == "logger" && options_.force) arguments.push_back("--force");
   if (role == "logger" && options_.durable) arguments.push_back("--durable");
@@ -207,6 +208,7 @@ void ProcessRun::start_remote(const std::string& role) {
   if (path.find('/') == std::string::npos) path = (command.host.programs.empty() ? find_own_folder() : command.host.programs) + "/" + path;
   command.arguments = {path, "--domain", std::to_string(claim_.domain()), "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second,
                        "--far-launcher", "--network-interface", turn_network(claim_.entry().network, find_address(command.host))};
+  for (const std::string& word : make_role_arguments(role)) command.arguments.push_back(word);
   if (!options_.secure.empty()) {
     command.arguments.insert(command.arguments.end(), {"--secure", command.host.secure.empty() ? std::filesystem::absolute(options_.secure).string() : command.host.secure});
     command.files.push_back(command.arguments.back());
