@@ -42,6 +42,7 @@ class RosCommands(unittest.TestCase):
         environment = {**self.environment, "CYCLONEDDS_URI": f"file://{SOURCE}/idl/example_c/cyclone.xml"}
         sent = subprocess.run([TESTS / "ros_writer", self.domain, *map(str, words)], env=environment, capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual((sent.returncode, sent.stderr), (0, ""))
+        return sent.stdout.strip()
 
     def start(self, vendor, *options):
         """The documented run."""
@@ -110,10 +111,15 @@ class RosCommands(unittest.TestCase):
         for vendor in ("cyclone", "fast"):
             with self.subTest(vendor):
                 self.start(vendor)
-                self.write("trajectory", "R_ELBOW", -1.0, 0.5)
+                # Type and hash as ROS 2 Jazzy generates them.
+                self.assertEqual(self.write("trajectory", "R_ELBOW", -1.0, 0.5),
+                                 "rt/joint_trajectory trajectory_msgs::msg::dds_::JointTrajectory_ "
+                                 "typehash=RIHS01_179b33eba59d676f6d967ac71fe35e7ca2f64b2f3928f4a018cec115e213796e;")
                 self.wait_until_at("R_ELBOW", -1.0)
                 goal = {**self.read_states(), "R_ELBOW": -0.6, "NECK_Y": 0.1}
-                self.write("positions", *goal.values())
+                self.assertEqual(self.write("positions", *goal.values()),
+                                 "rt/position_commands std_msgs::msg::dds_::Float64MultiArray_ "
+                                 "typehash=RIHS01_1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f;")
                 self.wait_until_at("NECK_Y", 0.1)
                 self.wait_until_at("R_ELBOW", -0.6)
                 commands = self.stop()

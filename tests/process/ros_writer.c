@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause
  * Commands a robot as a node of ROS 2 does, with idlc's types and rmw's quality of service, and nothing of ours:
  *   ros_writer DOMAIN trajectory JOINT POSITION SECONDS      to POSITION and at rest there SECONDS after its arrival
- *   ros_writer DOMAIN positions POSITION ...                 of all joints, from now on */
+ *   ros_writer DOMAIN positions POSITION ...                 of all joints, from now on
+ * Prints TOPIC TYPE USER_DATA of the reader. */
 #include <dds/dds.h>
 #include <math.h>
 #include <stdio.h>
@@ -14,6 +15,19 @@ static dds_entity_t check(dds_entity_t entity, const char* what) {
   if (entity >= 0) return entity;
   fprintf(stderr, "ros_writer: %s: %s\n", what, dds_strretcode(entity));
   exit(1);
+}
+
+static void print_reader(dds_entity_t writer) {
+  dds_instance_handle_t handle;
+  if (dds_get_matched_subscriptions(writer, &handle, 1) < 1) return;
+  dds_builtintopic_endpoint_t* end = dds_get_matched_subscription_data(writer, handle);
+  if (end == NULL) return;
+  void* data = NULL;
+  size_t size = 0;
+  dds_qget_userdata(end->qos, &data, &size);
+  printf("%s %s %.*s\n", end->topic_name, end->type_name, (int)size, data ? (const char*)data : "");
+  dds_free(data);
+  dds_builtintopic_free_endpoint(end);
 }
 
 /* Once a reader is there, as `ros2 topic pub --once` does; the time on both sides is for what discovery and UDP need. */
@@ -32,6 +46,7 @@ static void send(int domain, const dds_topic_descriptor_t* type, const char* nam
     check(dds_get_publication_matched_status(writer, &matched), "status");
   }
   dds_sleepfor(DDS_MSECS(300));
+  print_reader(writer);
   check(dds_write(writer, message), "write");
   check(dds_wait_for_acks(writer, DDS_SECS(10)), "acknowledgement");
   dds_delete(participant);

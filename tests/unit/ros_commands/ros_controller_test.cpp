@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -316,6 +317,69 @@ TEST(RosController, TakesALimitThatWasRoundedToSixDecimals) {
   RosPositions message;
   message.data({1.0000005, 0.2, 0.0});
   EXPECT_NO_THROW(played.controller.take(message));
+}
+
+// Numbers as a careless node sends them: small and huge, none at all, counts that do not fit.
+class RandomMessage {
+ public:
+  explicit RandomMessage(unsigned seed) : random_(seed) {}
+
+  RosJointTrajectory make() {
+    static const std::vector<std::string> names{"hip", "knee", "slide", "hop"};
+    RosJointTrajectory message;
+    for (size_t k = find_count(2); k > 0; --k) message.joint_names().push_back(names[(k + find_count(3)) % (is_rare() ? 4 : 3)]);
+    double time = 0.0;
+    for (size_t i = find_count(4); i > 0; --i) {
+      time += is_rare() ? 0.0 : 3.0 * std::abs(small_(random_));
+      add_point(time, make_numbers(message.joint_names().size()), {}, &message);
+      if (with_velocities_) message.points().back().velocities(make_numbers(message.joint_names().size()));
+    }
+    with_velocities_ = !with_velocities_;
+    return message;
+  }
+
+ private:
+  bool is_rare() { return random_() % 40 == 0; }
+  size_t find_count(size_t most) { return random_() % (most + 1); }
+  std::vector<double> make_numbers(size_t count) {
+    std::vector<double> numbers(is_rare() ? count + 1 : count);
+    for (double& number : numbers) number = is_rare() ? kNan : is_rare() ? 1e300 : 0.5 * small_(random_);
+    return numbers;
+  }
+
+  std::mt19937 random_;
+  std::uniform_real_distribution<double> small_{-1.0, 1.0};
+  bool with_velocities_ = false;
+};
+
+// Whatever comes: all commands are within the limits, and positions make no jump that a velocity of 2 rad/s does not allow.
+TEST(RosController, NoMessageMakesAnyJointLeaveItsLimits) {
+  Played played;
+  RandomMessage random(5);
+  JointCommand before = played.step();
+  int taken = 0, refused = 0;
+  for (int i = 0; i < 20000; ++i) {
+    if (i % 20 == 0) {
+      const RosJointTrajectory message = random.make();
+      const bool jumps = !message.points().empty() && message.points()[0].time_from_start().sec() == 0 &&
+                         message.points()[0].time_from_start().nanosec() == 0;  // to be taken as it is
+      try {
+        if (!jumps) played.controller.take(message), ++taken;
+      } catch (const InputError&) {
+        ++refused;
+      }
+    }
+    const JointCommand now = played.step();
+    for (int joint = 0; joint < 2; ++joint) {
+      ASSERT_LE(std::abs(now.q[joint]), 1.0 + 1e-6);   // what the controller allows for rounded plans
+      ASSERT_LE(std::abs(now.qd[joint]), 2.0 + 1e-6);
+      ASSERT_LE(std::abs(now.q[joint] - before.q[joint]), (2.0 + 1e-6) * kPeriod + kExact);
+    }
+    ASSERT_TRUE(std::isfinite(now.q[2]));
+    before = now;
+  }
+  EXPECT_GT(taken, 100);
+  EXPECT_GT(refused, 100);
 }
 
 // The node answers in lockstep; what is no message at all ends no run.
