@@ -134,6 +134,14 @@ class RosCommands(unittest.TestCase):
         self.assertEqual(len(times), 20)
         self.assertEqual({time % 40_000_000 for time in times}, {0})
 
+    def test_without_messages_a_run_is_that_of_our_controller_that_holds(self):
+        hashes = set()
+        for controller in ("hrp-controller", "hrp-controller-ros"):
+            said = self.call(BIN / "hrp-simulate", "models/scenarios/hrp2p_stand.yaml", "--controller", controller, "--duration", "1", "--no-plot",
+                             "--quiet", "--log", self.folder / f"{controller}.mcap").stdout
+            hashes.add(re.search(r"state hash (\w{16})", said)[1])
+        self.assertEqual(len(hashes), 1)
+
     def test_refused_messages_change_nothing(self):
         self.start("cyclone")
         for topic, text in (("joint_trajectory", "{joint_names: [R_ELBO], points: [{positions: [0]}]}"),

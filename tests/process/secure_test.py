@@ -135,6 +135,18 @@ class Secure(unittest.TestCase):
             self.assertEqual(self.call("hrp-run", "stop", "--secure", self.ours / "command")[0], 0)
             self.assertEqual(self.run_process.wait(), 0)
 
+    def test_a_look_only_identity_sends_no_ros_commands(self):
+        message = "{joint_names: [R_ELBOW], points: [{positions: [-0.6], time_from_start: {sec: 1}}]}"
+        for vendor in VENDORS:
+            self.start_run(vendor, self.ours, "--controller", str(BIN / "hrp-controller-ros"))
+            status, said = self.call("hrp-topic", "pub", "joint_trajectory", message, "--secure", self.ours / "look")
+            self.assertEqual(status, 2, said)
+            self.assertIn("writer of rt/joint_trajectory", said)
+            status, said = self.call("hrp-topic", "pub", "joint_trajectory", message, "--secure", self.ours / "command")
+            self.assertEqual(status, 0, said)
+            self.run_process.terminate()
+            self.assertEqual(self.run_process.wait(), 0)
+
     def test_a_look_only_identity_is_no_controller(self):
         for vendor in VENDORS:
             run = subprocess.Popen([str(BIN / "hrp-simulate"), SCENARIO, "--quiet", "--no-plot", "--dds", vendor, "--secure", str(self.ours),
