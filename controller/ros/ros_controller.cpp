@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "controller/ros/ros_controller.h"
 
+#include <algorithm>
+
 #include "common/base/diagnostics.h"
 #include "common/messages/ros_topics.h"
+#include "controller/play.h"
 
 namespace hrp {
 namespace {
@@ -11,45 +14,73 @@ namespace {
 constexpr size_t kMostLines = 4;
 constexpr auto kBetweenLines = std::chrono::milliseconds(250);  // of wall clock
 
+// All arrays with one number a joint.
+JointCommand fill(JointCommand command) {
+  if (command.qd.size() == 0) command.qd.setZero(command.q.size());
+  if (command.effort.size() == 0) command.effort.setZero(command.q.size());
+  return command;
+}
+
+bool holds_initial_pose(const Robot& robot) { return robot.settings.type == "hold" || robot.settings.type == "none"; }
+
 }  // namespace
 
-RosController::RosController(const Robot& robot) : robot_(robot) { hold(robot.initial_q); }
+RosController::RosController(const Robot& robot, std::unique_ptr<Controller> other) : robot_(robot), other_(std::move(other)) { forget(); }
 
-void RosController::hold(const Eigen::VectorXd& q) {
-  command_.q = q;
-  command_.qd.setZero(q.size());
-  command_.effort.setZero(q.size());
+void RosController::forget() {
+  command_ = fill({robot_.initial_q, {}, {}});
+  time_.reset();
+  told_.assign(robot_.joints.size(), false);
   trajectory_ = make_hold(command_);
   begin_.reset();
-  told_ = false;
 }
 
 void RosController::begin(Trajectory trajectory) {
   trajectory_ = std::move(trajectory);
   begin_ = time_;
-  told_ = true;
 }
 
-void RosController::take(const RosJointTrajectory& message) { begin(make_trajectory(message, robot_, command_)); }
+void RosController::take(const RosJointTrajectory& message) {
+  begin(make_trajectory(message, robot_, command_));
+  if (message.points().empty()) take_all_joints();
+  for (const std::string& name : message.joint_names()) told_[static_cast<size_t>(robot_.find_joint(name))] = true;
+}
 
-void RosController::take(const RosPositions& message) { begin(make_trajectory(message, robot_)); }
+void RosController::take(const RosPositions& message) {
+  begin(make_trajectory(message, robot_));
+  take_all_joints();
+}
 
 // What came before the first sample is not forgotten, what came before a reset is.
 void RosController::start(const Robot& robot) {
-  if (time_) hold(robot.initial_q);
-  time_.reset();
+  if (time_) forget();
+  other_->start(robot);
 }
 
-JointCommand RosController::control(const SensorData& sensors, const Robot&) {
-  if (!time_ && sensors.time > 0.0 && !told_) hold(sensors.q);
+JointCommand RosController::control(const SensorData& sensors, const Robot& robot) {
+  const JointCommand others = other_->control(sensors, robot);
+  const bool joins = !time_ && sensors.time > 0.0 && holds_initial_pose(robot_);
   time_ = sensors.time;
   if (!begin_) begin_ = time_;
-  return command_ = trajectory_.sample(*time_ - *begin_);
+  if (joins && std::none_of(told_.begin(), told_.end(), [](bool told) { return told; })) {
+    trajectory_ = make_hold(fill({sensors.q, {}, {}}));
+    take_all_joints();
+  }
+  command_ = fill(others);
+  const JointCommand told = trajectory_.sample(*time_ - *begin_);
+  for (size_t k = 0; k < told_.size(); ++k) {
+    const auto joint = static_cast<Eigen::Index>(k);
+    if (!told_[k]) continue;
+    command_.q[joint] = told.q[joint];
+    command_.qd[joint] = told.qd[joint];
+    command_.effort[joint] = told.effort[joint];
+  }
+  return command_;
 }
 
 RosControllerNode::RosControllerNode(const NodeContext& context)
     : ControllerNode(context, [this](const Robot& robot) {
-        auto controller = std::make_unique<RosController>(robot);
+        auto controller = std::make_unique<RosController>(robot, make_scenario_controller(robot));
         controller_ = controller.get();
         return controller;
       }) {

@@ -12,10 +12,11 @@
 
 namespace hrp {
 
-// Holds the initial pose until it is told something. One that joins a run that goes on holds the measured pose.
+// Joints that no message has named follow another controller: that of the scenario. Where that one holds the initial pose,
+// one that joins a run that goes on holds the measured pose.
 class RosController : public Controller {
  public:
-  explicit RosController(const Robot& robot);
+  RosController(const Robot& robot, std::unique_ptr<Controller> other);
   // Replaces what was to be done, from the last command on. Throws InputError and goes on as before when the message
   // cannot be.
   void take(const RosJointTrajectory& message);
@@ -23,18 +24,19 @@ class RosController : public Controller {
 
   void start(const Robot& robot) override;
   JointCommand control(const SensorData& sensors, const Robot& robot) override;
-  std::unique_ptr<Controller> clone() const override { return std::make_unique<RosController>(*this); }
 
  private:
-  void hold(const Eigen::VectorXd& q);
+  void forget();
   void begin(Trajectory trajectory);
+  void take_all_joints() { told_.assign(robot_.joints.size(), true); }
 
   Robot robot_;
-  JointCommand command_;               // the last one
-  std::optional<double> time_;         // [s] when it was given
-  Trajectory trajectory_;
-  std::optional<double> begin_;        // [s] of the trajectory; none: with the first sample
-  bool told_ = false;                  // a message was taken since the start
+  std::unique_ptr<Controller> other_;
+  JointCommand command_;         // the last one; all its arrays have one number a joint
+  std::optional<double> time_;   // [s] when it was given
+  std::vector<bool> told_;       // joints that follow the trajectory
+  Trajectory trajectory_;        // of all joints
+  std::optional<double> begin_;  // [s] of the trajectory; none: with the first sample
 };
 
 class RosControllerNode : public ControllerNode {

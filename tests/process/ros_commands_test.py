@@ -134,13 +134,35 @@ class RosCommands(unittest.TestCase):
         self.assertEqual(len(times), 20)
         self.assertEqual({time % 40_000_000 for time in times}, {0})
 
-    def test_without_messages_a_run_is_that_of_our_controller_that_holds(self):
-        hashes = set()
-        for controller in ("hrp-controller", "hrp-controller-ros"):
-            said = self.call(BIN / "hrp-simulate", "models/scenarios/hrp2p_stand.yaml", "--controller", controller, "--duration", "1", "--no-plot",
-                             "--quiet", "--log", self.folder / f"{controller}.mcap").stdout
-            hashes.add(re.search(r"state hash (\w{16})", said)[1])
-        self.assertEqual(len(hashes), 1)
+    def test_without_messages_a_run_is_that_of_the_scenarios_controller(self):
+        for scenario in ("hrp2p_stand", "default"):
+            hashes = set()
+            for controller in ("hrp-controller", "hrp-controller-ros"):
+                said = self.call(BIN / "hrp-simulate", f"models/scenarios/{scenario}.yaml", "--controller", controller, "--duration", "2", "--no-plot",
+                                 "--quiet", "--log", self.folder / f"{scenario}_{controller}.mcap").stdout
+                hashes.add(re.search(r"state hash (\w{16})", said)[1])
+            self.assertEqual(len(hashes), 1, scenario)
+
+    def test_a_walking_robot_moves_its_arm(self):
+        self.log, scenario = self.folder / "walk.mcap", SOURCE / "models/scenarios/default.yaml"
+        run = subprocess.Popen([BIN / "hrp-simulate", scenario, "--controller", "hrp-controller-ros", "--speed", "4", "--no-plot", "--quiet",
+                                "--log", self.log], env=self.environment, stdout=subprocess.PIPE, text=True)
+        self.addCleanup(run.stdout.close)
+        self.run_process = run
+        self.addCleanup(run.wait)
+        self.addCleanup(run.terminate)
+        end, sent = time.monotonic() + LIMIT, None
+        while sent is None or sent.returncode != 0:
+            self.assertLess(time.monotonic(), end, sent)
+            sent = self.call(BIN / "hrp-topic", "pub", "joint_trajectory", "{joint_names: [R_ELBOW], points: [{positions: [-1.2], velocities: [0], time_from_start: {sec: 2}}]}")
+        self.assertEqual(run.wait(LIMIT), 0)
+        said = run.stdout.read()
+        self.assertRegex(said, r"(?m)^simulated")
+        self.assertNotRegex(said, r"(?m)^fall")
+        commands = self.stop()
+        self.assertAlmostEqual(commands[-1][0], 12.0, delta=0.01)
+        self.check_cubic(commands, "R_ELBOW", -1.2, 2.0)
+        self.assertNotEqual(commands[-1][1]["R_KNEE"], commands[0][1]["R_KNEE"])
 
     def test_refused_messages_change_nothing(self):
         self.start("cyclone")

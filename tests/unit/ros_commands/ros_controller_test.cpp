@@ -13,6 +13,7 @@
 #include "common/bus/memory/memory_bus.h"
 #include "common/messages/convert_robot.h"
 #include "common/messages/ros_topics.h"
+#include "controller/play.h"
 
 namespace hrp {
 namespace {
@@ -75,9 +76,20 @@ RosJointTrajectory make_good_message() {
   return message;
 }
 
+// In the place of one that walks: all joints at 0.1 t, with velocities and no efforts.
+class Drifting : public Controller {
+ public:
+  JointCommand control(const SensorData& sensors, const Robot& robot) override {
+    const auto n = static_cast<Eigen::Index>(robot.joints.size());
+    return {Eigen::VectorXd::Constant(n, 0.1 * sensors.time), Eigen::VectorXd::Constant(n, 0.1), {}};
+  }
+};
+
 class Played {
  public:
-  Played() : robot(make_trio()), controller(robot) { controller.start(robot); }
+  Played() : Played(make_trio()) {}
+  explicit Played(const Robot& r) : Played(r, make_scenario_controller(r)) {}
+  Played(const Robot& r, std::unique_ptr<Controller> other) : robot(r), controller(r, std::move(other)) { controller.start(robot); }
   // The answer to the next sample.
   JointCommand step() {
     SensorData sensors;
@@ -200,6 +212,42 @@ TEST(RosController, PositionCommandsHoldFromTheNextSampleOn) {
     EXPECT_EQ(played.step().q, Eigen::VectorXd(Eigen::Vector3d(-0.5, 0.25, 7.0)));
     EXPECT_TRUE(played.last.qd.isZero(0.0));
   }
+}
+
+TEST(RosController, JointsThatNoMessageHasNamedFollowTheOtherController) {
+  Robot robot = make_trio();
+  robot.settings.type = "walk";
+  Played played(robot, std::make_unique<Drifting>());
+  played.play(1.0);
+  const JointCommand before = played.step();
+  EXPECT_NEAR(before.q[1], 0.1, kExact);
+  RosJointTrajectory message = make_message({"knee"});
+  add_point(1.0, {0.5}, {0.0}, &message);
+  played.controller.take(message);
+  played.step();
+  // From where the other controller had it, with the velocity that it had told.
+  EXPECT_NEAR(played.last.q[1], make_cubic(0.1, 0.1, 0.5, 0.0, 1.0).find_position(kPeriod), kExact);
+  EXPECT_NEAR(played.last.q[0], 0.1 * (1.0 + kPeriod), kExact);
+  played.play(2.0);
+  EXPECT_EQ(played.last.q[1], 0.5);
+  EXPECT_NEAR(played.last.q[0], 0.1 * (3.0 + kPeriod), kExact);
+  EXPECT_NEAR(played.last.qd[0], 0.1, kExact);
+  // The knee stays where it was told to be when another joint is named.
+  RosJointTrajectory other = make_message({"hip"});
+  add_point(1.0, {0.4}, {}, &other);
+  played.controller.take(other);
+  played.play(1.5);
+  EXPECT_EQ(played.last.q[1], 0.5);
+  EXPECT_EQ(played.last.q[0], 0.4);
+  EXPECT_NEAR(played.last.q[2], 0.1 * (4.5 + kPeriod), kExact);
+}
+
+TEST(RosController, OneThatJoinsAWalkLeavesItToTheOtherController) {
+  Robot robot = make_trio();
+  robot.settings.type = "walk";
+  Played played(robot, std::make_unique<Drifting>());
+  played.restart(1000);
+  EXPECT_NEAR(played.step().q[0], 0.5, kExact);
 }
 
 TEST(RosController, AResetForgetsTheMessageAndGoesToTheInitialPose) {
