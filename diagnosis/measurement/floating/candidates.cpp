@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kRigidTilt = 2e-5;    // [rad/(N m)] of ground and sole that are taken as rigid: above 5e4 N m/rad
 constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sinks by 1 mm
+constexpr double kMounting = 0.01;    // [rad] to which force sensors are screwed on
 constexpr double kThick = 0.03;        // [m] of housings about joints, at least
 constexpr double kSmallScale = 0.005;  // a factor nearer to 1 than this is within what scales and models are known to
 
@@ -120,7 +121,8 @@ class Lister {
     scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
     if (sensor.has_force()) {
       add("sensor_bias", force, s, list_axes(at_.sensor(s, kForceBiasColumn))).vector = true;
-      add("sensor_misalignment", both, s, list_axes(at_.sensor(s, kWrenchTurnColumn))).vector = true;
+      Candidate& turn = add("sensor_misalignment", both, s, list_axes(at_.sensor(s, kWrenchTurnColumn)));
+      turn.vector = true, turn.least = kMounting;
     } else if (sensor.axis[2]) {
       add("sensor_bias", force, s, {{{at_.sensor(s, kForceBiasColumn + 2), 1.0}}});
     }

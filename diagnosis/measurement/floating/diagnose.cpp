@@ -10,6 +10,7 @@
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations.h"
+#include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
 
@@ -59,6 +60,7 @@ class Reporter {
     out_.warnings = log_.notes;
     out_.warnings.insert(out_.warnings.end(), checks.notes.begin(), checks.notes.end());
     for (const FoundEffect& f : o_.effects) out_.findings.push_back(make_finding(f));
+    join_rotors();
     add_checks(checks);
     sort_findings(&out_.findings);
     add_fit();
@@ -91,6 +93,7 @@ class Reporter {
                     format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + fitter_.channels()[f.channel].info.kind +
                     "' away.";
     if (gives) out.statement += " A link beside it that bends about the same axis would look the same.";
+    add_load_at_centre(log_, &out);
     if (!out.alternatives.empty()) {
       out.statement += " As well explained by ";
       for (size_t i = 0; i < out.alternatives.size() && i < 3; ++i) {
@@ -99,6 +102,36 @@ class Reporter {
       out.statement += ".";
     }
     return out;
+  }
+
+  // Where teeth have play, the rotor's inertia is a parameter of the transmission: one cause, not two.
+  void join_rotors() {
+    for (Finding& play : out_.findings) {
+      if (play.effect != "backlash") continue;
+      const auto rotor = std::find_if(out_.findings.begin(), out_.findings.end(), [&](const Finding& f) {
+        return f.effect == "rotor_inertia" && f.where == play.where;
+      });
+      if (rotor == out_.findings.end()) continue;
+      play.parameters.push_back(rotor->parameters[0]), play.parameters.back().name = "rotor_inertia";
+      play.weight += rotor->weight;
+      play.statement += " The rotor before the teeth: " + describe(rotor->parameters) + ".";
+      out_.findings.erase(rotor);
+      return join_rotors();
+    }
+  }
+
+  // A link that is too heavy, and a load where its mass is, are one in the balance of forces.
+  static void add_load_at_centre(const LeggedLog& log, Finding* heavy) {
+    if (heavy->effect != "mass_error" || heavy->grade != Grade::kAmbiguous || heavy->parameters[0].value[0] <= 1) return;
+    const bool there = std::any_of(heavy->alternatives.begin(), heavy->alternatives.end(),
+                                   [&](const Alternative& a) { return a.effect == "payload" && a.where == heavy->where; });
+    const auto link = std::find_if(log.tree.links.begin(), log.tree.links.end(), [&](const LinkSpec& l) { return get_place(heavy->where) == l.name; });
+    if (there || link == log.tree.links.end()) return;
+    const double m = link->inertia.mass, more = heavy->parameters[0].value[0] - 1, std = heavy->parameters[0].std[0];
+    const Vector3d c = link->inertia.p_LLcm_L;
+    const Estimate mass{"mass", "kg", {more * m}, {std * m}, false}, com{"com", "m", {c.x(), c.y(), c.z()}, {1, 1, 1}, true};
+    heavy->alternatives.insert(heavy->alternatives.begin(),
+                               {"payload", find_family("payload"), heavy->where, {mass, com}, "turns of the body: a load hangs at one point"});
   }
 
   // Whether an accelerometer's bias makes at least half of what the feet carry too much or too little.
@@ -358,6 +391,9 @@ LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const
   if (!out.judged) return out;
   const ColumnLayout layout(even);
   CheckResult checks = run_checks(even, contacts, channels, layout);
+  if (!checks.raw_counts) {
+    for (std::string& note : compare_loads(even)) checks.notes.push_back(std::move(note));
+  }
   for (Finding& servo : find_servos(e)) checks.findings.push_back(std::move(servo));
   if (checks.raw_counts) drop_forces(&channels);
   size_t equations = 0;

@@ -147,7 +147,7 @@ class Searcher {
     const auto first = static_cast<long>(f.find_first(effect)), n = static_cast<long>(f.effects[effect].terms.size());
     const Eigen::VectorXd x = f.get(effect);
     const Candidate& c = f.effects[effect];
-    if (std::abs(x(0)) < c.least && !c.vector) return false;
+    if ((c.vector ? x.norm() : std::abs(x(0))) < c.least) return false;
     if (!c.vector) return std::abs(x(0)) > kDeviations * std::sqrt(std::max(0.0, all(first, first)));
     const Eigen::MatrixXd own = all.block(first, first, n, n);
     return std::sqrt(std::max(0.0, x.dot(own.ldlt().solve(x)))) > kDeviations + 1;

@@ -16,6 +16,7 @@
 #include "diagnosis/measurement/floating/least_squares.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/measurement/floating/regimes.h"
 #include "diagnosis/measurement/floating/tracks.h"
@@ -467,6 +468,15 @@ TEST(LeggedShared, WeightOfARealHumanoidIsAmbiguousAndNothingIsSaidOfItsDrives) 
   EXPECT_EQ(weight->grade, Grade::kAmbiguous);
   EXPECT_GE(weight->alternatives.size(), 3u);
   for (const Finding& f : e.findings) EXPECT_EQ(f.effect.find("friction"), std::string::npos);
+  // Its feet share the load as the zero-moment point asks: correlations of .72 to .98 in the four recordings, one by one.
+  EXPECT_TRUE(std::any_of(e.warnings.begin(), e.warnings.end(), [](const std::string& w) { return w.rfind("load share: ", 0) == 0; }));
+}
+
+// 10 N downwards 2 m ahead of the base: a moment of 20 N m about y holds it; the point is there, whatever plane is asked.
+TEST(LoadShare, TheZeroMomentPointIsWhereAWeightHangs) {
+  const Vector3d force(0, 0, 10), at(2, 0.3, -0.5);
+  const Vector3d p = calc_zero_moment_point(at.cross(force), force, Vector3d::UnitZ(), Vector3d(0, 0, -0.9));
+  EXPECT_LT((p - Vector3d(2, 0.3, -0.9)).norm(), 1e-12);
 }
 
 }  // namespace
