@@ -110,8 +110,11 @@ Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& optio
   const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
   for (const EffortUnit& u : found.units) progress(std::string("check: ") + (u.of_gains ? "gains of " : "the effort of ") + all.robot.tree.joint(u.joint).name + " taken times " + number(u.scale, 3));
   for (const JointZero& z : found.zeros) progress("check: the zero of " + all.robot.tree.joint(z.joint).name + " is taken as " + number(z.offset, 4) + " rad");
-  Reports reports = found.any() ? diagnose_whole(convert_recordings(all, found), options, progress, write_first)
-                                : diagnose_whole(all, options, progress, write_first);
+  for (const RefutedFriction& r : found.friction) progress("check: " + all.robot.tree.joint(r.joint).name + (r.dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
+  std::optional<Experiment> converted;
+  if (found.any()) converted = convert_recordings(all, found);
+  Reports reports = diagnose_whole(converted ? *converted : all, options, progress, write_first);
+  if (!found.friction.empty()) reports.urdf = converted->robot.urdf;
   add_conventions(all, found, &reports);
   finish(all, &reports);
   return reports;

@@ -225,16 +225,21 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   out.units = find_effort_units(make_torque_data(e));
-  const Experiment in_torques = convert_efforts(e, out.units);
+  Experiment in_torques = convert_efforts(e, out.units);
+  out.friction = find_refuted_friction(in_torques);
+  in_torques = drop_friction(std::move(in_torques), out.friction);
   out.zeros = find_zeros(in_torques, jobs);
   if (out.zeros.empty()) check_gravity(in_torques, jobs);
   return out;
 }
 
-Experiment convert_recordings(const Experiment& e, const LogConventions& c) { return convert_zeros(convert_efforts(e, c.units), c.zeros); }
+Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
+  return drop_friction(convert_zeros(convert_efforts(e, c.units), c.zeros), c.friction);
+}
 
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
-  if (!c.any()) return;
+  add_refuted_friction(as_logged, c.friction, reports);
+  if (!c.counts_otherwise()) return;
   const TorqueData data = make_torque_data(as_logged);
   Json own = Json::array(), findings = Json::array();
   for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));

@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Logs of real machines that count otherwise than the model: efforts that are currents (measurement/effort_units.h), joints
-// whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; everything
-// else is then judged in the model's own units.
+// whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
+// friction that the model states and that is not there (stated_friction.h). All else is then judged in the model's own units.
 #pragma once
 
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
+#include "diagnosis/stated_friction.h"
 
 namespace hrp::diagnosis {
 
 struct LogConventions {
   std::vector<EffortUnit> units;
   std::vector<JointZero> zeros;
-  bool any() const { return !units.empty() || !zeros.empty(); }
+  std::vector<RefutedFriction> friction;
+  bool any() const { return counts_otherwise() || !friction.empty(); }
+  bool counts_otherwise() const { return !units.empty() || !zeros.empty(); }
 };
 
 // For robots on a fixed base. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is
 // turned.
 LogConventions find_conventions(const Experiment& experiment, int jobs);
 
-// The recordings as the model counts.
+// The recordings as the model counts, and the model without what they refute.
 Experiment convert_recordings(const Experiment& experiment, const LogConventions& conventions);
 
 // Adds a finding for each, its entry in the model, and warnings. What was found of the same kind in converted recordings is

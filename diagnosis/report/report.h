@@ -10,6 +10,7 @@ namespace hrp::diagnosis {
 
 struct Reports {
   Json report, series;
+  std::string urdf;  // of the updated model, where it is not the experiment's own
 };
 
 namespace standing {

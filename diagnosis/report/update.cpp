@@ -263,9 +263,9 @@ void write_exports(const fs::path& folder) {
   }
 }
 
-std::string write_updated(const Experiment& e, const nlohmann::json& report, const fs::path& folder) {
+std::string write_updated(const Experiment& e, const nlohmann::json& report, const std::string& urdf, const fs::path& folder) {
   fs::create_directories(folder);
-  write_text(folder / "robot.urdf", e.robot.urdf);
+  write_text(folder / "robot.urdf", urdf.empty() ? e.robot.urdf : urdf);
   const Recording* replayed = &find_replayed(e);
   const std::string servos = make_servos(report.at("findings")), start = make_start(e, *replayed);
   std::set<std::string> also;
@@ -308,7 +308,7 @@ void write_reports(const Experiment& e, const std::string& folder, Reports repor
   fs::create_directories(folder, error);
   if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
   const nlohmann::json report = nlohmann::json::parse(reports.report.dump());
-  const std::string text = write_updated(e, report, fs::path(folder) / "updated");
+  const std::string text = write_updated(e, report, reports.urdf, fs::path(folder) / "updated");
   const Recording& replayed = find_replayed(e);
   std::string replays = replayed.spec.file;
   if (!is_whole_file(replayed)) {

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/stated_friction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/effects/units.h"
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/report/json.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kNormal = 1.96;
+constexpr double kSure = 4.0;       // standard deviations
+constexpr double kTooMuch = 0.25;   // of what is stated that is not there
+constexpr double kVisible = 0.03;   // of the spread of the joint's effort
+
+double& get_stated(TreeSpec* tree, int joint, bool dry) {
+  JointSpec& spec = tree->joint(joint);
+  return dry ? spec.coulomb_friction : spec.viscous_friction;
+}
+
+// What every drive has; a gain, too, where it shows: a drive that gives more than its log says makes friction look smaller.
+TorqueModel make_model(const TorqueDesign& design) {
+  TorqueModel model{list_usual_terms(design), {}};
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    const JointDesign& joint = design.joints[i];
+    for (size_t t = 0; t < joint.terms.size() && joint.loaded; ++t) {
+      if (joint.terms[t].kind == TermKind::kGain) model.own[i].push_back(t);
+    }
+    std::sort(model.own[i].begin(), model.own[i].end());
+  }
+  return model;
+}
+
+// Mean square of a joint's missing torque without some friction, over that with it; training.
+double calc_share(const JointDesign& joint, long column, double x) {
+  const Gram& g = joint.total;
+  const double after = g.c - 2.0 * x * g.b[column] + x * x * g.get(column, column);
+  return g.c > 0.0 ? std::clamp(1.0 - after / g.c, 0.0, 1.0) : 0.0;
+}
+
+class Refuter {
+ public:
+  explicit Refuter(const TorqueDesign& design)
+      : design_(design), model_(make_model(design)), fit_(fit_torque(design, model_, true)), slots_(list_slots(design, model_)) {}
+
+  // Of a joint of whose friction one part is refuted, the other goes, too: they were written down together. What there is of
+  // it is found again.
+  std::vector<RefutedFriction> run(const TreeSpec& tree) const {
+    std::vector<RefutedFriction> out;
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      std::vector<RefutedFriction> stated;
+      bool refuted = false;
+      for (size_t t = 0; t < model_.own[i].size(); ++t) {
+        const TermKind kind = design_.joints[i].terms[model_.own[i][t]].kind;
+        if (kind == TermKind::kViscous || kind == TermKind::kDry) refuted = add(tree, i, t, kind == TermKind::kDry, &stated) || refuted;
+      }
+      if (refuted) out.insert(out.end(), stated.begin(), stated.end());
+    }
+    return out;
+  }
+
+ private:
+  // Whether it is refuted.
+  bool add(const TreeSpec& tree, size_t i, size_t t, bool dry, std::vector<RefutedFriction>* out) const {
+    const JointDesign& joint = design_.joints[i];
+    const long slot = slots_.own[i][t], column = joint.first[model_.own[i][t]];
+    const JointSpec& spec = tree.joint(joint.joint);
+    const double stated = dry ? spec.coulomb_friction : spec.viscous_friction, more = fit_.theta[slot];
+    if (!(stated > 0.0)) return false;
+    const double std = std::sqrt(std::max(0.0, fit_.covariance(slot, slot)));
+    const double size = std::sqrt(joint.total.get(column, column) / std::max(1.0, joint.total.n)) * -more;
+    out->push_back({joint.joint, dry, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
+    return -more > std::max(kSure * std, kTooMuch * stated) && size > kVisible * joint.spread;
+  }
+
+  const TorqueDesign& design_;
+  const TorqueModel model_;
+  const TorqueFit fit_;
+  const Slots slots_;
+};
+
+bool states_friction(const TreeSpec& tree) {
+  for (int j = 0; j < tree.num_joints(); ++j) {
+    if (tree.joint(j).viscous_friction > 0.0 || tree.joint(j).coulomb_friction > 0.0) return true;
+  }
+  return false;
+}
+
+// Place of `what` in `text` within [begin, end); npos: none.
+size_t find_within(const std::string& text, const std::string& what, size_t begin, size_t end) {
+  const size_t at = text.find(what, begin);
+  return at < end ? at : std::string::npos;
+}
+
+// Where an attribute's value begins, behind its quote, in the tag that begins at `tag`; npos: it has none.
+size_t find_value(const std::string& text, size_t tag, const std::string& attribute) {
+  const size_t end = text.find('>', tag);
+  for (size_t at = find_within(text, attribute, tag, end); at != std::string::npos; at = find_within(text, attribute, at + 1, end)) {
+    size_t next = at + attribute.size();
+    while (next < end && std::isspace(static_cast<unsigned char>(text[next]))) ++next;
+    if (next >= end || text[next] != '=' || !std::isspace(static_cast<unsigned char>(text[at - 1]))) continue;
+    const size_t quote = text.find_first_of("\"'", next);
+    return quote < end ? quote + 1 : std::string::npos;
+  }
+  return std::string::npos;
+}
+
+std::string describe(const Experiment& e, const RefutedFriction& r) {
+  const JointSpec& joint = e.robot.tree.joint(r.joint);
+  const std::string unit = get_joint_unit(joint, r.dry ? "N m" : "N m s/rad");
+  return std::string(r.dry ? "dry" : "viscous") + " friction of " + number(r.stated, 3) + " " + unit + " at " + joint.name +
+         "; the recordings show " + number(r.found, 3) + " +- " + number(kNormal * r.std, 2) + " " + unit;
+}
+
+Json make_finding(const Experiment& e, const RefutedFriction& r) {
+  const EffectInfo& effect = get_effect(r.dry ? EffectId::kCoulomb : EffectId::kViscous);
+  const JointSpec& joint = e.robot.tree.joint(r.joint);
+  const std::string unit = get_joint_unit(joint, r.dry ? "N m" : "N m s/rad");
+  return {{"effect", effect.name},
+          {"family", get_family_name(effect.family)},
+          {"where", {{"joint", joint.name}}},
+          {"parameters", {{effect.parameters[0].name, make_value(round_to(r.found, 5), round_to(r.std, 3), unit)}}},
+          {"grade", get_grade_name(Grade::kSupported)},
+          {"probability", 0.99},
+          {"share", round_to(r.share, 3)},
+          {"weight", round_to(r.share, 3)},
+          {"statement", joint.name + ": the model states " + describe(e, r) + "."},
+          {"alternatives", Json::array()},
+          {"replaces", round_to(r.stated, 5)}};
+}
+
+// Whatever friction was found at a place takes the place of what was stated there.
+bool has_friction(const Json& findings, const Json& where) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Json& f) {
+    const EffectInfo* effect = find_effect(f["effect"].get<std::string>());
+    return effect && f["where"] == where && (effect->family == EffectFamily::kDryFriction || effect->family == EffectFamily::kSpeedLoss);
+  });
+}
+
+}  // namespace
+
+std::vector<RefutedFriction> find_refuted_friction(const Experiment& e) {
+  if (!states_friction(e.robot.tree)) return {};
+  TorqueData data = make_torque_data(e);
+  if (data.recordings.empty()) return {};
+  const TorqueDesign design = make_torque_design(std::move(data));
+  return design.joints.empty() ? std::vector<RefutedFriction>{} : Refuter(design).run(e.robot.tree);
+}
+
+Experiment drop_friction(Experiment e, const std::vector<RefutedFriction>& refuted) {
+  for (const RefutedFriction& r : refuted) {
+    get_stated(&e.robot.tree, r.joint, r.dry) = 0.0;
+    e.robot.urdf = clear_dynamics(e.robot.urdf, e.robot.tree.joint(r.joint).name, r.dry ? "friction" : "damping");
+  }
+  return e;
+}
+
+std::string clear_dynamics(const std::string& urdf, const std::string& joint, const std::string& attribute) {
+  for (size_t tag = urdf.find("<joint"); tag != std::string::npos; tag = urdf.find("<joint", tag + 1)) {
+    const size_t name = find_value(urdf, tag, "name"), end = urdf.find("</joint>", tag);
+    if (name == std::string::npos || end == std::string::npos || urdf.compare(name, joint.size(), joint) != 0) continue;
+    const char after = urdf[name + joint.size()];
+    const size_t dynamics = find_within(urdf, "<dynamics", tag, end);
+    if ((after != '"' && after != '\'') || dynamics == std::string::npos) continue;  // a transmission names joints, too
+    const size_t value = find_value(urdf, dynamics, attribute);
+    if (value == std::string::npos) continue;
+    return urdf.substr(0, value) + "0" + urdf.substr(urdf.find(urdf[value - 1], value));
+  }
+  return urdf;
+}
+
+void add_refuted_friction(const Experiment& e, const std::vector<RefutedFriction>& refuted, Reports* reports) {
+  if (refuted.empty()) return;
+  Json& report = reports->report;
+  for (const RefutedFriction& r : refuted) {
+    const Json finding = make_finding(e, r);
+    const auto same = std::find_if(report["findings"].begin(), report["findings"].end(), [&](const Json& f) {
+      return f["effect"] == finding["effect"] && f["where"] == finding["where"];
+    });
+    if (same == report["findings"].end()) {
+      if (!has_friction(report["findings"], finding["where"])) report["findings"].push_back(finding);
+    } else {
+      (*same)["statement"] = same->value("statement", "") + " The model states " + number(r.stated, 3) + "; this is all that is there.";
+      (*same)["replaces"] = finding["replaces"];
+    }
+    report["warnings"].push_back("the model states " + describe(e, r) + ": it was taken out, also for the errors called nominal, and of updated/robot.urdf");
+    reports->series["notes"].push_back(report["warnings"].back());
+  }
+  if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch)) report["verdict"] = get_verdict_name(Verdict::kMostlyExplained);
+  if (report["verdict"] == get_verdict_name(Verdict::kUnexplained)) report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Friction that a URDF states: what the recordings refute is taken out and said, what is there stays.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "diagnosis/diagnose_recordings.h"
+#include "diagnosis/stated_friction.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::vector<std::string> kJoints{"shoulder", "elbow"};
+
+void state_friction(double viscous, double dry, Experiment* e) {
+  for (int j = 0; j < e->num_joints(); ++j)
+    e->robot.tree.joint(j).viscous_friction = viscous, e->robot.tree.joint(j).coulomb_friction = dry;
+}
+
+Hypothesis make_friction(double viscous, double dry) {
+  Hypothesis out;
+  for (int j : {kShoulder, kElbow}) out.push_back({EffectId::kViscous, j, {viscous}}), out.push_back({EffectId::kCoulomb, j, {dry, 0.0, 5e-4}});
+  return out;
+}
+
+TEST(StatedFriction, OfAPlaceholderIsRefutedWithWhatIsThere) {
+  Experiment e = make_simulated_experiment("placeholder", kArm, kJoints, make_friction(0.2, 0.3));
+  state_friction(1.0, 0.0, &e);
+  const std::vector<RefutedFriction> refuted = find_refuted_friction(e);
+  ASSERT_EQ(refuted.size(), 2u);
+  for (const RefutedFriction& r : refuted) {
+    EXPECT_FALSE(r.dry);
+    EXPECT_NEAR(r.found, 0.2, 0.05) << "4 standard deviations of 0.012";
+    EXPECT_EQ(r.stated, 1.0);
+  }
+  EXPECT_EQ(drop_friction(e, refuted).robot.tree.joint(0).viscous_friction, 0.0);
+}
+
+TEST(StatedFriction, ThatIsThereStaysAndADriveThatGivesMoreDoesNotRefuteIt) {
+  Hypothesis reality = make_friction(0.5, 0.6);
+  Experiment same = make_simulated_experiment("stated_right", kArm, kJoints, reality);
+  state_friction(0.5, 0.6, &same);
+  EXPECT_TRUE(find_refuted_friction(same).empty());
+  reality.push_back({EffectId::kTorqueConstant, kShoulder, {1.4}});
+  Experiment strong = make_simulated_experiment("stated_gain", kArm, kJoints, reality);
+  state_friction(0.5, 0.6, &strong);
+  EXPECT_TRUE(find_refuted_friction(strong).empty());
+}
+
+TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
+  Experiment e = make_simulated_experiment("nothing_there", kArm, kJoints, {});
+  state_friction(0.5, 0.0, &e);
+  const Reports reports = diagnose_recordings(e, {1, 1.0}, [](const std::string&) {}, [](const Reports&) {});
+  ASSERT_EQ(reports.report["findings"].size(), 2u) << reports.report["findings"].dump(1);
+  for (const Json& f : reports.report["findings"]) {
+    EXPECT_EQ(f["effect"], "viscous_friction");
+    EXPECT_EQ(f["replaces"], 0.5);
+    EXPECT_NEAR(f["parameters"]["coefficient"]["value"].get<double>(), 0.0, 0.02);  // noise of rates
+  }
+}
+
+TEST(StatedFriction, IsClearedInTheTextOfItsJointAlone) {
+  const std::string urdf =
+      "<robot><transmission><joint name='a'/></transmission><joint name='a' type='revolute'><parent link='x'/>"
+      "<dynamics friction = \"0.4\" damping='0.3'/></joint><joint name='ab'><dynamics damping='0.7'/></joint></robot>";
+  const std::string cleared = clear_dynamics(clear_dynamics(urdf, "a", "damping"), "a", "friction");
+  EXPECT_NE(cleared.find("<dynamics friction = \"0\" damping='0'/>"), std::string::npos) << cleared;
+  EXPECT_NE(cleared.find("damping='0.7'"), std::string::npos);
+  EXPECT_EQ(clear_dynamics(urdf, "b", "damping"), urdf);
+}
+
+// Friction of a real pendulum with placeholders in its model is that without them.
+TEST(StatedFriction, OfARealPendulumWithPlaceholdersIsWhatItIsWithoutThem) {
+  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/dfki_double_pendulum/experiment.yaml";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  Experiment e = load_experiment(path.string());
+  state_friction(0.3, 0.4, &e);
+  const std::vector<RefutedFriction> refuted = find_refuted_friction(e);
+  EXPECT_EQ(refuted.size(), 4u);
+  e = drop_friction(e, refuted);
+  EXPECT_EQ(e.robot.tree.joint(0).viscous_friction + e.robot.tree.joint(1).coulomb_friction, 0.0);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
