@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# scripts/fuzz.sh [TARGET ...] [--runs N] [--seconds N]
+# scripts/fuzz.sh [TARGET ...] [--runs N] [--seconds N] [--seed N]
 #
 # Feeds mutated bytes to every reader (libFuzzer, with address and undefined-behaviour sanitizers) and prints a table.
 # Targets: cdr csv experiment http idl mcap motion rosbag scenario urdf websocket. It needs clang (apt-get install clang) and builds in
@@ -8,13 +8,14 @@
 #
 #   --runs N      executions of each target, default 1000000
 #   --seconds N   at most so long for each, default no limit
+#   --seed N      default 1; inputs that reached new code are kept in build-fuzz/corpus and go on from there
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-runs=1000000 seconds=0 targets=()
+runs=1000000 seconds=0 seed=1 targets=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --runs | --seconds) [ $# -gt 1 ] || fail "$1 needs a number"; declare "${1#--}=$2"; shift ;;
+    --runs | --seconds | --seed) [ $# -gt 1 ] || fail "$1 needs a number"; declare "${1#--}=$2"; shift ;;
     -*) fail "unknown option $1 (--help)" ;;
     *) targets+=("$1") ;;
   esac
@@ -41,7 +42,7 @@ for target in "${targets[@]}"; do
   limit=()
   if [ "$seconds" -gt 0 ]; then limit=("-max_total_time=$seconds"); fi
   # Without -entropic=0 a third of a quick target's time goes into choosing the next input.
-  "$BUILD/fuzz/fuzz_$target" -runs="$runs" "${limit[@]}" -seed=1 -max_len=8192 -timeout=25 -entropic=0 -rss_limit_mb=2048 -print_final_stats=1 \
+  "$BUILD/fuzz/fuzz_$target" -runs="$runs" "${limit[@]}" -seed="$seed" -max_len=8192 -timeout=25 -entropic=0 -rss_limit_mb=2048 -print_final_stats=1 \
     -artifact_prefix="$BUILD/findings/$target-" "$corpus" "$ROOT/tests/fuzz/corpus/$target" > "$log" 2>&1 || { finding="see $log"; failed=1; }
   printf '| %s | %s | %s | %s | %s |\n' "$target" "$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")" \
     "$(sed -n 's/^Done [0-9]* runs in \([0-9]*\) second.*/\1/p' "$log")" "$(ls "$corpus" | wc -l)" "$finding"
