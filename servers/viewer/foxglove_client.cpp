@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/viewer/foxglove_client.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -34,6 +35,12 @@ const Json& get_list(const Json& request, const char* key) {
 uint32_t get_id(const Json& value) {
   if (!value.is_number_unsigned() || value.get<uint64_t>() > UINT32_MAX) throw ProtocolError("expected an id");
   return value.get<uint32_t>();
+}
+
+// [s] -> [ns]. A page may ask for any time: what no clock can show is the first or the last moment of one.
+uint64_t make_nanoseconds(double time) {
+  constexpr double kLast = 9.2e9;  // [s], nearly 2^63 ns
+  return std::isfinite(time) ? static_cast<uint64_t>(std::llround(std::clamp(time, 0.0, kLast) * 1e9)) : 0;
 }
 
 }  // namespace
@@ -125,7 +132,7 @@ void FoxgloveClient::send(const std::string& topic, Bytes sample, double time, b
     if (sent && !again) continue;
     std::string message(1, kMessageData);
     append(&message, id);
-    append(&message, static_cast<uint64_t>(std::isfinite(time) && time > 0 ? std::llround(time * 1e9) : 0));
+    append(&message, make_nanoseconds(time));
     message.append(reinterpret_cast<const char*>(sample.data), sample.size);
     connection_.send(make_payload(std::move(message)), true, Urgency::kStream);
     sent = true;

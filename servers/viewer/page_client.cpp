@@ -82,7 +82,9 @@ void PageClient::on_message(const std::string& message, bool binary) {
 
 void PageClient::open(const Json& request) {
   const double source = get_number(request, "source", -1);
-  const Scene* scene = source >= 0 ? viewer_.find_scene(static_cast<size_t>(source)) : nullptr;
+  // A larger number has no size_t. A live run is source 0, without recordings.
+  const bool possible = source >= 0 && source <= static_cast<double>(viewer_.recordings().size());
+  const Scene* scene = possible ? viewer_.find_scene(static_cast<size_t>(source)) : nullptr;
   if (!scene || scene->json.empty()) return answer_error("there is no such recording, or no robot in it", -1);
   answer("{\"op\":\"scene\",\"source\":" + std::to_string(static_cast<size_t>(source)) + ",\"scene\":" + scene->json + "}");
 }

@@ -12,6 +12,7 @@
 #include "servers/viewer/access.h"
 #include "servers/viewer/recording.h"
 #include "servers/viewer/signal.h"
+#include "servers/viewer/viewer.h"
 
 namespace hrp {
 namespace {
@@ -92,6 +93,32 @@ TEST(Series, SubtractAtTheTimesOfTheFirstAlignedAtTheirBegins) {
   const Series difference = subtract(first, 10, second, 0);
   EXPECT_EQ(difference.times, (std::vector<double>{10, 11, 12}));  // the second one has no 13th second
   EXPECT_EQ(difference.values, (std::vector<double>{1, 1, 1}));
+}
+
+class Answers final : public Connection {
+ public:
+  void send(Payload payload, bool, Urgency) override { last = *payload; }
+  std::string last;
+};
+
+// A number beyond every size_t became 0 on its way: the page got the first recording in the place of an answer.
+TEST(Pages, HearThatARecordingIsNotThereHoweverLargeItsNumber) {
+  auto recording = std::make_unique<Recording>("run");
+  Scene scene;
+  scene.json = "{}";
+  recording->set_scene(scene);
+  std::vector<std::unique_ptr<Recording>> recordings;
+  recordings.push_back(std::move(recording));
+  Viewer viewer{{}};
+  viewer.show(std::move(recordings));
+  Answers answers;
+  const auto page = viewer.make_page_client(answers);
+  for (const char* source : {"1", "-1", "1e300", "18446744073709551616"}) {
+    page->on_message(std::string("{\"op\":\"open\",\"source\":") + source + "}", false);
+    EXPECT_NE(answers.last.find("no such recording"), std::string::npos) << source << ": " << answers.last;
+  }
+  page->on_message("{\"op\":\"open\",\"source\":0}", false);
+  EXPECT_NE(answers.last.find("\"op\":\"scene\""), std::string::npos) << answers.last;
 }
 
 AccessRequest make_request(const std::string& host, const std::string& origin = "", const std::string& target = "/") {
