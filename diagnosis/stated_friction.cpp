@@ -6,6 +6,7 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/data/urdf_text.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/report/json.h"
@@ -91,25 +92,6 @@ bool states_friction(const TreeSpec& tree) {
   return false;
 }
 
-// Place of `what` in `text` within [begin, end); npos: none.
-size_t find_within(const std::string& text, const std::string& what, size_t begin, size_t end) {
-  const size_t at = text.find(what, begin);
-  return at < end ? at : std::string::npos;
-}
-
-// Where an attribute's value begins, behind its quote, in the tag that begins at `tag`; npos: it has none.
-size_t find_value(const std::string& text, size_t tag, const std::string& attribute) {
-  const size_t end = text.find('>', tag);
-  for (size_t at = find_within(text, attribute, tag, end); at != std::string::npos; at = find_within(text, attribute, at + 1, end)) {
-    size_t next = at + attribute.size();
-    while (next < end && std::isspace(static_cast<unsigned char>(text[next]))) ++next;
-    if (next >= end || text[next] != '=' || !std::isspace(static_cast<unsigned char>(text[at - 1]))) continue;
-    const size_t quote = text.find_first_of("\"'", next);
-    return quote < end ? quote + 1 : std::string::npos;
-  }
-  return std::string::npos;
-}
-
 std::string describe(const Experiment& e, const RefutedFriction& r) {
   const JointSpec& joint = e.robot.tree.joint(r.joint);
   const std::string unit = get_joint_unit(joint, r.dry ? "N m" : "N m s/rad");
@@ -155,23 +137,9 @@ std::vector<RefutedFriction> find_refuted_friction(const Experiment& e) {
 Experiment drop_friction(Experiment e, const std::vector<RefutedFriction>& refuted) {
   for (const RefutedFriction& r : refuted) {
     get_stated(&e.robot.tree, r.joint, r.dry) = 0.0;
-    e.robot.urdf = clear_dynamics(e.robot.urdf, e.robot.tree.joint(r.joint).name, r.dry ? "friction" : "damping");
+    e.robot.urdf = set_joint_attribute(e.robot.urdf, e.robot.tree.joint(r.joint).name, "dynamics", r.dry ? "friction" : "damping", "0");
   }
   return e;
-}
-
-std::string clear_dynamics(const std::string& urdf, const std::string& joint, const std::string& attribute) {
-  for (size_t tag = urdf.find("<joint"); tag != std::string::npos; tag = urdf.find("<joint", tag + 1)) {
-    const size_t name = find_value(urdf, tag, "name"), end = urdf.find("</joint>", tag);
-    if (name == std::string::npos || end == std::string::npos || urdf.compare(name, joint.size(), joint) != 0) continue;
-    const char after = urdf[name + joint.size()];
-    const size_t dynamics = find_within(urdf, "<dynamics", tag, end);
-    if ((after != '"' && after != '\'') || dynamics == std::string::npos) continue;  // a transmission names joints, too
-    const size_t value = find_value(urdf, dynamics, attribute);
-    if (value == std::string::npos) continue;
-    return urdf.substr(0, value) + "0" + urdf.substr(urdf.find(urdf[value - 1], value));
-  }
-  return urdf;
 }
 
 void add_refuted_friction(const Experiment& e, const std::vector<RefutedFriction>& refuted, Reports* reports) {

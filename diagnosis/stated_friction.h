@@ -24,9 +24,6 @@ std::vector<RefutedFriction> find_refuted_friction(const Experiment& experiment)
 // The same experiment with a model that states 0 there, in its text, too.
 Experiment drop_friction(Experiment experiment, const std::vector<RefutedFriction>& refuted);
 
-// The text of a URDF with an attribute ("damping", "friction") of a joint's <dynamics> set to 0; unchanged where it is not.
-std::string clear_dynamics(const std::string& urdf, const std::string& joint, const std::string& attribute);
-
 // Says each. Friction that was found at the same place since is the whole of it; where none was found, what is stated is
 // the finding.
 void add_refuted_friction(const Experiment& experiment, const std::vector<RefutedFriction>& refuted, Reports* reports);

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "common/log/ros_bag.h"
 #include "common/robot/closed_chains.h"
@@ -15,6 +17,7 @@
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/repair.h"
 #include "diagnosis/data/plausibility.h"
+#include "diagnosis/data/urdf_text.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp::diagnosis {
@@ -146,6 +149,39 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
   fill_gaps(&joint->command_rate);
 }
 
+// The joint of a column of readings or commands; empty: it is none.
+std::string get_joint(const std::string& column) {
+  if (column.rfind("/joint_states/", 0) != 0 && column.rfind("/joint_commands/", 0) != 0) return "";
+  const size_t begin = column.find('/', 1) + 1;
+  return column.substr(begin, column.rfind('/') - begin);
+}
+
+// Columns of joints that the model has not, as of a gripper. Refused where one of the model's own joints is not there, whose
+// misspelt name it may be, and where the file has none of the model's joints.
+void leave_out_strangers(const Experiment& experiment, const Table& table, const std::string& file, std::set<std::string>* used,
+                         std::vector<std::string>* warnings) {
+  std::set<std::string> known, strangers;
+  std::vector<std::string> missing;
+  for (const std::string& column : *used) known.insert(get_joint(column));
+  known.erase("");
+  for (int j = 0; j < experiment.num_joints(); ++j) {
+    const std::string& name = experiment.robot.tree.joint(j).name;
+    if (!known.count(name)) missing.push_back(name);
+  }
+  for (size_t i = 0; i < table.names.size(); ++i) {
+    const std::string joint = get_joint(table.names[i]);
+    if (joint.empty() || used->count(table.names[i]) || known.count(joint)) continue;
+    const std::string near = find_nearest(joint, missing);
+    if (!near.empty() || known.empty())
+      fail(table.file, 1, static_cast<int>(i) + 1, table.names[i],
+           "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+    strangers.insert(joint), used->insert(table.names[i]);
+  }
+  std::string list;
+  for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
+  if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + list);
+}
+
 Recording make_recording(const Experiment& experiment, const RecordingSpec& spec, const Table& table,
                          std::vector<std::string>* warnings) {
   Recording recording;
@@ -163,22 +199,11 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
       warnings->push_back(spec.name + ": /joint_commands/" + experiment.robot.tree.joint(j).name +
                           "/velocity is not the derivative of the commanded positions; the servo gets it as recorded");
   }
-  std::vector<std::string> names;
-  for (int j = 0; j < experiment.num_joints(); ++j) names.push_back(experiment.robot.tree.joint(j).name);
+  leave_out_strangers(experiment, table, spec.name, &used, warnings);
   for (size_t i = 0; i < table.names.size(); ++i) {
-    const std::string& name = table.names[i];
-    if (used.count(name)) continue;
-    if (name.rfind("/joint_states/", 0) == 0 || name.rfind("/joint_commands/", 0) == 0) {
-      const size_t begin = name.find('/', 1) + 1;
-      const std::string joint = name.substr(begin, name.rfind('/') - begin);
-      if (std::find(names.begin(), names.end(), joint) == names.end()) {
-        const std::string near = find_nearest(joint, names);
-        fail(table.file, 1, static_cast<int>(i) + 1, name,
-             "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
-      }
-    }
+    if (used.count(table.names[i])) continue;
     std::vector<double> values = take(table, static_cast<int>(i), rows);
-    if (any_finite(values)) recording.other[name] = std::move(values);
+    if (any_finite(values)) recording.other[table.names[i]] = std::move(values);
   }
   return recording;
 }
@@ -408,6 +433,67 @@ void describe_missing(Experiment* e) {
 
 }  // namespace
 
+namespace {
+
+bool is_recorded(const Experiment& e, int joint) {
+  return std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
+    const JointColumns& c = r.joints[static_cast<size_t>(joint)];
+    return c.has(Quantity::kPosition) || c.has(Quantity::kVelocity) || c.has(Quantity::kEffort) || !c.command.empty();
+  });
+}
+
+// A column of a joint that the model has not: perhaps a misspelt one of those that seem to be missing.
+bool has_strange_joint(const Experiment& e) {
+  std::set<std::string> known;
+  for (int j = 0; j < e.num_joints(); ++j) known.insert(e.robot.tree.joint(j).name);
+  for (const Recording& r : e.recordings) {
+    for (const auto& column : r.column_of) {
+      const std::string joint = get_joint(column.first);
+      if (!joint.empty() && !known.count(joint)) return true;
+    }
+  }
+  return false;
+}
+
+// Joints of which no recording has anything, nor of any joint beyond them.
+std::vector<std::string> list_unrecorded(const Experiment& e) {
+  const TreeSpec& tree = e.robot.tree;
+  std::vector<char> needed(tree.links.size(), 0);
+  for (int j = tree.num_joints() - 1; j >= 0; --j) {  // parents come first
+    const auto link = static_cast<size_t>(j) + 1;
+    needed[link] = needed[link] || is_recorded(e, j);
+    if (needed[link]) needed[static_cast<size_t>(tree.links[link].parent)] = 1;
+  }
+  std::vector<std::string> names;
+  for (int j = 0; j < tree.num_joints(); ++j) {
+    if (!needed[static_cast<size_t>(j) + 1]) names.push_back(tree.joint(j).name);
+  }
+  return names;
+}
+
+// A gripper whose log nobody kept moves little that the arm feels: fixed at its zero. False: there is none, or the robot's
+// base moves, whose joints may be missing.
+bool fix_unrecorded(Experiment* e) {
+  if (e->scenario.floating_base || has_strange_joint(*e)) return false;
+  const std::vector<std::string> names = list_unrecorded(*e);
+  if (names.empty() || static_cast<int>(names.size()) == e->num_joints()) return false;
+  std::string urdf = e->robot.urdf;
+  bool mentioned = false;
+  for (const std::string& name : names) {
+    urdf = set_joint_attribute(urdf, name, "", "type", "fixed");
+    mentioned = e->scenario.servo_joints.erase(name) + e->scenario.initial_joints.erase(name) + e->scenario.rotor_inertia.erase(name) +
+                e->scenario.joint_laws.erase(name) > 0 || mentioned;
+    e->warnings.push_back("joint " + name + " is in no recording: taken as fixed at its zero");
+  }
+  const std::string own = e->robot.urdf;
+  e->robot = parse_robot(urdf, e->robot.urdf_path, e->scenario);
+  if (mentioned) e->robot.urdf = own;  // the updated scenario speaks of it
+  e->recordings.clear();
+  return true;
+}
+
+}  // namespace
+
 Experiment load_experiment(const std::string& path) {
   Experiment e;
   e.scenario = load_scenario(path);
@@ -420,9 +506,17 @@ Experiment load_experiment(const std::string& path) {
         "loops", "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
   }
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
-  Loader loader(&e);
-  for (const RecordingSpec& spec : e.keys.recordings) loader.load(spec);
-  loader.cut();
+  const std::vector<std::string> before = e.warnings;
+  std::optional<Loader> loader(&e);
+  for (const RecordingSpec& spec : e.keys.recordings) loader->load(spec);
+  const std::vector<std::string> read = std::exchange(e.warnings, before);
+  if (fix_unrecorded(&e)) {
+    loader.emplace(&e);
+    for (const RecordingSpec& spec : e.keys.recordings) loader->load(spec);
+  } else {
+    e.warnings = read;
+  }
+  loader->cut();
   for (Recording& r : e.recordings) repair_recording(e, &r, &e.warnings);
   check_suspicions(&e);
   std::vector<double> steps;

@@ -135,5 +135,57 @@ TEST(Suspicions, AShiftedEffortOfAJointAtRestIsNoTurnedSign) {
   EXPECT_THAT(load_effort("turned", 0.5, -1.0, 0.0), testing::HasSubstr("sign turned"));
 }
 
+// An arm of two joints with a finger, and a recording of two joints of these names.
+Experiment load_arm_with_finger(const std::string& first, const std::string& second) {
+  const auto folder = std::filesystem::temp_directory_path() / ("hrp_diagnosis_finger_" + first + "_" + second);
+  std::filesystem::create_directories(folder);
+  std::string urdf = R"(<robot name="arm"><link name="base"/>)", parent = "base";
+  for (const char* joint : {"shoulder", "elbow", "finger"}) {
+    urdf += "<link name=\"" + std::string(joint) + "_link\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial></link>"
+            "<joint name=\"" + joint + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + joint + "_link\"/>"
+            "<axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"50\" velocity=\"10\"/></joint>";
+    parent = std::string(joint) + "_link";
+  }
+  std::ofstream(folder / "robot.urdf") << urdf + "</robot>";
+  std::ofstream csv(folder / "r.csv");
+  csv << "time";
+  for (const std::string& joint : {first, second}) csv << ",/joint_states/" << joint << "/position,/joint_states/" << joint << "/effort";
+  for (int k = 0; k < 400; ++k) {
+    const double t = 0.005 * k;
+    csv << "\n" << t;
+    for (double w : {2.0, 3.1}) csv << "," << 0.5 * std::sin(w * t) << "," << std::sin(w * t + 0.3);
+  }
+  csv << "\n";
+  csv.close();
+  std::ofstream(folder / "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nservo: {joints: {finger: {kp: 5, kd: 0.1}}}\nrecordings:\n- {file: r.csv, role: train}\n";
+  return load_experiment((folder / "experiment.yaml").string());
+}
+
+TEST(Recordings, AFingerThatNobodyRecordedIsFixedAndTheArmIsJudged) {
+  const Experiment e = load_arm_with_finger("shoulder", "elbow");
+  EXPECT_EQ(e.num_joints(), 2);
+  EXPECT_THAT(e.warnings, testing::Contains(testing::HasSubstr("joint finger is in no recording")));
+  ASSERT_EQ(e.recordings.size(), 1u);
+  EXPECT_TRUE(e.recordings[0].joints[1].has(Quantity::kPosition));
+  EXPECT_NEAR(e.robot.tree.links[2].inertia.mass, 2.0, 1e-12);  // with the finger's
+}
+
+TEST(Recordings, AJointBeforeOneThatMovesIsNotFixedAndAMisspeltOneIsRefused) {
+  EXPECT_EQ(load_arm_with_finger("shoulder", "finger").num_joints(), 3);
+  try {
+    load_arm_with_finger("shoulder", "elbw");
+    FAIL() << "a misspelt joint was left out";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("the robot has no joint 'elbw'; did you mean 'elbow'?"));
+  }
+}
+
+// A log of the whole machine, a model of its arm: what the model does not have is left out, and said.
+TEST(Recordings, JointsThatTheModelDoesNotHaveAreLeftOut) {
+  const Experiment e = load_arm_with_finger("shoulder", "rail_carriage");
+  EXPECT_THAT(e.warnings, testing::Contains(testing::HasSubstr("joints that the model does not have were left out: rail_carriage")));
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "diagnosis/data/urdf_text.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/stated_friction.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -60,14 +61,16 @@ TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
   }
 }
 
-TEST(StatedFriction, IsClearedInTheTextOfItsJointAlone) {
+TEST(UrdfText, AnAttributeChangesInTheJointThatIsNamedAlone) {
   const std::string urdf =
       "<robot><transmission><joint name='a'/></transmission><joint name='a' type='revolute'><parent link='x'/>"
-      "<dynamics friction = \"0.4\" damping='0.3'/></joint><joint name='ab'><dynamics damping='0.7'/></joint></robot>";
-  const std::string cleared = clear_dynamics(clear_dynamics(urdf, "a", "damping"), "a", "friction");
+      "<dynamics friction = \"0.4\" damping='0.3'/></joint><joint name='ab' type='revolute'><parent link='y'/><dynamics damping='0.7'/></joint></robot>";
+  const std::string cleared = set_joint_attribute(set_joint_attribute(urdf, "a", "dynamics", "damping", "0"), "a", "dynamics", "friction", "0");
   EXPECT_NE(cleared.find("<dynamics friction = \"0\" damping='0'/>"), std::string::npos) << cleared;
   EXPECT_NE(cleared.find("damping='0.7'"), std::string::npos);
-  EXPECT_EQ(clear_dynamics(urdf, "b", "damping"), urdf);
+  EXPECT_NE(set_joint_attribute(urdf, "ab", "", "type", "fixed").find("name='ab' type='fixed'"), std::string::npos);
+  EXPECT_EQ(set_joint_attribute(urdf, "b", "dynamics", "damping", "0"), urdf);
+  EXPECT_EQ(set_joint_attribute(urdf, "a", "limit", "effort", "0"), urdf);
 }
 
 // Friction of a real pendulum with placeholders in its model is that without them.

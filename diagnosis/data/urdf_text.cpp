@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/urdf_text.h"
+
+#include <cctype>
+
+namespace hrp::diagnosis {
+namespace {
+
+// Place of `what` in `text` within [begin, end); npos: none.
+size_t find_within(const std::string& text, const std::string& what, size_t begin, size_t end) {
+  const size_t at = text.find(what, begin);
+  return at < end ? at : std::string::npos;
+}
+
+// Where an attribute's value begins, behind its quote, in the tag that begins at `tag`; npos: it has none.
+size_t find_value(const std::string& text, size_t tag, const std::string& attribute) {
+  const size_t end = text.find('>', tag);
+  for (size_t at = find_within(text, attribute, tag, end); at != std::string::npos; at = find_within(text, attribute, at + 1, end)) {
+    size_t next = at + attribute.size();
+    while (next < end && std::isspace(static_cast<unsigned char>(text[next]))) ++next;
+    if (next >= end || text[next] != '=' || !std::isspace(static_cast<unsigned char>(text[at - 1]))) continue;
+    const size_t quote = text.find_first_of("\"'", next);
+    return quote < end ? quote + 1 : std::string::npos;
+  }
+  return std::string::npos;
+}
+
+// Whether the tag of a joint at `tag` has that name, and is the joint itself: it ends with </joint>, and names its parent.
+bool is_joint(const std::string& urdf, size_t tag, const std::string& joint, size_t end) {
+  const size_t name = find_value(urdf, tag, "name");
+  if (name == std::string::npos || urdf.compare(name, joint.size(), joint) != 0) return false;
+  const char after = urdf[name + joint.size()];
+  return (after == '"' || after == '\'') && find_within(urdf, "<parent", tag, end) != std::string::npos;
+}
+
+}  // namespace
+
+std::string set_joint_attribute(const std::string& urdf, const std::string& joint, const std::string& element,
+                                const std::string& attribute, const std::string& value) {
+  for (size_t tag = urdf.find("<joint"); tag != std::string::npos; tag = urdf.find("<joint", tag + 1)) {
+    const size_t end = urdf.find("</joint>", tag);
+    if (end == std::string::npos || !is_joint(urdf, tag, joint, end)) continue;
+    const size_t at = element.empty() ? tag : find_within(urdf, "<" + element, tag, end);
+    const size_t old = at == std::string::npos ? at : find_value(urdf, at, attribute);
+    if (old == std::string::npos) continue;
+    return urdf.substr(0, old) + value + urdf.substr(urdf.find(urdf[old - 1], old));
+  }
+  return urdf;
+}
+
+}  // namespace hrp::diagnosis
