@@ -2,16 +2,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/sanitize.sh [address|undefined|thread|address,undefined ...] [--tests REGEX]
 #
-# Builds with sanitizers and runs the tests that make sense under them: those of one process (label unit). Without names:
-# address and undefined in one build, then thread. Each build has its own folder, build-address-undefined or build-thread.
+# Builds with sanitizers and runs the tests that make sense under them: of address and undefined those of one process
+# (label unit), of thread those of what has threads (bus, logger, scheduler, viewer, parallel loops). Without names: address and
+# undefined in one build, then thread. Each build has its own folder, build-address-undefined or build-thread.
 #
-#   --tests REGEX   only tests whose names fit, default all of them
+#   --tests REGEX   only tests whose names fit; of thread also those of the label conformance
 #
-# A finding ends its test with the place in the source. docs/robustness.md has the counts and what is suppressed, and why.
+# A finding ends its test with the place in the source. docs/robustness.md has the counts;
+# scripts/robustness/thread_sanitizer.supp what is suppressed of the vendors' libraries, and why.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-tests="." kinds=()
+# What has threads of its own, or is called from a vendor's.
+THREADED='^(parallel_for|mcap|log_writer|logger_node|node_end|step_protocol|faulty_messages|bus_conformance|viewer)_test$'
+tests="" kinds=()
 while [ $# -gt 0 ]; do
   case "$1" in
     --tests) [ $# -gt 1 ] || fail "--tests needs a regular expression"; tests="$2"; shift ;;
@@ -22,14 +26,20 @@ while [ $# -gt 0 ]; do
 done
 [ ${#kinds[@]} -gt 0 ] || kinds=(address,undefined thread)
 export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
-export TSAN_OPTIONS="${TSAN_OPTIONS:-second_deadlock_stack=1}"
+export TSAN_OPTIONS="${TSAN_OPTIONS:-second_deadlock_stack=1:suppressions=$ROOT/scripts/robustness/thread_sanitizer.supp}"
 failed=0
 for kind in "${kinds[@]}"; do
   export BUILD="$ROOT/build-${kind//,/-}"
-  configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF -DHRP_SANITIZE="$kind"
-  # Names of the unit tests that fit; those that are no programs of ours (Python) are built by nobody.
-  mapfile -t names < <(ctest --test-dir "$BUILD" -N -L unit -R "$tests" | sed -n 's/^ *Test *#[0-9]*: //p')
-  [ ${#names[@]} -gt 0 ] || fail "no unit test fits $tests"
+  labels=unit fitting="${tests:-.}" options=()
+  if [ "$kind" = thread ]; then
+    labels="unit|conformance" fitting="${tests:-$THREADED}"
+    # Races do not depend on the optimiser, and -O3 takes several times as long to build.
+    options=("-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG")
+  fi
+  configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF -DHRP_SANITIZE="$kind" "${options[@]}"
+  # Names of the tests that fit; those that are no programs of ours (Python) are built by nobody.
+  mapfile -t names < <(ctest --test-dir "$BUILD" -N -L "$labels" -R "$fitting" | sed -n 's/^ *Test *#[0-9]*: //p')
+  [ ${#names[@]} -gt 0 ] || fail "no test fits $fitting"
   known="$(ninja -C "$BUILD" -t targets all | sed -n 's/: phony$//p')"
   wanted=()
   for name in "${names[@]}"; do if grep -qx -- "$name" <<< "$known"; then wanted+=("$name"); fi; done
