@@ -83,6 +83,22 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   return f;
 }
 
+Json make_body_finding(const floating::BodyUnit& unit) {
+  constexpr double kKnown = 0.02;  // of the factor: what it is beside its unit is found in converted recordings
+  const EffectInfo& effect = get_effect(EffectId::kSensorScale);
+  return {{"effect", effect.name},
+          {"family", get_family_name(effect.family)},
+          {"where", {{"sensor", unit.sensor}}},
+          {"parameters", {{"scale", make_value(round_to(unit.scale, 5), round_to(kKnown * std::abs(unit.scale), 3), "1")}}},
+          {"grade", get_grade_name(Grade::kSupported)},
+          {"probability", 0.99},
+          {"share", 1.0},
+          {"weight", 1.0},
+          {"of_log", true},
+          {"statement", unit.sensor + ": " + unit.meaning + "."},
+          {"alternatives", Json::array()}};
+}
+
 // The base and the first joint's zero say the same where its axis is level.
 bool is_first_and_level(const Experiment& e, int joint) {
   const LinkSpec& link = e.robot.tree.links[static_cast<size_t>(joint) + 1];
@@ -223,6 +239,7 @@ void check_gravity(const Experiment& e, int jobs) {
 
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
+  if (e.scenario.floating_base) out.bodies = floating::find_body_units(e);
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   out.units = find_effort_units(make_torque_data(e));
   Experiment in_torques = convert_efforts(e, out.units);
@@ -234,16 +251,19 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  return drop_friction(convert_zeros(convert_efforts(e, c.units), c.zeros), c.friction);
+  return drop_friction(floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies), c.friction);
 }
 
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
   add_refuted_friction(as_logged, c.friction, reports);
   if (!c.counts_otherwise()) return;
-  const TorqueData data = make_torque_data(as_logged);
   Json own = Json::array(), findings = Json::array();
-  for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
-  for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
+  if (c.bodies.empty()) {
+    const TorqueData data = make_torque_data(as_logged);
+    for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
+    for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
+  }
+  for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
   Json& report = reports->report;
   for (const Json& finding : own) {
     if (report.contains("model") && !report["model"].empty() && !merge(finding, &report["model"]))

@@ -91,7 +91,8 @@ void lower_grades(Json* report) {
   // What nothing was fitted to is predicted no better: the values may be those of something else.
   const bool useless = report->value("explained", 1.0) <= 0.0;
   for (Json& f : (*report)["findings"]) {
-    if (f.contains("grade") && (useless || may_be_absent(f))) make_ambiguous(&f);
+    const bool unit = f.contains("of_log") && f["where"].contains("sensor");  // told by its size, whatever else is predicted
+    if (f.contains("grade") && ((useless && !unit) || may_be_absent(f))) make_ambiguous(&f);
   }
 }
 

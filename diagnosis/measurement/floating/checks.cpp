@@ -22,6 +22,7 @@ constexpr double kOdd = 6;           // median deviations (four of a normal erro
 constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
 constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
+constexpr size_t kQuarters = 4;
 constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
@@ -91,18 +92,30 @@ class Checker {
     return out;
   }
 
+  // An equation's rows by recording; of one recording alone by quarters, which have to agree as recordings do.
+  std::vector<std::vector<double>> list_parts(const ChannelRows& c) const {
+    std::vector<std::vector<double>> parts;
+    for (const auto& [r, y] : split(c)) parts.push_back(y);
+    if (parts.size() != 1 || parts[0].size() < kQuarters * kQuietRows) return parts;
+    const std::vector<double> whole = std::move(parts[0]);
+    parts.clear();
+    for (size_t q = 0; q < kQuarters; ++q) {
+      const auto at = [&](size_t i) { return whole.begin() + static_cast<long>(i * whole.size() / kQuarters); };
+      parts.emplace_back(at(q), at(q + 1));
+    }
+    return parts;
+  }
+
   void check_weight() {
     const ChannelRows* c = find_weight();
     if (!c) return;
     const double weight = (log_.mass - log_.mass_below) * log_.experiment->scenario.gravity_W.norm();
     std::vector<double> ratios;
-    for (const auto& [r, y] : split(*c)) {
-      ratios.push_back(1 + find_median(y) / weight);
-    }
+    for (const std::vector<double>& y : list_parts(*c)) ratios.push_back(1 + find_median(y) / weight);
     const double middle = find_median(ratios);
     if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
     const Consensus k = find_consensus(ratios, kWeight);
-    const std::string odd = k.odd > 0 ? format("; %.0f recordings differ (a sensor of theirs, or pushes)", static_cast<double>(k.odd)) : "";
+    const std::string odd = k.odd > 0 ? format("; %.0f ", static_cast<double>(k.odd)) + (split(*c).size() > 1 ? "recordings" : "quarters") + " differ (a sensor of theirs, or pushes)" : "";
     if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
       out_.notes.push_back(format("weight: the feet carry %.4f +- %.4f of what the model weighs, but not the same in all phases: no mass does that", k.mean, 2 * k.std) + odd);
       return;

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Logs of a body in other units, made of recordings in SI units: each is told, and nothing of the others.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "diagnosis/measurement/floating/body_units.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+namespace fs = std::filesystem;
+
+void scale(const std::string& sensor, double factor, Experiment* e) {
+  for (Recording& r : e->recordings) {
+    for (const char* axis : {"/x", "/y", "/z"}) {
+      const auto column = r.other.find(sensor + axis);
+      if (column == r.other.end()) continue;
+      for (double& x : column->second) x *= factor;
+    }
+  }
+}
+
+class OfAWalk : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const fs::path path = fs::path(HRP_SOURCE_DIR) / "../shared" / GetParam() / "experiment.yaml";
+    if (!fs::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
+    e_ = load_experiment(path.string());
+  }
+  Experiment e_;
+};
+
+TEST_P(OfAWalk, SIUnitsAreNoFinding) {
+  const std::vector<BodyUnit> units = find_body_units(e_);
+  EXPECT_TRUE(units.empty()) << units[0].sensor << " " << units[0].meaning;
+}
+
+TEST_P(OfAWalk, AnAccelerometerInGAndOneWithTheSignOfGravityAreToldAndTakenBack) {
+  ASSERT_FALSE(e_.scenario.sensors.imus.empty());
+  const std::string sensor = "/imu/" + e_.scenario.sensors.imus[0].name + "/linear_acceleration";
+  for (double factor : {1.0 / 9.81, -1.0, -1.0 / 9.81}) {
+    Experiment other = e_;
+    scale(sensor, factor, &other);
+    const std::vector<BodyUnit> units = find_body_units(other);
+    ASSERT_EQ(units.size(), 1u);
+    EXPECT_EQ(units[0].sensor, sensor);
+    EXPECT_NEAR(units[0].scale, factor, 1e-12);
+    EXPECT_TRUE(find_body_units(convert_body_units(other, units)).empty());
+  }
+}
+
+TEST_P(OfAWalk, AGyroscopeInDegreesIsTold) {
+  const std::string sensor = "/imu/" + e_.scenario.sensors.imus[0].name + "/angular_velocity";
+  scale(sensor, 180.0 / M_PI, &e_);
+  const std::vector<BodyUnit> units = find_body_units(e_);
+  ASSERT_EQ(units.size(), 1u);
+  EXPECT_EQ(units[0].sensor, sensor);
+}
+
+TEST_P(OfAWalk, ForcesOfTheFeetOnTheGroundAreTurned) {
+  if (std::string(GetParam()).find("go1") != std::string::npos) GTEST_SKIP() << "raw counts, with counts in the air";
+  for (const WrenchSpec& wrench : e_.scenario.sensors.wrenches) scale("/wrench/" + wrench.name + "/force", -1.0, &e_);
+  const std::vector<BodyUnit> units = find_body_units(e_);
+  size_t forces = 0;
+  for (const BodyUnit& unit : units) forces += unit.sensor.find("/force") != std::string::npos && unit.scale == -1.0;
+  EXPECT_EQ(forces, e_.scenario.sensors.wrenches.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Shared, OfAWalk, testing::Values("recordings/icub_walking", "recordings/go1_walk", "cases/open/walk-01", "cases/open/walk-03"),
+                         [](const testing::TestParamInfo<const char*>& info) {
+                           std::string name = info.param;
+                           for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating
