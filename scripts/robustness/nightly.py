@@ -115,7 +115,7 @@ def run_step(step, options):
 def print_table(results):
     print("| step | result | tries | failures | seconds | log |\n|---|---|---|---|---|---|")
     for name, result in results.items():
-        print(f"| {name} | {result['result']} | {result['tries']} | {result['failures']} | {result['seconds']} | {result['log']} |")
+        print(f"| {name} | {result['result']} | {result['tries']} | {result['failures']} | {result['seconds']} | {os.path.relpath(result['log'])} |")
 
 
 def run(steps, options):
