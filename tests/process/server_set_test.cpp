@@ -170,6 +170,20 @@ TEST(End, ServersDoNotOutliveALauncherThatIsKilledWhileItStartsThem) {
   }
 }
 
+// A busy machine may let the launcher sleep until everybody has gone, and with them what they said last.
+class SleepingLauncher : public testing::TestWithParam<std::string> {};
+
+TEST_P(SleepingLauncher, KnowsFromTheSchedulerThatTheRunEndedWell) {
+  ServerSet set("asleep-" + GetParam(), {write_scenario("asleep"), "--dds", GetParam()});
+  const int domain = set.find_domain();
+  set.send_signal(SIGSTOP);
+  ASSERT_TRUE(wait_until([&] { return find_servers(domain).empty(); }));
+  set.send_signal(SIGCONT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("complete up to step 500"));
+}
+INSTANTIATE_TEST_SUITE_P(Vendors, SleepingLauncher, testing::Values("cyclone", "fast"), [](const auto& info) { return info.param; });
+
 TEST(End, CtrlCEndsCleanly) {
   ScenarioChange change;
   change.steps = kEndless;

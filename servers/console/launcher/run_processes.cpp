@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
@@ -34,6 +35,9 @@ constexpr auto kLastWords = std::chrono::milliseconds(100);
 constexpr auto kTermPatience = std::chrono::seconds(8);
 // A server that ends with an exit status has said why on the bus, and that may still be on its way.
 constexpr auto kReasonPatience = std::chrono::milliseconds(400);
+// A server that ends well after the last step has been told so; the same word reaches this process, later on a busy
+// machine with encryption than any reason does.
+constexpr auto kFinishPatience = std::chrono::seconds(10);
 // A server on another machine that everybody waits for so long has lost its way here.
 constexpr auto kLinkPatience = std::chrono::seconds(10);
 // Whom a run waits for is told after this time.
@@ -105,6 +109,8 @@ class ProcessRun {
   void say_viewer_ended(const ChildEnd& end);
   std::string find_refusal() const;
   void settle_pending();
+  bool has_ended() const { return finished_ || monitor_->has_ended(); }
+  bool ends_well(const ChildEnd& end) const;
   void fail(const std::string& failure);
   void show();
   void end_all();
@@ -121,6 +127,7 @@ class ProcessRun {
   std::unique_ptr<RunMonitor> monitor_;
   ProgressLine progress_;
   std::string failure_;
+  bool finished_ = false;  // the scheduler's exit status said so, should its last message have been lost
   std::vector<std::pair<ChildEnd, Clock::time_point>> pending_;  // ended by themselves; the reason may still come
   bool bad_input_ = false;
   bool interrupted_ = false;
@@ -337,7 +344,7 @@ RunOutcome ProcessRun::run() {
   start_all();
   say_what_is_missing();
   say_who_can_listen();
-  while (failure_.empty() && !interrupted_ && !monitor_->has_ended()) watch();
+  while (failure_.empty() && !interrupted_ && !has_ended()) watch();
   end_all();
   return make_outcome();
 }
@@ -363,6 +370,8 @@ void ProcessRun::handle_end(const ChildEnd& end) {
   }
   if (WIFEXITED(end.status)) {
     if (WEXITSTATUS(end.status) == kExitBadInput) bad_input_ = true;
+    // It may have gone before a reader that a busy machine discovered late had heard of the end.
+    if (end.role == "scheduler" && WEXITSTATUS(end.status) == kExitOk) finished_ = true;
     pending_.emplace_back(end, Clock::now());
     return;
   }
@@ -386,11 +395,18 @@ std::string ProcessRun::find_refusal() const {
   }
 }
 
+// True for a server that ended with status 0 when the run had done its last step.
+bool ProcessRun::ends_well(const ChildEnd& end) const {
+  const double duration = options_.duration >= 0.0 ? options_.duration : scenario_.duration;
+  const auto last_step = static_cast<uint64_t>(std::llround(duration / scenario_.time_step));
+  return WEXITSTATUS(end.status) == 0 && monitor_->find_step_of_end("dynamics") >= last_step;
+}
+
 // A server that ends by itself while the run goes on, and nobody has said why.
 void ProcessRun::settle_pending() {
-  if (pending_.empty() || monitor_->has_ended()) return;
+  if (pending_.empty() || has_ended()) return;
   const auto& [end, since] = pending_.front();
-  if (Clock::now() - since < kReasonPatience) return;
+  if (Clock::now() - since < (ends_well(end) ? Clock::duration(kFinishPatience) : Clock::duration(kReasonPatience))) return;
   const std::string refusal = find_refusal();
   if (!refusal.empty()) return fail(refusal);
   fail(describe_end_of(end));
@@ -419,7 +435,7 @@ void ProcessRun::show() {
 
 void ProcessRun::end_all() {
   const auto begin = Clock::now();
-  if (!monitor_->has_ended()) monitor_->stop(failure_);
+  if (!has_ended()) monitor_->stop(failure_);
   bool asked = false;
   auto alone_since = Clock::time_point::max();
   while (children_.any_running()) {
@@ -430,7 +446,7 @@ void ProcessRun::end_all() {
     const auto waited = Clock::now() - begin;
     // Without a scheduler nobody passes the word on.
     const auto roles = children_.get_running_roles();
-    const bool leaderless = !monitor_->has_ended() && std::find(roles.begin(), roles.end(), "scheduler") == roles.end();
+    const bool leaderless = !has_ended() && std::find(roles.begin(), roles.end(), "scheduler") == roles.end();
     // The scheduler waits for goodbyes, which a dead server does not say.
     if (roles == std::vector<std::string>{"scheduler"}) alone_since = std::min(alone_since, Clock::now());
     const bool alone = Clock::now() - std::min(alone_since, Clock::now()) > kLastWords;
@@ -462,6 +478,7 @@ RunOutcome ProcessRun::make_outcome() {
   outcome.exit_code = outcome.failure.empty() ? kExitOk : bad_input_ ? kExitBadInput : kExitFailed;
   outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step_).count();
   outcome.parts = monitor_->find_parts();
+  if (finished_ && outcome.parts.empty()) outcome.parts = {static_cast<double>(monitor_->find_step_of_end("dynamics")) * scenario_.time_step};
   outcome.logs = monitor_->find_logs();
   outcome.viewer = viewer_;
   return outcome;
