@@ -8,10 +8,12 @@
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
@@ -67,30 +69,53 @@ Lock lock_claim(const PrivateFolder& folder, const std::string& name, bool make_
   }
 }
 
-// Two users have folders apart, but one machine: a domain whose first ports are taken is somebody's.
+// Programs that are not ours, or joined by hand, claim nothing: a domain is theirs when the port of one of its first
+// participants is taken.
 bool has_free_ports(int domain) {
-  const int file = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (file < 0) return true;
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<uint16_t>(7400 + 250 * domain + 10));  // of the first participant, RTPS 9.6.1
-  const bool free = bind(file, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 || errno != EADDRINUSE;
-  close(file);
-  return free;
+  constexpr int kParticipants = 16;
+  for (int participant = 0; participant < kParticipants; ++participant) {
+    const int file = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (file < 0) return true;
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(static_cast<uint16_t>(7400 + 250 * domain + 10 + 2 * participant));  // RTPS 9.6.1
+    const bool taken = bind(file, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 && errno == EADDRINUSE;
+    close(file);
+    if (taken) return false;
+  }
+  return true;
+}
+
+// A socket with the domain's name, which no other process of the machine, of whatever user, can have as long as it is open.
+// kFailed: somebody forbids such sockets.
+Lock lock_machine(int domain, int* file) {
+  *file = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (*file < 0) return Lock::kFailed;
+  const std::string name = "openhrp-dds/" + get_claim_name(domain);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path + 1, name.data(), name.size());  // a zero before it: abstract
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  if (bind(*file, reinterpret_cast<const sockaddr*>(&address), size) == 0) return Lock::kTaken;
+  const Lock lock = errno == EADDRINUSE ? Lock::kHeld : Lock::kFailed;
+  close(std::exchange(*file, -1));
+  return lock;
 }
 
 // An empty result: somebody holds it.
 std::optional<DomainClaim> try_claim(int domain, const std::string& what) {
   PrivateFolder folder = make_run_folder();
-  int file = -1;
+  int file = -1, machine = -1;
   switch (lock_claim(folder, get_claim_name(domain), true, &file)) {
     case Lock::kHeld: return std::nullopt;
     case Lock::kFailed:
       throw BusError("cannot open " + folder.path() + "/" + get_claim_name(domain) + ": " + std::strerror(errno));
     case Lock::kTaken: break;
   }
-  DomainClaim claim(std::move(folder), domain, file);
+  const bool held = lock_machine(domain, &machine) == Lock::kHeld;
+  DomainClaim claim(std::move(folder), domain, file, machine);  // removes its file where it is not given away
+  if (held) return std::nullopt;
   RunEntry entry;
   entry.scenario = what;
   claim.describe(entry);
@@ -138,19 +163,21 @@ int parse_claim_name(const std::string& name) {
 
 }  // namespace
 
-DomainClaim::DomainClaim(PrivateFolder folder, int domain, int file)
-    : folder_(std::move(folder)), domain_(domain), file_(file) {}
+DomainClaim::DomainClaim(PrivateFolder folder, int domain, int file, int machine)
+    : folder_(std::move(folder)), domain_(domain), file_(file), machine_(machine) {}
 
 DomainClaim::DomainClaim(DomainClaim&& other) noexcept
     : folder_(std::exchange(other.folder_, std::nullopt)),
       domain_(std::exchange(other.domain_, -1)),
       file_(std::exchange(other.file_, -1)),
+      machine_(std::exchange(other.machine_, -1)),
       entry_(std::move(other.entry_)) {}
 
 DomainClaim& DomainClaim::operator=(DomainClaim&& other) noexcept {
   std::swap(folder_, other.folder_);
   std::swap(domain_, other.domain_);
   std::swap(file_, other.file_);
+  std::swap(machine_, other.machine_);
   std::swap(entry_, other.entry_);
   return *this;
 }
@@ -160,6 +187,7 @@ DomainClaim::~DomainClaim() {
   folder_->remove(get_entry_name(domain_));
   folder_->remove(get_claim_name(domain_));
   close(file_);
+  if (machine_ >= 0) close(machine_);
 }
 
 PlaceClaim::PlaceClaim(PrivateFolder folder, std::string name, int file)
@@ -234,7 +262,7 @@ DomainClaim claim_domain(int domain, const std::string& what) {
   }
   const auto holder = find_run_of_domain(domain);
   throw BusError("DDS domain " + std::to_string(domain) + " is in use by another run" +
-                 (holder ? ":\n  " + describe_entry(*holder) : " (" + find_run_folders()[0] + ")"));
+                 (holder ? ":\n  " + describe_entry(*holder) : " (of another user, or a locked file in " + find_run_folders()[0] + ")"));
 }
 
 std::optional<RunEntry> find_run_of_domain(int domain) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which DDS domain a run uses, and which runs there are. Each run on a machine claims a domain of its own, so that runs
 // side by side do not see each other. A claim is a locked file in a private folder of the user, so the claim of a
-// killed run is free again at once; beside it stands what the run says of itself.
+// killed run is free again at once; beside it stands what the run says of itself. Users have folders apart, but share the
+// domains of a machine: a claim holds a name among its sockets, too (unix(7), abstract; each network namespace has its own).
 #pragma once
 
 #include <memory>
@@ -24,7 +25,7 @@ constexpr int kHighestDomain = 230;
 class DomainClaim {
  public:
   DomainClaim() = default;
-  DomainClaim(PrivateFolder folder, int domain, int file);
+  DomainClaim(PrivateFolder folder, int domain, int file, int machine);
   DomainClaim(DomainClaim&& other) noexcept;
   DomainClaim& operator=(DomainClaim&& other) noexcept;
   ~DomainClaim();
@@ -37,6 +38,7 @@ class DomainClaim {
   std::optional<PrivateFolder> folder_;
   int domain_ = -1;
   int file_ = -1;
+  int machine_ = -1;  // socket with the domain's name
   RunEntry entry_;
 };
 

@@ -162,6 +162,18 @@ TEST_F(RunFolder, APlaceIsTakenOnceAndFreeAgainAfterwards) {
   EXPECT_THAT(find_runs()[0].free_places, ElementsAre("controller", "logger"));
 }
 
+TEST_F(RunFolder, TwoUsersOfAMachineNeverGetTheSameDomain) {
+  const DomainClaim ours = claim_free_domain("ours");
+  const std::string other = parent_ + "/other";
+  ASSERT_EQ(mkdir(other.c_str(), 0700), 0);
+  setenv("XDG_RUNTIME_DIR", other.c_str(), 1);
+  const DomainClaim theirs = claim_free_domain("theirs");
+  EXPECT_NE(theirs.domain(), ours.domain()) << "nothing has bound a port yet";
+  EXPECT_THROW(claim_domain(ours.domain(), "theirs"), BusError);
+  EXPECT_EQ(find_runs().size(), 1u) << "of the refused claim nothing stays";
+  setenv("XDG_RUNTIME_DIR", parent_.c_str(), 1);
+}
+
 // Another user's run has its folder elsewhere, but the same ports.
 TEST_F(RunFolder, ADomainWhosePortsSomebodyUsesIsNotHandedOut) {
   const int count = kLastDomain - kFirstDomain + 1;
