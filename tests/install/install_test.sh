@@ -6,6 +6,8 @@ set -euo pipefail
 build="$1"
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 work="$(mktemp -d)"
+mkdir -m 700 "$work/runtime"
+export XDG_RUNTIME_DIR="$work/runtime"  # my-controller joins the only run there is: not one of another test
 trap 'rm -rf "$work"' EXIT
 say() { echo "ok: $*"; }
 fail() { echo "FAILED: $*" >&2; exit 1; }

@@ -21,17 +21,6 @@ using ::testing::Not;
 
 const std::string kEndless = "{time_step: 0.001, control_period: 0.005, duration: 0}";
 
-// Runs of other tests and people on this machine are not to be seen here: this process has a folder of runs of its own.
-class OwnRuns : public ::testing::Environment {
- public:
-  void SetUp() override {
-    const std::string folder = get_test_folder() + "/runtime";
-    ASSERT_EQ(mkdir(folder.c_str(), 0700), 0);
-    setenv("XDG_RUNTIME_DIR", folder.c_str(), 1);
-  }
-};
-const auto* const g_own_runs = ::testing::AddGlobalTestEnvironment(new OwnRuns);
-
 std::string write_endless(const std::string& name) {
   ScenarioChange change;
   change.steps = kEndless;

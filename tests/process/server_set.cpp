@@ -29,7 +29,10 @@ namespace fs = std::filesystem;
 class TestFolder {
  public:
   TestFolder() : path_(fs::temp_directory_path() / ("hrp-process-test-" + std::to_string(getpid()))) {
-    fs::create_directories(path_);
+    fs::create_directories(path_ / "runtime");
+    fs::permissions(path_ / "runtime", fs::perms::owner_all);
+    // Runs of other tests at the same time are another user's: a controller that joins "the only run" finds its own.
+    setenv("XDG_RUNTIME_DIR", (path_ / "runtime").c_str(), 1);
   }
   ~TestFolder() {
     std::error_code ignored;

@@ -174,8 +174,9 @@ TEST(End, ServersDoNotOutliveALauncherThatIsKilledWhileItStartsThem) {
 class SleepingLauncher : public testing::TestWithParam<std::string> {};
 
 TEST_P(SleepingLauncher, KnowsFromTheSchedulerThatTheRunEndedWell) {
-  ServerSet set("asleep-" + GetParam(), {write_scenario("asleep"), "--dds", GetParam()});
+  ServerSet set("asleep-" + GetParam(), {write_scenario("asleep"), "--realtime", "--dds", GetParam()});
   const int domain = set.find_domain();
+  ASSERT_TRUE(wait_until([&] { return find_servers(domain).size() == 6; }));
   set.send_signal(SIGSTOP);
   ASSERT_TRUE(wait_until([&] { return find_servers(domain).empty(); }));
   set.send_signal(SIGCONT);
