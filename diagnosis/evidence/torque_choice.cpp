@@ -119,7 +119,7 @@ class SubsetSearch {
     const Columns columns = list_own(joint_, terms);
     const Eigen::VectorXd theta = solve(total_, columns);
     if (!is_physical(design_, at_, terms, theta) || !has_bracketed_gain(terms)) return {terms, -1e300, {}};
-    const double cross = cross_validate(folds_, total_, columns);
+    const double cross = cross_validate(folds_, total_, columns) * calc_per_effort(joint_, terms, theta);
     const double floor = 1e-6 * joint_.spread * joint_.spread;
     double evidence = -0.5 * joint_.effective * std::log(std::max({cross, floor, 1e-300}));
     Subset subset{terms, 0.0, {}};
@@ -129,8 +129,7 @@ class SubsetSearch {
       subset.first.push_back(theta[at]);
       at += joint_.terms[term].columns;
     }
-    if (has_kind(joint_, terms, TermKind::kGain)) evidence -= calc_factor_cost(1.0 - get_parameter(joint_, terms, theta, TermKind::kGain));
-    subset.evidence = evidence;
+    subset.evidence = evidence - calc_gain_cost(joint_, terms, theta);
     return subset;
   }
 
@@ -305,13 +304,25 @@ class Chooser {
     return again;
   }
 
+  // From what every drive has, and from the terms chosen so far without their gains: a gain may have taken what a new
+  // term of the whole robot says, and hides it.
+  Choice choose_from_either(const Terms& whole, std::vector<Terms> chosen) const {
+    const Choice usual = choose_beside(whole);
+    for (size_t i = 0; i < chosen.size(); ++i) {
+      const auto is_gain = [&](size_t t) { return design_.joints[i].terms[t].kind == TermKind::kGain; };
+      chosen[i].erase(std::remove_if(chosen[i].begin(), chosen[i].end(), is_gain), chosen[i].end());
+    }
+    const Choice other = choose_beside(whole, chosen);
+    return other.fit.evidence > usual.fit.evidence ? other : usual;
+  }
+
   // A joint's subset is chosen beside given parameters of the whole robot: what it took in their place, as a gain takes a
   // load's weight, goes where the fit of all is better without. What every drive has stays.
   bool drop_own(Choice* choice) const {
     Choice best = *choice;
     for (size_t i = 0; i < design_.joints.size(); ++i) {
       for (size_t term : choice->model.own[i]) {
-        if (get_cost(design_.joints[i].terms[term].kind) < 1.0) continue;
+        if (is_usual(design_.joints[i].terms[term].kind)) continue;
         Choice without = *choice;
         Terms& own = without.model.own[i];
         own.erase(std::find(own.begin(), own.end(), term));
@@ -422,7 +433,7 @@ class Chooser {
     for (size_t term : rank_whole(choice->model.whole)) {
       Terms whole = choice->model.whole;
       whole.push_back(term);
-      const Choice with = choose_beside(whole);
+      const Choice with = choose_from_either(whole, choice->model.own);
       const double gain = with.fit.evidence - choice->fit.evidence - get_margin(term);
       if (gain > most && is_choice_physical(with)) best = with, most = gain, found = true;
     }
@@ -444,7 +455,7 @@ std::vector<Terms> list_usual_terms(const TorqueDesign& design) {
   for (const JointDesign& joint : design.joints) {
     usual.emplace_back();
     for (size_t t = 0; t < joint.terms.size(); ++t) {
-      if (get_cost(joint.terms[t].kind) < 1.0) usual.back().push_back(t);
+      if (is_usual(joint.terms[t].kind)) usual.back().push_back(t);
     }
   }
   return usual;

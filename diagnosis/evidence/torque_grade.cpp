@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/evidence/torque_intervals.h"
@@ -23,6 +24,7 @@ constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, 
 constexpr double kMuch = 0.3;             // of its place's mismatch
 constexpr double kLeastShare = 0.001;     // but not none
 constexpr double kExpected = 6.0;         // [nats] the same for what every drive has: viscous and dry friction, a rotor
+constexpr double kUnequal = 3.0;          // times its deviation: parts of one joint's rows say little of a term of the whole robot
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
 
 // A spring has a constant part: it always does as well as a constant torque, and is no rival of it.
@@ -146,7 +148,9 @@ class Grader {
       const long first = find_first_column(g, i);
       g.width = g.std;
       for (long c = 0; c < g.width.size(); ++c) {
-        if (g.std[c] > 0.0) g.width[c] = std::hypot(g.std[c], between[i][first + c]);  // not of what is not seen
+        if (!(g.std[c] > 0.0)) continue;  // not of what is not seen
+        const double most = g.term.whole ? kUnequal * g.std[c] : std::numeric_limits<double>::infinity();
+        g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
       }
     }
   }
@@ -191,10 +195,12 @@ class Grader {
     const JointDesign& joint = design_.joints[i];
     Columns columns, fixed;
     const size_t own = choice_.model.own[i].size();
+    std::vector<size_t> fitted;
     Eigen::VectorXd values;
     for (size_t t = 0; t < own; ++t) {
       if (!(mask >> t & 1)) continue;
-      for (long c : list_columns(joint, choice_.model.own[i][t])) columns.push_back(c);
+      fitted.push_back(choice_.model.own[i][t]);
+      for (long c : list_columns(joint, fitted.back())) columns.push_back(c);
     }
     for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
       if (!(mask >> (own + t) & 1)) continue;
@@ -213,7 +219,7 @@ class Grader {
     all << theta, values;
     double rest = 0.0, n = 0.0;
     for (const Gram& held : joint.held) rest += calc_rest(held, columns, all), n += held.n;
-    return rest / std::max(1.0, n);
+    return calc_per_effort(joint, fitted, theta) * rest / std::max(1.0, n);
   }
 
   // What each term takes of a joint's held-out mismatch.
@@ -381,13 +387,15 @@ class Grader {
   bool may_fill(const GradedTerm* g, const TorqueFit& alone, size_t whole_term) const {
     const size_t i = static_cast<size_t>(g->place.joint);
     const JointDesign& joint = design_.joints[i];
+    std::vector<size_t> rest = choice_.model.own[i];
+    rest.erase(rest.begin() + static_cast<long>(g->place.at));
     Columns columns;
-    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) {
-      if (t == g->place.at) continue;
-      for (long c : list_columns(joint, choice_.model.own[i][t])) columns.push_back(c);
+    for (size_t term : rest) {
+      for (long c : list_columns(joint, term)) columns.push_back(c);
     }
     for (long c : list_whole_columns(design_, joint, whole_term)) columns.push_back(c);
-    const double cross = cross_validate(joint.train, joint.total, columns);
+    const double per_effort = calc_per_effort(joint, rest, solve(joint.total, columns));
+    const double cross = cross_validate(joint.train, joint.total, columns) * per_effort;
     return 0.5 * joint.effective * std::log(std::max(1e-300, alone.cross[i] / std::max(1e-300, cross))) >
            0.5 * (g->gain - kEven);
   }
@@ -408,10 +416,11 @@ class Grader {
     return true;
   }
 
-  // A log that holds or joins commands between its samples shifts them by half a period: a delay that may be less is its own.
+  // A log that holds commands between its samples, or writes them a cycle before or after its readings, shifts them by up
+  // to a period: a delay that may be less is its own.
   bool is_of_sampling(const GradedTerm& g) const {
     const bool late = g.term.kind == TermKind::kCommandDelay || g.term.kind == TermKind::kBusDelay;
-    return late && g.parameters[0] - kNormal * g.width[0] < 0.5 * design_.data->experiment->sample_time;
+    return late && g.parameters[0] - kNormal * g.width[0] < design_.data->experiment->sample_time;
   }
 
   void decide(GradedTerm* g) const {
@@ -424,12 +433,12 @@ class Grader {
     const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
     const double size = value.norm();
     const bool told = size > kDeviations * over(g->std), clear = told && size > kNormal * over(g->width);
-    const double enough = get_cost(g->term.kind) < 1.0 ? kExpected : kOverwhelming;
+    const double enough = is_usual(g->term.kind) ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare;
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
-    const bool usual = get_cost(g->term.kind) < 1.0 && told && g->gain > kNamedGain && is_visible(*g);
+    const bool usual = is_usual(g->term.kind) && told && g->gain > kNamedGain && is_visible(*g);
     // Parts of the recordings that differ by more than the value itself give no value that could be reported, unless much
     // of what is missing goes with it: that is said, with how little is known of its size.
     const bool sized = size >= over(g->width), much = told && g->share > kMuch;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/torque_model.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hrp::diagnosis {
 namespace {
 
-// Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
 constexpr double kFactorSpread = 0.15;  // standard deviation of ln(factor): what torque constants and weighed links are off by
+// Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
 constexpr double kFloor = 1e-6;
 
 double calc_evidence(const JointDesign& joint, double cross) {
@@ -32,6 +33,21 @@ Use list_use(const TorqueDesign& design, const TorqueModel& model, const Slots& 
     for (long c : list_whole_columns(design, joint, model.whole[t])) use.columns.push_back(c), use.slots.push_back(slot++);
   }
   return use;
+}
+
+// Factor of a joint's torque constant that a model has, by the effort or by the model's torque; 1 without.
+double find_gain(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
+  long at = 0;
+  for (size_t term : terms) {
+    if (joint.terms[term].kind == TermKind::kGain) return 1.0 - theta[at];
+    if (joint.terms[term].kind == TermKind::kGainOfModel) return 1.0 / std::max(1e-3, 1.0 + theta[at]);
+    at += joint.terms[term].columns;
+  }
+  return 1.0;
+}
+
+bool scales_effort(const JointDesign& joint, const std::vector<size_t>& terms) {
+  return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].kind == TermKind::kGain; });
 }
 
 Eigen::VectorXd pick_slots(const Eigen::VectorXd& theta, const Use& use) {
@@ -122,16 +138,19 @@ class Fitter {
     for (size_t i = 0; i < design_.joints.size(); ++i) {
       const JointDesign& joint = design_.joints[i];
       const Eigen::VectorXd theta = pick_slots(out->theta, uses_[i]);
+      const double per_effort = calc_per_effort(joint, model_.own[i], theta);
+      out->cross[i] *= per_effort;
       double rest = 0.0, n = 0.0;
       out->each_held.emplace_back();
       for (const Gram& held : joint.held) {
-        const double own = calc_rest(held, uses_[i].columns, theta);
+        const double own = per_effort * calc_rest(held, uses_[i].columns, theta);
         out->each_held.back().push_back(own / std::max(1.0, held.n));
         rest += own, n += held.n;
       }
       out->held.push_back(rest / std::max(1.0, n));
       out->evidence += calc_evidence(joint, out->cross[i]);
       for (size_t term : model_.own[i]) out->evidence -= get_cost(joint.terms[term].kind);
+      out->evidence -= calc_gain_cost(joint, model_.own[i], theta);
     }
     for (size_t t = 0; t < model_.whole.size(); ++t) {
       const Term& term = design_.whole[model_.whole[t]];
@@ -150,18 +169,28 @@ class Fitter {
 
 double calc_factor_cost(double factor) { return 0.5 * std::pow(std::log(std::max(1e-3, factor)) / kFactorSpread, 2); }
 
+double calc_per_effort(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
+  if (!scales_effort(joint, terms)) return 1.0;
+  const double k = std::clamp(find_gain(joint, terms, theta), 1e-3, 1.0);
+  return 1.0 / (k * k);
+}
+
+double calc_gain_cost(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
+  return calc_factor_cost(find_gain(joint, terms, theta));
+}
+
+bool is_usual(TermKind kind) { return kind == TermKind::kViscous || kind == TermKind::kDry || kind == TermKind::kRotor; }
+
 double get_cost(TermKind kind) {
+  if (is_usual(kind)) return 0.5;
   switch (kind) {
-    case TermKind::kViscous:
-    case TermKind::kDry:
-    case TermKind::kRotor:
-      return 0.5;
+    case TermKind::kGain:
+    case TermKind::kGainOfModel:
+      return 0.7;  // ln 2: as many torque constants are off as right; by how much costs, too
     case TermKind::kLoadDry:
     case TermKind::kBackdriven:
     case TermKind::kStribeck:
     case TermKind::kConstant:
-    case TermKind::kGain:
-    case TermKind::kGainOfModel:
       return 2.0;
     case TermKind::kMassError:
     case TermKind::kOffset:
