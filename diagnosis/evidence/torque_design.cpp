@@ -18,6 +18,7 @@ constexpr int kFewestFolds = 6, kMostFolds = 16;
 constexpr long kFewestSamples = 20;  // that a joint must have in training
 constexpr double kOutlier = 10.0;  // median absolute deviations: 6.7 standard deviations of a normal distribution
 constexpr int kOutlierPasses = 3;
+constexpr double kMostOutliers = 0.1;  // of a recording
 constexpr double kLoaded = 0.85;   // correlation of effort and nominal torque above which friction is the smaller part
 constexpr double kLooks = 3.0;  // at what a model leaves, in a half-cycle: its ends and its middle
 
@@ -60,17 +61,19 @@ double count_half_cycles(const TorqueData& data, int joint) {
   return count;
 }
 
-// What all terms of the joint leave, by recording and kept sample; NaN where a row is not used.
-std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows) {
+// What the first `width` columns, fitted to `fitted`, leave: by recording and kept sample; NaN where a row is not used.
+std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows, const Gram& fitted, long width) {
   Columns all;
-  for (long c = 0; c < joint.own_width; ++c) all.push_back(c);
-  const Eigen::VectorXd theta = solve(joint.total, all);
+  for (long c = 0; c < width; ++c) all.push_back(c);
+  Eigen::VectorXd theta = Eigen::VectorXd::Zero(joint.own_width + rows.whole[0].cols());
+  theta.head(width) = solve(fitted, all);
+  const auto own = theta.head(joint.own_width), whole = theta.tail(rows.whole[0].cols());
   std::vector<std::vector<double>> left;
   for (size_t r = 0; r < data.recordings.size(); ++r) {
     left.emplace_back();
     for (long k = 0; k < data.recordings[r].kept(); ++k)
       left.back().push_back(data.recordings[r].use(k, joint.joint)
-                                ? data.recordings[r].missing(k, joint.joint) - rows.own[r].row(k).dot(theta)
+                                ? data.recordings[r].missing(k, joint.joint) - rows.own[r].row(k).dot(own) - rows.whole[r].row(k).dot(whole)
                                 : std::numeric_limits<double>::quiet_NaN());
   }
   return left;
@@ -93,20 +96,29 @@ double count_independent(const TorqueData& data, const JointDesign& joint,
   return std::min(independent, kLooks * count_half_cycles(data, joint.joint));
 }
 
-// Moments that no term comes near (knocks, hands, blow-ups) say nothing of any: beyond kOutlier median deviations.
+// Moments that no term comes near (knocks, hands, blow-ups) say nothing of any: beyond kOutlier median deviations. Where
+// they are many, the terms are wrong and not the moments. A load that swings and then rests is no knock, nor is another
+// motion on held-out data: terms of the whole robot count, too, and all recordings are fitted.
 bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data) {
-  const std::vector<std::vector<double>> left = calc_left(*data, joint, rows);
+  const long width = joint.own_width + rows.whole[0].cols();
+  Gram everything = sum(joint.held, width);
+  everything.add(joint.total, 1.0);
+  const std::vector<std::vector<double>> left = calc_left(*data, joint, rows, everything, width);
   std::vector<double> size;
-  for (size_t r = 0; r < left.size(); ++r) {
-    for (double x : left[r]) {
-      if (std::isfinite(x) && data->recordings[r].train) size.push_back(std::abs(x));
+  for (const std::vector<double>& recording : left) {
+    for (double x : recording) {
+      if (std::isfinite(x)) size.push_back(std::abs(x));
     }
   }
   if (size.empty()) return false;
   const double limit = kOutlier * find_median(std::move(size));
   bool any = false;
   for (size_t r = 0; r < left.size(); ++r) {
-    for (size_t k = 0; k < left[r].size(); ++k) {
+    const auto is_far = [&](double x) { return std::abs(x) > limit; };  // not those that are not used
+    const auto is_used = [](double x) { return std::isfinite(x); };
+    const double share = static_cast<double>(std::count_if(left[r].begin(), left[r].end(), is_far)) /
+                         std::max(1.0, static_cast<double>(std::count_if(left[r].begin(), left[r].end(), is_used)));
+    for (size_t k = 0; k < left[r].size() && share < kMostOutliers; ++k) {
       if (!(std::abs(left[r][k]) > limit)) continue;
       data->recordings[r].use(static_cast<long>(k), joint.joint) = false;
       any = true;
@@ -237,7 +249,7 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     if (joint.total.n < kFewestSamples) continue;
     if (!data.experiment->robot.tree.joint(j).actuated) joint.spread = calc_passive_spread(data, j);
     joint.loaded = correlate_load(data, j) > kLoaded;
-    joint.effective = count_independent(data, joint, calc_left(data, joint, rows));
+    joint.effective = count_independent(data, joint, calc_left(data, joint, rows, joint.total, joint.own_width));
     design.has_held = design.has_held || !joint.held.empty();
     design.joints.push_back(std::move(joint));
   }
