@@ -107,11 +107,21 @@ EffectInfo make_base_tilt() {
   return row;
 }
 
+// Springs, counterweights or a controller outside of the log carry a share of every link's weight. On a fixed base that is
+// gravity smaller by this share: inverse dynamics is linear in gravity.
+EffectInfo make_gravity_compensation() {
+  EffectInfo row = make_row(EffectId::kNamed, "gravity_compensation", PlaceKind::kNone, EffectFamily::kTorqueOverPosition,
+                            "something else carries the links: a controller, springs or counterweights; or the robot lies flat",
+                            {P("share", "1").absent_at(0).bounds(0, 1).search(0, 1).size(0.01)});
+  row.apply = [](const double* p, const EffectTarget& at) { *at.gravity_W *= 1.0 - p[0]; };
+  return row;
+}
+
 }  // namespace
 
 std::vector<EffectInfo> list_world_rows() {
   return {make_foot_compliance(), make_foot_hardening(), make_ground_slope(), make_ground_friction(),
-          make_restitution(), make_base_tilt()};
+          make_restitution(), make_base_tilt(), make_gravity_compensation()};
 }
 
 }  // namespace hrp

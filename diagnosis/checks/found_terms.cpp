@@ -10,7 +10,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::optional<TermKind> find_kind(const std::string& effect) {
-  for (int k = 0; k <= static_cast<int>(TermKind::kTilt); ++k) {
+  for (int k = 0; k <= static_cast<int>(TermKind::kBusDelay); ++k) {
     const TermKind kind = static_cast<TermKind>(k);
     if (kind != TermKind::kGainOfModel && get_effect_name(kind) == effect) return kind;
   }
@@ -68,6 +68,8 @@ void add_link_term(TermKind kind, int link, size_t at, const Json& finding, std:
     out.term.columns = 4, out.theta = numbers({m, c[0], c[1], c[2]});
   } else if (kind == TermKind::kComError || kind == TermKind::kForce) {
     out.term.columns = 3, out.theta = get_vector(finding, kind == TermKind::kForce ? "force" : "offset");
+  } else if (kind == TermKind::kCarried) {
+    out.theta = numbers({get_value(finding, "share")});
   } else if (kind != TermKind::kMassError) {
     return;
   }

@@ -74,7 +74,7 @@ Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& who
 
 // [m] within which a body's effect may act; 0 where that says nothing.
 double find_reach(const TorqueData& data, const Term& term) {
-  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt || term.kind == TermKind::kBusDelay) return 0.0;
+  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt || term.kind == TermKind::kCarried || term.kind == TermKind::kBusDelay) return 0.0;
   return calc_link_reach(data.experiment->robot.tree, term.place);
 }
 
@@ -497,12 +497,14 @@ Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen:
 bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& all) {
   const Eigen::VectorXd p = drop_unseen(design, term, all);
   constexpr double kLeastScale = 0.3, kMostScale = 3.0, kMostAngle = 0.3;  // [rad]
+  constexpr double kLeastCarried = 0.3, kMostCarried = 1.1;  // of gravity: less is a mass that is wrong
   const double reach = find_reach(*design.data, term);
   if (term.kind == TermKind::kBusDelay) return p[0] > 0.0 && p[0] < kLongest;
   if (term.kind == TermKind::kPayload) return p[0] > 0.0 && p.tail<3>().norm() < reach * p[0];
   if (term.kind == TermKind::kComError) return p.norm() < reach;
   if (term.kind == TermKind::kMassError) return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
   if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt) return p.norm() < kMostAngle;
+  if (term.kind == TermKind::kCarried) return p[0] > kLeastCarried && p[0] < kMostCarried;
   return true;
 }
 

@@ -317,7 +317,7 @@ class Grader {
 
   // Whether a link moves with a joint, so that what is wrong with it shows there.
   bool is_beyond(const Term& other, size_t i) const {
-    if (other.kind == TermKind::kTilt || other.kind == TermKind::kBusDelay) return true;
+    if (other.kind == TermKind::kTilt || other.kind == TermKind::kCarried || other.kind == TermKind::kBusDelay) return true;
     if (other.kind == TermKind::kOffset) return shows(other, design_.joints[i]);
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {

@@ -197,6 +197,7 @@ double get_cost(TermKind kind) {
     case TermKind::kBusDelay:
       return 4.0;
     case TermKind::kTilt:
+    case TermKind::kCarried:
       return 5.0;
     case TermKind::kComError:
     case TermKind::kForce:

@@ -18,6 +18,7 @@ TermValues calc_values(const Term& term, const Eigen::VectorXd& p, const Eigen::
     }
     case TermKind::kCogging:  // A cos(phase) sin(N q) + A sin(phase) cos(N q)
       return {{p.norm(), term.shape, std::atan2(p[1], p[0])}, {s[0], 0.1 * term.shape, s[0] / std::max(1e-12, p.norm())}};
+    case TermKind::kCarried: return {{std::clamp(p[0], 0.0, 1.0)}, {s[0]}};
     case TermKind::kPayload:  // m and m p_LP
       return {{p[0], p[1] / p[0], p[2] / p[0], p[3] / p[0]}, {s[0], s[1] / size, s[2] / size, s[3] / size}};
     default: return {{p.data(), p.data() + p.size()}, {s.data(), s.data() + s.size()}};

@@ -19,7 +19,7 @@ std::string get_place_name(const Experiment& e, const Term& term) {
   switch (term.kind) {
     case TermKind::kPayload: case TermKind::kMassError: case TermKind::kComError: case TermKind::kForce:
       return e.robot.tree.links[static_cast<size_t>(term.place)].name;
-    case TermKind::kTilt:
+    case TermKind::kTilt: case TermKind::kCarried:
       return e.robot.tree.links[0].name;
     default:
       return e.robot.tree.joint(term.place).name;
@@ -28,7 +28,7 @@ std::string get_place_name(const Experiment& e, const Term& term) {
 
 bool is_of_link(const Term& term) {
   return term.kind == TermKind::kPayload || term.kind == TermKind::kMassError || term.kind == TermKind::kComError ||
-         term.kind == TermKind::kForce || term.kind == TermKind::kTilt;
+         term.kind == TermKind::kForce || term.kind == TermKind::kTilt || term.kind == TermKind::kCarried;
 }
 
 Where make_place(const Experiment& e, const Term& term) {
@@ -74,6 +74,8 @@ const char* get_motion(TermKind kind) {
       return "short, fast reversals of this joint alone";
     case TermKind::kConstant: case TermKind::kSpring: case TermKind::kOffset: case TermKind::kCogging:
       return "slow sweeps of the joint over its whole range, in postures of different load";
+    case TermKind::kCarried:
+      return "look whether the log's effort is the whole of the drive's torque, and whether a spring or a counterweight carries the arm";
     default:
       return "postures held, and slow motion of every joint, with a known mass hung on and without";
   }

@@ -74,7 +74,8 @@ class WholeRows {
         kinematics_(model_),
         state_(make_state(model_)),
         regressor_(model_),
-        turned_{Model(tree_, turn(data, 0)), Model(tree_, turn(data, 1))},
+        turned_{turn(data, 0, 1.0), turn(data, 0, -1.0), turn(data, 1, 1.0), turn(data, 1, -1.0)},
+        weightless_(tree_, Vector3d::Zero()),
         mine_(make_inertial_parameters(model_)),
         tau_(model_.num_joints()) {}
 
@@ -91,18 +92,23 @@ class WholeRows {
     long column = 0;
     for (const Term& term : terms_) {
       if (term.kind == TermKind::kBusDelay) fill_late(r, full_row, term.shape, column, rows);
-      else if (term.kind != TermKind::kOffset && term.kind != TermKind::kTilt) fill_link(term, column, rows);
+      else if (is_of_link(term.kind)) fill_link(term, column, rows);
       column += term.columns;
     }
     column = 0;
     for (const Term& term : terms_) {  // these move the model: last
       if (term.kind == TermKind::kOffset) fill_offset(term, r, full_row, column, rows);
       if (term.kind == TermKind::kTilt) fill_tilt(a, column, rows);
+      if (term.kind == TermKind::kCarried) rows->col(column) = calc_under(weightless_, a) - calc_under(model_, a);
       column += term.columns;
     }
   }
 
  private:
+  static bool is_of_link(TermKind kind) {
+    return kind == TermKind::kMassError || kind == TermKind::kPayload || kind == TermKind::kComError || kind == TermKind::kForce;
+  }
+
   static void fill_late(const TorqueRecording& r, long full_row, double delay, long column, Eigen::MatrixXd* rows) {
     for (long j = 0; j < rows->rows(); ++j) (*rows)(j, column) = calc_late(r, j, full_row, delay);
   }
@@ -159,21 +165,23 @@ class WholeRows {
     state_.q[term.place] = q;
   }
 
-  // Gravity as a base sees it that is turned by kAngleStep about x (roll) or y (pitch).
-  static Vector3d turn(const TorqueData& data, int axis) {
-    return Eigen::AngleAxisd(-kAngleStep, Vector3d::Unit(axis)) * data.experiment->scenario.gravity_W;
+  // A base that is turned by kAngleStep about x (roll) or y (pitch), or by as much the other way.
+  static Model turn(const TorqueData& data, int axis, double sign) {
+    const Vector3d gravity_B = Eigen::AngleAxisd(-sign * kAngleStep, Vector3d::Unit(axis)) * data.experiment->scenario.gravity_W;
+    return Model(data.experiment->robot.tree, gravity_B);
   }
 
   void fill_tilt(const Eigen::VectorXd& a, long column, Eigen::MatrixXd* rows) {
-    Eigen::VectorXd turned(tau_.size());
-    update_kinematics(model_, state_, &kinematics_);
-    calc_inverse_dynamics(model_, a, nullptr, &kinematics_, &tau_);
-    for (int axis = 0; axis < 2; ++axis) {
-      const Model& model = turned_[static_cast<size_t>(axis)];
-      update_kinematics(model, state_, &kinematics_);
-      calc_inverse_dynamics(model, a, nullptr, &kinematics_, &turned);
-      rows->col(column + axis) = (turned - tau_) / kAngleStep;
-    }
+    for (size_t axis = 0; axis < 2; ++axis)  // central: what is left of gravity's size would be a weight of any size
+      rows->col(column + static_cast<long>(axis)) =
+          (calc_under(turned_[2 * axis], a) - calc_under(turned_[2 * axis + 1], a)) / (2.0 * kAngleStep);
+  }
+
+  // Torques of this moment's motion under another gravity.
+  Eigen::VectorXd calc_under(const Model& model, const Eigen::VectorXd& a) {
+    update_kinematics(model, state_, &kinematics_);
+    calc_inverse_dynamics(model, a, nullptr, &kinematics_, &tau_);
+    return tau_;
   }
 
   const TorqueData& data_;
@@ -183,7 +191,8 @@ class WholeRows {
   Data kinematics_;
   State state_;
   Regressor regressor_;
-  const std::array<Model, 2> turned_;
+  const std::array<Model, 4> turned_;
+  const Model weightless_;
   const Eigen::VectorXd mine_;
   Eigen::VectorXd tau_;
 };
@@ -232,7 +241,12 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
     terms.push_back({TermKind::kForce, place, 0.0, 3, true});
   }
   for (int j = 0; fixed && j < tree.num_joints(); ++j) terms.push_back({TermKind::kOffset, j, 0.0, 1, true});
-  if (fixed && data.experiment->scenario.gravity_W.norm() > 0.0) terms.push_back({TermKind::kTilt, 0, 0.0, 2, true});
+  if (fixed && data.experiment->scenario.gravity_W.norm() > 0.0) {
+    terms.push_back({TermKind::kTilt, 0, 0.0, 2, true});
+    // A servo's law is all that its drive gives; only a log may leave out what a controller adds for gravity.
+    const bool logged = std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw) == 0;
+    if (logged && data.feet.empty()) terms.push_back({TermKind::kCarried, 0, 0.0, 1, true});
+  }
   if (std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw) > 1)
     for (double delay : kDelays) terms.push_back({TermKind::kBusDelay, 0, delay, 1, true});
   return terms;
@@ -327,6 +341,7 @@ EffectId get_effect_id(TermKind kind) {
     case TermKind::kOffset: return EffectId::kJointOffset;
     case TermKind::kConstant: return find_effect("constant_torque")->id;
     case TermKind::kTilt: return find_effect("base_tilt")->id;
+    case TermKind::kCarried: return find_effect("gravity_compensation")->id;
   }
   return EffectId::kNamed;
 }

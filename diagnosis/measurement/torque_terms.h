@@ -10,8 +10,8 @@
 // The factor k by either column: errors of tau (accelerations) draw the second one down, physics that is left out draws
 // the first one up; the truth is between the two (errors in variables, Frisch's bounds).
 // Of the whole robot, in every row: mass, centre of mass and load of a link (regressor of inverse dynamics), a constant
-// force (-J^T F), an encoder's zero (-d tau / d q_j), the base turned against gravity (d tau / d roll, pitch), and
-// commands that are late at all joints alike: the column above in every row, as on one bus.
+// force (-J^T F), an encoder's zero (-d tau / d q_j), the base turned against gravity (d tau / d roll, pitch), a
+// share of gravity that no drive carries (tau without gravity less tau), and commands that are late at all joints alike: the column above in every row, as on one bus.
 #pragma once
 
 #include "common/effects/effect_info.h"
@@ -21,7 +21,7 @@ namespace hrp::diagnosis {
 
 enum class TermKind {
   kViscous, kDry, kLoadDry, kBackdriven, kStribeck, kRotor, kGain, kGainOfModel, kConstant, kSpring, kLag, kCommandDelay, kCogging,
-  kPayload, kMassError, kComError, kForce, kOffset, kTilt, kBusDelay
+  kPayload, kMassError, kComError, kForce, kOffset, kTilt, kCarried, kBusDelay
 };
 
 struct Term {

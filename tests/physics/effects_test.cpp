@@ -46,6 +46,7 @@ const Named kEffects[] = {
     {"velocity_limit", "{joint: R_KNEE}", "{stall_torque: 60, max_speed: 0.1}"},
     {"constant_torque", "{joint: R_KNEE}", "{torque: 5}"},
     {"base_tilt", "{}", "{roll: 0.01, pitch: 0.02}"},
+    {"gravity_compensation", "{}", "{share: 0.2}"},
     {"actuator_lag", "{joint: R_KNEE}", "{time_constant: 0.005}"},
     {"command_delay", "{joint: R_KNEE}", "{delay: 0.02}"},
     {"parallel_spring", "{joint: R_KNEE}", "{stiffness: 50, rest: 0.1}"},

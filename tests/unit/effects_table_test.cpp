@@ -105,6 +105,15 @@ TEST(EffectTable, ABaseThatRollsToTheRightFeelsGravityOnItsRight) {
   EXPECT_NEAR(gravity.z(), -9.81 * std::cos(0.1), 1e-12);
 }
 
+TEST(EffectTable, OfAnArmThatIsCarriedByThreeQuartersAQuarterOfItsWeightIsLeft) {
+  Vector3d gravity(0.0, 0.0, -8.0);
+  EffectTarget target;
+  target.gravity_W = &gravity;
+  const double values[] = {0.75};
+  find_effect("gravity_compensation")->apply(values, target);
+  EXPECT_DOUBLE_EQ(gravity.z(), -2.0);
+}
+
 TEST(EffectTable, AConstantTorqueIsTakenFromWhatTheDriveWasAskedForAtAnySpeed) {
   JointLaws laws;
   EffectTarget target;
