@@ -80,16 +80,19 @@ class Lister {
   long width_ = 0;
 };
 
-// Gravity as a base sees it that is turned by kAngleStep about x (roll) or y (pitch).
-Vector3d turn_gravity(const Experiment& e, int axis) {
-  return Eigen::AngleAxisd(-kAngleStep, Vector3d::Unit(axis)) * e.scenario.gravity_W;
+// Gravity as a base sees it that is turned by an angle about x (roll) or y (pitch).
+Vector3d turn_gravity(const Experiment& e, int axis, double angle) {
+  return Eigen::AngleAxisd(-angle, Vector3d::Unit(axis)) * e.scenario.gravity_W;
 }
 
 // Columns of one recording, moment by moment.
 class Maker {
  public:
   Maker(const LinkRecording& r, const std::vector<LinkTerm>& terms, const Experiment& e, LinkReadings* readings)
-      : r_(r), terms_(terms), readings_(*readings), turned_{readings->turn(turn_gravity(e, 0)), readings->turn(turn_gravity(e, 1))} {
+      : r_(r), terms_(terms), readings_(*readings) {
+    for (int axis = 0; axis < 2; ++axis) {
+      for (double sign : {1.0, -1.0}) turned_.push_back(readings->turn(turn_gravity(e, axis, sign * kAngleStep)));
+    }
     for (const LinkTerm& term : terms) width_ += term.columns;
     rate_.resize(r.predicted.rows(), r.predicted.cols());
     for (long c = 0; c < rate_.cols(); ++c) rate_.col(c) = differentiate(r.predicted.col(c), r.step);
@@ -107,7 +110,7 @@ class Maker {
     }
     for (const LinkTerm& term : terms_) {  // these move the robot: last
       if (term.id == EffectId::kJointOffset) fill_offset(term, &out);
-      if (term.place == PlaceKind::kLink && term.index == 0) fill_tilt(term, row, &out);
+      if (term.place == PlaceKind::kLink && term.index == 0) fill_tilt(term, &out);
     }
     return out;
   }
@@ -165,18 +168,17 @@ class Maker {
     q_[term.index] = q;
   }
 
-  void fill_tilt(const LinkTerm& term, long row, Eigen::MatrixXd* out) {
-    for (int axis = 0; axis < 2; ++axis) {
-      LinkReadings& turned = turned_[axis];
-      turned.move(q_, v_, a_);
-      out->col(term.first + axis) = (turned.calc() - r_.predicted.row(row).transpose()) / kAngleStep;
-    }
+  // Central: what is left of gravity's size would stand for a weight of any size.
+  void fill_tilt(const LinkTerm& term, Eigen::MatrixXd* out) {
+    for (LinkReadings& turned : turned_) turned.move(q_, v_, a_);
+    for (size_t axis = 0; axis < 2; ++axis)
+      out->col(term.first + static_cast<long>(axis)) = (turned_[2 * axis].calc() - turned_[2 * axis + 1].calc()) / (2.0 * kAngleStep);
   }
 
   const LinkRecording& r_;
   const std::vector<LinkTerm>& terms_;
   LinkReadings& readings_;
-  LinkReadings turned_[2];
+  std::vector<LinkReadings> turned_;  // by axis: forwards, backwards
   Eigen::MatrixXd rate_;  // of the predicted readings
   Eigen::VectorXd q_, v_, a_;
   long width_ = 0;

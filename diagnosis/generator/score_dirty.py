@@ -13,7 +13,7 @@ FAMILIES = {
     "gain": ("torque_constant_error", "servo_gain_error", "sensor_scale"),
     "timing": ("command_delay", "actuator_lag", "sensor_delay", "clock_skew"),
     "give and play": ("joint_elasticity", "backlash", "hysteresis", "foot_compliance", "foot_hardening"),
-    "torque over position": ("parallel_spring", "cogging"),
+    "torque over position": ("parallel_spring", "cogging", "gravity_compensation"),
     "zero": ("joint_offset", "sensor_bias", "ground_slope", "external_force", "constant_torque", "base_tilt"),
     "limits": ("torque_saturation", "velocity_limit"),
     "contact": ("ground_friction", "restitution"),
