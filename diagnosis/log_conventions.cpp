@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
@@ -171,9 +172,9 @@ Explanation explain(const Experiment& e, int jobs) {
     const JointDesign& joint = design.joints[i];
     out.cross.push_back(std::max(choice.fit.cross[i] / std::max(1e-300, joint.spread * joint.spread), kFloor));
     out.effective.push_back(joint.effective);
-    for (size_t term : choice.model.own[i]) out.cost += get_cost(joint.terms[term].kind);
+    for (size_t term : choice.model.own[i]) out.cost += get_term_row(joint.terms[term].kind).cost;
   }
-  for (size_t term : choice.model.whole) out.cost += get_cost(design.whole[term].kind);
+  for (size_t term : choice.model.whole) out.cost += get_term_row(design.whole[term].kind).cost;
   return out;
 }
 

@@ -4,15 +4,16 @@
 #include <cmath>
 #include <optional>
 
+#include "diagnosis/measurement/term_rows.h"
+
 namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 std::optional<TermKind> find_kind(const std::string& effect) {
-  for (int k = 0; k <= static_cast<int>(TermKind::kBusDelay); ++k) {
-    const TermKind kind = static_cast<TermKind>(k);
-    if (kind != TermKind::kGainOfModel && get_effect_name(kind) == effect) return kind;
+  for (const TermRow& row : list_term_rows()) {  // the gain by the effort comes before that by the model
+    if (get_effect_name(row.kind) == effect) return row.kind;
   }
   return std::nullopt;
 }
@@ -41,7 +42,7 @@ Eigen::VectorXd numbers(std::initializer_list<double> values) {
 void add_joint_term(TermKind kind, int joint, size_t at, const Json& finding, std::vector<FoundTerm>* list) {
   const auto first = finding["parameters"].begin();
   const double value = first.value()["value"].is_number() ? first.value()["value"].get<double>() : 0.0;
-  FoundTerm out{{kind, joint, 0.0, 1, false}, numbers({value}), at, first.key(), first.value()["unit"], value};
+  FoundTerm out{make_term(kind, joint), numbers({value}), at, first.key(), first.value()["unit"], value};
   if (kind == TermKind::kGain) out.theta[0] = 1.0 - value;
   if (kind == TermKind::kSpring) {
     out.term.columns = 2;
@@ -61,7 +62,7 @@ void add_joint_term(TermKind kind, int joint, size_t at, const Json& finding, st
 }
 
 void add_link_term(TermKind kind, int link, size_t at, const Json& finding, std::vector<FoundTerm>* list) {
-  FoundTerm out{{kind, link, 0.0, 1, true}, numbers({get_value(finding, "scale") - 1.0}), at, "", "", 0.0};
+  FoundTerm out{make_term(kind, link), numbers({get_value(finding, "scale") - 1.0}), at, "", "", 0.0};
   if (kind == TermKind::kPayload) {
     const double m = get_value(finding, "mass");
     const Eigen::Vector3d c = m * get_vector(finding, "com");

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/model/link_reach.h"
 #include "diagnosis/search/problem.h"
 
@@ -74,13 +75,8 @@ Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& who
 
 // [m] within which a body's effect may act; 0 where that says nothing.
 double find_reach(const TorqueData& data, const Term& term) {
-  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt || term.kind == TermKind::kCarried || term.kind == TermKind::kBusDelay) return 0.0;
+  if (get_term_row(term.kind).place != PlaceKind::kLink) return 0.0;
   return calc_link_reach(data.experiment->robot.tree, term.place);
-}
-
-// Of several shapes one is tried.
-bool is_scanned(TermKind kind) {
-  return kind == TermKind::kStribeck || kind == TermKind::kCogging || kind == TermKind::kCommandDelay;
 }
 
 struct Subset {
@@ -125,7 +121,7 @@ class SubsetSearch {
     Subset subset{terms, 0.0, {}};
     long at = 0;
     for (size_t term : terms) {
-      evidence -= get_cost(joint_.terms[term].kind);
+      evidence -= get_term_row(joint_.terms[term].kind).cost;
       subset.first.push_back(theta[at]);
       at += joint_.terms[term].columns;
     }
@@ -135,7 +131,7 @@ class SubsetSearch {
 
   // Factor to which a term has to bring the mean square down to be worth its cost, and as many nats more as a supported
   // term must add: each term of the pool doubles the sets.
-  double calc_worth(TermKind kind) const { return std::exp(-2.0 * (get_cost(kind) + kWorth) / std::max(1.0, joint_.effective)); }
+  double calc_worth(TermKind kind) const { return std::exp(-2.0 * (get_term_row(kind).cost + kWorth) / std::max(1.0, joint_.effective)); }
 
   // A wrong gain shows from both sides: by the effort and by the model's torque.
   bool has_bracketed_gain(const Terms& terms) const {
@@ -155,7 +151,7 @@ class SubsetSearch {
     Terms pool, base;
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
       const TermKind kind = joint_.terms[t].kind;
-      if (is_scanned(kind) || kind == TermKind::kGainOfModel) continue;
+      if (get_term_row(kind).scanned || kind == TermKind::kGainOfModel) continue;
       if (kind == TermKind::kGain && !joint_.loaded) continue;
       if (kind == TermKind::kBackdriven) continue;
       pool.push_back(t);
@@ -322,7 +318,7 @@ class Chooser {
     Choice best = *choice;
     for (size_t i = 0; i < design_.joints.size(); ++i) {
       for (size_t term : choice->model.own[i]) {
-        if (is_usual(design_.joints[i].terms[term].kind)) continue;
+        if (get_term_row(design_.joints[i].terms[term].kind).usual) continue;
         Choice without = *choice;
         Terms& own = without.model.own[i];
         own.erase(std::find(own.begin(), own.end(), term));
@@ -448,33 +444,25 @@ class Chooser {
 
 }  // namespace
 
-constexpr double kLongest = 0.1;  // [s] of a drive's lag
-
 std::vector<Terms> list_usual_terms(const TorqueDesign& design) {
   std::vector<Terms> usual;
   for (const JointDesign& joint : design.joints) {
     usual.emplace_back();
     for (size_t t = 0; t < joint.terms.size(); ++t) {
-      if (is_usual(joint.terms[t].kind)) usual.back().push_back(t);
+      if (get_term_row(joint.terms[t].kind).usual) usual.back().push_back(t);
     }
   }
   return usual;
 }
 
 bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, const Eigen::VectorXd& theta) {
-  constexpr double kMostLoss = 0.6;        // of the load: no transmission loses so much
-  constexpr double kMostHeld = 0.8;        // of the load: a gear that holds more is not seen to be turned back by it
-  constexpr double kLeastGain = 0.5, kMostGain = 2.0;
-  const JointDesign& joint = design.joints[at];
-  const auto get = [&](TermKind kind) { return get_parameter(joint, terms, theta, kind); };
-  for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kBackdriven, TermKind::kRotor, TermKind::kStribeck,
-                        TermKind::kLag, TermKind::kCommandDelay, TermKind::kSpring}) {
-    if (get(kind) < 0.0) return false;
+  long column = 0;
+  for (size_t term : terms) {
+    const Term& own = design.joints[at].terms[term];
+    if (!get_term_row(own.kind).allows(theta.segment(column, own.columns))) return false;
+    column += own.columns;
   }
-  const double gain = 1.0 - get(TermKind::kGain);
-  if (gain < kLeastGain || gain > kMostGain || get(TermKind::kLoadDry) > kMostLoss) return false;
-  if (get(TermKind::kBackdriven) > kMostHeld) return false;
-  return get(TermKind::kLag) < kLongest && get(TermKind::kCommandDelay) < kLongest;
+  return true;
 }
 
 Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen::VectorXd p) {
@@ -496,16 +484,10 @@ Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen:
 
 bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& all) {
   const Eigen::VectorXd p = drop_unseen(design, term, all);
-  constexpr double kLeastScale = 0.3, kMostScale = 3.0, kMostAngle = 0.3;  // [rad]
-  constexpr double kLeastCarried = 0.3, kMostCarried = 1.1;  // of gravity: less is a mass that is wrong
   const double reach = find_reach(*design.data, term);
-  if (term.kind == TermKind::kBusDelay) return p[0] > 0.0 && p[0] < kLongest;
   if (term.kind == TermKind::kPayload) return p[0] > 0.0 && p.tail<3>().norm() < reach * p[0];
   if (term.kind == TermKind::kComError) return p.norm() < reach;
-  if (term.kind == TermKind::kMassError) return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
-  if (term.kind == TermKind::kOffset || term.kind == TermKind::kTilt) return p.norm() < kMostAngle;
-  if (term.kind == TermKind::kCarried) return p[0] > kLeastCarried && p[0] < kMostCarried;
-  return true;
+  return get_term_row(term.kind).allows(p);
 }
 
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing) { return Chooser(design, jobs, timing).run(); }

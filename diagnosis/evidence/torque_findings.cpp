@@ -13,6 +13,7 @@
 #include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/evidence/torque_twins.h"
 #include "diagnosis/evidence/torque_words.h"
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/search/relation.h"
 
 namespace hrp::diagnosis {
@@ -110,9 +111,7 @@ class Judge {
       std::vector<Alternative> twins = list_twins(*design_.data, g, excess);
       if (const GradedTerm* gear = find_gear(design_, g, &graded_)) twins.insert(twins.begin(), make_gear_twin(*design_.data, g, *gear));
       out->evidence.findings.push_back(make_finding(e_, g, excess, twins));
-      const bool of_drive = g.term.kind == TermKind::kRotor || g.term.kind == TermKind::kViscous ||
-                            g.term.kind == TermKind::kDry || g.term.kind == TermKind::kLoadDry ||
-                            g.term.kind == TermKind::kBackdriven;
+      const bool of_drive = get_term_row(g.term.kind).of_motor_and_gear;
       if (of_drive) any_drives.insert(g.place.joint);
       if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint), ++out->drive_terms;
     }

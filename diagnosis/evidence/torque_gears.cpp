@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/measurement/term_rows.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -20,8 +22,8 @@ double calc_gain(const GradedTerm& mass, double mu) { return 1.0 / ((1.0 + mass.
 
 // [nats] before any recording is seen.
 bool is_likelier(const GradedTerm& mass, double mu) {
-  const double as_gear = get_cost(TermKind::kBackdriven) + get_cost(TermKind::kGain) + calc_factor_cost(calc_gain(mass, mu));
-  const double as_mass = get_cost(TermKind::kLoadDry) + get_cost(TermKind::kMassError) + calc_factor_cost(1.0 + mass.parameters[0]);
+  const double as_gear = get_term_row(TermKind::kBackdriven).cost + get_term_row(TermKind::kGain).cost + calc_factor_cost(calc_gain(mass, mu));
+  const double as_mass = get_term_row(TermKind::kLoadDry).cost + get_term_row(TermKind::kMassError).cost + calc_factor_cost(1.0 + mass.parameters[0]);
   return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;
 }
 
@@ -33,7 +35,7 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
   friction->term.kind = TermKind::kBackdriven;
   friction->parameters[0] = calc_backward_loss(mu), friction->std *= slope, friction->width *= slope;
   friction->share += mass->share, friction->weight += mass->weight;
-  mass->term = {TermKind::kGain, friction->term.place, 0.0, 1, false};
+  mass->term = make_term(TermKind::kGain, friction->term.place);
   mass->place = friction->place;
   mass->parameters = Eigen::VectorXd::Constant(1, 1.0 - k);
   mass->std = mass->width = Eigen::VectorXd::Constant(1, k * std::hypot(own, of_mass));

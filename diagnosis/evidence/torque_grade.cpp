@@ -7,6 +7,7 @@
 
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/evidence/torque_intervals.h"
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
@@ -290,7 +291,7 @@ class Grader {
       });
       const double k = 1.0 - g->parameters[0];
       if (!there && k > 0.0)
-        g->rivals.insert(g->rivals.begin(), {{TermKind::kMassError, static_cast<int>(link), 0.0, 1, true},
+        g->rivals.insert(g->rivals.begin(), {make_term(TermKind::kMassError, static_cast<int>(link)),
                                              Eigen::VectorXd::Constant(1, 1.0 / k - 1.0)});
     }
   }
@@ -298,7 +299,7 @@ class Grader {
   // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
   // rotor that drives it.
   bool fills(const GradedTerm& g, const Term& other, const TorqueFit& with, const TorqueFit& alone) const {
-    const double costs = get_cost(other.kind) - get_cost(g.term.kind);
+    const double costs = get_term_row(other.kind).cost - get_term_row(g.term.kind).cost;
     const bool here = !other.whole || design_.joints.size() == 1;  // one of the whole robot helps other joints, too
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
     return with.evidence > fit_.evidence - kEven && with.evidence - alone.evidence > 0.5 * g.gain;
@@ -317,8 +318,9 @@ class Grader {
 
   // Whether a link moves with a joint, so that what is wrong with it shows there.
   bool is_beyond(const Term& other, size_t i) const {
-    if (other.kind == TermKind::kTilt || other.kind == TermKind::kCarried || other.kind == TermKind::kBusDelay) return true;
-    if (other.kind == TermKind::kOffset) return shows(other, design_.joints[i]);
+    const TermRow& row = get_term_row(other.kind);
+    if (row.place == PlaceKind::kNone || row.late) return true;
+    if (row.place == PlaceKind::kJoint) return shows(other, design_.joints[i]);
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {
       if (tree.links[static_cast<size_t>(link)].joint.name == tree.joint(design_.joints[i].joint).name) return true;
@@ -331,7 +333,7 @@ class Grader {
     for (size_t term = 0; term < design_.joints[i].terms.size(); ++term) {
       const Term& other = design_.joints[i].terms[term];
       if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind || contains(other.kind, g->term.kind) ||
-          get_effect_id(other.kind) == get_effect_id(g->term.kind))
+          get_term_row(other.kind).effect == get_term_row(g->term.kind).effect)
         continue;
       // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
       const bool of_drive = g->place.joint >= 0;
@@ -410,17 +412,13 @@ class Grader {
 
   // Smaller deviations of gains and zeros no drive or encoder is free of.
   bool is_material(const GradedTerm& g) const {
-    constexpr double kGain = 0.03, kAngle = 0.003;  // [rad]
-    if (g.term.kind == TermKind::kGain || g.term.kind == TermKind::kMassError) return std::abs(g.parameters[0]) > kGain;
-    if (g.term.kind == TermKind::kOffset || g.term.kind == TermKind::kTilt) return g.parameters.norm() > kAngle;
-    return true;
+    return g.parameters.norm() >= get_term_row(g.term.kind).material;
   }
 
   // A log that holds commands between its samples, or writes them a cycle before or after its readings, shifts them by up
   // to a period: a delay that may be less is its own.
   bool is_of_sampling(const GradedTerm& g) const {
-    const bool late = g.term.kind == TermKind::kCommandDelay || g.term.kind == TermKind::kBusDelay;
-    return late && g.parameters[0] - kNormal * g.width[0] < design_.data->experiment->sample_time;
+    return get_term_row(g.term.kind).late && g.parameters[0] - kNormal * g.width[0] < design_.data->experiment->sample_time;
   }
 
   void decide(GradedTerm* g) const {
@@ -433,12 +431,12 @@ class Grader {
     const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
     const double size = value.norm();
     const bool told = size > kDeviations * over(g->std), clear = told && size > kNormal * over(g->width);
-    const double enough = is_usual(g->term.kind) ? kExpected : kOverwhelming;
+    const double enough = get_term_row(g->term.kind).usual ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare;
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
-    const bool usual = is_usual(g->term.kind) && told && g->gain > kNamedGain && is_visible(*g);
+    const bool usual = get_term_row(g->term.kind).usual && told && g->gain > kNamedGain && is_visible(*g);
     // Parts of the recordings that differ by more than the value itself give no value that could be reported, unless much
     // of what is missing goes with it: that is said, with how little is known of its size.
     const bool sized = size >= over(g->width), much = told && g->share > kMuch;

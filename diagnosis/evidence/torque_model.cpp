@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/measurement/term_rows.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -149,12 +151,12 @@ class Fitter {
       }
       out->held.push_back(rest / std::max(1.0, n));
       out->evidence += calc_evidence(joint, out->cross[i]);
-      for (size_t term : model_.own[i]) out->evidence -= get_cost(joint.terms[term].kind);
+      for (size_t term : model_.own[i]) out->evidence -= get_term_row(joint.terms[term].kind).cost;
       out->evidence -= calc_gain_cost(joint, model_.own[i], theta);
     }
     for (size_t t = 0; t < model_.whole.size(); ++t) {
       const Term& term = design_.whole[model_.whole[t]];
-      out->evidence -= get_cost(term.kind) + (term.kind == TermKind::kMassError ? calc_factor_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
+      out->evidence -= get_term_row(term.kind).cost + (get_term_row(term.kind).factor ? calc_factor_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
     }
   }
 
@@ -177,36 +179,6 @@ double calc_per_effort(const JointDesign& joint, const std::vector<size_t>& term
 
 double calc_gain_cost(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
   return calc_factor_cost(find_gain(joint, terms, theta));
-}
-
-bool is_usual(TermKind kind) { return kind == TermKind::kViscous || kind == TermKind::kDry || kind == TermKind::kRotor; }
-
-double get_cost(TermKind kind) {
-  if (is_usual(kind)) return 0.5;
-  switch (kind) {
-    case TermKind::kGain:
-    case TermKind::kGainOfModel:
-      return 0.7;  // ln 2: as many torque constants are off as right; by how much costs, too
-    case TermKind::kLoadDry:
-    case TermKind::kBackdriven:
-    case TermKind::kStribeck:
-    case TermKind::kConstant:
-      return 2.0;
-    case TermKind::kMassError:
-    case TermKind::kOffset:
-    case TermKind::kBusDelay:
-      return 4.0;
-    case TermKind::kTilt:
-    case TermKind::kCarried:
-      return 5.0;
-    case TermKind::kComError:
-    case TermKind::kForce:
-      return 7.0;  // three parameters each
-    case TermKind::kPayload:
-      return 9.0;  // four
-    default:
-      return 3.0;
-  }
 }
 
 Slots list_slots(const TorqueDesign& design, const TorqueModel& model) {

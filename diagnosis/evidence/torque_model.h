@@ -36,12 +36,6 @@ Slots list_slots(const TorqueDesign& design, const TorqueModel& model);
 
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance = false);
 
-// Cost of a term in nats, before its parameters pay by cross-validation: what every drive has costs least.
-double get_cost(TermKind kind);
-
-// What every drive has: viscous and dry friction, a rotor.
-bool is_usual(TermKind kind);
-
 // A gain k of the effort moves the recorded effort to the left of the equation: what is left is k times what it would be
 // in units of the effort, and a small k would fit anything. Factor that takes a mean square of `terms` (columns of the
 // joint, with the parameters theta) back to the effort's units; 1 without a gain, and where k is over one.

@@ -7,7 +7,7 @@ namespace hrp::diagnosis {
 namespace {
 
 // Kept rows of a recording in which the joint is used.
-std::vector<long> list_rows(const TorqueRecording& r, int joint) {
+std::vector<long> list_term_rows(const TorqueRecording& r, int joint) {
   std::vector<long> rows;
   for (long k = 0; k < r.kept() && r.train; ++k) {
     if (r.use(k, joint)) rows.push_back(k);
@@ -31,7 +31,7 @@ TorqueSamples list_torque_samples(const TorqueDesign& design, const TorqueModel&
   for (size_t t : model.whole) whole.push_back(design.whole[t]);
   Eigen::MatrixXd x, rest;  // rest: y, effort, its rate, quantities of parts
   for (const TorqueRecording& r : data.recordings) {
-    const std::vector<long> rows = list_rows(r, j);
+    const std::vector<long> rows = list_term_rows(r, j);
     if (rows.empty()) continue;
     std::vector<Eigen::MatrixXd> blocks;
     for (const Term& term : own) blocks.push_back(calc_joint_columns(data, r, term));
@@ -61,7 +61,7 @@ Eigen::VectorXd list_column(const TorqueDesign& design, size_t i, const Term& te
   const int j = design.joints[i].joint;
   std::vector<double> values;
   for (const TorqueRecording& r : design.data->recordings) {
-    const std::vector<long> rows = list_rows(r, j);
+    const std::vector<long> rows = list_term_rows(r, j);
     if (rows.empty()) continue;
     const Eigen::MatrixXd column = calc_joint_columns(*design.data, r, term);
     for (long k : rows) values.push_back(column(k, 0));

@@ -71,7 +71,7 @@ DryCurve profile_dry_curve(const TorqueDesign& design, const TorqueModel& given,
   samples.x.conservativeResize(Eigen::NoChange, samples.x.cols() + 1);
   std::vector<Point> points;
   for (double v = std::max(slow, kFinest * fastest); v < kWidest * fastest; v *= kStep) {
-    samples.x.rightCols(1) = list_column(design, i, {TermKind::kStribeck, design.joints[i].joint, v, 1, false});
+    samples.x.rightCols(1) = list_column(design, i, make_term(TermKind::kStribeck, design.joints[i].joint, v));
     points.push_back(fit_curve(samples, at, v, effective));
   }
   const auto best = std::max_element(points.begin(), points.end(),

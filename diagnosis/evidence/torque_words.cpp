@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/torque_twins.h"
 #include "diagnosis/evidence/torque_values.h"
 #include "diagnosis/findings/estimate_words.h"
+#include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -16,20 +17,12 @@ namespace {
 constexpr size_t kMostAlternatives = 5;
 
 std::string get_place_name(const Experiment& e, const Term& term) {
-  switch (term.kind) {
-    case TermKind::kPayload: case TermKind::kMassError: case TermKind::kComError: case TermKind::kForce:
-      return e.robot.tree.links[static_cast<size_t>(term.place)].name;
-    case TermKind::kTilt: case TermKind::kCarried:
-      return e.robot.tree.links[0].name;
-    default:
-      return e.robot.tree.joint(term.place).name;
-  }
+  const PlaceKind place = get_term_row(term.kind).place;
+  if (place == PlaceKind::kJoint) return e.robot.tree.joint(term.place).name;
+  return e.robot.tree.links[place == PlaceKind::kLink ? static_cast<size_t>(term.place) : 0].name;
 }
 
-bool is_of_link(const Term& term) {
-  return term.kind == TermKind::kPayload || term.kind == TermKind::kMassError || term.kind == TermKind::kComError ||
-         term.kind == TermKind::kForce || term.kind == TermKind::kTilt || term.kind == TermKind::kCarried;
-}
+bool is_of_link(const Term& term) { return get_term_row(term.kind).place != PlaceKind::kJoint; }
 
 Where make_place(const Experiment& e, const Term& term) {
   return {{is_of_link(term) ? "link" : "joint", get_place_name(e, term)}};
@@ -66,21 +59,6 @@ std::string get_phrase(TermKind kind) {
   return kind == TermKind::kBusDelay ? phrase + ", at all joints alike" : phrase;
 }
 
-const char* get_motion(TermKind kind) {
-  switch (kind) {
-    case TermKind::kDry: case TermKind::kLoadDry: case TermKind::kBackdriven: case TermKind::kStribeck: case TermKind::kViscous:
-      return "constant speeds, slow and fast, in both directions, in postures of different load";
-    case TermKind::kRotor: case TermKind::kLag: case TermKind::kCommandDelay: case TermKind::kBusDelay:
-      return "short, fast reversals of this joint alone";
-    case TermKind::kConstant: case TermKind::kSpring: case TermKind::kOffset: case TermKind::kCogging:
-      return "slow sweeps of the joint over its whole range, in postures of different load";
-    case TermKind::kCarried:
-      return "look whether the log's effort is the whole of the drive's torque, and whether a spring or a counterweight carries the arm";
-    default:
-      return "postures held, and slow motion of every joint, with a known mass hung on and without";
-  }
-}
-
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
   std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
                      get_grade_name(f.grade) + ").";
@@ -98,7 +76,7 @@ void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std
   if (term.kind == TermKind::kBusDelay && !g.term.whole) term.place = g.term.place;
   const Eigen::VectorXd std = 0.5 * rival.parameters.cwiseAbs();
   Alternative a{get_effect_name(term.kind), get_family_name(get_family(term.kind)), make_place(e, term),
-                make_parameters(e, term, rival.parameters, std), get_motion(g.term.kind)};
+                make_parameters(e, term, rival.parameters, std), get_term_row(g.term.kind).motion};
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });
   if (!there) list->push_back(std::move(a));
@@ -153,7 +131,7 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
     why += "hardly";
   else
     why += "takes away only " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque";
-  return {get_effect_name(g.term.kind), make_place(e, g.term), why, get_motion(g.term.kind)};
+  return {get_effect_name(g.term.kind), make_place(e, g.term), why, get_term_row(g.term.kind).motion};
 }
 
 std::string make_remaining_words(const Experiment& e, int joint, const Remaining& r, const std::string& follows) {

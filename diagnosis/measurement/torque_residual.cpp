@@ -40,7 +40,7 @@ std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& p
       if (!data.is_judged(j)) continue;
       const JointLaws& laws = plant.laws[i];
       const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau.col(j), data.calc_sign(r, j), j));
-      const Eigen::MatrixXd late = calc_joint_columns(data, r, {TermKind::kCommandDelay, j, laws.command_delay, 1, false});
+      const Eigen::MatrixXd late = calc_joint_columns(data, r, make_term(TermKind::kCommandDelay, j, laws.command_delay));
       for (long k = 0; k < r.kept(); ++k) {
         if (!r.use(k, j)) continue;
         const long row = r.full_row(k);

@@ -10,6 +10,7 @@
 #include "common/multibody/regressor.h"
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -38,29 +39,6 @@ double find_travel(const TorqueData& data, int joint) {
   for (const TorqueRecording& r : data.recordings)
     low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
   return high - low;
-}
-
-// Kept samples of a series of the full grid.
-Eigen::VectorXd keep(const TorqueRecording& r, const Eigen::VectorXd& full) {
-  Eigen::VectorXd out(r.kept());
-  for (long k = 0; k < r.kept(); ++k) out[k] = full[r.full_row(k)];
-  return out;
-}
-
-// (c(t) - c(t - T0)) / T0 at sample k of the full grid: the mean of c' over the last T0.
-double calc_late(const TorqueRecording& r, long joint, long k, double delay) {
-  const double samples = std::min(delay / r.step, static_cast<double>(k));
-  const long whole = static_cast<long>(samples);
-  if (samples <= 0.0) return r.command_rate(k, joint);
-  const auto at = [&](double i) {  // between samples
-    const long low = static_cast<long>(i), high = std::min(low + 1, k);
-    return r.command_rate(low, joint) + (i - static_cast<double>(low)) * (r.command_rate(high, joint) - r.command_rate(low, joint));
-  };
-  double sum = 0.0;  // trapezia, the last one a part
-  for (long i = 0; i < whole; ++i) sum += 0.5 * (r.command_rate(k - i, joint) + r.command_rate(k - i - 1, joint));
-  const double rest = samples - static_cast<double>(whole), end = static_cast<double>(k) - samples;
-  sum += 0.5 * rest * (at(end) + at(static_cast<double>(k - whole)));
-  return sum / samples;
 }
 
 // Fills the rows of all joints for one moment.
@@ -92,7 +70,7 @@ class WholeRows {
     long column = 0;
     for (const Term& term : terms_) {
       if (term.kind == TermKind::kBusDelay) fill_late(r, full_row, term.shape, column, rows);
-      else if (is_of_link(term.kind)) fill_link(term, column, rows);
+      else if (get_term_row(term.kind).place == PlaceKind::kLink) fill_link(term, column, rows);
       column += term.columns;
     }
     column = 0;
@@ -105,10 +83,6 @@ class WholeRows {
   }
 
  private:
-  static bool is_of_link(TermKind kind) {
-    return kind == TermKind::kMassError || kind == TermKind::kPayload || kind == TermKind::kComError || kind == TermKind::kForce;
-  }
-
   static void fill_late(const TorqueRecording& r, long full_row, double delay, long column, Eigen::MatrixXd* rows) {
     for (long j = 0; j < rows->rows(); ++j) (*rows)(j, column) = calc_late(r, j, full_row, delay);
   }
@@ -199,6 +173,26 @@ class WholeRows {
 
 }  // namespace
 
+Term make_term(TermKind kind, int place, double shape) {
+  const TermRow& row = get_term_row(kind);
+  return {kind, place, shape, row.columns, row.whole};
+}
+
+double calc_late(const TorqueRecording& r, long joint, long k, double delay) {
+  const double samples = std::min(delay / r.step, static_cast<double>(k));
+  const long whole = static_cast<long>(samples);
+  if (samples <= 0.0) return r.command_rate(k, joint);
+  const auto at = [&](double i) {  // between samples
+    const long low = static_cast<long>(i), high = std::min(low + 1, k);
+    return r.command_rate(low, joint) + (i - static_cast<double>(low)) * (r.command_rate(high, joint) - r.command_rate(low, joint));
+  };
+  double sum = 0.0;  // trapezia, the last one a part
+  for (long i = 0; i < whole; ++i) sum += 0.5 * (r.command_rate(k - i, joint) + r.command_rate(k - i - 1, joint));
+  const double rest = samples - static_cast<double>(whole), end = static_cast<double>(k) - samples;
+  sum += 0.5 * rest * (at(end) + at(static_cast<double>(k - whole)));
+  return sum / samples;
+}
+
 std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
   std::vector<Term> terms;
   if (!data.is_judged(joint)) return terms;
@@ -207,21 +201,19 @@ std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
   const bool driven = data.experiment->robot.tree.joint(joint).actuated;
   for (TermKind kind : {TermKind::kViscous, TermKind::kDry, TermKind::kLoadDry, TermKind::kBackdriven, TermKind::kRotor, TermKind::kGain,
                         TermKind::kGainOfModel, TermKind::kConstant, TermKind::kLag}) {
-    const bool of_drive = kind == TermKind::kGain || kind == TermKind::kGainOfModel || kind == TermKind::kLag || kind == TermKind::kRotor ||
-                          kind == TermKind::kBackdriven;
-    if (driven || !of_drive) terms.push_back({kind, joint, 0.0, 1, false});
+    if (driven || !get_term_row(kind).needs_drive) terms.push_back(make_term(kind, joint));
   }
-  if (!data.behind_gears) terms.push_back({TermKind::kSpring, joint, 0.0, 2, false});
+  if (!data.behind_gears) terms.push_back(make_term(TermKind::kSpring, joint));
   if (data.source[static_cast<size_t>(joint)] == EffortSource::kServoLaw)
-    for (double delay : kDelays) terms.push_back({TermKind::kCommandDelay, joint, delay, 1, false});
+    for (double delay : kDelays) terms.push_back(make_term(TermKind::kCommandDelay, joint, delay));
   for (double share : kStribeckShares) {
     if (share * fast > data.slow[static_cast<size_t>(joint)])
-      terms.push_back({TermKind::kStribeck, joint, share * fast, 1, false});
+      terms.push_back(make_term(TermKind::kStribeck, joint, share * fast));
   }
   // A ripple is told from a spring or gravity by several periods.
   for (double periods : kCoggingPeriods) {
     if (driven && periods * find_travel(data, joint) > 3.0 * 2.0 * M_PI)
-      terms.push_back({TermKind::kCogging, joint, periods, 2, false});
+      terms.push_back(make_term(TermKind::kCogging, joint, periods));
   }
   return terms;
 }
@@ -233,77 +225,27 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
   const bool fixed = !data.experiment->scenario.floating_base && !data.behind_gears;
   for (size_t link = 1; fixed && link < tree.links.size(); ++link) {
     const int place = static_cast<int>(link);
-    terms.push_back({TermKind::kPayload, place, 0.0, 4, true});
+    terms.push_back(make_term(TermKind::kPayload, place));
     if (tree.links[link].inertia.mass > 0.0) {
-      terms.push_back({TermKind::kMassError, place, 0.0, 1, true});
-      terms.push_back({TermKind::kComError, place, 0.0, 3, true});
+      terms.push_back(make_term(TermKind::kMassError, place));
+      terms.push_back(make_term(TermKind::kComError, place));
     }
-    terms.push_back({TermKind::kForce, place, 0.0, 3, true});
+    terms.push_back(make_term(TermKind::kForce, place));
   }
-  for (int j = 0; fixed && j < tree.num_joints(); ++j) terms.push_back({TermKind::kOffset, j, 0.0, 1, true});
+  for (int j = 0; fixed && j < tree.num_joints(); ++j) terms.push_back(make_term(TermKind::kOffset, j));
   if (fixed && data.experiment->scenario.gravity_W.norm() > 0.0) {
-    terms.push_back({TermKind::kTilt, 0, 0.0, 2, true});
+    terms.push_back(make_term(TermKind::kTilt, 0));
     // A servo's law is all that its drive gives; only a log may leave out what a controller adds for gravity.
     const bool logged = std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw) == 0;
-    if (logged && data.feet.empty()) terms.push_back({TermKind::kCarried, 0, 0.0, 1, true});
+    if (logged && data.feet.empty()) terms.push_back(make_term(TermKind::kCarried, 0));
   }
   if (std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw) > 1)
-    for (double delay : kDelays) terms.push_back({TermKind::kBusDelay, 0, delay, 1, true});
+    for (double delay : kDelays) terms.push_back(make_term(TermKind::kBusDelay, 0, delay));
   return terms;
 }
 
 Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording& r, const Term& term) {
-  const int j = term.place;
-  Eigen::MatrixXd out(r.kept(), term.columns);
-  const Eigen::VectorXd sign = data.calc_sign(r, j);
-  switch (term.kind) {
-    case TermKind::kViscous:
-      out.col(0) = keep(r, r.v.col(j));
-      break;
-    case TermKind::kDry:
-      out.col(0) = data.condition(r, sign);
-      break;
-    case TermKind::kLoadDry:
-      out.col(0) = data.condition(r, sign.cwiseProduct(r.tau.col(j).cwiseAbs()));
-      break;
-    case TermKind::kBackdriven:
-      out.col(0) = data.condition(r, -sign.cwiseAbs().cwiseProduct(r.tau.col(j)).cwiseProduct(
-                                         (sign.array() * r.tau.col(j).array() < 0.0).cast<double>().matrix()));
-      break;
-    case TermKind::kStribeck:
-      out.col(0) =
-          data.condition(r, (sign.array() * (-(r.v.col(j).array() / term.shape).square()).exp()).matrix());
-      break;
-    case TermKind::kRotor:
-      out.col(0) = keep(r, r.a.col(j));
-      break;
-    case TermKind::kGain:
-      out.col(0) = keep(r, r.effort.col(j));
-      break;
-    case TermKind::kGainOfModel:
-      out.col(0) = keep(r, r.tau.col(j));
-      break;
-    case TermKind::kConstant:
-      out.setOnes();
-      break;
-    case TermKind::kSpring:
-      out.col(0) = keep(r, r.q.col(j));
-      out.col(1).setOnes();
-      break;
-    case TermKind::kLag:
-      out.col(0) = keep(r, r.effort_rate.col(j));
-      break;
-    case TermKind::kCommandDelay:
-      for (long k = 0; k < r.kept(); ++k) out(k, 0) = calc_late(r, j, r.full_row(k), term.shape);
-      break;
-    case TermKind::kCogging:
-      out.col(0) = data.condition(r, (term.shape * r.q.col(j).array()).sin().matrix());
-      out.col(1) = data.condition(r, (term.shape * r.q.col(j).array()).cos().matrix());
-      break;
-    default:
-      out.setZero();
-  }
-  return out;
+  return get_term_row(term.kind).calc_columns(data, r, term);
 }
 
 std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const TorqueRecording& r,
@@ -321,30 +263,7 @@ std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const To
   return out;
 }
 
-EffectId get_effect_id(TermKind kind) {
-  switch (kind) {
-    case TermKind::kViscous: return EffectId::kViscous;
-    case TermKind::kDry: return EffectId::kCoulomb;
-    case TermKind::kLoadDry: return EffectId::kLoadFriction;
-    case TermKind::kBackdriven: return find_effect("backdriving_friction")->id;
-    case TermKind::kStribeck: return EffectId::kStribeck;
-    case TermKind::kRotor: return EffectId::kRotorInertia;
-    case TermKind::kGain: case TermKind::kGainOfModel: return EffectId::kTorqueConstant;
-    case TermKind::kSpring: return EffectId::kSpring;
-    case TermKind::kLag: return EffectId::kLag;
-    case TermKind::kCommandDelay: case TermKind::kBusDelay: return EffectId::kDelay;
-    case TermKind::kCogging: return EffectId::kCogging;
-    case TermKind::kPayload: return EffectId::kPayload;
-    case TermKind::kMassError: return EffectId::kMassError;
-    case TermKind::kComError: return EffectId::kComError;
-    case TermKind::kForce: return EffectId::kExternalForce;
-    case TermKind::kOffset: return EffectId::kJointOffset;
-    case TermKind::kConstant: return find_effect("constant_torque")->id;
-    case TermKind::kTilt: return find_effect("base_tilt")->id;
-    case TermKind::kCarried: return find_effect("gravity_compensation")->id;
-  }
-  return EffectId::kNamed;
-}
+EffectId get_effect_id(TermKind kind) { return get_term_row(kind).effect; }
 
 std::string get_effect_name(TermKind kind) { return get_effect(get_effect_id(kind)).name; }
 

@@ -32,6 +32,11 @@ struct Term {
   bool whole = false;  // rows of every joint, else of `place` alone
 };
 
+Term make_term(TermKind kind, int place, double shape = 0.0);
+
+// (c(t) - c(t - T0)) / T0 at sample k of the full grid: the mean of c' over the last T0.
+double calc_late(const TorqueRecording& recording, long joint, long k, double delay);
+
 // Everything that is tried: terms of each joint that is judged, and terms of the whole robot.
 std::vector<Term> list_joint_terms(const TorqueData& data, int joint);
 std::vector<Term> list_whole_terms(const TorqueData& data);
