@@ -20,6 +20,7 @@ VENDORS = {
     "tinyxml2": ["servers/model_parser"],
     "console_bridge": ["servers/model_parser"],
     "fcl/": ["servers/collision_checker"],
+    "png.h": ["common/robot"],
     "yaml-cpp/": ["common/robot", "diagnosis", "controller/motion", "servers/console/topic_tool"],
     "zstd": ["common/mcap"],
     "lz4": ["common/mcap"],

@@ -112,6 +112,16 @@ CollisionShape get_shape(const msg::CollisionShape& m) {
   return shape;
 }
 
+void set_surface(const Surface& surface, msg::SurfaceDescription* m) {
+  m->obstacle(surface.obstacle);
+  for (const Vector3d& v : surface.mesh.vertices) m->vertices().push_back(to_message(v));
+  for (const auto& triangle : surface.mesh.triangles) m->triangles().insert(m->triangles().end(), triangle.begin(), triangle.end());
+  m->columns(surface.columns);
+  m->rows(surface.rows);
+  m->spacing(surface.spacing);
+  m->heights(surface.heights);
+}
+
 [[noreturn]] void refuse(const std::string& field, const std::string& message) {
   Diagnostic diagnostic;
   diagnostic.file = "robot_description";
@@ -138,6 +148,22 @@ void check_references(const RobotDescription& robot) {
 
 }  // namespace
 
+Surface from_message(const msg::SurfaceDescription& m) {
+  Surface surface;
+  surface.obstacle = m.obstacle();
+  for (const msg::Vector3& v : m.vertices()) surface.mesh.vertices.push_back(from_message(v));
+  for (size_t i = 0; i + 2 < m.triangles().size(); i += 3) {
+    surface.mesh.triangles.push_back({m.triangles()[i], m.triangles()[i + 1], m.triangles()[i + 2]});
+  }
+  surface.columns = m.columns();
+  surface.rows = m.rows();
+  surface.spacing = m.spacing();
+  surface.heights = m.heights();
+  const std::string fault = find_surface_fault(surface);
+  if (!fault.empty()) refuse("surface '" + surface.obstacle + "'", fault);
+  return surface;
+}
+
 void to_message(const RobotDescription& robot, msg::RobotDescription* message) {
   const TreeSpec& tree = robot.tree;
   message->name(tree.name);
@@ -160,6 +186,8 @@ void to_message(const RobotDescription& robot, msg::RobotDescription* message) {
   }
   message->shapes().resize(robot.shapes.size());
   for (size_t i = 0; i < robot.shapes.size(); ++i) set_shape(robot.shapes[i], &message->shapes()[i]);
+  message->surfaces().resize(robot.surfaces.size());
+  for (size_t i = 0; i < robot.surfaces.size(); ++i) set_surface(*robot.surfaces[i], &message->surfaces()[i]);
   message->warnings() = robot.warnings;
 }
 
@@ -182,6 +210,8 @@ void from_message(const msg::RobotDescription& message, RobotDescription* robot)
   }
   robot->shapes.clear();
   for (const msg::CollisionShape& shape : message.shapes()) robot->shapes.push_back(get_shape(shape));
+  robot->surfaces.clear();
+  for (const msg::SurfaceDescription& surface : message.surfaces()) robot->surfaces.push_back(std::make_shared<Surface>(from_message(surface)));
   robot->warnings = message.warnings();
   check_references(*robot);
 }

@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <string>
-#include <vector>
 
-#include "common/spatial/transform.h"
+#include "common/robot/surface.h"
 
 namespace hrp {
-
-struct Mesh {
-  std::vector<Vector3d> vertices;             // [m]
-  std::vector<std::array<int, 3>> triangles;  // indices of vertices
-};
 
 // Reads a mesh file with the matrices of its nodes (a .dae may hide a scale there), then scales it. The up axis that a
 // file declares is not applied, as ROS tools do. Throws InputError naming the file.

@@ -2,10 +2,12 @@
 // The robot as every server knows it: tree, geometry, and the scenario it is run in.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/multibody/tree_spec.h"
+#include "common/robot/surface.h"
 
 namespace hrp {
 
@@ -25,6 +27,7 @@ struct CollisionShape {
 struct RobotDescription {
   TreeSpec tree;
   std::vector<CollisionShape> shapes;
+  std::vector<std::shared_ptr<const Surface>> surfaces;  // of the scenario's obstacles that files give
   std::string urdf_path;
   std::string urdf;
   std::string scenario_path;

@@ -89,6 +89,7 @@ void resolve_paths(Scenario* scenario) {
   const fs::path folder = fs::path(scenario->path).parent_path();
   scenario->robot = make_absolute(scenario->robot, folder);
   scenario->controller.motion = make_absolute(scenario->controller.motion, folder);
+  for (ObstacleSpec& obstacle : scenario->obstacles) obstacle.file = make_absolute(obstacle.file, folder);
 }
 
 void check_file(const Scenario& scenario, const std::string& key, const std::string& path, Diagnostics* diagnostics) {
@@ -178,6 +179,9 @@ Scenario load_scenario(const std::string& path) {
   Scenario scenario = parse_unchecked(text.str(), make_absolute(path, fs::current_path(error)), &diagnostics);
   check_file(scenario, "robot", scenario.robot, &diagnostics);
   check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
+  for (const ObstacleSpec& obstacle : scenario.obstacles) {
+    check_file(scenario, "obstacles." + obstacle.name + ".file", obstacle.file, &diagnostics);
+  }
   if (diagnostics.has_errors()) throw InputError(diagnostics);
   return scenario;
 }

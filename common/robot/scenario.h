@@ -25,10 +25,16 @@ struct ServoGains {
 
 struct ObstacleSpec {
   std::string name;
-  std::string shape = "box";  // box, sphere, cylinder
+  std::string shape = "box";  // box, sphere, cylinder, mesh, height_field
   Vector3d size = Vector3d::Zero();  // [m] as CollisionShape::size
+  std::string file;                  // of a mesh or height field, absolute after loading
+  Vector3d scale = Vector3d::Ones(); // of a mesh
+  double spacing = 0.0;              // [m] between neighbours of a height field
+  double low = 0.0, high = 0.0;      // [m] heights of black and of white, where an image gives the heights
   Transform X_WG;
   double friction = 0.8;
+
+  bool is_surface() const { return shape == "mesh" || shape == "height_field"; }
 };
 
 struct ImuSpec {

@@ -66,9 +66,21 @@ void read_bush(YamlMap& map, FootBushSpec* bush) {
   map.number("offset_pitch", &bush->offset_pitch, Bound::kAny, "N m");
 }
 
+void read_surface(YamlMap& map, ObstacleSpec* obstacle) {
+  map.require("file", obstacle->shape == "mesh" ? "a mesh file (.stl, .obj, .dae)" : "a file of heights (.csv, .png, .pgm)");
+  map.text("file", &obstacle->file);
+  if (obstacle->shape == "mesh") return map.axes3("scale", &obstacle->scale, Bound::kPositive, "");
+  map.require("spacing", "the distance of neighbouring heights [m]");
+  map.number("spacing", &obstacle->spacing, Bound::kPositive, "m");
+  map.number("low", &obstacle->low, Bound::kAny, "m");
+  map.number("high", &obstacle->high, Bound::kAny, "m");
+}
+
 void read_obstacle(YamlMap& map, ObstacleSpec* obstacle) {
-  map.choice("shape", &obstacle->shape, {"box", "sphere", "cylinder"});
-  if (obstacle->shape == "box") {
+  map.choice("shape", &obstacle->shape, {"box", "sphere", "cylinder", "mesh", "height_field"});
+  if (obstacle->is_surface()) {
+    read_surface(map, obstacle);
+  } else if (obstacle->shape == "box") {
     map.require("size", "the edges of the box [m]");
     map.vector3("size", &obstacle->size, Bound::kPositive, "m");
   } else {

@@ -8,6 +8,7 @@
 
 #include "common/robot/foot_bush.h"
 #include "common/robot/scenario_check.h"
+#include "common/robot/surface_file.h"
 #include "controller/motion/motion.h"
 #include "servers/model_parser/loop_start.h"
 #include "servers/model_parser/urdf_scan.h"
@@ -59,6 +60,18 @@ void start_in_motion(const Scenario& scenario, RobotDescription* robot) {
   if (!start.empty()) robot->scenario = set_initial_joints(robot->scenario, start);
 }
 
+// Every server gets what the files hold, and reads none itself.
+void load_surfaces(const Scenario& scenario, RobotDescription* robot, Diagnostics* diagnostics) {
+  for (const ObstacleSpec& obstacle : scenario.obstacles) {
+    if (!obstacle.is_surface()) continue;
+    try {
+      robot->surfaces.push_back(load_surface(obstacle));
+    } catch (const InputError& error) {
+      diagnostics->add_error(scenario.make_diagnostic("obstacles." + obstacle.name + ".file", error.what()));
+    }
+  }
+}
+
 }  // namespace
 
 RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_path, const Scenario& scenario) {
@@ -73,6 +86,8 @@ RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_pa
   build_tree(scan, scenario, &robot, &diagnostics);
   throw_errors(diagnostics);
   check_scenario(scenario, robot, &diagnostics);
+  throw_errors(diagnostics);
+  load_surfaces(scenario, &robot, &diagnostics);
   throw_errors(diagnostics);
   insert_foot_bushes(scenario, &robot);
   merge_loops(scan.loops, scenario, urdf_path, &robot, &diagnostics);
