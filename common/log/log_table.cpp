@@ -7,6 +7,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/messages/cdr.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "common/robot/foot_bush.h"
 #include "common/robot/scenario.h"
@@ -160,7 +161,7 @@ LogTable read_log_table(mcap::Reader* log) {
           maker.take_commands(joint_commands);
         } else {
           msg::RobotDescription robot;
-          decode(sample, &robot);
+          decode_logged(sample, &robot);
           maker.take_description(robot);
         }
         return true;

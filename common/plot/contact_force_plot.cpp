@@ -3,6 +3,7 @@
 
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "common/plot/svg_plot.h"
 #include "common/robot/scenario.h"
@@ -52,7 +53,7 @@ void write_contact_force_plot(const std::string& log_path, const std::string& sv
         const Bytes sample{message.data, message.size};
         if (message.channel_id == description->id) {
           msg::RobotDescription robot;
-          decode(sample, &robot);
+          decode_logged(sample, &robot);
           feet = find_feet(robot);
           for (const Foot& foot : feet) plot.series.push_back({foot.name, {}, {}});
           return true;

@@ -10,6 +10,7 @@
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
 #include "common/messages/convert_robot.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "common/multibody/kinematics.h"
 #include "common/plot/solids.h"
@@ -52,7 +53,7 @@ Run read_run(const std::string& path, const PictureOptions& options) {
         const Bytes bytes{sample.data, sample.size};
         if (log.channels().at(sample.channel_id).topic == topics::kRobotDescription.name) {
           msg::RobotDescription description;
-          decode(bytes, &description);
+          decode_logged(bytes, &description);
           from_message(description, &run.robot);
           return true;
         }

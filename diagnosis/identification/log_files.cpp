@@ -8,6 +8,7 @@
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "diagnosis/data/csv.h"
 #include "diagnosis/identification/robot_log.h"
@@ -81,7 +82,7 @@ RobotLog read_mcap(const std::string& path) {
         const Bytes bytes{raw.data, raw.size};
         if (raw.channel_id == description->id) {
           msg::RobotDescription robot;
-          decode(bytes, &robot);
+          decode_logged(bytes, &robot);
           for (const auto& joint : robot.joints()) log.joints.push_back(joint.name());
           feet = find_foot_sensors(parse_scenario(robot.scenario(), robot.scenario_path()));
           return true;

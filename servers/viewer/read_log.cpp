@@ -4,6 +4,7 @@
 
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "hrp_idl/dynamics.h"
 #include "servers/viewer/recording.h"
@@ -60,7 +61,7 @@ std::unique_ptr<Recording> read_log(const std::string& path) {
     const Bytes sample{message.data, message.size};
     if (topic == topics::kRobotDescription.name) {
       msg::RobotDescription description;
-      decode(sample, &description);
+      decode_logged(sample, &description);
       recording->set_scene(make_scene(description));
     }
     if (topic == topics::kEvents.name) {

@@ -11,6 +11,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/mcap/reader.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/reflection/sample.h"
 #include "common/messages/topics.h"
 #include "servers/viewer/access.h"
@@ -89,7 +90,7 @@ void Viewer::show(std::vector<std::unique_ptr<Recording>> recordings) {
   if (topic == recordings_[0]->topics().end() || topic->second.samples.empty()) return;
   try {
     msg::RobotDescription description;
-    decode(topic->second.samples.front().get(), &description);
+    decode_logged(topic->second.samples.front().get(), &description);
     foxglove_scene_.set_robot(description);
   } catch (const DecodeError&) {
     // A log of another version: its topics are there all the same.

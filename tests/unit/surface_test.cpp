@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "common/messages/convert_robot.h"
+#include "common/messages/logged_description.h"
 #include "common/robot/surface_file.h"
 
 namespace hrp {
@@ -164,6 +165,24 @@ TEST(SurfaceMessage, OneThatCannotBeIsRefused) {
   message.columns(1000000);
   message.rows(1000000);
   EXPECT_THROW(from_message(message), InputError);
+}
+
+TEST(LoggedDescription, OfBeforeThereWereSurfacesIsRead) {
+  msg::RobotDescription message, back;
+  message.name("robot");
+  message.warnings({"a", "bcd"});
+  std::vector<char> buffer;
+  const Bytes whole = encode(message, &buffer);
+  decode_logged({whole.data, whole.size - 4}, &back);  // without the number of surfaces
+  EXPECT_EQ(back.name(), "robot");
+  EXPECT_THAT(back.warnings(), ElementsAre("a", "bcd"));
+  EXPECT_TRUE(back.surfaces().empty());
+  message.surfaces().resize(2);
+  message.surfaces()[1].obstacle("land");
+  decode_logged(encode(message, &buffer), &back);
+  ASSERT_EQ(back.surfaces().size(), 2u);
+  EXPECT_EQ(back.surfaces()[1].obstacle(), "land");
+  EXPECT_THROW(decode_logged({whole.data, 8}, &back), DecodeError);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
 #include "common/messages/convert_robot.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 
 namespace hrp {
@@ -58,7 +59,7 @@ class Pass {
   void take_robot(Bytes sample) {
     if (has_robot_) return;
     msg::RobotDescription description;
-    decode(sample, &description);
+    decode_logged(sample, &description);
     RobotDescription robot;
     from_message(description, &robot);
     has_robot_ = true;
