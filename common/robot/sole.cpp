@@ -165,6 +165,13 @@ double calc_clearance(const std::vector<Sole>& soles, const Data& data, const Gr
 
 }  // namespace
 
+Sole make_shape_parts(const CollisionShape& shape) {
+  Sole parts;
+  parts.link = shape.link;
+  add_shape(shape, &parts);
+  return parts;
+}
+
 std::vector<Sole> make_soles(const RobotDescription& robot) {
   std::vector<Sole> soles;
   for (size_t link = 0; link < robot.tree.links.size(); ++link) {

@@ -32,6 +32,9 @@ struct Sole {
   Vector3d p_LR = Vector3d::Zero();  // [m] reference point: middle of the lower side of the bounding box in link axes
 };
 
+// Corners, spheres and rims of one shape, in link axes.
+Sole make_shape_parts(const CollisionShape& shape);
+
 // Soles of the robot, by link. Boxes give their corners, spheres themselves, cylinders their rims, meshes the outermost
 // points of their convex hull: along 26 directions, and of each flat side (all within 1 mm) along 16 more.
 std::vector<Sole> make_soles(const RobotDescription& robot);

@@ -16,8 +16,7 @@ namespace {
 
 using MeshModel = fcl::BVHModel<fcl::OBBRSSd>;
 
-std::shared_ptr<fcl::CollisionGeometryd> make_mesh(const CollisionShape& shape) {
-  const Mesh mesh = load_mesh(shape.mesh, shape.scale);
+std::shared_ptr<fcl::CollisionGeometryd> make_mesh(const Mesh& mesh) {
   auto model = std::make_shared<MeshModel>();
   model->beginModel(static_cast<int>(mesh.triangles.size()), static_cast<int>(mesh.vertices.size()));
   for (const auto& t : mesh.triangles) {
@@ -31,7 +30,7 @@ std::shared_ptr<fcl::CollisionGeometryd> make_geometry(const CollisionShape& sha
   if (shape.kind == ShapeKind::kBox) return std::make_shared<fcl::Boxd>(shape.size);
   if (shape.kind == ShapeKind::kSphere) return std::make_shared<fcl::Sphered>(std::max(shape.size.x(), 1e-4));
   if (shape.kind == ShapeKind::kCylinder) return std::make_shared<fcl::Cylinderd>(shape.size.x(), shape.size.y());
-  return make_mesh(shape);
+  return make_mesh(load_mesh(shape.mesh, shape.scale));
 }
 
 fcl::Transform3d make_fcl(const Transform& X) {
@@ -50,20 +49,25 @@ struct NarrowPhase::Impl {
   std::vector<double> radii;
   fcl::CollisionResultd result;
   std::vector<fcl::Contactd> contacts;
+
+  int add(std::shared_ptr<fcl::CollisionGeometryd> geometry, bool mesh) {
+    geometry->computeLocalAABB();
+    centers.push_back(geometry->aabb_center);
+    radii.push_back(geometry->aabb_radius);
+    is_mesh.push_back(mesh ? 1 : 0);
+    shapes.push_back(std::move(geometry));
+    return static_cast<int>(shapes.size()) - 1;
+  }
 };
 
 NarrowPhase::NarrowPhase() : impl_(std::make_unique<Impl>()) {}
 NarrowPhase::~NarrowPhase() = default;
 
 int NarrowPhase::add_shape(const CollisionShape& shape) {
-  auto geometry = make_geometry(shape);
-  geometry->computeLocalAABB();
-  impl_->centers.push_back(geometry->aabb_center);
-  impl_->radii.push_back(geometry->aabb_radius);
-  impl_->is_mesh.push_back(shape.kind == ShapeKind::kMesh ? 1 : 0);
-  impl_->shapes.push_back(std::move(geometry));
-  return static_cast<int>(impl_->shapes.size()) - 1;
+  return impl_->add(make_geometry(shape), shape.kind == ShapeKind::kMesh);
 }
+
+int NarrowPhase::add_mesh(const Mesh& mesh) { return impl_->add(make_mesh(mesh), true); }
 
 const Vector3d& NarrowPhase::get_center(int shape) const { return impl_->centers[size_t(shape)]; }
 double NarrowPhase::get_radius(int shape) const { return impl_->radii[size_t(shape)]; }
@@ -83,6 +87,14 @@ void NarrowPhase::calc_contacts(int a, const Transform& X_WA, int b, const Trans
     if (!(length > 0.5) || !contact.pos.allFinite() || !(contact.penetration_depth > 0.0)) continue;
     points->push_back({contact.pos, -contact.normal / length, contact.penetration_depth});
   }
+}
+
+void NarrowPhase::find_triangles(int a, int b, const Transform& X_AB, std::vector<int>* found) {
+  const fcl::CollisionRequestd request(size_t(kMostTriangles), false);
+  impl_->result.clear();
+  fcl::collide(impl_->shapes[size_t(a)].get(), fcl::Transform3d::Identity(), impl_->shapes[size_t(b)].get(), make_fcl(X_AB),
+               request, impl_->result);
+  for (size_t i = 0; i < impl_->result.numContacts(); ++i) found->push_back(static_cast<int>(impl_->result.getContact(i).b1));
 }
 
 bool NarrowPhase::overlaps(int a, const Transform& X_WA, int b, const Transform& X_WB) {

@@ -9,10 +9,7 @@ namespace hrp {
 namespace {
 
 constexpr int kMostPoints = 16;  // scenario.max_sole_points is at most this
-// A margin of centimetres (contact.model: wrench) is for the lower side of a sole; other points of it have at most this.
 constexpr double kUpperMargin = 2e-3;  // [m]
-
-bool is_lower_side(const Sole& sole, const Vector3d& p_LQ) { return p_LQ.z() < sole.p_LR.z() + kUpperMargin; }
 
 // p_WQ: the sole's lowest point.
 void add_point(const Vector3d& p_WQ, const GroundPlane& ground, double margin, std::vector<ContactPoint>* points) {
@@ -38,6 +35,12 @@ int find_deepest(const std::vector<ContactPoint>& points) {
 }
 
 }  // namespace
+
+double find_upper_margin(double margin) { return std::min(margin, kUpperMargin); }
+
+double find_margin(const Sole& sole, const SolePoint& point, double margin) {
+  return point.p_LQ.z() < sole.p_LR.z() + kUpperMargin ? margin : find_upper_margin(margin);
+}
 
 void reduce_points(const Matrix3d& R_WA, const Vector3d& n_W, int max_points, std::vector<ContactPoint>* points) {
   max_points = std::min(max_points, kMostPoints);
@@ -115,10 +118,10 @@ void update_separation(ContactPair* pair) {
 
 bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points, ContactPair* pair) {
   pair->points.clear();
-  const double upper = std::min(ground.margin, kUpperMargin);
+  const double upper = find_upper_margin(ground.margin);
   for (const SolePoint& point : sole.points) {
     const Vector3d p_WQ = X_WL * point.p_LQ - point.radius * ground.n_W;
-    add_point(p_WQ, ground, is_lower_side(sole, point.p_LQ) ? ground.margin : upper, &pair->points);
+    add_point(p_WQ, ground, find_margin(sole, point, ground.margin), &pair->points);
   }
   for (const SoleRim& rim : sole.rims) {
     Vector3d p_WQ[4];

@@ -13,6 +13,10 @@ namespace hrp {
 // less than its margin have a negative depth.
 bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points, ContactPair* pair);
 
+// [m] A margin of centimetres (contact.model: wrench) is for the lower side of a sole; other points of it have less.
+double find_upper_margin(double margin);
+double find_margin(const Sole& sole, const SolePoint& point, double margin);
+
 // What remains of a contact patch: the outermost points along `max_points` directions of link A's axes in the plane of
 // the patch, first one wins; they span the support polygon and do not depend on depths, which flicker. When the deepest
 // point of all is not among them and is more than a tenth deeper than they are (a rounded sole), it replaces the
