@@ -156,11 +156,52 @@ double calc_clearance(const Sole& sole, const Transform& X_WL, const GroundPlane
 
 namespace {
 
-// Smallest distance of the soles above the plane [m]; nothing to stand on: zero.
+// Smallest distance of the soles above the plane [m]; nothing to stand on: infinite.
 double calc_clearance(const std::vector<Sole>& soles, const Data& data, const GroundPlane& ground) {
   double clearance = std::numeric_limits<double>::infinity();
   for (const Sole& sole : soles) clearance = std::min(clearance, calc_clearance(sole, get_pose(data, sole.link), ground));
-  return std::isfinite(clearance) ? clearance : 0.0;
+  return clearance;
+}
+
+// The lowest points of a sole that stands upright, world axes.
+std::vector<Vector3d> find_lowest_points(const Sole& sole, const Transform& X_WL) {
+  std::vector<Vector3d> points;
+  for (const SolePoint& point : sole.points) points.push_back(X_WL * point.p_LQ - point.radius * Vector3d::UnitZ());
+  for (const SoleRim& rim : sole.rims) {
+    Vector3d p_WQ[4];
+    calc_rim_points(rim, X_WL, Vector3d::UnitZ(), p_WQ);
+    points.insert(points.end(), p_WQ, p_WQ + 4);
+  }
+  return points;
+}
+
+// Height of a point above a triangle that faces up and that it is above or below of [m]; infinite for others.
+double calc_drop(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d n = (b - a).cross(c - a);
+  const auto is_left = [&](const Vector3d& u, const Vector3d& v) {
+    return (v.x() - u.x()) * (p.y() - u.y()) - (v.y() - u.y()) * (p.x() - u.x()) >= 0.0;
+  };
+  if (!(n.z() > 0.0) || !is_left(a, b) || !is_left(b, c) || !is_left(c, a)) return std::numeric_limits<double>::infinity();
+  return n.dot(p - a) / n.z();
+}
+
+// Smallest vertical distance of the soles' points above the surfaces [m]; infinite over none.
+double calc_drop(const RobotDescription& robot, const Scenario& scenario, const std::vector<Sole>& soles, const Data& data) {
+  double drop = std::numeric_limits<double>::infinity();
+  for (const auto& surface : robot.surfaces) {
+    const auto spec = std::find_if(scenario.obstacles.begin(), scenario.obstacles.end(), [&](const ObstacleSpec& o) { return o.name == surface->obstacle; });
+    if (spec == scenario.obstacles.end()) continue;
+    Mesh mesh = make_triangles(*surface);
+    for (Vector3d& v : mesh.vertices) v = spec->X_WG * v;
+    for (const Sole& sole : soles) {
+      for (const Vector3d& p : find_lowest_points(sole, get_pose(data, sole.link))) {
+        for (const auto& t : mesh.triangles) {
+          drop = std::min(drop, calc_drop(p, mesh.vertices[size_t(t[0])], mesh.vertices[size_t(t[1])], mesh.vertices[size_t(t[2])]));
+        }
+      }
+    }
+  }
+  return drop;
 }
 
 }  // namespace
@@ -227,12 +268,18 @@ State make_start_state(const RobotDescription& robot, const Scenario& scenario) 
     const MimicSpec& mimic = robot.tree.joint(i).mimic;
     if (mimic.joint >= 0) state.q[i] = mimic.multiplier * state.q[mimic.joint] + mimic.offset;
   }
-  if (!robot.tree.floating_base || scenario.initial_height_given || !scenario.ground.present) return state;
+  if (!robot.tree.floating_base || scenario.initial_height_given) return state;
+  if (!scenario.ground.present && robot.surfaces.empty()) return state;
   Data data(model);
   update_kinematics(model, state, &data);
-  const GroundPlane ground = make_ground_plane(scenario.ground);
-  // Moving by dz along z moves every point by n_z dz along the normal.
-  state.p_WB.z() -= calc_clearance(make_soles(robot), data, ground) / ground.n_W.z();
+  const std::vector<Sole> soles = make_soles(robot);
+  double drop = calc_drop(robot, scenario, soles, data);
+  if (scenario.ground.present) {
+    const GroundPlane ground = make_ground_plane(scenario.ground);
+    // Moving by dz along z moves every point by n_z dz along the normal.
+    drop = std::min(drop, calc_clearance(soles, data, ground) / ground.n_W.z());
+  }
+  if (std::isfinite(drop)) state.p_WB.z() -= drop;
   return state;
 }
 

@@ -57,7 +57,7 @@ double calc_clearance(const Sole& sole, const Transform& X_WL, const GroundPlane
 void calc_rim_points(const SoleRim& rim, const Transform& X_WL, const Vector3d& n_W, Vector3d p_WQ[4]);
 
 // The state at step 0: the scenario's pose at rest, mimic joints following, and, where the scenario gives no base position, the
-// base at the height where the lowest point of the soles touches the ground.
+// base at the height where the lowest point of the soles touches the ground or a surface.
 State make_start_state(const RobotDescription& robot, const Scenario& scenario);
 
 }  // namespace hrp

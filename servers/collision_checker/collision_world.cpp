@@ -28,6 +28,10 @@ CollisionShape make_obstacle_shape(const ObstacleSpec& obstacle) {
   return shape;
 }
 
+bool has_solids(const Scenario& scenario) {
+  return std::any_of(scenario.obstacles.begin(), scenario.obstacles.end(), [](const ObstacleSpec& o) { return !o.is_surface(); });
+}
+
 bool are_neighbours(const TreeSpec& tree, int a, int b) {
   return tree.links[size_t(a)].parent == b || tree.links[size_t(b)].parent == a;
 }
@@ -36,11 +40,13 @@ bool are_neighbours(const TreeSpec& tree, int a, int b) {
 
 CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& scenario)
     : robot_(robot), scenario_(scenario), model_(robot.tree, scenario.gravity_W), data_(model_),
-      start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)) {
+      start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)), surfaces_(robot, scenario) {
   ground_.margin = scenario.contact.margin;
   if (scenario.ground.present) soles_ = make_soles(robot);
   if (scenario.ground.present && scenario.ground.all_touch && robot.tree.floating_base) add_falling_links();
-  if (scenario.self_collision || !scenario.obstacles.empty()) add_bodies();
+  update_kinematics(model_, start_, &data_);
+  surfaces_.leave_out_start(robot, data_, &in_ground_);
+  if (scenario.self_collision || has_solids(scenario)) add_bodies();
   if (scenario.self_collision) add_self_pairs();
 }
 
@@ -78,6 +84,7 @@ void CollisionWorld::add_bodies() {
   num_robot_bodies_ = bodies_.size();
   for (size_t k = 0; k < scenario_.obstacles.size(); ++k) {
     const ObstacleSpec& obstacle = scenario_.obstacles[k];
+    if (obstacle.is_surface()) continue;
     add(make_obstacle_shape(obstacle), make_obstacle_index(static_cast<int>(k)), obstacle.friction);
     Body& body = bodies_.back();
     body.X_WG = obstacle.X_WG;
@@ -179,6 +186,13 @@ void CollisionWorld::calc_ground_contacts() {
   for (const Sole* link : fallen_) calc_ground_contact(*link);
 }
 
+void CollisionWorld::calc_surface_contacts() {
+  for (size_t i = 0; i < surfaces_.size(); ++i) {
+    ContactPair* pair = open_pair(surfaces_.get_link(i), surfaces_.get_obstacle(i));
+    if (!surfaces_.calc_contact(i, data_, pair)) close_pair();
+  }
+}
+
 void CollisionWorld::calc_body_contacts(const std::vector<std::pair<int, int>>& pairs) {
   for (size_t i = 0; i < pairs.size();) {
     const int link_a = bodies_[size_t(pairs[i].first)].link, link_b = bodies_[size_t(pairs[i].second)].link;
@@ -208,6 +222,7 @@ const ContactSet& CollisionWorld::calc_contacts(const State& state) {
   if (state.q.size() != model_.num_joints() || !is_finite(state)) return contacts_;
   update_poses(state);
   calc_ground_contacts();
+  calc_surface_contacts();
   calc_body_contacts(obstacle_pairs_);
   calc_body_contacts(self_pairs_);
   std::sort(contacts_.begin(), contacts_.end(), [](const ContactPair& a, const ContactPair& b) {

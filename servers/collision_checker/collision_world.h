@@ -13,6 +13,7 @@
 #include "common/robot/signals.h"
 #include "common/robot/sole.h"
 #include "servers/collision_checker/narrow_phase.h"
+#include "servers/collision_checker/surface_world.h"
 
 namespace hrp {
 
@@ -56,6 +57,7 @@ class CollisionWorld {
   void find_fallen_links();
   void calc_ground_contact(const Sole& sole);
   void calc_ground_contacts();
+  void calc_surface_contacts();
   void calc_body_contacts(const std::vector<std::pair<int, int>>& pairs);
 
   RobotDescription robot_;
@@ -68,6 +70,7 @@ class CollisionWorld {
   std::vector<FallingLink> falling_links_;
   std::vector<const Sole*> fallen_;  // what else touches the ground in this state
   std::vector<std::string> in_ground_;
+  SurfaceWorld surfaces_;
   NarrowPhase narrow_;
   std::vector<Body> bodies_;  // shapes of the robot, by link, then obstacles
   size_t num_robot_bodies_ = 0;

@@ -51,7 +51,7 @@ double calc_initial_height(const RobotDescription& robot, const Scenario& scenar
   const bool any_mesh = std::any_of(robot.shapes.begin(), robot.shapes.end(), [](const CollisionShape& shape) {
     return shape.sole && shape.kind == ShapeKind::kMesh;
   });
-  if (any_mesh) return make_start_state(robot, scenario).p_WB.z();
+  if (any_mesh || !robot.surfaces.empty()) return make_start_state(robot, scenario).p_WB.z();
   const State state = make_state_on_origin(robot, scenario);
   const Model model(robot.tree, scenario.gravity_W);
   Data data(model);
@@ -73,7 +73,7 @@ double calc_initial_height(const RobotDescription& robot, const Scenario& scenar
 
 State make_initial_state(const RobotDescription& robot, const Scenario& scenario) {
   State state = make_state_on_origin(robot, scenario);
-  if (scenario.floating_base && scenario.ground.present && !scenario.initial_height_given) {
+  if (scenario.floating_base && (scenario.ground.present || !robot.surfaces.empty()) && !scenario.initial_height_given) {
     state.p_WB.z() = calc_initial_height(robot, scenario);
   }
   return state;
