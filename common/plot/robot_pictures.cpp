@@ -129,6 +129,7 @@ class Painter {
   Vector3d put_on_ground(const Vector3d& p_W) const { return p_W - Vector3d(0, 0, calc_height(p_W) / ground_.n_W.z()); }
 
   void add_obstacle(const ObstacleSpec& obstacle) {
+    if (obstacle.is_surface()) return;  // solids are convex here
     CollisionShape shape;
     shape.size = obstacle.size;
     shape.kind = obstacle.shape == "sphere" ? ShapeKind::kSphere

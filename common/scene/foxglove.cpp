@@ -186,7 +186,17 @@ std::string make_robot(const RobotDescription& robot, const FrameTree& frames, d
   return json.end(']').end('}').text();
 }
 
-std::string make_world(const Scenario& scenario, const FrameTree& frames, double time) {
+namespace {
+
+void add_surface(const RobotDescription& robot, const ObstacleSpec& obstacle, Entity* world) {
+  for (const auto& surface : robot.surfaces) {
+    if (surface->obstacle == obstacle.name) world->add_mesh(make_triangles(*surface), obstacle.X_WG, kStone);
+  }
+}
+
+}  // namespace
+
+std::string make_world(const RobotDescription& robot, const Scenario& scenario, const FrameTree& frames, double time) {
   Entity world;
   if (scenario.ground.present) {
     const GroundPlane ground = make_ground_plane(scenario.ground);
@@ -195,6 +205,10 @@ std::string make_world(const Scenario& scenario, const FrameTree& frames, double
                     {kFloorSize, kFloorSize, kFloorThickness}, kFloor);
   }
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
+    if (obstacle.is_surface()) {
+      add_surface(robot, obstacle, &world);
+      continue;
+    }
     const ShapeKind kind = obstacle.shape == "sphere"     ? ShapeKind::kSphere
                            : obstacle.shape == "cylinder" ? ShapeKind::kCylinder
                                                           : ShapeKind::kBox;

@@ -26,8 +26,8 @@ std::string make_transforms(const std::vector<NamedTransform>& transforms, doubl
 // in `notes`.
 std::string make_robot(const RobotDescription& robot, const FrameTree& frames, double time, std::vector<std::string>* notes);
 
-// Ground and obstacles.
-std::string make_world(const Scenario& scenario, const FrameTree& frames, double time);
+// Ground and obstacles. `robot` has the surfaces of those that files give.
+std::string make_world(const RobotDescription& robot, const Scenario& scenario, const FrameTree& frames, double time);
 
 // Length of a force's arrow [m/N]: the robot's weight is as long as 0.5 m.
 double calc_arrow_scale(double mass);

@@ -19,7 +19,7 @@ struct FoxgloveScene::Robot {
     try {
       const Scenario scenario = parse_scenario(robot.scenario, robot.scenario_path);
       ground = make_ground_plane(scenario.ground);
-      world = foxglove::make_world(scenario, frames, 0.0);
+      world = foxglove::make_world(robot, scenario, frames, 0.0);
     } catch (const std::exception&) {
       // A robot without a scenario that we understand still moves.
     }

@@ -9,6 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/diagnostics.h"
+#include "common/messages/convert_robot.h"
 #include "common/robot/experiment_keys.h"
 #include "common/robot/scenario.h"
 
@@ -44,7 +46,29 @@ Json make_joints(const msg::RobotDescription& description) {
   return joints;
 }
 
-Json make_obstacles(const Scenario& scenario) {
+Mesh find_triangles(const msg::RobotDescription& description, const std::string& obstacle) {
+  for (const msg::SurfaceDescription& surface : description.surfaces()) {
+    if (surface.obstacle() != obstacle) continue;
+    try {
+      return make_triangles(from_message(surface));
+    } catch (const InputError&) {
+      return {};  // anybody can send a description: what makes no sense is not drawn
+    }
+  }
+  return {};
+}
+
+// Lists of three numbers and three indices each, one after the other.
+void add_triangles(const Mesh& mesh, Json* obstacle) {
+  std::vector<double> vertices;
+  std::vector<int> triangles;
+  for (const Vector3d& v : mesh.vertices) vertices.insert(vertices.end(), v.data(), v.data() + 3);
+  for (const auto& triangle : mesh.triangles) triangles.insert(triangles.end(), triangle.begin(), triangle.end());
+  (*obstacle)["vertices"] = vertices;
+  (*obstacle)["triangles"] = triangles;
+}
+
+Json make_obstacles(const msg::RobotDescription& description, const Scenario& scenario) {
   Json obstacles = Json::array();
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
     const Vector3d& p = obstacle.X_WG.p;
@@ -54,6 +78,7 @@ Json make_obstacles(const Scenario& scenario) {
                          {"size", {obstacle.size.x(), obstacle.size.y(), obstacle.size.z()}},
                          {"position", {p.x(), p.y(), p.z()}},
                          {"quaternion", {q.w(), q.x(), q.y(), q.z()}}});
+    if (obstacle.is_surface()) add_triangles(find_triangles(description, obstacle.name), &obstacles.back());
   }
   return obstacles;
 }
@@ -75,7 +100,7 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
   }
   (*json)["feet"] = feet;
   (*json)["wrenches"] = wrenches;
-  (*json)["obstacles"] = make_obstacles(scenario);
+  (*json)["obstacles"] = make_obstacles(description, scenario);
   (*json)["ground"] = {{"present", scenario.ground.present}, {"height", scenario.ground.height},
                        {"roll", scenario.ground.roll}, {"pitch", scenario.ground.pitch},
                        {"friction", scenario.ground.friction}};

@@ -6,8 +6,8 @@ import { check, folder, openPage, readLog, readTable, root, run, startBrowser, s
 
 const feet = ["L_ANKLE_R_LINK", "R_ANKLE_R_LINK"];
 
-async function makeLog(name, duration) {
-  const simulation = await startRun(name, ["--duration", duration]);
+async function makeLog(name, duration, scenario) {
+  const simulation = await startRun(name, ["--duration", duration], scenario);
   check((await simulation.ended) === 0, `the run ${name} was recorded`);
   return simulation.log;
 }
@@ -111,6 +111,16 @@ async function checkExperiment(browser, jointName) {
   await viewer.end();
 }
 
+async function checkTerrain(browser) {
+  const viewer = await startViewer([await makeLog("terrain", "0.05", join(root, "models/scenarios/terrain.yaml"))]);
+  const page = await openPage(browser, viewer.url);
+  await waitFor("the robot on the terrain", async () => (await page.describe()).robots[0]?.visible);
+  const [waves] = (await page.describe()).obstacles;
+  check(waves.name === "waves" && waves.triangles === 2 * 160 * 80, `the height field is drawn from the log: ${waves.triangles} triangles`);
+  check(page.faults.length === 0, `terrain makes no mistakes in the page ${page.faults.join("; ")}`);
+  await viewer.end();
+}
+
 run(async () => {
   const log = await makeLog("first", "1");
   const browser = await startBrowser();
@@ -136,5 +146,6 @@ run(async () => {
   await viewer.end();
   await checkComparison(browser, log, await makeLog("second", "1"));
   await checkExperiment(browser, "hinge");
+  await checkTerrain(browser);
   await browser.close();
 });

@@ -35,7 +35,7 @@ class FoxgloveFile final : public RunListener {
     ros_.on_robot(robot, scenario, place);
     write(fixed_, foxglove::make_transforms(tree_->make_fixed(), place.time), place);
     write(robot_, foxglove::make_robot(robot, *tree_, place.time, &notes_), place);
-    write(world_, foxglove::make_world(scenario, *tree_, place.time), place);
+    write(world_, foxglove::make_world(robot, scenario, *tree_, place.time), place);
   }
   void on_step(const State& state, const ContactForces& forces, const LogPlace& place) override {
     tree_->update_moving(state, &frames_);

@@ -178,6 +178,26 @@ class FoxgloveTest(unittest.TestCase):
             return {node} if isinstance(node, str) else leaves(node["first"]) | leaves(node["second"])
         self.assertEqual(leaves(layout["layout"]), set(panels))
 
+    def test_surfaces_stand_where_the_scenario_puts_them(self):
+        scenario, log, out = (pathlib.Path(self.folder.name) / name for name in ("world.yaml", "world.mcap", "world_foxglove.mcap"))
+        terrain = SOURCE / "models/terrain"
+        scenario.write_text(
+            f"robot: {SOURCE}/models/test_robots/box.urdf\nfeet: [box]\ninitial: {{position: [0, 0, 2]}}\nobstacles:\n"
+            f"  stairs: {{shape: mesh, file: {terrain}/stairs.obj, scale: 2, position: [1, 2, 3], rpy: [0, 0, 1.5707963267948966]}}\n"
+            f"  waves: {{shape: height_field, file: {terrain}/waves.csv, spacing: 0.05}}\n")
+        run(BIN / "hrp-simulate", scenario, "--in-process", "--duration", 0.01, "--quiet", "--no-plot", "--log", log)
+        run(BIN / "hrp-log", "foxglove", log, "--out", out)
+        stairs, waves = json.loads(plain_mcap.File(out).topic("/scene/world")[0][1])["entities"][0]["triangles"]
+        corners = [line.split()[1:] for line in (terrain / "stairs.obj").read_text().splitlines() if line.startswith("v ")]
+        expected = [(1 - 2 * float(y), 2 + 2 * float(x), 3 + 2 * float(z)) for x, y, z in corners]  # turned by 90 degrees about z
+        X = pose_of(stairs["pose"]["position"], stairs["pose"]["orientation"])
+        drawn = [(X @ np.append(xyz(point), 1))[:3] for point in stairs["points"]]
+        self.assertEqual(len(drawn), 16)
+        for point in expected:
+            self.assertLess(min(np.abs(p - point).max() for p in drawn), 1e-6, point)  # single precision in the reader of meshes
+        self.assertEqual(len(stairs["indices"]), 3 * 28)
+        self.assertEqual((len(waves["points"]), len(waves["indices"])), (161 * 81, 6 * 160 * 80))
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], "-v"])

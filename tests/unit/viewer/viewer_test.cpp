@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include <nlohmann/json.hpp>
+
 #include "common/base/diagnostics.h"
 #include "common/messages/cdr.h"
 #include "hrp_idl/dynamics.h"
@@ -188,6 +190,39 @@ TEST(Meshes, AreServedOnlyFromTheFoldersOfTheUrdfThatNamesThem) {
   EXPECT_FALSE(read_mesh(scene, "meshes/link.stl")) << "a link that leads out";
   EXPECT_FALSE(read_mesh(scene, "/etc/passwd")) << "no mesh";
   fs::remove_all(folder);
+}
+
+// A field of 3 x 2 heights, as the model parser sends it.
+msg::RobotDescription make_land() {
+  msg::RobotDescription description;
+  description.scenario("robot: a.urdf\nobstacles: {land: {shape: height_field, file: a.csv, spacing: 0.5, position: [1, 2, 3]}}\n");
+  msg::SurfaceDescription land;
+  land.obstacle("land");
+  land.columns(3);
+  land.rows(2);
+  land.spacing(0.5);
+  land.heights({1, 2, 3, 4, 5, 6});
+  description.surfaces().push_back(land);
+  return description;
+}
+
+TEST(SceneOfAPage, HasTheTrianglesOfASurface) {
+  const auto obstacle = nlohmann::json::parse(make_scene(make_land()).json)["obstacles"].at(0);
+  EXPECT_EQ(obstacle["shape"], "height_field");
+  EXPECT_EQ(obstacle["position"], nlohmann::json({1.0, 2.0, 3.0}));
+  EXPECT_EQ(obstacle["vertices"].size(), 3u * 6u);
+  EXPECT_EQ(obstacle["vertices"].at(2), 1.0) << "height of the first one";
+  EXPECT_EQ(obstacle["triangles"].size(), 3u * 4u);
+}
+
+TEST(SceneOfAPage, LeavesOutASurfaceThatMakesNoSense) {
+  msg::RobotDescription description = make_land();
+  description.surfaces()[0].columns(1000000);
+  const auto broken = nlohmann::json::parse(make_scene(description).json)["obstacles"].at(0);
+  EXPECT_TRUE(broken["triangles"].empty());
+  description.surfaces().clear();
+  const auto missing = nlohmann::json::parse(make_scene(description).json)["obstacles"].at(0);
+  EXPECT_TRUE(missing["triangles"].empty());
 }
 
 }  // namespace

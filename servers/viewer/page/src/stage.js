@@ -109,13 +109,21 @@ export class Stage {
     this.groundScene = scene;
   }
 
-  makeObstacle({ shape, size, position, quaternion: [w, x, y, z] }) {
+  makeObstacle({ shape, size, position, quaternion: [w, x, y, z], vertices, triangles }) {
+    const surface = () => {
+      const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(vertices, 3));
+      geometry.setIndex(triangles);
+      return geometry;
+    };
     const shapes = {
+      mesh: surface,
+      height_field: surface,
       box: () => new THREE.BoxGeometry(...size),
       sphere: () => new THREE.SphereGeometry(size[0], 24, 16),
       cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 24).rotateX(Math.PI / 2),
     };
-    const mesh = new THREE.Mesh(shapes[shape](), new THREE.MeshLambertMaterial({ color: 0xb09a78 }));
+    const flat = vertices !== undefined;  // each triangle in one shade: slopes are seen
+    const mesh = new THREE.Mesh(shapes[shape](), new THREE.MeshLambertMaterial({ color: 0xb09a78, flatShading: flat, side: flat ? THREE.DoubleSide : THREE.FrontSide }));
     mesh.position.set(...position);
     mesh.quaternion.set(x, y, z, w);
     return mesh;
@@ -290,6 +298,7 @@ export class Stage {
                                                      missing: [...robot.missing] }),
       arrows: this.drawn ?? [],
       forceScale: this.forceScale,
+      obstacles: (this.groundScene?.obstacles ?? []).map(({ name, shape, triangles }) => ({ name, shape, triangles: (triangles?.length ?? 0) / 3 })),
       polygon: this.hull ?? [],
       zmp: this.zmp,
       frames: this.frameCount,
