@@ -56,7 +56,12 @@ const std::map<std::string, const char*>& get_built_in() {
       {"geometry_msgs/msg/PolygonStamped", "std_msgs/Header header\nPolygon polygon\n"},
       {"geometry_msgs/msg/Transform", "Vector3 translation\nQuaternion rotation\n"},
       {"geometry_msgs/msg/TransformStamped", "std_msgs/Header header\nstring child_frame_id\nTransform transform\n"},
-      {"tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"}};
+      {"tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"},
+      // What a service sends. IDL has no empty struct, so that of an empty request is given a byte.
+      {"std_srvs/srv/Trigger_Request", "uint8 structure_needs_at_least_one_member\n"},
+      {"std_srvs/srv/Trigger_Response", "bool success\nstring message\n"},
+      {"std_srvs/srv/SetBool_Request", "bool data\n"},
+      {"std_srvs/srv/SetBool_Response", "bool success\nstring message\n"}};
   return types;
 }
 
@@ -158,7 +163,7 @@ std::string calc_ros_type_hash(const std::string& name) {
 }
 
 std::string make_ros_user_data(const std::string& dds_type_name) {
-  if (dds_type_name.find("::msg::dds_::") == std::string::npos) return "";
+  if (dds_type_name.find("::dds_::") == std::string::npos) return "";
   const std::string name = find_ros_name(dds_type_name);
   return find_ros_definition(name) == nullptr ? "" : "typehash=" + calc_ros_type_hash(name) + ";";
 }

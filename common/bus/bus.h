@@ -61,6 +61,24 @@ class Reader {
 
 using SampleCallback = std::function<void(Bytes)>;
 
+// A service as rmw maps those of ROS 2 on DDS: requests on rq/<name>Request, replies on rr/<name>Reply.
+struct ServiceSpec {
+  std::string name;       // "run/pause"
+  std::string type_name;  // "std_srvs::srv::dds_::Trigger": its ends carry <type>_Request_ and <type>_Response_
+};
+
+TopicSpec find_request_topic(const ServiceSpec& service);
+TopicSpec find_reply_topic(const ServiceSpec& service);
+
+// Ends its service when destroyed.
+class Service {
+ public:
+  virtual ~Service() = default;
+};
+
+// The encoded request in, the encoded reply out; no bytes: no reply. They live until the next call.
+using ServiceCallback = std::function<Bytes(Bytes)>;
+
 // A topic that some writer on the bus offers, ours or foreign.
 struct TopicSeen {
   std::string name;
@@ -79,6 +97,9 @@ class Bus {
   // `callback` runs on a thread of the bus (memory bus: in dispatch()). It may write, it may not make or destroy
   // readers and writers.
   virtual std::unique_ptr<Reader> make_reader(const TopicSpec& topic, Delivery delivery, SampleCallback callback) = 0;
+  // How a reply finds its request differs by vendor, and so do the clients that are heard (docs/tutorials/ros2.md). This
+  // one is that of rmw_cyclonedds: 16 bytes in front of request and reply, which the client chooses.
+  virtual std::unique_ptr<Service> make_service(const ServiceSpec& service, ServiceCallback callback);
   virtual std::vector<TopicSeen> find_topics() = 0;
   // "cyclone", "fast" or "memory".
   virtual std::string vendor() const = 0;

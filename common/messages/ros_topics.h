@@ -14,6 +14,12 @@ inline const TopicSpec kRosRobotDescription{"rt/robot_description", "std_msgs::m
 inline const TopicSpec kRosJointTrajectory{"rt/joint_trajectory", "trajectory_msgs::msg::dds_::JointTrajectory_", Retention::kStream, 16};
 inline const TopicSpec kRosPositionCommands{"rt/position_commands", "std_msgs::msg::dds_::Float64MultiArray_", Retention::kStream, 16};
 
+// Services that steer a run, offered by the scheduler with --ros-services.
+inline const ServiceSpec kRosPause{"run/pause", "std_srvs::srv::dds_::SetBool"};
+inline const ServiceSpec kRosResume{"run/resume", "std_srvs::srv::dds_::Trigger"};
+inline const ServiceSpec kRosStep{"run/step", "std_srvs::srv::dds_::Trigger"};
+inline const ServiceSpec kRosReset{"run/reset", "std_srvs::srv::dds_::Trigger"};
+
 // As find_known_topic(), these included.
 inline const TopicSpec* find_any_topic(const std::string& name) {
   for (const TopicSpec* topic : {&kRosClock, &kRosTf, &kRosTfStatic, &kRosRobotDescription, &kRosJointTrajectory, &kRosPositionCommands}) {

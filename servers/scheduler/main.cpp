@@ -8,10 +8,11 @@ int main(int argc, char** argv) {
   hrp::SchedulerOptions options;
   options.roles = {"dynamics"};
   double duration = -1.0;
+  bool ros_services = false;
   return hrp::run_server(
       argc, argv, {"scheduler", "hrp-scheduler", "Grants the steps of a run: run, pause, single step, reset."},
       [&](const hrp::NodeContext& context) {
-        return std::make_unique<hrp::SchedulerNode>(context, options, duration);
+        return std::make_unique<hrp::SchedulerNode>(context, options, duration, ros_services);
       },
       [&](CLI::App& app) {
         app.add_option("--wait-for", options.roles, "roles that must be ready before the first step")
@@ -23,6 +24,7 @@ int main(int argc, char** argv) {
             ->check([](const std::string& word) { return hrp::find_speed_fault(std::strtod(word.c_str(), nullptr)); })
             ->capture_default_str();
         app.add_option("--window", options.window, "[steps] in a grant")->check(CLI::Range(1, 100))->capture_default_str();
+        app.add_flag("--ros-services", ros_services, "services of ROS 2 /run/pause, /run/resume, /run/step, /run/reset: for anybody who reaches the domain");
         app.add_flag("--paused", options.paused, "wait for hrp-run before the first step");
       });
 }

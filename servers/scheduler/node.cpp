@@ -50,18 +50,30 @@ std::string join_refusals(const msg::ModelRefused& message) {
 
 }  // namespace
 
-SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override)
+SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override, bool ros_services)
     : NodeBase(context, /*follows_run=*/false),
       scheduler_(options),
       duration_override_(duration_override),
       grant_publisher_(bus(), topics::kStepGrant),
-      status_publisher_(bus(), topics::kRunStatus) {
+      status_publisher_(bus(), topics::kRunStatus),
+      offers_ros_services_(ros_services) {
   listen<msg::ServerStatus>(topics::kServerStatus, [this](const msg::ServerStatus& m) { attempt([&] { take_status(m); }); });
   listen<msg::RunControl>(topics::kRunControl, [this](const msg::RunControl& m) { attempt([&] { take_control(m); }); });
   listen<msg::RobotDescription>(topics::kRobotDescription,
                                 [this](const msg::RobotDescription& m) { attempt([&] { take_description(m); }); });
   listen<msg::ModelRefused>(topics::kModelRefused, [this](const msg::ModelRefused& m) { attempt([&] { take_refusal(m); }); });
   set_phase(msg::SERVER_READY);
+}
+
+void SchedulerNode::make_endpoints() {
+  NodeBase::make_endpoints();
+  if (!offers_ros_services_ || ros_services_) return;
+  ros_services_ = std::make_unique<RosServices>(bus(), [this](msg::RunRequest request) { return steer(request); });
+}
+
+void SchedulerNode::drop_endpoints() {
+  ros_services_.reset();
+  NodeBase::drop_endpoints();
 }
 
 void SchedulerNode::take_description(const msg::RobotDescription& message) {
@@ -112,32 +124,49 @@ void SchedulerNode::attempt(const std::function<void()>& work) {
   }
 }
 
-void SchedulerNode::refuse(const std::string& reason) {
-  status_.refused(reason);
+void SchedulerNode::answer(const std::string& refused) {
+  status_.refused(refused);
   publish_status(Clock::now());
   status_.refused("");
 }
 
-void SchedulerNode::take_control(const msg::RunControl& message) {
-  if (!is_authorized(topics::kRunControl, message)) {
-    return refuse("only the user who started this run may steer it: the request is not signed with the run's token");
-  }
-  if (!context().token.empty() && !used_nonces_.take(message.nonce())) return;
-  std::string refused;
+std::string SchedulerNode::follow(const msg::RunControl& message) {
   switch (message.request()) {
     case msg::REQUEST_RUN:
-      refused = scheduler_.request_run(message.change_speed() ? std::optional<double>(message.speed()) : std::nullopt, Clock::now());
-      break;
-    case msg::REQUEST_PAUSE: scheduler_.request_pause(); break;
-    case msg::REQUEST_STEP: refused = scheduler_.request_steps(message.steps()); break;
-    case msg::REQUEST_RESET: scheduler_.request_reset(); break;
-    case msg::REQUEST_STOP: scheduler_.request_stop(message.reason()); break;
-    default: refused = "no such request: " + std::to_string(static_cast<int>(message.request()));
+      return scheduler_.request_run(message.change_speed() ? std::optional<double>(message.speed()) : std::nullopt, Clock::now());
+    case msg::REQUEST_PAUSE: scheduler_.request_pause(); return "";
+    case msg::REQUEST_STEP: return scheduler_.request_steps(message.steps());
+    case msg::REQUEST_RESET: scheduler_.request_reset(); return "";
+    case msg::REQUEST_STOP: scheduler_.request_stop(message.reason()); return "";
+    default: return "no such request: " + std::to_string(static_cast<int>(message.request()));
   }
-  status_.refused(refused);
+}
+
+void SchedulerNode::take_control(const msg::RunControl& message) {
+  if (!is_authorized(topics::kRunControl, message)) {
+    return answer("only the user who started this run may steer it: the request is not signed with the run's token");
+  }
+  if (!context().token.empty() && !used_nonces_.take(message.nonce())) return;
+  const std::string refused = follow(message);
   update();
-  publish_status(Clock::now());
-  status_.refused("");
+  answer(refused);
+}
+
+SteerResult SchedulerNode::steer(msg::RunRequest request) {
+  if (has_ended()) return {false, "the run has ended"};
+  msg::RunControl message;
+  message.request(request);
+  message.steps(1);
+  SteerResult result;
+  attempt([&] {
+    const std::string refused = follow(message);
+    update();
+    answer(refused);
+    const bool stops = request == msg::REQUEST_PAUSE || request == msg::REQUEST_STEP;
+    const std::string done = stops ? "stops after step " + std::to_string(scheduler_.paused_at()) : "";
+    result = {refused.empty(), refused.empty() ? done : refused};
+  });
+  return result;
 }
 
 void SchedulerNode::request_stop() {

@@ -5,10 +5,12 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "common/node/node_base.h"
+#include "common/node/ros_services.h"
 #include "hrp_idl/model.h"
 #include "hrp_idl/scheduling.h"
 #include "servers/scheduler/step_scheduler.h"
@@ -18,7 +20,10 @@ namespace hrp {
 class SchedulerNode : public NodeBase {
  public:
   // duration_override: [s] of simulated time, < 0 = as the scenario says.
-  SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override);
+  // ros_services: whoever reaches the domain may pause, step and reset the run (ros_services.h).
+  SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override, bool ros_services = false);
+  void make_endpoints() override;
+  void drop_endpoints() override;
   std::chrono::milliseconds idle_period() const override { return std::chrono::milliseconds(2); }
   NodeOutcome outcome() const override;
   std::string failure() const override { return scheduler_.failure(); }
@@ -38,7 +43,10 @@ class SchedulerNode : public NodeBase {
   void take_refusal(const msg::ModelRefused& message);
   void take_status(const msg::ServerStatus& message);
   void take_control(const msg::RunControl& message);
-  void refuse(const std::string& reason);
+  // Why not; empty when it is done.
+  std::string follow(const msg::RunControl& message);
+  SteerResult steer(msg::RunRequest request);
+  void answer(const std::string& refused);
   void update();
   void publish_status(Clock::time_point now);
   double calc_real_time_factor(Clock::time_point now);
@@ -60,6 +68,8 @@ class SchedulerNode : public NodeBase {
   bool ended_ = false;
   Clock::time_point end_time_;
   bool gone_ = false;
+  bool offers_ros_services_;
+  std::unique_ptr<RosServices> ros_services_;
 };
 
 }  // namespace hrp

@@ -69,6 +69,8 @@ class StepScheduler {
   const Grant& grant() const { return grant_; }
   RunState state() const { return state_; }
   const std::string& late() const { return late_; }
+  // Last step before the pause that was asked for last.
+  uint64_t paused_at() const { return paused_at_; }
   const std::string& failure() const { return failure_; }
   uint64_t epoch() const { return grant_.epoch; }
   uint64_t step() const { return step_; }

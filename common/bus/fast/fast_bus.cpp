@@ -112,6 +112,13 @@ class FastWriter : public Writer, dds::DataWriterListener {
     if (!writer_->write(&sample)) throw BusError("Fast DDS cannot write to " + name_);
   }
 
+  // The answer to `request`, which its client finds by this.
+  void write_reply(Bytes sample, const rtps::SampleIdentity& request) {
+    rtps::WriteParams parameters;
+    parameters.related_sample_identity(request);
+    if (!writer_->write(&sample, parameters)) throw BusError("Fast DDS cannot write to " + name_);
+  }
+
   bool has_readers() const override { return readers_ > 0; }
 
  private:
@@ -126,10 +133,12 @@ class FastWriter : public Writer, dds::DataWriterListener {
   std::atomic<int> readers_{0};
 };
 
+using InfoCallback = std::function<void(Bytes, const dds::SampleInfo&)>;
+
 class FastReader : public Reader, dds::DataReaderListener {
  public:
   FastReader(dds::Subscriber* subscriber, dds::Topic* topic, const TopicSpec& spec, Delivery delivery,
-             SampleCallback callback, std::recursive_mutex* mutex, EndList* ends)
+             InfoCallback callback, std::recursive_mutex* mutex, EndList* ends)
       : subscriber_(subscriber), ends_(ends), gate_(mutex), callback_(std::move(callback)) {
     reader_ = check_made(subscriber->create_datareader(topic, make_fast_reader_qos(spec, delivery), this,
                                                        dds::StatusMask::data_available()), "reader of", spec.name);
@@ -148,18 +157,32 @@ class FastReader : public Reader, dds::DataReaderListener {
     const auto lock = gate_.enter();
     if (!lock.owns_lock()) return;
     while (reader->take_next_sample(&sample_, &info_) == ReturnCode_t::RETCODE_OK) {
-      if (info_.valid_data) callback_({sample_.data(), sample_.size()});
+      if (info_.valid_data) callback_({sample_.data(), sample_.size()}, info_);
     }
   }
 
   dds::Subscriber* subscriber_;
   EndList* ends_;
   CallbackGate gate_;
-  SampleCallback callback_;
+  InfoCallback callback_;
   std::vector<uint8_t> sample_;
   dds::SampleInfo info_;
   dds::DataReader* reader_ = nullptr;
 };
+
+class FastService : public Service {
+ public:
+  std::unique_ptr<FastWriter> replies;
+  std::unique_ptr<Reader> requests;  // ends first: it writes replies
+};
+
+// rmw_fastrtps names the reader of its replies in the request; plain writers are named by themselves.
+rtps::SampleIdentity find_identity(const dds::SampleInfo& info) {
+  rtps::SampleIdentity identity = info.sample_identity;
+  const rtps::GUID_t& reader = info.related_sample_identity.writer_guid();
+  if (reader != rtps::GUID_t::unknown()) identity.writer_guid(reader);
+  return identity;
+}
 
 // Within a process Fast DDS would call readers inside write(), on the writer's thread: callbacks would nest. With this
 // off they come over the loopback like all others. Counts for participants made later, so it is said once, first.
@@ -245,7 +268,21 @@ std::unique_ptr<Writer> FastBus::make_writer(const TopicSpec& topic) {
 
 std::unique_ptr<Reader> FastBus::make_reader(const TopicSpec& topic, Delivery delivery, SampleCallback callback) {
   return std::make_unique<FastReader>(impl_->subscriber, impl_->find_or_make_topic(topic), topic, delivery,
-                                      std::move(callback), &mutex(), &impl_->ends);
+                                      [callback = std::move(callback)](Bytes sample, const dds::SampleInfo&) { callback(sample); },
+                                      &mutex(), &impl_->ends);
+}
+
+std::unique_ptr<Service> FastBus::make_service(const ServiceSpec& service, ServiceCallback callback) {
+  const TopicSpec asked = find_request_topic(service), answered = find_reply_topic(service);
+  auto made = std::make_unique<FastService>();
+  made->replies = std::make_unique<FastWriter>(impl_->publisher, impl_->find_or_make_topic(answered), answered, &impl_->ends);
+  const auto take = [callback = std::move(callback), replies = made->replies.get()](Bytes request, const dds::SampleInfo& info) {
+    const Bytes reply = callback(request);
+    if (reply.size > 0) replies->write_reply(reply, find_identity(info));
+  };
+  made->requests = std::make_unique<FastReader>(impl_->subscriber, impl_->find_or_make_topic(asked), asked, Delivery::kReliable, take,
+                                                &mutex(), &impl_->ends);
+  return made;
 }
 
 std::vector<TopicSeen> FastBus::find_topics() { return impl_->ends.find_topics(); }

@@ -17,6 +17,8 @@ class FastBus : public Bus {
   ~FastBus() override;
   std::unique_ptr<Writer> make_writer(const TopicSpec& topic) override;
   std::unique_ptr<Reader> make_reader(const TopicSpec& topic, Delivery delivery, SampleCallback callback) override;
+  // That of rmw_fastrtps: the identity of a request goes beside the sample, not in it.
+  std::unique_ptr<Service> make_service(const ServiceSpec& service, ServiceCallback callback) override;
   std::vector<TopicSeen> find_topics() override;
   std::string vendor() const override { return "fast"; }
   void spin(std::chrono::milliseconds timeout) override;

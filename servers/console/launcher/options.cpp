@@ -122,6 +122,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
       ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
   app.add_option("--ros-rate", options->ros_rate, "/joint_states and /tf for ROS 2 in a simulated second; 0 = every control period")
       ->check([](const std::string& word) { return find_ros_rate_fault(std::strtod(word.c_str(), nullptr)); });
+  app.add_flag("--ros-services", options->ros_services, "services of ROS 2 /run/pause, /run/resume, /run/step, /run/reset: for anybody who reaches the domain");
   app.add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
   app.add_flag("--force", options->force, "overwrite a log that is there");
   app.add_flag("--durable", options->durable, "bring each part of the log to the disk: a power cut loses no step that is said to be there");
@@ -175,6 +176,9 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     }
     if (options->in_process && app.count("--ros-rate") > 0) {
       throw CLI::ValidationError("--in-process", "excludes --ros-rate: there is no bus that others could read");
+    }
+    if (options->in_process && options->ros_services) {
+      throw CLI::ValidationError("--in-process", "excludes --ros-services: there is no bus that others could call over");
     }
     if (options->in_process && options->view) {
       throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");

@@ -23,6 +23,7 @@ struct LaunchOptions {
   bool in_process = false;
   double speed = 0.0;       // [s/s] 0 = as fast as it goes
   double ros_rate = 0.0;    // [1/s simulated] of joint states and frames for ROS 2; 0 = every control period
+  bool ros_services = false;  // pause, resume, step and reset for ROS 2
   std::string log;          // empty: chosen
   bool force = false;       // overwrite it
   bool durable = false;     // each part of it is brought to the disk

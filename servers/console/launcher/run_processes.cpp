@@ -164,6 +164,7 @@ std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role
   arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
   if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", std::to_string(options_.duration)});
   if (options_.paused) arguments.push_back("--paused");
+  if (options_.ros_services) arguments.push_back("--ros-services");
   return arguments;
 }
 

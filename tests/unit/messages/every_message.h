@@ -10,6 +10,7 @@
 #include "hrp_idl/control.h"
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/model.h"
+#include "hrp_idl/ros_services.h"
 #include "hrp_idl/ros_views.h"
 #include "hrp_idl/scheduling.h"
 #include "hrp_idl/view.h"
@@ -51,6 +52,10 @@ inline const std::vector<MessageCase>& find_every_message() {
       {"geometry_msgs::msg::dds_::WrenchStamped_", encode_again<::geometry_msgs::msg::dds_::WrenchStamped_>},
       {"trajectory_msgs::msg::dds_::JointTrajectory_", encode_again<::trajectory_msgs::msg::dds_::JointTrajectory_>},
       {"std_msgs::msg::dds_::Float64MultiArray_", encode_again<::std_msgs::msg::dds_::Float64MultiArray_>},
+      {"std_srvs::srv::dds_::Trigger_Request_", encode_again<::std_srvs::srv::dds_::Trigger_Request_>},
+      {"std_srvs::srv::dds_::Trigger_Response_", encode_again<::std_srvs::srv::dds_::Trigger_Response_>},
+      {"std_srvs::srv::dds_::SetBool_Request_", encode_again<::std_srvs::srv::dds_::SetBool_Request_>},
+      {"std_srvs::srv::dds_::SetBool_Response_", encode_again<::std_srvs::srv::dds_::SetBool_Response_>},
   };
   return cases;
 }
