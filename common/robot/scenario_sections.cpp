@@ -10,9 +10,32 @@
 namespace hrp {
 namespace {
 
+struct Absence {
+  const char* key;
+  const char* text;
+};
+
+// What people look for in a scenario and is not there: an unknown key would leave them to search for its name.
+void refuse(YamlMap& map, std::initializer_list<Absence> absences) {
+  for (const auto& [key, text] : absences) {
+    if (!map.has(key)) continue;
+    map.ignore(key);
+    map.error(key, text);
+  }
+}
+
+void read_ground_type(YamlMap& map, std::string* type) {
+  map.text("type", type);
+  if (*type == "mesh" || *type == "height_field") {
+    map.error("type", "is '" + *type + "', expected plane or none; give an obstacle of shape " + *type + " with 'type: none'");
+  } else {
+    map.choice("type", type, {"plane", "none"});
+  }
+}
+
 void read_ground(YamlMap& map, GroundSpec* ground) {
   std::string type = "plane";
-  map.choice("type", &type, {"plane", "none"});
+  read_ground_type(map, &type);
   ground->present = type == "plane";
   std::string touch = "all";
   map.choice("touch", &touch, {"all", "feet"});
@@ -77,6 +100,8 @@ void read_surface(YamlMap& map, ObstacleSpec* obstacle) {
 }
 
 void read_obstacle(YamlMap& map, ObstacleSpec* obstacle) {
+  constexpr const char* kFixed = "obstacles are fixed: movable ones are not simulated";
+  refuse(map, {{"mass", kFixed}, {"inertia", kFixed}, {"velocity", kFixed}, {"joint", kFixed}});
   map.choice("shape", &obstacle->shape, {"box", "sphere", "cylinder", "mesh", "height_field"});
   if (obstacle->is_surface()) {
     read_surface(map, obstacle);
@@ -206,6 +231,8 @@ void read_sensors(YamlMap& map, SensorsSpec* sensors) {
   map.ignore("base_twist");  // says in which frames a recording has its twist
   map.ignore("joint_torque");  // joints whose recordings have a torque sensor or an encoder behind the gear
   map.ignore("link_encoder");
+  constexpr const char* kNoCamera = "there is no server of cameras, depth or lidar";
+  refuse(map, {{"camera", kNoCamera}, {"depth", kNoCamera}, {"lidar", kNoCamera}});
 }
 
 void read_foot_bush(YamlMap& map, Scenario* scenario) {
@@ -246,6 +273,9 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.flag("self_collision", &scenario->self_collision);
   read_disturbance_sections(map, scenario);
   map.named("obstacles", &scenario->obstacles, read_obstacle);
+  refuse(map, {{"robots", "a scenario has one 'robot': several in one world are not simulated"},
+               {"objects", "movable objects are not simulated; fixed ones are 'obstacles'"},
+               {"world", "SDF worlds are not read; meshes and height fields are 'obstacles'"}});
 }
 
 void read_joint_sections(YamlMap& map, Scenario* scenario) {

@@ -293,6 +293,15 @@ void remove_children(tinyxml2::XMLElement* parent, const char* name) {
   while (tinyxml2::XMLElement* child = parent->FirstChildElement(name)) parent->DeleteChild(child);
 }
 
+// What a file without <robot> is, by its first element.
+std::string find_format(const tinyxml2::XMLDocument& document) {
+  const Element* root = document.RootElement();
+  const std::string name = root == nullptr ? "" : root->Name();
+  if (name == "sdf") return "SDF is not read, only URDF";
+  if (name == "mujoco") return "MJCF is not read, only URDF";
+  return "not a URDF";
+}
+
 std::string print_bare(tinyxml2::XMLDocument* document, tinyxml2::XMLElement* robot) {
   for (const char* name : {"material", "gazebo", "transmission", "sensor", "loop"}) remove_children(robot, name);
   for (auto* link = robot->FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
@@ -340,7 +349,7 @@ UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics
   }
   Element* robot = document.FirstChildElement("robot");
   if (robot == nullptr) {
-    add_error(file, 0, "", "has no <robot> element: not a URDF", diagnostics);
+    add_error(file, 0, "", "has no <robot> element: " + find_format(document), diagnostics);
     return scan;
   }
   Scanner scanner(&scan, diagnostics);

@@ -45,6 +45,20 @@ std::string find_complaint(const std::string& body, const std::string& more = ""
   return "";
 }
 
+TEST(RobotLoader, OtherFormatsAreRefusedByName) {
+  const auto complain = [](const std::string& text) -> std::string {
+    try {
+      parse_robot(text, "r.xml", make_scenario());
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(complain("<?xml version='1.0'?><sdf version='1.9'><model name='m'/></sdf>"), HasSubstr("SDF is not read, only URDF"));
+  EXPECT_THAT(complain("<mujoco model='m'><worldbody/></mujoco>"), HasSubstr("MJCF is not read, only URDF"));
+  EXPECT_THAT(complain("<svg/>"), HasSubstr("not a URDF"));
+}
+
 TEST(RobotLoader, ReadsJointsInTheOrderOfTheFile) {
   const TreeSpec tree = load_arm().tree;
   ASSERT_EQ(tree.num_joints(), 5);
