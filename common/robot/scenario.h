@@ -168,6 +168,7 @@ struct Scenario {
   std::map<std::string, std::vector<StatedEffect>> link_laws;    // by link
   std::vector<LoopSpec> loops;
   bool self_collision = false;
+  std::map<std::string, std::vector<std::string>> no_contact;  // link, obstacle or "ground" -> those that it never touches, or "all"
   std::vector<ObstacleSpec> obstacles;
   std::map<std::string, SoleSpec> soles;  // by foot link
   int max_sole_points = 4;       // contact points kept per sole and plane, 3 to 16

@@ -29,6 +29,19 @@ class Checker {
   }
   void check_link(const std::string& key, const std::string& name) { check(key, name, links_, "link"); }
   void check_joint(const std::string& key, const std::string& name) { check(key, name, joints_, "joint that moves"); }
+  // Names of whatever may touch: "all" stands for everything.
+  void check_no_contact() {
+    std::vector<std::string> bodies = links_;
+    bodies.insert(bodies.end(), {"ground", "all"});
+    for (const ObstacleSpec& obstacle : scenario_.obstacles) bodies.push_back(obstacle.name);
+    for (const auto& [name, others] : scenario_.no_contact) {
+      const std::string key = "no_contact." + name;
+      check(key, name, bodies, "link, and the scenario no obstacle");
+      for (size_t i = 0; i < others.size(); ++i) {
+        check(key + "[" + std::to_string(i) + "]", others[i], bodies, "link, and the scenario no obstacle");
+      }
+    }
+  }
   template <typename Map>
   void check_joint_keys(const std::string& key, const Map& map) {
     for (const auto& item : map) check_joint(key + "." + item.first, item.first);
@@ -150,6 +163,7 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
     if (!loop.link_b.empty()) checker.check_link("loops." + loop.name + ".link_b", loop.link_b);
   }
   checker.check_link_keys("foot_bush", scenario.foot_bush);
+  checker.check_no_contact();
   for (const ImuSpec& imu : scenario.sensors.imus) checker.check_link("sensors.imu." + imu.name + ".link", imu.link);
   for (const WrenchSpec& w : scenario.sensors.wrenches) checker.check_link("sensors.wrench." + w.name + ".link", w.link);
   for (const PushSpec& push : scenario.pushes) checker.check_link("pushes." + push.name + ".link", push.link);

@@ -271,6 +271,7 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.child("contact", [&](YamlMap& child) { read_contact(child, &scenario->contact); });
   map.child("foot_bush", [&](YamlMap& child) { read_foot_bush(child, scenario); });
   map.flag("self_collision", &scenario->self_collision);
+  map.names_by_name("no_contact", &scenario->no_contact);
   read_disturbance_sections(map, scenario);
   map.named("obstacles", &scenario->obstacles, read_obstacle);
   refuse(map, {{"robots", "a scenario has one 'robot': several in one world are not simulated"},

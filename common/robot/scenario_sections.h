@@ -7,7 +7,7 @@
 
 namespace hrp {
 
-// ground, feet, soles, contact, foot_bush, obstacles, self_collision.
+// ground, feet, soles, contact, foot_bush, obstacles, self_collision, no_contact.
 void read_world_sections(YamlMap& map, Scenario* scenario);
 
 // servo, perfect_joints, unactuated, rotor_inertia, initial, joint_laws, controller.

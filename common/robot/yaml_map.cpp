@@ -237,6 +237,12 @@ void YamlMap::numbers_by_name(const std::string& key, std::map<std::string, doub
   });
 }
 
+void YamlMap::names_by_name(const std::string& key, std::map<std::string, std::vector<std::string>>* value) {
+  child(key, [&](YamlMap& map) {
+    for (const std::string& name : map.keys_) map.names(name, &(*value)[name]);
+  });
+}
+
 void YamlMap::child(const std::string& key, const std::function<void(YamlMap&)>& read) {
   const YAML::Node node = find(key);
   if (!node.IsDefined()) return;

@@ -46,6 +46,7 @@ class YamlMap {
   void axes3(const std::string& key, Vector3d* value, Bound bound, const std::string& unit);
   void names(const std::string& key, std::vector<std::string>* value);
   void numbers_by_name(const std::string& key, std::map<std::string, double>* value, Bound bound, const std::string& unit);
+  void names_by_name(const std::string& key, std::map<std::string, std::vector<std::string>>* value);
   // Calls `read` with the mapping under `key`, if there, and finishes it.
   void child(const std::string& key, const std::function<void(YamlMap&)>& read);
   // Calls `read` for each named mapping under `key`, in the order of the file, and finishes each.

@@ -40,14 +40,21 @@ bool are_neighbours(const TreeSpec& tree, int a, int b) {
 
 CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& scenario)
     : robot_(robot), scenario_(scenario), model_(robot.tree, scenario.gravity_W), data_(model_),
-      start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)), surfaces_(robot, scenario) {
+      start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)),
+      filter_(robot.tree, scenario), surfaces_(robot, scenario, filter_) {
   ground_.margin = scenario.contact.margin;
-  if (scenario.ground.present) soles_ = make_soles(robot);
+  if (scenario.ground.present) add_soles();
   if (scenario.ground.present && scenario.ground.all_touch && robot.tree.floating_base) add_falling_links();
   update_kinematics(model_, start_, &data_);
   surfaces_.leave_out_start(robot, data_, &in_ground_);
   if (scenario.self_collision || has_solids(scenario)) add_bodies();
   if (scenario.self_collision) add_self_pairs();
+}
+
+void CollisionWorld::add_soles() {
+  for (const Sole& sole : make_soles(robot_)) {
+    if (filter_.may_touch(sole.link, kGround)) soles_.push_back(sole);
+  }
 }
 
 void CollisionWorld::add_falling_links() {
@@ -59,6 +66,7 @@ void CollisionWorld::add_falling_links() {
   };
   for (const FallingLink& link : make_falling_links(robot_)) {
     const int index = link.others.link;
+    if (!filter_.may_touch(index, kGround)) continue;
     if (is_beside_foot(index) && calc_clearance(link.others, get_pose(data_, index), ground_) < kStandingClearance) {
       in_ground_.push_back(robot_.tree.links[size_t(index)].name);
     } else {
@@ -90,7 +98,7 @@ void CollisionWorld::add_bodies() {
     body.X_WG = obstacle.X_WG;
     body.center_W = body.X_WG * narrow_.get_center(body.shape);
     for (size_t i = 0; i < num_robot_bodies_; ++i) {
-      obstacle_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(bodies_.size()) - 1);
+      if (filter_.may_touch(bodies_[i].link, body.link)) obstacle_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(bodies_.size()) - 1);
     }
   }
   // By link, then obstacle: shapes of one pair of bodies stand together.
@@ -106,7 +114,7 @@ void CollisionWorld::add_self_pairs() {
   for (size_t i = 0; i < num_robot_bodies_; ++i) {
     for (size_t j = i + 1; j < num_robot_bodies_; ++j) {
       const Body &a = bodies_[i], &b = bodies_[j];
-      if (a.link == b.link || are_neighbours(robot_.tree, a.link, b.link)) continue;
+      if (a.link == b.link || are_neighbours(robot_.tree, a.link, b.link) || !filter_.may_touch(a.link, b.link)) continue;
       self_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(j));
       if (are_near(a, b) && narrow_.overlaps(a.shape, a.X_WG, b.shape, b.X_WG)) overlapping.insert({a.link, b.link});
     }

@@ -12,6 +12,7 @@
 #include "common/robot/scenario.h"
 #include "common/robot/signals.h"
 #include "common/robot/sole.h"
+#include "servers/collision_checker/contact_filter.h"
 #include "servers/collision_checker/narrow_phase.h"
 #include "servers/collision_checker/surface_world.h"
 
@@ -19,8 +20,9 @@ namespace hrp {
 
 // Soles touch the ground, and so does every other shape of a robot with a floating base, unless the scenario says
 // `ground: {touch: feet}`. Links beside a foot that reach into the ground in the initial pose already, such as an ankle
-// whose geometry is longer than the sole is deep, never do. Every shape touches obstacles; with `self_collision` links touch each other, except pairs
-// of neighbours in the tree and pairs that overlap in the initial pose already.
+// whose geometry is longer than the sole is deep, never do. Every shape touches obstacles; with `self_collision` links touch
+// each other, except pairs of neighbours in the tree and pairs that overlap in the initial pose already. What stands in
+// `no_contact` never touches.
 class CollisionWorld {
  public:
   // Throws InputError: meshes that cannot be read, trees that cannot be computed with.
@@ -47,6 +49,7 @@ class CollisionWorld {
     double radius = 0.0;
     double friction = 0.0;
   };
+  void add_soles();
   void add_bodies();
   void add_self_pairs();
   void update_poses(const State& state);
@@ -70,6 +73,7 @@ class CollisionWorld {
   std::vector<FallingLink> falling_links_;
   std::vector<const Sole*> fallen_;  // what else touches the ground in this state
   std::vector<std::string> in_ground_;
+  ContactFilter filter_;
   SurfaceWorld surfaces_;
   NarrowPhase narrow_;
   std::vector<Body> bodies_;  // shapes of the robot, by link, then obstacles

@@ -35,9 +35,10 @@ bool is_beside_foot(const TreeSpec& tree, const std::vector<Sole>& soles, int li
 
 }  // namespace
 
-SurfaceWorld::SurfaceWorld(const RobotDescription& robot, const Scenario& scenario) : max_points_(scenario.max_sole_points) {
+SurfaceWorld::SurfaceWorld(const RobotDescription& robot, const Scenario& scenario, const ContactFilter& filter)
+    : max_points_(scenario.max_sole_points) {
   add_places(robot, scenario);
-  if (!places_.empty()) add_couples(robot, scenario.contact.margin);
+  if (!places_.empty()) add_couples(robot, scenario.contact.margin, filter);
 }
 
 void SurfaceWorld::add_places(const RobotDescription& robot, const Scenario& scenario) {
@@ -49,7 +50,7 @@ void SurfaceWorld::add_places(const RobotDescription& robot, const Scenario& sce
   }
 }
 
-void SurfaceWorld::add_couples(const RobotDescription& robot, double margin) {
+void SurfaceWorld::add_couples(const RobotDescription& robot, double margin, const ContactFilter& filter) {
   const std::vector<Sole> soles = make_soles(robot);
   const std::vector<FallingLink> others = make_falling_links(robot);
   for (int link = 0; link < static_cast<int>(robot.tree.links.size()); ++link) {
@@ -59,6 +60,7 @@ void SurfaceWorld::add_couples(const RobotDescription& robot, double margin) {
       if (shape.link == link) parts.push_back({make_touching_shape(shape, p_LR, margin), 0, shape.sole});
     }
     for (size_t k = 0; k < places_.size() && !parts.empty(); ++k) {
+      if (!filter.may_touch(link, places_[k].obstacle)) continue;
       for (Part& part : parts) part.query = places_[k].mesh->add_query(2.0 * part.shape.half);
       couples_.push_back({link, places_[k].obstacle, k, p_LR, parts});
     }

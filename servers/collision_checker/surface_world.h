@@ -8,6 +8,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "common/robot/scenario.h"
+#include "servers/collision_checker/contact_filter.h"
 #include "servers/collision_checker/surface_contact.h"
 
 namespace hrp {
@@ -15,7 +16,7 @@ namespace hrp {
 class SurfaceWorld {
  public:
   // Throws InputError: an obstacle whose surface the description lacks.
-  SurfaceWorld(const RobotDescription& robot, const Scenario& scenario);
+  SurfaceWorld(const RobotDescription& robot, const Scenario& scenario, const ContactFilter& filter);
 
   // Shapes of feet and their neighbours that are no soles and reach into a surface at the start never touch it, as with the
   // ground. Appends the names of their links.
@@ -47,7 +48,7 @@ class SurfaceWorld {
     std::vector<Part> parts;
   };
   void add_places(const RobotDescription& robot, const Scenario& scenario);
-  void add_couples(const RobotDescription& robot, double margin);
+  void add_couples(const RobotDescription& robot, double margin, const ContactFilter& filter);
   void calc_part(const Couple& couple, const Part& part, const Data& data);
 
   int max_points_ = 4;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/collision_checker/collision_world.h"
 
+#include <unistd.h>
+
 #include <cmath>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +14,9 @@
 
 namespace hrp {
 namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
 
@@ -230,6 +236,47 @@ TEST(SoleContact, CylinderRollsOnItsLowestLine) {
     ASSERT_TRUE(calc_sole_contact(sole, X_WL, GroundPlane(), 4, &pair));
     ASSERT_EQ(pair.points.size(), 2u);
     for (const ContactPoint& point : pair.points) EXPECT_NEAR(point.depth, 1e-3, 1e-12) << angle;
+  }
+}
+
+// ---- what never touches -------------------------------------------------------------------------------------------
+
+// Bodies that the box touches where it stands: 5 mm in the ground, in a table and in a field.
+std::vector<int> touch_all(const std::string& no_contact) {
+  const std::string path = testing::TempDir() + "/no_contact_" + std::to_string(getpid()) + ".csv";
+  std::ofstream(path) << "0,0\n0,0\n";
+  const Case s = make_box("initial: {position: [0, 0, 0.095]}\nobstacles:\n"
+                          "  table: {size: [1, 1, 0.1], position: [0, 0, -0.05]}\n"
+                          "  land: {shape: height_field, spacing: 4, file: " + path + "}\n" + no_contact);
+  CollisionWorld world(s.robot, s.scenario);
+  std::vector<int> touched;
+  for (const ContactPair& pair : world.calc_contacts(world.start_state())) touched.push_back(pair.body_b);
+  return touched;
+}
+
+TEST(NoContact, WhatIsNamedNeverTouches) {
+  constexpr int kTable = -2, kLand = -3;
+  EXPECT_THAT(touch_all(""), ElementsAre(kLand, kTable, kGround));
+  EXPECT_THAT(touch_all("no_contact: {box: [table]}"), ElementsAre(kLand, kGround));
+  EXPECT_THAT(touch_all("no_contact: {land: [box], ground: [box]}"), ElementsAre(kTable));
+  EXPECT_THAT(touch_all("no_contact: {table: [all]}"), ElementsAre(kLand, kGround));
+  EXPECT_THAT(touch_all("no_contact: {box: [all]}"), ElementsAre());
+}
+
+TEST(NoContact, ArmsThatCrossTheTrunkPassThroughIt) {
+  const Case s = load_setup("hrp2p_stand.yaml", "self_collision: true\nno_contact: {all: [all]}\n");
+  CollisionWorld world(s.robot, s.scenario);
+  State state = world.start_state();
+  state.q[s.robot.tree.find_joint("L_SHOULDER_R")] = -0.9;
+  EXPECT_TRUE(world.calc_contacts(state).empty());
+}
+
+TEST(NoContact, NamesThatAreNobodyAreRefusedWithTheirPlace) {
+  try {
+    make_box("no_contact:\n  box: [tabl]\nobstacles: {table: {size: [1, 1, 1]}}\n");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(":4:9: error: no_contact.box[0]: the robot has no link, and the scenario no obstacle 'tabl'; did you mean 'table'?"));
   }
 }
 
