@@ -254,6 +254,14 @@ TEST(Surface, TheShippedWalkOverWavesStaysUpright) {
   std::printf("waves: %.3f m forward, %.4f m up, lean %.4f rad\n", r.travelled.x(), r.travelled.z(), r.largest_lean);
 }
 
+TEST(Surface, AWalkerThatIsPushedOverOnWavesHasFallen) {
+  const Scenario waves = load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/terrain.yaml");
+  const std::string push = "pushes: {shove: {link: CHEST_IMU, force: [0, 400, 0], start: 3, duration: 0.3}}\n";
+  const TrialResult r = Trial(parse_scenario(waves.text + push, waves.path)).run();
+  EXPECT_TRUE(r.fallen);
+  EXPECT_GT(r.fall_time, 3.0);
+}
+
 TEST(Surface, ARunOnAFieldRepeatsToTheBit) {
   const std::string land = make_land(write_field("hills.csv", [](double x, double y) { return 0.1 * std::sin(3.0 * x) * std::cos(2.0 * y); }));
   const std::string yaml = make_box("[0.3, 0.1, 0.5]", "[0.3, 0.2, 0.1]", land);

@@ -43,8 +43,45 @@ class FallWatchTest : public ::testing::Test {
     if (!watch_.is_due(R, {0, 0, height})) return std::nullopt;
     return watch_.update(touch(links));
   }
+  // As look(), without a plane: the lowest point that is touched is at this height.
+  std::optional<FallEvent> look_at(FallWatch* watch, double tilt, double height, const std::vector<int>& links, double foothold) {
+    const Eigen::Quaterniond R(Eigen::AngleAxisd(tilt * M_PI / 180, Vector3d::UnitY()));
+    ContactForces forces = touch(links);
+    for (PairForce& pair : forces) {
+      pair.body_b = make_obstacle_index(0);
+      pair.points.resize(1);
+      pair.points[0].p_WC.z() = foothold;
+    }
+    return watch->is_due(R, {0, 0, height}) ? watch->update(forces) : std::nullopt;
+  }
+  static FallWatch make_on_terrain() {
+    Scenario scenario;
+    scenario.ground.present = false;
+    scenario.obstacles.resize(1);
+    FallWatch watch(make_robot(), scenario);
+    watch.reset(Eigen::Quaterniond::Identity(), {0, 0, 5.8});
+    return watch;
+  }
   FallWatch watch_;
 };
+
+TEST_F(FallWatchTest, WalkingDownstairsIsNoFallButTheEdgeIs) {
+  FallWatch watch = make_on_terrain();
+  for (const double foothold : {5.0, 4.0, 3.0}) EXPECT_FALSE(look_at(&watch, 5, foothold + 0.8, {1}, foothold)) << foothold;
+  EXPECT_FALSE(look_at(&watch, 5, 3.7, {}, 0)) << "in the air";
+  const auto event = look_at(&watch, 5, 3.1, {}, 0);
+  ASSERT_TRUE(event && event->fall) << "0.1 m above where it stood last";
+  EXPECT_THAT(event->text, HasSubstr("0.10 m above the ground (0.80 m at the start)"));
+}
+
+TEST_F(FallWatchTest, LyingOnTerrainIsAFall) {
+  FallWatch watch = make_on_terrain();
+  EXPECT_FALSE(look_at(&watch, 0, 5.8, {1}, 5.0));
+  EXPECT_FALSE(look_at(&watch, 5, 5.8, {1, 2}, 5.0)) << "a hand on an obstacle, upright";
+  const auto event = look_at(&watch, 35, 5.5, {1, 2}, 5.0);
+  ASSERT_TRUE(event && event->fall);
+  EXPECT_EQ(event->links, std::vector<std::string>{"hand"});
+}
 
 TEST_F(FallWatchTest, StandingAndSquattingOnFeetIsNoFall) {
   for (double height : {0.8, 0.7, 0.5, 0.3}) EXPECT_FALSE(look(5, height, {1})) << height;
