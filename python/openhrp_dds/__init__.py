@@ -14,8 +14,9 @@ from openhrp_dds.controller import Controller, run_controller
 from openhrp_dds.diagnosis import DiagnosisReport, Finding, FootReport, ProgramError, diagnose, identify_foot
 from openhrp_dds.logs import Log, read_log
 from openhrp_dds.recordings import Recording, write_experiment, write_recording
+from openhrp_dds.states import read_state, write_state
 
 __all__ = ["Command", "ControlledRobot", "Controller", "DiagnosisReport", "Finding", "FootReport", "ImuSample", "InputError",
            "Log", "Observation", "ProgramError", "Record", "Recording", "Robot", "SavedRun", "Simulation", "SimulationError",
-           "State", "diagnose", "identify_foot", "load_robot", "read_log", "run_controller", "write_experiment",
-           "write_recording"]
+           "State", "diagnose", "identify_foot", "load_robot", "read_log", "read_state", "run_controller",
+           "write_experiment", "write_recording", "write_state"]

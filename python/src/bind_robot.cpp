@@ -167,6 +167,8 @@ void bind_state(py::module_& m) {
                              "(4,) R_WB as a unit quaternion (w, x, y, z).")
       .def_property_readonly("base_velocity", [](const py::object& self) { return view(self.cast<const State&>().V_WB, self); },
                              "(6,) [rad/s; m/s] [w_WB; v_WB], world axes; read-only, no copy.")
+      .def(py::pickle([](const State& s) { return py::make_tuple(s.q, s.qd, Vector3d(s.p_WB), make_wxyz(s.R_WB), Vector6d(s.V_WB)); },
+                      [](const py::tuple& kept) { return make_py_state(kept[0], kept[1], kept[2], kept[3], kept[4]); }))
       .def_property_readonly("hash", &calc_state_hash, "Of the bits of all numbers: equal states, equal hashes.");
 }
 

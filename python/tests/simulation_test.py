@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs within Python's process: the bits of the programs, going back, forces by cause, threads."""
+import copy
 import pathlib
+import pickle
 import tempfile
 import threading
 import unittest
@@ -103,6 +105,44 @@ class GoingBack(unittest.TestCase):
             self.assertEqual(simulation.step_number, 0)
             with self.assertRaisesRegex(ValueError, r"state.q must have shape"):
                 simulation.reset(openhrp_dds.State([0.0] * (n + 1)))
+
+
+class StatesInFiles(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = str(pathlib.Path(folder.name) / "state.npz")
+        self.simulation = openhrp_dds.Simulation(str(SCENARIOS / "hrp2p_stand.yaml"))
+        self.simulation.step(333)
+        self.state = self.simulation.state
+        openhrp_dds.write_state(self.path, self.state, self.simulation.robot)
+
+    def test_what_is_read_has_the_bits_of_what_was_written(self):
+        read = openhrp_dds.read_state(self.path, self.simulation.robot)
+        self.assertEqual(read.hash, self.state.hash)
+        self.assertEqual(pickle.loads(pickle.dumps(self.state)).hash, self.state.hash)
+        self.assertEqual(copy.deepcopy(self.state).hash, self.state.hash)
+
+    def test_runs_that_begin_there_are_equal(self):
+        other = openhrp_dds.Simulation(str(SCENARIOS / "hrp2p_stand.yaml"))
+        other.reset(openhrp_dds.read_state(self.path, other.robot))
+        self.simulation.reset(self.state)
+        self.simulation.step(500)
+        other.step(500)
+        self.assertEqual(self.simulation.state_hash, other.state_hash)
+
+    def test_another_robot_and_another_file_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            arm = openhrp_dds.Simulation(write_arm(folder), controller=None)
+            with self.assertRaisesRegex(ValueError, "of another robot"):
+                openhrp_dds.read_state(self.path, arm.robot)
+            with self.assertRaisesRegex(ValueError, "must have shape"):
+                openhrp_dds.write_state(self.path, self.state, arm.robot)
+        pathlib.Path(self.path).write_bytes(pathlib.Path(self.path).read_bytes()[:200])
+        with self.assertRaisesRegex(ValueError, "no state of a robot"):
+            openhrp_dds.read_state(self.path, self.simulation.robot)
+        with self.assertRaises(FileNotFoundError):
+            openhrp_dds.read_state(self.path + "x", self.simulation.robot)
 
 
 class Forces(unittest.TestCase):
