@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A live run in the browser: the robot and both feet's arrows are there, their numbers are those of the log, and every
 // button does what it says.
+import { readFileSync } from "node:fs";
 import { check, openPage, readLog, readTable, run, startBrowser, startRun, startViewer, sumVertical, waitFor } from "./lib.mjs";
 
 const feet = ["L_ANKLE_R_LINK", "R_ANKLE_R_LINK"];
@@ -40,6 +41,40 @@ async function checkPictures(page) {
   const end = await waitFor("pictures", async () => { const now = await count(); return now.came >= begin.came + 40 && now; });
   check(end.drawn - begin.drawn >= 4, `${end.drawn - begin.drawn} of ${end.came - begin.came} pictures are drawn, ` +
     `${await page.evaluate(() => document.getElementById("scene").dataset.fps)} a second (reported, not judged)`);
+}
+
+// The browser's own decoder says what is in the file: size, length, and that the robot is there: not all of one colour.
+async function checkVideo(browser, page) {
+  const drawn = () => page.evaluate(() => window.hrpViewer.stage.frameCount);
+  await page.keyboard.press("v");
+  const begin = await drawn();
+  await waitFor("pictures for the video", async () => (await drawn()) > begin + 20);
+  const saved = page.waitForEvent("download");
+  await page.keyboard.press("v");
+  const download = await saved;
+  const bytes = readFileSync(await download.path());
+  check(/^[\w-]+\.webm$/.test(download.suggestedFilename()) && bytes.length > 2000, `a video is saved: ${download.suggestedFilename()}, ${bytes.length} bytes`);
+  const other = await browser.newPage();  // the viewer's page may load no video
+  const shown = await other.evaluate(async (base64) => {
+    const video = document.createElement("video");
+    video.muted = true;
+    video.src = `data:video/webm;base64,${base64}`;
+    await new Promise((done, fail) => { video.onloadeddata = done; video.onerror = () => fail(new Error(video.error.message)); });
+    // To the last picture; the file says nothing of its length.
+    await new Promise((done) => { video.onseeked = done; video.currentTime = 1e6; });
+    const canvas = Object.assign(document.createElement("canvas"), { width: video.videoWidth, height: video.videoHeight });
+    const context = canvas.getContext("2d");
+    context.drawImage(video, 0, 0);
+    const pixels = context.getImageData(0, 0, canvas.width, canvas.height).data;
+    const colors = new Set();
+    for (let i = 0; i < pixels.length; i += 4) colors.add((pixels[i] >> 4) << 8 | (pixels[i + 1] >> 4) << 4 | (pixels[i + 2] >> 4));
+    return { size: [canvas.width, canvas.height], colors: colors.size, first: [...pixels.slice(0, 4)], length: video.currentTime };
+  }, bytes.toString("base64"));
+  await other.close();
+  const expected = await page.evaluate(() => ["width", "height"].map((side) => document.getElementById("scene")[side]));
+  // Encoders want even sizes.
+  check(shown.size.every((size, i) => Math.abs(size - expected[i]) <= 1), `the video has the size of the picture: ${shown.size.join(" x ")}`);
+  check(shown.colors > 10, `and shows more than a background: ${shown.colors} colours in the last picture, at ${shown.length.toFixed(2)} s (a corner: ${shown.first})`);
 }
 
 run(async () => {
@@ -92,6 +127,7 @@ run(async () => {
   await waitFor("a new epoch", async () => (await status()).epoch === epoch + 1);
   check((await status()).step < before + 11, "Reset begins again at step 0");
   await checkPictures(page);
+  await checkVideo(browser, page);
   // As fast as it goes: without this the run would take some more seconds.
   await page.selectOption("#speed", "0");
   check((await simulation.ended) === 0, "the run ends as planned");

@@ -285,7 +285,15 @@ export class Stage {
     return true;
   }
 
+  // The page's colours lie behind the canvas, which is clear; a video has only the canvas.
+  setBackdrop(on) {
+    const style = getComputedStyle(document.documentElement);
+    this.world.background = on ? new THREE.Color(style.getPropertyValue("--stage-top").trim()) : null;
+    this.dirty = true;
+  }
+
   setTheme() {
+    if (this.world.background) this.setBackdrop(true);
     if (this.groundScene) this.setGround(this.groundScene);
     this.dirty = true;
   }

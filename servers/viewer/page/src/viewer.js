@@ -4,6 +4,7 @@ import { Chart } from "./charts.js";
 import { ServerConnection } from "./connection.js";
 import { norm } from "./forces.js";
 import { Player } from "./player.js";
+import { Recorder, saveAs } from "./recorder.js";
 import { chooseCharts, chooseUnit, listSignals } from "./signals.js";
 import { SignalDialog } from "./signal_dialog.js";
 import { Stage } from "./stage.js";
@@ -27,6 +28,7 @@ class Page {
     this.epoch = null;
     this.run = null;
     this.stage = new Stage($("scene"), $("scene-note"));
+    this.recorder = new Recorder(this.stage);
     this.player = new Player((time, steps) => this.connection.send({ op: "at", time, steps, sources: this.sources() }));
     this.dialog = new SignalDialog(() => this.findSignals(), (topic) => this.connection.send({ op: "peek", topic }), () => Object.keys(this.topics));
     this.listen();
@@ -327,6 +329,8 @@ class Page {
     $("run-b").onchange = () => this.choose(this.chosen[0], Number($("run-b").value));
     $("add-chart").onclick = () => this.addChart();
     $("help").onclick = () => $("help-dialog").showModal();
+    $("record").hidden = !this.recorder.isPossible;
+    $("record").onclick = () => this.toggleVideo();
     $("theme").onclick = () => this.setTheme(this.theme() === "dark" ? "light" : "dark");
     for (const box of document.querySelectorAll("[data-layer]")) {
       box.onchange = () => { this.stage.layers[box.dataset.layer] = box.checked; this.stage.dirty = true; };
@@ -335,6 +339,23 @@ class Page {
     let theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
     try { theme = localStorage.getItem("theme") ?? theme; } catch { /* a browser that keeps nothing */ }
     document.documentElement.dataset.theme = theme;
+  }
+
+  async toggleVideo() {
+    if (!this.recorder.isOn) {
+      this.recorder.start();
+    } else {
+      $("record").disabled = true;
+      const name = ($("run-name").textContent.match(/[\w-]+/)?.[0] ?? "run") + (this.recorder.kind.includes("mp4") ? ".mp4" : ".webm");
+      try {
+        saveAs(await this.recorder.stop(), name);
+      } catch (error) {
+        this.say(`no video: ${error}`);
+      }
+      $("record").disabled = false;
+    }
+    $("record").textContent = this.recorder.isOn ? "Stop and save" : "Record video";
+    $("record").classList.toggle("primary", this.recorder.isOn);
   }
 
   addChart() {
@@ -364,6 +385,7 @@ class Page {
       f: () => this.stage.lookAtRobot(),
       c: () => $("add-chart").click(),
       t: () => $("theme").click(),
+      v: () => { if (this.recorder.isPossible) $("record").click(); },
       "?": () => $("help").click(),
     };
     const action = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
