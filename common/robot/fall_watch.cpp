@@ -17,7 +17,7 @@ constexpr double kFallenHeight = 0.2, kTouchingHeight = 0.5, kDueHeight = 0.8;  
 
 FallWatch::FallWatch(const RobotDescription& robot, const Scenario& scenario)
     : watching_(robot.tree.floating_base && scenario.floating_base && (scenario.ground.present || !scenario.obstacles.empty())),
-      plane_(scenario.ground.present), ground_(make_ground_plane(scenario.ground)) {
+      ground_(make_ground_plane(scenario.ground)) {
   for (const LinkSpec& link : robot.tree.links) names_.push_back(link.name);
   feet_.assign(names_.size(), 0);
   touched_ = feet_;
@@ -30,7 +30,7 @@ void FallWatch::reset(const Eigen::Quaterniond& R_WB, const Vector3d& p_WB) {
   up_B_ = R_WB.conjugate() * ground_.n_W;
   start_height_ = ground_.n_W.dot(p_WB) - ground_.offset;
   fallen_ = false;
-  stands_ = plane_;
+  stands_ = ground_.present;
   std::fill(touched_.begin(), touched_.end(), 0);
 }
 
@@ -39,7 +39,7 @@ bool FallWatch::is_due(const Eigen::Quaterniond& R_WB, const Vector3d& p_WB) {
   height_ = ground_.n_W.dot(p_WB) - ground_.offset;
   base_z_ = p_WB.z();
   cosine_ = ground_.n_W.dot(R_WB * up_B_);
-  if (plane_ && is_upright()) return false;  // without a plane, forces tell the height
+  if (ground_.present && is_upright()) return false;  // without a plane, forces tell the height
   tilt_ = std::acos(std::clamp(cosine_, -1.0, 1.0));
   return true;
 }
@@ -49,7 +49,7 @@ bool FallWatch::is_upright() const { return cosine_ > std::cos(kDueTilt) && heig
 void FallWatch::update_foothold(const ContactForces& forces) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const PairForce& pair : forces) {
-    if (!is_ground(pair)) continue;
+    if (!is_ground_pair(pair, ground_)) continue;
     if (pair.points.empty()) lowest = std::min(lowest, pair.p_WR.z());
     for (const PointForce& point : pair.points) lowest = std::min(lowest, point.p_WC.z());
   }
@@ -67,12 +67,12 @@ bool FallWatch::has_fallen() const {
 }
 
 std::optional<FallEvent> FallWatch::update(const ContactForces& forces) {
-  if (!plane_) update_foothold(forces);
+  if (!ground_.present) update_foothold(forces);
   if (!stands_ || is_upright()) return std::nullopt;
   FallEvent event;
   std::string newest;
   for (const PairForce& pair : forces) {
-    if (!is_ground(pair) || pair.body_a < 0 || is_foot(pair.body_a)) continue;
+    if (!is_ground_pair(pair, ground_) || pair.body_a < 0 || is_foot(pair.body_a)) continue;
     if (!(pair.total.tail<3>().squaredNorm() > 0.0)) continue;
     const auto link = static_cast<size_t>(pair.body_a);
     event.links.push_back(names_[link]);

@@ -40,14 +40,12 @@ class FallWatch {
 
  private:
   bool is_foot(int link) const { return feet_[static_cast<size_t>(link)] != 0; }
-  bool is_ground(const PairForce& pair) const { return plane_ ? pair.body_b == kGround : pair.body_b < 0; }
   void update_foothold(const ContactForces& forces);
   bool is_upright() const;
   bool has_fallen() const;
   std::string describe(const FallEvent& event, const std::string& newest) const;
 
   bool watching_ = false;  // a floating base over a ground
-  bool plane_ = true;      // else only obstacles
   bool stands_ = true;     // the height at the start is known
   std::vector<std::string> names_;
   std::vector<char> feet_;     // by link

@@ -10,6 +10,7 @@ GroundPlane make_ground_plane(const GroundSpec& ground) {
     plane.n_W = make_rotation_from_rpy({ground.roll, ground.pitch, 0.0}).col(2);
   }
   plane.offset = plane.n_W.z() * ground.height;
+  plane.present = ground.present;
   return plane;
 }
 

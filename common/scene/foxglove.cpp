@@ -229,7 +229,7 @@ std::string make_contacts(const ContactForces& forces, const FrameTree& frames, 
   put_deletion(kAll, "", time, &json.begin('{').key("deletions").begin('['));
   json.end(']').key("entities").begin('[');
   for (const LinkForce& force : sum_link_forces(forces)) put_force(force, frames, metres_per_newton, time, &json);
-  if (const auto polygon = calc_support_polygon(forces); !polygon.empty()) {
+  if (const auto polygon = calc_support_polygon(forces, ground); !polygon.empty()) {
     Entity entity;
     entity.add_loop(polygon, kPolygon);
     entity.put("support_polygon", frames.world(), time, &json);

@@ -26,6 +26,19 @@ std::vector<Vector3d> walk_chain(Iterator begin, Iterator end) {
   return chain;
 }
 
+// [m] of the contact points, weighed by the sizes of their forces.
+double calc_mean_height(const ContactForces& forces, const GroundPlane& ground) {
+  double sum = 0.0, weight = 0.0;
+  for (const PairForce& pair : forces) {
+    if (!is_ground_pair(pair, ground)) continue;
+    for (const PointForce& point : pair.points) {
+      sum += point.total.norm() * point.p_WC.z();
+      weight += point.total.norm();
+    }
+  }
+  return weight > 0.0 ? sum / weight : 0.0;
+}
+
 }  // namespace
 
 std::vector<LinkForce> sum_link_forces(const ContactForces& forces) {
@@ -58,10 +71,11 @@ std::vector<LinkForce> sum_link_forces(const ContactForces& forces) {
 }
 
 std::optional<Vector3d> calc_ground_zmp(const ContactForces& forces, const GroundPlane& ground) {
-  const Vector3d p_WO = ground.n_W * ground.offset;  // a point of the plane
+  // A point of the plane.
+  const Vector3d p_WO = ground.present ? Vector3d(ground.n_W * ground.offset) : Vector3d(0, 0, calc_mean_height(forces, ground));
   Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero();
   for (const PairForce& pair : forces) {
-    if (pair.body_b != kGround) continue;
+    if (!is_ground_pair(pair, ground)) continue;
     force += pair.total.tail<3>();
     moment += pair.total.head<3>() + (pair.p_WR - p_WO).cross(Vector3d(pair.total.tail<3>()));
   }
@@ -70,10 +84,10 @@ std::optional<Vector3d> calc_ground_zmp(const ContactForces& forces, const Groun
   return p_WO + ground.n_W.cross(moment) / press;
 }
 
-std::vector<Vector3d> calc_support_polygon(const ContactForces& forces) {
+std::vector<Vector3d> calc_support_polygon(const ContactForces& forces, const GroundPlane& ground) {
   std::vector<Vector3d> points;
   for (const PairForce& pair : forces) {
-    if (pair.body_b != kGround) continue;
+    if (!is_ground_pair(pair, ground)) continue;
     for (const PointForce& point : pair.points) points.push_back(point.p_WC);
   }
   if (points.size() < 3) return {};

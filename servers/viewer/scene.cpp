@@ -105,7 +105,7 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
                        {"roll", scenario.ground.roll}, {"pitch", scenario.ground.pitch},
                        {"friction", scenario.ground.friction}};
   (*json)["timeStep"] = scenario.time_step;
-  scene->ground_height = scenario.ground.height;
+  scene->ground_height = scenario.ground.present ? scenario.ground.height : std::numeric_limits<double>::quiet_NaN();
 }
 
 bool is_mesh_name(const std::string& name) {

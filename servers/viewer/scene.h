@@ -16,7 +16,7 @@ struct Scene {
   std::vector<std::string> joints;  // order of all arrays with a number per joint
   std::string urdf_path;
   std::string urdf;
-  double ground_height = 0.0;       // [m]
+  double ground_height = 0.0;       // [m]; NaN where there is no plane
 };
 
 Scene make_scene(const msg::RobotDescription& description);

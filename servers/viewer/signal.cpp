@@ -115,13 +115,30 @@ class Finder final : public SampleVisitor {
   double sum_ = 0.0;
 };
 
-// Where the line of action of the ground's forces crosses z = height: the moment there has no horizontal part.
+// [m] of the points that obstacles touch, weighed by the sizes of their forces.
+double find_mean_height(const msg::ContactForces& forces) {
+  double sum = 0, weight = 0;
+  for (const msg::PairForce& pair : forces.pairs()) {
+    if (pair.body_b() >= 0) continue;
+    for (const msg::PointForce& point : pair.points()) {
+      const double size = std::hypot(point.total().x(), point.total().y(), point.total().z());
+      sum += size * point.p_WC().z();
+      weight += size;
+    }
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
+// Where the line of action of the ground's forces crosses z = height: the moment there has no horizontal part. Where there is
+// no plane (NaN), obstacles are the ground (common/scene/ground_contact.h).
 double find_zmp(Bytes sample, int axis, double height) {
   msg::ContactForces forces;
   decode(sample, &forces);
+  const bool plane = !std::isnan(height);
+  if (!plane) height = find_mean_height(forces);
   double fx = 0, fy = 0, fz = 0, mx = 0, my = 0;
   for (const msg::PairForce& pair : forces.pairs()) {
-    if (pair.body_b() != -1) continue;
+    if (plane ? pair.body_b() != -1 : pair.body_b() >= 0) continue;
     const auto& f = pair.total().force();
     const auto& m = pair.total().moment();
     const auto& r = pair.reference();

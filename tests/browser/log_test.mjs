@@ -117,6 +117,9 @@ async function checkTerrain(browser) {
   await waitFor("the robot on the terrain", async () => (await page.describe()).robots[0]?.visible);
   const [waves] = (await page.describe()).obstacles;
   check(waves.name === "waves" && waves.triangles === 2 * 160 * 80, `the height field is drawn from the log: ${waves.triangles} triangles`);
+  await scrub(page, 0.04);
+  const shown = await waitFor("the ZMP on the terrain", async () => { const seen = await page.describe(); return seen.zmp && seen.polygon.length > 2 && seen; });
+  check(Math.abs(shown.zmp[0]) < 0.2 && Math.abs(shown.zmp[1]) < 0.2, `the ZMP lies between the feet: ${shown.zmp}`);
   check(page.faults.length === 0, `terrain makes no mistakes in the page ${page.faults.join("; ")}`);
   await viewer.end();
 }

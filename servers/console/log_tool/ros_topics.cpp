@@ -109,7 +109,7 @@ void RosTopics::write_forces(const ContactForces& forces, const LogPlace& place)
   geometry_msgs::msg::dds_::PolygonStamped_ polygon;
   ros::set_time(place.time, &polygon.header().stamp());
   polygon.header().frame_id(tree_->world());
-  for (const Vector3d& p : calc_support_polygon(forces)) ros::set(p, &polygon.polygon().points().emplace_back());
+  for (const Vector3d& p : calc_support_polygon(forces, ground_)) ros::set(p, &polygon.polygon().points().emplace_back());
   write("/support_polygon", "geometry_msgs/msg/PolygonStamped", polygon, place);
 }
 

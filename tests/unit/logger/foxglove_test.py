@@ -178,6 +178,18 @@ class FoxgloveTest(unittest.TestCase):
             return {node} if isinstance(node, str) else leaves(node["first"]) | leaves(node["second"])
         self.assertEqual(leaves(layout["layout"]), set(panels))
 
+    def test_zmp_and_support_polygon_are_there_on_terrain(self):
+        log, out = (pathlib.Path(self.folder.name) / name for name in ("waves.mcap", "waves_foxglove.mcap"))
+        run(BIN / "hrp-simulate", SOURCE / "models/scenarios/terrain.yaml", "--in-process", "--duration", 0.5, "--quiet", "--no-plot",
+            "--log", log)
+        run(BIN / "hrp-log", "foxglove", log, "--out", out)
+        message = json.loads(plain_mcap.File(out).topic("/scene/contacts")[-1][1])
+        entities = {entity["id"]: entity for entity in message["entities"]}
+        zmp = xyz(entities["zmp"]["spheres"][0]["pose"]["position"])
+        polygon = [xyz(p) for p in entities["support_polygon"]["lines"][0]["points"]]
+        self.assertTrue(is_inside(polygon, zmp))
+        self.assertLess(abs(zmp[2]), 1e-3)  # [m] the field is level at the start; soles sink in by less
+
     def test_surfaces_stand_where_the_scenario_puts_them(self):
         scenario, log, out = (pathlib.Path(self.folder.name) / name for name in ("world.yaml", "world.mcap", "world_foxglove.mcap"))
         terrain = SOURCE / "models/terrain"

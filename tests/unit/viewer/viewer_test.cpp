@@ -61,6 +61,21 @@ TEST_F(ContactSignals, PlaceTheZmpAtTheCentreOfVerticalForces) {
   EXPECT_NEAR(find("zmp.y"), 0.0, 1e-15);
 }
 
+TEST_F(ContactSignals, PlaceTheZmpOnObstaclesAtTheHeightOfTheirPointsWhereThereIsNoPlane) {
+  for (auto& pair : forces_.pairs()) {
+    pair.body_b(-2);
+    pair.total().force().x(10);
+    msg::PointForce point;
+    point.p_WC().z(0.5);
+    point.total().z(pair.total().force().z());
+    pair.points().push_back(point);
+  }
+  const Signal zmp(find_type("ContactForces"), "zmp.x", {}, std::nan(""));
+  // 30 N forward act at height 0: half a metre above it the line of action is 0.5 x 30 / 450 further on.
+  EXPECT_NEAR(zmp.find(encode(forces_, &buffer_)), -15.0 / 450.0 + 0.5 * 30.0 / 450.0, 1e-15);
+  EXPECT_TRUE(std::isnan(find("zmp.x"))) << "nothing touches the plane";
+}
+
 TEST_F(ContactSignals, SayWhatIsWrongWithAPath) {
   for (const char* path : {"", "pair", "pairs", "pairs[0]", "pairs[0", "pairs[0]x", "header.time.x", "pairs[0].name_a", "."}) {
     EXPECT_THROW(find(path), InputError) << path;

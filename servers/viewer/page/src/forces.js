@@ -3,7 +3,7 @@
 // polygon. Pure functions; forces in N, points in m, world axes.
 
 export const parts = ["total", "spring", "damper", "friction"];
-const ground = -1;  // body_b of pairs with the ground
+const ground = -1;  // body_b of pairs with the ground; obstacles are below
 
 // Numbers that JSON does not have come as words.
 export const toNumber = (value) => (typeof value === "number" ? value : NaN);
@@ -41,29 +41,47 @@ export function sumFeet(contactForces, feet) {
 export function makeGround(ground) {
   const [cr, sr, cp, sp] = [Math.cos(ground.roll), Math.sin(ground.roll), Math.cos(ground.pitch), Math.sin(ground.pitch)];
   // Ry(pitch) Rx(roll) e_z
-  return { normal: [sp * cr, -sr, cp * cr], point: [0, 0, ground.height] };
+  return { present: ground.present, normal: [sp * cr, -sr, cp * cr], point: [0, 0, ground.height] };
+}
+
+// Without a plane, robots stand on obstacles.
+const isGround = (pair, plane) => (plane.present ? pair.body_b === ground : pair.body_b < 0);
+
+// A point of the plane; of the level one at the height of the contact points, weighed by their forces, where there is none.
+function findPoint(contactForces, plane) {
+  if (plane.present) return plane.point;
+  let [sum, weight] = [0, 0];
+  for (const pair of contactForces.pairs.filter((each) => isGround(each, plane))) {
+    for (const point of pair.points) {
+      const size = norm(toVector(point.total));
+      sum += size * toNumber(point.p_WC.z);
+      weight += size;
+    }
+  }
+  return [0, 0, weight > 0 ? sum / weight : 0];
 }
 
 // Where the forces of the ground have no moment but about its normal; null when nothing presses.
 export function calcZmp(contactForces, plane) {
+  const origin = findPoint(contactForces, plane);
   let force = [0, 0, 0];
-  let moment = [0, 0, 0];  // about plane.point
+  let moment = [0, 0, 0];  // about it
   for (const pair of contactForces.pairs) {
-    if (pair.body_b !== ground) continue;
+    if (!isGround(pair, plane)) continue;
     const f = toVector(pair.total.force);
     force = add(force, f);
-    moment = add(moment, add(toVector(pair.total.moment), cross(sub(toVector(pair.reference), plane.point), f)));
+    moment = add(moment, add(toVector(pair.total.moment), cross(sub(toVector(pair.reference), origin), f)));
   }
   const press = dot(plane.normal, force);
   if (!(press >= 1)) return null;  // [N] less is no contact to speak of
-  return add(plane.point, cross(plane.normal, moment).map((value) => value / press));
+  return add(origin, cross(plane.normal, moment).map((value) => value / press));
 }
 
 // Convex hull, seen from above, of the points where the robot touches the ground (Andrew's monotone chain).
-export function calcSupportPolygon(contactForces) {
+export function calcSupportPolygon(contactForces, plane) {
   const points = [];
   for (const pair of contactForces.pairs) {
-    if (pair.body_b !== ground) continue;
+    if (!isGround(pair, plane)) continue;
     for (const point of pair.points) points.push(toVector(point.p_WC));
   }
   points.sort((a, b) => a[0] - b[0] || a[1] - b[1]);

@@ -252,7 +252,7 @@ export class Stage {
 
   drawGroundMarks() {
     const contacts = this.frames[0]?.["hrp/contact_forces"];
-    const hull = this.layers.polygon && contacts ? calcSupportPolygon(contacts) : [];
+    const hull = this.layers.polygon && contacts ? calcSupportPolygon(contacts, this.plane) : [];
     this.hull = hull;
     this.polygonFill.visible = this.polygonEdge.visible = hull.length >= 3;
     if (hull.length >= 3) {
