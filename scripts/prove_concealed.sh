@@ -12,17 +12,18 @@
 #   --urdf F     the robot of all cases (else drawn)
 #   --sensors S  what arms have behind their gears, a comma list: joint_torque, link_encoder, imu, wrench
 #   --effect E   only this effect            --limit T  seconds after which a run counts as no answer (600)
+#   --cluster A  answer on a cluster of Dask, as scripts/sweep.sh does: "local", or the address of its scheduler
 #   --duration D seconds of the longest recordings (10)
 #   --stage X    make (cases and seal), answer (goes on where it was stopped), open (count), or all (the default)
 #   --readme F   also rewrite the proof's block in this file (docs/diagnosis_proof.md)
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-cases=60 seed="" jobs=$(nproc) out="" effect="" family="" urdf="" sensors="" limit=600 duration=10 stage=all readme=""
+cases=60 seed="" jobs=$(nproc) out="" effect="" family="" urdf="" sensors="" limit=600 duration=10 stage=all readme="" cluster=""
 while [ $# -gt 0 ]; do
   case "$1" in
     -h | --help) print_help; exit 0 ;;
-    --cases | --seed | --jobs | --out | --effect | --family | --sensors | --urdf | --limit | --duration | --stage | --readme)
+    --cases | --seed | --jobs | --out | --effect | --family | --sensors | --urdf | --limit | --duration | --stage | --readme | --cluster)
       [ $# -ge 2 ] || { echo "prove_concealed.sh: $1 wants a value" >&2; exit 2; }
       declare "${1#--}=$2"; shift 2 ;;
     *) echo "prove_concealed.sh: unknown option $1" >&2; exit 2 ;;
@@ -53,30 +54,12 @@ make_cases() {
   echo "seed $seed, $cases cases${effect:+, only $effect}${family:+, only $family}${sensors:+, sensors $sensors}${urdf:+, robot $(basename "$urdf")}" >"$out/trial.txt"
 }
 
-# 2. The tool answers. It gets a folder that holds the case alone. A case that has its answer is not asked again.
-answer() {
-  local folder=$1 answer begin end status=0 done total
-  answer="$2/answers/$(basename "$1")"
-  if [ ! -e "$answer/run.json" ]; then
-    mkdir -p "$answer"
-    begin=$(date +%s.%N)
-    timeout "$4" "$3" "$folder/experiment.yaml" --out "$answer" --jobs 1 >"$answer/terminal.txt" 2>&1 || status=$?
-    end=$(date +%s.%N)
-    printf '{"status": %d, "seconds": %.1f}\n' "$status" "$(awk "BEGIN {print $end - $begin}")" >"$answer/run.json"
-  fi
-  done=$(find "$2/answers" -name run.json | wc -l)
-  total=$(find "$2/cases" -mindepth 1 -maxdepth 1 -type d | wc -l)
-  awk -v name="$(basename "$folder")" -v run="$(cat "$answer/run.json")" -v n="$done" -v all="$total" -v start="$5" \
-    -v had="$6" 'BEGIN { gsub(/[{}"]/, "", run); srand(); fresh = n - had
-      eta = fresh > 0 ? (srand() - start) / fresh * (all - n) / 60 : 0
-      printf "%d of %d  %s: %s s, about %.0f min to go\n", n, all, name, run, eta }'
-}
-export -f answer
+# 2. The tool answers, with the workers of a sweep: a case that has its answer is not asked again, one whose process was
+# killed is.
 answer_all() {
   mkdir -p "$out/answers"
-  had=$(find "$out/answers" -name run.json | wc -l)
-  find "$out/cases" -mindepth 1 -maxdepth 1 -type d -print0 | sort -z |
-    xargs -0 -P "$jobs" -I{} bash -c 'answer "$@"' _ {} "$out" "$BUILD/bin/hrp-diagnose" "$limit" "$(date +%s)" "$had"
+  /usr/bin/python3 "$ROOT/scripts/sweep/answers.py" --bin "$BUILD/bin" --out "$out" --jobs "$jobs" --limit "$limit" \
+    ${cluster:+--cluster "$cluster"}
   (cd "$out/answers" && find . -name report.json -print0 | sort -z | xargs -0 -r sha256sum | sha256sum | cut -d' ' -f1) \
     >"$out/commitment.txt"
 }

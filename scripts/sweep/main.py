@@ -44,19 +44,22 @@ def save(options, runs, journal, words):
                           page.make_page(os.path.basename(options.sweep), rows, list(runs[0]['columns']), words))
 
 
+def do_left(options, left, program):
+    """Entries as they come."""
+    path = os.path.abspath(os.path.join(options.bin, program))
+    if not options.cluster:
+        return workers.do_here(left, path, options.limit, options.jobs)
+    if not workers.has_dask():
+        sys.exit('sweep.sh: --cluster needs Dask: apt-get install python3-distributed')
+    return workers.do_on_cluster(left, path, options.limit, options.jobs, options.cluster)
+
+
 def do_all(options, runs, journal):
     different = {run['key']: run for run in runs}
     left = [run for key, run in different.items() if key not in journal.done]
     print('%d runs, %d of them different, %d done before' % (len(runs), len(different), len(different) - len(left)), flush=True)
-    program = os.path.abspath(os.path.join(options.bin, 'hrp-trial'))
     progress, saved = Progress(len(left)), time.time()
-    if options.cluster:
-        if not workers.has_dask():
-            sys.exit('sweep.sh: --cluster needs Dask: apt-get install python3-distributed')
-        results = workers.do_on_cluster(left, program, options.limit, options.jobs, options.cluster)
-    else:
-        results = workers.do_here(left, program, options.limit, options.jobs)
-    for entry in results:
+    for entry in do_left(options, left, 'hrp-trial'):
         journal.add(entry)
         progress.add()
         if time.time() - saved > SAVE_PERIOD:
@@ -64,14 +67,20 @@ def do_all(options, runs, journal):
             saved = time.time()
 
 
-def parse(words):
-    parser = argparse.ArgumentParser(prog='sweep.sh', description=__doc__)
-    parser.add_argument('sweep')
+def make_parser(name, description):
+    """What all that is done in many runs can be told."""
+    parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument('--bin', required=True)
     parser.add_argument('--out')
     parser.add_argument('--jobs', type=int, default=os.cpu_count())
     parser.add_argument('--cluster', default='')
     parser.add_argument('--limit', type=float, default=600.0)
+    return parser
+
+
+def parse(words):
+    parser = make_parser('sweep.sh', __doc__)
+    parser.add_argument('sweep')
     options = parser.parse_args(words)
     options.out = options.out or os.path.join('logs', os.path.splitext(os.path.basename(options.sweep))[0])
     return options

@@ -19,9 +19,17 @@ grep -q "SHA-256 $seal" "$folder/make.txt" || claim "the seal is printed"
 
 mkdir -p "$folder/p/answers/case-001"
 echo '{"status": 0, "seconds": 0.1}' > "$folder/p/answers/case-001/run.json"   # as if it had been stopped here
-prove --out "$folder/p" --stage answer --jobs 1 > "$folder/answer.txt"
-grep -q '^2 of 2  case-002' "$folder/answer.txt" || claim "progress is shown"
-grep -q 'to go' "$folder/answer.txt" || claim "what remains is estimated"
+prove --out "$folder/p" --stage answer --jobs 1 > "$folder/answer.txt" &
+killed=""
+while [ -z "$killed" ] && kill -0 $! 2>/dev/null; do
+  killed="$(pgrep -f "hrp-diagnose $folder/p/cases/case-002" || true)"
+done
+[ -z "$killed" ] || kill -9 $killed   # that answer is nothing; it is asked for again
+wait $!
+[ -n "$killed" ] || claim "the tool was killed in mid-answer"
+grep -q '^2 cases, 1 answered before' "$folder/answer.txt" || claim "what is done is known"
+grep -q '^\[1/1\] .* left' "$folder/answer.txt" || claim "progress is shown, and what remains"
+grep -q '"status": 0' "$folder/p/answers/case-002/run.json" || claim "a killed tool is asked again"
 [ ! -e "$folder/p/answers/case-001/report.json" ] || claim "an answered case is not asked again"
 [ -e "$folder/p/answers/case-002/report.json" ] || claim "the other one is"
 
