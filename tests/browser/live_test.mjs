@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A live run in the browser: the robot and both feet's arrows are there, their numbers are those of the log, and every
 // button does what it says.
-import { readFileSync } from "node:fs";
-import { check, openPage, readLog, readTable, run, startBrowser, startRun, startViewer, sumVertical, waitFor } from "./lib.mjs";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { check, folder, openPage, readLog, readTable, root, run, startBrowser, startRun, startViewer, sumVertical, waitFor } from "./lib.mjs";
 
+const standing = join(root, "models", "scenarios", "hrp2p_stand.yaml");  // of the same robot
 const feet = ["L_ANKLE_R_LINK", "R_ANKLE_R_LINK"];
 
 // One step of the run for one press of the arrow key, drawn as a picture of its own.
@@ -77,6 +79,28 @@ async function checkVideo(browser, page) {
   check(shown.colors > 10, `and shows more than a background: ${shown.colors} colours in the last picture, at ${shown.length.toFixed(2)} s (a corner: ${shown.first})`);
 }
 
+// The text of the page, put into a scenario, starts a run in that pose.
+async function checkPose(page) {
+  const drawn = (joint) => page.evaluate((name) => window.hrpViewer.stage.robots[0].model.joints[name].angle, joint);
+  await page.click("#pose-box summary");
+  const slider = page.locator("#pose-joints [data-joint=R_ELBOW]");
+  await slider.evaluate((element) => { element.value = "-1.25"; element.dispatchEvent(new Event("input")); });
+  check(Math.abs(await drawn("R_ELBOW") + 1.25) < 1e-9, "the arm that is drawn moves with its slider");
+  const text = await page.inputValue("#pose-text");
+  check(/^initial:\n  joints:\n/.test(text) && text.includes("    R_ELBOW: -1.25\n"), "the text has its key");
+  const given = readFileSync(standing, "utf8").replace(/initial:\n  joints:\n(    .*\n)*/, text).replace("robot: ../", `robot: ${root}/models/`);
+  const path = join(folder, "posed.yaml");
+  writeFileSync(path, given);
+  const posed = await startRun("posed", ["--duration", "0.01"], path);
+  check((await posed.ended) === 0, `the scenario with that text runs ${posed.text}`);
+  const names = (await readLog(posed.log, "hrp/robot_description"))[0].joints.map((joint) => joint.name);
+  const start = (await readLog(posed.log, "hrp/robot_state"))[0].positions;
+  check(Math.abs(start[names.indexOf("R_ELBOW")] + 1.25) < 1e-12, "and its robot starts there");
+  await page.click("#pose-box summary");
+  await waitFor("the run's own pose", async () => Math.abs(await drawn("R_ELBOW") + 1.25) > 0.1);
+  check(true, "closed, the page shows the run again");
+}
+
 run(async () => {
   const simulation = await startRun("live", ["--speed", "1", "--duration", "90"]);   // a busy machine may take half a minute to start a browser
   const viewer = await startViewer(["--domain", String(simulation.domain), "--then", simulation.log]);
@@ -116,6 +140,7 @@ run(async () => {
 
   await checkKeyboard(page, status);
   await checkLatePage(browser, viewer.url, status);
+  await checkPose(page);
 
   await page.selectOption("#speed", "0.5");
   await page.keyboard.press("Escape");

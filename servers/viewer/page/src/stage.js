@@ -146,13 +146,19 @@ export class Stage {
     if (!robot || !state) return;
     const first = !this.frames[slot];
     this.frames[slot] = topics;
-    robot.show(state);
+    robot.show(slot === 0 && this.pose ? { ...state, positions: this.pose } : state);
     robot.model.visible = slot === 0 || this.layers.ghost;
     this.dirty = true;
     if (slot === 1) return;
     this.note.textContent = "";
     this.calcForces(topics);
     if (first) this.lookAtRobot();
+  }
+
+  // Joint positions to draw in the place of those that come; null: no longer.
+  setPose(positions) {
+    this.pose = positions;
+    if (this.frames[0]) this.setFrame(0, this.frames[0]);
   }
 
   calcForces(topics) {

@@ -4,6 +4,7 @@ import { Chart } from "./charts.js";
 import { ServerConnection } from "./connection.js";
 import { norm } from "./forces.js";
 import { Player } from "./player.js";
+import { PoseEditor } from "./pose.js";
 import { Recorder, saveAs } from "./recorder.js";
 import { chooseCharts, chooseUnit, listSignals } from "./signals.js";
 import { SignalDialog } from "./signal_dialog.js";
@@ -29,6 +30,7 @@ class Page {
     this.run = null;
     this.stage = new Stage($("scene"), $("scene-note"));
     this.recorder = new Recorder(this.stage);
+    this.pose = new PoseEditor(this.stage, () => this.findPose());
     this.player = new Player((time, steps) => this.connection.send({ op: "at", time, steps, sources: this.sources() }));
     this.dialog = new SignalDialog(() => this.findSignals(), (topic) => this.connection.send({ op: "peek", topic }), () => Object.keys(this.topics));
     this.listen();
@@ -307,6 +309,11 @@ class Page {
     for (const [topic, sample] of Object.entries(this.latest)) found.push(...listSignals(topic, this.topics[topic] ?? "", sample, this.types, joints));
     for (const signal of found) this.units.set(signal.id, signal.unit);
     return found;
+  }
+
+  findPose() {
+    const joints = this.scenes[0]?.joints, positions = this.latest["hrp/robot_state"]?.positions;
+    return joints && positions ? { joints, positions } : null;
   }
 
   request(request, more = {}) {
