@@ -66,8 +66,16 @@ async function checkVideo(browser, page) {
     await new Promise((done) => { video.onseeked = done; video.currentTime = 1e6; });
     const canvas = Object.assign(document.createElement("canvas"), { width: video.videoWidth, height: video.videoHeight });
     const context = canvas.getContext("2d");
-    context.drawImage(video, 0, 0);
-    const pixels = context.getImageData(0, 0, canvas.width, canvas.height).data;
+    const draw = () => {
+      context.drawImage(video, 0, 0);
+      return context.getImageData(0, 0, canvas.width, canvas.height).data;
+    };
+    let pixels = draw();
+    // The decoder may still be at work: until then the picture is clear.
+    for (let i = 0; i < 200 && pixels[3] === 0; ++i) {
+      await new Promise((done) => setTimeout(done, 50));
+      pixels = draw();
+    }
     const colors = new Set();
     for (let i = 0; i < pixels.length; i += 4) colors.add((pixels[i] >> 4) << 8 | (pixels[i + 1] >> 4) << 4 | (pixels[i + 2] >> 4));
     return { size: [canvas.width, canvas.height], colors: colors.size, first: [...pixels.slice(0, 4)], length: video.currentTime };
