@@ -15,6 +15,7 @@ import score_cases
 import score_dirty
 
 KINDS = ("proposed", "multisines")
+FLOOR = 0.002  # of a value: no report's half width is smaller
 
 
 def is_right(truth, report):
@@ -65,9 +66,22 @@ def is_open(case):
     return case["first"] is not None and bool(case["next"].get("motions")) and (several or not is_right(case["truth"], case["first"]))
 
 
-def find_ratios(case, kind):
+def find_size(value):
+    return max(map(abs, value)) if isinstance(value, list) else abs(value)
+
+
+def list_wide(report):
+    """Parameters whose interval can be halved: wider than twice the floor of all reports."""
+    return {(f["effect"], score_dirty.place_of(f), name) for f in (report or {}).get("findings") or []
+            for name, said in f["parameters"].items()
+            if said.get("ci95") and score_dirty.find_width(said) > 2 * FLOOR * find_size(said["value"])}
+
+
+def find_ratios(case, kind, wide=False):
     before, after = (list_half_widths(case["truth"], case[k]) for k in ("first", kind))
-    return [after[key] / before[key] for key in before if key in after and before[key] > 0 and math.isfinite(after[key])]
+    keys = [key for key in before if key in after and before[key] > 0 and math.isfinite(after[key])]
+    kept = list_wide(case["first"]) if wide else keys
+    return [after[key] / before[key] for key in keys if key in kept]
 
 
 def list_passed(root, case):
@@ -89,9 +103,11 @@ def summarise(root, cases):
            "first_wrong_names": sum(count_wrong(c["truth"], c["first"]) for c in opened)}
     for kind in KINDS:
         ratios = [r for c in opened for r in find_ratios(c, kind)]
+        wide = [r for c in opened for r in find_ratios(c, kind, wide=True)]
         out[kind] = {"right": sum(is_right(c["truth"], c[kind]) for c in opened),
                      "wrong_names": sum(count_wrong(c["truth"], c[kind]) for c in opened),
-                     "median_interval_ratio": statistics.median(ratios) if ratios else None, "intervals": len(ratios)}
+                     "median_interval_ratio": statistics.median(ratios) if ratios else None, "intervals": len(ratios),
+                     "median_wide_ratio": statistics.median(wide) if wide else None, "wide_intervals": len(wide)}
     out["limits_passed"] = [name for c in opened for name in list_passed(root, c)]
     return out, opened
 
@@ -104,6 +120,7 @@ def print_table(out, opened):
     a, b = out["proposed"], out["multisines"]
     print(f"| open cases answered rightly | {out['first_right']} of {n} | {a['right']} of {n} | {b['right']} of {n} | 80 % |")
     print(f"| median of intervals, against before | 1 | {number(a['median_interval_ratio'])} ({a['intervals']}) | {number(b['median_interval_ratio'])} ({b['intervals']}) | 0.5 |")
+    print(f"| of those that can be halved | 1 | {number(a['median_wide_ratio'])} ({a['wide_intervals']}) | {number(b['median_wide_ratio'])} ({b['wide_intervals']}) | 0.5 |")
     print(f"| wrong names | {out['first_wrong_names']} | {a['wrong_names']} | {b['wrong_names']} | not more |")
     print(f"| motions in which a limit was passed | | {len(out['limits_passed'])} | not looked at | 0 |\n")
     for c in opened:
