@@ -41,22 +41,50 @@ std::string make_text(double x, double y, const std::string& text, const char* a
   return "<text x='" + format_number(x, 5) + "' y='" + format_number(y, 5) + "' text-anchor='" + anchor + "'>" + escape(text) + "</text>";
 }
 
-std::string make_overlay(const json& overlay, const json& explanations) {
-  const std::vector<double> time = html::get_numbers(overlay, "time");
-  std::vector<std::vector<double>> curves;
+using Curves = std::vector<std::vector<double>>;
+
+std::string make_plot(const std::vector<double>& time, const Curves& curves, const std::string& title) {
   Range x, y;
   for (double t : time) x.add(t);
-  for (const json& curve : html::get_list(overlay, "curves")) {
-    curves.push_back(curve.get<std::vector<double>>());
-    for (double v : curves.back()) y.add(v);
+  for (const auto& curve : curves) {
+    for (double v : curve) y.add(v);
   }
-  if (time.size() < 2 || curves.empty()) return "";
-  const std::string signal = html::get_text(overlay, "signal");
-  std::string out = "<svg viewBox='0 0 640 220' role='img' aria-label='predictions of " + escape(signal) + "'>";
+  std::string out = "<svg viewBox='0 0 640 220' role='img' aria-label='" + escape(title) + "'>";
   for (size_t i = curves.size(); i-- > 0;) out += make_curve(time, curves[i], x, y, i);
   out += make_text(kLeft - 5, kTop + 6, format_number(y.high, 3), "end") + make_text(kLeft - 5, kHeight - kBottom, format_number(y.low, 3), "end");
   out += make_text(kLeft, kHeight - 14, format_number(x.low, 3), "middle") + make_text(kWidth - 12, kHeight - 14, format_number(x.high, 3) + " s", "end");
-  out += make_text(kLeft, 11, signal + " [" + html::get_text(overlay, "unit") + "]", "start") + "</svg><p class='small'>";
+  return out + make_text(kLeft, 11, title, "start") + "</svg>";
+}
+
+// What each explanation predicts beyond the first.
+Curves subtract_first(Curves curves) {
+  const std::vector<double> first = curves.front();
+  for (auto& curve : curves) {
+    for (size_t k = 0; k < std::min(curve.size(), first.size()); ++k) curve[k] -= first[k];
+  }
+  return curves;
+}
+
+// Curves that an eye cannot tell apart.
+bool coincide(const Curves& curves) {
+  constexpr double kSeen = 0.1;  // of the height of the picture
+  Range whole, apart;
+  for (double v : curves.front()) whole.add(v);
+  for (const auto& curve : subtract_first(curves)) {
+    for (double v : curve) apart.add(v);
+  }
+  return curves.size() > 1 && apart.high - apart.low < kSeen * (whole.high - whole.low);
+}
+
+std::string make_overlay(const json& overlay, const json& explanations) {
+  const std::vector<double> time = html::get_numbers(overlay, "time");
+  Curves curves;
+  for (const json& curve : html::get_list(overlay, "curves")) curves.push_back(curve.get<std::vector<double>>());
+  if (time.size() < 2 || curves.empty()) return "";
+  const std::string signal = html::get_text(overlay, "signal"), unit = " [" + html::get_text(overlay, "unit") + "]";
+  std::string out = make_plot(time, curves, signal + unit);
+  if (coincide(curves)) out += make_plot(time, subtract_first(curves), "difference from the first explanation" + unit);
+  out += "<p class='small'>";
   for (size_t i = 0; i < curves.size() && i < explanations.size(); ++i)
     out += "<span style='color:" + std::string(get_colour(i)) + "'>&#9632;</span> " + escape(explanations[i].get<std::string>()) + " &nbsp; ";
   return out + "</p>";
