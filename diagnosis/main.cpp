@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--next", next,
                "also proposes motions that would tell what is still open, safe under every explanation: DIR/next/*.csv,\n"
-               "next.json, next.html (robots on a fixed base)");
+               "next.json, next.html (on a fixed base, and on the feet)");
   app.add_option("--limit", motions.limits,
                  "tightens the limits of those motions: speed=0.5, effort=20, reach=0.6, elbow.upper=1, or a YAML file")
       ->needs("--next");

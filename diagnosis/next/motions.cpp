@@ -148,7 +148,7 @@ double find_largest(const std::vector<double>& values) {
 }  // namespace
 
 const char* get_family_word(Family family) {
-  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple"};
+  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple", "sway", "lean", "squat", "stir"};
   return words[static_cast<size_t>(family)];
 }
 
@@ -160,7 +160,11 @@ const char* get_family_sentence(Family family) {
       "A sine wave that gets faster and smaller.",
       "Moves between postures that are held for a second.",
       "Very slow motion with turns.",
-      "A slow sweep with a small quick motion on it."};
+      "A slow sweep with a small quick motion on it.",
+      "The feet stand, the body sways sideways.",
+      "The feet stand, the body moves forward and back.",
+      "The feet stand, the knees bend.",
+      "The feet stand, the body moves sideways, forward and down."};
   return sentences[static_cast<size_t>(family)];
 }
 

@@ -9,7 +9,8 @@
 
 namespace hrp::diagnosis {
 
-enum class Family { kMultisine, kTwoSpeeds, kSteps, kChirp, kPostures, kCreep, kRipple, kCount };
+// Behind kCount: of robots on their feet (stance_motions.h).
+enum class Family { kMultisine, kTwoSpeeds, kSteps, kChirp, kPostures, kCreep, kRipple, kCount, kSway = kCount, kLean, kSquat, kStir, kEnd };
 const char* get_family_word(Family family);      // "two_speeds": of file names
 const char* get_family_sentence(Family family);  // what people see the robot do
 

@@ -8,6 +8,7 @@
 #include "diagnosis/next/candidate.h"
 #include "diagnosis/next/ends.h"
 #include "diagnosis/next/safety.h"
+#include "diagnosis/next/stance.h"
 #include "diagnosis/search/starts.h"
 #include "diagnosis/search/trial.h"
 
@@ -308,7 +309,6 @@ class Proposer {
 
 // Empty when motions can be proposed, else why not.
 std::string find_obstacle(const Experiment& e) {
-  if (e.scenario.floating_base) return "Motions are proposed for robots on a fixed base only; this one stands or moves freely.";
   if (e.num_joints() == 0) return "The robot has no joints.";
   if (e.scenario.drive != "servo" && e.scenario.drive != "voltage")
     return "The recordings are driven by " + e.scenario.drive + ", not by commands to servos: no command can be proposed without the servo's gains.";
@@ -321,6 +321,7 @@ std::string find_obstacle(const Experiment& e) {
 }  // namespace
 
 Next propose(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress) {
+  if (experiment.scenario.floating_base) return propose_stance(experiment, report, options, progress);
   Next next;
   next.nothing = find_obstacle(experiment);
   if (!next.nothing.empty()) return next;

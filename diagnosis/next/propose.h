@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The next experiment: of many motions those that are expected to tell most between the explanations that recordings
-// leave open, and of values that are uncertain. Robots on a fixed base.
+// leave open, and of values that are uncertain.
 #pragma once
 
 #include <string>

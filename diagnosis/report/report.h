@@ -37,6 +37,10 @@ Reports make_empty_reports(const Problem& problem, const std::string& reason);
 // failed.
 void write_reports(const Experiment& experiment, const std::string& folder, Reports reports);
 
+// The experiment as a scenario of its robot with these findings as `effects`; what no simulator knows stands in a line
+// that begins with "# not simulated".
+std::string make_scenario_text(const Experiment& experiment, const nlohmann::json& effects);
+
 // Parameters of one effect as the schema has them: vectors gathered under one name, nuisances left out.
 Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std, bool with_intervals);
 

@@ -20,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Light soles below a bush chatter on a hard floor without a margin (docs/scenario.md).
+constexpr const char* kSoftContact = "contact: {margin: 0.001}\n";
 constexpr int kExact = 10;  // digits of times and commands that are replayed
 
 void write_text(const fs::path& path, const std::string& text) {
@@ -279,8 +281,7 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
     tail += "controller: {motion: motion.csv}\n";
   }
   tail += make_steps(e, *replayed);
-  // Light soles below a bush chatter on a hard floor without a margin (docs/scenario.md).
-  if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) tail += "contact: {margin: 0.001}\n";
+  if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) tail += kSoftContact;
   write_text(folder / "nominal.yaml", head + parts.kept + tail + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
   const fs::path path = folder / "scenario.yaml";
   if (!servos.empty()) also.insert({"servo", "perfect_joints"});
@@ -293,6 +294,13 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
 }
 
 }  // namespace
+
+std::string make_scenario_text(const Experiment& e, const nlohmann::json& effects) {
+  const ScenarioText parts = split(e.scenario.text, {});
+  std::string text = "robot: " + Json(e.scenario.robot).dump() + "\n" + parts.kept + make_steps(e, find_replayed(e));
+  if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) text += kSoftContact;
+  return text + make_effects(text, parts.effects, effects, e.robot.tree, e.scenario.path);
+}
 
 void write_first_report(const std::string& folder, const Reports& reports) {
   std::error_code error;

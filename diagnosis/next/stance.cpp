@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/stance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/parallel_for.h"
+#include "diagnosis/next/information.h"
+#include "diagnosis/next/limits.h"
+#include "diagnosis/next/stance_motions.h"
+#include "diagnosis/next/stance_trial.h"
+#include "diagnosis/next/stance_worlds.h"
+#include "diagnosis/search/trial.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kPeriod = 0.004;      // [s] between samples of commands
+constexpr double kSmaller = 0.6;       // in the place of a size that is not safe
+constexpr double kLeastSize = 0.2;
+constexpr unsigned kSeeds = 2;
+constexpr double kForeseen = 0.02;     // of a reading's range: what simulation of feet and ground is good for
+constexpr double kQuantile = 1.96;
+constexpr double kValues = 0.5;        // worth of halved intervals beside that of a certain decision
+constexpr double kStopFactor = 1.5, kStopMore = 0.05;  // as on a fixed base (propose.cpp)
+
+// A motion that is safe under every explanation, and what it would tell.
+struct StanceCandidate {
+  MotionPlan plan;
+  Commands commands;
+  std::vector<StanceRun> runs;          // by explanation
+  std::vector<double> weights;          // of readings
+  std::vector<Comparison> comparisons;  // against the first as truth
+  std::string fault;                    // of the last size that was tried
+  bool ok = false;
+};
+
+using Readings = std::vector<double>;
+
+double dot(const Readings& a, const Readings& b) {
+  double sum = 0.0;
+  for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+class StanceProposer {
+ public:
+  StanceProposer(const Experiment& e, const Json& report, const NextOptions& options, const Progress& progress)
+      : e_(e), options_(options), progress_(progress), limits_(make_limits(e, options.limits)), worlds_(make_stance_worlds(e, report)) {
+    const Json fit = report.value("fit", Json::object());
+    const Json judged = fit.value("validate", Json::object());
+    if (judged.contains("after") && judged["after"].is_number()) discrepancy_ = std::max(1.0, judged["after"].get<double>());
+    list_noise();
+  }
+
+  Next run() {
+    next_.remarks = limits_.remarks;
+    next_.remarks.insert(next_.remarks.end(), worlds_.remarks.begin(), worlds_.remarks.end());
+    for (const StanceWorld& world : worlds_.list) next_.explanations.push_back(world.label);
+    if (worlds_.list.empty() || worlds_.values.empty()) {
+      next_.nothing = "Nothing was found that can be simulated on the robot's feet.";
+      return next_;
+    }
+    try_motions();
+    choose();
+    if (next_.proposals.empty()) next_.nothing = "No motion keeps the robot safely on its feet under every explanation.";
+    return next_;
+  }
+
+ private:
+  // Noise of every reading of a StanceRun's stretch; 0 where it is not recorded.
+  void list_noise() {
+    for (size_t j = 0; j < e_.joint_noise.size(); ++j) {
+      for (const Quantity q : {Quantity::kPosition, Quantity::kEffort})
+        noise_.push_back(e_.recordings[0].joints[j].has(q) ? e_.joint_noise[j][static_cast<size_t>(q)].sigma : 0.0);
+    }
+    for (const WrenchSpec& wrench : e_.scenario.sensors.wrenches) {
+      for (const char* kind : {"/force/", "/torque/"}) {
+        for (const char* axis : {"x", "y", "z"}) {
+          const auto noise = e_.other_noise.find("/wrench/" + wrench.name + kind + axis);
+          noise_.push_back(noise != e_.other_noise.end() ? noise->second.sigma : 0.0);
+        }
+      }
+    }
+    for (double& sigma : noise_) sigma *= std::sqrt(std::min(1.0, e_.sample_time / kStretch));
+  }
+
+  // 1 / what a reading is foreseen to: its noise, and a share of how far it goes along the motion.
+  Readings make_weights(const StanceRun& run) const {
+    Readings weights(noise_.size(), 0.0);
+    for (size_t c = 0; c < weights.size(); ++c) {
+      double low = 1e300, high = -1e300;
+      for (size_t k = c; k < run.readings.size(); k += weights.size()) low = std::min(low, run.readings[k]), high = std::max(high, run.readings[k]);
+      if (noise_[c] > 0.0 && high > low) weights[c] = 1.0 / std::hypot(noise_[c], kForeseen * (high - low));
+    }
+    return weights;
+  }
+
+  static Readings subtract(const StanceRun& a, const StanceRun& b, const Readings& weights) {
+    Readings difference(std::min(a.readings.size(), b.readings.size()));
+    for (size_t k = 0; k < difference.size(); ++k) difference[k] = (a.readings[k] - b.readings[k]) * weights[k % weights.size()];
+    return difference;
+  }
+
+  StanceRun play(const Scenario& scenario, const Commands& commands) const { return run_stance(e_, scenario, commands, limits_); }
+
+  // As large as every explanation allows.
+  void try_motion(MotionPlan plan, StanceCandidate* c) const {
+    for (; plan.size >= kLeastSize; plan.size *= kSmaller) {
+      c->plan = plan, c->fault = "a leg does not reach, or a joint would pass its limits";
+      c->commands = make_stance_motion(e_, plan, limits_);
+      if (c->commands.time.empty()) continue;
+      c->runs.clear();
+      for (const StanceWorld& world : worlds_.list) {
+        c->runs.push_back(play(world.scenario, c->commands));
+        c->fault = c->runs.back().fault.empty() ? "" : c->runs.back().fault + " if it is " + world.label;
+        if (!c->fault.empty()) break;
+      }
+      if (c->fault.empty()) break;
+    }
+    if (!c->fault.empty()) return;
+    c->weights = make_weights(c->runs[0]);
+    for (size_t i = 0; i < worlds_.list.size(); ++i) c->comparisons.push_back(compare(*c, i));
+    c->ok = true;
+  }
+
+  Comparison compare(const StanceCandidate& c, size_t i) const {
+    std::vector<Readings> slopes;
+    for (const Scenario& moved : worlds_.list[i].moved) {
+      slopes.push_back(subtract(play(moved, c.commands), c.runs[i], c.weights));
+      slopes.back().resize(c.runs[i].readings.size(), 0.0);
+    }
+    const Readings difference = subtract(c.runs[i], c.runs[0], c.weights);
+    Comparison out;
+    const long p = static_cast<long>(slopes.size());
+    out.power = dot(difference, difference), out.fisher.resize(p, p), out.along.resize(p);
+    const auto recorded = std::count_if(c.weights.begin(), c.weights.end(), [](double w) { return w > 0.0; });
+    out.count = static_cast<double>(c.runs[i].readings.size() / noise_.size()) * static_cast<double>(recorded);
+    for (long a = 0; a < p; ++a) {
+      out.along[a] = -dot(slopes[static_cast<size_t>(a)], difference);
+      for (long b = 0; b < p; ++b) out.fisher(a, b) = dot(slopes[static_cast<size_t>(a)], slopes[static_cast<size_t>(b)]);
+    }
+    return out;
+  }
+
+  void try_motions() {
+    std::vector<MotionPlan> plans;
+    for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kEnd); ++f) {
+      for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+        MotionPlan plan;
+        plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod;
+        plan.moves.assign(limits_.joints.size(), 1);
+        plans.push_back(plan);
+      }
+    }
+    progress_(std::to_string(worlds_.list.size()) + " explanations along " + std::to_string(plans.size()) + " motions on the feet");
+    candidates_.resize(plans.size());
+    parallel_for(options_.jobs, static_cast<int>(plans.size()), [&](int i) { try_motion(plans[static_cast<size_t>(i)], &candidates_[static_cast<size_t>(i)]); });
+    next_.tried = static_cast<int>(plans.size());
+    for (const StanceCandidate& c : candidates_) {
+      if (!c.ok) next_.rejected.push_back(std::string(get_family_word(c.plan.family)) + ": " + c.fault);
+    }
+  }
+
+  // What recordings know, in units of the steps that slopes were taken with: a step is one standard deviation.
+  Eigen::MatrixXd make_known(size_t world) const {
+    const long p = static_cast<long>(worlds_.list[world].moved.size());
+    Eigen::MatrixXd known = Eigen::MatrixXd::Zero(p, p);
+    for (long i = 0; world == 0 && i < p; ++i) known(i, i) = worlds_.values[static_cast<size_t>(i)].std > 0.0 ? 1.0 : 0.0;
+    return known;
+  }
+
+  double calc_probability(const StanceCandidate& c, size_t rival) const {
+    const double left = calc_projected_power(c.comparisons[rival], make_known(rival));
+    return calc_decision_probability(left, calc_dearer(kListed), discrepancy_);
+  }
+
+  Eigen::MatrixXd calc_gain(const StanceCandidate& c) const {
+    return c.comparisons[0].fisher * calc_information_factor(discrepancy_, c.comparisons[0].count, 1.0);
+  }
+
+  std::vector<ExpectedInterval> list_intervals(const Eigen::MatrixXd& gained) const {
+    constexpr double kUnknown = 20.0;  // steps of a twentieth: the value itself
+    std::vector<ExpectedInterval> list;
+    const long p = gained.rows();
+    const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, kUnknown));
+    for (long i = 0; i < p; ++i) {
+      const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
+      if (value.std > 0.0)
+        list.push_back({value.label, value.parameter, value.unit, value.value, kQuantile * value.std, kQuantile * value.std * std::min(1.0, std[i])});
+    }
+    return list;
+  }
+
+  // Widths rank motions; none is stated: reports of standing robots fit equations, not simulations.
+  double calc_worth(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
+    double decided = 0.0, narrowed = 0.0;
+    for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c, i) / static_cast<double>(c.comparisons.size() - 1);
+    const std::vector<ExpectedInterval> before = list_intervals(gained), after = list_intervals(gained + calc_gain(c));
+    for (size_t i = 0; i < after.size(); ++i)
+      narrowed += std::min(1.0, std::log2(std::max(1.0, before[i].before > 0.0 ? before[i].after / after[i].after : 1.0)) / 2.0) / static_cast<double>(after.size());
+    return decided + kValues * narrowed;
+  }
+
+  // Where values are at the ends of their intervals, and under the nominal model.
+  std::string find_fault(const StanceCandidate& c, std::vector<double>* leave) const {
+    std::vector<StanceRun> runs(worlds_.ends.size());
+    parallel_for(options_.jobs, static_cast<int>(runs.size()), [&](int i) { runs[static_cast<size_t>(i)] = play(worlds_.ends[static_cast<size_t>(i)].scenario, c.commands); });
+    std::string fault;
+    for (size_t i = 0; i < runs.size(); ++i) {
+      if (fault.empty() && !runs[i].fault.empty()) fault = runs[i].fault + " with " + worlds_.ends[i].label;
+    }
+    runs.insert(runs.end(), c.runs.begin(), c.runs.end());
+    leave->assign(limits_.joints.size(), 0.0);
+    for (const StanceRun& run : runs) {
+      for (size_t j = 0; j < leave->size(); ++j) (*leave)[j] = std::max((*leave)[j], run.leave[j]);
+    }
+    return fault;
+  }
+
+  void choose() {
+    const long p = static_cast<long>(worlds_.list[0].moved.size());
+    Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(p, p);
+    while (static_cast<int>(next_.proposals.size()) < options_.count) {
+      StanceCandidate* best = nullptr;
+      double most = -1.0;
+      for (StanceCandidate& c : candidates_) {
+        const double worth = c.ok ? calc_worth(c, gained) : -1.0;
+        if (worth > most) most = worth, best = &c;
+      }
+      if (!best) return;
+      best->ok = false;
+      std::vector<double> leave;
+      const std::string fault = find_fault(*best, &leave);
+      if (!fault.empty()) {
+        next_.rejected.push_back(std::string(get_family_word(best->plan.family)) + ": " + fault);
+        continue;
+      }
+      gained += calc_gain(*best);
+      add_proposal(*best, most, leave);
+    }
+  }
+
+  void add_proposal(const StanceCandidate& c, double worth, const std::vector<double>& leave) {
+    Proposal p;
+    const size_t number_of = next_.proposals.size();
+    p.file = std::string(number_of % 2 == 0 ? "train_" : "validate_") + std::to_string(number_of / 2 + 1) + ".csv";
+    p.plan = c.plan, p.commands = c.commands, p.worth = worth, p.overlay = make_overlay(c);
+    for (size_t j = 0; j < c.commands.position.size(); ++j) {
+      const auto [low, high] = std::minmax_element(c.commands.position[j].begin(), c.commands.position[j].end());
+      if (*high - *low > 1e-4) p.moving.push_back(e_.robot.tree.joint(static_cast<int>(j)).name);
+    }
+    for (size_t i = 1; i < c.comparisons.size(); ++i) {
+      const double left = calc_projected_power(c.comparisons[i], make_known(i));
+      p.expected.push_back({worlds_.list[i].label, calc_probability(c, i), std::sqrt(left / std::max(1.0, c.comparisons[i].count))});
+    }
+    for (double most : leave) p.stop.push_back(kStopFactor * most + kStopMore);
+    double margin = 1e300;
+    for (const StanceRun& run : c.runs) margin = std::min(margin, run.margin);
+    next_.remarks.push_back(p.file + ": the zero-moment point stays " + number(margin, 2) + " m inside the edge of the soles under every explanation");
+    next_.proposals.push_back(std::move(p));
+  }
+
+  // The reading in which explanations differ most.
+  Overlay make_overlay(const StanceCandidate& c) const {
+    Readings sums(noise_.size(), 0.0);
+    for (const StanceRun& run : c.runs) {
+      const Readings difference = subtract(run, c.runs[0], c.weights);
+      for (size_t k = 0; k < difference.size(); ++k) sums[k % noise_.size()] += difference[k] * difference[k];
+    }
+    const size_t channel = static_cast<size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
+    Overlay overlay;
+    name_channel(channel, &overlay);
+    overlay.curves.resize(c.runs.size());
+    const size_t rows = c.runs[0].readings.size() / noise_.size();
+    for (size_t k = 0; k < rows; ++k) {
+      overlay.time.push_back(static_cast<double>(k) / static_cast<double>(rows) * c.commands.time.back());
+      for (size_t i = 0; i < c.runs.size(); ++i) overlay.curves[i].push_back(c.runs[i].readings[k * noise_.size() + channel]);
+    }
+    return overlay;
+  }
+
+  void name_channel(size_t channel, Overlay* overlay) const {
+    const size_t joints = 2 * e_.joint_noise.size();
+    if (channel < joints) {
+      const Quantity quantity = channel % 2 == 0 ? Quantity::kPosition : Quantity::kEffort;
+      overlay->signal = e_.signal_name(static_cast<int>(channel / 2), quantity), overlay->unit = channel % 2 == 0 ? "rad" : "N m";
+      return;
+    }
+    const size_t at = (channel - joints) % 6;
+    overlay->signal = "/wrench/" + e_.scenario.sensors.wrenches[(channel - joints) / 6].name + (at < 3 ? "/force/" : "/torque/") + "xyz"[at % 3];
+    overlay->unit = at < 3 ? "N" : "N m";
+  }
+
+  const Experiment& e_;
+  NextOptions options_;
+  const Progress& progress_;
+  Limits limits_;
+  StanceWorlds worlds_;
+  std::vector<double> noise_;
+  double discrepancy_ = 1.0;
+  std::vector<StanceCandidate> candidates_;
+  Next next_;
+};
+
+std::string find_obstacle(const Experiment& e) {
+  if (e.scenario.feet.empty() || !e.scenario.ground.present) return "The robot moves freely: motions are proposed for a fixed base, and for feet on level ground.";
+  if (std::abs(e.scenario.ground.roll) + std::abs(e.scenario.ground.pitch) > 0.0) return "The ground is not level: no motion on the feet is proposed.";
+  if (!e.scenario.loops.empty()) return "Joints of this robot close chains: no motion on the feet is proposed.";
+  if (e.scenario.drive != "servo") return "The recordings are not driven by commands to servos: no motion can be proposed.";
+  return "";
+}
+
+}  // namespace
+
+Next propose_stance(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress) {
+  Next next;
+  next.nothing = find_obstacle(experiment);
+  if (!next.nothing.empty()) return next;
+  return StanceProposer(experiment, report, options, progress).run();
+}
+
+}  // namespace hrp::diagnosis

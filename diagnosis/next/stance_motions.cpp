@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/stance_motions.h"
+
+#include <cmath>
+
+#include "common/multibody/kinematics.h"
+#include "common/robot/sole.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kReach[3] = {0.04, 0.06, 0.03};  // [m] of the body either way: forward, sideways, up and down
+constexpr double kBodySpeed = 0.25;               // [m/s]
+constexpr int kIterations = 6;
+constexpr double kClose = 1e-5;    // [m and rad] that a foot may be off
+constexpr double kDamping = 1e-8;  // of the squares that are inverted
+
+// A robot whose three joints are the body's ways.
+Limits make_body_limits(double size) {
+  Limits body;
+  for (double reach : kReach) {
+    JointLimits way;
+    way.lower = -size * reach, way.upper = size * reach, way.speed = kBodySpeed;
+    body.joints.push_back(way);
+  }
+  return body;
+}
+
+std::vector<char> find_ways(Family family) {
+  switch (family) {
+    case Family::kSway: return {0, 1, 0};
+    case Family::kLean: return {1, 0, 0};
+    case Family::kSquat: return {0, 0, 1};
+    default: return {1, 1, 1};
+  }
+}
+
+// Keeps all feet where they stand, by Newton steps of the joints.
+class Legs {
+ public:
+  Legs(const Experiment& e, const Limits& limits) : model_(e.robot.tree, e.scenario.gravity_W), data_(model_) {
+    state_ = make_start_state(e.robot, e.scenario);
+    for (size_t j = 0; j < limits.joints.size(); ++j) state_.q[static_cast<long>(j)] = limits.joints[j].start;
+    start_ = state_.p_WB;
+    update_kinematics(model_, state_, &data_);
+    for (const std::string& foot : e.scenario.feet) {
+      frames_.push_back(e.robot.tree.find_frame(foot));
+      if (frames_.back() >= 0) targets_.push_back(calc_frame_pose(model_, data_, frames_.back()));
+    }
+  }
+
+  // False where a foot cannot stay.
+  bool follow(const Vector3d& moved) {
+    if (targets_.empty() || targets_.size() != frames_.size()) return false;
+    state_.p_WB = start_ + moved;
+    for (int i = 0; i < kIterations; ++i) {
+      const Eigen::VectorXd error = calc_error();
+      if (error.lpNorm<Eigen::Infinity>() < kClose) return true;
+      const Eigen::MatrixXd J = calc_jacobian();
+      const Eigen::MatrixXd A = J * J.transpose() + kDamping * Eigen::MatrixXd::Identity(J.rows(), J.rows());
+      state_.q += J.transpose() * A.ldlt().solve(error);
+    }
+    return calc_error().lpNorm<Eigen::Infinity>() < kClose;
+  }
+
+  const Eigen::VectorXd& q() const { return state_.q; }
+
+ private:
+  Eigen::VectorXd calc_error() {
+    update_kinematics(model_, state_, &data_);
+    Eigen::VectorXd error(6 * static_cast<long>(frames_.size()));
+    for (size_t f = 0; f < frames_.size(); ++f) {
+      const Transform now = calc_frame_pose(model_, data_, frames_[f]);
+      const Eigen::AngleAxisd turn(Matrix3d(targets_[f].R * now.R.transpose()));
+      error.segment<3>(6 * static_cast<long>(f)) = turn.angle() * turn.axis();
+      error.segment<3>(6 * static_cast<long>(f) + 3) = targets_[f].p - now.p;
+    }
+    return error;
+  }
+
+  Eigen::MatrixXd calc_jacobian() const {
+    const long n = state_.q.size();
+    Eigen::MatrixXd J(6 * static_cast<long>(frames_.size()), n), whole(6, 6 + n);
+    for (size_t f = 0; f < frames_.size(); ++f) {
+      calc_frame_jacobian(model_, data_, frames_[f], whole);
+      J.middleRows(6 * static_cast<long>(f), 6) = whole.rightCols(n);
+    }
+    return J;
+  }
+
+  Model model_;
+  Data data_;
+  State state_;
+  Vector3d start_;
+  std::vector<int> frames_;
+  std::vector<Transform> targets_;
+};
+
+// Velocities of the commands; false where a limit would be passed.
+bool finish(const Limits& limits, double period, Commands* out) {
+  for (size_t j = 0; j < limits.joints.size(); ++j) {
+    const std::vector<double>& q = out->position[j];
+    std::vector<double> v(q.size(), 0.0);
+    for (size_t k = 1; k + 1 < q.size(); ++k) v[k] = (q[k + 1] - q[k - 1]) / (2.0 * period);
+    for (size_t k = 0; k < q.size(); ++k) {
+      if (q[k] < limits.joints[j].lower - kClose || q[k] > limits.joints[j].upper + kClose || std::abs(v[k]) > limits.joints[j].speed) return false;
+    }
+    out->velocity.push_back(std::move(v));
+  }
+  return true;
+}
+
+}  // namespace
+
+Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan, const Limits& limits) {
+  MotionPlan body = plan;
+  body.family = plan.seed % 2 == 1 ? Family::kMultisine : Family::kPostures;
+  body.moves = find_ways(plan.family), body.size = 1.0;
+  const Commands ways = make_motion(body, make_body_limits(plan.size));
+  Legs legs(experiment, limits);
+  Commands out;
+  out.time = ways.time, out.position.resize(limits.joints.size());
+  for (size_t k = 0; k < ways.time.size(); ++k) {
+    if (!legs.follow({ways.position[0][k], ways.position[1][k], ways.position[2][k]})) return {};
+    for (size_t j = 0; j < limits.joints.size(); ++j) out.position[j].push_back(legs.q()[static_cast<long>(j)]);
+  }
+  return finish(limits, plan.period, &out) ? out : Commands{};
+}
+
+}  // namespace hrp::diagnosis

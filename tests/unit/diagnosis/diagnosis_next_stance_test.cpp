@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The next experiment of a robot on its feet: what is proposed keeps it there, whichever explanation holds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "diagnosis/next/limits.h"
+#include "diagnosis/next/propose.h"
+#include "diagnosis/next/stance_motions.h"
+#include "diagnosis/next/stance_trial.h"
+#include "diagnosis/report/report.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::string kFolder = std::string(HRP_SOURCE_DIR) + "/models/experiments/";
+const Progress kQuietly = [](const std::string&) {};
+
+Json make_sole(const std::string& foot, double stiffness) {
+  Json parameters;
+  for (const auto& [name, value] : {std::pair{"kz", 2e5}, {"cz", 1000.0}, {"k_roll", 0.7 * stiffness}, {"c_roll", 4.0}, {"k_pitch", stiffness}, {"c_pitch", 5.0}})
+    parameters[name] = {{"value", value}};
+  return {{"effect", "foot_compliance"}, {"where", {{"foot", foot}}}, {"parameters", parameters}};
+}
+
+// `forward` [m] of the trunk.
+Json make_load(double mass, double forward) {
+  return {{"effect", "payload"}, {"where", {{"link", "trunk"}}}, {"parameters", {{"mass", mass}, {"com", {forward, 0.0, 0.1}}}}};
+}
+
+// "The left sole gives, or there is a load on the trunk"; the right one gives as well.
+Json make_open_report(const Json& load) {
+  Json left = make_sole("left_sole_link", 420.0), right = make_sole("right_sole_link", 390.0);
+  left["alternatives"] = Json::array({load});
+  return {{"verdict", "partly_explained"}, {"findings", {left, right}}};
+}
+
+NextOptions make_options() {
+  NextOptions options;
+  options.seconds = 4.0, options.count = 1, options.jobs = 2;
+  return options;
+}
+
+// What the experiment's recordings really hide; no explanation has these values.
+Scenario make_truth(const Experiment& e) {
+  std::ifstream file(kFolder + "answers/standing.json");
+  nlohmann::json effects = nlohmann::json::array();
+  for (nlohmann::json hidden : nlohmann::json::parse(file)["hidden"]) {
+    const nlohmann::json foot = hidden["foot"];
+    hidden.erase("effect"), hidden.erase("foot");
+    effects.push_back({{"effect", "foot_compliance"}, {"where", {{"foot", foot}}}, {"parameters", hidden}});
+  }
+  return parse_scenario(make_scenario_text(e, effects), e.scenario.path);
+}
+
+TEST(NextStance, ASoleOrALoadGetsAMotionThatKeepsTheRobotOnItsFeet) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Next next = propose(e, make_open_report(make_load(1.0, 0.0)), make_options(), kQuietly);
+  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing << (next.rejected.empty() ? "" : next.rejected[0]);
+  ASSERT_EQ(next.explanations.size(), 2u) << next.remarks.back();
+  const Proposal& p = next.proposals[0];
+  ASSERT_EQ(p.expected.size(), 1u);
+  EXPECT_GT(p.expected[0].probability, 0.5);
+  const StanceRun run = run_stance(e, make_truth(e), p.commands, make_limits(e, {}));
+  EXPECT_EQ(run.fault, "");
+  EXPECT_GE(run.margin, kZmpMargin);
+  for (size_t j = 0; j < p.stop.size(); ++j) EXPECT_LT(run.leave[j], p.stop[j]);
+}
+
+TEST(NextStance, NothingIsProposedThatAnAlternativeWouldFallIn) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Next next = propose(e, make_open_report(make_load(20.0, 0.6)), make_options(), kQuietly);
+  EXPECT_TRUE(next.proposals.empty());
+  EXPECT_NE(next.nothing, "");
+  EXPECT_FALSE(next.rejected.empty());
+}
+
+TEST(NextStance, TheBodyMovesAndTheSolesStay) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Limits limits = make_limits(e, {});
+  for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kEnd); ++f) {
+    MotionPlan plan;
+    plan.family = static_cast<Family>(f), plan.size = 0.5, plan.seconds = 4.0;
+    const Commands motion = make_stance_motion(e, plan, limits);
+    ASSERT_FALSE(motion.time.empty()) << get_family_word(plan.family);
+    double travel = 0.0;
+    for (size_t j = 0; j < motion.position.size(); ++j) {
+      EXPECT_NEAR(motion.position[j].front(), limits.joints[j].start, 1e-4);
+      EXPECT_NEAR(motion.position[j].back(), limits.joints[j].start, 1e-4);
+      const auto [low, high] = std::minmax_element(motion.position[j].begin(), motion.position[j].end());
+      travel = std::max(travel, *high - *low);
+    }
+    EXPECT_GT(travel, 0.01) << get_family_word(plan.family);
+    EXPECT_EQ(run_stance(e, make_truth(e), motion, limits).fault.find("foot"), std::string::npos);
+  }
+}
+
+// A body that is thrown aside leaves no doubt.
+TEST(NextStance, AMotionThatTipsTheRobotIsAFault) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Limits limits = make_limits(e, {});
+  MotionPlan plan;
+  plan.family = Family::kLean, plan.size = 3.0, plan.seconds = 4.0;
+  Commands motion = make_stance_motion(e, plan, limits);
+  ASSERT_FALSE(motion.time.empty());
+  EXPECT_NE(run_stance(e, make_truth(e), motion, limits).fault, "");
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
