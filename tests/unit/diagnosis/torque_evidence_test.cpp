@@ -278,7 +278,7 @@ TEST(TorqueEvidence, OfRealPendulumsWhoseLogsLeaveGravityOutGravityIsNamed) {
     const TorqueVerdict verdict = judge_torque(e, 1);
     const Finding* carried = find(verdict, "gravity_compensation", "base_link");
     ASSERT_NE(carried, nullptr) << name;
-    // The torque constant of the single pendulum's drive is off by 11 %, by EXPECTED.md 10 to 25 %.
+    // The torque constant of the single pendulum's drive is off by 11 %, by the notes beside its recordings 10 to 25 %.
     EXPECT_NEAR(carried->parameters[0].value[0], 1.0, 0.2) << carried->statement;
   }
 }
