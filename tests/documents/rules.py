@@ -64,6 +64,8 @@ RULES = [
     Rule(r"scripts/sweep\.sh .*", RUNS),
     # Minutes of figures without pass or fail; benchmark_table_test checks what is made of them.
     Rule(r"scripts/benchmark\.sh", RUNS, change=((r"$", " --help"),)),
+    # A trial of hours; prove_concealed_test makes a small one.
+    Rule(r"scripts/prove_concealed\.sh", RUNS, change=((r"$", " --help"),)),
     Rule(r"scripts/diagnosis/make_bag\.py .*", RUNS),
     Rule(r"scripts/diagnose\.sh( .*)?", RUNS, change=((r"EXPERIMENT\.yaml", "experiment/experiment.yaml"), (r"\bDIR\b", "diagnosed"))),
 ]
