@@ -5,7 +5,7 @@
 # Runs a scenario many times: every combination of scenarios, robots, controllers, parameters and seeds that the file names
 # (docs/tutorials/sweep.md), without bus and log. Writes DIR/table.csv and DIR/report.html (default logs/NAME). A sweep that
 # was stopped or killed goes on with the same command.
-#   --jobs N            runs at a time (default: all cores)
+#   --jobs N            runs at a time (default: as many as cores that it may use)
 #   --cluster ADDRESS   on the workers of a Dask scheduler (Debian's python3-distributed); local: one of this machine's cores
 #   --limit S           seconds that one run may take (default 600)
 # Exit status 1 when a run could not be done.

@@ -72,7 +72,7 @@ def make_parser(name, description):
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument('--bin', required=True)
     parser.add_argument('--out')
-    parser.add_argument('--jobs', type=int, default=os.cpu_count())
+    parser.add_argument('--jobs', type=int, default=workers.count_cores())
     parser.add_argument('--cluster', default='')
     parser.add_argument('--limit', type=float, default=600.0)
     return parser

@@ -61,7 +61,8 @@ RULES = [
     Rule(r"scripts/experiments\.sh( \[?[\w|]+\]?)?", RUNS, change=((r"\.sh.*", ".sh fig8 --runs 0 --dds cyclone"),)),
     # A minute of robot motions; paper_b_test and identify_foot_test run it.
     Rule(r"scripts/identify_foot\.sh", RUNS, change=((r"$", " --help"),)),
-    Rule(r"scripts/sweep\.sh .*", RUNS),
+    # Two jobs, as the tests run two at a time, however many cores there are.
+    Rule(r"scripts/sweep\.sh .*", RUNS, change=((r"$", " --jobs 2"),)),
     # Minutes of figures without pass or fail; benchmark_table_test checks what is made of them.
     Rule(r"scripts/benchmark\.sh", RUNS, change=((r"$", " --help"),)),
     # A trial of hours; prove_concealed_test makes a small one.

@@ -158,6 +158,10 @@ class SweepTest(unittest.TestCase):
         self.assertGreater(kills, 0)
         self.assertEqual((self.folder / "cluster/table.csv").read_text(), self.expected)
 
+    def test_as_many_runs_at_a_time_as_cores_that_the_process_may_use(self):
+        asked = [PYTHON, "-c", "import os, workers; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))]); print(workers.count_cores())"]
+        self.assertEqual(subprocess.check_output(asked, cwd=SOURCE / "scripts/sweep", text=True), "1\n")
+
     def test_page_plots_every_parameter(self):
         page = (self.folder / "quiet/report.html").read_text()
         for name in ("ground.friction", "ground.pitch", "servo.default.kd"):
