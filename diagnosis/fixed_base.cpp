@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/torque_report.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/search/drive_search.h"
@@ -77,6 +78,11 @@ Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
     if (find_place_kind(e.id) == PlaceKind::kSensor && !contains(model, e.id, e.place)) model.push_back(e);
   }
   return model;
+}
+
+// From recorded efforts a simulation is drawn to the recording: nothing is judged by it.
+std::vector<SuspectJoint> find_suspects(const Problem& problem) {
+  return is_effort_driven(problem) ? std::vector<SuspectJoint>{} : find_suspect_joints(problem);
 }
 
 // Of several models the one that simulates the held-out recordings best; nothing is fitted to them.
@@ -163,6 +169,34 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
   return reports;
 }
 
+std::string list_joints(const Experiment& e, const std::vector<int>& joints) {
+  std::string names;
+  for (int joint : joints) names += (names.empty() ? "" : ", ") + e.robot.tree.joint(joint).name;
+  return names;
+}
+
+// Recordings in which a servo hums: no simulation follows them. What is missing at the joints that it does not shake is
+// judged along the recorded motion.
+Reports judge_beside_hum(const Problem& problem, const Hum& hum) {
+  const Experiment& e = *problem.experiment;
+  const std::string why = "the recordings contradict themselves at " + list_joints(e, hum.humming) +
+                          ": the effort is at its limit for most of the time and the velocity is not the rate of the position, so the "
+                          "servo hums faster than the log samples. Not judged, nor called physics: " + list_joints(e, hum.shaken);
+  TorqueData data = make_torque_data(e);
+  for (TorqueRecording& r : data.recordings) {
+    for (int joint : hum.shaken) r.use.col(joint).setConstant(false);
+  }
+  TorqueVerdict torque = judge_torque(std::move(data), problem.jobs);
+  Reports reports = make_empty_reports(problem, why);
+  if (!torque.judged) return reports;
+  fill_torque_fit(torque.torque, &torque.evidence.fit);
+  torque.evidence.warnings.push_back(why);
+  torque.evidence.verdict = find_verdict(torque.evidence);
+  reports.report = make_report(torque.evidence);
+  reports.report["model"] = list_torque_model(e, torque.model, reports.report["findings"]);
+  return reports;
+}
+
 // Without the recordings whose log freezes, as long as others are left.
 std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector<size_t>& frozen) {
   std::vector<int> left;
@@ -175,6 +209,8 @@ std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector
 }  // namespace
 
 Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
+  const Hum hum = find_hum(*given.experiment);
+  if (!hum.humming.empty()) return judge_beside_hum(given, hum);
   progress("inverse dynamics along the recorded motion");
   TorqueVerdict torque = judge_torque(*given.experiment, given.jobs);
   say(torque, progress);
@@ -194,6 +230,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     if (!torque.judged || !outcome.mismatch || outcome.explained || torque.evidence.findings.empty() ||
         is_exact_world(torque)) {
       Reports reports = make_reports(whole, outcome);
+      doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
       upgrade_report(&reports.report, !problem.validate.empty());
       if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);
       return reports;
@@ -204,7 +241,9 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   outcome.chosen = choose_model(problem, whole, torque.model, outcome.modelled ? &searched : nullptr, progress);
   outcome.modelled = true, outcome.partly = false, outcome.worth.clear(), outcome.doubts.clear(), outcome.twins.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
-  return make_torque_reports(whole, outcome, std::move(torque));
+  Reports reports = make_torque_reports(whole, outcome, std::move(torque));
+  warn_of_suspects(*problem.experiment, find_suspects(problem), &reports.report);
+  return reports;
 }
 
 }  // namespace hrp::diagnosis

@@ -18,4 +18,12 @@ struct SuspectJoint {
 
 std::vector<SuspectJoint> find_suspect_joints(const Problem& problem);
 
+// Joints whose servo hums at its effort limit faster than a log samples: at the limit for most of the time, with a velocity
+// that is not the rate of the position. Simulated recordings of stiff servos on light links are such. And those that it
+// shakes: their velocity is not the position's rate either.
+struct Hum {
+  std::vector<int> humming, shaken;
+};
+Hum find_hum(const Experiment& e);
+
 }  // namespace hrp::diagnosis

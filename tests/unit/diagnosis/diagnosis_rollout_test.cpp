@@ -2,7 +2,10 @@
 // The rollout and the fit on a pendulum made here: what was put in comes out.
 #include <gtest/gtest.h>
 
+#include "diagnosis/findings/suspect_predictions.h"
+#include "diagnosis/fixed_base.h"
 #include "diagnosis/report/report.h"
+#include "diagnosis/search/step_check.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -80,6 +83,42 @@ TEST(DiagnosisRollout, AJointAtItsLimitIsTrustedNoMoreThanIntegratorsAgree) {
 }
 
 // Servos that log neither efforts nor the rates of their commands: what they gave is known from positions alone.
+TEST(StepCheck, WhatPhysicsLeavesIsNotBlamedOnTheStep) {
+  const Experiment e = make_experiment("steps", {{EffectId::kCoulomb, 0, {0.5, 0.0, 1e-3}}});
+  EXPECT_TRUE(find_suspect_joints(make_problem(e, 1)).empty());
+}
+
+TEST(StepCheck, FindingsAtASuspectJointAreAmbiguousAndThoseElsewhereStand) {
+  const Experiment e = make_experiment("suspect", {});
+  nlohmann::ordered_json report = {{"warnings", nlohmann::ordered_json::array()},
+                                   {"unexplained", {{{"where", {{"joint", "j1"}}}, {"depends_on", {"time"}}, {"statement", "54 N m"}}}}};
+  for (const char* joint : {"j1", "j2"}) report["findings"].push_back({{"where", {{"joint", joint}}}, {"grade", "certain"}, {"statement", ""}});
+  doubt_suspects(e, {{0, 40.0, 60.0, true}}, &report);
+  EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
+  EXPECT_EQ(report["findings"][1]["grade"], "certain");
+  EXPECT_EQ(report["warnings"].size(), 1u);
+  EXPECT_TRUE(report["unexplained"][0]["depends_on"].empty());
+}
+
+// The elbow's readings as a log has them that meets a hum in the same phase every time.
+TEST(StepCheck, BesideAServoThatHumsTheOtherJointIsJudgedAndTheHumIsNoPhysics) {
+  Experiment e = make_simulated_experiment("hum", kArm, {"shoulder", "elbow"}, {{EffectId::kRotorInertia, kShoulder, {0.5}}});
+  EXPECT_TRUE(find_hum(e).humming.empty());
+  for (Recording& r : e.recordings) {
+    for (size_t k = 0; k < r.size(); ++k) r.joints[kElbow].signal[1][k] -= 10.0, r.joints[kElbow].signal[2][k] = 50.0;
+  }
+  const Hum hum = find_hum(e);
+  EXPECT_EQ(hum.humming, std::vector<int>{kElbow});
+  EXPECT_EQ(hum.shaken, std::vector<int>{kElbow});
+  const Reports reports = diagnose_fixed_base(make_problem(e, 1), [](const std::string&) {});
+  bool rotor = false;
+  for (const auto& f : reports.report["findings"]) {
+    EXPECT_EQ(f["where"]["joint"], "shoulder");
+    rotor = rotor || f["effect"] == "rotor_inertia";
+  }
+  EXPECT_TRUE(rotor);
+}
+
 TEST(DiagnosisRollout, WithoutEffortsAndCommandedRatesTheServosLawTellsItsLimit) {
   Experiment e = make_experiment("limit_by_law", {});
   for (Recording& recording : e.recordings) {
