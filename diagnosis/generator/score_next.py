@@ -18,19 +18,25 @@ KINDS = ("proposed", "multisines")
 FLOOR = 0.002  # of a value: no report's half width is smaller
 
 
+def judge(truth, report):
+    """Twins that are still listed are no decision; in a dirty world every effect of a tenth of its joint's mismatch counts."""
+    if not report:
+        return "no answer"  # refused, none in time, or the hidden robot could not play the motion
+    return score_dirty.Tally(truth, report).word() if score_dirty.is_dirty(truth) else score_cases.judge(truth, report)[0]
+
+
 def is_right(truth, report):
-    if not report:  # refused, no answer in time, or the hidden robot could not play the motion
-        return False
-    if score_dirty.is_dirty(truth):
-        return score_dirty.Tally(truth, report).word() == "right"
-    # Twins that are still listed are no decision.
-    return score_cases.judge(truth, report)[0] == "right"
+    return judge(truth, report) == "right"
+
+
+def list_real(truth):
+    return truth["hidden"] + truth.get("background", [])
 
 
 def count_wrong(truth, report):
     """Certain or supported findings of effects that are not there."""
     claims = [f for f in (report or {}).get("findings") or [] if score_dirty.is_claim(f)]
-    real = truth["hidden"] + truth.get("background", [])
+    real = list_real(truth)
     places = lambda h: score_dirty.place_of(h)
     return sum(not any(h["effect"] == e and score_dirty.same_place(places(h), p) for h in real
                        for e, p in score_dirty.options(f)) for f in claims)
@@ -41,7 +47,7 @@ def list_half_widths(truth, report):
     widths = {}
     for finding in (report or {}).get("findings") or []:
         place = score_dirty.place_of(finding)
-        if not any(h["effect"] == finding["effect"] and score_dirty.same_place(score_dirty.place_of(h), place) for h in truth["hidden"]):
+        if not any(h["effect"] == finding["effect"] and score_dirty.same_place(score_dirty.place_of(h), place) for h in list_real(truth)):
             continue
         for name, said in finding["parameters"].items():
             if said.get("ci95"):
@@ -55,6 +61,7 @@ def read_case(root, name):
     for kind in ("first",) + KINDS:
         answer = root / kind / "answers" / name
         case[kind] = (score_cases.read_json(answer / "report.json") or {}) if (answer / "run.json").exists() else None
+    case["made"] = {kind: (root / kind / "cases" / name / "experiment.yaml").exists() for kind in KINDS}
     case["next"] = score_cases.read_json(root / "first/answers" / name / "next/next.json") or {}
     return case
 
@@ -108,6 +115,8 @@ def summarise(root, cases):
                      "wrong_names": sum(count_wrong(c["truth"], c[kind]) for c in opened),
                      "median_interval_ratio": statistics.median(ratios) if ratios else None, "intervals": len(ratios),
                      "median_wide_ratio": statistics.median(wide) if wide else None, "wide_intervals": len(wide)}
+    # The hidden robot falls or throws a joint off its command at once: no recording comes of it.
+    out["not_played"] = [c["name"] for c in opened if not c["made"]["proposed"]]
     out["limits_passed"] = [name for c in opened for name in list_passed(root, c)]
     return out, opened
 
@@ -122,9 +131,10 @@ def print_table(out, opened):
     print(f"| median of intervals, against before | 1 | {number(a['median_interval_ratio'])} ({a['intervals']}) | {number(b['median_interval_ratio'])} ({b['intervals']}) | 0.5 |")
     print(f"| of those that can be halved | 1 | {number(a['median_wide_ratio'])} ({a['wide_intervals']}) | {number(b['median_wide_ratio'])} ({b['wide_intervals']}) | 0.5 |")
     print(f"| wrong names | {out['first_wrong_names']} | {a['wrong_names']} | {b['wrong_names']} | not more |")
-    print(f"| motions in which a limit was passed | | {len(out['limits_passed'])} | not looked at | 0 |\n")
+    print(f"| motions in which a limit was passed | | {len(out['limits_passed'])} | not looked at | 0 |")
+    print(f"| falls, and motions that could not be played | | {len(out['not_played'])} | {sum(not c['made']['multisines'] for c in opened)} | 0 |\n")
     for c in opened:
-        words = [score_cases.judge(c["truth"], c[k])[0] for k in ("first",) + KINDS]
+        words = [judge(c["truth"], c[k]) for k in ("first",) + KINDS]
         print(c["name"], "+".join(h["effect"] for h in c["truth"]["hidden"]) + ":", " | ".join(words))
 
 
