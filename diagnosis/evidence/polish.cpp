@@ -6,6 +6,7 @@
 
 #include "diagnosis/search/fit.h"
 #include "diagnosis/search/nearby.h"
+#include "diagnosis/simulation/windows.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -20,7 +21,6 @@ constexpr int kTryIterations = 3;
 constexpr double kQuiet = 1.2;      // times its noise (squares) below which a joint gets no more laws
 constexpr double kInstant = 0.003;  // [s] that lags and delays start from
 constexpr double kShareOfFastest[] = {0.05, 0.2};  // at which friction has come down to its level, of the fastest motion
-constexpr int kWholeIterations = 3;
 // Parameters x samples x joints^2 of one step through the whole robot: some seconds of one core.
 constexpr double kMostWhole = 4e7;
 
@@ -34,16 +34,27 @@ bool is_at(const Effect& effect, int joint) {
   return is_of_joint(effect) && effect.place == joint;
 }
 
+// One joint, all others as recorded: what its fits leave.
+struct Alone {
+  const Problem& problem;
+  CalcResiduals residuals;
+
+  FitResult fit(const Hypothesis& start, int iterations) const {
+    FitOptions options;
+    options.max_iterations = iterations;
+    options.tolerance = kTolerance;
+    return diagnosis::fit(residuals, 1, start, problem.train, options);
+  }
+  Score score(const Hypothesis& h) const { return calc_score(residuals, 1, h, problem.train); }
+};
+
 // One joint's effects, fitted; empty where no rollout stays finite.
-Hypothesis fit_joint(const Problem& problem, const Hypothesis& start) {
-  FitOptions options;
-  options.max_iterations = kIterations;
-  options.tolerance = kTolerance;
-  const FitResult first = fit(problem, start, problem.train, options);
+Hypothesis fit_joint(const Alone& alone, const Hypothesis& start) {
+  const FitResult first = alone.fit(start, kIterations);
   if (!first.ok) return {};
-  const FitResult again = fit(problem, try_nearby(problem, first.hypothesis, kFinest), problem.train, options);
+  const FitResult again = alone.fit(try_nearby(alone.problem, first.hypothesis, kFinest), kIterations);
   const FitResult& best = again.ok && again.train.chi2 < first.train.chi2 ? again : first;
-  const Score before = calc_score(problem, start, problem.train);
+  const Score before = alone.score(start);
   return before.ok && before.chi2 <= best.train.chi2 ? Hypothesis{} : best.hypothesis;
 }
 
@@ -80,19 +91,16 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   return list;
 }
 
-Hypothesis enrich(const Problem& alone, Hypothesis own, int joint) {
-  FitOptions options;
-  options.max_iterations = kTryIterations;
-  options.tolerance = kTolerance;
-  const double fastest = find_fastest(alone, joint);
-  const Score before = calc_score(alone, own, alone.train);
+Hypothesis enrich(const Alone& alone, Hypothesis own, int joint) {
+  const double fastest = find_fastest(alone.problem, joint);
+  const Score before = alone.score(own);
   double least = before.chi2;
   if (!before.ok || least < kQuiet * before.count) return own;
   for (int round = 0; round < kMostAdded; ++round) {
     Hypothesis best;
     double limit = (1.0 - kWorth) * least;
     for (const Hypothesis& h : list_enriched(own, joint, fastest)) {
-      const FitResult tried = fit(alone, h, alone.train, options);
+      const FitResult tried = alone.fit(h, kTryIterations);
       if (tried.ok && tried.train.chi2 < limit) best = tried.hypothesis, limit = tried.train.chi2;
     }
     if (best.empty()) break;
@@ -119,7 +127,7 @@ Hypothesis split_asymmetry(const Hypothesis& model) {
   return out;
 }
 
-Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, bool enriched) {
+Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts, bool enriched) {
   Problem along = problem;
   along.view = {}, along.subtrees.clear();
   if (along.nominal_paths.empty()) prepare_paths(&along);
@@ -136,10 +144,12 @@ Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, bool e
       if (is_at(effect, j)) own.push_back(effect);
     }
     if (own.empty()) return;
-    Problem alone = along;
-    alone.jobs = 1;
-    alone.options.max_step *= kCoarse;
-    alone.view = {true, &paths, j};
+    Problem one = along;
+    one.jobs = 1;
+    one.options.max_step *= kCoarse;
+    one.view = {true, &paths, j};
+    Alone alone{one, make_residuals(one)};
+    if (efforts) alone.residuals = efforts->add_to(alone.residuals, one.train, own, j);
     Hypothesis& best = fitted[static_cast<size_t>(j)];
     best = enriched ? enrich(alone, own, j) : fit_joint(alone, own);
   });
@@ -157,16 +167,39 @@ Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, bool e
   return split_asymmetry(out);
 }
 
-Hypothesis polish_whole(const Problem& problem, const Hypothesis& model) {
+Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations) {
   double samples = 0.0, parameters = 0.0;
   for (int r : problem.train) samples += static_cast<double>(problem.experiment->recordings[static_cast<size_t>(r)].size());
   for (const Effect& e : model) parameters += static_cast<double>(e.p.size());
   if (parameters * samples * std::pow(problem.experiment->num_joints(), 2) > kMostWhole) return model;
   FitOptions options;
-  options.max_iterations = kWholeIterations;
+  options.max_iterations = iterations;
   options.tolerance = kTolerance;
-  const FitResult result = fit(problem, model, problem.train, options);
+  const FitResult result = fit(residuals, problem.jobs, model, problem.train, options);
   return result.ok ? split_asymmetry(result.hypothesis) : model;
+}
+
+CalcResiduals make_residuals(const Problem& problem) {
+  return [&problem](const Hypothesis& h, int recording, std::vector<double>* out) { return calc_residuals(problem, h, recording, out); };
+}
+
+CalcResiduals make_window_residuals(const Problem& problem) {
+  return [&problem](const Hypothesis& h, int recording, std::vector<double>* out) {
+    const Experiment& e = *problem.experiment;
+    const size_t r = static_cast<size_t>(recording), width = problem.weights.size();
+    const Recording& data = e.recordings[r];
+    std::vector<double> readings;
+    if (!simulate_windows(make_plant(e, h), e, problem.smooth[r], recording, &readings)) return false;
+    out->assign(data.size() * width, 0.0);
+    for (size_t c = 0; c < width; ++c) {
+      const std::vector<double>& column = data.joints[c / kQuantities].signal[c % kQuantities];
+      for (size_t k = 0; k < column.size(); ++k) {
+        const double left = column[k] - readings[k * width + c];
+        if (std::isfinite(left)) (*out)[k * width + c] = left * problem.weights[c];
+      }
+    }
+    return true;
+  };
 }
 
 }  // namespace hrp::diagnosis

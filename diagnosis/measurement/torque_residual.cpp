@@ -29,25 +29,32 @@ Eigen::MatrixXd take_offsets(const Plant& plant, Eigen::MatrixXd q) {
 
 }  // namespace
 
+Eigen::MatrixXd calc_bodies(const Plant& plant, const TorqueRecording& r) { return calc_efforts(plant, take_offsets(plant, r.q), r.v, r.a); }
+
+std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const JointLaws& laws,
+                                     const Eigen::VectorXd& tau, int j) {
+  const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau, data.calc_sign(r, j), j));
+  const Eigen::MatrixXd late = calc_joint_columns(data, r, make_term(TermKind::kCommandDelay, j, laws.command_delay));
+  std::vector<double> left;
+  for (long k = 0; k < r.kept(); ++k) {
+    if (!r.use(k, j)) continue;
+    const long row = r.full_row(k);
+    const double effort = r.effort(row, j) - laws.command_delay * late(k, 0) - laws.lag * r.effort_rate(row, j);
+    left.push_back((calc_given_torque(laws, effort, r.v(row, j)) - tau[row] - taken[k]) / laws.torque_scale);
+  }
+  return left;
+}
+
 std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& plant, bool held) {
   const size_t n = plant.laws.size();
   std::vector<double> square(n, 0.0), count(n, 0.0);
   for (const TorqueRecording& r : data.recordings) {
     if (r.train == held) continue;
-    const Eigen::MatrixXd tau = calc_efforts(plant, take_offsets(plant, r.q), r.v, r.a);
+    const Eigen::MatrixXd tau = calc_bodies(plant, r);
     for (size_t i = 0; i < n; ++i) {
       const int j = static_cast<int>(i);
       if (!data.is_judged(j)) continue;
-      const JointLaws& laws = plant.laws[i];
-      const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau.col(j), data.calc_sign(r, j), j));
-      const Eigen::MatrixXd late = calc_joint_columns(data, r, make_term(TermKind::kCommandDelay, j, laws.command_delay));
-      for (long k = 0; k < r.kept(); ++k) {
-        if (!r.use(k, j)) continue;
-        const long row = r.full_row(k);
-        const double effort = r.effort(row, j) - laws.command_delay * late(k, 0) - laws.lag * r.effort_rate(row, j);
-        const double left = (calc_given_torque(laws, effort, r.v(row, j)) - tau(row, j) - taken[k]) / laws.torque_scale;
-        square[i] += left * left, count[i] += 1.0;
-      }
+      for (double left : calc_torque_left(data, r, plant.laws[i], tau.col(j), j)) square[i] += left * left, count[i] += 1.0;
     }
   }
   std::vector<double> rms;

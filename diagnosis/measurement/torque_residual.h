@@ -7,8 +7,16 @@
 
 namespace hrp::diagnosis {
 
-// Root mean square by joint [N m or N] of effort x scale, with late commands allowed for, less what the plant's bodies
-// and joint laws take, over the scale; samples in use of held-out recordings (`held`) or of training. NaN: none.
+// Effort [N m or N] that a model leaves at the samples in use of a recording, one joint: effort x scale, with late commands
+// allowed for, less what the joint's laws and the bodies take, over the scale. `tau`: by the bodies, full grid.
+std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& recording, const JointLaws& laws,
+                                     const Eigen::VectorXd& tau, int joint);
+
+// Torques of the bodies along a recording's motion, full grid x joint.
+Eigen::MatrixXd calc_bodies(const Plant& plant, const TorqueRecording& recording);
+
+// Root mean square by joint [N m or N] of that; samples in use of held-out recordings (`held`) or of
+// training. NaN: none.
 std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& plant, bool held);
 
 }  // namespace hrp::diagnosis

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/fit.h"
+#include "diagnosis/search/fit_residuals.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +28,7 @@ double find_difference(EffectId id, const EffectParameter& info, double value) {
 }
 
 using Residuals = std::vector<double>;  // of one recording
+using CalcScore = std::function<Score(const Hypothesis& hypothesis, std::vector<Residuals>* residuals)>;
 
 struct Normal {
   Eigen::MatrixXd A;
@@ -78,8 +79,11 @@ void clamp(Hypothesis* hypothesis) {
 
 class Fitter {
  public:
-  Fitter(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings, const FitOptions& options)
-      : problem_(problem),
+  Fitter(const CalcResiduals& calc_residuals, const CalcScore& calc_score, int jobs, const Hypothesis& start,
+         const std::vector<int>& recordings, const FitOptions& options)
+      : calc_residuals_(calc_residuals),
+        calc_score_(calc_score),
+        jobs_(jobs),
         recordings_(recordings),
         options_(options),
         hypothesis_(start),
@@ -117,7 +121,7 @@ class Fitter {
   // Goes there if it leaves less than `before`.
   bool try_hypothesis(const Hypothesis& hypothesis, double before) {
     std::vector<Residuals> residuals;
-    const Score score = calc_score(problem_, hypothesis, recordings_, &residuals);
+    const Score score = calc_score_(hypothesis, &residuals);
     if (!score.ok || !(score.chi2 < before)) return false;
     hypothesis_ = hypothesis;
     score_ = score;
@@ -133,9 +137,9 @@ class Fitter {
     for (const Move& move : moves) deltas.push_back(move.delta);
     std::vector<std::vector<Residuals>> moved(n, std::vector<Residuals>(p));
     std::vector<char> ok(n * p, 1);
-    parallel_for(problem_.jobs, static_cast<int>(n * p), [&](int task) {
+    parallel_for(jobs_, static_cast<int>(n * p), [&](int task) {
       const size_t r = static_cast<size_t>(task) / p, v = static_cast<size_t>(task) % p;
-      ok[static_cast<size_t>(task)] = calc_residuals(problem_, moves[v].hypothesis, recordings_[r], &moved[r][v]);
+      ok[static_cast<size_t>(task)] = calc_residuals_(moves[v].hypothesis, recordings_[r], &moved[r][v]);
     });
     Normal total;
     total.A.setZero(static_cast<long>(p), static_cast<long>(p));
@@ -215,7 +219,9 @@ class Fitter {
     return variance > 0.0 ? information / std::sqrt(variance) : 0.0;
   }
 
-  const Problem& problem_;
+  const CalcResiduals calc_residuals_;
+  const CalcScore calc_score_;
+  const int jobs_;
   std::vector<int> recordings_;
   FitOptions options_;
   Hypothesis hypothesis_;
@@ -241,7 +247,32 @@ std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<cha
 
 FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
               const FitOptions& options) {
-  return Fitter(problem, start, recordings, options).run();
+  const auto residuals = [&](const Hypothesis& h, int recording, Residuals* out) { return calc_residuals(problem, h, recording, out); };
+  const auto score = [&](const Hypothesis& h, std::vector<Residuals>* out) { return calc_score(problem, h, recordings, out); };
+  return Fitter(residuals, score, problem.jobs, start, recordings, options).run();
+}
+
+Score calc_score(const CalcResiduals& calc, int jobs, const Hypothesis& hypothesis, const std::vector<int>& recordings,
+                 std::vector<std::vector<double>>* all) {
+  std::vector<Residuals> own, &residuals = all ? *all : own;
+  residuals.assign(recordings.size(), {});
+  std::vector<char> ok(recordings.size(), 1);
+  parallel_for(jobs, static_cast<int>(recordings.size()), [&](int r) {
+    const auto at = static_cast<size_t>(r);
+    ok[at] = calc(hypothesis, recordings[at], &residuals[at]);
+  });
+  Score score;
+  score.ok = std::all_of(ok.begin(), ok.end(), [](char c) { return c != 0; });
+  for (const Residuals& one : residuals) {
+    for (double r : one) score.chi2 += r * r, score.count += r != 0.0 ? 1.0 : 0.0;
+  }
+  return score;
+}
+
+FitResult fit(const CalcResiduals& calc, int jobs, const Hypothesis& start, const std::vector<int>& recordings,
+              const FitOptions& options) {
+  const auto score = [&](const Hypothesis& h, std::vector<Residuals>* out) { return calc_score(calc, jobs, h, recordings, out); };
+  return Fitter(calc, score, jobs, start, recordings, options).run();
 }
 
 }  // namespace hrp::diagnosis

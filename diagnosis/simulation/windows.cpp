@@ -14,19 +14,14 @@ struct Window {
   size_t begin = 0, end = 0;  // samples
 };
 
-std::vector<Window> list_windows(const Experiment& e, const std::vector<SmoothRecording>& smooth,
-                                 const std::vector<int>& recordings) {
-  std::vector<Window> list;
-  for (int r : recordings) {
-    const std::vector<double>& time = e.recordings[static_cast<size_t>(r)].time;
-    size_t begin = smooth[static_cast<size_t>(r)].start;
-    for (size_t k = begin; k < time.size(); ++k) {
-      if (time[k] - time[begin] < kWindow) continue;
-      if (time[k] - time[begin] < 1.5 * kWindow) list.push_back({r, begin, k});  // not across a gap
-      begin = k;
-    }
+void add_windows(const Experiment& e, const SmoothRecording& smooth, int recording, std::vector<Window>* list) {
+  const std::vector<double>& time = e.recordings[static_cast<size_t>(recording)].time;
+  size_t begin = smooth.start;
+  for (size_t k = begin; k < time.size(); ++k) {
+    if (time[k] - time[begin] < kWindow) continue;
+    if (time[k] - time[begin] < 1.5 * kWindow) list->push_back({recording, begin, k});  // not across a gap
+    begin = k;
   }
-  return list;
 }
 
 std::vector<Window> choose(const std::vector<Window>& all) {
@@ -71,13 +66,19 @@ SmoothRecording cut(const SmoothRecording& in, const Window& w) {
   return out;
 }
 
+bool simulate(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const Window& w,
+              std::vector<double>* readings) {
+  RolloutOptions options;
+  options.free_running = true;
+  readings->assign(recording.size() * recording.joints.size() * kQuantities, 0.0);
+  return simulate_recording(plant, recording, cut(smooth, w), options, readings);
+}
+
 void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& smooth, const Window& w, Sums* sums) {
   const Recording recording = cut(e.recordings[static_cast<size_t>(w.recording)], w);
   const size_t n = static_cast<size_t>(e.num_joints()), width = n * kQuantities;
-  std::vector<double> readings(recording.size() * width, 0.0);
-  RolloutOptions options;
-  options.free_running = true;
-  const bool ok = simulate_recording(plant, recording, cut(smooth, w), options, &readings);
+  std::vector<double> readings;
+  const bool ok = simulate(plant, recording, smooth, w, &readings);
   sums->finite += ok;
   for (size_t j = 0; j < n; ++j) {
     const std::vector<double>& q = recording.joints[j].signal[0];
@@ -93,7 +94,9 @@ void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& 
 
 WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const std::vector<SmoothRecording>& smooth,
                                 const std::vector<int>& recordings, int jobs) {
-  const std::vector<Window> windows = choose(list_windows(e, smooth, recordings));
+  std::vector<Window> all;
+  for (int r : recordings) add_windows(e, smooth[static_cast<size_t>(r)], r, &all);
+  const std::vector<Window> windows = choose(all);
   const size_t n = static_cast<size_t>(e.num_joints());
   std::vector<Sums> parts(windows.size());
   parallel_for(jobs, static_cast<int>(windows.size()), [&](int i) {
@@ -110,6 +113,25 @@ WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const s
   }
   for (size_t j = 0; j < n; ++j) out.rms.push_back(count[j] > 0.0 ? std::sqrt(square[j] / count[j]) : std::nan(""));
   return out;
+}
+
+bool simulate_windows(const Plant& plant, const Experiment& e, const SmoothRecording& smooth, int recording,
+                      std::vector<double>* readings) {
+  const Recording& whole = e.recordings[static_cast<size_t>(recording)];
+  const size_t width = whole.joints.size() * kQuantities;
+  readings->assign(whole.size() * width, 0.0);
+  for (size_t c = 0; c < width; ++c) {
+    const std::vector<double>& column = whole.joints[c / kQuantities].signal[c % kQuantities];
+    for (size_t k = 0; k < column.size(); ++k) (*readings)[k * width + c] = column[k];
+  }
+  std::vector<Window> windows;
+  add_windows(e, smooth, recording, &windows);
+  for (const Window& w : windows) {
+    std::vector<double> own;
+    if (!simulate(plant, cut(whole, w), smooth, w, &own)) return false;
+    std::copy(own.begin() + static_cast<long>(width), own.end(), readings->begin() + static_cast<long>((w.begin + 1) * width));
+  }
+  return true;
 }
 
 }  // namespace hrp::diagnosis

@@ -23,4 +23,9 @@ struct WindowErrors {
 WindowErrors calc_window_errors(const Plant& plant, const Experiment& experiment,
                                 const std::vector<SmoothRecording>& smooth, const std::vector<int>& recordings, int jobs);
 
+// Readings of a recording, [sample][joint * 3 + quantity], simulated over its windows; as recorded between and before them.
+// False where a window leaves the finite numbers.
+bool simulate_windows(const Plant& plant, const Experiment& experiment, const SmoothRecording& smooth, int recording,
+                      std::vector<double>* readings);
+
 }  // namespace hrp::diagnosis

@@ -345,7 +345,7 @@ TEST(TorqueEvidence, ALagBesideFrictionIsFoundThroughTheJointsSimulation) {
   Hypothesis hidden = make_drives();
   hidden.push_back({EffectId::kLag, kElbow, {0.02}});
   const Experiment e = make_simulated_experiment("torque_lag", kArm, kJoints, hidden);
-  const Hypothesis found = polish_joints(make_problem(e, 1), make_drives(), true);
+  const Hypothesis found = polish_joints(make_problem(e, 1), make_drives(), nullptr, true);
   const auto lag = std::find_if(found.begin(), found.end(), [](const Effect& x) { return x.id == EffectId::kLag || x.id == EffectId::kDelay; });
   ASSERT_NE(lag, found.end());
   EXPECT_EQ(lag->place, kElbow);

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/best_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/series.h"
+#include "diagnosis/evidence/effort_rows.h"
+#include "diagnosis/evidence/plain_model.h"
+#include "diagnosis/evidence/polish.h"
+#include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/report/report.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kUnnamed = 0.9;  // of the error of models whose effects the report names
+constexpr int kWholeIterations = 3, kWindowIterations = 8;
+// Power of the factor by which a model is worse than plain least squares in radians or in N m: a twentieth more in one must
+// be worth a quarter in the other.
+constexpr double kWorse = 4.0;
+
+// Faults of logs are told by the servo's own law, whatever else is in a model.
+Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
+  for (const Effect& e : of) {
+    if (find_place_kind(e.id) == PlaceKind::kSensor && !contains(model, e.id, e.place)) model.push_back(e);
+  }
+  return model;
+}
+
+// Parameters half way between those of two fits of the same effects; where b lacks an effect, those of a.
+Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
+  for (Effect& effect : a) {
+    const auto other = std::find_if(b.begin(), b.end(), [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
+    for (size_t i = 0; other != b.end() && i < effect.p.size(); ++i) effect.p[i] = 0.5 * (effect.p[i] + other->p[i]);
+  }
+  return a;
+}
+
+// Of held-out recordings, over the spread of each joint's signal, root mean square over joints.
+struct Errors {
+  double position = 1e300, effort = 1e300;
+};
+
+double join(const Problem& problem, const std::vector<double>& rms, Quantity quantity, const std::vector<double>& spreads) {
+  double sum = 0.0, n = 0.0;
+  for (size_t j = 0; j < rms.size(); ++j) {
+    const double spread = quantity == Quantity::kEffort ? spreads[j] : calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
+    if (spread > 0.0 && std::isfinite(rms[j])) sum += rms[j] * rms[j] / (spread * spread), n += 1.0;
+  }
+  return n > 0.0 ? std::sqrt(sum / n) : 1e300;
+}
+
+class Chooser {
+ public:
+  Chooser(const Problem& problem, const Problem& whole, const Hypothesis& model, const std::function<void(const std::string&)>& progress)
+      : problem_(problem), whole_(whole), model_(model), progress_(progress), data_(make_torque_data(*whole.experiment)), rows_(*whole.experiment, data_) {
+    spreads_ = find_effort_spreads();
+  }
+
+  Trial run(const Trial* searched) {
+    const Hypothesis plain = add_logs(make_plain_model(fit_plain_model(whole_)), model_),
+                     geared = add_logs(make_plain_model(fit_plain_model(whole_, true)), model_);
+    reference_ = calc_errors(simulate_trial(whole_, plain));
+    consider("parameters of the missing torque", model_);
+    const double without = consider("friction and rotors by least squares", plain);
+    const double with = consider("friction, rotors and gears by least squares", geared);
+    const Hypothesis& start = with < without ? geared : plain;
+    if (is_effort_driven(whole_)) {
+      const CalcResiduals windows = make_window_residuals(whole_);
+      const Hypothesis fitted = fit_both(windows, model_, kWindowIterations);
+      consider("fitted through short windows", fitted);
+      consider("half way there", find_middle(model_, fitted));
+      consider("least squares, fitted through them", fit_both(windows, start, kWindowIterations));
+    } else {
+      const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
+      consider("fitted through each joint's simulation", fitted);
+      consider("half way there", find_middle(model_, fitted));  // torque and simulation err to different sides
+      consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
+      consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
+      consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
+    }
+    // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears.
+    least_ *= kUnnamed;
+    if (searched) consider("the model of the search", split_asymmetry(searched->hypothesis));
+    return best_.validate.ok ? best_ : simulate_trial(whole_, model_);
+  }
+
+ private:
+  Hypothesis fit_both(const CalcResiduals& residuals, const Hypothesis& start, int iterations) const {
+    return polish_whole(whole_, start, rows_.add_to(residuals, whole_.train, start), iterations);
+  }
+
+  std::vector<double> find_effort_spreads() const {
+    std::vector<double> spreads(static_cast<size_t>(whole_.experiment->num_joints()), 0.0);
+    for (size_t j = 0; j < spreads.size(); ++j) {
+      double n = 0.0, sum = 0.0, square = 0.0;
+      for (const TorqueRecording& r : data_.recordings) {
+        const auto y = r.effort.col(static_cast<long>(j));
+        n += static_cast<double>(y.size()), sum += y.sum(), square += y.squaredNorm();
+      }
+      if (n > 0.0) spreads[j] = std::sqrt(std::max(0.0, square / n - sum * sum / (n * n)));
+    }
+    return spreads;
+  }
+
+  Errors calc_errors(const Trial& trial) const {
+    if (!trial.validate.ok) return {};
+    std::vector<double> positions;
+    if (is_effort_driven(whole_)) positions = calc_held_windows(whole_, trial.hypothesis).rms;
+    for (size_t j = 0; positions.size() < spreads_.size() && j < spreads_.size(); ++j)
+      positions.push_back(trial.validate.rms(j * kQuantities) / whole_.weights[j * kQuantities]);
+    const std::vector<double> efforts = calc_torque_residuals(data_, make_plant(*whole_.experiment, trial.hypothesis), !whole_.validate.empty());
+    return {join(whole_, positions, Quantity::kPosition, spreads_), join(whole_, efforts, Quantity::kEffort, spreads_)};
+  }
+
+  // Product of the two errors over those of plain least squares.
+  double calc_cost(const Errors& e) const {
+    const double position = e.position / reference_.position, effort = e.effort / reference_.effort;
+    return position * effort * std::pow(std::max({1.0, position, effort}), kWorse);
+  }
+
+  double consider(const char* name, const Hypothesis& hypothesis) {
+    const Trial trial = simulate_trial(whole_, hypothesis);
+    const Errors errors = calc_errors(trial);
+    if (!trial.validate.ok) return 1e300;
+    progress_("    " + std::string(name) + ": held out, positions miss " + number(100.0 * errors.position, 3) +
+              " % of their spread, efforts " + number(100.0 * errors.effort, 3) + " %");
+    const double cost = calc_cost(errors);
+    if (cost < least_) best_ = trial, least_ = cost;
+    return cost;
+  }
+
+  const Problem &problem_, &whole_;
+  const Hypothesis& model_;
+  const std::function<void(const std::string&)>& progress_;
+  const TorqueData data_;
+  const EffortRows rows_;
+  std::vector<double> spreads_;  // by joint, of its effort
+  Errors reference_;
+  Trial best_;
+  double least_ = 1e300;
+};
+
+}  // namespace
+
+bool is_effort_driven(const Problem& problem) { return problem.experiment->scenario.drive == "effort"; }
+
+Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis) {
+  Trial trial;
+  trial.hypothesis = hypothesis;
+  trial.refined = true;
+  trial.train = calc_score(problem, hypothesis, problem.train);
+  trial.validate = calc_score(problem, hypothesis, get_judged(problem));
+  trial.rms = trial.validate.rms(), trial.worst = trial.validate.worst();
+  for (const Effect& effect : hypothesis) trial.std.emplace_back(effect.p.size(), 0.0);
+  return trial;
+}
+
+WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothesis) {
+  return calc_window_errors(make_plant(*problem.experiment, hypothesis), *problem.experiment, problem.smooth, get_judged(problem), problem.jobs);
+}
+
+Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Trial* searched,
+                        const std::function<void(const std::string&)>& progress) {
+  return Chooser(problem, whole, model, progress).run(searched);
+}
+
+}  // namespace hrp::diagnosis

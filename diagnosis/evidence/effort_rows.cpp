@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/effort_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/measurement/torque_residual.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+double sum_squares(const std::vector<double>& x) {
+  double sum = 0.0;
+  for (double value : x) sum += value * value;
+  return sum;
+}
+
+bool moves_bodies(const Effect& effect) {
+  const PlaceKind kind = find_place_kind(effect.id);
+  return effect.id == EffectId::kJointOffset || (kind != PlaceKind::kJoint && kind != PlaceKind::kSensor);
+}
+
+}  // namespace
+
+EffortRows::EffortRows(const Experiment& e, const TorqueData& data, const Hypothesis& links) {
+  Bodies bodies{&e, &data, {}};
+  const Plant plant = make_plant(e, links);
+  for (const TorqueRecording& r : data.recordings) bodies.tau.push_back(calc_bodies(plant, r));
+  bodies_ = std::make_shared<const Bodies>(std::move(bodies));
+}
+
+CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vector<int>& train, const Hypothesis& at, int joint) const {
+  std::vector<int> joints;
+  for (int j = 0; j < bodies_->experiment->num_joints(); ++j) {
+    if (bodies_->data->is_judged(j) && (joint < 0 || joint == j)) joints.push_back(j);
+  }
+  // [N m] of one joint of one recording.
+  const auto calc_left = [bodies = bodies_](const Plant& plant, bool moved, size_t recording, int j) {
+    const TorqueRecording& r = bodies->data->recordings[recording];
+    const Eigen::VectorXd tau = (moved ? calc_bodies(plant, r) : bodies->tau[recording]).col(j);
+    return calc_torque_left(*bodies->data, r, plant.laws[static_cast<size_t>(j)], tau, j);
+  };
+  const auto is_moved = [](const Hypothesis& h) { return std::any_of(h.begin(), h.end(), moves_bodies); };
+  // Each joint's efforts over what `at` leaves of them; together as much as it leaves of the simulation.
+  const Score score = calc_score(simulated, 1, at, train);
+  if (!score.ok || joints.empty()) return simulated;
+  const Plant plant = make_plant(*bodies_->experiment, at);
+  std::vector<double> weights;
+  for (int j : joints) {
+    double left = 0.0;
+    for (size_t r = 0; r < bodies_->tau.size(); ++r) {
+      if (bodies_->data->recordings[r].train) left += sum_squares(calc_left(plant, is_moved(at), r, j));
+    }
+    weights.push_back(left > 0.0 ? std::sqrt(score.chi2 / static_cast<double>(joints.size()) / left) : 0.0);
+  }
+  return [=, bodies = bodies_](const Hypothesis& hypothesis, int recording, std::vector<double>* residuals) {
+    if (!simulated(hypothesis, recording, residuals)) return false;
+    const Plant own = make_plant(*bodies->experiment, hypothesis);
+    for (size_t r = 0; r < bodies->tau.size(); ++r) {
+      if (bodies->data->recordings[r].index != static_cast<size_t>(recording)) continue;
+      for (size_t i = 0; i < joints.size(); ++i) {
+        for (double left : calc_left(own, is_moved(hypothesis), r, joints[i])) residuals->push_back(weights[i] * left);
+      }
+    }
+    return true;
+  };
+}
+
+}  // namespace hrp::diagnosis

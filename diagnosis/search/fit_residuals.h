@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The fit of fit.h, of other residuals than those of a problem's simulated readings.
+#pragma once
+
+#include <functional>
+
+#include "diagnosis/search/fit.h"
+
+namespace hrp::diagnosis {
+
+// What a hypothesis leaves of one recording, whitened; false where it cannot be predicted. As many for every hypothesis.
+using CalcResiduals = std::function<bool(const Hypothesis& hypothesis, int recording, std::vector<double>* residuals)>;
+
+// Sum of squares and count of residuals that are not 0; nothing by signal.
+Score calc_score(const CalcResiduals& calc, int jobs, const Hypothesis& hypothesis, const std::vector<int>& recordings,
+                 std::vector<std::vector<double>>* all = nullptr);
+
+FitResult fit(const CalcResiduals& calc, int jobs, const Hypothesis& start, const std::vector<int>& recordings,
+              const FitOptions& options);
+
+}  // namespace hrp::diagnosis
