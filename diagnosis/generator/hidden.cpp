@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "diagnosis/generator/joint_effects.h"
 #include "diagnosis/generator/unlisted.h"
 
 namespace hrp::cases {
@@ -36,63 +37,6 @@ const JointPlan& draw_joint(const RobotPlan& robot, const std::vector<std::strin
     if (moves && !contains(taken, j.name)) return j;
   }
   return joint(robot, joint_count(robot) - 1);
-}
-
-// Sizes follow the servo stiffness kp [N m/rad], the one number that says how strong a joint is.
-Json friction_parameters(const std::string& effect, double kp, double boost, Prng& r) {
-  if (effect == "viscous_friction") return {{"coefficient", tidy(boost * kp * r.log_uniform(0.002, 0.02))}};
-  if (effect == "coulomb_friction") {
-    Json p{{"level", tidy(boost * kp * r.log_uniform(0.002, 0.02))}};
-    if (r.chance(0.3)) p["asymmetry"] = tidy(r.sign() * r.uniform(0.15, 0.4));
-    return p;
-  }
-  if (effect == "stribeck_friction") {
-    const double coulomb = boost * kp * r.log_uniform(0.002, 0.012);
-    return {{"coulomb", tidy(coulomb)},
-            {"static", tidy(coulomb * r.uniform(1.4, 2.5))},
-            {"stribeck_velocity", tidy(r.log_uniform(0.03, 0.25))},
-            {"viscous", tidy(kp * r.uniform(0, 0.003))}};
-  }
-  if (effect == "load_dependent_friction") return {{"ratio", tidy(std::min(0.45, boost * r.log_uniform(0.04, 0.3)))}};
-  if (effect == "hysteresis") {
-    const double yield = r.log_uniform(0.008, 0.08);
-    return {{"stiffness", tidy(boost * kp * r.log_uniform(0.002, 0.015) / yield)}, {"yield_angle", tidy(yield)}};
-  }
-  return {};
-}
-
-Json drive_parameters(const std::string& effect, const JointPlan& j, double boost, Prng& r) {
-  const double kp = j.kp;
-  if (effect == "torque_constant_error") {
-    const double error = std::min(0.45, boost * r.log_uniform(0.04, 0.4));
-    return {{"scale", tidy(1 + r.sign() * error)}};
-  }
-  if (effect == "torque_saturation") return {{"limit", tidy(j.limit * r.log_uniform(0.06, 0.4) / boost)}};
-  if (effect == "actuator_lag") return {{"time_constant", tidy(std::min(0.025, boost * r.log_uniform(0.002, 0.018)))}};
-  if (effect == "command_delay")
-    return {{"delay", std::round(1e4 * std::min(0.06, boost * r.log_uniform(0.004, 0.04))) / 1e4}};
-  if (effect == "rotor_inertia") return {{"inertia", tidy(boost * kp * r.log_uniform(1.0 / 8000, 1.0 / 800))}};
-  if (effect == "joint_elasticity") {
-    return {{"stiffness", tidy(kp * r.log_uniform(0.7, 6) / boost)},
-            {"damping", tidy(kp * r.uniform(0.001, 0.004))},
-            {"rotor_inertia", tidy(kp / r.log_uniform(1500, 5000))}};
-  }
-  if (effect == "backlash") {
-    return {{"gap", tidy(boost * r.log_uniform(0.003, 0.03))},
-            {"stiffness", tidy(kp * 30)},
-            {"damping", tidy(kp * 0.012)},
-            {"rotor_inertia", tidy(kp / r.log_uniform(2000, 4500))}};
-  }
-  if (effect == "parallel_spring") {
-    return {{"stiffness", tidy(boost * kp * r.log_uniform(0.003, 0.03))}, {"rest", tidy(r.uniform(-0.3, 0.3))}};
-  }
-  if (effect == "cogging") {
-    return {{"amplitude", tidy(boost * kp * r.log_uniform(0.001, 0.008))},
-            {"periods", static_cast<double>(4 + r.below(60))},
-            {"phase", tidy(r.uniform(0, 6.28))}};
-  }
-  if (effect == "joint_offset") return {{"offset", tidy(r.sign() * boost * r.log_uniform(0.005, 0.05))}};
-  return {};
 }
 
 Json link_parameters(const std::string& effect, const LinkPlan& link, double boost, Prng& r) {
@@ -246,14 +190,6 @@ Json to_json(const Hidden& hidden) {
   return out;
 }
 
-const std::vector<std::string>& joint_effects() {
-  static const std::vector<std::string> names{
-      "viscous_friction",  "coulomb_friction", "stribeck_friction", "load_dependent_friction",
-      "rotor_inertia",     "joint_elasticity", "backlash",          "torque_constant_error",
-      "torque_saturation", "actuator_lag",     "command_delay",     "parallel_spring",
-      "cogging",           "hysteresis",       "joint_offset"};
-  return names;
-}
 const std::vector<std::string>& link_effects() {
   static const std::vector<std::string> names{"payload", "mass_error", "com_error", "external_force"};
   return names;
@@ -288,10 +224,9 @@ std::vector<Hidden> draw_hidden(const std::string& effect, const RobotPlan& robo
   if (effect == "sprung_mass" || effect == "gust") return {draw_unlisted_of_body(effect, robot, boost, random)};
   const JointPlan& j = draw_joint(robot, taken, random);
   if (contains(unknown_effects(), effect)) return {draw_unlisted_of_joint(effect, robot, j, boost, random)};
-  Json parameters = friction_parameters(effect, j.kp, boost, random);
-  if (parameters.is_null() || parameters.empty()) parameters = drive_parameters(effect, j, boost, random);
-  if (parameters.is_null() || parameters.empty()) throw std::invalid_argument("unknown effect: " + effect);
-  return {{effect, "joint", j.name, parameters}};
+  const JointEffect* known = find_joint_effect(effect);
+  if (!known) throw std::invalid_argument("unknown effect: " + effect);
+  return {{effect, "joint", j.name, known->draw(j, boost, random)}};
 }
 
 }  // namespace hrp::cases

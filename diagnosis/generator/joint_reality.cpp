@@ -6,35 +6,17 @@
 #include <functional>
 #include <map>
 
+#include "diagnosis/generator/joint_effects.h"
+
 namespace hrp::cases {
 namespace {
 
 constexpr double kTwoPi = 6.28318530717958647692;
 using Apply = std::function<void(JointReality&, const Hidden&)>;
 
-void apply_elastic(JointReality& j, const Hidden& h) {
-  j.elastic = true;
-  j.stiffness = h.get("stiffness");
-  j.damping = h.get("damping");
-  j.rotor = h.get("rotor_inertia");
-  j.gap = h.get("gap");
-}
-
-const std::map<std::string, Apply>& friction_table() {
+// What no list of the tool has.
+const std::map<std::string, Apply>& unlisted_table() {
   static const std::map<std::string, Apply> table{
-      {"viscous_friction", [](JointReality& j, const Hidden& h) { j.viscous += h.get("coefficient"); }},
-      {"coulomb_friction",
-       [](JointReality& j, const Hidden& h) { j.coulomb = h.get("level"), j.asymmetry = h.get("asymmetry"); }},
-      {"stribeck_friction",
-       [](JointReality& j, const Hidden& h) {
-         j.stribeck_coulomb = h.get("coulomb"), j.stribeck_static = h.get("static");
-         j.stribeck_velocity = h.get("stribeck_velocity"), j.viscous += h.get("viscous");
-       }},
-      {"load_dependent_friction", [](JointReality& j, const Hidden& h) { j.load_ratio = h.get("ratio"); }},
-      {"hysteresis",
-       [](JointReality& j, const Hidden& h) {
-         j.bouc_wen_stiffness = h.get("stiffness"), j.bouc_wen_yield = h.get("yield_angle");
-       }},
       {"position_dependent_friction",
        [](JointReality& j, const Hidden& h) {
          j.bump_level = h.get("level"), j.bump_center = h.get("center"), j.bump_width = h.get("width");
@@ -47,17 +29,7 @@ const std::map<std::string, Apply>& friction_table() {
        }},
       {"friction_fades",
        [](JointReality& j, const Hidden& h) { j.fade_drop = h.get("drop"), j.fade_time = h.get("time_constant"); }},
-      {"quadratic_drag", [](JointReality& j, const Hidden& h) { j.drag = h.get("coefficient"); }}};
-  return table;
-}
-
-const std::map<std::string, Apply>& drive_table() {
-  static const std::map<std::string, Apply> table{
-      {"torque_constant_error", [](JointReality& j, const Hidden& h) { j.torque_scale = h.get("scale"); }},
-      {"torque_saturation", [](JointReality& j, const Hidden& h) { j.saturation = h.get("limit"); }},
-      {"actuator_lag", [](JointReality& j, const Hidden& h) { j.lag = h.get("time_constant"); }},
-      {"command_delay", [](JointReality& j, const Hidden& h) { j.delay = h.get("delay"); }},
-      {"joint_offset", [](JointReality& j, const Hidden& h) { j.offset = h.get("offset"); }},
+      {"quadratic_drag", [](JointReality& j, const Hidden& h) { j.drag = h.get("coefficient"); }},
       {"thermal_torque_loss",
        [](JointReality& j, const Hidden& h) {
          j.heat_loss = h.get("loss"), j.heat_reference = h.get("reference");
@@ -67,25 +39,12 @@ const std::map<std::string, Apply>& drive_table() {
        [](JointReality& j, const Hidden& h) {
          j.slip_fraction = h.get("fraction"), j.slip_period = h.get("period"), j.slip_length = h.get("length");
        }},
-      {"periodic_disturbance", [](JointReality& j, const Hidden& h) {
+      {"periodic_disturbance",
+       [](JointReality& j, const Hidden& h) {
          j.periodic_amplitude = h.get("amplitude"), j.periodic_frequency = h.get("frequency"),
          j.periodic_phase = h.get("phase");
-       }}};
-  return table;
-}
-
-const std::map<std::string, Apply>& mechanics_table() {
-  static const std::map<std::string, Apply> table{
-      {"rotor_inertia", [](JointReality& j, const Hidden& h) { j.rotor = h.get("inertia"); }},
-      {"joint_elasticity", apply_elastic},
-      {"backlash", apply_elastic},
-      {"parallel_spring",
-       [](JointReality& j, const Hidden& h) { j.spring = h.get("stiffness"), j.spring_rest = h.get("rest"); }},
-      {"cubic_spring", [](JointReality& j, const Hidden& h) { j.cubic = h.get("coefficient"); }},
-      {"cogging",
-       [](JointReality& j, const Hidden& h) {
-         j.cogging = h.get("amplitude"), j.cogging_periods = h.get("periods"), j.cogging_phase = h.get("phase");
        }},
+      {"cubic_spring", [](JointReality& j, const Hidden& h) { j.cubic = h.get("coefficient"); }},
       {"magnetic_detent",
        [](JointReality& j, const Hidden& h) {
          j.detent = h.get("amplitude"), j.detent_center = h.get("center"), j.detent_width = h.get("width");
@@ -104,9 +63,8 @@ std::vector<JointReality> make_joint_realities(const RobotPlan& robot, const std
     if (h.where_kind != "joint") continue;
     const int index = find_joint(robot, h.where);
     JointReality& j = joints.at(static_cast<std::size_t>(index));
-    for (const auto* table : {&friction_table(), &drive_table(), &mechanics_table()}) {
-      if (const auto at = table->find(h.effect); at != table->end()) at->second(j, h);
-    }
+    if (const JointEffect* known = find_joint_effect(h.effect)) known->hide(j, h);
+    if (const auto at = unlisted_table().find(h.effect); at != unlisted_table().end()) at->second(j, h);
     if (h.effect == "cubic_spring") j.cubic_center = joint(robot, index).start;
     if (h.effect == "joint_coupling") {
       j.coupled_to = find_joint(robot, h.parameters.at("other").get<std::string>());
@@ -121,12 +79,13 @@ double calc_heat_rate(const JointReality& joint, double asked, double heat) {
   return load * load / joint.heating_time - heat / joint.cooling_time;
 }
 
-double calc_drive_torque(const JointReality& joint, double asked, double heat, double time) {
+double calc_drive_torque(const JointReality& joint, double asked, double v, double heat, double time) {
   double torque = std::clamp(asked, -joint.saturation, joint.saturation) * joint.torque_scale;
   torque /= 1 + joint.heat_loss * heat;
   if (joint.slip_fraction > 0 && std::fmod(time + 10 * joint.slip_period, joint.slip_period) < joint.slip_length) {
     torque *= 1 - joint.slip_fraction;
   }
+  for (const DriveLaw& law : joint.drive_laws) torque = law(torque, v);
   return torque;
 }
 

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <vector>
 
 #include "diagnosis/generator/hidden.h"
 
 namespace hrp::cases {
+
+// Torque of the drive [N m] from what it would give without the law, at the motor's speed v [rad/s].
+using DriveLaw = std::function<double(double torque, double v)>;
 
 // What is hidden in one joint; everything is off by default. Units SI, angles in rad.
 struct JointReality {
@@ -22,6 +26,7 @@ struct JointReality {
   double torque_scale = 1, saturation = std::numeric_limits<double>::infinity(), lag = 0, delay = 0, offset = 0;
   double heat_loss = 0, heat_reference = 1, heating_time = 1, cooling_time = 1;  // torque lost as the coil warms up
   double slip_fraction = 0, slip_period = 1, slip_length = 0;
+  std::vector<DriveLaw> drive_laws;  // of rows that bring a law along
   double periodic_amplitude = 0, periodic_frequency = 0, periodic_phase = 0;
   // mechanics
   double rotor = 0;
@@ -38,8 +43,9 @@ struct JointReality {
 
 std::vector<JointReality> make_joint_realities(const RobotPlan& robot, const std::vector<Hidden>& hidden);
 
-// Torque of the drive on the motor shaft from what the servo asked for [N m]; `heat` is the state of the law below.
-double calc_drive_torque(const JointReality& joint, double asked, double heat, double time);
+// Torque of the drive on the motor shaft from what the servo asked for [N m], at the motor's speed v [rad/s]; `heat` is
+// the state of the law below.
+double calc_drive_torque(const JointReality& joint, double asked, double v, double heat, double time);
 
 // Warmth of the coil, 1 after `heating_time` at the reference torque: d(heat)/dt from the torque asked for.
 double calc_heat_rate(const JointReality& joint, double asked, double heat);

@@ -198,7 +198,7 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
   rates[n + i] = real.bouc_wen_stiffness > 0 ? calc_bouc_wen_rate(real, vm, states[n + i]) : 0;
   rates[2 * n + i] = real.heat_loss > 0 ? calc_heat_rate(real, driven, states[2 * n + i]) : 0;
   d->qfrc_applied[v_motor[i]] +=
-      calc_drive_torque(real, driven, states[2 * n + i], t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
+      calc_drive_torque(real, driven, vm, states[2 * n + i], t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
   const double link_side = calc_link_side_torque(real, ql, vl);
   d->qfrc_applied[v_link[i]] += link_side, beside[i] += link_side;
   if (real.elastic) {

@@ -197,7 +197,7 @@ TEST(CaseGenerator, LawsMeetTheirClosedForms) {
   EXPECT_NEAR(calc_transmission_torque(j, 0.015, 0, 0, 0), 1, 1e-12);  // 0.01 rad beyond half the gap
   EXPECT_EQ(calc_transmission_torque(j, 0.0051, 0, -5, 0), 0);         // teeth do not pull
   j.saturation = 2, j.torque_scale = 0.5;
-  EXPECT_EQ(calc_drive_torque(j, 7, 0, 0), 1);
+  EXPECT_EQ(calc_drive_torque(j, 7, 0, 0, 0), 1);
 }
 
 // One effect of each kind of law; the proof itself refuses a case whose effect does not show.
