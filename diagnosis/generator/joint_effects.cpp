@@ -71,6 +71,20 @@ const JointEffect kSaturation{"torque_saturation",
                               },
                               [](JointReality& j, const Hidden& h) { j.saturation = h.get("limit"); }};
 
+// |torque| <= stall_torque (1 - |v| / max_speed). Motions of an arm turn its joints at 0.5 to 4 rad/s.
+const JointEffect kVelocityLimit{"velocity_limit",
+                                 [](const JointPlan& j, double boost, Prng& r) -> Json {
+                                   return {{"stall_torque", tidy(j.limit * r.log_uniform(0.08, 0.5) / boost)},
+                                           {"max_speed", tidy(r.log_uniform(2, 8) / boost)}};
+                                 },
+                                 [](JointReality& j, const Hidden& h) {
+                                   const double stall = h.get("stall_torque"), most = h.get("max_speed");
+                                   j.drive_laws.push_back([stall, most](double torque, double v) {
+                                     const double limit = stall * std::max(0.0, 1 - std::abs(v) / most);
+                                     return std::clamp(torque, -limit, limit);
+                                   });
+                                 }};
+
 const JointEffect kLag{"actuator_lag",
                        [](const JointPlan&, double boost, Prng& r) -> Json {
                          return {{"time_constant", tidy(std::min(0.025, boost * r.log_uniform(0.002, 0.018)))}};
@@ -145,8 +159,9 @@ const JointEffect kCogging{"cogging",
 
 const std::vector<JointEffect>& list_joint_effects() {
   static const std::vector<JointEffect> rows{kViscous,  kCoulomb,    kStribeck, kLoadFriction,   kRotor,
-                                             kElasticity, kBacklash, kTorqueConstant, kSaturation, kLag,
-                                             kDelay,    kSpring,     kCogging,  kHysteresis,     kOffset};
+                                             kElasticity, kBacklash, kTorqueConstant, kSaturation, kVelocityLimit,
+                                             kLag,      kDelay,      kSpring,   kCogging,        kHysteresis,
+                                             kOffset};
   return rows;
 }
 

@@ -12,7 +12,7 @@
 #include <set>
 #include <sstream>
 
-#include "diagnosis/generator/joint_reality.h"
+#include "diagnosis/generator/joint_effects.h"
 #include "diagnosis/generator/make_case.h"
 #include "diagnosis/generator/reality.h"
 #include "diagnosis/generator/robot_parts.h"
@@ -198,6 +198,16 @@ TEST(CaseGenerator, LawsMeetTheirClosedForms) {
   EXPECT_EQ(calc_transmission_torque(j, 0.0051, 0, -5, 0), 0);         // teeth do not pull
   j.saturation = 2, j.torque_scale = 0.5;
   EXPECT_EQ(calc_drive_torque(j, 7, 0, 0, 0), 1);
+}
+
+TEST(CaseGenerator, ADriveThatIsLimitedBySpeedGivesStallTorqueAtRestAndNothingAtItsLargestSpeed) {
+  JointReality j;
+  const Hidden hidden{"velocity_limit", "joint", "elbow", {{"stall_torque", 10}, {"max_speed", 4}}};
+  find_joint_effect("velocity_limit")->hide(j, hidden);
+  EXPECT_EQ(calc_drive_torque(j, 30, 0, 0, 0), 10);
+  EXPECT_EQ(calc_drive_torque(j, -30, 3, 0, 0), -2.5);  // braking is limited as driving is
+  EXPECT_EQ(calc_drive_torque(j, 30, -4, 0, 0), 0);
+  EXPECT_EQ(calc_drive_torque(j, 2, 3, 0, 0), 2);
 }
 
 // One effect of each kind of law; the proof itself refuses a case whose effect does not show.
