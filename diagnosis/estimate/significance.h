@@ -6,6 +6,10 @@
 
 namespace hrp::diagnosis {
 
+// Times the noise (root mean square), up to which what is left counts as noise: sizes of noise are estimates themselves,
+// and details of laws and of smoothing stay below it.
+constexpr double kNoiseLeft = 1.2;
+
 // Effects of one joint against each other: 16, of which the others have been refused by their price in chi2 before.
 constexpr double kSignificantInJoint = 4.0;  // two-sided probability 6e-5
 // Three axes at once: 4.0 in one dimension is as improbable as this distance in three.

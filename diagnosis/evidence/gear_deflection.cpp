@@ -17,7 +17,6 @@ namespace {
 
 enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
 
-constexpr double kNoise = 1.2;       // times the noise up to which nothing is missing
 constexpr double kNothing = 0.03;    // of the deflection: what accelerations are uncertain by
 constexpr double kSides = 0.05;      // of the torque's spread, within which teeth change sides
 constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0, kWorth = 3.0;  // [nats]
@@ -190,8 +189,8 @@ class Gear {
 
   void write() {
     const double before = find_held({}, Eigen::VectorXd()), after = find_held(model_, theta_);
-    out_.mismatch = before > kNoise * kNoise * floor_;
-    out_.to_noise = after < std::max(kNoise * kNoise * floor_, kNothing * kNothing * before);
+    out_.mismatch = before > kNoiseLeft * kNoiseLeft * floor_;
+    out_.to_noise = after < std::max(kNoiseLeft * kNoiseLeft * floor_, kNothing * kNothing * before);
     out_.fit = {column_, unit("rad"), std::sqrt(before), std::sqrt(after), std::sqrt(before)};
     out_.remaining.where = {{"sensor", column_}}, out_.remaining.unit = unit("rad");
     out_.remaining.before = std::sqrt(before), out_.remaining.after = std::sqrt(after);

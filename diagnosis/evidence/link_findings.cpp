@@ -13,7 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kNoise = 1.2;      // times the noise up to which nothing is missing
 constexpr double kNothing = 0.01;   // of a reading's spread: below it no effect is named
 constexpr double kUncertain = 0.03; // of a reading's spread: what accelerations and the filter leave of fast motions
 constexpr double kRival = 3.0;      // [nats] within which another effect does as well
@@ -174,7 +173,7 @@ class Judge {
 
   bool is_off(size_t g, double square, double share = kNothing) const {
     const LinkGroup& group = design_->groups[g];
-    return square > kNoise * kNoise * group.floor && square > std::pow(share * group.spread, 2);
+    return square > kNoiseLeft * kNoiseLeft * group.floor && square > std::pow(share * group.spread, 2);
   }
 
   void find_mismatch() {

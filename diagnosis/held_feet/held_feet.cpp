@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/effects/units.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/held_feet/foot_give.h"
@@ -13,7 +14,6 @@
 namespace hrp::diagnosis::held_feet {
 namespace {
 
-constexpr double kNoise = 1.2;  // times the noise, below which what is left counts as noise
 
 // Of each joint's missing torque at the kept samples [N m or N]: its high frequencies.
 std::vector<double> find_noise(const TorqueData& data) {
@@ -40,7 +40,7 @@ std::vector<Mismatch> list_mismatch(const TorqueData& data, const std::vector<do
         from = std::min(from, r.time(k)), to = std::max(to, r.time(k));
       }
       const double score = n > 0.0 && noise[j] > 0.0 ? std::sqrt(sum / n) / noise[j] : 0.0;
-      if (score > kNoise)
+      if (score > kNoiseLeft)
         list.push_back({data.experiment->signal_name(static_cast<int>(j), Quantity::kEffort),
                         data.experiment->recordings[r.index].spec.name, score, {{from, to}}, "foot loaded"});
     }
@@ -92,7 +92,7 @@ Verdict judge(const TorqueVerdict& torque, const std::vector<double>& noise) {
   const Evidence& evidence = torque.evidence;
   bool missing = false, left = false;
   for (size_t i = 0; i < torque.torque.size(); ++i) {
-    missing = missing || torque.torque[i].before > kNoise * noise[i], left = left || torque.torque[i].after > kNoise * noise[i];
+    missing = missing || torque.torque[i].before > kNoiseLeft * noise[i], left = left || torque.torque[i].after > kNoiseLeft * noise[i];
   }
   if (!missing && evidence.findings.empty()) return Verdict::kNoMismatch;
   if (!left && !evidence.findings.empty()) return Verdict::kExplained;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/significance.h"
 
 namespace hrp::diagnosis {
@@ -18,7 +19,6 @@ constexpr double kDetailPrice = 0.004;  // of an effect, a reading: what the det
 constexpr double kEvidence = 20.0;      // correlated readings for one
 constexpr double kSure = 10.0 * kEvidence;
 constexpr double kLeastDearer = 30.0;  // a parameter more
-constexpr double kNoise = 1.2;         // times the noise, left of recordings that were not fitted to
 
 // Above the noise, in its power.
 double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
@@ -115,7 +115,7 @@ size_t count_parameters(const Hypothesis& hypothesis) {
   return count;
 }
 
-bool is_noise(const Trial& t) { return t.rms < kNoise && t.worst < 1.7 && t.train.rms() < 1.4; }
+bool is_noise(const Trial& t) { return t.rms < kNoiseLeft && t.worst < 1.7 && t.train.rms() < 1.4; }
 
 bool is_detail(const Trial& t, const Trial& nominal) { return calc_excess(t) < 1e-3 * calc_excess(nominal); }
 
@@ -123,11 +123,11 @@ bool is_explained(const Trial& t, const Trial& nominal) {
   if (t.hypothesis.empty()) return false;
   if (is_noise(t)) return true;
   if (is_bent(t)) return false;
-  return (t.rms < 2.0 && is_detail(t, nominal)) || (t.rms < kNoise && calc_excess(t) < 3e-3 * calc_excess(nominal));
+  return (t.rms < 2.0 && is_detail(t, nominal)) || (t.rms < kNoiseLeft && calc_excess(t) < 3e-3 * calc_excess(nominal));
 }
 
 bool is_complete(const Trial& t, const Trial& nominal) {
-  const bool passes = is_smooth(t.hypothesis) ? calc_excess(t) <= kDetail : t.rms < kNoise;
+  const bool passes = is_smooth(t.hypothesis) ? calc_excess(t) <= kDetail : t.rms < kNoiseLeft;
   return is_explained(t, nominal) && passes;
 }
 

@@ -10,7 +10,6 @@ namespace hrp::diagnosis::toss {
 namespace {
 
 constexpr size_t kSearchWindows = 110;  // a minute on two cores
-constexpr double kFloor = 1.2;          // score below which what is left counts as noise
 constexpr int kMostEffects = 5;
 // While something else is missing as well, an effect must take away this share of the cost that is left: a smaller one
 // may be a stand-in for what is missing.
@@ -31,8 +30,8 @@ double judge(const TossProblem& problem, const TossFit& fit) {
 void decide(const TossProblem& problem, TossOutcome* outcome) {
   const double before = judge(problem, outcome->nominal), after = judge(problem, outcome->chosen);
   const bool found = !outcome->chosen.hypothesis.empty();
-  outcome->mismatch = found || before > kFloor;
-  outcome->explained = found && after < kFloor;
+  outcome->mismatch = found || before > kNoiseLeft;
+  outcome->explained = found && after < kNoiseLeft;
   outcome->partly = found && !outcome->explained;
 }
 
@@ -163,7 +162,7 @@ class Search {
   void examine(TossTrial* trial) const {
     const double before = out_.chosen.train_cost, left = judge(problem_, trial->fit);
     const size_t count = make_neutral(problem_, trial->added).p.size();
-    const double least = kLeastGain + 2.0 * static_cast<double>(count) + (left < kFloor ? 0.0 : kLeastShare * before);
+    const double least = kLeastGain + 2.0 * static_cast<double>(count) + (left < kNoiseLeft ? 0.0 : kLeastShare * before);
     if (trial->gain < least)
       trial->why = "it takes away too little of what is missing";
     else if (has_validation(problem_) && trial->fit.validate_cost >= out_.chosen.validate_cost)
