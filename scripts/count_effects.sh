@@ -10,10 +10,13 @@ cd "$ROOT"
 code() { git grep "$@" "$commit" -- 'diagnosis/*.cpp' 'diagnosis/*.h' 'servers/*.cpp' 'servers/*.h' 'common/*.cpp' \
   'common/*.h' ':!common/effects' ':!diagnosis/generator' ':!diagnosis/evidence' || true; }
 id='\b(EffectId|StandId|I|TossId|RowEffectId|E)::k[A-Z][A-Za-z]*'
+rows='diagnosis/(standing/effect_rows|toss/effects)\.cpp'
 echo "mentions of an effect outside the table: $(code -hoE "$id" | wc -l) in $(code -lE "$id" | wc -l) files"
+echo "  of these in the rows of engines: $(code -oE "$id" | grep -cE "$rows")"
 echo "enumerations of effects: $(git grep -hE 'enum class (EffectId|StandId|TossId|RowEffectId|TermKind)' "$commit" -- '*.h' | wc -l)"
 echo "files that know a parallel spring: $(code -lE 'kSpring\b|parallel_spring|spring_stiffness' | wc -l)"
-echo "files that know a velocity limit: $(code -lE '"velocity_limit"' | wc -l) and the table's"
+limit() { git grep -lE '"velocity_limit"' "$commit" -- "$@" | wc -l; }
+echo "files that know a velocity limit: $(limit 'common/effects/*.cpp') in the table, $(limit 'diagnosis/generator/*.cpp') in the generator, $(code -lE '"velocity_limit"' | wc -l) elsewhere"
 echo "lines of the diagnosis: $(git ls-tree -r --name-only "$commit" diagnosis | grep -E '\.(cpp|h)$' |
   grep -vE '/(generator|identification|page|evidence)/' | while read -r file; do git show "$commit:$file"; done | wc -l)"
 echo "tuning constants: $(git grep -hE '^ *(static )?constexpr (double|int|size_t|float) k' "$commit" -- 'diagnosis/*.cpp' \
