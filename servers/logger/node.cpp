@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/logger/node.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "common/base/diagnostics.h"
@@ -14,12 +15,16 @@
 namespace hrp {
 namespace {
 
-// A step that is two windows old and misses a sample for this long will not get it any more: the controller is silent
-// and the scenario says "hold". Shorter would mistake a process that the scheduler of the system let wait for a dead one.
-constexpr auto kGiveUp = std::chrono::seconds(1);
-constexpr uint64_t kGiveUpBacklog = 128;
-// At the end of a run: nothing has come between so many looks (of 10 ms and more), so nothing is on its way. Looks and
-// not time: a process that was stopped for a while has not looked.
+// Looks (of 10 ms and more) until something that has not come is given up. Looks and not time: a process that was stopped
+// for a while has not looked. Steps count as late when they are two windows old.
+constexpr uint64_t kLateSteps = 128;
+// Commands that the scenario lets the controller leave out: a second. Shorter would mistake a controller that the
+// scheduler of the system let wait for a dead one.
+constexpr int kHeldLooks = 100;
+// What dynamics would not have gone on without was sent, and comes when its writer sends it again. On a machine where others
+// had the processors, seconds passed until then. The scheduler waits for twice as long.
+constexpr int kLostLooks = 1000;
+// At the end of a run: nothing has come between so many looks, so nothing is on its way.
 constexpr int kQuietLooks = 20;
 
 std::vector<LogTopic> make_log_topics() {
@@ -75,7 +80,6 @@ LogWriter make_log(const LoggerOptions& options) {
 
 LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
     : NodeBase(context), options_(options), log_(make_log(options)) {
-  last_progress_ = Clock::now();
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& grant) {
     if (!is_authorized(topics::kStepGrant, grant)) return;
     if (!grant.last()) return;
@@ -146,6 +150,7 @@ void LoggerNode::take_description(Bytes sample) {
   decode(sample, &robot);
   const Scenario scenario = parse_scenario(robot.scenario(), robot.scenario_path());
   const std::string& word = options_.compression.empty() ? scenario.logging.compression : options_.compression;
+  holds_ = scenario.controller.on_fault == "hold";
   watch_events(robot, scenario);
   log_.set_description(sample.data, sample.size, scenario.control_period, mcap::parse_compression(word));
   report_progress();
@@ -189,20 +194,29 @@ void LoggerNode::report_progress() {
   set_phase(phase);
 }
 
-void LoggerNode::handle_idle(Clock::time_point now) {
+void LoggerNode::handle_idle(Clock::time_point) {
   quiet_looks_ = log_.sample_count() == last_sample_count_ ? quiet_looks_ + 1 : 0;
   last_sample_count_ = log_.sample_count();
-  if (log_.next_step() != last_backlog_step_ || log_.backlog() == 0) last_progress_ = now;
-  last_backlog_step_ = log_.next_step();
+  late_looks_ = log_.next_step() == last_next_step_ && log_.backlog() >= kLateSteps ? late_looks_ + 1 : 0;
+  last_next_step_ = log_.next_step();
   attempt([this] { log_.poll(); });
   if (!is_active()) return;
   report_progress();
-  const bool stuck = now - last_progress_ >= kGiveUp && log_.backlog() >= kGiveUpBacklog;
-  const bool at_end = last_known_ && last_epoch_ == log_.epoch() && log_.newest_step() >= last_step_ && is_quiet();
-  if (!stuck && !at_end) return;
+  const bool lost = misses_what_was_sent();
+  const bool at_end = last_known_ && last_epoch_ == log_.epoch() && log_.newest_step() >= last_step_;
+  const bool given_up = late_looks_ >= (lost ? kLostLooks : kHeldLooks) || (at_end && quiet_looks_ >= (lost ? kLostLooks : kQuietLooks));
+  if (!given_up) return;
   give_up_waiting();
   attempt([this] { finish_when_complete(); });
   report_progress();
+}
+
+// By the oldest step that is not written.
+bool LoggerNode::misses_what_was_sent() const {
+  const std::vector<std::string> missing = log_.find_missing();
+  return std::any_of(missing.begin(), missing.end(), [this](const std::string& topic) {
+    return !holds_ || topic != topics::kJointCommands.name;
+  });
 }
 
 std::string LoggerNode::find_missing() const {

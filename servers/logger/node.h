@@ -50,6 +50,7 @@ class LoggerNode : public NodeBase {
   void attempt(const std::function<void()>& work);
   void finish_when_complete();
   bool is_quiet() const;
+  bool misses_what_was_sent() const;
   // Names what the oldest unwritten step misses, and goes on without it.
   void give_up_waiting();
   void report_progress();
@@ -58,9 +59,10 @@ class LoggerNode : public NodeBase {
   std::unique_ptr<EventFinder> event_finder_;
   LogWriter log_;
   uint64_t last_sample_count_ = 0;
-  uint64_t last_backlog_step_ = 0;
-  Clock::time_point last_progress_;
+  uint64_t last_next_step_ = 0;
   int quiet_looks_ = 0;       // in a row, in which nothing had come
+  int late_looks_ = 0;        // in a row, in which the oldest step was late and no step was written
+  bool holds_ = false;        // a controller may leave out commands
   bool any_last_ = false;     // last_epoch_ and last_step_ hold what a grant said
   bool last_known_ = false;   // the scheduler has said which step is the last one
   uint64_t last_epoch_ = 0, last_step_ = 0;

@@ -177,6 +177,30 @@ TEST_F(LoggerNodeTest, AnAnswerThatNeverCameIsNamedAtTheEnd) {
   EXPECT_EQ(find_last_step(), 40u);
 }
 
+// Seen in a run of ten million steps whose processes got no time for seconds: the log had gone on without what came then.
+TEST_F(LoggerNodeTest, WhatDynamicsHadAndTheLoggerHasNotIsWaitedForThoughItComesSecondsLate) {
+  send_description();
+  for (uint64_t step = 0; step <= 300; ++step) {
+    send_step<msg::RobotState>(topics::kRobotState, step);
+    send_step<msg::ContactForces>(topics::kContactForces, step);
+    if (step != 100) send_step<msg::ContactSet>(topics::kContactSet, step);
+    if (step % 2 == 0) send_step<msg::SensorData>(topics::kSensorData, step);
+    if (step % 2 == 0) send_step<msg::JointCommands>(topics::kJointCommands, step);
+  }
+  const auto start = std::chrono::steady_clock::now();
+  for (int look = 0; look < 900; ++look) logger_->on_idle(start + look * std::chrono::milliseconds(10));
+  bus_.dispatch_all();
+  EXPECT_EQ(status_.message(), "");
+  send_step<msg::ContactSet>(topics::kContactSet, 100);
+  wait_for_step(287);
+  EXPECT_EQ(status_.step(), 287u);
+  logger_.reset();
+  uint64_t contact_sets = 0;
+  mcap::Reader reader(file_.path());
+  reader.read_messages([&](const mcap::Message&) { return ++contact_sets > 0; }, {topics::kContactSet.name});
+  EXPECT_GE(contact_sets, 288u);
+}
+
 TEST_F(LoggerNodeTest, AFullDiskIsAFaultAndTheLogStaysReadable) {
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit old{};
