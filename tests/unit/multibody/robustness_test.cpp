@@ -13,15 +13,22 @@
 #include "common/multibody/regressor.h"
 #include "tests/unit/multibody/random_tree.h"
 
-// Counts what operator new and Eigen's matrices take: both end in malloc, which glibc lets a program replace.
+// Counts what operator new and Eigen's matrices take: both end in malloc, which glibc lets a program replace. Sanitizers have
+// a malloc of their own, which must not be replaced, and tell of each call.
 namespace {
 long long num_allocations = 0;
 }
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#include <sanitizer/allocator_interface.h>
+[[maybe_unused]] const int kHook = __sanitizer_install_malloc_and_free_hooks(
+    [](const volatile void*, std::size_t) { ++num_allocations; }, [](const volatile void*) {});
+#else
 extern "C" void* __libc_malloc(std::size_t size);
 extern "C" void* malloc(std::size_t size) {
   ++num_allocations;
   return __libc_malloc(size);
 }
+#endif
 
 namespace hrp {
 namespace {
