@@ -8,6 +8,8 @@
 #   kill       a server dies (SIGKILL)
 #   stop       a server stands still for up to half a second; the run must end with the bits of an undisturbed one
 #   launcher   the launcher dies; its servers must follow
+#   together   three runs at the same time: each has the bits of an undisturbed one
+#   junk       somebody writes changed and random bytes to topics of the run
 #   disk       the log may not grow beyond a random size
 #   slow       each write into the log takes up to 60 ms more: same bits, whole log
 #   read_only  the log's file system is read-only

@@ -7,7 +7,7 @@
 # Status 1 when a step found something, could not run or did not end.
 #
 #   fuzz        every reader of bytes is fed with mutated ones           scripts/fuzz.sh
-#   kills       servers and launchers die or stand still                 scripts/attack.sh kill stop launcher
+#   kills       servers and launchers die, stand still, hear junk        scripts/attack.sh kill stop launcher together junk
 #   faults      disks, memory and clocks fail                            scripts/attack.sh with its other kinds
 #   soak        a long run: memory, threads, files                       scripts/soak.sh
 #   sanitize    unit tests with address and undefined                    scripts/sanitize.sh address,undefined

@@ -24,6 +24,10 @@ MOST_ALLOCATIONS = 300000  # that are counted until one fails: about as many as 
 LONGEST = 90.0       # [s] a run may take on a loaded machine before it hangs
 LOST_AT_MOST = 32    # steps that are not in the log when the logger dies
 GRACE = 15.0         # [s] until servers without a launcher are gone
+SIDE_BY_SIDE = 3     # runs at the same time: eighteen servers
+# Where junk is written: what the loop of steps and those who steer read. The first one half of the time.
+JUNK_TOPICS = ["hrp/contact_set", "hrp/joint_commands", "hrp/robot_state", "hrp/sensor_data", "hrp/contact_forces",
+               "hrp/server_status", "hrp/step_grant", "hrp/run_control", "hrp/run_status"]
 
 
 def list_children(pid):
@@ -34,13 +38,18 @@ def list_children(pid):
         return []
 
 
-def find_program(pid):
-    """Name of the program without its folder; empty when it is gone."""
+def read_command(pid):
+    """Words of its command line; none when it is gone."""
     try:
         with open(f"/proc/{pid}/cmdline", "rb") as file:
-            return os.path.basename(file.read().split(b"\0")[0].decode())
+            return file.read().decode(errors="replace").split("\0")[:-1]
     except OSError:
-        return ""
+        return []
+
+
+def find_program(pid):
+    """Name of the program without its folder; empty when it is gone."""
+    return os.path.basename((read_command(pid) or [""])[0])
 
 
 def is_there(pid):
@@ -104,6 +113,16 @@ class Run:
                 os.kill(pid, signal.SIGKILL)
             self.output, _ = self.process.communicate()
             return False
+
+    def find_domain(self):
+        """Of the servers, from a command line; None when the run is over before it has any."""
+        while self.process.poll() is None:
+            for pid in list_children(self.process.pid):
+                words = read_command(pid)
+                if "--domain" in words:
+                    return words[words.index("--domain") + 1]
+            time.sleep(0.002)
+        return None
 
     def read_log(self):
         """Last step in the log, None where it cannot be read."""
@@ -236,6 +255,43 @@ class Attacker:
             return what, f"says step {said.group(1)}, the log ends with {last}"
         return what, ""
 
+    def judge_junk(self, run):
+        """Whoever writes junk may end a run, with words; nothing dies of it, and no other run comes out."""
+        if not run.finish():
+            return "it hangs"
+        if run.process.returncode == 0:
+            return "" if run.hash() == self.find_undisturbed()[0] else "status 0 with another hash"
+        if run.process.returncode < 0 or "SIG" in run.output:
+            return f"status {run.process.returncode}: {run.output.strip()[-400:]}"
+        if not any(role in run.output for role in SERVERS.values()):
+            return f"names nobody: {run.output.strip()[-200:]}"
+        return "the log cannot be read" if os.path.exists(run.log) and run.read_log() is None and run.step_of_end() else ""
+
+    def junk(self, folder, options):
+        topics = JUNK_TOPICS[:1] if self.draw.random() < 0.5 else self.draw.sample(JUNK_TOPICS, 2)
+        vendor = options[1] if options[0] == "--dds" else self.draw.choice(["cyclone", "fast"])
+        run = Run(self.bin, self.scenario, folder, options + ["--realtime"])
+        domain, seed = run.find_domain(), self.draw.randrange(1 << 30)
+        what = f"junk on {' '.join(topics)} of {vendor}, seed {seed}"
+        if domain is None:
+            return what, self.judge_junk(run)
+        writer = os.path.join(self.bin, "../tests/junk_writer")
+        if not os.path.exists(writer):
+            sys.exit("attack.py: scripts/build.sh --tests makes tests/junk_writer")
+        with subprocess.Popen([writer, vendor, domain, str(seed), *topics], stdout=subprocess.DEVNULL) as junk:
+            complaint = self.judge_junk(run)
+            status = junk.poll()
+            junk.kill()
+        return what, complaint or ("" if status is None else f"junk_writer ended with status {status}")
+
+    def together(self, folder, options):
+        runs = []
+        for number in range(SIDE_BY_SIDE):
+            place = os.path.join(folder, str(number))
+            os.mkdir(place)
+            runs.append(Run(self.bin, self.scenario, place, options))
+        complaints = [self.judge_same(run) for run in runs]
+        return f"{SIDE_BY_SIDE} runs side by side", "; ".join(filter(None, complaints))
 
     def draw_memory_fault(self):
         n = int(math.exp(self.draw.uniform(math.log(FIRST_ALLOCATION), math.log(MOST_ALLOCATIONS))))
@@ -317,7 +373,7 @@ def attack(attacker, kind, tries, rows):
 
 
 def main():
-    kinds = ["kill", "stop", "launcher", "disk", "slow", "read_only", "clock", "memory", "memory_here"]
+    kinds = ["kill", "stop", "launcher", "together", "junk", "disk", "slow", "read_only", "clock", "memory", "memory_here"]
     parser = argparse.ArgumentParser(prog="attack.sh")
     parser.add_argument("bin")
     parser.add_argument("scenario")

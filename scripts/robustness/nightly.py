@@ -65,7 +65,7 @@ def make_steps(options):
     tries = ["--tries", options.tries, "--seed", options.seed]
     steps = [
         Step("fuzz", [SCRIPTS / "fuzz.sh", "--runs", NO_LIMIT, "--seconds", seconds, "--seed", options.seed], count_fuzz),
-        Step("kills", [SCRIPTS / "attack.sh", "kill", "stop", "launcher", *tries, "--out", options.out / "kills.csv"], count_attacks),
+        Step("kills", [SCRIPTS / "attack.sh", "kill", "stop", "launcher", "together", "junk", *tries, "--out", options.out / "kills.csv"], count_attacks),
         Step("faults", [SCRIPTS / "attack.sh", *FAULTS, *tries, "--out", options.out / "faults.csv"], count_attacks),
         Step("soak", [SCRIPTS / "soak.sh", "--steps", options.steps, "--out", options.out / "soak.csv"], count_soak),
         Step("sanitize", [SCRIPTS / "sanitize.sh", "address,undefined"], count_tests),

@@ -44,7 +44,7 @@ class Nightly(unittest.TestCase):
     def test_a_good_build_survives_one_of_each_kill(self):
         run, results = self.run_nightly("--only", "kills", build=BIN.parent)
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
-        self.assertRegex(run.stdout, r"\| kills \| ok \| 3 \| 0 \|")
+        self.assertRegex(run.stdout, r"\| kills \| ok \| 5 \| 0 \|")
         self.assertIn("| launcher | 1 | 0 |", pathlib.Path(results["kills"]["log"]).read_text())
 
     def test_a_run_that_ends_otherwise_is_a_finding(self):
@@ -52,7 +52,7 @@ class Nightly(unittest.TestCase):
         run, results = self.run_nightly("--only", "kills")
         self.assertEqual(run.returncode, 1, run.stdout)
         # Nobody asks a run whose launcher died for its hash.
-        self.assertRegex(run.stdout, r"\| kills \| finding \| 3 \| 2 \|")
+        self.assertRegex(run.stdout, r"\| kills \| finding \| 5 \| 4 \|")
         self.assertIn("kills: finding, see", run.stderr)
         self.assertIn("another hash", pathlib.Path(results["kills"]["log"]).read_text())
 
@@ -75,7 +75,7 @@ class Nightly(unittest.TestCase):
         self.assertEqual(self.run_nightly("--only", "kills")[0].returncode, 0)
         calls = self.count_calls()
         run, _ = self.run_nightly("--only", "kills", "--resume")
-        self.assertIn("| kills | ok | 3 | 0 |", run.stdout)
+        self.assertIn("| kills | ok | 5 | 0 |", run.stdout)
         self.assertEqual(self.count_calls(), calls)
         self.run_nightly("--only", "kills")
         self.assertGreater(self.count_calls(), calls)
