@@ -211,6 +211,11 @@ Flags find_clipped(const Eigen::VectorXd& effort) {
              : Flags::Constant(effort.size(), false);
 }
 
+// A servo that swings between its limits jumps by twice the limit within a sample: half a sample of that, filtered, is
+// more than friction. Such stretches are left out where enough others tell of the joint.
+constexpr double kAtLimit = 0.95;  // of the limit: the scale of a log is good to 2 %
+constexpr double kEnough = 0.25;   // of the samples in use, in training
+
 class Maker {
  public:
   Maker(const Experiment& e, const BodyTorques& bodies) : e_(e), bodies_(bodies), plant_(make_plant(e, {})) {
@@ -247,6 +252,7 @@ class Maker {
     }
     find_slow();
     for (TorqueRecording& r : data_.recordings) finish(&r);
+    for (int j = 0; j < e_.num_joints(); ++j) leave_out_limits(j);
     return std::move(data_);
   }
 
@@ -437,6 +443,36 @@ class Maker {
       if (j == joint && data_.source[j] == EffortSource::kRecorded) mark_gaps(in.time, effort, r, e_.sample_time, data_.cutoff, &read);
     }
     return read;
+  }
+
+  // Kept samples within the filter's reach of where the recorded effort is at its limit.
+  Flags find_limited(const TorqueRecording& r, int j) const {
+    const Recording& in = e_.recordings[r.index];
+    const std::vector<double>& log = in.joints[static_cast<size_t>(j)].signal[static_cast<int>(Quantity::kEffort)];
+    const double limit = kAtLimit * plant_.laws[static_cast<size_t>(j)].effort_limit;
+    Flags limited = Flags::Constant(r.kept(), false);
+    if (log.empty() || !std::isfinite(limit)) return limited;
+    const Flags high = resample(in.time, log, r.begin, r.step, r.q.rows()).array().abs() > limit;
+    const long reach = std::lround(kReach / data_.cutoff / r.step);
+    for (long k = 0; k < limited.size(); ++k) {
+      const long from = std::max(0L, r.full_row(k) - reach), to = std::min(high.size(), r.full_row(k) + reach + 1);
+      limited[k] = high.segment(from, to - from).any();
+    }
+    return limited;
+  }
+
+  void leave_out_limits(int j) {
+    if (data_.source[static_cast<size_t>(j)] != EffortSource::kRecorded) return;
+    std::vector<Flags> limited;
+    double used = 0.0, left = 0.0;
+    for (const TorqueRecording& r : data_.recordings) {
+      limited.push_back(find_limited(r, j));
+      if (!r.train) continue;
+      used += static_cast<double>(r.use.col(j).count());
+      left += static_cast<double>((r.use.col(j) && !limited.back()).count());
+    }
+    for (size_t r = 0; r < limited.size() && left > kEnough * used; ++r)
+      data_.recordings[r].use.col(j) = data_.recordings[r].use.col(j) && !limited[r];
   }
 
   // Missing torque at the kept samples, less what the nominal model's own joints take.

@@ -147,6 +147,15 @@ TEST(TorqueEvidence, AGapInALogTellsNothingAndChangesNoFriction) {
   expect_drives(judge_torque(e, 1), hidden);
 }
 
+// An effort that swings between its limits jumps by more within a sample than friction is: it tells nothing beside a
+// calm stretch.
+TEST(TorqueEvidence, AServoThatSwingsBetweenItsLimitsChangesNoFriction) {
+  const Hypothesis hidden = make_drives();
+  Experiment e = make_simulated_experiment("torque_limits", kArm, kJoints, hidden);
+  for (size_t k = 300; k < 900; ++k) e.recordings[0].joints[kElbow].signal[2][k] = k / 3 % 2 ? 50.0 : -50.0;
+  expect_drives(judge_torque(e, 1), hidden);
+}
+
 // One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
 TEST(TorqueEvidence, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   const Experiment e = make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});
