@@ -16,6 +16,10 @@ Eigen::Quaterniond get_quaternion(const Track* wxyz, size_t k) {
   return Eigen::Quaterniond(wxyz[0].value[k], wxyz[1].value[k], wxyz[2].value[k], wxyz[3].value[k]).normalized();
 }
 
+bool has_flat_foot(const LeggedLog& log) {
+  return std::any_of(log.feet.begin(), log.feet.end(), [](const Foot& f) { return f.flat; });
+}
+
 }  // namespace
 
 const char* get_source_name(MotionSource source) {
@@ -53,14 +57,16 @@ int BodyMotion::find_main_imu(const LeggedLog& log) {
 MotionSource BodyMotion::find_rate_source(const LeggedLog& log) {
   if (!log.experiment->scenario.floating_base) return MotionSource::kFixed;
   if (find_main_imu(log) >= 0) return MotionSource::kImu;
-  return log.base_pose ? MotionSource::kPose : MotionSource::kFoot;
+  if (log.base_pose) return MotionSource::kPose;
+  return has_flat_foot(log) ? MotionSource::kFoot : MotionSource::kNone;
 }
 
 MotionSource BodyMotion::find_force_source(const LeggedLog& log) {
   if (!log.experiment->scenario.floating_base) return MotionSource::kFixed;
   const int imu = find_main_imu(log);
   if (imu >= 0 && log.imus[static_cast<size_t>(imu)].accelerometer) return MotionSource::kImu;
-  return log.base_pose ? MotionSource::kPose : MotionSource::kFoot;
+  if (log.base_pose) return MotionSource::kPose;
+  return has_flat_foot(log) ? MotionSource::kFoot : MotionSource::kNone;
 }
 
 BodyMotion::BodyMotion(const LeggedLog& log, const Clip& clip)
@@ -105,6 +111,16 @@ void BodyMotion::find_rate(size_t k) {
     // d(R_WI w_I)/dt = R_WI dw_I: of a vector in the IMU's axes, its own rate adds nothing.
     dw = R_BI * get_rate(clip_.imus[i].gyro, k) - alpha0;
   }
+  if (rate_source_ == MotionSource::kFoot) {
+    w_ = -calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_velocity(data_, f.link).head<3>(); });
+    state_.V_WB.head<3>() = w_;
+    update_kinematics(model_, state_, &data_);
+    vdot_.head<6>().setZero();
+    update_accelerations(model_, vdot_, &data_);
+    dw = -calc_feet_mean(k, [this](const Foot& f) -> Vector3d {
+      return calc_point_acceleration(data_, f.link, get_pose(data_, f.link).p).head<3>();
+    });
+  }
   vdot_.head<3>() = dw;
 }
 
@@ -123,8 +139,12 @@ void BodyMotion::find_force(size_t k) {
     const Vector3d second(clip_.base_position[0].second[k], clip_.base_position[1].second[k],
                           clip_.base_position[2].second[k]);
     a = get_quaternion(clip_.base_attitude, k).conjugate() * (second - g_W);
-  } else if (!attitude_.empty()) {
-    a = attitude_[k].conjugate() * -g_W;
+  } else if (force_source_ == MotionSource::kFoot && !attitude_.empty()) {
+    vdot_.segment<3>(3).setZero();
+    update_accelerations(model_, vdot_, &data_);
+    a = attitude_[k].conjugate() * -g_W - calc_feet_mean(k, [this](const Foot& f) -> Vector3d {
+      return calc_point_acceleration(data_, f.link, get_pose(data_, f.link) * f.p_LC).tail<3>();
+    });
   }
   vdot_.segment<3>(3) = a;
 }
@@ -176,6 +196,40 @@ void BodyMotion::find_attitudes() {
   }
   has_attitude_ = !attitude_.empty();
   if (attitude_.empty() && imu_ >= 0 && log_.imus[static_cast<size_t>(imu_)].accelerometer) find_slow_attitudes();
+  if (attitude_.empty() && force_source_ == MotionSource::kFoot) find_foot_attitudes();
+}
+
+// [N or the sensor's unit] What a flat foot bears, to weigh feet against each other; without sensors all count alike.
+double BodyMotion::find_load(size_t f, size_t k) const {
+  const Foot& foot = log_.feet[f];
+  if (!foot.flat) return 0;
+  if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].axis[2]) return 1;
+  return std::max(0.0, clip_.force[6 * static_cast<size_t>(foot.sensor) + 2].value[k]);
+}
+
+// Of flat feet, by what they bear: so nothing jumps where the weight goes from one to the other.
+Vector3d BodyMotion::calc_feet_mean(size_t k, const std::function<Vector3d(const Foot&)>& of) const {
+  Vector3d sum = Vector3d::Zero(), plain = sum;
+  double total = 0, count = 0;
+  for (size_t f = 0; f < log_.feet.size(); ++f) {
+    if (!log_.feet[f].flat) continue;
+    const Vector3d v = of(log_.feet[f]);
+    const double load = find_load(f, k);
+    sum += load * v, total += load, plain += v, count += 1;
+  }
+  return total > 0 ? Vector3d(sum / total) : Vector3d(plain / std::max(1.0, count));
+}
+
+// Nothing else tells it: flat feet lie on level ground.
+void BodyMotion::find_foot_attitudes() {
+  const Vector3d up = -log_.experiment->scenario.gravity_W.normalized();
+  for (size_t k = 0; k < clip_.size(); ++k) {
+    state_.R_WB.setIdentity();
+    read_joints(k);
+    update_kinematics(model_, state_, &data_);
+    const Vector3d normal = calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_pose(data_, f.link).R.col(2); });
+    attitude_.push_back(Eigen::Quaterniond::FromTwoVectors(normal, up));
+  }
 }
 
 // The gyroscope integrated; in its axes, which drift slowly, the specific force points up on average over steps.

@@ -3,12 +3,14 @@
 // of motion need rate, its derivative and specific force of the base there, and no attitude.
 #pragma once
 
+#include <functional>
+
 #include "common/multibody/inverse_dynamics.h"
 #include "diagnosis/measurement/floating/legged_log.h"
 
 namespace hrp::diagnosis::floating {
 
-// Where rate and specific force of the base come from.
+// Where rate and specific force of the base come from. kFoot: flat feet stand on the ground and do not move.
 enum class MotionSource { kNone, kFixed, kImu, kPose, kFoot };
 const char* get_source_name(MotionSource source);
 
@@ -45,6 +47,9 @@ class BodyMotion {
   void find_force(size_t k);
   void find_attitudes();
   void find_slow_attitudes();
+  void find_foot_attitudes();
+  double find_load(size_t foot, size_t k) const;
+  Vector3d calc_feet_mean(size_t k, const std::function<Vector3d(const Foot&)>& of) const;
 
   const LeggedLog& log_;
   const Clip& clip_;

@@ -32,6 +32,7 @@ ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
     if (v < levels.air + 0.5 * kLoaded * (levels.stance - levels.air)) low.push_back(v);
   }
   levels.air = find_quantile(low, 0.5);
+  levels.air_spread = 0.5 * (find_quantile(low, 0.84) - find_quantile(low, 0.16));
   return levels;
 }
 
@@ -48,21 +49,19 @@ void clean(double step, std::vector<char>* loaded) {
   }
 }
 
-std::vector<std::vector<char>> find_by_forces(const LeggedLog& log, const Clip& clip, const Contacts& contacts) {
-  std::vector<std::vector<char>> out;
-  for (const Foot& foot : log.feet) {
-    std::vector<char> loaded(clip.size(), 1);
-    const ForceLevels& l = contacts.levels[static_cast<size_t>(foot.sensor)];
-    for (size_t k = 0; l.swings && k < clip.size(); ++k) {
-      const double f = calc_vertical_force(log, clip, static_cast<size_t>(foot.sensor), k);
-      loaded[k] = f > l.air + kLoaded * (l.stance - l.air);
-    }
-    clean(clip.step, &loaded);
-    out.push_back(std::move(loaded));
-  }
-  return out;
+bool has_vertical_force(const LeggedLog& log, const Foot& foot) {
+  return foot.sensor >= 0 && log.sensors[static_cast<size_t>(foot.sensor)].axis[2];
 }
 
+std::vector<char> find_by_force(const LeggedLog& log, const Clip& clip, size_t sensor, const ForceLevels& l) {
+  std::vector<char> loaded(clip.size(), 1);
+  for (size_t k = 0; l.swings && k < clip.size(); ++k) {
+    loaded[k] = calc_vertical_force(log, clip, sensor, k) > l.air + kLoaded * (l.stance - l.air);
+  }
+  return loaded;
+}
+
+// Feet near the height of the lowest one.
 std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Clip& clip) {
   std::vector<std::vector<char>> out(log.feet.size(), std::vector<char>(clip.size(), 0));
   BodyMotion motion(log, clip);
@@ -76,7 +75,19 @@ std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Cl
     const double lowest = *std::min_element(height.begin(), height.end());
     for (size_t f = 0; f < height.size(); ++f) out[f][k] = height[f] < lowest + kHeight;
   }
-  for (std::vector<char>& loaded : out) clean(clip.step, &loaded);
+  return out;
+}
+
+// Each foot by its own force, else by how high it is.
+std::vector<std::vector<char>> find_loaded(const LeggedLog& log, const Clip& clip, const Contacts& contacts) {
+  std::vector<std::vector<char>> out;
+  if (!contacts.from_forces) out = find_by_kinematics(log, clip);
+  out.resize(log.feet.size());
+  for (size_t f = 0; f < log.feet.size(); ++f) {
+    const auto s = static_cast<size_t>(log.feet[f].sensor);
+    if (has_vertical_force(log, log.feet[f])) out[f] = find_by_force(log, clip, s, contacts.levels[s]);
+    clean(clip.step, &out[f]);
+  }
   return out;
 }
 
@@ -123,10 +134,9 @@ Contacts find_contacts(const LeggedLog& log) {
   Contacts contacts;
   for (size_t s = 0; s < log.sensors.size(); ++s) contacts.levels.push_back(find_levels(log, s));
   contacts.from_forces = !log.feet.empty();
-  for (const Foot& foot : log.feet) contacts.from_forces = contacts.from_forces && foot.sensor >= 0;
+  for (const Foot& foot : log.feet) contacts.from_forces = contacts.from_forces && has_vertical_force(log, foot);
   for (size_t c = 0; c < log.clips.size(); ++c) {
-    contacts.loaded.push_back(contacts.from_forces ? find_by_forces(log, log.clips[c], contacts)
-                                                   : find_by_kinematics(log, log.clips[c]));
+    contacts.loaded.push_back(find_loaded(log, log.clips[c], contacts));
     add_spells(c, contacts.loaded.back(), &contacts);
   }
   return contacts;

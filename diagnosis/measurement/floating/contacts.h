@@ -15,6 +15,7 @@ struct Contact {
 // Two levels of a force sensor's reading, in its own unit: in the air and in stance.
 struct ForceLevels {
   double air = 0, stance = 0;
+  double air_spread = 0;  // deviation of what it reads there
   bool swings = false;  // the reading does fall to the level of the air
 };
 
@@ -23,7 +24,7 @@ struct Contacts {
   std::vector<ForceLevels> levels;                     // by sensor
   std::vector<Contact> spells;
   bool walks = false;           // some foot leaves the ground and comes back
-  bool from_forces = false;
+  bool from_forces = false;     // of every foot; else some are told by kinematics
   // Feet loaded at a sample as bits; the phase of walking it is in.
   int find_phase(size_t clip, size_t k) const;
   const char* find_phase_name(int phase) const;

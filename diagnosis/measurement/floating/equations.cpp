@@ -108,6 +108,21 @@ class EquationMaker {
     return s.has_wrench() || (s.has_force() && (s.foot < 0 || !log_.feet[static_cast<size_t>(s.foot)].flat));
   }
 
+  // Feet whose vertical force is recorded.
+  void find_felt() {
+    for (const Foot& foot : log_.feet) felt_.push_back(foot.sensor >= 0 && log_.sensors[static_cast<size_t>(foot.sensor)].axis[2]);
+  }
+
+  // Whether feet that nothing feels are in the air: then the others carry all of the weight.
+  bool is_weight_known(size_t k) const {
+    const size_t reach = clip_->edge, last = clip_->size() - 1;
+    for (size_t f = 0; f < felt_.size(); ++f) {
+      const std::vector<char>& loaded = contacts_.loaded[clip_index_][f];
+      if (!felt_[f] && (loaded[k > reach ? k - reach : 0] || loaded[k] || loaded[std::min(k + reach, last)])) return false;
+    }
+    return true;
+  }
+
   bool is_above(int link, int foot_link) const {
     for (int l = foot_link; l >= 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
       if (l == link) return true;
@@ -148,18 +163,19 @@ class EquationMaker {
     std::vector<int> columns = list_link_columns(0);
     add_sensor_columns(0, &columns), add_imu_columns(&columns), add_offset_columns(&columns);
     bool all = !log_.feet.empty() && log_.tree.floating_base, vertical = all;
-    for (const Foot& foot : log_.feet) {
-      all = all && is_known(foot);
-      vertical = vertical && foot.sensor >= 0 && log_.sensors[static_cast<size_t>(foot.sensor)].axis[2];
-    }
-    const bool moves = BodyMotion::find_force_source(log_) != MotionSource::kFoot || !contacts_.walks;
+    if (vertical) find_felt();
+    for (const Foot& foot : log_.feet) all = all && is_known(foot);
+    vertical = vertical && std::find(felt_.begin(), felt_.end(), 1) != felt_.end();
+    const MotionSource source = BodyMotion::find_force_source(log_);
+    const bool moves = source != MotionSource::kNone && (source != MotionSource::kFoot || !contacts_.walks);
     const char* const names[] = {"moment x", "moment y", "moment z", "force x", "force y", "force z"};
     for (int i = 0; all && moves && i < 6; ++i) {
       const std::string part = i < 3 ? "torque" : "force";
       balance_.push_back(table_.add_channel({std::string("balance, ") + names[i], "/wrench/" + log_.sensors[0].name + "/" + part,
                                              i < 3 ? "N m" : "N", "link", log_.tree.links[0].name}, columns));
     }
-    if (!all && vertical && moves) {
+    // A foot that stands tells the base's motion well enough for a weight, in walking, too.
+    if (vertical && (all ? !moves && source == MotionSource::kFoot : source != MotionSource::kNone)) {
       weight_ = table_.add_channel({"weight", "/wrench/" + log_.sensors[0].name + "/force", "N", "link", log_.tree.links[0].name},
                                    columns);
     }
@@ -344,7 +360,7 @@ class EquationMaker {
     find_sides();
     open_.assign(static_cast<size_t>(y.size()), 0);
     for (int i = 0; i < 6 && !balance_.empty(); ++i) open(balance_[static_cast<size_t>(i)], i);
-    if (weight_ >= 0) open(weight_, 3);
+    if (weight_ >= 0 && is_weight_known(k)) open(weight_, 3);
     for (int j = 0; j < layout_.joints; ++j) {
       if (joint_[static_cast<size_t>(j)] >= 0 && is_joint_known(j, k)) open(joint_[static_cast<size_t>(j)], 6 + j);
     }
@@ -495,6 +511,7 @@ class EquationMaker {
   std::vector<std::vector<double>> ways_;  // by joint, by sample of the clip: -1 to 1
   std::vector<int> balance_, joint_, servo_;
   int weight_ = -1;
+  std::vector<char> felt_;  // by foot
   const Clip* clip_ = nullptr;
   size_t clip_index_ = 0;
   BodyMotion* motion_ = nullptr;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "common/multibody/kinematics.h"
 
@@ -38,14 +39,22 @@ Eigen::Vector2d calc_tilt(const Vector3d& up) {
 FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table)
     : log_(log), contacts_(contacts), layout_(layout), table_(*table), tilt_(2 * log.feet.size(), -1), imu_(log.feet.size(), -1) {
   if (!log.tree.floating_base || log.clips.empty()) return;
-  const bool upright = BodyMotion(log, log.clips[0]).has_attitude();
+  const int main = BodyMotion::find_main_imu(log);
+  const bool recorded = BodyMotion(log, log.clips[0]).has_attitude();
+  // A body that leans slowly feels where up is; steps shake that too much.
+  if (!recorded && !contacts.walks && main >= 0 && log.imus[static_cast<size_t>(main)].accelerometer) plumb_ = main;
+  const bool upright = recorded || plumb_ >= 0;
   std::vector<int> joints;
   for (int j = 0; j < layout.joints; ++j) {
     for (int c = kOffsetColumn; c <= kGiveColumn; ++c) joints.push_back(layout.joint(j, c));
   }
-  const int main = BodyMotion::find_main_imu(log);
   if (main >= 0 && log.imus[static_cast<size_t>(main)].attitude) attitude_ = main;
   for (int c = kAttitudeTurnColumn; attitude_ >= 0 && c < kImuColumns; ++c) joints.push_back(layout.imu(attitude_, c));
+  const auto add_accelerometer = [&](int imu, std::vector<int>* columns) {
+    for (int c = 0; imu >= 0 && c < 3; ++c) {
+      columns->push_back(layout.imu(imu, kAccelerometerBiasColumn + c)), columns->push_back(layout.imu(imu, kAccelerometerTurnColumn + c));
+    }
+  };
   for (size_t f = 0; f < imu_.size(); ++f) {
     for (size_t i = 0; i < log.imus.size(); ++i) {
       if (log.imus[i].link == log.feet[f].link && log.imus[i].accelerometer) imu_[f] = static_cast<int>(i);
@@ -57,6 +66,7 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
   for (size_t f = 0; f < log.feet.size(); ++f) {
     for (int a = 0; log.feet[f].flat && (upright || imu_[f] >= 0) && a < 2; ++a) {
       std::vector<int> columns = joints;
+      add_accelerometer(imu_[f] >= 0 ? imu_[f] : plumb_, &columns);
       columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
       for (int c = 0; whole(f) && c < 2; ++c) {
         columns.push_back(layout.foot(static_cast<int>(f), 2 * a + c));
@@ -69,6 +79,7 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
   for (size_t a = 0; upright && a < log.feet.size() && log.feet.size() <= kMostPairs; ++a) {
     for (size_t b = a + 1; b < log.feet.size(); ++b) {
       std::vector<int> columns = joints;
+      add_accelerometer(plumb_, &columns);
       columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
@@ -142,6 +153,34 @@ void FootRows::add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, con
   }
 }
 
+// The same of a vertical that an accelerometer feels: a bias leans it, and one that is turned reads it turned back.
+void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open, BodyMotion* motion) {
+  const auto add = [&](int i, size_t row, const Vector3d& up, const std::function<double(const Vector3d&)>& slope) {
+    const double g = log_.experiment->scenario.gravity_W.norm();
+    for (int a = 0; open[row] >= 0 && a < 3; ++a) {
+      table_.add(open[row], layout_.imu(i, kAccelerometerBiasColumn + a), slope((Vector3d::Unit(a) - up(a) * up) / g));
+      table_.add(open[row], layout_.imu(i, kAccelerometerTurnColumn + a), slope(-Vector3d::Unit(a).cross(up)));
+    }
+  };
+  for (size_t r = 0; r < open.size(); ++r) {
+    const int own = r < tilt_.size() ? imu_[r / 2] : -1;
+    if (own >= 0) {
+      const ImuSensor& imu = log_.imus[static_cast<size_t>(own)];
+      const Vector3d up = get(log_.clips[clip].imus[static_cast<size_t>(own)].accelerometer, k).normalized();
+      add(own, r, up, [&](const Vector3d& change) {
+        return (calc_tilt(imu.R_LI * (up + kTurn * change)) - calc_tilt(imu.R_LI * up))(static_cast<long>(r % 2)) / kTurn;
+      });
+    } else if (plumb_ >= 0) {
+      const ImuSensor& imu = log_.imus[static_cast<size_t>(plumb_)];
+      const Matrix3d R_BI = get_pose(motion->data(), imu.link).R * imu.R_LI;
+      add(plumb_, r, R_BI.transpose() * motion->find_up(k), [&](const Vector3d& change) {
+        const auto at = static_cast<long>(r);
+        return (calc_values(clip, k, kTurn * (R_BI * change), motion)(at) - y(at)) / kTurn;
+      });
+    }
+  }
+}
+
 void FootRows::add(size_t clip, size_t k, const std::vector<JointSides>& sides, BodyMotion* motion) {
   if (pairs_.empty() && std::all_of(tilt_.begin(), tilt_.end(), [](int c) { return c < 0; })) return;
   std::vector<Load> loads;
@@ -183,6 +222,7 @@ void FootRows::add(size_t clip, size_t k, const std::vector<JointSides>& sides, 
     for (int axis = 0; axis < 2; ++axis) table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));
   }
   if (attitude_ >= 0) add_attitude(clip, k, y, open, motion);
+  add_plumb(clip, k, y, open, motion);
   for (int j = 0; j < layout_.joints; ++j) {
     motion->turn_joint(j, kTurn), motion->update(k);
     const Eigen::VectorXd slope = (calc_values(clip, k, Vector3d::Zero(), motion) - y) / kTurn;

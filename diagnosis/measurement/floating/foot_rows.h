@@ -30,6 +30,7 @@ class FootRows {
   // `turn`: what is added to the vertical, base axes.
   Eigen::VectorXd calc_values(size_t clip, size_t k, const Vector3d& turn, BodyMotion* motion) const;
   void add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open, BodyMotion* motion);
+  void add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open, BodyMotion* motion);
 
   const LeggedLog& log_;
   const Contacts& contacts_;
@@ -43,6 +44,7 @@ class FootRows {
   std::vector<int> imu_;   // by foot: an IMU on it, which sees its tilt; -1: none
   std::vector<Pair> pairs_;
   int attitude_ = -1;  // IMU whose attitude tells the vertical; -1: none
+  int plumb_ = -1;     // IMU whose accelerometer does, as a plumb line; -1: none
 };
 
 }  // namespace hrp::diagnosis::floating

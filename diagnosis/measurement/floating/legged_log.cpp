@@ -16,6 +16,7 @@ constexpr double kSigma = 0.015;     // [s] kernel: passes what a walking body d
 constexpr double kSamples = 1.2;     // the same in samples, at least: coarser grids alias
 constexpr double kLongest = 0.05;    // [s] without a sample: a gap; a body that falls moves 12 mm meanwhile
 constexpr double kGapSamples = 3.5;  // the same in samples, at least
+constexpr double kSlowest = 0.02;    // [s] of sensors that set the kernel: it would swallow steps of a walk beyond
 constexpr double kShortest = 0.6;    // [s] of a clip that is used
 constexpr double kHeld = 0.05;       // share of repeated samples that is worth a note
 
@@ -168,10 +169,8 @@ class ClipMaker {
       : r_(e.recordings[index]), index_(index), half_(half), log_(*log) {}
 
   void run() {
-    std::vector<double> steps;
-    for (size_t k = 1; k < r_.size(); ++k) steps.push_back(r_.time[k] - r_.time[k - 1]);
-    step_ = std::max(1e-3, find_median(std::move(steps)));
     find_fresh();
+    find_periods();
     std::vector<Gap> gaps;
     const std::vector<Span> spans = find_spans(r_.time, any_fresh_, std::max(kLongest, kGapSamples * step_), &gaps);
     note_gaps(gaps);
@@ -183,22 +182,65 @@ class ClipMaker {
  private:
   void find_fresh() {
     any_fresh_.assign(r_.size(), 0);
+    std::vector<char> blank(r_.size(), 0);
     const auto merge = [&](const std::vector<char>& fresh) {
       for (size_t k = 0; k < fresh.size(); ++k) any_fresh_[k] |= fresh[k];
     };
     for (const auto& [name, columns] : find_groups(r_)) {
       fresh_[name] = find_new_samples(columns);
       merge(fresh_[name]);
-      note_held(name, fresh_[name]);
+      note_held(name, fresh_[name], *columns[0]);
+      add_period(fresh_[name]);
+      add_blanks(columns[0], &blank);
     }
     for (const JointColumns& joint : r_.joints) {
-      if (joint.has(Quantity::kPosition)) merge(find_new_samples({&joint.signal[0]}));
+      if (!joint.has(Quantity::kPosition)) continue;
+      merge(find_new_samples({&joint.signal[0]}));
+      // Encoders that stand still repeat themselves: every sample that is there is a reading.
+      std::vector<char> there;
+      for (double q : joint.signal[0]) there.push_back(std::isfinite(q));
+      add_period(there);
+      add_blanks(&joint.signal[0], &blank);
     }
     any_fresh_.front() = any_fresh_.back() = 1;
+    for (size_t k = 0; k < blank.size(); ++k) any_fresh_[k] = any_fresh_[k] && !blank[k];
   }
 
-  void note_held(const std::string& name, const std::vector<char>& fresh) {
-    const auto count = static_cast<size_t>(std::count(fresh.begin(), fresh.end(), 0));
+  // Where a sensor wrote nothing for long, no other one's reading stands for it.
+  void add_blanks(const std::vector<double>* column, std::vector<char>* blank) const {
+    size_t last = 0;
+    const double longest = std::max(kLongest, kGapSamples * (periods_.empty() ? 0 : periods_.back()));
+    for (size_t k = 1; k <= column->size(); ++k) {
+      if (k < column->size() && !std::isfinite((*column)[k])) continue;
+      if (k - last > 1 && r_.time[std::min(k, r_.size() - 1)] - r_.time[last] > longest) {
+        std::fill(blank->begin() + static_cast<long>(last) + 1, blank->begin() + static_cast<long>(k), 1);
+      }
+      last = k;
+    }
+  }
+
+  void add_period(const std::vector<char>& fresh) {
+    std::vector<double> steps;
+    double last = -1e300;
+    for (size_t k = 0; k < fresh.size(); ++k) {
+      if (!fresh[k]) continue;
+      if (last > -1e300) steps.push_back(r_.time[k] - last);
+      last = r_.time[k];
+    }
+    if (!steps.empty()) periods_.push_back(find_median(std::move(steps)));
+  }
+
+  // Sensors with clocks of their own may have rows of their own: the grid is that of the fastest, and the kernel passes
+  // nothing that the slowest aliases, as far as steps of a body allow.
+  void find_periods() {
+    if (periods_.empty()) return;
+    step_ = std::max(1e-3, *std::min_element(periods_.begin(), periods_.end()));
+    slowest_ = std::max(step_, std::min(*std::max_element(periods_.begin(), periods_.end()), kSlowest));
+  }
+
+  void note_held(const std::string& name, const std::vector<char>& fresh, const std::vector<double>& column) {
+    size_t count = 0;
+    for (size_t k = 0; k < fresh.size(); ++k) count += !fresh[k] && std::isfinite(column[k]);
     if (static_cast<double>(count) < kHeld * static_cast<double>(fresh.size())) return;
     char text[160];
     std::snprintf(text, sizeof text, "%s: %zu of %zu samples of %s repeat the one before (held); bridged",
@@ -289,7 +331,7 @@ class ClipMaker {
   }
 
   void add_clip(Span span) {
-    const double sigma = std::max(kSigma, kSamples * 2 * step_);
+    const double sigma = std::max(kSigma, kSamples * 2 * slowest_);
     const Resampler resampler(r_.time, span, step_, sigma, half_);
     Clip clip;
     clip.recording = index_, clip.train = r_.spec.train;
@@ -306,7 +348,8 @@ class ClipMaker {
   size_t index_;
   Half half_;
   LeggedLog& log_;
-  double step_ = 0;
+  double step_ = 1e-3, slowest_ = 1e-3;  // [s] of the grid; between new readings of the slowest sensor
+  std::vector<double> periods_;          // [s] by sensor and joint
   std::map<std::string, std::vector<char>> fresh_;
   std::vector<char> any_fresh_;
 };
