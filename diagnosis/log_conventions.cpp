@@ -100,6 +100,37 @@ Json make_body_finding(const floating::BodyUnit& unit) {
           {"alternatives", Json::array()}};
 }
 
+Json make_frame_finding(const floating::SensorFrame& frame, EffectId id, const char* parameter, const Json& value, const std::string& statement) {
+  const EffectInfo& effect = get_effect(id);
+  return {{"effect", effect.name},
+          {"family", get_family_name(effect.family)},
+          {"where", {{"sensor", frame.sensor}}},
+          {"parameters", {{parameter, value}}},
+          {"grade", get_grade_name(Grade::kSupported)},
+          {"probability", 0.99},
+          {"share", round_to(1.0 - frame.left, 3)},
+          {"weight", 1.0},
+          {"of_log", true},
+          {"statement", frame.sensor + statement},
+          {"alternatives", Json::array()}};
+}
+
+// A turn onto other axes, and a clock that is far off: what a sensor has of both beside that is found in converted recordings.
+void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
+  constexpr double kTurn = 0.05, kDelay = 0.01;  // [rad, s] to which they are told here
+  if (frame.is_turned()) {
+    const Vector3d rpy = floating::find_roll_pitch_yaw(frame.R);
+    const auto degrees = [](double angle) { return number(angle * 180.0 / M_PI, 3); };
+    findings->push_back(make_frame_finding(frame, EffectId::kSensorMisalignment, "rpy", make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad"),
+                                           ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
+                                               degrees(rpy.z()) + " degrees."));
+  }
+  if (frame.late == 0.0) return;
+  findings->push_back(make_frame_finding(frame, EffectId::kSensorDelay, "delay", make_value(round_to(frame.late, 3), kDelay, "s"),
+                                         ": its clock is " + number(std::abs(frame.late), 3) + " s " + (frame.late > 0.0 ? "behind" : "ahead of") +
+                                             " that of the encoders. It was moved."));
+}
+
 // The base and the first joint's zero say the same where its axis is level.
 bool is_first_and_level(const Experiment& e, int joint) {
   const LinkSpec& link = e.robot.tree.links[static_cast<size_t>(joint) + 1];
@@ -133,6 +164,7 @@ void change(const std::function<double(double)>& move, const std::function<doubl
 // The same effect that was found in converted recordings becomes one of logged recordings: gains multiply, offsets add.
 bool merge(const Json& finding, Json* list) {
   const std::string name = finding["parameters"].begin().key();
+  if (!finding["parameters"][name]["value"].is_number()) return false;  // of a quarter turn what is left is another, small one
   const double by = finding["parameters"][name]["value"];
   for (Json& other : *list) {
     if (other["effect"] != finding["effect"] || other["where"] != finding["where"]) continue;
@@ -241,6 +273,7 @@ void check_gravity(const Experiment& e, int jobs) {
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
   if (e.scenario.floating_base) out.bodies = floating::find_body_units(e);
+  if (e.scenario.floating_base) out.frames = floating::find_sensor_frames(floating::convert_body_units(e, out.bodies));
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   out.units = find_effort_units(make_torque_data(e));
   Experiment in_torques = convert_efforts(e, out.units);
@@ -252,19 +285,21 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  return drop_friction(floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies), c.friction);
+  const Experiment in_units = floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies);
+  return drop_friction(floating::convert_sensor_frames(in_units, c.frames), c.friction);
 }
 
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
   add_refuted_friction(as_logged, c.friction, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
-  if (c.bodies.empty()) {
+  if (c.bodies.empty() && c.frames.empty()) {
     const TorqueData data = make_torque_data(as_logged);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
     for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
   }
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
+  for (const floating::SensorFrame& frame : c.frames) add_frame_findings(frame, &own);
   Json& report = reports->report;
   for (const Json& finding : own) {
     if (report.contains("model") && !report["model"].empty() && !merge(finding, &report["model"]))

@@ -2,11 +2,12 @@
 // Logs of real machines that count otherwise than the model: efforts that are currents (measurement/effort_units.h), joints
 // whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
 // friction that the model states and that is not there (stated_friction.h). Sensors of a body have units, too
-// (measurement/floating/body_units.h). All else is then judged in the model's own units.
+// (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h). All else is then judged in the model's own units.
 #pragma once
 
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
 #include "diagnosis/stated_friction.h"
@@ -18,8 +19,9 @@ struct LogConventions {
   std::vector<JointZero> zeros;
   std::vector<RefutedFriction> friction;
   std::vector<floating::BodyUnit> bodies;
+  std::vector<floating::SensorFrame> frames;
   bool any() const { return counts_otherwise() || !friction.empty(); }
-  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty(); }
+  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty() || !frames.empty(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/measurement/floating/words.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
 
@@ -201,12 +203,6 @@ class Lister {
   const ColumnLayout& at_;
   std::vector<Candidate> out_;
 };
-
-Estimate make_one(const std::string& name, const std::string& unit, double value, double std) {
-  Estimate e;
-  e.name = name, e.unit = unit, e.value = {value}, e.std = {std};
-  return e;
-}
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
   Estimate e;

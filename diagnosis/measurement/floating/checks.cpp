@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <map>
 #include <set>
@@ -12,17 +11,14 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/floating/body_motion.h"
+#include "diagnosis/measurement/floating/weight_check.h"
+#include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kWeight = 0.008;    // to which scales and models of masses are known
 constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
 constexpr double kOdd = 6;           // median deviations (four of a normal error) beyond which a recording is odd
-constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
-constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
-constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
-constexpr size_t kQuarters = 4;
 constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
@@ -42,30 +38,14 @@ constexpr double kMostlyBack = 0.7;  // of this (45 degrees), over all that slid
 constexpr double kClose = 0.25;      // of the limit to which it must be told
 constexpr double kBearing = 0.5;     // share of the weight that a foot must carry: below, chatter is much of its force
 
-std::string format(const char* pattern, double a, double b = 0, double c = 0, double d = 0) {
-  char text[240];
-  std::snprintf(text, sizeof text, pattern, a, b, c, d);
-  return text;
-}
-
-Estimate make_one(const std::string& name, const std::string& unit, double value, double std) {
-  Estimate e;
-  e.name = name, e.unit = unit, e.value = {value}, e.std = {std};
-  return e;
-}
-
-Alternative make_alternative(const std::string& effect, const Where& where, std::vector<Estimate> parameters,
-                             const std::string& motion) {
-  return {effect, find_family(effect), where, std::move(parameters), motion};
-}
-
 class Checker {
  public:
   Checker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, const ColumnLayout& layout)
       : log_(log), contacts_(contacts), channels_(channels), at_(layout) {}
 
   CheckResult run() {
-    check_weight();
+    check_weight(log_, contacts_, channels_, at_, &out_);
+    check_landings(log_, contacts_, channels_, &out_);
     for (size_t i = 0; i < log_.imus.size(); ++i) {
       if (log_.imus[i].accelerometer) check_gravity(i);
     }
@@ -76,157 +56,14 @@ class Checker {
   }
 
  private:
-  // The equation along which the robot weighs; null: none.
-  const ChannelRows* find_weight() const {
-    const ChannelRows* best = nullptr;
-    for (const ChannelRows& c : channels_) {
-      const bool force = c.info.kind == "weight" || c.info.kind.rfind("balance, force", 0) == 0;
-      if (force && c.rows() > 0 && (!best || std::abs(c.mean) > std::abs(best->mean))) best = &c;
-    }
-    return best;
-  }
-
   std::map<int, std::vector<double>> split(const ChannelRows& c) const {
     std::map<int, std::vector<double>> out;
     for (size_t i = 0; i < c.rows(); ++i) out[c.recording[i]].push_back(c.y[i]);
     return out;
   }
 
-  // An equation's rows by recording; of one recording alone by quarters, which have to agree as recordings do.
-  std::vector<std::vector<double>> list_parts(const ChannelRows& c) const {
-    std::vector<std::vector<double>> parts;
-    for (const auto& [r, y] : split(c)) parts.push_back(y);
-    if (parts.size() != 1 || parts[0].size() < kQuarters * kQuietRows) return parts;
-    const std::vector<double> whole = std::move(parts[0]);
-    parts.clear();
-    for (size_t q = 0; q < kQuarters; ++q) {
-      const auto at = [&](size_t i) { return whole.begin() + static_cast<long>(i * whole.size() / kQuarters); };
-      parts.emplace_back(at(q), at(q + 1));
-    }
-    return parts;
-  }
-
-  void check_weight() {
-    const ChannelRows* c = find_weight();
-    if (!c) return;
-    const double weight = (log_.mass - log_.mass_below) * log_.experiment->scenario.gravity_W.norm();
-    std::vector<double> ratios;
-    for (const std::vector<double>& y : list_parts(*c)) ratios.push_back(1 + find_median(y) / weight);
-    const double middle = find_median(ratios);
-    if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
-    const Consensus k = find_consensus(ratios, kWeight);
-    const std::string odd = k.odd > 0 ? format("; %.0f ", static_cast<double>(k.odd)) + (split(*c).size() > 1 ? "recordings" : "quarters") + " differ (a sensor of theirs, or pushes)" : "";
-    if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
-      out_.notes.push_back(format("weight: the feet carry %.4f +- %.4f of what the model weighs, but not the same in all phases: no mass does that", k.mean, 2 * k.std) + odd);
-      return;
-    }
-    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kWeight)) {
-      out_.notes.push_back(format("weight: the feet carry %.4f +- %.4f of what the model weighs: they agree", k.mean, 2 * k.std) + odd);
-      return;
-    }
-    add_weight(k, weight, odd);
-  }
-
-  // Whether each phase that is no rare one has half to twice the missing weight [N], as far as its blocks tell.
-  bool is_same_in_phases(const ChannelRows& c, double more) const {
-    std::map<int, std::map<int, std::pair<double, double>>> phases;  // by phase, by block: sum, count
-    for (size_t i = 0; i < c.rows(); ++i) {
-      auto& [sum, count] = phases[c.phase[i]][c.block[i]];
-      sum += c.y[i], count += 1;
-    }
-    const double least = kWeight * log_.mass * log_.experiment->scenario.gravity_W.norm();
-    return std::none_of(phases.begin(), phases.end(), [&](const auto& phase) {
-      std::vector<double> means;
-      for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
-      double rows = 0;
-      for (const auto& [block, sum] : phase.second) rows += sum.second;
-      if (means.size() < kPhaseBlocks || rows < kRarePhase * static_cast<double>(c.rows())) return false;
-      const Consensus k = find_consensus(means, least);
-      const bool other = k.mean / more < 0.5 || k.mean / more > 2;
-      return other && std::abs(k.mean - more) > std::max(least, 3 * k.std);
-    });
-  }
-
-  // One number, many causes: nothing but other sensors, or another load, can tell them apart.
-  void add_weight(const Consensus& k, double weight, const std::string& odd) {
-    const std::string motion = "the robot on a scale; one more load of known mass";
-    const double more = (k.mean - 1) * weight, error = k.std * weight, g = log_.experiment->scenario.gravity_W.norm();
-    Finding f;
-    f.effect = "mass_error", f.family = find_family(f.effect), f.where = {{"link", log_.tree.links[0].name}};
-    const double own = std::max(1e-6, log_.tree.links[0].inertia.mass);
-    f.parameters = {make_one("scale", "1", 1 + more / g / own, error / g / own)};
-    f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
-    f.statement = format("The feet carry %.3f +- %.3f of what the model weighs (%+.1f N, %+.2f kg)", k.mean, 2 * k.std, more, more / g) +
-                  ": a link is heavier or lighter than in the model, something is carried, or the force sensors have a wrong scale or zero; standing and walking alone cannot tell which" + odd + ".";
-    Estimate where;
-    where.name = "com", where.unit = "m", where.vector = true, where.value = {0, 0, 0}, where.std = {1, 1, 1};
-    if (more > 0) f.alternatives.push_back(make_alternative("payload", {{"link", log_.tree.links[0].name}}, {make_one("mass", "kg", more / g, error / g), where}, motion));
-    for (const ForceSensor& s : log_.sensors) {
-      const Where place{{"sensor", "/wrench/" + s.name + "/force"}};
-      f.alternatives.push_back(make_alternative("sensor_scale", place, {make_one("scale", "1", k.mean, k.std)}, motion));
-      f.alternatives.push_back(make_alternative("sensor_bias", place, {make_one("value", "N", more / static_cast<double>(log_.sensors.size()), error)}, motion));
-    }
-    const int imu = BodyMotion::find_main_imu(log_);
-    if (BodyMotion::find_force_source(log_) == MotionSource::kImu) {
-      f.alternatives.push_back(make_alternative("sensor_scale", {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name + "/linear_acceleration"}}, {make_one("scale", "1", 1 / k.mean, k.std)}, motion));
-    }
-    out_.findings.push_back(std::move(f));
-  }
-
-  // Forces in an unknown unit: required = sum of (reading - zero) / scale, the zero from feet in the air.
-  void find_units(const ChannelRows& c) {
-    out_.raw_counts = true;
-    const int n = at_.sensors;
-    std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;
-    std::vector<int> local(static_cast<size_t>(n), -1);
-    for (int s = 0; s < n; ++s) {
-      for (size_t i = 0; i < c.columns.size(); ++i) {
-        if (c.columns[i] == at_.sensor(s, kForceScaleColumn)) local[static_cast<size_t>(s)] = static_cast<int>(i);
-      }
-    }
-    for (size_t i = 0; i < c.rows(); ++i) {
-      Eigen::VectorXd reading(n);
-      double sum = 0;
-      for (int s = 0; s < n; ++s) {
-        const double f = c.row(i)[local[static_cast<size_t>(s)]];
-        sum += f, reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
-      }
-      auto& [A, b] = normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
-      A += reading * reading.transpose(), b += (sum - c.y[i]) * reading;
-    }
-    std::vector<Eigen::VectorXd> each;
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-    for (const auto& [r, one] : normal) {
-      if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) A += one.first, b += one.second;
-      each.push_back(one.first.ldlt().solve(one.second));
-    }
-    const Eigen::VectorXd x = A.ldlt().solve(b);
-    for (int s = 0; s < n; ++s) add_unit(s, x(s), each);
-    out_.notes.push_back("the feet's forces are no newtons: nothing is told of masses, friction and ground");
-  }
-
-  void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
-    const std::string name = "/wrench/" + log_.sensors[static_cast<size_t>(s)].name + "/force";
-    double spread = 0;
-    for (const Eigen::VectorXd& e : each) spread += std::pow(e(s) - per_unit, 2) / static_cast<double>(each.size());
-    spread = std::sqrt(spread);
-    const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
-    Finding f;
-    f.effect = "sensor_scale", f.family = find_family(f.effect), f.where = {{"sensor", name}};
-    f.parameters = {make_one("scale", "1", 1 / per_unit, spread / (per_unit * per_unit))};
-    f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
-    f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
-    out_.findings.push_back(f);
-    if (!level.swings) return;
-    f.effect = "sensor_bias", f.family = find_family(f.effect), f.weight = 0.5;
-    f.parameters = {make_one("value", "N", level.air, 0.02 * std::abs(level.stance - level.air))};
-    f.statement = name + format(": its zero is off: %.1f counts in the air.", level.air);
-    out_.findings.push_back(std::move(f));
-  }
-
-  // Mean specific force against gravity: at rest, else over walks that are long enough.
-  std::vector<double> list_gravity(size_t imu) const {
+  // Specific force at rest against gravity, by recording.
+  std::vector<double> list_rest(size_t imu) const {
     const std::string signal = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
     const double g = log_.experiment->scenario.gravity_W.norm();
     std::vector<double> out;
@@ -238,8 +75,13 @@ class Checker {
         if (y.size() >= kQuietRows) out.push_back(1 + sum / static_cast<double>(y.size()) / g);
       }
     }
-    if (out.size() >= 2 || static_cast<int>(imu) != BodyMotion::find_main_imu(log_)) return out;
-    out.clear();
+    return out;
+  }
+
+  // Its mean over walks that are long enough.
+  std::vector<double> list_walks(size_t imu) const {
+    const double g = log_.experiment->scenario.gravity_W.norm();
+    std::vector<double> out;
     for (const Clip& clip : log_.clips) {
       if (clip.time.back() - clip.time.front() < kLong) continue;
       BodyMotion motion(log_, clip);
@@ -268,20 +110,23 @@ class Checker {
   }
 
   void check_gravity(size_t imu) {
-    const std::vector<double> values = list_gravity(imu);
+    std::vector<double> values = list_rest(imu);
+    const bool at_rest = values.size() >= 2;
+    if (!at_rest && static_cast<int>(imu) == BodyMotion::find_main_imu(log_)) values = list_walks(imu);
     const std::string name = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
     if (values.size() < 2 || is_weighed(imu)) return;
     const Consensus k = find_consensus(values, kGravity);
     const double g = log_.experiment->scenario.gravity_W.norm();
+    const std::string when = at_rest ? ": at rest" : ": on average";
     if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kGravity)) {
-      out_.notes.push_back(name + format(": at rest %.4f +- %.4f of gravity: they agree", k.mean, 2 * k.std));
+      out_.notes.push_back(name + when + format(" %.4f +- %.4f of gravity: they agree", k.mean, 2 * k.std));
       return;
     }
     Finding f;
     f.effect = "sensor_scale", f.family = find_family(f.effect), f.where = {{"sensor", name}};
     f.parameters = {make_one("scale", "1", k.mean, k.std)};
     f.grade = Grade::kAmbiguous, f.probability = 0.9, f.share = 1, f.weight = 0.3;
-    f.statement = name + format(": at rest it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright shows only their sum.", k.mean, 2 * k.std);
+    f.statement = name + when + format(" it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright shows only their sum.", k.mean, 2 * k.std);
     f.alternatives.push_back(make_alternative("sensor_bias", f.where, {make_one("value", "m/s^2", (k.mean - 1) * g, k.std * g)}, "the IMU at rest in six attitudes"));
     out_.findings.push_back(std::move(f));
   }

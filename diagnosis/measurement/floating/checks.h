@@ -8,9 +8,19 @@
 
 namespace hrp::diagnosis::floating {
 
+// What scales and zeros of counts leave of the weight: mean squares [N^2], rows, by part (train, validate).
+struct UnitFit {
+  std::string signal;  // empty: forces are newtons
+  double before[2] = {0, 0}, after[2] = {0, 0}, rows[2] = {0, 0};
+  double exact = 1;    // [N^2] of what no model of masses is more exact than
+};
+
 struct CheckResult {
   std::vector<Finding> findings;
+  std::vector<Remaining> remaining;  // what is seen and has no one cause
   std::vector<std::string> notes;  // what agrees, and what a comparison could not use
+  std::vector<Candidate> weight;   // what the feet carry too much or too little, as a mass: to fit beside what is chosen
+  UnitFit units;
   bool raw_counts = false;         // forces are in an unknown unit: nothing of masses and friction can be told
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <memory>
 
@@ -13,6 +12,7 @@
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
+#include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -26,12 +26,6 @@ constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
 constexpr size_t kTrace = 500;       // points of a curve
-
-std::string format(const char* pattern, double a, double b = 0, double c = 0) {
-  char text[200];
-  std::snprintf(text, sizeof text, pattern, a, b, c);
-  return text;
-}
 
 std::string describe(const std::vector<Estimate>& parameters) {
   std::string out;
@@ -50,7 +44,7 @@ std::string get_place(const Where& where) {
 class Reporter {
  public:
   Reporter(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter, const LeggedOutcome& outcome)
-      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome) {}
+      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome), model_(outcome.chosen) {}
 
   Evidence run(const CheckResult& checks) {
     out_.method =
@@ -63,10 +57,11 @@ class Reporter {
     join_rotors();
     add_checks(checks);
     sort_findings(&out_.findings);
-    add_fit();
+    add_fit(checks.units);
     add_remaining();
     add_mismatch();
     out_.verdict = find_verdict();
+    if (out_.verdict != Verdict::kNoMismatch) out_.remaining.insert(out_.remaining.end(), checks.remaining.begin(), checks.remaining.end());
     if (out_.findings.empty()) out_.summary = make_summary();
     return std::move(out_);
   }
@@ -150,32 +145,58 @@ class Reporter {
     for (const Finding& f : checks.findings) {
       const bool known = std::any_of(out_.findings.begin(), out_.findings.end(), [&](const Finding& g) {
         if (g.effect == f.effect && g.where == f.where) return true;
-        const bool weighs = f.effect == "mass_error" && (g.family == f.family || g.where.dump().find("/wrench") != std::string::npos ||
+        const bool of_weight = f.family == find_family("mass_error");
+        const bool weighs = of_weight && (g.family == f.family || g.where.dump().find("/wrench") != std::string::npos ||
                                                            (g.effect == "sensor_scale" && g.where.dump().find("linear_acceleration") != std::string::npos));
-        if (f.effect == "mass_error" && holds_weight(g, f)) return true;
+        if (of_weight && holds_weight(g, f)) return true;
         // Soles that give sink by what they carry: that is no slope.
         const bool slopes = f.effect == "ground_slope" && (g.effect == f.effect || g.effect == "foot_compliance");
         const bool senses = f.where.contains("sensor") && f.where == g.where;
         return weighs || slopes || (senses && !checks.raw_counts);
       });
-      if (!known) out_.findings.push_back(f);
+      if (known) continue;
+      out_.findings.push_back(f);
+      if (!checks.weight.empty() && f.family == find_family(checks.weight[0].effect)) add_weight(checks.weight[0], &out_.findings.back());
     }
   }
 
+  // What the feet carry too much is one number: the fit says what it takes away, whatever its cause.
+  void add_weight(const Candidate& mass, Finding* finding) {
+    std::vector<Candidate> effects = o_.chosen.effects;
+    effects.push_back(mass);
+    const LeggedFit with = fitter_.fit(effects);
+    size_t best = 0;
+    for (size_t c = 0; c < count(); ++c) {
+      if (get(o_.nominal, c) / fitter_.floor(c) - get(with, c) / fitter_.floor(c) > get(o_.nominal, best) / fitter_.floor(best) - get(with, best) / fitter_.floor(best)) best = c;
+    }
+    if (!with.x.allFinite() || get(with, best) >= get(o_.chosen, best)) return;
+    finding->share = std::clamp(1 - get(with, best) / get(o_.chosen, best), 0.0, 1.0);
+    model_ = with;
+  }
+
   // Noise deviations of an equation, squared, before and after.
-  void add_fit() {
+  void add_fit(const UnitFit& units) {
     double sum[2][2] = {{0, 0}, {0, 0}}, rows[2] = {0, 0}, before = 0, after = 0, could = 0;
     for (size_t c = 0; c < count(); ++c) {
       for (int p = 0; p < 2; ++p) {
         const auto n = static_cast<double>(fitter_.count(p ? Part::kHeld : Part::kTrain, c));
         sum[p][0] += n * (1 + o_.nominal.mean_square[p][c] / fitter_.floor(c));
-        sum[p][1] += n * (1 + o_.chosen.mean_square[p][c] / fitter_.floor(c)), rows[p] += n;
+        sum[p][1] += n * (1 + model_.mean_square[p][c] / fitter_.floor(c)), rows[p] += n;
       }
-      const double x = get(o_.nominal, c) / fitter_.floor(c), y = get(o_.chosen, c) / fitter_.floor(c);
+      const double x = get(o_.nominal, c) / fitter_.floor(c), y = get(model_, c) / fitter_.floor(c);
       if (fitter_.channels()[c].rows() == 0) continue;
       before += std::log1p(x), after += std::log1p(y);
       could += std::log1p(x) - std::log1p(x * (1 - std::max(fitter_.calc_ceiling(c), x > 0 ? 1 - y / x : 0)));
       add_signal(c);
+    }
+    if (!units.signal.empty()) {
+      const int part = units.rows[1] > 0 ? 1 : 0;
+      for (int p = 0; p < 2; ++p) {
+        sum[p][0] += units.rows[p] * (1 + units.before[p] / units.exact), sum[p][1] += units.rows[p] * (1 + units.after[p] / units.exact), rows[p] += units.rows[p];
+      }
+      const double gone = std::log1p(units.before[part] / units.exact) - std::log1p(units.after[part] / units.exact);
+      before += std::log1p(units.before[part] / units.exact), after += std::log1p(units.after[part] / units.exact), could += gone;
+      out_.fit.signals.push_back({units.signal, "N", std::sqrt(units.before[part]), std::sqrt(units.after[part]), 0});
     }
     const auto rms = [](double s, double n) { return n > 0 ? std::sqrt(s / n) : 0; };
     out_.fit.train_before = rms(sum[0][0], rows[0]), out_.fit.train_after = rms(sum[0][1], rows[0]);
@@ -186,7 +207,7 @@ class Reporter {
 
   void add_signal(size_t c) {
     const ChannelInfo& info = fitter_.channels()[c].info;
-    SignalFit s{info.signal + " (" + info.kind + ")", info.unit, std::sqrt(get(o_.nominal, c)), std::sqrt(get(o_.chosen, c)), fitter_.channels()[c].scale};
+    SignalFit s{info.signal + " (" + info.kind + ")", info.unit, std::sqrt(get(o_.nominal, c)), std::sqrt(get(model_, c)), fitter_.channels()[c].scale};
     out_.fit.signals.push_back(s);
   }
 
@@ -208,7 +229,7 @@ class Reporter {
   void add_remaining() {
     std::vector<size_t> order;
     for (size_t c = 0; c < count(); ++c) {
-      if (fitter_.channels()[c].rows() > 0 && (is_left(o_.chosen, c) || get(o_.chosen, c) < 0.7 * get(o_.nominal, c))) order.push_back(c);
+      if (fitter_.channels()[c].rows() > 0 && (is_left(model_, c) || get(model_, c) < 0.7 * get(o_.nominal, c))) order.push_back(c);
     }
     std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
       return get(o_.nominal, a) / fitter_.floor(a) > get(o_.nominal, b) / fitter_.floor(b);
@@ -218,7 +239,7 @@ class Reporter {
       const ChannelInfo& info = fitter_.channels()[c].info;
       Remaining r;
       r.where = make_where(info), r.unit = info.unit;
-      r.before = std::sqrt(get(o_.nominal, c)), r.after = std::sqrt(get(o_.chosen, c));
+      r.before = std::sqrt(get(o_.nominal, c)), r.after = std::sqrt(get(model_, c));
       r.statement = info.name + " (equation: " + info.kind + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit + " are left, root mean square beyond noise.";
       out_.remaining.push_back(std::move(r));
     }
@@ -228,7 +249,7 @@ class Reporter {
     for (size_t c = 0; c < count(); ++c) {
       if (fitter_.channels()[c].rows() == 0) continue;
       const double score = std::sqrt(get(o_.nominal, c) / fitter_.floor(c));
-      const bool told = is_left(o_.nominal, c) || get(o_.chosen, c) < 0.7 * get(o_.nominal, c);
+      const bool told = is_left(o_.nominal, c) || get(model_, c) < 0.7 * get(o_.nominal, c);
       if (score < 1 || !told) continue;
       add_intervals(c, score);
     }
@@ -264,7 +285,7 @@ class Reporter {
 
   Verdict find_verdict() const {
     bool left = false;
-    for (size_t c = 0; c < count(); ++c) left = left || (fitter_.channels()[c].rows() > 0 && is_left(o_.chosen, c));
+    for (size_t c = 0; c < count(); ++c) left = left || (fitter_.channels()[c].rows() > 0 && is_left(model_, c));
     const bool odd = std::any_of(o_.unsteady.begin(), o_.unsteady.end(), [this](size_t c) { return !is_of_soles(c); });
     if (out_.findings.empty()) return left || odd ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
@@ -288,6 +309,7 @@ class Reporter {
   const Contacts& contacts_;
   const LeggedFitter& fitter_;
   const LeggedOutcome& o_;
+  LeggedFit model_;  // what was chosen, and a weight that is one number
   Evidence out_;
 };
 

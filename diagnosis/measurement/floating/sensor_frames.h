@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Sensors of a body that are mounted a quarter or half turn otherwise than the model says, and sensors whose clock is far
+// from that of the encoders. Small turns and delays are effects like others; these are too large for anything linear.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis::floating {
+
+struct SensorFrame {
+  std::string sensor;                      // "/imu/waist", "/wrench/l_foot"
+  Matrix3d R = Matrix3d::Identity();       // it reads R^T v in the place of v
+  double late = 0.0;                       // [s] its stamps are behind those of the encoders by so much
+  double left = 1.0;                       // share of the error, in squares, that is left without both
+  bool is_turned() const { return !R.isIdentity(1e-9); }
+};
+
+// Of a floating base whose recordings tell. What is expected of an IMU comes from the base's pose, else from feet that
+// stand; of force sensors, from the balance of the whole body.
+std::vector<SensorFrame> find_sensor_frames(const Experiment& experiment);
+
+// The same experiment with readings in the model's axes and at the encoders' time.
+Experiment convert_sensor_frames(Experiment experiment, const std::vector<SensorFrame>& frames);
+
+// Of R = Rz(y) Ry(p) Rx(r).
+Vector3d find_roll_pitch_yaw(const Matrix3d& R);
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/weight_check.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "diagnosis/data/quantile.h"
+#include "diagnosis/measurement/floating/body_motion.h"
+#include "diagnosis/measurement/floating/words.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kWeight = 0.008;    // to which scales and models of masses are known
+constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
+constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
+constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
+constexpr size_t kQuarters = 4;
+constexpr size_t kQuietRows = 20;    // cells that tell a quarter's weight
+constexpr double kSwing = 0.25;      // [s] in the air before a landing, as scripts/diagnosis/walk_figures.py has it
+constexpr double kImpact = 0.25;     // [s] after it
+constexpr size_t kFewestLandings = 3;
+constexpr double kRougher = 1.5;     // times what is left else: then landings stand out
+constexpr double kPeak = 0.03;       // of the weight: four times what scales are known to
+constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
+
+// The equation along which the robot weighs; null: none.
+const ChannelRows* find_weight(const std::vector<ChannelRows>& channels) {
+  const ChannelRows* best = nullptr;
+  for (const ChannelRows& c : channels) {
+    const bool force = c.info.kind == "weight" || c.info.kind.rfind("balance, force", 0) == 0;
+    if (force && c.rows() > 0 && (!best || std::abs(c.mean) > std::abs(best->mean))) best = &c;
+  }
+  return best;
+}
+
+struct Landing {
+  int recording = 0;
+  double time = 0;  // [s]
+};
+
+// Feet that come down after a swing.
+std::vector<Landing> list_landings(const LeggedLog& log, const Contacts& contacts) {
+  std::vector<Landing> out;
+  for (const Contact& spell : contacts.spells) {
+    const Clip& clip = log.clips[spell.clip];
+    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kSwing || spell.end >= clip.size()) continue;
+    out.push_back({static_cast<int>(clip.recording), clip.time[spell.end]});
+  }
+  return out;
+}
+
+// What is left in the quarter second after each landing, at most and at least [N]; and when no foot lands.
+struct LandingRows {
+  std::vector<double> most, least, landing, calm;
+};
+
+LandingRows split_landings(const ChannelRows& c, const std::vector<Landing>& landings) {
+  LandingRows out;
+  std::vector<char> lands(c.rows(), 0);
+  for (const Landing& l : landings) {
+    double most = -1e300, least = 1e300;
+    for (size_t i = 0; i < c.rows(); ++i) {
+      if (c.recording[i] != l.recording || c.time[i] < l.time - 0.02 || c.time[i] > l.time + kImpact) continue;
+      lands[i] = 1, most = std::max(most, c.y[i]), least = std::min(least, c.y[i]);
+    }
+    if (most > -1e300) out.most.push_back(most), out.least.push_back(least);
+  }
+  for (size_t i = 0; i < c.rows(); ++i) (lands[i] ? out.landing : out.calm).push_back(c.y[i]);
+  return out;
+}
+
+// Deviation about the middle.
+double calc_spread(const std::vector<double>& y) {
+  if (y.empty()) return 0;
+  const double middle = find_median(y);
+  double sum = 0;
+  for (double v : y) sum += std::pow(v - middle, 2);
+  return std::sqrt(sum / static_cast<double>(y.size()));
+}
+
+class WeightChecker {
+ public:
+  WeightChecker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, const ColumnLayout& layout, CheckResult* out)
+      : log_(log), contacts_(contacts), channels_(channels), at_(layout), out_(*out) {}
+
+  void run() {
+    const ChannelRows* c = find_weight(channels_);
+    if (!c) return;
+    const double weight = (log_.mass - log_.mass_below) * get_gravity();
+    std::vector<double> ratios;
+    for (const std::vector<double>& y : list_parts(*c)) ratios.push_back(1 + find_median(y) / weight);
+    const double middle = find_median(ratios);
+    if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
+    const Consensus k = find_consensus(ratios, kWeight);
+    const std::string odd = k.odd > 0 ? format("; %.0f ", static_cast<double>(k.odd)) + (count_recordings(*c) > 1 ? "recordings" : "quarters") + " differ (a sensor of theirs, or pushes)" : "";
+    const std::string carry = format("weight: the feet carry %.4f +- %.4f of what the model weighs", k.mean, 2 * k.std);
+    if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
+      out_.notes.push_back(carry + ", but not the same in all phases: no mass does that" + odd);
+      return;
+    }
+    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kWeight)) {
+      out_.notes.push_back(carry + ": they agree" + odd);
+      return;
+    }
+    add_weight(k, weight, odd);
+  }
+
+ private:
+  double get_gravity() const { return log_.experiment->scenario.gravity_W.norm(); }
+
+  static std::map<int, std::vector<double>> split(const ChannelRows& c) {
+    std::map<int, std::vector<double>> out;
+    for (size_t i = 0; i < c.rows(); ++i) out[c.recording[i]].push_back(c.y[i]);
+    return out;
+  }
+
+  static size_t count_recordings(const ChannelRows& c) { return split(c).size(); }
+
+  // An equation's rows by recording; of one recording alone by quarters, which have to agree as recordings do.
+  static std::vector<std::vector<double>> list_parts(const ChannelRows& c) {
+    std::vector<std::vector<double>> parts;
+    for (const auto& [r, y] : split(c)) parts.push_back(y);
+    if (parts.size() != 1 || parts[0].size() < kQuarters * kQuietRows) return parts;
+    const std::vector<double> whole = std::move(parts[0]);
+    parts.clear();
+    for (size_t q = 0; q < kQuarters; ++q) {
+      const auto at = [&](size_t i) { return whole.begin() + static_cast<long>(i * whole.size() / kQuarters); };
+      parts.emplace_back(at(q), at(q + 1));
+    }
+    return parts;
+  }
+
+  // Whether each phase that is no rare one has half to twice the missing weight [N], as far as its blocks tell.
+  bool is_same_in_phases(const ChannelRows& c, double more) const {
+    std::map<int, std::map<int, std::pair<double, double>>> phases;  // by phase, by block: sum, count
+    for (size_t i = 0; i < c.rows(); ++i) {
+      auto& [sum, count] = phases[c.phase[i]][c.block[i]];
+      sum += c.y[i], count += 1;
+    }
+    const double least = kWeight * log_.mass * get_gravity();
+    return std::none_of(phases.begin(), phases.end(), [&](const auto& phase) {
+      std::vector<double> means;
+      for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
+      double rows = 0;
+      for (const auto& [block, sum] : phase.second) rows += sum.second;
+      if (means.size() < kPhaseBlocks || rows < kRarePhase * static_cast<double>(c.rows())) return false;
+      const Consensus k = find_consensus(means, least);
+      const bool other = k.mean / more < 0.5 || k.mean / more > 2;
+      return other && std::abs(k.mean - more) > std::max(least, 3 * k.std);
+    });
+  }
+
+  // One number, many causes: nothing but other sensors, or another load, can tell them apart.
+  void add_weight(const Consensus& k, double weight, const std::string& odd) {
+    const double more = (k.mean - 1) * weight, error = k.std * weight, g = get_gravity();
+    const LinkInertia& root = log_.tree.links[0].inertia;
+    const double own = std::max(1e-6, root.mass);
+    const Where link{{"link", log_.tree.links[0].name}};
+    Finding f;
+    f.effect = "mass_error", f.family = find_family(f.effect), f.where = link;
+    f.parameters = {make_one("scale", "1", 1 + more / g / own, error / g / own)};
+    f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
+    if (more > 0) {
+      const Estimate place{"com", "m", {root.p_LLcm_L.x(), root.p_LLcm_L.y(), root.p_LLcm_L.z()}, {1, 1, 1}, true};
+      f.alternatives.push_back(make_alternative(f.effect, link, f.parameters, kMotion));
+      f.effect = "payload", f.parameters = {make_one("mass", "kg", more / g, error / g), place};
+    }
+    f.statement = format("The feet carry %.3f +- %.3f of what the model weighs: ", k.mean, 2 * k.std) +
+                  format(more > 0 ? "the model is too light by %.1f %% (%.2f kg, %.1f N)" : "the model is too heavy by %.1f %% (%.2f kg, %.1f N)", 100 * std::abs(k.mean - 1), std::abs(more) / g, std::abs(more)) +
+                  ", or the force sensors' scale or zero is off; standing and walking alone cannot tell which" + odd + ".";
+    add_sensors(k, more, error, &f);
+    out_.findings.push_back(std::move(f));
+    Candidate mass;
+    mass.effect = "payload", mass.where = link, mass.place = 0, mass.terms = {{{at_.link(0, 0), 1.0}}};
+    for (int a = 0; a < 3; ++a) mass.terms[0].emplace_back(at_.link(0, 1 + a), root.p_LLcm_L(a));
+    out_.weight = {mass};
+  }
+
+  void add_sensors(const Consensus& k, double more, double error, Finding* f) const {
+    const auto n = static_cast<double>(std::max<size_t>(1, log_.sensors.size()));
+    const Where all{{"sensor", log_.sensors.size() > 1 ? "/wrench" : "/wrench/" + log_.sensors[0].name + "/force"}};
+    f->alternatives.push_back(make_alternative("sensor_scale", all, {make_one("scale", "1", k.mean, k.std)}, kMotion));
+    f->alternatives.push_back(make_alternative("sensor_bias", all, {make_one("value", "N", more / n, error / n)}, kMotion));
+    for (const ForceSensor& s : log_.sensors) {
+      if (log_.sensors.size() < 2) break;
+      const Where one{{"sensor", "/wrench/" + s.name + "/force"}};
+      f->alternatives.push_back(make_alternative("sensor_bias", one, {make_one("value", "N", more, error)}, kMotion));
+      // Of feet that bear the weight in turn, one sensor's scale would show in its own phase only.
+      const double part = 1 / n;
+      if (!contacts_.walks) f->alternatives.push_back(make_alternative("sensor_scale", one, {make_one("scale", "1", 1 + (k.mean - 1) / part, k.std / part)}, kMotion));
+    }
+    const int imu = BodyMotion::find_main_imu(log_);
+    if (BodyMotion::find_force_source(log_) != MotionSource::kImu) return;
+    f->alternatives.push_back(make_alternative("sensor_scale", {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name + "/linear_acceleration"}}, {make_one("scale", "1", 1 / k.mean, k.std)}, kMotion));
+  }
+
+  // Places of each sensor's reading along the normal in a row.
+  std::vector<size_t> find_readings(const ChannelRows& c) const {
+    std::vector<size_t> out;
+    for (int s = 0; s < at_.sensors; ++s) {
+      const auto at = std::find(c.columns.begin(), c.columns.end(), at_.sensor(s, kForceScaleColumn));
+      out.push_back(static_cast<size_t>(at - c.columns.begin()));
+    }
+    return out;
+  }
+
+  // Forces in an unknown unit: required = sum of (reading - zero) / scale, the zero from feet in the air.
+  void find_units(const ChannelRows& c) {
+    out_.raw_counts = true;
+    const long n = at_.sensors;
+    const std::vector<size_t> places = find_readings(c);
+    std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;
+    std::vector<Eigen::VectorXd> readings;
+    std::vector<double> needed;
+    for (size_t i = 0; i < c.rows(); ++i) {
+      Eigen::VectorXd reading(n);
+      double sum = 0;
+      for (long s = 0; s < n; ++s) {
+        const double f = c.row(i)[places[static_cast<size_t>(s)]];
+        sum += f, reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
+      }
+      readings.push_back(reading), needed.push_back(sum - c.y[i]);
+      auto& [A, b] = normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
+      A += reading * reading.transpose(), b += needed.back() * reading;
+    }
+    std::vector<Eigen::VectorXd> each;
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+    for (const auto& [r, one] : normal) {
+      if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) A += one.first, b += one.second;
+      each.push_back(one.first.ldlt().solve(one.second));
+    }
+    const Eigen::VectorXd x = A.ldlt().solve(b);
+    for (int s = 0; s < n; ++s) add_unit(s, x(s), each);
+    add_unit_fit(c, readings, needed, x);
+    out_.notes.push_back("the feet's forces are no newtons: nothing is told of masses, friction and ground");
+  }
+
+  // What scales and zeros leave of the weight that the motion asks for.
+  void add_unit_fit(const ChannelRows& c, const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed, const Eigen::VectorXd& x) {
+    UnitFit& fit = out_.units;
+    for (size_t i = 0; i < c.rows(); ++i) {
+      const int part = c.train[i] ? 0 : 1;
+      fit.before[part] += std::pow(c.y[i], 2), fit.after[part] += std::pow(needed[i] - readings[i].dot(x), 2), fit.rows[part] += 1;
+    }
+    for (int part = 0; part < 2; ++part) {
+      fit.before[part] /= std::max(1.0, fit.rows[part]), fit.after[part] /= std::max(1.0, fit.rows[part]);
+    }
+    fit.signal = c.info.signal + " (weight)";
+    fit.exact = std::pow(kWeight * log_.mass * get_gravity(), 2);
+  }
+
+  void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
+    const std::string name = "/wrench/" + log_.sensors[static_cast<size_t>(s)].name + "/force";
+    double spread = 0;
+    for (const Eigen::VectorXd& e : each) spread += std::pow(e(s) - per_unit, 2) / static_cast<double>(each.size());
+    spread = std::sqrt(spread);
+    const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
+    Finding f;
+    f.effect = "sensor_scale", f.family = find_family(f.effect), f.where = {{"sensor", name}};
+    f.parameters = {make_one("scale", "1", 1 / per_unit, spread / (per_unit * per_unit))};
+    f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
+    f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
+    out_.findings.push_back(f);
+    if (!level.swings || std::abs(level.air) < level.air_spread) return;
+    f.effect = "sensor_bias", f.family = find_family(f.effect), f.weight = 0.5;
+    f.parameters = {make_one("value", "N", level.air, level.air_spread)};
+    f.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
+    out_.findings.push_back(std::move(f));
+  }
+
+  const LeggedLog& log_;
+  const Contacts& contacts_;
+  const std::vector<ChannelRows>& channels_;
+  const ColumnLayout& at_;
+  CheckResult& out_;
+};
+
+}  // namespace
+
+void check_landings(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, CheckResult* out) {
+  const ChannelRows* c = find_weight(channels);
+  if (!c || !contacts.walks || out->raw_counts) return;
+  const LandingRows rows = split_landings(*c, list_landings(log, contacts));
+  if (rows.most.size() < kFewestLandings || rows.calm.empty()) return;
+  const double weight = log.mass * log.experiment->scenario.gravity_W.norm(), middle = find_median(rows.calm);
+  const double calm = calc_spread(rows.calm), landing = calc_spread(rows.landing);
+  const double peak = find_median(rows.most) - middle, dip = middle - find_median(rows.least);
+  if (landing < kRougher * calm || std::max(peak, dip) < kPeak * weight) return;
+  Remaining r;
+  r.where = {{"ground", "ground"}}, r.unit = "N", r.before = r.after = landing;
+  r.statement = format("landings (%.0f): in the quarter second after a foot comes down the feet's force rises by %.0f N above what the motion takes and falls by %.0f N below (medians)", static_cast<double>(rows.most.size()), peak, dip) +
+                format(", %.1f times as much as else. Soles, skin or ground that give or rebound do that; which one is not told.", landing / std::max(1e-9, calm));
+  out->remaining.push_back(std::move(r));
+}
+
+void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+                  const ColumnLayout& layout, CheckResult* out) {
+  WeightChecker(log, contacts, channels, layout, out).run();
+}
+
+}  // namespace hrp::diagnosis::floating
