@@ -12,12 +12,15 @@ import unittest
 ROOT = pathlib.Path(sys.argv.pop()).resolve()
 BIN = pathlib.Path(sys.argv.pop()).resolve()
 sys.path.insert(0, str(ROOT / "scripts/robustness"))
+import attack  # noqa: E402
 import nightly  # noqa: E402
 
 # Stands for hrp-simulate: counts how often it is called, and ends with a hash.
 SIMULATE = '#!/bin/sh\ncalls=$(cat "{0}/calls" 2> /dev/null || echo 0)\necho $((calls + 1)) > "{0}/calls"\n{1}\n'
 SAME = "echo state hash 17"
 CHANGES = "echo state hash $calls"
+# Stands for hrp-log: every log is whole.
+LOG = f"#!/bin/sh\necho hrp/robot_state RobotState 1 cdr 0 {round(attack.DURATION / attack.STEP)}\n"
 
 
 class Nightly(unittest.TestCase):
@@ -28,9 +31,10 @@ class Nightly(unittest.TestCase):
 
     def make_programs(self, script):
         (self.folder / "bin").mkdir(exist_ok=True)
-        program = self.folder / "bin/hrp-simulate"
-        program.write_text(SIMULATE.format(self.folder, script))
-        program.chmod(0o755)
+        for name, text in (("hrp-simulate", SIMULATE.format(self.folder, script)), ("hrp-log", LOG)):
+            program = self.folder / "bin" / name
+            program.write_text(text)
+            program.chmod(0o755)
 
     def run_nightly(self, *options, build=None):
         run = subprocess.run([ROOT / "scripts/nightly.sh", "--out", self.folder / "out", "--tries", "1", *options], capture_output=True,
