@@ -148,8 +148,9 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     if (!several) search_drives(problem, progress, &outcome);
   } else {
     outcome = search_subtrees(whole, progress);
-    if (!torque.judged || !outcome.mismatch || outcome.explained || torque.evidence.findings.empty() ||
-        is_exact_world(torque)) {
+    // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
+    const bool confirmed = outcome.explained && !problem.validate.empty();
+    if (!torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque)) {
       Reports reports = make_reports(whole, outcome);
       doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
       upgrade_report(&reports.report, !problem.validate.empty());
