@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# scripts/attack.sh [KIND ...] [--tries N] [--seed S] [--out FILE.csv]
+# scripts/attack.sh [KIND ...] [--tries N] [--seed S] [--patience S] [--out FILE.csv]
 #
 # Attacks runs of the server set at random moments, on both DDS vendors and their mixes, and prints a table. A try fails
 # when the run hangs, ends without its cause, leaves a process behind, or loses steps of the log that it should have.
@@ -17,9 +17,10 @@
 #   memory     an allocation of one server fails, or all from one on
 #   memory_here  the same of a run in one process
 #
-#   --tries N  of each kind, default 25
-#   --seed S   default 1
-#   --out FILE a row for each try
+#   --tries N     of each kind, default 25
+#   --seed S      default 1
+#   --patience S  seconds that a run may take before it hangs, default 90: more on a machine that others use
+#   --out FILE    a row for each try
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 [ -x "$BUILD/bin/hrp-simulate" ] || "$ROOT/scripts/build.sh" >&2
