@@ -1,60 +1,116 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""tidy.py ROOT BUILD JOBS [NAME ...]: clang-tidy over the sources of ours; scripts/tidy.sh says how to call it."""
+"""clang-tidy over sources of ours; scripts/tidy.sh says how to call it."""
+import argparse
 import concurrent.futures
 import hashlib
 import json
-import os
 import pathlib
+import re
 import subprocess
 import sys
 
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 OURS = ("common", "servers", "controller", "diagnosis", "python", "tests", "idl")
 
 
-def find_sources(root, build, names):
-    """Those of the compile commands, below one of the names."""
-    wanted = [(root / name).resolve() for name in names] or [root / folder for folder in OURS]
-    sources = {pathlib.Path(entry["file"]) for entry in json.loads((build / "compile_commands.json").read_text())}
-    return sorted(source for source in sources if any(folder == source or folder in source.parents for folder in wanted))
+def find_sources(build):
+    """Of ours, those of the compile commands."""
+    commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    files = {pathlib.Path(command["file"]) for command in commands}
+    return sorted(file for file in files if any(ROOT / folder in file.parents for folder in OURS))
 
 
-def hash_rest(root):
+def find_changed():
+    """Files that differ from the branch main, or from the last commit where it is checked out; new ones, too."""
+    def ask(*words):
+        done = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True)
+        if done.returncode:
+            sys.exit(f"tidy.sh: what has changed is not known, so say --all or names: {done.stderr.strip()}")
+        return done.stdout.split()
+    base = ask("merge-base", "main", "HEAD")[0]
+    return {ROOT / name for name in ask("diff", "--name-only", base) + ask("ls-files", "--others", "--exclude-standard")}
+
+
+def select_changed(sources, changed):
+    """Those that changed, or that include a header which did."""
+    headers = {str(file.relative_to(ROOT)) for file in changed if file.suffix == ".h"}
+
+    def is_meant(source):
+        included = re.findall(r'^#include "([^"]+)"', source.read_text(encoding="utf-8"), re.M)
+        return source in changed or not headers.isdisjoint(included)
+    return [source for source in sources if is_meant(source)]
+
+
+def select_named(sources, names):
+    wanted = [path.resolve() if path.exists() else ROOT / path for path in map(pathlib.Path, names)]
+    return [source for source in sources if any(name == source or name in source.parents for name in wanted)]
+
+
+def hash_rest():
     """Of all that a source may depend on beside itself: headers of ours, and the checks."""
-    state = hashlib.sha256((root / ".clang-tidy").read_bytes())
+    state = hashlib.sha256((ROOT / ".clang-tidy").read_bytes())
     for folder in OURS:
-        for header in sorted((root / folder).rglob("*.h")):
+        for header in sorted((ROOT / folder).rglob("*.h")):
             state.update(header.read_bytes())
     return state.hexdigest()
 
 
 def look(source, build, rest):
     """What clang-tidy says of a source; empty when nothing."""
-    key = hashlib.sha256((rest + str(source)).encode() + source.read_bytes()).hexdigest()
-    clean = build / "clean" / key
+    clean = build / "clean" / hashlib.sha256((rest + str(source)).encode() + source.read_bytes()).hexdigest()
     if clean.exists():
         return ""
     done = subprocess.run(["clang-tidy", "-p", str(build), "--quiet", str(source)], capture_output=True, text=True)
     if done.returncode == 0:
         clean.touch()
         return ""
-    return done.stdout + done.stderr
+    # It counts the warnings of the system's headers, which it does not show.
+    return done.stdout + "".join(line for line in done.stderr.splitlines(True) if not re.match(r"\d+ warnings? ", line))
+
+
+def look_at_all(sources, build, jobs):
+    """(source, words) of each, and the progress on a terminal."""
+    rest = hash_rest()
+    (build / "clean").mkdir(exist_ok=True)
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for number, (source, words) in enumerate(zip(sources, pool.map(lambda s: look(s, build, rest), sources)), 1):
+            yield source, words
+            if sys.stderr.isatty():
+                sys.stderr.write(f"\r\x1b[K{number} of {len(sources)}: {source.relative_to(ROOT)}")
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")
+
+
+def print_table(seen):
+    """Folder by folder: how many sources, and how many with findings."""
+    print("| folder | sources | with findings |\n|---|---|---|")
+    for folder in OURS:
+        bad = [bool(words) for source, words in seen if ROOT / folder in source.parents]
+        if bad:
+            print(f"| {folder} | {len(bad)} | {sum(bad)} |")
 
 
 def main():
-    root, build, jobs = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), int(sys.argv[3])
-    sources, rest, bad = find_sources(root, build, sys.argv[4:]), hash_rest(root), []
-    if not sources:
-        sys.exit("tidy.sh: there is no source below these names")
-    os.makedirs(build / "clean", exist_ok=True)
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for number, (source, said) in enumerate(zip(sources, pool.map(lambda s: look(s, build, rest), sources)), 1):
-            if said:
-                bad.append(source)
-                print(said, flush=True)
-            if sys.stderr.isatty():
-                sys.stderr.write(f"\r\x1b[K{number} of {len(sources)} {source.relative_to(root)}")
-    print(f"{len(sources)} files, {len(bad)} with findings")
-    return 1 if bad else 0
+    parser = argparse.ArgumentParser(prog="tidy.sh")
+    parser.add_argument("build", type=pathlib.Path)
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--jobs", type=int, default=1)
+    options = parser.parse_args()
+    sources = find_sources(options.build)
+    if options.names:
+        sources = select_named(sources, options.names)
+        if not sources:
+            sys.exit("tidy.sh: a build makes nothing of what lies there")
+    elif not options.all:
+        sources = select_changed(sources, find_changed())
+    seen = []
+    for source, words in look_at_all(sources, options.build, options.jobs):
+        seen.append((source, words))
+        if words:
+            print(words, flush=True)
+    print_table(seen)
+    return 1 if any(words for _, words in seen) else 0
 
 
 if __name__ == "__main__":

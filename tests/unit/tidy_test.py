@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""tidy_test.py: scripts/tidy.sh looks at what it is asked for, once, and says what it found."""
+import contextlib
+import io
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+import unittest.mock
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / 'scripts/robustness'))
+import tidy  # noqa: E402
+
+# Stands for clang-tidy: complains of sources with the word "wrong", and counts how often it is called.
+CLANG_TIDY = '''#!/bin/sh
+for source; do :; done
+echo x >> "{0}/calls"
+echo "17 warnings generated." >&2
+if grep -q wrong "$source"; then echo "$source:1: error: wrong [bugprone-x]"; exit 1; fi
+'''
+FILES = {'common/base/a.cpp': '#include "common/base/a.h"\n', 'common/base/a.h': '', 'servers/b.cpp': '#include "common/base/a.h"\n',
+         'servers/c.cpp': '#include <cmath>\n', '.clang-tidy': 'Checks: x\n'}
+
+
+class Tidy(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name).resolve()
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(self.root)
+        for name, text in FILES.items():
+            self.write(name, text)
+        commands = [{'file': str(self.root / name)} for name in FILES if name.endswith('.cpp')] + [{'file': '/usr/src/elsewhere.cpp'}]
+        self.write('build/compile_commands.json', json.dumps(commands))
+        self.write('bin/clang-tidy', CLANG_TIDY.format(self.root))
+        (self.root / 'bin/clang-tidy').chmod(0o755)
+        for patch in (unittest.mock.patch.object(tidy, 'ROOT', self.root),
+                      unittest.mock.patch.dict(os.environ, PATH=f'{self.root}/bin:{os.environ["PATH"]}')):
+            patch.start()
+            self.addCleanup(patch.stop)
+
+    def write(self, name, text):
+        (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+        (self.root / name).write_text(text)
+
+    def tidy(self, *words):
+        """(status, what it prints, how many sources clang-tidy looked at)"""
+        (self.root / 'calls').write_text('')
+        said = io.StringIO()
+        with unittest.mock.patch.object(sys, 'argv', ['tidy.py', str(self.root / 'build'), *words]), contextlib.redirect_stdout(said):
+            status = tidy.main()
+        return status, said.getvalue(), len((self.root / 'calls').read_text().split())
+
+    def commit(self):
+        def git(*words):
+            subprocess.run(['git', '-C', str(self.root), '-c', 'user.name=a', '-c', 'user.email=a@b', *words], check=True, capture_output=True)
+        self.write('.gitignore', '/build/\n/bin/\n/calls\n')
+        git('init', '-q', '-b', 'main')
+        git('add', '.')
+        git('commit', '-q', '-m', 'all')
+
+    def test_a_clean_tree_is_a_table_and_nothing_else(self):
+        status, said, looked = self.tidy('--all')
+        self.assertEqual((status, looked), (0, 3))
+        self.assertEqual(said, '| folder | sources | with findings |\n|---|---|---|\n| common | 1 | 0 |\n| servers | 2 | 0 |\n')
+
+    def test_a_finding_is_printed_and_counted(self):
+        self.write('servers/c.cpp', 'wrong\n')
+        status, said, _ = self.tidy('--all')
+        self.assertEqual(status, 1)
+        self.assertIn('c.cpp:1: error: wrong [bugprone-x]', said)
+        self.assertIn('| servers | 2 | 1 |', said)
+        self.assertNotIn('17 warnings', said)
+
+    def test_what_was_clean_is_looked_at_again_when_a_header_or_a_check_changes(self):
+        self.tidy('--all')
+        self.assertEqual(self.tidy('--all')[2], 0)
+        self.write('servers/c.cpp', '// new\n')
+        self.assertEqual(self.tidy('--all')[2], 1)
+        self.write('common/base/a.h', '// new\n')
+        self.assertEqual(self.tidy('--all')[2], 3)
+        self.write('.clang-tidy', 'Checks: y\n')
+        self.assertEqual(self.tidy('--all')[2], 3)
+
+    def test_a_finding_stays_one_until_it_is_mended(self):
+        self.write('servers/c.cpp', 'wrong\n')
+        self.tidy('--all')
+        self.assertEqual(self.tidy('--all')[0], 1)
+
+    def test_names_are_folders_or_files(self):
+        self.assertEqual(self.tidy('servers')[2], 2)
+        self.assertEqual(self.tidy('common/base/a.cpp')[2], 1)
+        with self.assertRaisesRegex(SystemExit, 'nothing of what lies there'):
+            self.tidy('.clang-tidy')
+
+    def test_without_names_what_differs_from_main(self):
+        self.commit()
+        self.assertEqual(self.tidy()[2], 0)
+        self.write('servers/c.cpp', '// new\n')
+        self.assertEqual(self.tidy()[2], 1)
+        self.write('common/base/a.h', '// new\n')
+        self.assertEqual(self.tidy()[2], 3)
+
+    def test_where_nobody_knows_what_changed_it_asks_for_names(self):
+        with unittest.mock.patch.dict(os.environ, GIT_CEILING_DIRECTORIES=str(self.root.parent)):
+            with self.assertRaisesRegex(SystemExit, 'say --all or names'):
+                self.tidy()
+
+
+if __name__ == '__main__':
+    unittest.main()
