@@ -12,6 +12,7 @@
 #   soak        a long run: memory, threads, files                       scripts/soak.sh
 #   sanitize    unit tests with address and undefined                    scripts/sanitize.sh address,undefined
 #   threads     tests of what has threads, with the thread sanitizer     scripts/sanitize.sh thread
+#   tidy        static analysis                                          scripts/tidy.sh --all
 #   mutations   broken equations must fail their tests                   scripts/mutate_equations.py
 #
 #   --only STEP,...  these steps only, in the order above

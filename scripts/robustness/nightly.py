@@ -31,7 +31,7 @@ def count_fuzz(text):
     return sum(int(row[1]) for row in rows if row[1].strip()), sum(row[-1].strip() != "none" for row in rows)
 
 
-def count_attacks(text):
+def count_rows(text):
     rows = read_cells(text)
     return sum(int(row[1]) for row in rows), sum(int(row[2]) for row in rows)
 
@@ -65,11 +65,12 @@ def make_steps(options):
     tries = ["--tries", options.tries, "--seed", options.seed]
     steps = [
         Step("fuzz", [SCRIPTS / "fuzz.sh", "--runs", NO_LIMIT, "--seconds", seconds, "--seed", options.seed], count_fuzz),
-        Step("kills", [SCRIPTS / "attack.sh", "kill", "stop", "launcher", "together", "junk", *tries, "--out", options.out / "kills.csv"], count_attacks),
-        Step("faults", [SCRIPTS / "attack.sh", *FAULTS, *tries, "--out", options.out / "faults.csv"], count_attacks),
+        Step("kills", [SCRIPTS / "attack.sh", "kill", "stop", "launcher", "together", "junk", *tries, "--out", options.out / "kills.csv"], count_rows),
+        Step("faults", [SCRIPTS / "attack.sh", *FAULTS, *tries, "--out", options.out / "faults.csv"], count_rows),
         Step("soak", [SCRIPTS / "soak.sh", "--steps", options.steps, "--out", options.out / "soak.csv"], count_soak),
         Step("sanitize", [SCRIPTS / "sanitize.sh", "address,undefined"], count_tests),
         Step("threads", [SCRIPTS / "sanitize.sh", "thread"], count_tests),
+        Step("tidy", [SCRIPTS / "tidy.sh", "--all"], count_rows),
         Step("mutations", [SCRIPTS / "mutate_equations.py"], count_mutations),
     ]
     return [Step(step.name, [str(word) for word in step.command], step.count) for step in steps]
