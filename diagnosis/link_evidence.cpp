@@ -175,8 +175,8 @@ class Merger {
   // An offset of the joint's encoder of that size would change some effort by more than its noise.
   bool would_show(const GearVerdict& gear) const {
     constexpr double kShows = 3.0;
-    const Plant plant = make_plant(e_, {});
     for (const TorqueRecording& r : motion_.recordings) {
+      const Plant plant = make_plant(e_, {}, e_.recordings[r.index].spec);
       Eigen::MatrixXd q = r.q;
       q.col(gear.joint).array() -= gear.zero;
       const Eigen::MatrixXd change = calc_efforts(plant, q, r.v, r.a) - r.tau;
@@ -294,7 +294,7 @@ class Merger {
 
 TorqueVerdict judge_drives(const Experiment& e, const LinkSensors& sensors, const LinkVerdict& links, int jobs) {
   const BodyTorques measured = [&](const TorqueRecording& r, double cutoff) {
-    Eigen::MatrixXd tau = calc_efforts(make_plant(e, {}), r.q, r.v, r.a);
+    Eigen::MatrixXd tau = calc_efforts(make_plant(e, {}, e.recordings[r.index].spec), r.q, r.v, r.a);
     for (const LinkSensor& s : sensors.sensors) {
       if (s.kind != LinkSensorKind::kTorque) continue;
       const Recording& in = e.recordings[r.index];

@@ -11,6 +11,7 @@
 #include "common/robot/closed_chains.h"
 #include "common/robot/topic_map.h"
 #include "diagnosis/data/bag_table.h"
+#include "diagnosis/data/by_hand.h"
 #include "diagnosis/data/csv_stream.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/stretches.h"
@@ -492,6 +493,22 @@ bool fix_unrecorded(Experiment* e) {
   return true;
 }
 
+// Pieces between hands that came and went.
+void take_by_hand(Experiment* e) {
+  std::vector<Recording> pieces;
+  for (Recording& r : e->recordings) {
+    resolve_by_hand(*e, &r);
+    if (r.spec.pushes.empty()) {
+      pieces.push_back(std::move(r));
+      continue;
+    }
+    for (Recording& piece : cut_at_pushes(*e, r, &e->warnings)) pieces.push_back(std::move(piece));
+  }
+  e->recordings = std::move(pieces);
+  if (!e->recordings.empty()) return;
+  fail(e->path, 0, 0, "recordings", "in all of them somebody pushes with a force that is not known: nothing is left");
+}
+
 }  // namespace
 
 Experiment load_experiment(const std::string& path) {
@@ -516,6 +533,7 @@ Experiment load_experiment(const std::string& path) {
   } else {
     e.warnings = read;
   }
+  take_by_hand(&e);
   loader->cut();
   for (Recording& r : e.recordings) repair_recording(e, &r, &e.warnings);
   check_suspicions(&e);

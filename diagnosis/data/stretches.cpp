@@ -21,22 +21,6 @@ std::vector<Value> cut(const std::vector<Value>& values, size_t begin, size_t en
   return {values.begin() + static_cast<long>(begin), values.begin() + static_cast<long>(end)};
 }
 
-Recording cut_recording(const Recording& r, size_t begin, size_t end) {
-  Recording out;
-  out.spec = r.spec, out.column_of = r.column_of;
-  out.spec.name = r.spec.name.substr(0, r.spec.name.find(" (")) + " (" + number(r.time[begin], 4) + " to " + number(r.time[end - 1], 4) + " s)";
-  out.time = cut(r.time, begin, end);
-  for (const JointColumns& joint : r.joints) {
-    JointColumns own;
-    own.command = cut(joint.command, begin, end), own.command_rate = cut(joint.command_rate, begin, end);
-    for (int q = 0; q < kQuantities; ++q) own.signal[q] = cut(joint.signal[q], begin, end);
-    own.separate_rate = joint.separate_rate;
-    out.joints.push_back(std::move(own));
-  }
-  for (const auto& [name, values] : r.other) out.other[name] = cut(values, begin, end);
-  return out;
-}
-
 // Rows at which pieces begin, and the end.
 std::vector<size_t> find_pieces(const Recording& r) {
   std::vector<size_t> begins{0};
@@ -134,6 +118,22 @@ void copy_all_but_recordings(const Experiment& from, Experiment* to) {
 }
 
 }  // namespace
+
+Recording cut_recording(const Recording& r, size_t begin, size_t end) {
+  Recording out;
+  out.spec = r.spec, out.column_of = r.column_of;
+  out.spec.name = r.spec.name.substr(0, r.spec.name.find(" (")) + " (" + number(r.time[begin], 4) + " to " + number(r.time[end - 1], 4) + " s)";
+  out.time = cut(r.time, begin, end);
+  for (const JointColumns& joint : r.joints) {
+    JointColumns own;
+    own.command = cut(joint.command, begin, end), own.command_rate = cut(joint.command_rate, begin, end);
+    for (int q = 0; q < kQuantities; ++q) own.signal[q] = cut(joint.signal[q], begin, end);
+    own.separate_rate = joint.separate_rate;
+    out.joints.push_back(std::move(own));
+  }
+  for (const auto& [name, values] : r.other) out.other[name] = cut(values, begin, end);
+  return out;
+}
 
 size_t find_averaging(double numbers, double rate) {
   const double wanted = std::ceil(numbers / kMostNumbers), most = std::max(1.0, std::floor(rate / kLeastRate));

@@ -21,6 +21,9 @@ size_t find_averaging(double numbers, double rate);
 // Groups of `count` samples as their means; groups end at gaps.
 void average_rows(size_t count, Table* table);
 
+// Rows from `begin` to before `end`; its name says the seconds.
+Recording cut_recording(const Recording& recording, size_t begin, size_t end);
+
 // The recording cut to about `seconds`: those 10 s pieces in which the joints move most, each against its own fastest.
 // Neighbours stay together. The whole one when it is not longer.
 std::vector<Recording> cut_to_stretches(const Recording& recording, double seconds);

@@ -25,7 +25,7 @@ bool moves_bodies(const Effect& effect) {
 EffortRows::EffortRows(const Experiment& e, const TorqueData& data, const Hypothesis& links) {
   Bodies bodies{&e, &data, {}};
   const Plant plant = make_plant(e, links);
-  for (const TorqueRecording& r : data.recordings) bodies.tau.push_back(calc_bodies(plant, r));
+  for (const TorqueRecording& r : data.recordings) bodies.tau.push_back(calc_bodies(data, plant, r));
   bodies_ = std::make_shared<const Bodies>(std::move(bodies));
 }
 
@@ -37,7 +37,7 @@ CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vect
   // [N m] of one joint of one recording.
   const auto calc_left = [bodies = bodies_](const Plant& plant, bool moved, size_t recording, int j) {
     const TorqueRecording& r = bodies->data->recordings[recording];
-    const Eigen::VectorXd tau = (moved ? calc_bodies(plant, r) : bodies->tau[recording]).col(j);
+    const Eigen::VectorXd tau = (moved ? calc_bodies(*bodies->data, plant, r) : bodies->tau[recording]).col(j);
     return calc_torque_left(*bodies->data, r, plant.laws[static_cast<size_t>(j)], tau, j);
   };
   const auto is_moved = [](const Hypothesis& h) { return std::any_of(h.begin(), h.end(), moves_bodies); };

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
+#include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -65,7 +65,7 @@ std::vector<double> find_still(const Problem& problem, bool with_gears) {
 
 void add_recording(const Problem& problem, int r, const std::vector<double>& still, std::vector<Normal>* normals) {
   const Experiment& e = *problem.experiment;
-  const Plant plant = make_plant(e, {});
+  const Plant plant = make_plant(e, {}, e.recordings[static_cast<size_t>(r)].spec);
   const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(r)];
   Data data(*plant.model);
   State state = make_state(*plant.model);
@@ -77,7 +77,8 @@ void add_recording(const Problem& problem, int r, const std::vector<double>& sti
       state.q(j) = joint.q[k], state.qd(j) = joint.qd[k], acceleration(j) = joint.qdd[k];
     }
     update_kinematics(*plant.model, state, &data);
-    calc_inverse_dynamics(*plant.model, acceleration, nullptr, &data, &effort);
+    const LinkWrenches wrenches = calc_wrenches(plant.forces, *plant.model, data);
+    calc_inverse_dynamics(*plant.model, acceleration, &wrenches, &data, &effort);
     for (int j = 0; j < e.num_joints(); ++j) {
       const size_t i = static_cast<size_t>(j);
       const double given = find_effort(plant.laws[i], smooth.effort[i], recording.joints[i], smooth.joints[i], k);

@@ -128,10 +128,12 @@ class Fitter {
   const Rows& rows_;
 };
 
+// Without those in which somebody hung something on the robot or pulled at it: the others have zeros and gravity as well.
 std::vector<size_t> list_training(const TorqueData& data) {
   std::vector<size_t> train;
   for (size_t r = 0; r < data.recordings.size(); ++r) {
-    if (data.recordings[r].train) train.push_back(r);
+    const RecordingSpec& spec = data.experiment->recordings[data.recordings[r].index].spec;
+    if (data.recordings[r].train && spec.loads.empty() && spec.pushes.empty()) train.push_back(r);
   }
   return train;
 }
@@ -168,8 +170,7 @@ Fitter fit(const TorqueData& data, const Plant& plant, const Rows& rows) {
 // How far the zero differs between recordings, of their mean.
 double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found, long joint) {
   double sum = 0.0, squares = 0.0, n = 0.0;
-  for (size_t r = 0; r < data.recordings.size(); ++r) {
-    if (!data.recordings[r].train) continue;
+  for (size_t r : list_training(data)) {
     const Rows rows = take_rows(data, {r});
     if (rows.tell_nothing()) continue;
     Fitter own(plant, rows);

@@ -212,6 +212,12 @@ void read_motion(const Experiment& e, const TorqueData& motion, const TorqueReco
   }
 }
 
+// A point mass that hung on a link is felt by every sensor before it.
+void add_load(const Experiment& e, const LoadSpec& load, const LinkReadings& predict, long row, Eigen::MatrixXd* predicted) {
+  const int link = e.robot.tree.find_link(load.link);
+  if (link > 0) predicted->row(row) += load.mass * predict.calc_load_columns({link, load.p_LC}).col(0).transpose();
+}
+
 }  // namespace
 
 LinkData make_link_data(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors,
@@ -221,6 +227,7 @@ LinkData make_link_data(const Experiment& e, const TorqueData& motion, const Lin
   for (const TorqueRecording& in : motion.recordings) {
     if (std::find(motion.frozen.begin(), motion.frozen.end(), in.index) != motion.frozen.end()) continue;
     const Recording& r = e.recordings[in.index];
+    if (!r.spec.pushes.empty()) continue;  // forces at places other than a link's centre are not predicted here
     LinkRecording out;
     out.index = in.index, out.train = in.train, out.step = in.step, out.stride = in.stride, out.trim = in.trim;
     read_motion(e, motion, in, sensors, known, &out);
@@ -236,6 +243,7 @@ LinkData make_link_data(const Experiment& e, const TorqueData& motion, const Lin
     for (long k = 0; k < rows; ++k) {
       predict->move(out.q.row(k), out.v.row(k), out.a.row(k));
       out.predicted.row(k) = predict->calc();
+      for (const LoadSpec& load : r.spec.loads) add_load(e, load, *predict, k, &out.predicted);
     }
     data.recordings.push_back(std::move(out));
   }

@@ -314,7 +314,7 @@ class Maker {
     }
     if (still_.empty()) still_.resize(e_.recordings.size());
     if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
-    out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(plant_, out.q, out.v, out.a);
+    out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(add_by_hand(plant_, in.spec), out.q, out.v, out.a);
     if (!data_.feet.empty()) add_foot_loads(in, &out);
     data_.recordings.push_back(std::move(out));
   }

@@ -29,7 +29,9 @@ Eigen::MatrixXd take_offsets(const Plant& plant, Eigen::MatrixXd q) {
 
 }  // namespace
 
-Eigen::MatrixXd calc_bodies(const Plant& plant, const TorqueRecording& r) { return calc_efforts(plant, take_offsets(plant, r.q), r.v, r.a); }
+Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const TorqueRecording& r) {
+  return calc_efforts(add_by_hand(plant, data.experiment->recordings[r.index].spec), take_offsets(plant, r.q), r.v, r.a);
+}
 
 std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const JointLaws& laws,
                                      const Eigen::VectorXd& tau, int j) {
@@ -50,7 +52,7 @@ std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& p
   std::vector<double> square(n, 0.0), count(n, 0.0);
   for (const TorqueRecording& r : data.recordings) {
     if (r.train == held) continue;
-    const Eigen::MatrixXd tau = calc_bodies(plant, r);
+    const Eigen::MatrixXd tau = calc_bodies(data, plant, r);
     for (size_t i = 0; i < n; ++i) {
       const int j = static_cast<int>(i);
       if (!data.is_judged(j)) continue;

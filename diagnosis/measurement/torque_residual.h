@@ -13,7 +13,7 @@ std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecordi
                                      const Eigen::VectorXd& tau, int joint);
 
 // Torques of the bodies along a recording's motion, full grid x joint.
-Eigen::MatrixXd calc_bodies(const Plant& plant, const TorqueRecording& recording);
+Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const TorqueRecording& recording);
 
 // Root mean square by joint [N m or N] of that; samples in use of held-out recordings (`held`) or of
 // training. NaN: none.

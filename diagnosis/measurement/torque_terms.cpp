@@ -5,12 +5,13 @@
 #include <array>
 #include <cmath>
 
-#include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
 #include "common/multibody/regressor.h"
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -44,17 +45,19 @@ double find_travel(const TorqueData& data, int joint) {
 // Fills the rows of all joints for one moment.
 class WholeRows {
  public:
-  WholeRows(const TorqueData& data, const std::vector<Term>& terms)
+  WholeRows(const TorqueData& data, const TorqueRecording& recording, const std::vector<Term>& terms)
       : data_(data),
         terms_(terms),
         tree_(data.experiment->robot.tree),
-        model_(tree_, data.experiment->scenario.gravity_W),
+        loaded_(load(tree_, data.experiment->recordings[recording.index].spec)),
+        pulls_(list_pulls(data.experiment->recordings[recording.index].spec, tree_)),
+        model_(loaded_, data.experiment->scenario.gravity_W),
         kinematics_(model_),
         state_(make_state(model_)),
         regressor_(model_),
-        turned_{turn(data, 0, 1.0), turn(data, 0, -1.0), turn(data, 1, 1.0), turn(data, 1, -1.0)},
-        weightless_(tree_, Vector3d::Zero()),
-        mine_(make_inertial_parameters(model_)),
+        turned_{turn(0, 1.0), turn(0, -1.0), turn(1, 1.0), turn(1, -1.0)},
+        weightless_(loaded_, Vector3d::Zero()),
+        mine_(make_inertial_parameters(Model(tree_))),
         tau_(model_.num_joints()) {}
 
   // `rows`: joint x all columns.
@@ -83,6 +86,11 @@ class WholeRows {
   }
 
  private:
+  static TreeSpec load(TreeSpec tree, const RecordingSpec& recording) {
+    add_loads(recording, &tree);
+    return tree;
+  }
+
   static void fill_late(const TorqueRecording& r, long full_row, double delay, long column, Eigen::MatrixXd* rows) {
     for (long j = 0; j < rows->rows(); ++j) (*rows)(j, column) = calc_late(r, j, full_row, delay);
   }
@@ -131,7 +139,8 @@ class WholeRows {
     const auto calc_at = [&](double angle) -> Eigen::VectorXd {
       state_.q[term.place] = angle;
       update_kinematics(model_, state_, &kinematics_);
-      calc_inverse_dynamics(model_, r.a.row(row), nullptr, &kinematics_, &tau_);
+      const LinkWrenches wrenches = calc_wrenches(pulls_, model_, kinematics_);
+      calc_inverse_dynamics(model_, r.a.row(row), &wrenches, &kinematics_, &tau_);
       if (data_.feet.empty()) return tau_;
       return tau_ - calc_load_torques(model_, kinematics_, data_.feet, r.foot_wrench.row(row));
     };
@@ -140,9 +149,9 @@ class WholeRows {
   }
 
   // A base that is turned by kAngleStep about x (roll) or y (pitch), or by as much the other way.
-  static Model turn(const TorqueData& data, int axis, double sign) {
-    const Vector3d gravity_B = Eigen::AngleAxisd(-sign * kAngleStep, Vector3d::Unit(axis)) * data.experiment->scenario.gravity_W;
-    return Model(data.experiment->robot.tree, gravity_B);
+  Model turn(int axis, double sign) const {
+    const Vector3d gravity_B = Eigen::AngleAxisd(-sign * kAngleStep, Vector3d::Unit(axis)) * data_.experiment->scenario.gravity_W;
+    return Model(loaded_, gravity_B);
   }
 
   void fill_tilt(const Eigen::VectorXd& a, long column, Eigen::MatrixXd* rows) {
@@ -161,6 +170,8 @@ class WholeRows {
   const TorqueData& data_;
   const std::vector<Term>& terms_;
   const TreeSpec& tree_;
+  const TreeSpec loaded_;                  // with what hung on it in this recording
+  const std::vector<SteadyForce> pulls_;
   const Model model_;
   Data kinematics_;
   State state_;
@@ -254,7 +265,7 @@ std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const To
   for (const Term& term : terms) width += term.columns;
   const long n = r.q.cols();
   std::vector<Eigen::MatrixXd> out(static_cast<size_t>(n), Eigen::MatrixXd(r.kept(), width));
-  WholeRows maker(data, terms);
+  WholeRows maker(data, r, terms);
   Eigen::MatrixXd rows(n, width);
   for (long k = 0; k < r.kept(); ++k) {
     maker.fill(r, r.full_row(k), &rows);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/model/nominal.h"
 
+#include "common/effects/link_law.h"
 #include "servers/dynamics/joint_effects.h"
-#include "servers/dynamics/link_effects.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -38,6 +38,22 @@ NominalRobot make_nominal(const Experiment& e) {
     robot.laws.push_back(make_laws(e.scenario, joint));
   }
   return robot;
+}
+
+void add_loads(const RecordingSpec& recording, TreeSpec* tree) {
+  for (const LoadSpec& load : recording.loads) {
+    const int link = tree->find_link(load.link);
+    if (link > 0) add_payload(load.mass, load.p_LC, 0.0, &tree->links[static_cast<size_t>(link)].inertia);
+  }
+}
+
+std::vector<SteadyForce> list_pulls(const RecordingSpec& recording, const TreeSpec& tree) {
+  std::vector<SteadyForce> pulls;
+  for (const HandPush& push : recording.pushes) {
+    const int link = tree.find_link(push.link);
+    if (push.known && link > 0) pulls.push_back({link, push.p_LQ, push.force_W});
+  }
+  return pulls;
 }
 
 }  // namespace hrp::diagnosis

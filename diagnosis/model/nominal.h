@@ -8,6 +8,7 @@
 #include "common/effects/joint_law.h"
 #include "common/multibody/tree_spec.h"
 #include "diagnosis/data/recording.h"
+#include "servers/dynamics/link_effects.h"
 
 namespace hrp::diagnosis {
 
@@ -19,5 +20,9 @@ struct NominalRobot {
 
 // Effects of places that the robot does not have are refused when the experiment is read.
 NominalRobot make_nominal(const Experiment& experiment);
+
+// What hung on the robot in one recording, and what pulled at it. A tree that does not have the link carries nothing.
+void add_loads(const RecordingSpec& recording, TreeSpec* tree);
+std::vector<SteadyForce> list_pulls(const RecordingSpec& recording, const TreeSpec& tree);
 
 }  // namespace hrp::diagnosis

@@ -18,27 +18,51 @@ bool is_local(const Hypothesis& hypothesis) {
   return std::all_of(hypothesis.begin(), hypothesis.end(), [](const Effect& e) { return is_local(e); });
 }
 
-// Whitened residuals of one recording along its path.
-bool calc_along(Problem problem, const Hypothesis& hypothesis, int recording, Residuals* residuals) {
-  problem.view = {true, is_local(hypothesis) ? &problem.nominal_paths : nullptr, -1};
-  return calc_residuals(problem, hypothesis, recording, residuals);
-}
-
 struct Slopes {
   Residuals at;
   std::vector<Residuals> columns;  // d prediction / d parameter, over the noise
 };
 
-bool calc_slopes(const Problem& problem, const Hypothesis& hypothesis, int recording, Slopes* slopes) {
-  if (!calc_along(problem, hypothesis, recording, &slopes->at)) return false;
-  for (const Move& move : list_moves(hypothesis)) {
-    Residuals moved;
-    if (!calc_along(problem, move.hypothesis, recording, &moved)) return false;
-    for (size_t k = 0; k < moved.size(); ++k) moved[k] = (slopes->at[k] - moved[k]) / move.delta;
-    slopes->columns.push_back(std::move(moved));
+// Whitened residuals along the paths under one hypothesis, and their slopes over its parameters.
+class Along {
+ public:
+  Along(const Problem& problem, const Hypothesis& hypothesis) : problem_(problem), hypothesis_(hypothesis) {
+    problem_.jobs = 1;
+    paths_ = is_local(hypothesis) ? problem_.nominal_paths : make_paths(problem_, hypothesis);
   }
-  return true;
-}
+
+  bool calc_slopes(int recording, Slopes* slopes) {
+    problem_.view = {true, &paths_, -1};
+    if (!calc_residuals(problem_, hypothesis_, recording, &slopes->at)) return false;
+    for (const Move& move : list_moves(hypothesis_)) {
+      Residuals moved;
+      if (!calc_moved(move, recording, slopes->at, &moved)) return false;
+      for (size_t k = 0; k < moved.size(); ++k) moved[k] = (slopes->at[k] - moved[k]) / move.delta;
+      slopes->columns.push_back(std::move(moved));
+    }
+    return true;
+  }
+
+ private:
+  // A law in a joint without give changes that joint's readings only; of robots with friction everywhere that is nearly all.
+  bool calc_moved(const Move& move, int recording, const Residuals& at, Residuals* moved) {
+    const int joint = find_joint(move.hypothesis[move.effect]);
+    const bool alone = joint >= 0 && std::none_of(hypothesis_.begin(), hypothesis_.end(),
+                                                  [&](const Effect& e) { return find_joint(e) == joint && moves_link(e); });
+    problem_.view = {true, alone ? &paths_ : nullptr, alone ? joint : -1};
+    if (!alone) return calc_residuals(problem_, move.hypothesis, recording, moved);
+    Residuals own;
+    if (!calc_residuals(problem_, move.hypothesis, recording, &own)) return false;
+    *moved = at;
+    const size_t width = problem_.weights.size(), first = static_cast<size_t>(joint) * kQuantities;
+    for (size_t k = 0; k < own.size(); ++k) (*moved)[k / kQuantities * width + first + k % kQuantities] = own[k];
+    return true;
+  }
+
+  Problem problem_;
+  const Hypothesis& hypothesis_;
+  Paths paths_;
+};
 
 double dot(const Residuals& a, const Residuals& b) {
   double sum = 0.0;
@@ -69,9 +93,11 @@ double count_judged(const Problem& problem, int recording) {
 Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, double discrepancy) {
   const long p = static_cast<long>(list_moves(hypothesis).size());
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p, p);
+  if (p == 0) return total;
+  Along along(problem, hypothesis);
   for (int r : recordings) {
     Slopes slopes;
-    if (p == 0 || !calc_slopes(problem, hypothesis, r, &slopes)) continue;
+    if (!along.calc_slopes(r, &slopes)) continue;
     const double samples = static_cast<double>(problem.experiment->recordings[static_cast<size_t>(r)].size());
     total += make_fisher(slopes) * calc_information_factor(discrepancy, samples, kIndependent);
   }
@@ -80,12 +106,12 @@ Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis
 
 void compare(const Problem& problem, const Explanations& explanations, double rate, Candidate* candidate) {
   Slopes best;
-  if (!calc_slopes(problem, explanations.list[0].hypothesis, 0, &best)) return;
+  if (!Along(problem, explanations.list[0].hypothesis).calc_slopes(0, &best)) return;
   const double count = count_judged(problem, 0);
   candidate->comparisons.assign(explanations.list.size(), {});
   for (size_t i = 0; i < explanations.list.size(); ++i) {
     Slopes rival;
-    if (i > 0 && !calc_slopes(problem, explanations.list[i].hypothesis, 0, &rival)) return;
+    if (i > 0 && !Along(problem, explanations.list[i].hypothesis).calc_slopes(0, &rival)) return;
     const Slopes& slopes = i == 0 ? best : rival;
     Residuals difference(best.at.size());
     for (size_t k = 0; k < difference.size(); ++k) difference[k] = slopes.at[k] - best.at[k];

@@ -15,7 +15,7 @@ constexpr double kUnsure = 0.5;  // of a value, or a natural size: wider interva
 
 }  // namespace
 
-std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher) {
+std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher, const Hypothesis& looked_at) {
   const auto parameters = flatten<EffectParameter>(
       hypothesis, [](const Effect& e) -> const std::vector<EffectParameter>& { return list_infos(e.id); },
       [](size_t, const EffectParameter& info) { return !info.scanned; });
@@ -28,6 +28,8 @@ std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::Mat
   const Eigen::VectorXd std = calc_expected_std(fisher, largest);
   std::vector<Hypothesis> ends;
   for (size_t i = 0; i < parameters.size(); ++i) {
+    const Effect& own = hypothesis[parameters[i].effect];
+    if (contains(looked_at, own.id, own.place)) continue;
     for (double side : {-kQuantile, kQuantile}) {
       Hypothesis end = hypothesis;
       double& value = end[parameters[i].effect].p[parameters[i].index];

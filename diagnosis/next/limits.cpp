@@ -96,7 +96,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
 }
 
 [[noreturn]] void refuse(const std::string& what) {
-  fail(what, "expected speed, effort, reach, lower, upper or ground = a number, such as speed=0.5, elbow.speed=0.3, or a YAML file");
+  fail(what, "expected speed, effort, reach, lower, upper, ground or load = a number, such as speed=0.5, elbow.speed=0.3, or a YAML file");
 }
 
 void tighten(const std::string& what, const std::string& key, double value, JointLimits* joint) {
@@ -120,6 +120,10 @@ void apply(const Experiment& e, const std::string& what, const std::string& join
            Limits* limits) {
   if (key == "ground" && joint.empty()) {
     limits->ground = std::max(limits->ground, value);
+    return;
+  }
+  if (key == "load" && joint.empty() && value >= 0.0) {
+    limits->load = std::min(limits->load, value);
     return;
   }
   const int index = joint.empty() ? -1 : e.robot.tree.find_joint(joint);

@@ -2,6 +2,7 @@
 // What a proposed motion must keep to, by joint.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,11 @@ struct JointLimits {
 struct Limits {
   std::vector<JointLimits> joints;
   double ground = 0.0;               // [m] least height of links above the ground, where there is one
+  double load = std::numeric_limits<double>::infinity();  // [kg] that somebody may hang on the robot
   std::vector<std::string> remarks;  // what was not known and what was taken instead
 };
 
-// `stated`: "speed=0.5", "effort=20", "reach=0.6" (of all joints), "elbow.speed=0.3", "elbow.lower=-1"; or the name of a
+// `stated`: "speed=0.5", "effort=20", "reach=0.6" (of all joints), "elbow.speed=0.3", "elbow.lower=-1", "load=1"; or the name of a
 // YAML file with the same words: speed: 0.5, joints: {elbow: {speed: 0.3}}. They tighten what the robot's description
 // allows and never widen it. Throws InputError for what cannot be read.
 Limits make_limits(const Experiment& experiment, const std::vector<std::string>& stated);

@@ -28,6 +28,7 @@ struct MotionPlan {
   double size = 1.0;         // of the range that limits leave
   double seconds = 10.0;
   double period = 0.004;     // [s] between samples
+  std::vector<LoadSpec> loads;  // that somebody hangs on the robot before it
 };
 
 // Within positions and speeds of `limits`, as commands.

@@ -121,14 +121,29 @@ std::string make_stop(const json& motion) {
   return text.empty() ? "" : "<p class='small'>Stop the robot when a joint is further from its command than [rad or m]: " + text + ". No explanation goes that far. A recording that ends there is still of use.</p>";
 }
 
+// Step by step what a person does at the robot before and after the motion; empty where nothing hangs on it.
+std::string make_steps(const json& motion) {
+  std::string hang;
+  for (const json& load : html::get_list(motion, "loads")) hang += "<li>" + escape(html::get_text(load, "sentence")) + "</li>";
+  if (hang.empty()) return "";
+  return "<ol><li>Bring the robot to the motion's first posture, and let its drives hold it.</li>" + hang +
+         "<li>Weigh the load to 1 % and measure its place to 5 mm. Fix it firmly, for example with a strap: it must not swing or slip. Another weight, "
+         "or another place on the same link, will do if it is lighter; then change the line below.</li>"
+         "<li>The load's own size was not looked at: see that it clears the robot and its surroundings on the whole way.</li>"
+         "<li>Step back out of reach, one hand on the emergency stop. Play the motion and record it.</li>"
+         "<li>Support the load, then take it off, before the drives are switched off.</li></ol>";
+}
+
 std::string make_motion(const json& motion, const json& explanations, size_t number) {
   std::string joints;
   for (const json& joint : html::get_list(motion, "joints")) joints += (joints.empty() ? "" : ", ") + escape(joint.get<std::string>());
+  const std::string steps = make_steps(motion);
   const bool held = html::get_text(motion, "role") == "validate";
-  return "<h2>" + std::to_string(number) + ". " + escape(html::get_text(motion, "sentence")) + "</h2><p>Play <code>" + escape(html::get_text(motion, "file")) +
-         "</code> (" + format_number(html::get_number(motion, "seconds", 0.0), 3) + " s) and record it. Moving: " + joints + ". " +
-         (held ? "Give this recording the role <code>validate</code>: nothing is fitted to it, it judges." : "Give this recording the role <code>train</code>.") + "</p>" +
-         make_stop(motion) + make_overlay(html::get_object(motion, "overlay"), explanations) + make_expected(motion) + make_intervals(motion);
+  return "<h2>" + std::to_string(number) + ". " + (steps.empty() ? "" : "With a load. ") + escape(html::get_text(motion, "sentence")) + "</h2><p>Play <code>" +
+         escape(html::get_text(motion, "file")) + "</code> (" + format_number(html::get_number(motion, "seconds", 0.0), 3) + " s) and record it. Moving: " + joints + ".</p>" +
+         steps + "<p>Add the recording to the experiment" + (held ? "; it is held out: nothing is fitted to it, it judges" : "") + ":</p><pre>" +
+         escape(html::get_text(motion, "line")) + "</pre>" + make_stop(motion) + make_overlay(html::get_object(motion, "overlay"), explanations) +
+         make_expected(motion) + make_intervals(motion);
 }
 
 std::string make_list(const json& next, const char* key, const char* title) {

@@ -7,6 +7,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/next/candidate.h"
 #include "diagnosis/next/ends.h"
+#include "diagnosis/next/hung_loads.h"
 #include "diagnosis/next/safety.h"
 #include "diagnosis/next/stance.h"
 #include "diagnosis/search/starts.h"
@@ -22,6 +23,7 @@ constexpr double kLeastSize = 0.2;
 constexpr double kWide = 100.0;         // natural sizes of a parameter: what is known of it before any recording
 constexpr double kLeastSpread = 1e-3;   // of a value: what two writers of a law agree to
 constexpr double kSameFamily = 0.9;     // worth of a second motion of the same family: it may miss the same
+constexpr double kByHand = 0.9;         // worth of a motion for which somebody has to hang a load on the robot
 constexpr double kSettled = 0.02;       // of a value: half an interval that asks for no more
 constexpr double kValues = 0.5;         // worth of halved intervals beside that of a certain decision
 constexpr double kQuantile = 1.96;
@@ -110,7 +112,21 @@ class Proposer {
         plans.push_back(plan);
       }
     }
+    add_loaded(&plans);
     return plans;
+  }
+
+  // Weight shows where joints are slow or stand.
+  void add_loaded(std::vector<MotionPlan>* plans) const {
+    const std::vector<MotionPlan> bare = *plans;
+    for (const LoadSpec& load : list_hung_loads(e_.robot.tree, limits_.load)) {
+      for (MotionPlan plan : bare) {
+        const bool slow = plan.family == Family::kPostures || plan.family == Family::kCreep || plan.family == Family::kTwoSpeeds;
+        if (!slow || plan.seed > kSeeds) continue;
+        plan.loads = {load};
+        plans->push_back(plan);
+      }
+    }
   }
 
   bool is_safe(const TrialMotion& motion, Safety* safety) const {
@@ -123,7 +139,7 @@ class Proposer {
     candidate->plan = plan;
     for (MotionPlan& p = candidate->plan; p.size >= kLeastSize; p.size *= kSmaller) {
       candidate->commands = make_motion(p, limits_);
-      const auto motion = make_trial_motion(bare_, e_.recordings[0], candidate->commands, explanations_.list[0].hypothesis);
+      const auto motion = make_trial_motion(bare_, e_.recordings[0], candidate->commands, explanations_.list[0].hypothesis, p.loads);
       if (!motion || !is_safe(*motion, safety)) continue;
       prepare_paths(&motion->problem);
       const double rate = kPeriod / std::max(1e-4, e_.sample_time);
@@ -203,7 +219,7 @@ class Proposer {
 
   // Under the nominal model, every explanation, and every explanation with a value at an end of its interval.
   std::string find_fault(const Candidate& c, std::vector<double>* leave) {
-    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis);
+    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
     if (!motion) return "the simulated robot leaves all bounds";
     leave->assign(limits_.joints.size(), 0.0);
     std::string fault = safety_.find_fault(*motion, {}, leave);
@@ -212,7 +228,7 @@ class Proposer {
       const Explanation& one = explanations_.list[i];
       fault = safety_.find_fault(*motion, one.hypothesis, leave);
       if (!fault.empty()) return fault + " if it is " + one.label;
-      for (const Hypothesis& end : list_ends(one.hypothesis, known_[i])) {
+      for (const Hypothesis& end : list_ends(one.hypothesis, known_[i], i == 0 ? Hypothesis{} : explanations_.list[0].hypothesis)) {
         fault = safety_.find_fault(*motion, end, leave);
         if (!fault.empty()) return fault + " if it is " + one.label + " with a value at the end of its interval";
       }
@@ -230,6 +246,7 @@ class Proposer {
       for (size_t i = 0; i < candidates_.size(); ++i) {
         if (used[i] || !candidates_[i].ok) continue;
         double worth = calc_worth(candidates_[i], gained);
+        if (!candidates_[i].plan.loads.empty()) worth *= kByHand;
         for (const Proposal& p : next_.proposals) worth *= p.plan.family == candidates_[i].plan.family ? kSameFamily : 1.0;
         if (worth > most) most = worth, best = static_cast<int>(i);
       }
@@ -239,7 +256,7 @@ class Proposer {
       std::vector<double> leave;
       const std::string fault = find_fault(chosen, &leave);
       if (!fault.empty()) {
-        next_.rejected.push_back(std::string(get_family_word(chosen.plan.family)) + ": " + fault);
+        next_.rejected.push_back(std::string(get_family_word(chosen.plan.family)) + (chosen.plan.loads.empty() ? "" : " with a load") + ": " + fault);
         continue;
       }
       gained += chosen.comparisons[0].fisher;
@@ -268,7 +285,7 @@ class Proposer {
   // The signal in which explanations differ most.
   Overlay make_overlay(const Candidate& c) const {
     Overlay overlay;
-    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis);
+    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
     std::vector<std::vector<double>> readings(explanations_.list.size());
     for (size_t i = 0; i < readings.size(); ++i) simulate_trial(*motion, explanations_.list[i].hypothesis, &readings[i]);
     const size_t width = problem_.weights.size(), first = motion->problem.smooth[0].judged, rows = c.commands.time.size();

@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kStep = 0.001;  // [s] of integration: what is compared is far above its error
 
-Recording make_recording(const Recording& like, const Commands& commands) {
+Recording make_recording(const Recording& like, const Commands& commands, const std::vector<LoadSpec>& loads) {
   Recording r;
-  r.spec = like.spec, r.spec.name = "next", r.spec.train = true;
+  r.spec.name = "next", r.spec.loads = loads;
   r.time = commands.time;
   r.joints.resize(like.joints.size());
   for (size_t j = 0; j < r.joints.size(); ++j) {
@@ -33,7 +33,7 @@ void fill_readings(const Recording& like, const std::vector<double>& readings, s
 }  // namespace
 
 bool simulate_trial(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* readings) {
-  const Plant plant = make_plant(motion.experiment, hypothesis);
+  const Plant plant = make_plant(motion.experiment, hypothesis, motion.experiment.recordings[0].spec);
   RolloutOptions options;
   options.max_step = kStep;
   options.free_running = true;  // nothing holds a real robot to what it should do
@@ -41,10 +41,10 @@ bool simulate_trial(const TrialMotion& motion, const Hypothesis& hypothesis, std
 }
 
 std::unique_ptr<TrialMotion> make_trial_motion(const Experiment& bare, const Recording& like, const Commands& commands,
-                                               const Hypothesis& truth) {
+                                               const Hypothesis& truth, const std::vector<LoadSpec>& loads) {
   auto motion = std::make_unique<TrialMotion>();
   motion->experiment = bare;
-  motion->experiment.recordings = {make_recording(like, commands)};
+  motion->experiment.recordings = {make_recording(like, commands, loads)};
   motion->problem = make_problem(motion->experiment, 1);
   std::vector<double> readings;
   if (!simulate_trial(*motion, truth, &readings)) return nullptr;

@@ -15,9 +15,10 @@ struct TrialMotion {
   Problem problem;
 };
 
-// `bare`: the experiment without its recordings. `like`: a recording of it, whose columns the new one has.
+// `bare`: the experiment without its recordings. `like`: a recording of it, whose columns the new one has. `loads` hang on
+// the robot.
 std::unique_ptr<TrialMotion> make_trial_motion(const Experiment& bare, const Recording& like, const Commands& commands,
-                                               const Hypothesis& truth);
+                                               const Hypothesis& truth, const std::vector<LoadSpec>& loads = {});
 
 // Readings [sample][joint][quantity] of the whole robot under an explanation; false: the motion left all bounds.
 bool simulate_trial(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* readings);

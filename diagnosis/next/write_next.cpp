@@ -5,6 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "diagnosis/next/hung_loads.h"
 #include "diagnosis/next/page.h"
 #include "diagnosis/next/propose.h"
 
@@ -39,6 +40,25 @@ Json make_stop(const Proposal& p, const std::vector<std::string>& joints) {
   return stop;
 }
 
+Json make_loads(const std::vector<LoadSpec>& loads) {
+  Json list = Json::array();
+  for (const LoadSpec& load : loads)
+    list.push_back({{"link", load.link}, {"mass", load.mass}, {"com", {load.p_LC.x(), load.p_LC.y(), load.p_LC.z()}}, {"sentence", describe(load)}});
+  return list;
+}
+
+std::string get_role(const Proposal& p) { return p.file.rfind("train", 0) == 0 ? "train" : "validate"; }
+
+// The line that states the recording in the experiment.
+std::string make_line(const Proposal& p) {
+  std::string loads;
+  for (const LoadSpec& load : p.plan.loads) {
+    loads += std::string(loads.empty() ? "" : ", ") + "{link: " + load.link + ", mass: " + number(load.mass, 3) + ", com: [" + number(load.p_LC.x(), 4) + ", " +
+             number(load.p_LC.y(), 4) + ", " + number(load.p_LC.z(), 4) + "]}";
+  }
+  return "- {file: round_1_" + p.file + ", role: " + get_role(p) + (loads.empty() ? "" : ", loads: [" + loads + "]") + "}";
+}
+
 Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
   Json expected = Json::array(), intervals = Json::array();
   for (const Expected& one : p.expected)
@@ -47,7 +67,9 @@ Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
     intervals.push_back({{"effect", one.label}, {"parameter", one.parameter}, {"unit", one.unit}, {"value", round_to(one.value, 6)},
                          {"half_width", round_to(one.before, 4)}, {"expected_half_width", round_to(one.after, 4)}});
   return {{"file", p.file},
-          {"role", p.file.rfind("train", 0) == 0 ? "train" : "validate"},
+          {"role", get_role(p)},
+          {"loads", make_loads(p.plan.loads)},
+          {"line", make_line(p)},
           {"family", get_family_word(p.plan.family)},
           {"sentence", get_family_sentence(p.plan.family)},
           {"seconds", round_to(p.plan.seconds, 4)},
@@ -96,8 +118,9 @@ std::string propose_next(const Experiment& experiment, const std::string& folder
   for (const Proposal& p : next.proposals) {
     double decided = 0.0;
     for (const Expected& one : p.expected) decided += one.probability / static_cast<double>(p.expected.size());
-    text += "  " + p.file + ": " + get_family_sentence(p.plan.family) +
-            (p.expected.empty() ? "" : " Expected to rule out " + number(std::round(100.0 * decided), 3) + " % of " + number(static_cast<double>(p.expected.size())) + " other explanations.") + "\n";
+    text += "  " + p.file + ": ";
+    for (const LoadSpec& load : p.plan.loads) text += describe(load) + " ";
+    text += get_family_sentence(p.plan.family) + std::string(p.expected.empty() ? "" : " Expected to rule out " + number(std::round(100.0 * decided), 3) + " % of " + number(static_cast<double>(p.expected.size())) + " other explanations.") + "\n";
   }
   return text;
 }

@@ -245,11 +245,11 @@ std::string make_steps(const Experiment& e, const Recording& recording) {
          ", duration: " + number(period * std::floor(recording.duration() / period), kExact) + "}\ninterpolation: hermite\n";
 }
 
-// A recording that nothing was fitted to, where there is one; none that a hand moved, as long as there is another.
+// A recording that nothing was fitted to, where there is one; none that a hand moved or loaded, as long as there is another.
 const Recording& find_replayed(const Experiment& e) {
   for (bool held : {true, false}) {
     for (const Recording& r : e.recordings) {
-      if (r.spec.unknown_force.empty() && (!held || !r.spec.train)) return r;
+      if (r.spec.unknown_force.empty() && r.spec.loads.empty() && r.spec.pushes.empty() && (!held || !r.spec.train)) return r;
     }
   }
   return e.recordings.front();

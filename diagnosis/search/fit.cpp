@@ -238,7 +238,7 @@ std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<cha
     const double value = hypothesis[parameter.effect].p[parameter.index];
     double delta = find_difference(hypothesis[parameter.effect].id, *parameter.info, value);
     if (value + delta > parameter.info->high) delta = -delta;
-    Move move{hypothesis, delta};
+    Move move{hypothesis, delta, parameter.effect};
     move.hypothesis[parameter.effect].p[parameter.index] += delta;
     moves.push_back(std::move(move));
   }

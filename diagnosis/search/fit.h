@@ -31,6 +31,7 @@ struct FitOptions {
 struct Move {
   Hypothesis hypothesis;
   double delta;
+  size_t effect = 0;  // whose parameter it is
 };
 std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<char>& frozen = {});
 

@@ -28,6 +28,7 @@ class Builder {
     const Recording& recording = e_.recordings[static_cast<size_t>(r)];
     const SmoothRecording& smooth = problem_.smooth[static_cast<size_t>(r)];
     Grid g;
+    g.recording = r;
     int half = 3;
     for (const SmoothJoint& joint : smooth.joints) half = std::max(half, joint.half_window);
     for (size_t k = static_cast<size_t>(half) / 2; k + static_cast<size_t>(half) / 2 < recording.size();
@@ -37,7 +38,7 @@ class Builder {
     for (Eigen::MatrixXd* m : {&g.q, &g.qd, &g.qdd, &g.u, &g.c, &g.cd, &g.u1, &g.u2, &g.servo}) m->setZero(rows, n_);
     for (int j = 0; j < n_; ++j) fill_joint(recording, smooth, j, &g);
     if (paths_) take_path((*paths_)[static_cast<size_t>(r)], &g);
-    g.tau = g.bare = calc_efforts(plant_, g.q, g.qd, g.qdd);
+    g.tau = g.bare = calc_efforts(add_by_hand(plant_, recording.spec), g.q, g.qd, g.qdd);
     for (long k = 0; k < rows; ++k) {
       for (int j = 0; j < n_; ++j) g.tau(k, j) += calc_law_effort(j, g, k);
     }

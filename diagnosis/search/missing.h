@@ -9,6 +9,7 @@ namespace hrp::diagnosis {
 
 // One recording, thinned to about independent samples.
 struct Grid {
+  int recording = 0;
   std::vector<size_t> samples;
   Eigen::MatrixXd q, qd, qdd, u, c, cd;  // by kept sample, joint; u logged effort, c command
   Eigen::MatrixXd u1, u2;                // derivatives of u

@@ -92,19 +92,17 @@ RobotPath make_path(const Problem& problem, const Plant& plant, int recording) {
 
 void prepare_paths(Problem* problem) {
   const size_t count = problem->experiment->recordings.size();
-  const Plant plant = make_plant(*problem->experiment, {});
   problem->nominal_paths.assign(count, {});
-  Paths paths(count);
-  parallel_for(problem->jobs, static_cast<int>(count),
-               [&](int r) { paths[static_cast<size_t>(r)] = make_path(*problem, plant, r); });
-  problem->nominal_paths = std::move(paths);
+  problem->nominal_paths = make_paths(*problem, {});
 }
 
 Paths make_paths(const Problem& problem, const Hypothesis& hypothesis) {
   const Plant plant = make_plant(*problem.experiment, hypothesis);
   Paths paths(problem.smooth.size());
-  parallel_for(problem.jobs, static_cast<int>(paths.size()),
-               [&](int r) { paths[static_cast<size_t>(r)] = make_path(problem, plant, r); });
+  parallel_for(problem.jobs, static_cast<int>(paths.size()), [&](int r) {
+    const size_t i = static_cast<size_t>(r);
+    paths[i] = make_path(problem, add_by_hand(plant, problem.experiment->recordings[i].spec), r);
+  });
   return paths;
 }
 
@@ -147,7 +145,7 @@ bool calc_residuals(const Problem& problem, const Hypothesis& hypothesis, int re
   const size_t r = static_cast<size_t>(recording);
   const Recording& data = problem.experiment->recordings[r];
   const SmoothRecording& smooth = problem.smooth[r];
-  const Plant plant = make_plant(*problem.experiment, hypothesis);
+  const Plant plant = make_plant(*problem.experiment, hypothesis, data.spec);
   std::vector<double> readings;
   const bool ok = problem.view.along ? predict_along(problem, plant, recording, &readings)
                                      : simulate_recording(plant, data, smooth, options, &readings, start);

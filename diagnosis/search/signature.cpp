@@ -79,7 +79,8 @@ class Builder {
       Eigen::MatrixXd q = g.q, qd = g.qd, qdd = g.qdd;
       const double eps = 1e-4 / std::max(1e-12, d.cwiseAbs().maxCoeff());
       q.col(j) -= eps * d, qd.col(j) -= eps * d1, qdd.col(j) -= eps * d2;
-      efforts.push_back((calc_efforts(plant_, q, qd, qdd) - g.bare) / eps);
+      const Plant held = add_by_hand(plant_, e_.recordings[static_cast<size_t>(g.recording)].spec);
+      efforts.push_back((calc_efforts(held, q, qd, qdd) - g.bare) / eps);
     }
     return add_column(efforts);
   }

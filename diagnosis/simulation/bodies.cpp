@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/simulation/bodies.h"
 
-#include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
 #include "common/multibody/mass_matrix.h"
 #include "diagnosis/data/command_reader.h"
@@ -16,20 +15,12 @@ class Dynamics {
       : plant_(plant),
         data_(*plant.model),
         state_(make_state(*plant.model)),
-        zero_(Eigen::VectorXd::Zero(plant.model->num_joints())) {
-    if (!plant.force_W.empty()) wrenches_.resize(static_cast<size_t>(plant.model->num_links()));
-  }
+        zero_(Eigen::VectorXd::Zero(plant.model->num_joints())) {}
 
   void move(const double* q, const double* qd) {
     for (long j = 0; j < zero_.size(); ++j) state_.q[j] = q[j], state_.qd[j] = qd[j];
     update_kinematics(*plant_.model, state_, &data_);
-    for (size_t link = 0; link < wrenches_.size(); ++link) {
-      const Vector3d& force = plant_.force_W[link];
-      wrenches_[link].setZero();
-      if (force.isZero()) continue;
-      const Transform X_WL = get_pose(data_, static_cast<int>(link));
-      wrenches_[link] << Vector3d((X_WL.R * plant_.tree.links[link].inertia.p_LLcm_L).cross(force)), force;
-    }
+    wrenches_ = calc_wrenches(plant_.forces, *plant_.model, data_);
   }
 
   void calc_effort(const Eigen::VectorXd& qdd, Eigen::VectorXd* tau) {
@@ -157,6 +148,18 @@ void fill_slopes(Dynamics* dynamics, RobotPath* path) {
 }
 
 }  // namespace
+
+LinkWrenches calc_wrenches(const std::vector<SteadyForce>& forces, const Model& model, const Data& data) {
+  LinkWrenches wrenches;
+  if (forces.empty()) return wrenches;
+  wrenches.resize(static_cast<size_t>(model.num_links()), Vector6d::Zero());
+  for (const SteadyForce& force : forces) {
+    Vector6d& wrench = wrenches[static_cast<size_t>(force.link)];
+    wrench.head<3>() += (get_pose(data, force.link).R * force.p_LQ).cross(force.force_W);
+    wrench.tail<3>() += force.force_W;
+  }
+  return wrenches;
+}
 
 Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const Eigen::MatrixXd& qd,
                              const Eigen::MatrixXd& qdd) {

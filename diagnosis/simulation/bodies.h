@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/multibody/inverse_dynamics.h"
 #include "diagnosis/simulation/plant.h"
 #include "diagnosis/data/smooth.h"
 
@@ -15,6 +16,9 @@ namespace hrp::diagnosis {
 // Efforts [sample][joint] that a motion of the plant's bodies takes, forces at its links included, laws of joints not.
 Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const Eigen::MatrixXd& qd,
                              const Eigen::MatrixXd& qdd);
+
+// The wrenches of steady forces on the links; needs update_kinematics. Empty where there are none.
+LinkWrenches calc_wrenches(const std::vector<SteadyForce>& forces, const Model& model, const Data& data);
 
 class Bodies {
  public:

@@ -11,7 +11,8 @@ namespace hrp::diagnosis {
 namespace {
 
 // The pieces of a plant at an effect's place.
-EffectTarget find_target(const Effect& effect, Plant* plant, Vector3d* gravity_W) {
+// `force_W`: by link, at its centre of mass.
+EffectTarget find_target(const Effect& effect, Plant* plant, std::vector<Vector3d>* force_W, Vector3d* gravity_W) {
   EffectTarget target;
   const auto place = static_cast<size_t>(effect.place);
   target.timing = &plant->timing;
@@ -22,8 +23,7 @@ EffectTarget find_target(const Effect& effect, Plant* plant, Vector3d* gravity_W
       break;
     case PlaceKind::kLink:
       target.link = {&plant->tree.links[place].inertia};
-      plant->force_W.resize(plant->tree.links.size(), Vector3d::Zero());
-      target.force_W = &plant->force_W[place];
+      target.force_W = &(*force_W)[place];
       break;
     case PlaceKind::kSensor:
       target.sensor = &plant->faults[place];
@@ -34,10 +34,10 @@ EffectTarget find_target(const Effect& effect, Plant* plant, Vector3d* gravity_W
   return target;
 }
 
-void apply(const Effect& effect, Plant* plant, Vector3d* gravity_W) {
+void apply(const Effect& effect, Plant* plant, std::vector<Vector3d>* force_W, Vector3d* gravity_W) {
   std::vector<double> values = effect.p;
   values.resize(get_effect(effect.id).parameters.size(), std::nan(""));
-  get_effect(effect.id).apply(values.data(), find_target(effect, plant, gravity_W));
+  get_effect(effect.id).apply(values.data(), find_target(effect, plant, force_W, gravity_W));
 }
 
 }  // namespace
@@ -92,22 +92,36 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   NominalRobot nominal = make_nominal(e);
   plant.tree = std::move(nominal.tree);
   plant.laws = std::move(nominal.laws);
-  plant.force_W = std::move(nominal.force_W);
+  std::vector<Vector3d> force_W = std::move(nominal.force_W);
+  force_W.resize(plant.tree.links.size(), Vector3d::Zero());
   const auto n = plant.laws.size();
   plant.faults.resize(n * kQuantities);
   plant.effort_driven = e.scenario.drive == "effort";
   Vector3d gravity_W = e.scenario.gravity_W;
-  for (const Effect& effect : hypothesis) apply(effect, &plant, &gravity_W);
+  for (const Effect& effect : hypothesis) apply(effect, &plant, &force_W, &gravity_W);
   for (size_t j = 0; j < n; ++j) {
     const JointLaws& laws = plant.laws[j];
     plant.rotor.push_back(laws.elastic ? 0.0 : std::max(0.0, laws.motor_inertia));
     if (laws.elastic) plant.tree.joint(static_cast<int>(j)).rotor_inertia = 0.0;  // of the motor side, as a whole
   }
-  if (std::all_of(plant.force_W.begin(), plant.force_W.end(), [](const Vector3d& f) { return f.isZero(); })) {
-    plant.force_W.clear();
+  for (size_t link = 0; link < force_W.size(); ++link) {
+    if (!force_W[link].isZero()) plant.forces.push_back({static_cast<int>(link), plant.tree.links[link].inertia.p_LLcm_L, force_W[link]});
   }
   plant.model = std::make_shared<const Model>(plant.tree, gravity_W);
   return plant;
+}
+
+Plant add_by_hand(const Plant& plant, const RecordingSpec& recording) {
+  Plant held = plant;
+  for (const SteadyForce& pull : list_pulls(recording, held.tree)) held.forces.push_back(pull);
+  if (recording.loads.empty()) return held;
+  add_loads(recording, &held.tree);
+  held.model = std::make_shared<const Model>(held.tree, plant.model->gravity_W());
+  return held;
+}
+
+Plant make_plant(const Experiment& e, const Hypothesis& hypothesis, const RecordingSpec& recording) {
+  return add_by_hand(make_plant(e, hypothesis), recording);
 }
 
 }  // namespace hrp::diagnosis

@@ -11,6 +11,7 @@
 #include "common/multibody/model.h"
 #include "diagnosis/data/recording.h"
 #include "common/effects/joint_law.h"
+#include "servers/dynamics/link_effects.h"
 
 namespace hrp::diagnosis {
 
@@ -49,12 +50,17 @@ struct Plant {
   std::shared_ptr<const Model> model;
   std::vector<JointLaws> laws;          // by joint
   std::vector<double> rotor;            // [kg m^2] reflected inertia added by effects to links without elasticity
-  std::vector<Vector3d> force_W;        // [N] by link at its centre of mass, empty: none
+  std::vector<SteadyForce> forces;
   std::vector<SensorErrors> faults;     // by joint * 3 + quantity, on the first axis
   LoopTiming timing;
   bool effort_driven = false;
 };
 
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis);
+
+// The same with what hung on it and what pulled at it in one recording. Whatever else a plant has stays as it is: effects are
+// of the robot, not of what somebody hangs on it.
+Plant add_by_hand(const Plant& plant, const RecordingSpec& recording);
+Plant make_plant(const Experiment& e, const Hypothesis& hypothesis, const RecordingSpec& recording);
 
 }  // namespace hrp::diagnosis

@@ -71,7 +71,7 @@ bool simulate(const Plant& plant, const Recording& recording, const SmoothRecord
   RolloutOptions options;
   options.free_running = true;
   readings->assign(recording.size() * recording.joints.size() * kQuantities, 0.0);
-  return simulate_recording(plant, recording, cut(smooth, w), options, readings);
+  return simulate_recording(add_by_hand(plant, recording.spec), recording, cut(smooth, w), options, readings);
 }
 
 void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& smooth, const Window& w, Sums* sums) {

@@ -36,6 +36,15 @@ def shift(commands, shifted):
     return float(moved[-1][0])
 
 
+def hang(text, loads):
+    """The scenario with what somebody hangs on the robot, as effects beside its own."""
+    for load in loads:
+        line = f"- {{effect: payload, where: {{link: {load['link']}}}, parameters: {{mass: {load['mass']}, com: {load['com']}}}}}\n"
+        section = resimulate.get_section(text, "effects")
+        text = text.replace(section, section.rstrip("\n") + "\n" + line, 1) if section else text.rstrip("\n") + "\neffects:\n" + line
+    return text
+
+
 def make_scenario(text, folder, commands, end):
     """The scenario as it plays these commands; the drives are told between them what a cubic through them says."""
     for key in ("controller", "steps", "interpolation", "recordings", "logging", "initial"):
@@ -51,14 +60,14 @@ def drop_rest(table):
     return {name: [t - origin for t in column[first:]] if name == "time" else column[first:] for name, column in table.items()}
 
 
-def play(options, commands, recording, stop=None):
+def play(options, commands, recording, stop=None, loads=()):
     """Writes `recording`; False when the robot was stopped."""
     if options.against.suffix not in (".yaml", ".yml"):
         call(shlex.split(str(options.against)) + [commands, recording])
         return True
     scenario, shifted = recording.with_suffix(".yaml"), recording.with_suffix(".commands.csv")
     end = shift(commands, shifted)
-    scenario.write_text(make_scenario(options.against.read_text(), options.against.parent, shifted, end))
+    scenario.write_text(make_scenario(hang(options.against.read_text(), loads), options.against.parent, shifted, end))
     log = recording.with_suffix(".mcap")
     call([options.bin / "hrp-simulate", scenario, "--in-process", "--log", log, "--force", "--no-plot", "--quiet"], quiet=True)
     table = drop_rest(resimulate.read_table(options.bin, log, recording.parent)[0])
@@ -95,19 +104,21 @@ def read_names(experiment):
     return None
 
 
-def add_recording(experiment, name, role):
+def add_recording(experiment, name, line):
     text = experiment.read_text()
     section = resimulate.get_section(text, "recordings").rstrip("\n")
     if not section:
         sys.exit(f"next_rounds.py: {experiment} lists no recordings")
     indent = re.search(r"\n( *)-", section)
-    line = f"{indent[1] if indent else '  '}- {{file: {name}, role: {role}}}"
-    experiment.write_text(text.replace(section, section + "\n" + line, 1))
+    line = re.sub(r"file: [^,]+", f"file: {name}", line)
+    experiment.write_text(text.replace(section, section + "\n" + (indent[1] if indent else "  ") + line, 1))
 
 
 def diagnose(options, experiment, out, propose):
     words = [options.bin / "hrp-diagnose", experiment, "--out", out] + options.options
-    call(words + (["--next"] if propose else []))
+    # A program has nobody to hang a load on the robot.
+    alone = ["--limit", "load=0"] if options.against.suffix not in (".yaml", ".yml") else []
+    call(words + (["--next"] + alone if propose else []))
     return json.loads((out / "next/next.json").read_text()) if propose else {}
 
 
@@ -120,8 +131,8 @@ def run_round(options, experiment, number):
         return False
     for motion in proposal["motions"]:
         name = f"round_{number}_" + motion["file"]
-        whole = play(options, out / "next" / motion["file"], experiment.parent / name, motion.get("stop"))
-        add_recording(experiment, name, motion["role"])
+        whole = play(options, out / "next" / motion["file"], experiment.parent / name, motion.get("stop"), motion["loads"])
+        add_recording(experiment, name, motion["line"])
         print(f"Round {number}: played {motion['file']} ({motion['sentence']}), added as {name}"
               + ("" if whole else "; a joint left its command: stopped"), flush=True)
     return True

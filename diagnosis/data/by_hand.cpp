@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/by_hand.h"
+
+#include <algorithm>
+
+#include "common/base/diagnostics.h"
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/data/stretches.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kHand = 0.3;       // [s] in which a hand comes, or goes: nobody notes that moment any better
+constexpr double kShortest = 1.5;   // [s] of a piece: less is ends without a middle
+
+[[noreturn]] void refuse(const Experiment& e, const RecordingSpec& spec, const std::string& what, const std::string& text) {
+  Diagnostic d;
+  d.file = e.path, d.line = spec.line, d.field = spec.name + "." + what, d.message = text;
+  throw InputError(d);
+}
+
+// The moving link, and a place in its frame.
+void resolve(const Experiment& e, const RecordingSpec& spec, const char* what, std::string* link, Vector3d* p) {
+  const TreeSpec& tree = e.robot.tree;
+  const int frame = tree.find_frame(*link);
+  if (frame < 0 && tree.find_link(*link) < 0) refuse(e, spec, what, "the robot has no link '" + *link + "'");
+  if (frame < 0) return;
+  const FrameSpec& f = tree.frames[static_cast<size_t>(frame)];
+  *p = f.X_LF * *p;
+  *link = tree.links[static_cast<size_t>(f.link)].name;
+}
+
+// Begin and end of a force [s], with the moments around them in which it is not known.
+struct Change {
+  double start, end;
+};
+
+std::vector<Change> list_unknown(const Experiment& e, const RecordingSpec& spec) {
+  std::vector<Change> list;
+  for (const HandPush& push : spec.pushes) {
+    if (!push.known || e.scenario.floating_base) {
+      list.push_back({push.start - kHand, push.end + kHand});
+      continue;
+    }
+    if (push.start > 0.0) list.push_back({push.start - kHand, push.start + kHand});
+    list.push_back({push.end - kHand, push.end + kHand});
+  }
+  return list;
+}
+
+bool is_in(const std::vector<Change>& list, double t) {
+  return std::any_of(list.begin(), list.end(), [&](const Change& c) { return t >= c.start && t <= c.end; });
+}
+
+std::vector<HandPush> list_acting(const std::vector<HandPush>& all, double t) {
+  std::vector<HandPush> acting;
+  for (const HandPush& push : all) {
+    if (push.known && t >= push.start && t <= push.end) acting.push_back(push);
+  }
+  return acting;
+}
+
+}  // namespace
+
+void resolve_by_hand(const Experiment& e, Recording* recording) {
+  RecordingSpec& spec = recording->spec;
+  if (!spec.loads.empty() && e.scenario.floating_base) refuse(e, spec, "loads", "a load by hand is predicted on a fixed base only; leave the recording out");
+  for (LoadSpec& load : spec.loads) resolve(e, spec, "loads", &load.link, &load.p_LC);
+  for (HandPush& push : spec.pushes) {
+    if (!push.link.empty()) resolve(e, spec, "pushes", &push.link, &push.p_LQ);
+  }
+}
+
+std::vector<Recording> cut_at_pushes(const Experiment& e, const Recording& r, std::vector<std::string>* warnings) {
+  const std::vector<Change> unknown = list_unknown(e, r.spec);
+  if (unknown.empty()) return {r};
+  std::vector<Recording> pieces;
+  double lost = 0.0;
+  for (size_t begin = 0; begin < r.size();) {
+    const bool out = is_in(unknown, r.time[begin] - r.time.front());
+    size_t end = begin + 1;
+    while (end < r.size() && is_in(unknown, r.time[end] - r.time.front()) == out) ++end;
+    const double seconds = r.time[end - 1] - r.time[begin];
+    if (out || seconds < kShortest) {
+      lost += seconds;
+    } else {
+      pieces.push_back(begin == 0 && end == r.size() ? r : cut_recording(r, begin, end));
+      pieces.back().spec.pushes = list_acting(r.spec.pushes, r.time[begin] - r.time.front());
+    }
+    begin = end;
+  }
+  if (lost > 0.0) warnings->push_back(r.spec.name + ": " + number(lost, 3) + " s with a force that is not known are left out");
+  return pieces;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/hung_loads.h"
+
+#include <algorithm>
+
+#include "diagnosis/data/rounding.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kMasses[] = {5.0, 2.0, 1.0, 0.5, 0.2, 0.1};  // [kg]
+constexpr double kShare = 0.25;      // of what moves: drives carry themselves and some
+constexpr size_t kMostPlaces = 2;    // every place costs simulations of every motion
+constexpr double kPlace = 1e-3;      // [m] to which a place is said: nobody measures better
+
+double calc_moving_mass(const TreeSpec& tree, int last) {
+  double mass = 0.0;
+  for (int link = last; link > 0; link = tree.links[static_cast<size_t>(link)].parent) mass += tree.links[static_cast<size_t>(link)].inertia.mass;
+  return mass;
+}
+
+bool is_last(const TreeSpec& tree, size_t link) {
+  return std::none_of(tree.links.begin(), tree.links.end(), [&](const LinkSpec& other) { return other.parent == static_cast<int>(link); });
+}
+
+}  // namespace
+
+std::vector<LoadSpec> list_hung_loads(const TreeSpec& tree, double most) {
+  std::vector<LoadSpec> loads;
+  for (size_t link = 1; link < tree.links.size() && loads.size() < kMostPlaces; ++link) {
+    if (!is_last(tree, link)) continue;
+    const double allowed = std::min(most, kShare * calc_moving_mass(tree, static_cast<int>(link)));
+    const auto mass = std::find_if(std::begin(kMasses), std::end(kMasses), [&](double m) { return m <= allowed; });
+    if (mass == std::end(kMasses)) continue;
+    const Vector3d p = tree.links[link].inertia.p_LLcm_L;
+    loads.push_back({tree.links[link].name, *mass, kPlace * (p / kPlace).array().round().matrix()});
+  }
+  return loads;
+}
+
+std::string describe(const LoadSpec& load) {
+  const Vector3d& p = load.p_LC;
+  return "Hang " + number(load.mass, 3) + " kg on " + load.link + ", its centre at (" + number(p.x(), 4) + ", " + number(p.y(), 4) + ", " +
+         number(p.z(), 4) + ") m in the link's frame.";
+}
+
+}  // namespace hrp::diagnosis
