@@ -9,7 +9,7 @@
 #   --cases N    how many (20)               --seed S     the same seed gives the same cases (the clock's second, printed)
 #   --jobs J     tools at a time (all cores) --out DIR    where to work (out/next-SEED); a stopped trial goes on there
 #   --family F   families of hrp-make-cases, a comma list (joint,link,pair,pair_same_joint); arm_dirty: friction and rotors
-#                in every joint
+#                in every joint; stand_joint,stand_link,stand_foot,stand_pair: on the feet
 #   --poor T     seconds of the first recordings (2)       --seconds T  of a proposed motion (6)
 #   --limit T    seconds after which a run counts as no answer (900)
 #   --stage X    table: only counts what there is; all (the default)

@@ -159,6 +159,13 @@ double find_noise(const Draft& draft, const std::string& column) {
 
 namespace {
 
+// What is there in one recording: loads last, whatever is wrong with the robot's own masses.
+std::vector<Hidden> list_in(const Draft& draft, std::size_t recording) {
+  std::vector<Hidden> all = list_all(draft);
+  const std::vector<Hidden>& loads = draft.recordings[recording].loads;
+  all.insert(all.end(), loads.begin(), loads.end());
+  return all;
+}
 
 // Largest rms difference of a column in noise deviations.
 double calc_strength(const Draft& draft, const std::vector<Column>& with, const std::vector<Column>& without) {
@@ -202,40 +209,9 @@ std::vector<double> calc_strengths(const Draft& draft) {
   return strengths;
 }
 
-using Names = std::vector<std::pair<std::string, std::string>>;
-
-// Inside the generator a biped's parts have one set of names; outside they have those of its maker.
-const std::vector<Names>& name_schemes() {
-  static const std::vector<Names> schemes{
-      {},
-      {{"left_", "l_"}, {"right_", "r_"}, {"_sole_link", "_foot"}, {"_foot_ft", "_ankle_ft"}, {"trunk", "torso"}},
-      {{"left_", "L_"},
-       {"right_", "R_"},
-       {"hip_yaw", "HIP_Y"},
-       {"hip_roll", "HIP_R"},
-       {"hip_pitch", "HIP_P"},
-       {"knee", "KNEE"},
-       {"ankle_pitch", "ANKLE_P"},
-       {"ankle_roll", "ANKLE_R"},
-       {"hips", "PELVIS"}},
-      {{"left_", "leg0-"}, {"right_", "leg1-"}, {"trunk_imu", "imu"}, {"waist", "torso_joint"}}};
-  return schemes;
-}
-
-void replace_all(std::string& text, const std::string& from, const std::string& to) {
-  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
-    text.replace(at, from.size(), to);
-  }
-}
-
-void rename(int scheme, Case& made) {
-  const auto& schemes = name_schemes();
-  std::string truth = made.truth.dump();
-  for (const auto& [from, to] : schemes[static_cast<std::size_t>(scheme) % schemes.size()]) {
-    for (auto& [file, contents] : made.files) replace_all(contents, from, to);
-    replace_all(truth, from, to);
-  }
-  made.truth = nlohmann::ordered_json::parse(truth);
+void rename(const RobotPlan& robot, Case& made) {
+  for (auto& [file, contents] : made.files) contents = find_outside_name(robot, contents);
+  made.truth = nlohmann::ordered_json::parse(find_outside_name(robot, made.truth.dump()));
 }
 
 // `usual`: with the recordings that were drawn, whatever was recorded in their place: how much each effect does there.
@@ -257,7 +233,7 @@ Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, 
   std::vector<std::vector<Column>> recorded;
   for (std::size_t i = 0; i < draft.recordings.size(); ++i) {
     recorded.push_back(
-        record(draft.robot, list_all(draft), recorder, draft.recordings[i], draft.commands[i], draft.times[i], random));
+        record(draft.robot, list_in(draft, i), recorder, draft.recordings[i], draft.commands[i], draft.times[i], random));
     out.files[draft.recordings[i].file] = make_csv(recorded.back());
   }
   out.files["robot.urdf"] = make_urdf(draft.robot);
@@ -283,7 +259,7 @@ Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, 
                  {"noise_stated", recorder.noise_stated},
                  {"start", draft.recordings[0].start}}}};
   if (is_dirty(request)) add_dirt(draft, usual, recorded, out.truth);
-  if (draft.robot.floating) rename(draft.robot.name_scheme, out);
+  if (draft.robot.floating) rename(draft.robot, out);
   return out;
 }
 
@@ -293,7 +269,7 @@ void stop_where_joints_leave(Draft* draft) {
     std::vector<double>& times = draft->times[i];
     if (draft->recordings[i].motion != "next") continue;
     try {
-      Reality(draft->robot, list_all(*draft)).run(draft->commands[i], times, draft->recordings[i].push);
+      Reality(draft->robot, list_in(*draft, i)).run(draft->commands[i], times, draft->recordings[i].push);
     } catch (const InsaneCase& insane) {
       if (insane.time < kShortest) throw;
       times.erase(std::lower_bound(times.begin(), times.end(), insane.time - kMonitor), times.end());

@@ -50,7 +50,7 @@ Commands read_commands(const RobotPlan& robot, const std::string& file) {
   Commands out;
   out.time = sheet.get("time", file);
   for (int j = 0; j < joint_count(robot); ++j) {
-    const std::string base = "/joint_commands/" + joint(robot, j).name;
+    const std::string base = "/joint_commands/" + find_outside_name(robot, joint(robot, j).name);
     out.position.push_back(sheet.get(base + "/position", file));
     out.velocity.push_back(sheet.get(base + "/velocity", file));
   }
@@ -75,6 +75,20 @@ void add(Draft* draft, RecordingPlan plan, Commands commands) {
   draft->recordings.push_back(std::move(plan));
 }
 
+// Loads that the proposal asks for, stated beside the commands in next.json.
+std::vector<Hidden> read_loads(const std::filesystem::path& file) {
+  std::vector<Hidden> loads;
+  std::ifstream in(file.parent_path() / "next.json");
+  if (!in) return loads;
+  const nlohmann::ordered_json next = nlohmann::ordered_json::parse(in);
+  for (const auto& motion : next["motions"]) {
+    if (motion["file"] != file.filename().string()) continue;
+    for (const auto& load : motion.value("loads", nlohmann::ordered_json::array()))
+      loads.push_back({"payload", "link", load["link"].get<std::string>(), {{"mass", load["mass"]}, {"com", load["com"]}}});
+  }
+  return loads;
+}
+
 RecordingPlan make_plan(const std::string& file, double duration) {
   const std::string name = std::filesystem::path(file).filename().string();
   RecordingPlan plan;
@@ -83,19 +97,30 @@ RecordingPlan make_plan(const std::string& file, double duration) {
   return plan;
 }
 
+// Joints that stand: one of an arm's; of a biped, whose legs have to move together, all that are not in its legs.
+std::vector<char> draw_still(const RobotPlan& robot, Prng& random) {
+  std::vector<char> still(static_cast<std::size_t>(joint_count(robot)), 0);
+  if (!robot.floating) still[static_cast<std::size_t>(random.below(joint_count(robot)))] = 1;
+  for (std::size_t j = 0; robot.floating && j < still.size(); ++j) {
+    const std::string& role = joint(robot, static_cast<int>(j)).role;
+    still[j] = role.find("hip") == std::string::npos && role.find("knee") == std::string::npos && role.find("ankle") == std::string::npos;
+  }
+  return still;
+}
+
 }  // namespace
 
 void impoverish(Draft* draft, double seconds, Prng random) {
-  const std::size_t still = static_cast<std::size_t>(random.below(joint_count(draft->robot)));
+  const std::vector<char> still = draw_still(draft->robot, random);
   draft->recordings.clear(), draft->commands.clear(), draft->times.clear();
   for (const char* name : {"train_1", "train_2", "validate_1"}) {
     RecordingPlan plan;
     plan.file = std::string(name) + ".csv", plan.role = name[0] == 't' ? "train" : "validate";
-    plan.motion = "slow", plan.duration = seconds;
+    plan.motion = draft->robot.floating ? "sway" : "slow", plan.duration = seconds;
     const std::vector<double> rows = draw_row_times(draft->recorder, 0, seconds, random);
     Commands commands = make_commands(draft->robot, plan.motion, rows, random);
     for (std::size_t j = 0; j < commands.position.size(); ++j) {
-      const double factor = j == still ? 0.0 : kSmall, start = joint(draft->robot, static_cast<int>(j)).start;
+      const double factor = still[j] ? 0.0 : kSmall, start = joint(draft->robot, static_cast<int>(j)).start;
       for (double& q : commands.position[j]) q = start + factor * (q - start);
       for (double& v : commands.velocity[j]) v *= factor;
     }
@@ -107,17 +132,19 @@ void play(Draft* draft, const std::vector<std::string>& files, Prng random) {
   for (const std::string& file : files) {
     const Commands commands = read_commands(draft->robot, file);
     const double duration = commands.time.back() - commands.time.front();
-    const RecordingPlan plan = make_plan(file, duration);
+    RecordingPlan plan = make_plan(file, duration);
+    plan.loads = read_loads(file);
     add(draft, plan, sample(commands, draw_row_times(draft->recorder, 0, duration, random)));
   }
 }
 
 void play_multisines(Draft* draft, const std::vector<std::string>& files, Prng random) {
-  for (const std::string& file : files) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::string& file = files[i];
     const std::vector<double> time = read_sheet(file).get("time", file);
     RecordingPlan plan = make_plan(file, time.back() - time.front());
     const std::vector<double> rows = draw_row_times(draft->recorder, 0, plan.duration, random);
-    add(draft, plan, make_commands(draft->robot, "multisine", rows, random));
+    add(draft, plan, make_commands(draft->robot, draft->robot.floating ? (i % 2 == 0 ? "squat" : "limbs") : "multisine", rows, random));
   }
 }
 

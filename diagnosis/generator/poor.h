@@ -9,14 +9,15 @@
 
 namespace hrp::cases {
 
-// Replaces the draft's recordings by three of `seconds`: slow, small, and with one joint that stands still.
+// Replaces the draft's recordings by three of `seconds`: slow, small, and with one joint that stands still
+// (of bipeds: sways, with the upper body still).
 void impoverish(Draft* draft, double seconds, Prng random);
 
 // Adds one recording for every file: a table of commands with the columns of a recording. Files whose name begins with
 // `validate` are held out.
 void play(Draft* draft, const std::vector<std::string>& files, Prng random);
 
-// As many recordings of as many seconds, but of the usual multisines.
+// As many recordings of as many seconds, but of the usual multisines; of bipeds squats with sways, and arms that move.
 void play_multisines(Draft* draft, const std::vector<std::string>& files, Prng random);
 
 }  // namespace hrp::cases

@@ -37,6 +37,7 @@ struct RecordingPlan {
   std::string file, role, motion;
   double start = 0, duration = 10;  // [s]; a start above 0 begins in mid-motion
   Vec3 push{};
+  std::vector<Hidden> loads{};  // that hang on the robot in this recording, as the experiment states
 };
 
 struct Column {

@@ -58,6 +58,13 @@ std::string make_sensors(const RobotPlan& robot, const RecorderPlan& plan) {
   return out + "  base_pose: " + (plan.with_base_pose ? "true" : "false") + "\n";
 }
 
+std::string make_loads(const RecordingPlan& recording) {
+  std::string out;
+  for (const Hidden& load : recording.loads)
+    out += std::string(out.empty() ? "" : ", ") + "{link: " + load.where + ", mass: " + text(load.get("mass")) + ", com: " + yaml(load.get3("com")) + "}";
+  return out.empty() ? "" : ", loads: [" + out + "]";
+}
+
 }  // namespace
 
 std::string make_urdf(const RobotPlan& robot) {
@@ -105,7 +112,7 @@ std::string make_experiment_yaml(const RobotPlan& robot, const RecorderPlan& pla
   for (int j = 0; j < joint_count(robot); ++j)
     out += "    " + joint(robot, j).name + ": " + text(joint(robot, j).start) + "\n";
   out += "recordings:\n";
-  for (const RecordingPlan& r : recordings) out += "  - {file: " + r.file + ", role: " + r.role + "}\n";
+  for (const RecordingPlan& r : recordings) out += "  - {file: " + r.file + ", role: " + r.role + make_loads(r) + "}\n";
   return out;
 }
 

@@ -73,6 +73,9 @@ int find_joint(const RobotPlan& robot, const std::string& name);  // -1: none
 int find_link(const RobotPlan& robot, const std::string& name);   // -1: none
 int find_role(const RobotPlan& robot, const std::string& role);   // joint; -1: none
 
+// A text with the names that the robot's parts have outside the generator.
+std::string find_outside_name(const RobotPlan& robot, std::string text);
+
 // An arm of 2 to 7 joints (serial, planar or SCARA-like) with random geometry, mass, names and gains.
 RobotPlan make_arm(Prng& random);
 

@@ -117,6 +117,7 @@ def summarise(root, cases):
                      "median_wide_ratio": statistics.median(wide) if wide else None, "wide_intervals": len(wide)}
     # The hidden robot falls or throws a joint off its command at once: no recording comes of it.
     out["not_played"] = [c["name"] for c in opened if not c["made"]["proposed"]]
+    out["loads"] = sum(bool(m.get("loads")) for c in opened for m in c["next"]["motions"])
     out["limits_passed"] = [name for c in opened for name in list_passed(root, c)]
     return out, opened
 
@@ -133,6 +134,7 @@ def print_table(out, opened):
     print(f"| wrong names | {out['first_wrong_names']} | {a['wrong_names']} | {b['wrong_names']} | not more |")
     print(f"| motions in which a limit was passed | | {len(out['limits_passed'])} | not looked at | 0 |")
     print(f"| falls, and motions that could not be played | | {len(out['not_played'])} | {sum(not c['made']['multisines'] for c in opened)} | 0 |\n")
+    print(f"{out['loads']} of {sum(len(c['next']['motions']) for c in opened)} proposed motions ask for a load by hand\n")
     for c in opened:
         words = [judge(c["truth"], c[k]) for k in ("first",) + KINDS]
         print(c["name"], "+".join(h["effect"] for h in c["truth"]["hidden"]) + ":", " | ".join(words))
