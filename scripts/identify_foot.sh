@@ -9,7 +9,8 @@
 #       one, to see whether that is found.
 #       --motions rich | paper: our eighteen motions (default), or the fourteen of the paper: its five sways are fitted, the
 #       others validate.
-#       --improve N: first look for motions that tell more, N tries each.
+#       --improve N: adds motions that tell what is least known, from the machine of `diagnose.sh --next`; N of each
+#       family are tried.
 #   identify_foot.sh --coverage N [SCENARIO.yaml] [--out DIR]
 #       how often the 95 % intervals hold the truth: N seeds of the sensors' noise, in process; a table.
 #   identify_foot.sh EXPERIMENT.yaml --out DIR

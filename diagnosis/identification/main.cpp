@@ -8,6 +8,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
 #include "common/robot/experiment_keys.h"
+#include "diagnosis/identification/improve.h"
 #include "diagnosis/identification/motions.h"
 #include "diagnosis/identification/report.h"
 #include "diagnosis/identification/robot_log.h"
@@ -43,6 +44,19 @@ std::vector<ListedMotion> read_list(const std::string& folder) {
   return list;
 }
 
+constexpr double kLongest = 20.0;  // [s] of a proposed motion
+
+// More motions that identify, from the machine that proposes experiments.
+void add_proposed(const Scenario& base, const std::vector<MotionCheck>& known, int seeds, double seconds, const std::string& folder,
+                  std::ofstream* list) {
+  std::printf("least known stiffness or damping: deviation %.3g\n", find_largest_deviation(known));
+  for (const ProposedMotion& motion : propose_motions(base, known, seeds, seconds, folder)) {
+    std::printf("%-8s proposed: %s Centre of pressure stays %.0f mm inside the soles; the deviation falls to %.3g\n", motion.name.c_str(),
+                motion.meaning.c_str(), 1e3 * motion.check.margin, motion.largest);
+    *list << motion.name << " train\n";
+  }
+}
+
 // Scenarios of all motions into a folder, each looked at before it is used. One name a line into motions.txt; the robot
 // into robot.yaml.
 int make_scenarios(const std::string& base_path, const std::string& folder, Rubber rubber, int tries, double scale,
@@ -53,14 +67,11 @@ int make_scenarios(const std::string& base_path, const std::string& folder, Rubb
   write_hanging(base, folder);
   list << kHanging << "\n";
   int refused = 0;
-  for (MotionPlan plan : set == MotionSet::kPaper ? make_paper_plans(scale) : make_plans(scale)) {
+  std::vector<MotionCheck> known;  // of motions that identify
+  for (const MotionPlan& plan : set == MotionSet::kPaper ? make_paper_plans(scale) : make_plans(scale)) {
     MotionCheck check;
     try {
-      if (tries > 0)
-        plan = improve_plan(plan, base, folder, tries, &check);
-      else
-        check = check_motion(write_motion(plan, base, folder), plan.lifted);
-      if (tries > 0) write_motion(plan, base, folder);
+      check = check_motion(write_motion(plan, base, folder), plan.lifted);
     } catch (const std::runtime_error& error) {
       std::printf("%-8s refused: %s\n", plan.name.c_str(), error.what());
       ++refused;
@@ -75,11 +86,14 @@ int make_scenarios(const std::string& base_path, const std::string& folder, Rubb
       std::printf(", %s foot in the air for %.1f s", plan.lifted ? "left" : "right", check.in_the_air);
     std::printf("%s\n", check.as_planned ? "" : "; the feet do not stand as planned");
     std::fflush(stdout);
-    if (check.ok())
-      list << plan.name << (is_training(plan.name, set) ? " train\n" : "\n");
-    else
+    if (!check.ok()) {
       ++refused;
+      continue;
+    }
+    list << plan.name << (is_training(plan.name, set) ? " train\n" : "\n");
+    if (is_training(plan.name, set)) known.push_back(check);
   }
+  if (tries > 0) add_proposed(base, known, tries, kLongest * scale, folder, &list);
   return refused == 0 ? 0 : 1;
 }
 
@@ -144,7 +158,7 @@ int main(int argc, char** argv) {
   CLI::App* make = app.add_subcommand("make", "writes scenarios of all motions, checked for stability and excitation");
   make->add_option("scenario", scenario, "robot with its bush")->required();
   make->add_option("folder", folder, "where scenarios and motions go")->required();
-  make->add_option("--improve", tries, "look for better amplitudes and frequencies, this many tries a motion");
+  make->add_option("--improve", tries, "propose more motions on the feet that tell what is least known: this many of each family are tried");
   Rubber rubber = Rubber::kAsGiven;
   make->add_option("--rubber", rubber, "other rubber than the scenario's: hardening, hysteresis")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{

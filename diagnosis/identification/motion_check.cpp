@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Motions are looked at before they are used, and better ones looked for.
+// Motions are looked at before they are used.
 #include <algorithm>
-#include <random>
 
 #include "diagnosis/identification/bush_angles.h"
 #include "diagnosis/identification/motions.h"
-#include "diagnosis/next/information.h"
 
 namespace hrp::identification {
 
 namespace {
 
 constexpr double kLeastAir = 2.0;  // [s] on one foot, for the motion to be one of single support
-constexpr double kUnknown = 1e6;   // [N m/rad], [N m s/rad] and [N m]: nothing is known before the motion
-constexpr double kUsualRate = 5.0; // [rad/s] at which stiffness and damping matter alike
 
 Eigen::ArrayXd select(const Eigen::ArrayXd& values, const Mask& mask) {
   Eigen::ArrayXd chosen(mask.count());
@@ -32,8 +28,7 @@ void look_at_excitation(const MotionTrack& track, size_t f, MotionCheck* check) 
     const Eigen::MatrixXd scaled = X * X.colwise().norm().cwiseInverse().asDiagonal();
     const Eigen::VectorXd values = Eigen::JacobiSVD<Eigen::MatrixXd>(scaled).singularValues();
     check->condition = std::max(check->condition, values[0] / std::max(values[2], 1e-12));
-    const Eigen::VectorXd std = diagnosis::calc_expected_std(X.transpose() * X * track.period, Eigen::VectorXd::Constant(3, kUnknown));
-    for (int p = 0; p < 2; ++p) check->expected[f][a][p] = std[p];
+    check->fisher[f][a] = X.transpose() * X * track.period;
   }
 }
 
@@ -67,42 +62,6 @@ MotionCheck check_motion(const std::string& scenario_path, int lifted) {
     if (!is_lifted) look_at_excitation(track, f, &check);
   }
   return check;
-}
-
-MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std::string& folder, int tries,
-                        MotionCheck* check) {
-  MotionPlan best = plan;
-  *check = check_motion(write_motion(plan, base, folder), plan.lifted);
-  std::mt19937_64 random(11);
-  const auto draw = [&] { return draw_share(&random); };
-  // The least known stiffness or damping.
-  const auto rate = [](const MotionCheck& c) {
-    double most = 0.0;
-    for (int f = 0; f < 2; ++f) {
-      for (const auto& axis : c.expected[f]) most = std::max({most, axis[0], kUsualRate * axis[1]});
-    }
-    return c.ok() && most > 0.0 ? 1.0 / most : -1.0;
-  };
-  for (int k = 0; k < tries; ++k) {
-    MotionPlan other = best;
-    other.name = plan.name + "_try";
-    const double gain[2] = {0.7 + 0.8 * draw(), 0.7 + 0.8 * draw()},
-                 tempo[2] = {0.7 + 0.8 * draw(), 0.7 + 0.8 * draw()};
-    for (int a = 0; a < 2; ++a) {
-      for (auto& foot : other.foot) {
-        for (Wave& wave : foot[a]) {
-          wave.amplitude *= gain[a];
-          wave.frequency *= tempo[a];
-        }
-      }
-    }
-    const MotionCheck result = check_motion(write_motion(other, base, folder), plan.lifted);
-    if (rate(result) <= rate(*check)) continue;
-    best = other;
-    best.name = plan.name;
-    *check = result;
-  }
-  return best;
 }
 
 }  // namespace hrp::identification

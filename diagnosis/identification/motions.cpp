@@ -149,6 +149,29 @@ void put_hand(const MotionPlan& plan, YAML::Node* node) {
   (*node)["hands"]["person"] = hand;
 }
 
+YAML::Node make_played(const Motion& motion, const std::string& name, const std::string& meaning, const Scenario& base, const std::string& folder) {
+  const std::string csv = (std::filesystem::absolute(folder) / (name + "_motion.csv")).string();
+  std::ofstream file(csv);
+  file << "# " << name << ": " << meaning << ". [s], [rad]\ntime";
+  for (const std::string& joint : motion.joints) file << "," << joint;
+  char text[32];
+  for (Eigen::Index k = 0; k < motion.positions.cols(); ++k) {
+    std::snprintf(text, sizeof text, "\n%.3f", motion.times[static_cast<size_t>(k)]);
+    file << text;
+    for (double q : motion.positions.col(k)) {
+      std::snprintf(text, sizeof text, ",%.9f", q);
+      file << text;
+    }
+  }
+  file << "\n";
+  if (!file) throw std::runtime_error(csv + ": cannot be written");
+  YAML::Node node = load_base(base);
+  node.remove("initial");
+  put_start(motion, &node);
+  node["controller"]["motion"] = csv;
+  return node;
+}
+
 }  // namespace
 
 Motion make_motion(const MotionPlan& plan) {
@@ -179,31 +202,20 @@ Motion make_motion(const MotionPlan& plan) {
 }
 
 std::string write_motion(const MotionPlan& plan, const Scenario& base, const std::string& folder) {
-  const Motion motion = make_motion(plan);
-  const std::string csv = (std::filesystem::absolute(folder) / (plan.name + "_motion.csv")).string();
-  std::ofstream file(csv);
-  file << "# " << plan.name << ": " << plan.meaning << ". [s], [rad]\ntime";
-  for (const std::string& joint : motion.joints) file << "," << joint;
-  char text[32];
-  for (Eigen::Index k = 0; k < motion.positions.cols(); ++k) {
-    std::snprintf(text, sizeof text, "\n%.3f", motion.times[static_cast<size_t>(k)]);
-    file << text;
-    for (double q : motion.positions.col(k)) {
-      std::snprintf(text, sizeof text, ",%.9f", q);
-      file << text;
-    }
-  }
-  file << "\n";
-  if (!file) throw std::runtime_error(csv + ": cannot be written");
-  YAML::Node node = load_base(base);
-  node.remove("initial");
-  put_start(motion, &node);
+  YAML::Node node = make_played(make_motion(plan), plan.name, plan.meaning, base, folder);
   put_pushes(plan, &node);
   put_hand(plan, &node);
-  node["controller"]["motion"] = csv;
   node["steps"]["duration"] = plan.duration;
   node["seed"] = base.seed + plan.seed;
   return write_scenario(node, plan.name, folder);
+}
+
+std::string write_motion(const Motion& motion, const std::string& name, const std::string& meaning, unsigned long long seed,
+                         const Scenario& base, const std::string& folder) {
+  YAML::Node node = make_played(motion, name, meaning, base, folder);
+  node["steps"]["duration"] = motion.duration();
+  node["seed"] = base.seed + seed;
+  return write_scenario(node, name, folder);
 }
 
 std::string write_robot(const Scenario& base, Rubber rubber, const std::string& folder) {

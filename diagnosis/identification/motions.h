@@ -52,6 +52,9 @@ Motion make_motion(const MotionPlan& plan);
 // Writes PLAN.csv and PLAN.yaml (`base` with motion, pose, pushes or hand, duration) into a folder; returns the
 // scenario's path.
 std::string write_motion(const MotionPlan& plan, const Scenario& base, const std::string& folder);
+// The same for a motion that no plan made.
+std::string write_motion(const Motion& motion, const std::string& name, const std::string& meaning, unsigned long long seed,
+                         const Scenario& base, const std::string& folder);
 // `base` with other rubber, to see whether the identification finds it; returns the scenario's path.
 //   hardening:  stiffness about roll and pitch times 1 + (angle / kHardeningAngle)^2
 //   hysteresis: a Bouc-Wen element beside the spring, about roll and pitch (joint law `hysteresis`)
@@ -71,17 +74,12 @@ struct MotionCheck {
   double in_the_air = 0.0;           // [s] that the lifted foot carries nothing
   bool as_planned = false;           // feet that should stand always do; a foot that is lifted gets into the air
   double condition = 0.0;            // of the scaled regressor [q qd 1], worst foot and axis
-  // By foot, axis: expected standard deviation of stiffness [N m/rad] and damping [N m s/rad] from this motion alone,
-  // where the torque's noise is 1 N m in a band of 1 Hz. Fisher information, as of all proposed motions (next/information.h).
-  double expected[2][2][2] = {};
+  // By foot, axis: Fisher information of stiffness [N m/rad], damping [N m s/rad] and offset [N m], where the torque's noise
+  // is 1 N m in a band of 1 Hz. That of several motions adds (next/information.h).
+  Eigen::Matrix3d fisher[2][2] = {{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}, {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
   bool ok() const { return as_planned && margin > 0.005 && smallest_load > 30.0; }
 };
 // lifted: as in the plan.
 MotionCheck check_motion(const std::string& scenario_path, int lifted = -1);
-
-// Looks for amplitudes and frequencies of the feet's attitudes that tell more: the smallest condition number with the
-// margin kept, among `tries` random variations of the plan (fixed seed). Returns the better plan and its check.
-MotionPlan improve_plan(const MotionPlan& plan, const Scenario& base, const std::string& folder, int tries,
-                        MotionCheck* check);
 
 }  // namespace hrp::identification
