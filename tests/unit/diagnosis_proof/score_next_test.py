@@ -49,12 +49,12 @@ class ScoreNext(unittest.TestCase):
                 write(f"{kind}/answers/case-001/run.json", {"status": 0, "seconds": 1})
             write("first/answers/case-001/report.json", report(found("viscous_friction", 0.2)))
             write("first/answers/case-001/next/next.json",
-                  {"explanations": ["a", "b"], "motions": [{"file": "train_1.csv"}]})
+                  {"explanations": ["a", "b"], "motions": [{"file": "train_1.csv", "loads": [{"mass": 1}]}]})
             write("multisines/answers/case-001/report.json", report(found("coulomb_friction", 0.1)))
             write("multisines/cases/case-001/experiment.yaml", "")
             out, opened = score_next.summarise(root, [score_next.read_case(root, "case-001")])
             self.assertEqual(out["not_played"], ["case-001"])
-            self.assertEqual((out["proposed"]["right"], out["multisines"]["right"]), (0, 1))
+            self.assertEqual((out["proposed"]["right"], out["multisines"]["right"], out["loads"]), (0, 1, 1))
             self.assertEqual(score_next.judge(opened[0]["truth"], opened[0]["proposed"]), "no answer")
 
 

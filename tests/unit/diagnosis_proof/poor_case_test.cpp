@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// First recordings that tell little, and motions that were proposed for a case.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "diagnosis/generator/make_case.h"
+
+namespace hrp::cases {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Smallest and largest number of every column.
+std::map<std::string, std::pair<double, double>> find_ranges(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string line, cell;
+  std::getline(lines, line);
+  std::vector<std::string> names;
+  for (std::istringstream cells(line); std::getline(cells, cell, ',');) names.push_back(cell);
+  std::map<std::string, std::pair<double, double>> ranges;
+  for (const std::string& name : names) ranges[name] = {1e300, -1e300};
+  while (std::getline(lines, line)) {
+    std::istringstream cells(line);
+    for (const std::string& name : names) {
+      std::getline(cells, cell, ',');
+      if (cell.empty()) continue;
+      auto& [low, high] = ranges[name];
+      low = std::min(low, std::stod(cell)), high = std::max(high, std::stod(cell));
+    }
+  }
+  return ranges;
+}
+
+std::string make_lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+bool is_of_leg(const std::string& column) {
+  const std::string name = make_lower(column);
+  return name.find("hip") != std::string::npos || name.find("knee") != std::string::npos || name.find("ankle") != std::string::npos;
+}
+
+bool is_command(const std::string& column) { return column.rfind("/joint_commands/", 0) == 0 && column.find("/position") != std::string::npos; }
+
+CaseOptions make_options() {
+  CaseOptions options;
+  options.duration = 3, options.poor = 2;
+  return options;
+}
+
+TEST(PoorCase, ABipedsFirstRecordingsMoveItsLegsOnly) {
+  const Case made = make_case(parse_request("stand:foot_compliance"), 3, make_options());
+  double moved = 0;
+  for (const auto& [column, range] : find_ranges(made.files.at("train_1.csv"))) {
+    if (!is_command(column)) continue;
+    if (is_of_leg(column)) moved = std::max(moved, range.second - range.first);
+    else EXPECT_DOUBLE_EQ(range.first, range.second) << column;
+  }
+  EXPECT_GT(moved, 1e-3);
+}
+
+std::string write_next(const std::string& name, const std::string& csv, const std::string& json) {
+  const fs::path folder = fs::temp_directory_path() / ("hrp_poor_" + name);
+  fs::create_directories(folder);
+  std::ofstream(folder / "train_1.csv") << csv;
+  std::ofstream(folder / "next.json") << json;
+  return (folder / "train_1.csv").string();
+}
+
+// Outside the generator a biped's joints have the names of its maker.
+TEST(PoorCase, AProposedMotionIsPlayedByTheNamesOfTheCase) {
+  for (std::uint64_t seed = 1; seed < 20; ++seed) {
+    const Case first = make_case(parse_request("stand:foot_compliance"), seed, make_options());
+    if (first.files.at("train_1.csv").find("left_") != std::string::npos) continue;
+    CaseOptions options = make_options();
+    options.played = {write_next("names", first.files.at("train_1.csv"), "{\"motions\": []}")};
+    EXPECT_EQ(make_case(parse_request("stand:foot_compliance"), seed, options).files.count("next_train_1.csv"), 1u);
+    return;
+  }
+  FAIL() << "no biped with other names among 19";
+}
+
+TEST(PoorCase, ALoadThatIsAskedForHangsInItsRecordingAndIsStated) {
+  CaseOptions options = make_options();
+  const Case first = make_case(parse_request("arm:coulomb_friction"), 5, options);
+  const std::string urdf = first.files.at("robot.urdf"), key = "<link name=\"";
+  const size_t at = urdf.rfind(key) + key.size();
+  const std::string link = urdf.substr(at, urdf.find('"', at) - at);
+  const std::string motion = "{\"motions\": [{\"file\": \"train_1.csv\", \"loads\": [{\"link\": \"" + link + "\", \"mass\": 0.5, \"com\": [0, 0, 0.1]}]}]}";
+  options.noise_scale = 0;
+  options.played = {write_next("load", first.files.at("train_1.csv"), motion)};
+  const Case loaded = make_case(parse_request("arm:coulomb_friction"), 5, options);
+  options.played = {write_next("bare", first.files.at("train_1.csv"), "{\"motions\": []}")};
+  const Case bare = make_case(parse_request("arm:coulomb_friction"), 5, options);
+  EXPECT_NE(loaded.files.at("experiment.yaml").find("next_train_1.csv, role: train, loads: [{link: " + link + ", mass: 0.5"), std::string::npos);
+  EXPECT_EQ(bare.files.at("experiment.yaml").find("loads"), std::string::npos);
+  EXPECT_NE(loaded.files.at("next_train_1.csv"), bare.files.at("next_train_1.csv"));
+  EXPECT_EQ(loaded.files.at("train_1.csv"), bare.files.at("train_1.csv"));  // it hangs in no other recording
+}
+
+}  // namespace
+}  // namespace hrp::cases
