@@ -44,12 +44,12 @@ void remove_from(Json* list, const Json& finding) {
 }
 
 // What is certain of links and of encoders' zeros.
-std::vector<PlacedEffect> list_known(const Experiment& e, const Json& findings) {
-  std::vector<PlacedEffect> known;
+std::vector<Effect> list_known(const Experiment& e, const Json& findings) {
+  std::vector<Effect> known;
   for (const Json& f : findings) {
     const EffectInfo* info = find_effect(f["effect"].get<std::string>());
     if (!info || f.value("grade", "") != "certain") continue;
-    PlacedEffect effect{info->id, {}, {}};
+    Effect effect{info->id, {}, {}};
     if (f["where"].contains("link")) effect.place = at_link(e.robot.tree.find_link(f["where"]["link"]));
     else if (info->id == EffectId::kJointOffset) effect.place = at_joint(e.robot.tree.find_joint(f["where"]["joint"]));
     else continue;
@@ -312,7 +312,7 @@ void add_link_evidence(const Experiment& e, const LinkSensors& sensors, int jobs
   if (!sensors.any() && sensors.notes.empty()) return;
   progress("sensors behind the gears, along the recorded motion");
   const TorqueData motion = make_torque_data(e);
-  const std::vector<PlacedEffect> known = list_known(e, reports->report["findings"]);
+  const std::vector<Effect> known = list_known(e, reports->report["findings"]);
   const LinkVerdict links = judge_links(e, motion, sensors, known);
   const std::vector<GearVerdict> gears = judge_gears(e, motion, sensors, known);
   const bool torque = std::any_of(sensors.sensors.begin(), sensors.sensors.end(), [](const LinkSensor& s) { return s.kind == LinkSensorKind::kTorque; });

@@ -261,7 +261,7 @@ class Gear {
 }  // namespace
 
 std::vector<GearVerdict> judge_gears(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors,
-                                     const std::vector<PlacedEffect>& known) {
+                                     const std::vector<Effect>& known) {
   std::vector<GearVerdict> out;
   if (sensors.link_encoders.empty()) return out;
   LinkSensors torque;

@@ -25,6 +25,6 @@ struct GearVerdict {
 
 // Of every joint with a second encoder. `known`: effects of links that are certain.
 std::vector<GearVerdict> judge_gears(const Experiment& experiment, const TorqueData& motion, const LinkSensors& sensors,
-                                     const std::vector<PlacedEffect>& known);
+                                     const std::vector<Effect>& known);
 
 }  // namespace hrp::diagnosis

@@ -89,7 +89,7 @@ const char* get_motion(EffectId id) {
 
 class Judge {
  public:
-  Judge(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors, const std::vector<PlacedEffect>& known)
+  Judge(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors, const std::vector<Effect>& known)
       : e_(e), sensors_(sensors), readings_(std::make_shared<LinkReadings>(make_link_readings(e, sensors, known))),
         data_(make_link_data(e, motion, sensors, known, readings_.get())) {}
 
@@ -380,7 +380,7 @@ double sum_over(const std::vector<double>& square, const std::vector<double>& of
 }  // namespace
 
 LinkVerdict judge_links(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors,
-                        const std::vector<PlacedEffect>& known) {
+                        const std::vector<Effect>& known) {
   constexpr double kNotWorse = 1.02;
   Judge nominal(e, motion, sensors, {});
   if (known.empty() || sensors.sensors.empty()) return nominal.run();

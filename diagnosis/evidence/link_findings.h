@@ -29,6 +29,6 @@ struct LinkVerdict {
 // `known`: effects that encoders and efforts have told for certain. They stay where these sensors do not contradict:
 // what is found comes on top.
 LinkVerdict judge_links(const Experiment& experiment, const TorqueData& motion, const LinkSensors& sensors,
-                        const std::vector<PlacedEffect>& known);
+                        const std::vector<Effect>& known);
 
 }  // namespace hrp::diagnosis

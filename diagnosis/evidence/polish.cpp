@@ -26,12 +26,11 @@ constexpr double kMostWhole = 4e7;
 
 // Of a joint's drive, or of the readings of its drive.
 bool is_of_joint(const Effect& effect) {
-  return find_place_kind(effect.id) == PlaceKind::kJoint || find_place_kind(effect.id) == PlaceKind::kSensor;
+  return effect.place.kind == PlaceKind::kJoint || effect.place.kind == PlaceKind::kSensor;
 }
 
 bool is_at(const Effect& effect, int joint) {
-  if (find_place_kind(effect.id) == PlaceKind::kSensor) return effect.place / kQuantities == joint;
-  return is_of_joint(effect) && effect.place == joint;
+  return is_of_joint(effect) && effect.place.index == joint;
 }
 
 // One joint, all others as recorded: what its fits leave.
@@ -83,7 +82,7 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
       list.back()[i] = {EffectId::kStribeck, joint, {own[i].p[0], 1.2 * own[i].p[0], share * fastest, 0.0, own[i].p.back()}};
     }
   }
-  const auto has = [&](EffectId id) { return contains(own, id, joint); };
+  const auto has = [&](EffectId id) { return contains(own, id, at_joint(joint)); };
   const bool timed = has(EffectId::kLag) || has(EffectId::kDelay);
   if (!timed) list.push_back(with(own, {EffectId::kLag, joint, {kInstant}}));
   if (!timed) list.push_back(with(own, {EffectId::kDelay, joint, {kInstant}}));

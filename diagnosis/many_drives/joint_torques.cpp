@@ -52,7 +52,7 @@ class Gridder {
 
 class JointTorques : StandMotion {
  public:
-  JointTorques(const StandProblem& problem, const PlacedHypothesis& hypothesis)
+  JointTorques(const StandProblem& problem, const Hypothesis& hypothesis)
       : StandMotion(problem, hypothesis, 0, TeethOffsets(static_cast<size_t>(problem.tree.num_joints()))) {}
 
   // Sample x joint [N m].
@@ -68,12 +68,12 @@ class JointTorques : StandMotion {
   }
 };
 
-bool is_of_drive(const PlacedEffect& e) { return is_joint(e) && e.id != EffectId::kJointOffset; }
+bool is_of_drive(const Effect& e) { return is_joint(e) && e.id != EffectId::kJointOffset; }
 
 }  // namespace
 
-TorqueData make_joint_torques(const StandProblem& problem, const PlacedHypothesis& hypothesis) {
-  PlacedHypothesis h = hypothesis;
+TorqueData make_joint_torques(const StandProblem& problem, const Hypothesis& hypothesis) {
+  Hypothesis h = hypothesis;
   h.erase(std::remove_if(h.begin(), h.end(), is_of_drive), h.end());
   StandProblem one = problem;
   one.recordings.resize(1);

@@ -10,6 +10,6 @@ namespace hrp::diagnosis::standing {
 
 // Along the recorded motion, with what a hypothesis says of links, sensors and zeros of encoders. Effects of drives in
 // it say nothing here.
-TorqueData make_joint_torques(const StandProblem& problem, const PlacedHypothesis& hypothesis);
+TorqueData make_joint_torques(const StandProblem& problem, const Hypothesis& hypothesis);
 
 }  // namespace hrp::diagnosis::standing

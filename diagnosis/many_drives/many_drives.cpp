@@ -36,8 +36,8 @@ StandProblems make_without_drives(const StandProblems& p) {
 }
 
 // An effect of a drive in the coefficients of effects.h; id kNamed where standing robots have no such row.
-PlacedEffect place_drive(const Effect& e) {
-  PlacedEffect out{e.id, at_joint(e.place), e.p};
+Effect place_drive(const Effect& e) {
+  Effect out = e;
   switch (e.id) {
     case EffectId::kViscous: case EffectId::kRotorInertia: case EffectId::kTorqueConstant: case EffectId::kLag:
     case EffectId::kDelay: case EffectId::kLoadFriction:
@@ -53,7 +53,7 @@ PlacedEffect place_drive(const Effect& e) {
       out.p = {e.p[0], e.p[1] - e.p[0], e.p[2], e.p.size() > 3 ? e.p[3] : 0.0};
       return out;
     case EffectId::kSensorScale: case EffectId::kSensorBias:
-      out.place = at_sensor(e.place / kQuantities, Reading::kEffort);
+      out.place.reading = Reading::kEffort;
       return out;
     default:
       out.id = EffectId::kNamed;
@@ -61,28 +61,28 @@ PlacedEffect place_drive(const Effect& e) {
   }
 }
 
-PlacedHypothesis place_drives(const Hypothesis& model) {
-  PlacedHypothesis out;
+Hypothesis place_drives(const Hypothesis& model) {
+  Hypothesis out;
   for (const Effect& e : model) {
-    const PlacedEffect placed = place_drive(e);
+    const Effect placed = place_drive(e);
     if (placed.id != EffectId::kNamed) out.push_back(placed);
   }
   return out;
 }
 
 // What all equations leave, nothing added and with everything: for the report's fit and curves.
-StandOutcome compare(const StandProblems& problems, const PlacedHypothesis& all) {
+StandOutcome compare(const StandProblems& problems, const Hypothesis& all) {
   const StandProblem& p = problems.all;
   StandOutcome out;
   StandJudge judge(p);
-  for (const PlacedHypothesis& h : {PlacedHypothesis{}, all}) {
+  for (const Hypothesis& h : {Hypothesis{}, all}) {
     judge.update_sigma(evaluate(p, h), {evaluate(problems.even, h), evaluate(problems.odd, h),
                                         evaluate(problems.wide_even, h), evaluate(problems.wide_odd, h)}, h);
   }
   out.channels = judge.list();
   out.nominal = judge.judge({}, evaluate(p, {})), out.chosen = judge.judge(all, evaluate(p, all));
   out.sigma = judge.sigma(), out.widening = 1.0, out.mismatch = true;
-  for (const PlacedEffect& e : all) out.chosen.std.push_back(Eigen::VectorXd::Zero(static_cast<long>(e.p.size())));
+  for (const Effect& e : all) out.chosen.std.push_back(Eigen::VectorXd::Zero(static_cast<long>(e.p.size())));
   return out;
 }
 
@@ -141,8 +141,8 @@ bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progres
   progress("missing torque of every joint, with what was found");
   const TorqueVerdict torque = judge_torque(make_joint_torques(problems.all, body.chosen.hypothesis), jobs);
   if (!has_real_drives(torque)) return false;
-  PlacedHypothesis all = body.chosen.hypothesis;
-  for (const PlacedEffect& e : place_drives(torque.model)) all.push_back(e);
+  Hypothesis all = body.chosen.hypothesis;
+  for (const Effect& e : place_drives(torque.model)) all.push_back(e);
   const StandOutcome whole = compare(problems, all);
   out->report = merge(problems.all, body, whole, torque);
   out->series = make_stand_series(problems.all, whole);

@@ -177,10 +177,10 @@ LinkSensors find_link_sensors(const Experiment& e) {
   return Finder(e).find();
 }
 
-LinkReadings make_link_readings(const Experiment& e, const LinkSensors& sensors, const std::vector<PlacedEffect>& known) {
+LinkReadings make_link_readings(const Experiment& e, const LinkSensors& sensors, const std::vector<Effect>& known) {
   NominalRobot nominal = make_nominal(e);
   nominal.force_W.resize(nominal.tree.links.size(), Vector3d::Zero());
-  for (const PlacedEffect& effect : known) {
+  for (const Effect& effect : known) {
     if (effect.place.kind != PlaceKind::kLink) continue;
     const auto link = static_cast<size_t>(effect.place.index);
     EffectTarget target;
@@ -198,9 +198,9 @@ std::vector<std::string> list_columns(const LinkSensor& sensor, const ReadingGro
 }
 
 void read_motion(const Experiment& e, const TorqueData& motion, const TorqueRecording& in, const LinkSensors& sensors,
-                 const std::vector<PlacedEffect>& known, LinkRecording* out) {
+                 const std::vector<Effect>& known, LinkRecording* out) {
   out->q = in.q, out->v = in.v, out->a = in.a;
-  for (const PlacedEffect& effect : known) {
+  for (const Effect& effect : known) {
     if (effect.id == EffectId::kJointOffset) out->q.col(effect.place.index).array() -= effect.p[0];
   }
   const Recording& r = e.recordings[in.index];
@@ -221,7 +221,7 @@ void add_load(const Experiment& e, const LoadSpec& load, const LinkReadings& pre
 }  // namespace
 
 LinkData make_link_data(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors,
-                        const std::vector<PlacedEffect>& known, LinkReadings* predict) {
+                        const std::vector<Effect>& known, LinkReadings* predict) {
   LinkData data;
   data.experiment = &e, data.cutoff = motion.cutoff;
   for (const TorqueRecording& in : motion.recordings) {

@@ -40,10 +40,10 @@ struct LinkData {
 
 // `predict` is left at the motion of the last sample.
 LinkData make_link_data(const Experiment& experiment, const TorqueData& motion, const LinkSensors& sensors,
-                        const std::vector<PlacedEffect>& known, LinkReadings* predict);
+                        const std::vector<Effect>& known, LinkReadings* predict);
 
 // The robot's bodies as the experiment states them, rotors and drives left out, with `known` effects of links.
-LinkReadings make_link_readings(const Experiment& experiment, const LinkSensors& sensors, const std::vector<PlacedEffect>& known);
+LinkReadings make_link_readings(const Experiment& experiment, const LinkSensors& sensors, const std::vector<Effect>& known);
 
 // Refuses (InputError) readings that are a known factor of the predicted ones: degrees, g, mN m, the other sign.
 void check_units(const LinkData& data, const LinkReadings& predict);

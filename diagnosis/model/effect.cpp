@@ -27,7 +27,7 @@ const char* get_unit(Reading reading) {
   }
 }
 
-std::vector<double> make_values(const PlacedEffect& effect) {
+std::vector<double> make_values(const Effect& effect) {
   const EffectInfo& info = get_effect(effect.id);
   const bool one = is_one_number(info, effect.place);
   std::vector<double> values;

@@ -2,9 +2,12 @@
 // One effect of the table at one place of a robot, with values: what hypotheses are made of.
 #pragma once
 
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "common/effects/effect_info.h"
+#include "diagnosis/data/recording.h"
 
 namespace hrp::diagnosis {
 
@@ -25,11 +28,25 @@ struct Place {
   bool operator==(const Place& other) const {
     return kind == other.kind && index == other.index && reading == other.reading;
   }
+  bool operator!=(const Place& other) const { return !(*this == other); }
+  bool operator<(const Place& other) const {
+    return std::tie(kind, index, reading) < std::tie(other.kind, other.index, other.reading);
+  }
 };
 
 inline Place at_joint(int joint) { return {PlaceKind::kJoint, joint, Reading::kAll}; }
 inline Place at_link(int link) { return {PlaceKind::kLink, link, Reading::kAll}; }
 inline Place at_sensor(int index, Reading reading) { return {PlaceKind::kSensor, index, reading}; }
+// One clock, or all drives' loops: of the whole recording.
+inline Place at_all() { return {PlaceKind::kNone, 0, Reading::kAll}; }
+
+// Signals of joints are numbered joint by joint: position, velocity, effort.
+inline Place at_signal(int signal) {
+  return at_sensor(signal / kQuantities, static_cast<Reading>(static_cast<int>(Reading::kPosition) + signal % kQuantities));
+}
+inline int get_signal(const Place& place) {
+  return place.index * kQuantities + static_cast<int>(place.reading) - static_cast<int>(Reading::kPosition);
+}
 
 // Readings of a joint are one number each, all others are vectors.
 inline bool is_of_joint(Reading reading) {
@@ -37,13 +54,19 @@ inline bool is_of_joint(Reading reading) {
 }
 
 // Values of the parameters that are fitted, in the table's order; what an engine writes otherwise stands there.
-struct PlacedEffect {
+struct Effect {
+  Effect() = default;
+  Effect(EffectId row, const Place& at, std::vector<double> values) : id(row), place(at), p(std::move(values)) {}
+  // At the joint or link of that number, of which the row is.
+  Effect(EffectId row, int index, std::vector<double> values)
+      : Effect(row, Place{get_effect(row).place, index, Reading::kAll}, std::move(values)) {}
+
   EffectId id = EffectId::kNamed;
   Place place;
   std::vector<double> p;
 };
-using PlacedHypothesis = std::vector<PlacedEffect>;
+using Hypothesis = std::vector<Effect>;
 
 // Values for the table's apply(): defaults where none is fitted.
-std::vector<double> make_values(const PlacedEffect& effect);
+std::vector<double> make_values(const Effect& effect);
 }  // namespace hrp::diagnosis

@@ -27,16 +27,16 @@ double find_value(const Json& parameters, const EffectParameter& info) {
   return (info.stated && !info.required) || !std::isfinite(info.neutral) ? info.value : info.neutral;
 }
 
-int find_place(const Experiment& e, EffectId id, const Json& where) {
-  const PlaceKind kind = find_place_kind(id);
-  if (kind == PlaceKind::kNone) return 0;
-  if (kind == PlaceKind::kJoint && where.contains("joint")) return e.robot.tree.find_joint(where["joint"].get<std::string>());
-  if (kind == PlaceKind::kLink && where.contains("link")) return e.robot.tree.find_link(where["link"].get<std::string>());
-  if (kind != PlaceKind::kSensor || !where.contains("sensor")) return -1;
-  for (int c = 0; c < e.num_joints() * kQuantities; ++c) {
-    if (e.signal_name(c / kQuantities, static_cast<Quantity>(c % kQuantities)) == where["sensor"].get<std::string>()) return c;
+// Index -1: there is no such place.
+Place find_place(const Experiment& e, EffectId id, const Json& where) {
+  const PlaceKind kind = get_effect(id).place;
+  if (id == EffectId::kClockSkew) return at_all();
+  if (kind == PlaceKind::kJoint && where.contains("joint")) return at_joint(e.robot.tree.find_joint(where["joint"].get<std::string>()));
+  if (kind == PlaceKind::kLink && where.contains("link")) return at_link(e.robot.tree.find_link(where["link"].get<std::string>()));
+  for (int c = 0; kind == PlaceKind::kSensor && where.contains("sensor") && c < e.num_joints() * kQuantities; ++c) {
+    if (e.signal_name(c / kQuantities, static_cast<Quantity>(c % kQuantities)) == where["sensor"].get<std::string>()) return at_signal(c);
   }
-  return -1;
+  return {kind, -1, Reading::kAll};
 }
 
 Hypothesis without(const Hypothesis& hypothesis, size_t at) {
@@ -205,7 +205,7 @@ bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect
   if (info->place != PlaceKind::kJoint && info->place != PlaceKind::kLink && info->place != PlaceKind::kSensor) return false;
   effect->id = info->id;
   effect->place = find_place(experiment, info->id, entry["where"]);
-  if (effect->place < 0) return false;
+  if (effect->place.index < 0) return false;
   effect->p.clear();
   const Json parameters = entry.value("parameters", Json::object());
   for (const EffectParameter& p : list_infos(info->id)) effect->p.push_back(find_value(parameters, p));

@@ -91,8 +91,8 @@ class Proposer {
       for (const Effect& effect : one.hypothesis) {
         const int joint = find_joint(effect);
         if (joint >= 0) moves[static_cast<size_t>(joint)] = 1;
-        if (find_place_kind(effect.id) != PlaceKind::kLink) continue;
-        for (int link = effect.place; link > 0; link = e_.robot.tree.links[static_cast<size_t>(link)].parent) moves[static_cast<size_t>(link) - 1] = 1;
+        if (effect.place.kind != PlaceKind::kLink) continue;
+        for (int link = effect.place.index; link > 0; link = e_.robot.tree.links[static_cast<size_t>(link)].parent) moves[static_cast<size_t>(link) - 1] = 1;
       }
     }
     return moves;
@@ -199,7 +199,7 @@ class Proposer {
         if (infos[i].nuisance) continue;
         const double floor = kLeastSpread * effect.p[i];
         std::string unit = infos[i].unit;
-        if (find_place_kind(effect.id) == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place), unit);
+        if (effect.place.kind == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
         list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kQuantile * std::hypot(before[k], floor), kQuantile * std::hypot(after[k], floor)});
       }
     }

@@ -35,7 +35,7 @@ Json make_model_entry(const Json& finding) {
 }
 
 Json make_where(const Experiment& e, const Effect& effect) {
-  switch (find_place_kind(effect.id)) {
+  switch (effect.place.kind) {
     case PlaceKind::kJoint:
       return {{"joint", get_place_text(e, effect)}};
     case PlaceKind::kLink:

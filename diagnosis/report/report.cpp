@@ -109,8 +109,8 @@ Json make_mismatch(const Problem& problem, const Outcome& outcome) {
 constexpr double kUnseen = 10.0;  // half an interval over its value: then the value says nothing
 
 std::string get_place_unit(const Experiment& e, const Effect& effect, const EffectParameter& info) {
-  if (find_place_kind(effect.id) != PlaceKind::kJoint) return info.unit;
-  return get_joint_unit(e.robot.tree.joint(effect.place), info.unit);
+  if (effect.place.kind != PlaceKind::kJoint) return info.unit;
+  return get_joint_unit(e.robot.tree.joint(effect.place.index), info.unit);
 }
 
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,

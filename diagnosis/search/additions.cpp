@@ -73,14 +73,14 @@ class Probes {
       add_sensors(j);
     }
     for (int link = 1; link < e_.robot.tree.num_joints() + 1; ++link) add_link(link);
-    add(EffectId::kClockSkew, 0, 0.0, 1e-4);
+    add(EffectId::kClockSkew, at_all(), 0.0, 1e-4);
   }
 
   // Cogging has a frequency, which no small step can find: the best of the missing effort's.
   void add_cogging(const Effect& start) {
     if (start.p.size() < 3) return;
     Effect sine = start;
-    sine.p[0] = kShare * activity_[static_cast<size_t>(start.place)].effort, sine.p[2] = 0.0;
+    sine.p[0] = kShare * activity_[static_cast<size_t>(start.place.index)].effort, sine.p[2] = 0.0;
     Effect cosine = sine;
     cosine.p[2] = M_PI_2;
     list_.push_back({{sine, cosine}, [sine](const Eigen::VectorXd& x, std::vector<double>* p) {
@@ -93,7 +93,7 @@ class Probes {
 
  private:
   // One parameter; more of it (below `none` no less) than `none`.
-  void add(EffectId id, int place, double none, double step, std::vector<double> rest = {}) {
+  void add(EffectId id, const Place& place, double none, double step, std::vector<double> rest = {}) {
     Effect effect{id, place, {none + step}};
     effect.p.insert(effect.p.end(), rest.begin(), rest.end());
     const double low = list_infos(id)[0].low, high = list_infos(id)[0].high;
@@ -105,7 +105,7 @@ class Probes {
   }
 
   // A vector of three parameters around none.
-  void add_vector(EffectId id, int place, double step) {
+  void add_vector(EffectId id, const Place& place, double step) {
     Probe probe;
     for (size_t i = 0; i < 3; ++i) {
       probe.steps.push_back({id, place, {0.0, 0.0, 0.0}});
@@ -122,9 +122,9 @@ class Probes {
     const Activity& a = activity_[static_cast<size_t>(j)];
     const double effort = kShare * a.effort;
     add_linear(j, {a.position, a.rate, a.acceleration, 1.0, a.effort, effort / kShift}, effort);
-    add(EffectId::kDelay, j, 0.0, kShift);
-    add(EffectId::kJointOffset, j, 0.0, 1e-3);
-    for (double yield : {0.003, 0.03, 0.3}) add(EffectId::kHysteresis, j, 0.0, effort / yield, {yield});
+    add(EffectId::kDelay, at_joint(j), 0.0, kShift);
+    add(EffectId::kJointOffset, at_joint(j), 0.0, 1e-3);
+    for (double yield : {0.003, 0.03, 0.3}) add(EffectId::kHysteresis, at_joint(j), 0.0, effort / yield, {yield});
     add_spring(j, effort / a.position);
     add_transmission(j);
   }
@@ -138,7 +138,7 @@ class Probes {
       row.torque.calc_columns(typical, nullptr, &column);
       std::vector<double> rest;
       for (size_t i = 1; i < row.parameters.size(); ++i) rest.push_back(row.parameters[i].value);
-      add(row.id, j, row.parameters[0].neutral, effort / column, rest);
+      add(row.id, at_joint(j), row.parameters[0].neutral, effort / column, rest);
     }
   }
 
@@ -168,7 +168,7 @@ class Probes {
     for (int quantity = 0; quantity < kQuantities; ++quantity) {
       const auto& noise = e_.joint_noise[static_cast<size_t>(j)][static_cast<size_t>(quantity)];
       if (!(noise.sigma > 0.0)) continue;
-      const int place = j * kQuantities + quantity;
+      const Place place = at_signal(j * kQuantities + quantity);
       add(EffectId::kSensorBias, place, 0.0, noise.sigma);
       add(EffectId::kSensorScale, place, 1.0, kShare);
       add(EffectId::kSensorDelay, place, 0.0, kShift);
@@ -177,10 +177,10 @@ class Probes {
 
   void add_link(int link) {
     const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
-    add_vector(EffectId::kExternalForce, link, 0.1);
+    add_vector(EffectId::kExternalForce, at_link(link), 0.1);
     if (!(mass > 0.0)) return;
-    add(EffectId::kMassError, link, 1.0, kShare);
-    add_vector(EffectId::kComError, link, 1e-3);
+    add(EffectId::kMassError, at_link(link), 1.0, kShare);
+    add_vector(EffectId::kComError, at_link(link), 1e-3);
     add_payload(link, kShare * mass);
   }
 

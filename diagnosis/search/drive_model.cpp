@@ -16,13 +16,13 @@ constexpr double kWound = 0.01;  // [rad] displacement before slipping that is t
 constexpr double kExcess = 0.05;  // share that breaking away must take more than sliding to be a law of its own
 constexpr size_t kRounds = 5, kTried = 3;
 
-size_t find(const Hypothesis& effects, EffectId id, int place) {
+size_t find(const Hypothesis& effects, EffectId id, const Place& place) {
   size_t i = 0;
   while (i < effects.size() && (effects[i].id != id || effects[i].place != place)) ++i;
   return i;
 }
 
-bool has(const Hypothesis& effects, EffectId id, int place) { return find(effects, id, place) < effects.size(); }
+bool has(const Hypothesis& effects, EffectId id, const Place& place) { return find(effects, id, place) < effects.size(); }
 
 // Least squares with no negative coefficient: the most negative one is dropped until none is left.
 Eigen::Vector3d solve_positive(const Eigen::Matrix3d& gram, const Eigen::Vector3d& projection) {
@@ -146,7 +146,7 @@ std::vector<Effect> DriveSelector::list_candidates(const Hypothesis& model) cons
                            {E::kSpring, joint_, {0.0, middle_ + 3.0}},
                            {E::kSpring, joint_, {0.0, middle_ - 3.0}}};
   if (dry == model.end()) list.push_back({E::kCoulomb, joint_, {0.0, 0.0, stick}});
-  if (!has(model, E::kStribeck, joint_)) list.push_back({E::kViscous, joint_, {0.0}});
+  if (!has(model, E::kStribeck, at_joint(joint_))) list.push_back({E::kViscous, joint_, {0.0}});
   if (driven) {
     list.push_back({E::kLoadFriction, joint_, {0.0, stick}});
     list.push_back({E::kTorqueConstant, joint_, {1.0}});
@@ -156,7 +156,7 @@ std::vector<Effect> DriveSelector::list_candidates(const Hypothesis& model) cons
   const JointColumns& columns =
       e.recordings[static_cast<size_t>(problem_.train[0])].joints[static_cast<size_t>(joint_)];
   for (Quantity q : {Quantity::kPosition, Quantity::kVelocity}) {
-    const int place = joint_ * kQuantities + static_cast<int>(q);
+    const Place place = at_signal(joint_ * kQuantities + static_cast<int>(q));
     if (!columns.has(q)) continue;
     list.push_back({E::kSensorDelay, place, {0.0}});
     list.push_back({E::kSensorScale, place, {1.0}});
@@ -176,7 +176,7 @@ std::vector<Effect> DriveSelector::list_candidates(const Hypothesis& model) cons
 // joint is drawn to the recorded one, so that any low limit would seem to predict well.
 std::vector<Hypothesis> DriveSelector::list_variants(const Hypothesis& model) const {
   std::vector<Hypothesis> variants;
-  const size_t dry = find(model, EffectId::kCoulomb, joint_), viscous = find(model, EffectId::kViscous, joint_);
+  const size_t dry = find(model, EffectId::kCoulomb, at_joint(joint_)), viscous = find(model, EffectId::kViscous, at_joint(joint_));
   if (dry < model.size() && model[dry].p[0] > 0.0) {
     for (double speed : {0.03, 0.15, 0.6}) {
       Hypothesis variant = model;

@@ -163,7 +163,7 @@ Lead Explorer::add_shared(Problem& p, const Lead& parent, const Effect& start) c
   lead.cost = 1e300;
   FitOptions options = quick_options();
   options.max_iterations = 5;
-  const bool same_paths = start.id == EffectId::kClockSkew;
+  const bool same_paths = start.place == at_all();
   p.view = {true, same_paths ? parent.paths.get() : nullptr, -1};
   for (const Effect& effect : parent.hypothesis) options.frozen.push_back(find_joint(effect) >= 0);
   lead.hypothesis.push_back(start);
@@ -178,13 +178,13 @@ Lead Explorer::add_shared(Problem& p, const Lead& parent, const Effect& start) c
 
 Explorer::LocalKey Explorer::make_key(const Lead& parent, const Effect& start) const {
   const int joint = find_joint(start);
-  std::vector<int> ids{static_cast<int>(start.id) * 1000 + start.place % kQuantities};
+  std::vector<std::tuple<EffectId, Place, double>> there{{start.id, start.place, 0.0}};
   for (const Effect& effect : parent.hypothesis) {
-    if (find_joint(effect) == joint) ids.push_back(static_cast<int>(effect.id) * 1000 + effect.place % kQuantities);
-    if (effect.id == EffectId::kClockSkew) ids.push_back(static_cast<int>(effect.p[0] * 1e9) + 1000000);
+    const bool everywhere = effect.place == at_all();
+    if (everywhere || find_joint(effect) == joint) there.push_back({effect.id, effect.place, everywhere ? effect.p[0] : 0.0});
   }
-  std::sort(ids.begin(), ids.end());
-  return {{parent.paths.get(), joint}, ids};
+  std::sort(there.begin(), there.end());
+  return {parent.paths.get(), joint, there};
 }
 
 std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidates, const std::vector<char>& quiet) {
@@ -246,7 +246,7 @@ void Explorer::forget(const std::vector<Lead>& from, const std::vector<Lead>& le
     for (const Lead& lead : *list) kept_.push_back(lead.paths);
   }
   for (auto it = locals_.begin(); it != locals_.end();) {
-    const Paths* paths = it->first.first.first;
+    const Paths* paths = std::get<const Paths*>(it->first);
     const bool alive = std::any_of(kept_.begin(), kept_.end(), [&](const auto& p) { return p.get() == paths; });
     it = alive ? std::next(it) : locals_.erase(it);
   }

@@ -37,7 +37,8 @@ class Explorer {
     size_t parent;
     Effect start;
   };
-  using LocalKey = std::pair<std::pair<const Paths*, int>, std::vector<int>>;
+  // Paths, joint, and the effects there; of clocks, which run in all joints, their values, too.
+  using LocalKey = std::tuple<const Paths*, int, std::vector<std::tuple<EffectId, Place, double>>>;
 
   double calc_left(Problem& p, const FitResult& result) const;
   Effect start_from_rotor(const Problem& problem, Hypothesis with, const FitOptions& options) const;

@@ -29,7 +29,7 @@ Screening screen(const Problem& problem, const Hypothesis& base, const Paths* pa
   const Signatures s = calc_signatures(problem, base, paths);
   Screening screening;
   screening.chi2 = s.chi2, screening.count = s.count, screening.joint_chi2 = s.joint_chi2;
-  std::map<std::pair<int, int>, Candidate> best;
+  std::map<std::pair<EffectId, Place>, Candidate> best;
   for (const Shape& shape : s.shapes) {
     const Regression solution = solve_columns(s, shape.columns);
     std::vector<double> x(solution.x.data(), solution.x.data() + solution.x.size());
@@ -37,7 +37,7 @@ Screening screen(const Problem& problem, const Hypothesis& base, const Paths* pa
     candidate.start = {shape.id, shape.place, {}};
     if (!shape.make_start(x, &candidate.start.p)) continue;
     candidate.gain = solution.gain, candidate.columns = shape.columns;
-    Candidate& slot = best[{static_cast<int>(shape.id), shape.place}];
+    Candidate& slot = best[{shape.id, shape.place}];
     if (slot.start.p.empty() || candidate.gain > slot.gain) slot = candidate;
   }
   for (const auto& item : best) screening.candidates.push_back(item.second);

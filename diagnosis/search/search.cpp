@@ -111,12 +111,12 @@ class Search {
   bool find_special_case(Effect* effect) const {
     const std::vector<double>& p = effect->p;
     if (effect->id == EffectId::kPayload) {
-      const double mass = e_.robot.tree.links[static_cast<size_t>(effect->place)].inertia.mass;
+      const double mass = e_.robot.tree.links[static_cast<size_t>(effect->place.index)].inertia.mass;
       if (mass > 0.0) *effect = {EffectId::kMassError, effect->place, {1.0 + p[0] / mass}};
       return mass > 0.0;
     }
     if (effect->id != EffectId::kStribeck) return false;
-    const double viscous = p[3] * trials_.find_range(effect->place, &SmoothJoint::qd);
+    const double viscous = p[3] * trials_.find_range(effect->place.index, &SmoothJoint::qd);
     if (p[1] < kWeak * viscous)
       *effect = {EffectId::kViscous, effect->place, {p[3]}};
     else if (p[1] - p[0] < kWeak * p[1] && viscous < kWeak * p[1])
@@ -290,7 +290,7 @@ class Search {
 
   void loosen(const Trial& base, size_t at) {
     const Effect& rotor = base.hypothesis[at];
-    for (const Effect& transmission : list_transmissions(rotor.place, get_rotor(rotor))) {
+    for (const Effect& transmission : list_transmissions(rotor.place.index, get_rotor(rotor))) {
       const size_t count = transmission.id == EffectId::kBacklash ? kScanned : 1;
       for (const Effect& option : trials_.choose(base, at, list_options(transmission, false), count)) {
         if (is_spent() || is_near(trials_.best())) return;

@@ -64,7 +64,7 @@ class Builder {
     return static_cast<int>(columns_.size()) - 1;
   }
 
-  void add_shape(EffectId id, int place, std::vector<int> columns,
+  void add_shape(EffectId id, const Place& place, std::vector<int> columns,
                  std::function<bool(const std::vector<double>&, std::vector<double>*)> make_start) {
     out_.shapes.push_back({id, place, std::move(columns), std::move(make_start)});
   }
@@ -99,14 +99,14 @@ class Builder {
       const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
       const int late =
           add_column(j, 1, [j, &laws](const Grid& g, long k) { return -(laws.kp * g.c(k, j) + laws.kd * g.cd(k, j)); });
-      add_shape(EffectId::kDelay, j, {late}, [](const std::vector<double>& x, std::vector<double>* p) {
+      add_shape(EffectId::kDelay, at_joint(j), {late}, [](const std::vector<double>& x, std::vector<double>* p) {
         *p = x;
         return x[0] > 0.0 && x[0] < 0.5;
       });
     }
     const int offset = add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1,
                                                Eigen::VectorXd* d2) { d->setOnes(), d1->setZero(), d2->setZero(); });
-    add_shape(EffectId::kJointOffset, j, {offset}, [](const std::vector<double>& x, std::vector<double>* p) {
+    add_shape(EffectId::kJointOffset, at_joint(j), {offset}, [](const std::vector<double>& x, std::vector<double>* p) {
       *p = x;
       return true;
     });
@@ -146,7 +146,7 @@ class Builder {
       }));
     }
     const size_t size = effect.parameters.size();
-    add_shape(effect.id, j, columns, [&torque, shape, size](const std::vector<double>& x, std::vector<double>* p) {
+    add_shape(effect.id, at_joint(j), columns, [&torque, shape, size](const std::vector<double>& x, std::vector<double>* p) {
       p->assign(size, 0.0);
       return torque.make_parameters(x.data(), shape.data(), p->data());
     });
@@ -167,12 +167,12 @@ class Builder {
             (*d2)[k] = 0.5 * (c * g.u2(k, j) / scale - 2.0 * s * c * std::pow(g.u1(k, j) / scale, 2));
           }
         });
-    add_shape(EffectId::kElasticity, j, {inertia, twist}, [](const std::vector<double>& x, std::vector<double>* p) {
+    add_shape(EffectId::kElasticity, at_joint(j), {inertia, twist}, [](const std::vector<double>& x, std::vector<double>* p) {
       const double k = x[1] > 1e-7 ? 1.0 / x[1] : 1e6;
       *p = {k, kGearLoss * k, std::max(0.005, x[0])};
       return x[0] > 0.0 || x[1] > 0.0;
     });
-    add_shape(EffectId::kBacklash, j, {inertia, gap}, [](const std::vector<double>& x, std::vector<double>* p) {
+    add_shape(EffectId::kBacklash, at_joint(j), {inertia, gap}, [](const std::vector<double>& x, std::vector<double>* p) {
       *p = {std::min(0.1, std::max(0.001, x[1])), 1e4, 5.0, std::max(0.005, x[0])};
       return x[0] > 0.0 || x[1] > 0.0;
     });
@@ -196,7 +196,7 @@ class Builder {
         if (k == 0) ++grid;
         return memory[static_cast<size_t>(grid)][k];
       });
-      add_shape(EffectId::kHysteresis, j, {column}, [yield](const std::vector<double>& x, std::vector<double>* p) {
+      add_shape(EffectId::kHysteresis, at_joint(j), {column}, [yield](const std::vector<double>& x, std::vector<double>* p) {
         *p = {x[0] / yield, yield};
         return x[0] > 0.0;
       });
@@ -234,7 +234,7 @@ class Builder {
 
   void add_sensors(int j) {
     if (!missing_.has_effort[static_cast<size_t>(j)]) return;
-    const int place = j * kQuantities + 2;
+    const Place place = at_sensor(j, Reading::kEffort), position = at_sensor(j, Reading::kPosition);
     // A fault of the logged effort shows in both kinds of rows alike.
     const auto both = [&](const std::function<double(const Grid&, long)>& f) {
       Eigen::VectorXd sum = columns_[static_cast<size_t>(add_column(j, 0, f))];
@@ -255,14 +255,14 @@ class Builder {
     add_shape(EffectId::kSensorDelay, place, {both([j](const Grid& g, long k) { return -g.u1(k, j); })}, take_positive);
     // A fault of the position reading (the servo is not deceived) shows as a wrong servo effort.
     const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
-    add_shape(EffectId::kSensorBias, j * kQuantities,
+    add_shape(EffectId::kSensorBias, position,
               {add_column(j, 1, [&laws](const Grid&, long) { return laws.kp; })}, accept);
     add_shape(
-        EffectId::kSensorDelay, j * kQuantities,
+        EffectId::kSensorDelay, position,
         {add_column(j, 1, [&laws, j](const Grid& g, long k) { return -laws.kp * g.qd(k, j) - laws.kd * g.qdd(k, j); })},
         take_positive);
     add_shape(
-        EffectId::kSensorScale, j * kQuantities,
+        EffectId::kSensorScale, position,
         {add_column(j, 1, [&laws, j](const Grid& g, long k) { return laws.kp * g.q(k, j) + laws.kd * g.qd(k, j); })},
         [](const std::vector<double>& x, std::vector<double>* p) {
           *p = {1.0 + x[0]};
@@ -286,7 +286,7 @@ class Builder {
     if (link == 0) return;
     const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
     if (mass > 0.0) {
-      add_shape(EffectId::kMassError, link, {add_model_change({EffectId::kMassError, link, {1.1}}, 0.1)},
+      add_shape(EffectId::kMassError, at_link(link), {add_model_change({EffectId::kMassError, link, {1.1}}, 0.1)},
                 [](const std::vector<double>& x, std::vector<double>* p) {
                   *p = {1.0 + x[0]};
                   return x[0] > -0.95;
@@ -297,12 +297,12 @@ class Builder {
         p[static_cast<size_t>(i)] = 1e-3;
         shift.push_back(add_model_change({EffectId::kComError, link, p}, 1e-3));
       }
-      add_shape(EffectId::kComError, link, shift, [](const std::vector<double>& x, std::vector<double>* p) {
+      add_shape(EffectId::kComError, at_link(link), shift, [](const std::vector<double>& x, std::vector<double>* p) {
         *p = x;
         return true;
       });
       const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
-      add_shape(EffectId::kPayload, link, {at_origin, shift[0], shift[1], shift[2]},
+      add_shape(EffectId::kPayload, at_link(link), {at_origin, shift[0], shift[1], shift[2]},
                 [mass](const std::vector<double>& x, std::vector<double>* p) {
                   *p = {x[0], 0, 0, 0, 0};
                   if (!(x[0] > 1e-3)) return false;
@@ -316,7 +316,7 @@ class Builder {
       p[static_cast<size_t>(i)] = 1.0;
       force.push_back(add_model_change({EffectId::kExternalForce, link, p}, 1.0));
     }
-    add_shape(EffectId::kExternalForce, link, force, [](const std::vector<double>& x, std::vector<double>* p) {
+    add_shape(EffectId::kExternalForce, at_link(link), force, [](const std::vector<double>& x, std::vector<double>* p) {
       *p = x;
       return true;
     });

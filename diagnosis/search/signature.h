@@ -12,7 +12,7 @@ namespace hrp::diagnosis {
 // One effect at one place with its shape fixed (a Stribeck velocity, a yield angle): linear in what is left.
 struct Shape {
   EffectId id;
-  int place;
+  Place place;
   std::vector<int> columns;
   // Parameters of the effect from the coefficients; false when their signs make no sense.
   std::function<bool(const std::vector<double>& x, std::vector<double>* p)> make_start;

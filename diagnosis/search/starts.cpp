@@ -13,14 +13,8 @@ namespace hrp::diagnosis {
 bool moves_link(const Effect& effect) { return get_effect(effect.id).flexible; }
 
 int find_joint(const Effect& effect) {
-  switch (find_place_kind(effect.id)) {
-    case PlaceKind::kJoint:
-      return effect.id == EffectId::kJointOffset ? -1 : effect.place;
-    case PlaceKind::kSensor:
-      return effect.place / kQuantities;
-    default:
-      return -1;
-  }
+  if (effect.id == EffectId::kJointOffset) return -1;
+  return effect.place.kind == PlaceKind::kJoint || effect.place.kind == PlaceKind::kSensor ? effect.place.index : -1;
 }
 
 namespace {
@@ -28,9 +22,7 @@ namespace {
 // Pairs that are special cases of each other at one joint say nothing together.
 bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
   for (const Effect& e : hypothesis) {
-    if (find_place_kind(e.id) != PlaceKind::kJoint || find_place_kind(added.id) != PlaceKind::kJoint ||
-        e.place != added.place)
-      continue;
+    if (e.place.kind != PlaceKind::kJoint || e.place != added.place) continue;
     if (is_dry(e.id) && is_dry(added.id)) return true;
     if (moves_link(e) && moves_link(added)) return true;
     const bool viscous_twice = (e.id == EffectId::kStribeck && added.id == EffectId::kViscous) ||
@@ -162,8 +154,8 @@ int find_worst(const Lead& lead) {
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   std::vector<int> joints{find_worst(lead)};
   for (const Effect& effect : lead.hypothesis) {
-    const bool there = std::find(joints.begin(), joints.end(), effect.place) != joints.end();
-    if (is_dry(effect.id) && !there) joints.push_back(effect.place);
+    const bool there = std::find(joints.begin(), joints.end(), effect.place.index) != joints.end();
+    if (is_dry(effect.id) && !there) joints.push_back(effect.place.index);
   }
   for (int joint : joints) {
     for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
@@ -180,8 +172,8 @@ void add_twins(const Lead& lead, std::vector<Effect>* list) {
   std::vector<Effect> twins;
   for (const Effect& effect : *list) {
     const double rotor = get_rotor(effect);
-    if (rotor <= 0.0 || (effect.id == EffectId::kRotorInertia && effect.place != worst)) continue;
-    for (const Effect& twin : list_transmissions(effect.place, rotor)) {
+    if (rotor <= 0.0 || (effect.id == EffectId::kRotorInertia && effect.place.index != worst)) continue;
+    for (const Effect& twin : list_transmissions(effect.place.index, rotor)) {
       const bool listed = contains(*list, twin.id, twin.place) || contains(twins, twin.id, twin.place);
       if (!listed && can_add(lead.hypothesis, twin)) twins.push_back(twin);
     }
@@ -214,9 +206,9 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
       }
     }
     const Effect faults[3] = {
-        {EffectId::kSensorBias, j * kQuantities + kRate, {projection[0] / std::max(1e-12, gram[0])}},
-        {EffectId::kSensorScale, j * kQuantities + kRate, {1.0 + projection[1] / std::max(1e-12, gram[1])}},
-        {EffectId::kSensorDelay, j * kQuantities + kRate, {projection[2] / std::max(1e-12, gram[2])}}};
+        {EffectId::kSensorBias, at_sensor(j, Reading::kVelocity), {projection[0] / std::max(1e-12, gram[0])}},
+        {EffectId::kSensorScale, at_sensor(j, Reading::kVelocity), {1.0 + projection[1] / std::max(1e-12, gram[1])}},
+        {EffectId::kSensorDelay, at_sensor(j, Reading::kVelocity), {projection[2] / std::max(1e-12, gram[2])}}};
     for (int i = 0; i < 3; ++i) {
       const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
       const bool possible = i != 2 || projection[i] > 0.0;
@@ -242,12 +234,12 @@ std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, cons
   for (const Candidate& c : screening.candidates) {
     if (!can_add(lead.hypothesis, c.start) || is_quiet(c.start)) continue;
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
-    const int joint = c.start.id == EffectId::kJointOffset ? c.start.place : find_joint(c.start);
+    const int joint = c.start.id == EffectId::kJointOffset ? c.start.place.index : find_joint(c.start);
     const size_t j = static_cast<size_t>(std::max(0, joint));
     // Offsets of encoders look like masses of links nearby; few enough to try all once.
     const bool offset = c.start.id == EffectId::kJointOffset && lead.hypothesis.empty();
     const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
-    const bool body = find_place_kind(c.start.id) == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
+    const bool body = c.start.place.kind == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
     if (!high && !here && !body) continue;
     there[j] += joint >= 0 ? 1 : 0;
     bodies += body ? 1 : 0;

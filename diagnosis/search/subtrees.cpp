@@ -19,26 +19,20 @@ int find_place(const Subtree& subtree, int joint) {
   return it == subtree.joints.end() ? -1 : static_cast<int>(it - subtree.joints.begin());
 }
 
-// An effect's place in one numbering, from its place in another; -1: not there. Link i + 1 moves with joint i.
+// A place in one numbering, from its place in another; index -1: not there. Link i + 1 moves with joint i.
 template <class MapJoint>
-int map_place(const Effect& effect, const MapJoint& map_joint) {
-  const PlaceKind kind = find_place_kind(effect.id);
-  if (effect.id == EffectId::kClockSkew) return effect.place;
-  if (kind == PlaceKind::kLink) {
-    const int joint = effect.place > 0 ? map_joint(effect.place - 1) : -1;
-    return joint < 0 ? -1 : joint + 1;
-  }
-  if (kind == PlaceKind::kSensor) {
-    const int joint = map_joint(effect.place / kQuantities);
-    return joint < 0 ? -1 : joint * kQuantities + effect.place % kQuantities;
-  }
-  return map_joint(effect.place);
+Place map_place(Place place, const MapJoint& map_joint) {
+  if (place.kind == PlaceKind::kNone) return place;
+  const int shift = place.kind == PlaceKind::kLink ? 1 : 0;
+  const int joint = place.index >= shift ? map_joint(place.index - shift) : -1;
+  place.index = joint < 0 ? -1 : joint + shift;
+  return place;
 }
 
 Hypothesis map_to_robot(const Hypothesis& own, const Subtree& subtree) {
   Hypothesis whole = own;
   for (Effect& effect : whole) {
-    effect.place = map_place(effect, [&](int joint) { return subtree.joints[static_cast<size_t>(joint)]; });
+    effect.place = map_place(effect.place, [&](int joint) { return subtree.joints[static_cast<size_t>(joint)]; });
   }
   return whole;
 }
@@ -122,7 +116,7 @@ Trial join_trials(const Problem& problem, const std::vector<const Trial*>& parts
     const Trial& part = *parts[l];
     const Hypothesis effects = map_to_robot(part.hypothesis, problem.subtrees[l]);
     for (size_t i = 0; i < effects.size(); ++i) {
-      if (effects[i].id == EffectId::kClockSkew && std::exchange(skewed, true)) continue;
+      if (effects[i].place == at_all() && std::exchange(skewed, true)) continue;
       whole.hypothesis.push_back(effects[i]);
       whole.std.push_back(i < part.std.size() ? part.std[i] : std::vector<double>(effects[i].p.size(), 0.0));
     }
@@ -236,8 +230,8 @@ void split_subtrees(Problem* problem) {
 Hypothesis select_effects(const Hypothesis& whole, const Subtree& subtree) {
   Hypothesis own;
   for (Effect effect : whole) {
-    effect.place = map_place(effect, [&](int joint) { return find_place(subtree, joint); });
-    if (effect.place >= 0) own.push_back(effect);
+    effect.place = map_place(effect.place, [&](int joint) { return find_place(subtree, joint); });
+    if (effect.place.index >= 0) own.push_back(effect);
   }
   return own;
 }

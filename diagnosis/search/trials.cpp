@@ -55,7 +55,7 @@ const Trial& Trials::best() const {
 
 bool Trials::is_refused(const Hypothesis& hypothesis) const {
   return std::any_of(hypothesis.begin(), hypothesis.end(), [&](const Effect& e) {
-    return refused_.count({static_cast<int>(e.id), e.place}) > 0;
+    return refused_.count({e.id, e.place}) > 0;
   });
 }
 
@@ -112,7 +112,7 @@ double Trials::find_range(int joint, std::vector<double> SmoothJoint::*series) c
 
 FitResult Trials::refine(const Hypothesis& hypothesis) {
   Hypothesis start = hypothesis;
-  start.push_back({EffectId::kTiming, 0, {0.0, 0.0}});
+  start.push_back({EffectId::kTiming, at_joint(0), {0.0, 0.0}});  // of the subtree that begins there
   for (const Effect& effect : hypothesis) {
     if (moves_link(effect)) start.push_back({EffectId::kDriveTiming, effect.place, {0.0}});
   }
@@ -152,13 +152,13 @@ Trial Trials::judge(const Hypothesis& hypothesis, const FitResult& result) const
 // Less than two ripples over the whole motion are any smooth function of position, not cogging.
 bool Trials::ripples(const Effect& effect) const {
   if (effect.id != EffectId::kCogging) return true;
-  return effect.p[1] * find_range(effect.place, &SmoothJoint::q) > 4.0 * M_PI;
+  return effect.p[1] * find_range(effect.place.index, &SmoothJoint::q) > 4.0 * M_PI;
 }
 
 // A fit that turned one of its effects into something else; no set with that one is tried again.
 bool Trials::refuse(const FitResult& result) {
   for (const Effect& effect : result.hypothesis) {
-    if (result.ok && !ripples(effect)) refused_.insert({static_cast<int>(effect.id), effect.place});
+    if (result.ok && !ripples(effect)) refused_.insert({effect.id, effect.place});
   }
   return is_refused(result.hypothesis);
 }

@@ -52,7 +52,7 @@ class Trials {
   Progress progress_;
   std::vector<int> all_, held_out_;
   std::map<EffectSet, Trial> trials_;      // the nominal one, too
-  std::set<std::pair<int, int>> refused_;  // effects and places
+  std::set<std::pair<EffectId, Place>> refused_;  // effects and places
   double best_chi2_ = 1e300;
 };
 

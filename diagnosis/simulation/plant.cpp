@@ -14,10 +14,10 @@ namespace {
 // `force_W`: by link, at its centre of mass.
 EffectTarget find_target(const Effect& effect, Plant* plant, std::vector<Vector3d>* force_W, Vector3d* gravity_W) {
   EffectTarget target;
-  const auto place = static_cast<size_t>(effect.place);
+  const auto place = static_cast<size_t>(effect.place.index);
   target.timing = &plant->timing;
   target.gravity_W = gravity_W;
-  switch (find_place_kind(effect.id)) {
+  switch (effect.place.kind) {
     case PlaceKind::kJoint:
       target.joint = &plant->laws[place];
       break;
@@ -26,7 +26,7 @@ EffectTarget find_target(const Effect& effect, Plant* plant, std::vector<Vector3
       target.force_W = &(*force_W)[place];
       break;
     case PlaceKind::kSensor:
-      target.sensor = &plant->faults[place];
+      target.sensor = &plant->faults[static_cast<size_t>(get_signal(effect.place))];
       break;
     default:
       break;
@@ -42,20 +42,18 @@ void apply(const Effect& effect, Plant* plant, std::vector<Vector3d>* force_W, V
 
 }  // namespace
 
-PlaceKind find_place_kind(EffectId id) { return id == EffectId::kClockSkew ? PlaceKind::kNone : get_effect(id).place; }
-
 const std::vector<EffectParameter>& list_infos(EffectId id) {
-  return find_place_kind(id) == PlaceKind::kSensor ? list_scalar_parameters(id) : get_effect(id).parameters;
+  return get_effect(id).place == PlaceKind::kSensor ? list_scalar_parameters(id) : get_effect(id).parameters;
 }
 
 std::string get_place_text(const Experiment& e, const Effect& effect) {
-  switch (find_place_kind(effect.id)) {
+  switch (effect.place.kind) {
     case PlaceKind::kJoint:
-      return e.robot.tree.joint(effect.place).name;
+      return e.robot.tree.joint(effect.place.index).name;
     case PlaceKind::kLink:
-      return e.robot.tree.links[static_cast<size_t>(effect.place)].name;
+      return e.robot.tree.links[static_cast<size_t>(effect.place.index)].name;
     case PlaceKind::kSensor:
-      return e.signal_name(effect.place / 3, static_cast<Quantity>(effect.place % 3));
+      return e.signal_name(effect.place.index, static_cast<Quantity>(get_signal(effect.place) % kQuantities));
     default:
       return "";
   }
@@ -75,12 +73,12 @@ std::string get_label(const Experiment& e, const Hypothesis& hypothesis) {
 
 EffectSet make_set(const Hypothesis& hypothesis) {
   EffectSet set;
-  for (const Effect& effect : hypothesis) set.push_back({static_cast<int>(effect.id), effect.place});
+  for (const Effect& effect : hypothesis) set.push_back({effect.id, effect.place});
   std::sort(set.begin(), set.end());
   return set;
 }
 
-bool contains(const Hypothesis& hypothesis, EffectId id, int place) {
+bool contains(const Hypothesis& hypothesis, EffectId id, const Place& place) {
   return std::any_of(hypothesis.begin(), hypothesis.end(),
                      [&](const Effect& e) { return e.id == id && e.place == place; });
 }

@@ -6,27 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "common/effects/effect_info.h"
 #include "common/effects/effect_target.h"
 #include "common/multibody/model.h"
-#include "diagnosis/data/recording.h"
 #include "common/effects/joint_law.h"
+#include "diagnosis/data/recording.h"
+#include "diagnosis/model/effect.h"
 #include "servers/dynamics/link_effects.h"
 
 namespace hrp::diagnosis {
 
-struct Effect {
-  EffectId id = EffectId::kViscous;
-  int place = 0;                // joint, link, or joint * 3 + quantity for sensors of joints
-  std::vector<double> p;        // values, order of list_infos()
-};
-
-using Hypothesis = std::vector<Effect>;
-
-// On a fixed base one clock is that of the whole recording.
-PlaceKind find_place_kind(EffectId id);
-
-// Of the readings of a joint, one number each, a sensor's fault has its first axis only.
+// Values of an effect are in this order here. Of the readings of a joint, one number each, a sensor's fault has its first axis only.
 const std::vector<EffectParameter>& list_infos(EffectId id);
 
 std::string get_place_text(const Experiment& e, const Effect& effect);   // "elbow_pitch"
@@ -37,10 +26,10 @@ std::string get_label(const Experiment& e, const Hypothesis& hypothesis);
 constexpr double kGearLoss = 0.002;
 
 // Which effects at which places, whatever their parameters and order.
-using EffectSet = std::vector<std::pair<int, int>>;
+using EffectSet = std::vector<std::pair<EffectId, Place>>;
 EffectSet make_set(const Hypothesis& hypothesis);
 // Whether an effect is in a hypothesis at a place, with whatever parameters.
-bool contains(const Hypothesis& hypothesis, EffectId id, int place);
+bool contains(const Hypothesis& hypothesis, EffectId id, const Place& place);
 
 // Of the drives' loops: last in a hypothesis.
 bool is_timing(const Effect& effect);

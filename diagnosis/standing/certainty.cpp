@@ -12,7 +12,7 @@ constexpr double kItsPart = 0.25;  // share of the largest gain from which on an
 
 // What links, IMU and force sensors are blamed for is felt in the balance of the whole body: with an unknown force in
 // it none of them is sure.
-bool acts_on_balance(const PlacedEffect& e) { return is_link(e) || is_imu(e) || is_wrench(e); }
+bool acts_on_balance(const Effect& e) { return is_link(e) || is_imu(e) || is_wrench(e); }
 
 bool are_about_one_place(const Channel& a, const Channel& b) {
   return a.kind == b.kind && a.joint == b.joint && a.foot == b.foot && a.sensor == b.sensor && a.link == b.link;
@@ -20,31 +20,31 @@ bool are_about_one_place(const Channel& a, const Channel& b) {
 
 }  // namespace
 
-StandFit StandSearcher::judge(const PlacedHypothesis& h) const {
+StandFit StandSearcher::judge(const Hypothesis& h) const {
   return judge_.judge(h, evaluate(p_, h),
                       judge_.find_extra_noise(evaluate(problems_.even, h), evaluate(problems_.odd, h)));
 }
 
-void StandSearcher::update_noise(const PlacedHypothesis& h) {
+void StandSearcher::update_noise(const Hypothesis& h) {
   const StandProblems& p = problems_;
   judge_.update_sigma(evaluate(p_, h),
                       {evaluate(p.even, h), evaluate(p.odd, h), evaluate(p.wide_even, h), evaluate(p.wide_odd, h)}, h);
 }
 
 // The final fit of a hypothesis, with deviations.
-StandFit StandSearcher::finish(const StandFit& so_far, const PlacedHypothesis& hypothesis) const {
-  PlacedHypothesis h = hypothesis;
+StandFit StandSearcher::finish(const StandFit& so_far, const Hypothesis& hypothesis) const {
+  Hypothesis h = hypothesis;
   Eigen::MatrixXd covariance;
   if (!polish(problems_, judge_.select(so_far), 3, &h, &covariance)) {
     const Evaluation base = evaluate(p_, h);
     covariance = solve(p_, judge_.select(so_far), h, differentiate(p_, h, 0, base, judge_.train()), base).covariance;
   }
-  for (PlacedEffect& e : h) {
+  for (Effect& e : h) {
     if (get_row(e).loose) find_seen_play(p_, h, &e);
   }
   StandFit fit = judge(h);
   long at = 0;
-  for (const PlacedEffect& e : h) {
+  for (const Effect& e : h) {
     const auto n = static_cast<long>(e.p.size());
     Eigen::MatrixXd own = covariance.block(at, at, n, n);
     for (long i = 0; i < n; ++i) {
@@ -65,7 +65,7 @@ StandFit StandSearcher::judge_again(const StandFit& fit) const {
 
 // Whether each recording alone asks for the same parameters: what is true is the same everywhere.
 bool StandSearcher::is_consistent(size_t effect) const {
-  const PlacedHypothesis& h = out_.chosen.hypothesis;
+  const Hypothesis& h = out_.chosen.hypothesis;
   size_t first = 0;
   for (size_t i = 0; i < effect; ++i) first += h[i].p.size();
   const Evaluation base = evaluate(p_, h);
@@ -94,10 +94,10 @@ bool StandSearcher::exceeds_ground(const StandFit& fit) const {
   if (!get_row(fit.hypothesis.back()).bends_leg || !std::all_of(p_.feet.begin(), p_.feet.end(), flat)) {
     return false;
   }
-  PlacedHypothesis h = fit.hypothesis;
+  Hypothesis h = fit.hypothesis;
   h.pop_back();
-  if (std::any_of(h.begin(), h.end(), [](const PlacedEffect& e) { return is_foot(e); })) return true;
-  const PlacedEffect soles = make_soft_soles(p_);
+  if (std::any_of(h.begin(), h.end(), [](const Effect& e) { return is_foot(e); })) return true;
+  const Effect soles = make_soft_soles(p_);
   h.push_back(soles);
   const StandFit soft = judge(refine(p_, judge_.select(out_.chosen), h, 2));
   return soft.score - kCorrelated * static_cast<double>(soles.p.size()) > fit.score + kGain;
@@ -107,9 +107,9 @@ bool StandSearcher::exceeds_ground(const StandFit& fit) const {
 // stand still alike, and only what the load takes to accelerate tells them apart. True where all of the force that
 // points down may be such a weight, or none.
 bool StandSearcher::may_be_load(size_t effect) const {
-  PlacedHypothesis h = out_.chosen.hypothesis;
-  const PlacedEffect& offset = h[effect];
-  const auto pulls = [&](const PlacedEffect& e) { return e.id == EffectId::kExternalForce && e.place == offset.place; };
+  Hypothesis h = out_.chosen.hypothesis;
+  const Effect& offset = h[effect];
+  const auto pulls = [&](const Effect& e) { return e.id == EffectId::kExternalForce && e.place == offset.place; };
   const auto force = std::find_if(h.begin(), h.end(), pulls);
   if (offset.id != EffectId::kComError || force == h.end() || force->p[2] >= 0) return false;
   const double load = -force->p[2] / p_.experiment->scenario.gravity_W.norm();
@@ -127,7 +127,7 @@ bool StandSearcher::may_be_load(size_t effect) const {
 // explains all of it. Equations about one place count together: an unknown force on the body is felt in its balance as
 // a moment or as a force, and a displaced mass that takes away the one leaves the other.
 bool StandSearcher::explains_its_part(size_t effect) const {
-  PlacedHypothesis rest = out_.chosen.hypothesis;
+  Hypothesis rest = out_.chosen.hypothesis;
   rest.erase(rest.begin() + static_cast<long>(effect));
   const StandFit without = judge(rest);
   // Held-out recordings need not have shown it (feet on their edges tell no tilt): each set of recordings for itself.
@@ -159,7 +159,7 @@ bool StandSearcher::is_balanced() const {
 
 // Whether another joint lacks what follows the position of this effect's joint: then something couples the two.
 bool StandSearcher::is_coupled(size_t effect) const {
-  const PlacedEffect& e = out_.chosen.hypothesis[effect];
+  const Effect& e = out_.chosen.hypothesis[effect];
   if (!is_joint(e)) return false;
   const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
   for (size_t c = 0; c < channels(); ++c) {
@@ -180,9 +180,9 @@ size_t StandSearcher::find_effort_channel(int joint) const {
 // both joints explains as well are one: no effects of the one and of the other.
 void StandSearcher::refuse_couplings() {
   const Evaluation nominal = evaluate(p_, {});
-  const PlacedHypothesis& h = out_.chosen.hypothesis;
-  for (const PlacedEffect& a : h) {
-    for (const PlacedEffect& b : h) {
+  const Hypothesis& h = out_.chosen.hypothesis;
+  for (const Effect& a : h) {
+    for (const Effect& b : h) {
       if (!is_joint(a) || !is_joint(b) || a.place.index >= b.place.index) continue;
       const size_t x = find_effort_channel(a.place.index), y = find_effort_channel(b.place.index);
       if (x >= channels() || y >= channels()) continue;
@@ -198,7 +198,7 @@ void StandSearcher::refuse_couplings() {
 // Dry friction that is another at another position is in no list.
 void StandSearcher::refuse_uneven_friction() {
   const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
-  for (const PlacedEffect& e : out_.chosen.hypothesis) {
+  for (const Effect& e : out_.chosen.hypothesis) {
     if (!get_effect(e.id).sticks) continue;
     const size_t c = find_effort_channel(e.place.index);
     if (c >= channels()) continue;  // no effort was recorded
@@ -210,14 +210,14 @@ void StandSearcher::refuse_uneven_friction() {
 // Several effects in one joint can bend to much that is none of them: then each must be the same in every recording,
 // what is missing no sinusoid of time, and what they leave noise.
 void StandSearcher::refuse_bundles() {
-  const PlacedHypothesis& h = out_.chosen.hypothesis;
+  const Hypothesis& h = out_.chosen.hypothesis;
   const Evaluation nominal = evaluate(p_, {});
   const auto is_periodic = [&](int joint) {
     const size_t c = find_effort_channel(joint);
     return c < channels() && follows_time(p_, out_.channels[c], c, nominal);
   };
   for (size_t i = 0; i < h.size(); ++i) {
-    const auto beside = [&](const PlacedEffect& e) {
+    const auto beside = [&](const Effect& e) {
       return &e != &h[i] && is_joint(e) && is_joint(h[i]) && e.place == h[i].place;
     };
     if (std::none_of(h.begin(), h.end(), beside)) continue;
@@ -234,7 +234,7 @@ void StandSearcher::refuse_bundles() {
 // alike and move alike do, too: this is asked only where something remains that no effect explains.
 bool StandSearcher::has_equal_drives() const {
   const Evaluation nominal = evaluate(p_, {});
-  for (const PlacedEffect& e : out_.chosen.hypothesis) {
+  for (const Effect& e : out_.chosen.hypothesis) {
     if (!is_joint(e)) continue;
     const size_t own = find_effort_channel(e.place.index);
     for (size_t c = 0; c < channels(); ++c) {

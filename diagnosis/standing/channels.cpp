@@ -21,7 +21,7 @@ constexpr double kLoaded = 0.01;   // share of the weight that a foot must carry
 
 class Calculator : StandMotion {
  public:
-  Calculator(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording, TeethOffsets offsets)
+  Calculator(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, TeethOffsets offsets)
       : StandMotion(problem, hypothesis, recording, std::move(offsets)),
         tau_(model_.nv()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
@@ -279,7 +279,7 @@ struct PlacedLink {
 };
 
 // Once with the teeth in the middle, once a little to the side: what the feet say about where they lie.
-PlacedLink place_link(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording,
+PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
                       TeethOffsets offsets, size_t joint, double gap, double slack) {
   StandBase middle, aside;
   offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
@@ -296,13 +296,13 @@ PlacedLink place_link(const StandProblem& problem, const PlacedHypothesis& hypot
 }
 
 // [N m] A torque that holds the teeth on one side; none does in a gap that nothing was seen to end.
-double choose_slack(const StandProblem& problem, const PlacedEffect& backlash) {
+double choose_slack(const StandProblem& problem, const Effect& backlash) {
   return backlash.p[0] < kMostPlay ? problem.slack[static_cast<size_t>(backlash.place.index)] : 1e300;
 }
 
 }  // namespace
 
-double find_play(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t joint) {
+double find_play(const StandProblem& problem, const Hypothesis& hypothesis, size_t joint) {
   std::vector<double> seen;
   for (size_t r = 0; r < problem.recordings.size(); ++r) {
     if (!problem.recordings[r].train) continue;
@@ -316,7 +316,7 @@ double find_play(const StandProblem& problem, const PlacedHypothesis& hypothesis
   return seen[seen.size() - 1 - few] - seen[few];
 }
 
-void find_seen_play(const StandProblem& problem, const PlacedHypothesis& hypothesis, PlacedEffect* backlash) {
+void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, Effect* backlash) {
   const auto joint = static_cast<size_t>(backlash->place.index);
   double low = kMostPlay, high = -kMostPlay;
   long held_low = 0, held_high = 0;
@@ -339,10 +339,10 @@ void find_seen_play(const StandProblem& problem, const PlacedHypothesis& hypothe
   backlash->p[3] = at_low && at_high ? 0 : high - low;
 }
 
-std::vector<double> calc_channels(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording,
+std::vector<double> calc_channels(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
                                   StandBase* base) {
   TeethOffsets offsets(problem.effort.size());
-  for (const PlacedEffect& e : hypothesis) {
+  for (const Effect& e : hypothesis) {
     if (!get_row(e).loose || e.p[0] == 0 || problem.slack.empty()) continue;
     const auto joint = static_cast<size_t>(e.place.index);
     offsets[joint] =
@@ -351,7 +351,7 @@ std::vector<double> calc_channels(const StandProblem& problem, const PlacedHypot
   return Calculator(problem, hypothesis, recording, std::move(offsets)).run(base);
 }
 
-std::vector<double> calc_drive_channels(const StandProblem& problem, const PlacedHypothesis& hypothesis,
+std::vector<double> calc_drive_channels(const StandProblem& problem, const Hypothesis& hypothesis,
                                         size_t recording, const StandBase& base, int joint) {
   const StandRecording& r = problem.recordings[recording];
   const Terms terms(problem, hypothesis);

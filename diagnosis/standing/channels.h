@@ -31,19 +31,19 @@ struct StandBase {
 
 // Residuals [sample][channel], flat, of one recording. 0 where a channel says nothing: tilt and gap of a foot that
 // stands on an edge of its sole, a joint that is stuck.
-std::vector<double> calc_channels(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording,
+std::vector<double> calc_channels(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
                                   StandBase* base = nullptr);
 
 // [rad] How far a joint's link would have to move against its encoder, whatever the torque, for the feet to stand where
 // they stand: range of nine tenths of the training samples.
-double find_play(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t joint);
+double find_play(const StandProblem& problem, const Hypothesis& hypothesis, size_t joint);
 
 // [rad] Notes in a loose transmission what its free link was seen to move, if no torque ever held it at both ends of
 // the gap. Where none held it at either end the gap may be any: then the link is free wherever it is.
-void find_seen_play(const StandProblem& problem, const PlacedHypothesis& hypothesis, PlacedEffect* backlash);
+void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, Effect* backlash);
 
 // The same for a hypothesis that differs from that of `base` only in effects of one joint's drive: fast.
-std::vector<double> calc_drive_channels(const StandProblem& problem, const PlacedHypothesis& hypothesis,
+std::vector<double> calc_drive_channels(const StandProblem& problem, const Hypothesis& hypothesis,
                                         size_t recording, const StandBase& base, int joint);
 
 }  // namespace hrp::diagnosis::standing

@@ -133,9 +133,9 @@ StandRow make_drive_row(EffectId id, std::vector<double> neutral, std::vector<do
 
 StandRow make_coulomb() {
   StandRow row = make_drive_row(EffectId::kCoulomb, {0, 0}, {0.1, 0.02});
-  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return std::abs(e.p[1]) < 1; };
-  row.list_richer = [](const StandProblem&, const PlacedEffect& e) {
-    std::vector<PlacedEffect> out;
+  row.is_sensible = [](const StandProblem&, const Effect& e) { return std::abs(e.p[1]) < 1; };
+  row.list_richer = [](const StandProblem&, const Effect& e) {
+    std::vector<Effect> out;
     for (double v : {0.03, 0.1, 0.3}) out.push_back({EffectId::kStribeck, e.place, {0.7 * e.p[0], 0.5 * e.p[0], v, 0}});
     return out;
   };
@@ -145,7 +145,7 @@ StandRow make_coulomb() {
 StandRow make_stribeck() {
   StandRow row = make_drive_row(EffectId::kStribeck, {0, 0, 0.1, 0}, {0.1, 0.1, 1e-3, 0.1});
   row.apply = &apply_stribeck;
-  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) {
+  row.is_sensible = [](const StandProblem&, const Effect& e) {
     return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
   };
   row.keep = [](std::vector<double>* p) { (*p)[2] = std::clamp((*p)[2], 0.01, 0.5); };  // [rad/s]
@@ -155,14 +155,14 @@ StandRow make_stribeck() {
 
 StandRow make_load_friction() {
   StandRow row = make_drive_row(EffectId::kLoadFriction, {0}, {0.01});
-  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return e.p[0] < 1; };
+  row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[0] < 1; };
   return row;
 }
 
 StandRow make_hysteresis() {
   StandRow row = make_drive_row(EffectId::kHysteresis, {0, 0.02}, {1, 1e-4});
   row.follows_position = true;
-  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return e.p[1] > 1e-3 && e.p[1] < 0.5; };
+  row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[1] > 1e-3 && e.p[1] < 0.5; };
   row.keep = [](std::vector<double>* p) { (*p)[1] = std::clamp((*p)[1], 2e-3, 0.3); };  // [rad]
   row.list_starts = [](const StandProblem&, const StandHints&, size_t) { return list_at(1, {0.01, 0.04}); };  // [rad]
   return row;
@@ -185,7 +185,7 @@ StandRow make_saturation() {
   StandRow row = make_drive_row(EffectId::kSaturation, {1e300}, {0.01});
   row.positive = false, row.away = true;
   // Of a drive that gives less than can be seen nothing tells what takes the rest.
-  row.is_sensible = [](const StandProblem& problem, const PlacedEffect& e) {
+  row.is_sensible = [](const StandProblem& problem, const Effect& e) {
     return e.p[0] > kSeen * find_noise(problem, e.place.index);
   };
   row.list_starts = &list_limits;
@@ -206,9 +206,9 @@ StandRow make_backlash() {
   row.apply = &apply_backlash, row.keep = &keep_rotor;
   row.away = row.loose = true, row.refined = 1;
   // A gap below what encoders resolve is none.
-  row.is_sensible = [](const StandProblem&, const PlacedEffect& e) { return e.p[0] > 1e-4; };
+  row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[0] > 1e-4; };
   // [rad/(N m)] Teeth bend less than the servo that drives them gives, or it would ring.
-  row.find_prior = [](const StandProblem& problem, const PlacedEffect& e, size_t parameter) {
+  row.find_prior = [](const StandProblem& problem, const Effect& e, size_t parameter) {
     return parameter == 2 ? 0.3 / std::max(1.0, find_servo(problem, e.place.index).kp) : 0.0;
   };
   row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) {
@@ -239,10 +239,10 @@ StandRow make_mass_error() {
 StandRow make_com_error() {
   StandRow row = make_row(EffectId::kComError, {0, 0, 0}, {1e-3, 1e-3, 1e-3});
   row.noisy = row.all_count = true;
-  row.is_sensible = [](const StandProblem& problem, const PlacedEffect& e) {
+  row.is_sensible = [](const StandProblem& problem, const Effect& e) {
     return get3(e.p).norm() < find_size(problem, e.place.index);
   };
-  row.find_prior = [](const StandProblem& problem, const PlacedEffect& e, size_t) {
+  row.find_prior = [](const StandProblem& problem, const Effect& e, size_t) {
     return 0.5 * find_size(problem, e.place.index);
   };
   return row;
@@ -252,7 +252,7 @@ StandRow make_force() {
   StandRow row = make_row(EffectId::kExternalForce, {0, 0, 0}, {1, 1, 1});
   row.all_count = true;
   // Of pulls from anywhere the share that is plumb within an angle is half its square; weight is plumb by itself.
-  row.find_doubt = [](const PlacedEffect& e) {
+  row.find_doubt = [](const Effect& e) {
     const Vector3d force = get3(e.p);
     const double angle = std::max(kPlumb, force.head<2>().norm() / std::max(1e-9, force.norm()));
     return -std::log(0.5 * angle * angle);
@@ -260,7 +260,7 @@ StandRow make_force() {
   return row;
 }
 
-double find_sole_prior(const StandProblem& problem, const PlacedEffect& e, size_t parameter) {
+double find_sole_prior(const StandProblem& problem, const Effect& e, size_t parameter) {
   const size_t size = get_row(e).step.size(), at = parameter % size;
   const StandFoot& foot = problem.feet[parameter / size];
   if (at == 5 || at == 6) return 0.02;  // [m] "near the sole's centre"
@@ -270,8 +270,8 @@ double find_sole_prior(const StandProblem& problem, const PlacedEffect& e, size_
   return 0;
 }
 
-std::vector<PlacedEffect> list_hard_soles(const StandProblem& problem, const PlacedEffect& e) {
-  PlacedEffect hard{EffectId::kFootHardening, e.place, {}};
+std::vector<Effect> list_hard_soles(const StandProblem& problem, const Effect& e) {
+  Effect hard{EffectId::kFootHardening, e.place, {}};
   for (size_t f = 0; f < problem.feet.size(); ++f) {
     const auto begin = e.p.begin() + static_cast<long>(f * kFootParameters);
     hard.p.insert(hard.p.end(), begin, begin + kFootParameters);
@@ -311,7 +311,7 @@ StandRow make_sensor_row(EffectId id, Reading reading, std::vector<double> neutr
   return row;
 }
 
-bool is_late(const StandProblem& problem, const PlacedEffect& e) { return e.p[0] > find_stamping(problem); }
+bool is_late(const StandProblem& problem, const Effect& e) { return e.p[0] > find_stamping(problem); }
 
 void add_sensor_rows(std::vector<StandRow>* rows) {
   struct Size {

@@ -19,10 +19,10 @@ bool is_factor(const StandRow& row) { return row.neutral == std::vector<double>{
 
 class Lister {
  public:
-  Lister(const StandProblem& problem, const PlacedHypothesis& base, const StandHints& hints)
+  Lister(const StandProblem& problem, const Hypothesis& base, const StandHints& hints)
       : p_(problem), base_(base), hints_(hints) {}
 
-  std::vector<PlacedEffect> run() {
+  std::vector<Effect> run() {
     for (int j = 0; j < p_.tree.num_joints(); ++j) {
       add_all(PlaceKind::kJoint, j), add_readings(j, &is_joint_sensor);
     }
@@ -38,20 +38,20 @@ class Lister {
  private:
   void add_all(PlaceKind kind, int index) {
     for (const StandRow& row : list_rows()) {
-      const PlacedEffect none{row.id, {kind, index, Reading::kAll}, row.neutral};
+      const Effect none{row.id, {kind, index, Reading::kAll}, row.neutral};
       if (get_effect(row.id).place == kind && can_show(row, none)) add(row, none);
     }
   }
 
-  void add_readings(int index, bool (*is_wanted)(const PlacedEffect&)) {
+  void add_readings(int index, bool (*is_wanted)(const Effect&)) {
     for (const StandRow& row : list_rows()) {
-      const PlacedEffect none{row.id, at_sensor(index, row.reading), row.neutral};
+      const Effect none{row.id, at_sensor(index, row.reading), row.neutral};
       if (row.reading != Reading::kAll && is_wanted(none) && can_show(row, none)) add(row, none);
     }
   }
 
   // Whether what was recorded says anything about it.
-  bool can_show(const StandRow& row, const PlacedEffect& e) const {
+  bool can_show(const StandRow& row, const Effect& e) const {
     const auto i = static_cast<size_t>(e.place.index);
     const auto flat = [](const StandFoot& foot) { return foot.kind == SoleKind::kFlat; };
     if (is_joint(e)) return (p_.is_driven(i) || (!row.at_drive && !row.bends_leg)) && (!row.by_command || p_.command[i]);
@@ -65,8 +65,8 @@ class Lister {
     return e.id != EffectId::kSensorBias || (effort && p_.command[i]);
   }
 
-  void add(const StandRow& row, const PlacedEffect& none) {
-    for (const PlacedEffect& e : base_) {
+  void add(const StandRow& row, const Effect& none) {
+    for (const Effect& e : base_) {
       if (e.id == none.id && e.place == none.place) return;
       if (is_foot(none) && is_foot(e)) return;
     }
@@ -81,14 +81,14 @@ class Lister {
   }
 
   const StandProblem& p_;
-  const PlacedHypothesis& base_;
+  const Hypothesis& base_;
   const StandHints& hints_;
-  std::vector<PlacedEffect> list_;
+  std::vector<Effect> list_;
 };
 
 }  // namespace
 
-const StandRow& get_row(const PlacedEffect& e) {
+const StandRow& get_row(const Effect& e) {
   for (const StandRow& row : list_rows()) {
     if (row.id == e.id && row.reading == e.place.reading) return row;
   }
@@ -96,11 +96,11 @@ const StandRow& get_row(const PlacedEffect& e) {
   return list_rows().front();
 }
 
-std::vector<PlacedEffect> list_candidates(const StandProblem& p, const PlacedHypothesis& base, const StandHints& hints) {
+std::vector<Effect> list_candidates(const StandProblem& p, const Hypothesis& base, const StandHints& hints) {
   return Lister(p, base, hints).run();
 }
 
-bool is_sensible(const StandProblem& problem, const PlacedEffect& e) {
+bool is_sensible(const StandProblem& problem, const Effect& e) {
   const StandRow& row = get_row(e);
   for (double v : e.p) {
     if (!std::isfinite(v)) return false;
@@ -118,30 +118,30 @@ bool is_sensible(const StandProblem& problem, const PlacedEffect& e) {
   return !row.is_sensible || row.is_sensible(problem, e);
 }
 
-bool are_sensible(const StandProblem& problem, const PlacedHypothesis& hypothesis) {
+bool are_sensible(const StandProblem& problem, const Hypothesis& hypothesis) {
   return std::all_of(hypothesis.begin(), hypothesis.end(),
-                     [&](const PlacedEffect& e) { return is_sensible(problem, e); });
+                     [&](const Effect& e) { return is_sensible(problem, e); });
 }
 
-std::vector<PlacedEffect> list_richer(const StandProblem& problem, const PlacedEffect& e) {
-  return get_row(e).list_richer ? get_row(e).list_richer(problem, e) : std::vector<PlacedEffect>{};
+std::vector<Effect> list_richer(const StandProblem& problem, const Effect& e) {
+  return get_row(e).list_richer ? get_row(e).list_richer(problem, e) : std::vector<Effect>{};
 }
 
-bool starts_away(const PlacedEffect& e) {
+bool starts_away(const Effect& e) {
   const StandRow& row = get_row(e);
   return row.away || (row.drifts && e.p[0] != row.neutral[0]);
 }
 
-bool is_vector(const PlacedEffect& e) { return get_effect(e.id).vector && get_row(e).neutral.size() > 1; }
+bool is_vector(const Effect& e) { return get_effect(e.id).vector && get_row(e).neutral.size() > 1; }
 
-PlacedEffect make_soft_soles(const StandProblem& problem) {
+Effect make_soft_soles(const StandProblem& problem) {
   const auto& rows = list_rows();
   const auto is_sole = [](const StandRow& row) { return get_effect(row.id).place == PlaceKind::kFoot; };
   const EffectId id = std::find_if(rows.begin(), rows.end(), is_sole)->id;  // the plainer one comes first
   return {id, {PlaceKind::kFoot, 0, Reading::kAll}, std::vector<double>(kFootParameters * problem.feet.size(), 0.0)};
 }
 
-bool is_main(const PlacedEffect& e, size_t parameter) {
+bool is_main(const Effect& e, size_t parameter) {
   const StandRow& row = get_row(e);
   if (is_foot(e)) {
     const size_t at = parameter % row.step.size();
@@ -161,7 +161,7 @@ double find_sinking(const StandFoot& foot) {
   return half > 100 ? 0 : kContact * half * half;
 }
 
-double find_bound(const StandProblem& problem, const PlacedEffect& e, size_t parameter) {
+double find_bound(const StandProblem& problem, const Effect& e, size_t parameter) {
   if (is_foot(e)) {
     const size_t size = get_row(e).step.size(), at = parameter % size;
     return at == 0 || at == 2 ? find_give(problem.feet[parameter / size], at == 0 ? 0 : 1) : 0;
@@ -179,7 +179,7 @@ double find_bound(const StandProblem& problem, const PlacedEffect& e, size_t par
   return 0;
 }
 
-double find_doubt(const StandProblem& problem, const PlacedEffect& e) {
+double find_doubt(const StandProblem& problem, const Effect& e) {
   if (!is_link(e)) return 0;
   double most = 0;
   for (const LinkSpec& link : problem.tree.links) most = std::max(most, link.inertia.mass);
@@ -187,7 +187,7 @@ double find_doubt(const StandProblem& problem, const PlacedEffect& e) {
   return std::log(most / std::max(1e-6, mass)) + (get_row(e).find_doubt ? get_row(e).find_doubt(e) : 0);
 }
 
-double find_prior(const StandProblem& problem, const PlacedEffect& e, size_t parameter) {
+double find_prior(const StandProblem& problem, const Effect& e, size_t parameter) {
   return get_row(e).find_prior ? get_row(e).find_prior(problem, e, parameter) : 0;
 }
 

@@ -61,37 +61,37 @@ struct StandRow {
   EffectId inside = EffectId::kNamed;  // an effect that has this one as a part
   // None: not a candidate here. Null: from none.
   std::vector<Start> (*list_starts)(const StandProblem&, const StandHints&, size_t place) = nullptr;
-  bool (*is_sensible)(const StandProblem&, const PlacedEffect&) = nullptr;
+  bool (*is_sensible)(const StandProblem&, const Effect&) = nullptr;
   void (*keep)(std::vector<double>* p) = nullptr;  // shapes within bounds after a step
-  double (*find_prior)(const StandProblem&, const PlacedEffect&, size_t parameter) = nullptr;
-  double (*find_doubt)(const PlacedEffect&) = nullptr;
-  std::vector<PlacedEffect> (*list_richer)(const StandProblem&, const PlacedEffect&) = nullptr;
+  double (*find_prior)(const StandProblem&, const Effect&, size_t parameter) = nullptr;
+  double (*find_doubt)(const Effect&) = nullptr;
+  std::vector<Effect> (*list_richer)(const StandProblem&, const Effect&) = nullptr;
 };
 std::vector<StandRow> make_rows();  // of all effects: effect_rows.cpp
-const StandRow& get_row(const PlacedEffect& effect);
+const StandRow& get_row(const Effect& effect);
 
 // What may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity, the
 // periods of cogging) come several times, with different starts.
-std::vector<PlacedEffect> list_candidates(const StandProblem& problem, const PlacedHypothesis& base,
+std::vector<Effect> list_candidates(const StandProblem& problem, const Hypothesis& base,
                                          const StandHints& hints);
 
 // Richer laws of the same kind, from where the plain one ended: no linear prediction from nothing finds them.
-std::vector<PlacedEffect> list_richer(const StandProblem& problem, const PlacedEffect& effect);
+std::vector<Effect> list_richer(const StandProblem& problem, const Effect& effect);
 
-bool starts_away(const PlacedEffect& effect);
+bool starts_away(const Effect& effect);
 
 // One quantity written in axes that somebody chose: a force, an offset, a slope.
-bool is_vector(const PlacedEffect& effect);
+bool is_vector(const Effect& effect);
 
 // Soles that give, from none.
-PlacedEffect make_soft_soles(const StandProblem& problem);
+Effect make_soft_soles(const StandProblem& problem);
 
 // Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
-bool is_main(const PlacedEffect& effect, size_t parameter);
+bool is_main(const Effect& effect, size_t parameter);
 
 // Within what can be: positive stiffness, scales that a sensor can have.
-bool is_sensible(const StandProblem& problem, const PlacedEffect& effect);
-bool are_sensible(const StandProblem& problem, const PlacedHypothesis& hypothesis);
+bool is_sensible(const StandProblem& problem, const Effect& effect);
+bool are_sensible(const StandProblem& problem, const Hypothesis& hypothesis);
 
 // [rad/(N m)] The most that ground and sole give about a foot's roll (axis 0) or pitch: kContact about the sole's short
 // edge, more about the long one. Straight down [m/N]: find_sinking.
@@ -100,13 +100,13 @@ double find_sinking(const StandFoot& foot);
 
 // How much of a parameter the ground may be to blame for, whatever the recordings say: what gives under the feet looks
 // like soles, or like transmissions of the leg about the same axis. An effect is sure of what exceeds that only.
-double find_bound(const StandProblem& problem, const PlacedEffect& effect, size_t parameter);
+double find_bound(const StandProblem& problem, const Effect& effect, size_t parameter);
 
 // Minus the logarithm of how much likelier than here an effect of this kind is at the likeliest place, before anything
 // is recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
-double find_doubt(const StandProblem& problem, const PlacedEffect& effect);
+double find_doubt(const StandProblem& problem, const Effect& effect);
 
 // Standard deviation of what is known beforehand of a parameter about its neutral value; 0: nothing.
-double find_prior(const StandProblem& problem, const PlacedEffect& effect, size_t parameter);
+double find_prior(const StandProblem& problem, const Effect& effect, size_t parameter);
 
 }  // namespace hrp::diagnosis::standing

@@ -20,7 +20,7 @@ Json make_bounded(double value, double chance, double one_end, double other_end,
 
 // Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation of chance. Ground and sole
 // give in series with the bush, by anything up to `contact`, so that a is what was seen less that.
-void add_bush_axis(const PlacedEffect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
+void add_bush_axis(const Effect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
                    Json* out) {
   const double seen = e.p[at], series = std::min(contact, 0.5 * seen), a = seen - 0.5 * series;
   const double sa = std(static_cast<long>(at)), b = e.p[at + 1], sb = std(static_cast<long>(at) + 1);
@@ -32,7 +32,7 @@ void add_bush_axis(const PlacedEffect& e, const Eigen::VectorXd& std, size_t at,
   (*out)[std::string("c_") + axis] = make_bounded(damping(a), chance, damping(seen), damping(stiff), "N m s/rad");
 }
 
-Json make_bush(const StandProblem& p, const PlacedEffect& e, const Eigen::VectorXd& std, size_t foot) {
+Json make_bush(const StandProblem& p, const Effect& e, const Eigen::VectorXd& std, size_t foot) {
   const size_t size = get_row(e).step.size(), at = foot * size;
   const bool hard = size > kFootParameters;
   Json out;
@@ -50,7 +50,7 @@ Json make_bush(const StandProblem& p, const PlacedEffect& e, const Eigen::Vector
   return out;
 }
 
-Json make_payload(const PlacedEffect& e, const Eigen::VectorXd& std) {
+Json make_payload(const Effect& e, const Eigen::VectorXd& std) {
   std::vector<double> value, deviation;
   for (long i = 1; i < 4; ++i) {  // written as mass x com
     const double c = e.p[static_cast<size_t>(i)] / e.p[0];
@@ -62,7 +62,7 @@ Json make_payload(const PlacedEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_spring(const PlacedEffect& e, const Eigen::VectorXd& std) {
+Json make_spring(const Effect& e, const Eigen::VectorXd& std) {
   Json out;
   out["stiffness"] = make_value(e.p[0], std(0), "N m/rad");
   const double rest = -e.p[1] / e.p[0];
@@ -70,7 +70,7 @@ Json make_spring(const PlacedEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_stribeck(const PlacedEffect& e, const Eigen::VectorXd& std) {
+Json make_stribeck(const Effect& e, const Eigen::VectorXd& std) {
   Json out;
   out["coulomb"] = make_value(e.p[0], std(0), "N m");
   out["static"] = make_value(e.p[0] + e.p[1], std::hypot(std(0), std(1)), "N m");
@@ -79,7 +79,7 @@ Json make_stribeck(const PlacedEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_cogging(const PlacedEffect& e, const Eigen::VectorXd& std) {
+Json make_cogging(const Effect& e, const Eigen::VectorXd& std) {
   const double phase = std::atan2(e.p[1], e.p[0]);
   const double amplitude = std::hypot(e.p[0], e.p[1]), s = std::max(std(0), std(1));
   Json out;
@@ -90,7 +90,7 @@ Json make_cogging(const PlacedEffect& e, const Eigen::VectorXd& std) {
 }
 
 // Where no torque held the link at both ends the gap may be any that lets it go where it was seen.
-Json make_backlash(const PlacedEffect& e, const Eigen::VectorXd& std) {
+Json make_backlash(const Effect& e, const Eigen::VectorXd& std) {
   Json out;
   out["gap"] = make_value(e.p[3] > 0 ? e.p[3] : e.p[0], std(0), "rad");
   if (e.p[3] > 0) {
@@ -100,7 +100,7 @@ Json make_backlash(const PlacedEffect& e, const Eigen::VectorXd& std) {
   return out;
 }
 
-Json make_elasticity(const PlacedEffect& e, const Eigen::VectorXd& std) {
+Json make_elasticity(const Effect& e, const Eigen::VectorXd& std) {
   Json out;
   out["stiffness"] = make_value(1 / e.p[0], std(0) / (e.p[0] * e.p[0]), "N m/rad");
   out["rotor_inertia"] = make_value(e.p[1], std(1), "kg m^2");
@@ -108,7 +108,7 @@ Json make_elasticity(const PlacedEffect& e, const Eigen::VectorXd& std) {
 }
 
 // Effects whose coefficients are not their parameters.
-using Make = Json (*)(const PlacedEffect&, const Eigen::VectorXd&);
+using Make = Json (*)(const Effect&, const Eigen::VectorXd&);
 const std::map<EffectId, Make> kOwn{{EffectId::kPayload, &make_payload},     {EffectId::kSpring, &make_spring},
                                     {EffectId::kStribeck, &make_stribeck},   {EffectId::kCogging, &make_cogging},
                                     {EffectId::kBacklash, &make_backlash},   {EffectId::kElasticity, &make_elasticity}};
@@ -129,7 +129,7 @@ const char* find_suffix(Reading reading) {
 
 }  // namespace
 
-std::pair<std::string, std::string> find_place(const StandProblem& p, const PlacedEffect& e) {
+std::pair<std::string, std::string> find_place(const StandProblem& p, const Effect& e) {
   const auto i = static_cast<size_t>(e.place.index);
   if (is_joint(e)) return {"joint", p.tree.joint(e.place.index).name};
   if (is_joint_sensor(e)) {
@@ -142,7 +142,7 @@ std::pair<std::string, std::string> find_place(const StandProblem& p, const Plac
   return {"ground", "ground"};
 }
 
-Json make_parameters(const StandProblem& p, const PlacedEffect& e, const Eigen::VectorXd& fitted, size_t foot) {
+Json make_parameters(const StandProblem& p, const Effect& e, const Eigen::VectorXd& fitted, size_t foot) {
   Eigen::VectorXd std = fitted;
   for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kLaws * e.p[static_cast<size_t>(i)]);
   if (is_foot(e)) return make_bush(p, e, std, foot);

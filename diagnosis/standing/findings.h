@@ -11,10 +11,10 @@
 namespace hrp::diagnosis::standing {
 
 // The place in the report's words: kind and name.
-std::pair<std::string, std::string> find_place(const StandProblem& problem, const PlacedEffect& effect);
+std::pair<std::string, std::string> find_place(const StandProblem& problem, const Effect& effect);
 
 // Parameters with deviations and intervals; of a sole's compliance those of one foot.
-Json make_parameters(const StandProblem& problem, const PlacedEffect& effect, const Eigen::VectorXd& fitted,
+Json make_parameters(const StandProblem& problem, const Effect& effect, const Eigen::VectorXd& fitted,
                      size_t foot);
 
 std::string describe_values(const Json& parameters);

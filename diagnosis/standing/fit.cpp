@@ -57,9 +57,9 @@ Normal gather(const StandProblem& problem, const FitSelection& selection, const 
   return normal;
 }
 
-void add_priors(const StandProblem& problem, const PlacedHypothesis& hypothesis, Normal* normal) {
+void add_priors(const StandProblem& problem, const Hypothesis& hypothesis, Normal* normal) {
   long at = 0;
-  for (const PlacedEffect& e : hypothesis) {
+  for (const Effect& e : hypothesis) {
     const std::vector<double>& neutral = get_row(e).neutral;
     for (size_t i = 0; i < e.p.size(); ++i, ++at) {
       const double prior = find_prior(problem, e, i);
@@ -90,20 +90,20 @@ StandStep solve_normal(const Normal& normal) {
 
 }  // namespace
 
-Evaluation evaluate(const StandProblem& problem, const PlacedHypothesis& hypothesis) {
+Evaluation evaluate(const StandProblem& problem, const Hypothesis& hypothesis) {
   Evaluation out(problem.recordings.size());
   for (size_t r = 0; r < out.size(); ++r) calc_channels(problem, hypothesis, r, &out[r]);
   return out;
 }
 
-std::vector<Derivative> differentiate(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t first,
+std::vector<Derivative> differentiate(const StandProblem& problem, const Hypothesis& hypothesis, size_t first,
                                       const Evaluation& base, const std::vector<size_t>& recordings) {
   std::vector<Derivative> columns;
   for (size_t e = first; e < hypothesis.size(); ++e) {
     const StandRow& row = get_row(hypothesis[e]);
     for (size_t i = 0; i < hypothesis[e].p.size(); ++i) {
       const double step = row.step[i % row.step.size()];
-      PlacedHypothesis moved = hypothesis;
+      Hypothesis moved = hypothesis;
       moved[e].p[i] += step;
       Derivative column(base.size());
       for (size_t r : recordings) {
@@ -159,7 +159,7 @@ SharedColumns share_columns(const FitSelection& selection, std::vector<Derivativ
 }
 
 Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
-                           const PlacedHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y) {
+                           const Hypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y) {
   const auto join = [&](const ColumnSide& side) {
     const long rows = side.shared.residual.size(), n = side.shared.weighted.cols();
     Eigen::MatrixXd out(rows, n + static_cast<long>(side.added.size()));
@@ -173,7 +173,7 @@ Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& sele
   return solve_normal(normal).delta;
 }
 
-StandStep solve(const StandProblem& problem, const FitSelection& selection, const PlacedHypothesis& hypothesis,
+StandStep solve(const StandProblem& problem, const FitSelection& selection, const Hypothesis& hypothesis,
                 const std::vector<Derivative>& columns, const Evaluation& base) {
   const Side side{columns, base};
   Normal normal = gather(problem, selection, side, side);
@@ -184,8 +184,8 @@ StandStep solve(const StandProblem& problem, const FitSelection& selection, cons
 namespace {
 
 // A shape parameter that the data hardly see may be thrown far by one step: it stays within its bounds.
-void keep_shapes(PlacedHypothesis* hypothesis) {
-  for (PlacedEffect& e : *hypothesis) {
+void keep_shapes(Hypothesis* hypothesis) {
+  for (Effect& e : *hypothesis) {
     const size_t size = get_row(e).step.size();
     for (size_t at = 0; is_foot(e) && at < e.p.size(); at += size) {
       for (size_t damping : {at + 1, at + 3}) e.p[damping] = std::max(e.p[damping], 0.0);  // [s]
@@ -196,7 +196,7 @@ void keep_shapes(PlacedHypothesis* hypothesis) {
 
 }  // namespace
 
-void add_step(const Eigen::VectorXd& delta, size_t first, PlacedHypothesis* hypothesis) {
+void add_step(const Eigen::VectorXd& delta, size_t first, Hypothesis* hypothesis) {
   long at = 0;
   for (size_t e = 0; e < hypothesis->size(); ++e) {
     for (double& p : (*hypothesis)[e].p) {
@@ -210,7 +210,7 @@ void add_step(const Eigen::VectorXd& delta, size_t first, PlacedHypothesis* hypo
 namespace {
 
 // What a fit makes small: weighted products of the residuals of two sides, and what is known beforehand.
-double calc_cost(const StandProblem& problem, const FitSelection& selection, const PlacedHypothesis& h,
+double calc_cost(const StandProblem& problem, const FitSelection& selection, const Hypothesis& h,
                  const Evaluation& x, const Evaluation& y) {
   double cost = 0;
   for (size_t r : selection.recordings) {
@@ -218,7 +218,7 @@ double calc_cost(const StandProblem& problem, const FitSelection& selection, con
     const size_t channels = selection.weight.size();
     for (size_t k = 0; k < a.size(); ++k) cost += a[k] * b[k] * std::pow(selection.weight[k % channels], 2);
   }
-  for (const PlacedEffect& e : h) {
+  for (const Effect& e : h) {
     const std::vector<double>& neutral = get_row(e).neutral;
     for (size_t i = 0; i < e.p.size(); ++i) {
       const double prior = find_prior(problem, e, i);
@@ -231,8 +231,8 @@ double calc_cost(const StandProblem& problem, const FitSelection& selection, con
 // Where a step leads; half of it, a quarter, an eighth where all of it makes things worse: samples that stick and slide
 // by turns let whole steps go to and fro. `judge` evaluates a hypothesis and returns its cost.
 template <class Judge>
-PlacedHypothesis take_step(const PlacedHypothesis& from, const Eigen::VectorXd& delta, double cost, Judge judge) {
-  PlacedHypothesis h;
+Hypothesis take_step(const Hypothesis& from, const Eigen::VectorXd& delta, double cost, Judge judge) {
+  Hypothesis h;
   double share = 1;
   for (int i = 0; i <= kHalvings; ++i, share /= 2) {
     h = from;
@@ -244,7 +244,7 @@ PlacedHypothesis take_step(const PlacedHypothesis& from, const Eigen::VectorXd& 
 
 }  // namespace
 
-PlacedHypothesis refine(const StandProblem& problem, const FitSelection& selection, PlacedHypothesis hypothesis,
+Hypothesis refine(const StandProblem& problem, const FitSelection& selection, Hypothesis hypothesis,
                        int iterations) {
   Evaluation base = evaluate(problem, hypothesis);
   for (int i = 0; i < iterations; ++i) {
@@ -252,7 +252,7 @@ PlacedHypothesis refine(const StandProblem& problem, const FitSelection& selecti
     const StandStep step = solve(problem, selection, hypothesis, columns, base);
     if (!step.ok) break;
     const double cost = calc_cost(problem, selection, hypothesis, base, base);
-    hypothesis = take_step(hypothesis, step.delta, cost, [&](const PlacedHypothesis& h) {
+    hypothesis = take_step(hypothesis, step.delta, cost, [&](const Hypothesis& h) {
       base = evaluate(problem, h);
       return calc_cost(problem, selection, h, base, base);
     });
@@ -260,9 +260,9 @@ PlacedHypothesis refine(const StandProblem& problem, const FitSelection& selecti
   return hypothesis;
 }
 
-bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, PlacedHypothesis* hypothesis,
+bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, Hypothesis* hypothesis,
             Eigen::MatrixXd* covariance) {
-  PlacedHypothesis h = *hypothesis;
+  Hypothesis h = *hypothesis;
   Evaluation even = evaluate(problems.even, h), odd = evaluate(problems.odd, h);
   for (int i = 0; i <= iterations; ++i) {
     const std::vector<Derivative> by_even = differentiate(problems.even, h, 0, even, selection.recordings);
@@ -274,7 +274,7 @@ bool polish(const StandProblems& problems, const FitSelection& selection, int it
     *covariance = step.covariance;
     if (i == iterations) break;
     const double cost = calc_cost(problems.all, selection, h, even, odd);
-    h = take_step(h, step.delta, cost, [&](const PlacedHypothesis& moved) {
+    h = take_step(h, step.delta, cost, [&](const Hypothesis& moved) {
       even = evaluate(problems.even, moved), odd = evaluate(problems.odd, moved);
       return calc_cost(problems.all, selection, moved, even, odd);
     });

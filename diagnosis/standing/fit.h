@@ -39,11 +39,11 @@ struct FitSelection {
   std::vector<double> weight;
 };
 
-Evaluation evaluate(const StandProblem& problem, const PlacedHypothesis& hypothesis);
+Evaluation evaluate(const StandProblem& problem, const Hypothesis& hypothesis);
 
 // Derivatives over the parameters of effects [first, end) of the hypothesis, whose evaluation is `base`, for the given
 // recordings (empty for the others). Those that are read off and not fitted have a zero column.
-std::vector<Derivative> differentiate(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t first,
+std::vector<Derivative> differentiate(const StandProblem& problem, const Hypothesis& hypothesis, size_t first,
                                       const Evaluation& base, const std::vector<size_t>& recordings);
 
 // Columns of the shared part of many fits, weighted, over the selected recordings: found once.
@@ -61,23 +61,23 @@ struct ColumnSide {
   const std::vector<Derivative>& added;
 };
 Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
-                           const PlacedHypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y);
+                           const Hypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y);
 
 // Gauss-Newton step of plain least squares, with what is known beforehand.
-StandStep solve(const StandProblem& problem, const FitSelection& selection, const PlacedHypothesis& hypothesis,
+StandStep solve(const StandProblem& problem, const FitSelection& selection, const Hypothesis& hypothesis,
                 const std::vector<Derivative>& columns, const Evaluation& base);
 
 // Refines a hypothesis by plain least squares.
-PlacedHypothesis refine(const StandProblem& problem, const FitSelection& selection, PlacedHypothesis hypothesis,
+Hypothesis refine(const StandProblem& problem, const FitSelection& selection, Hypothesis hypothesis,
                        int iterations);
 
 // The same by instrumental variables, with the robust covariance over stretches (estimate/robust.h), so that errors that
 // last count as what they are. False when it does not settle.
-bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, PlacedHypothesis* hypothesis,
+bool polish(const StandProblems& problems, const FitSelection& selection, int iterations, Hypothesis* hypothesis,
             Eigen::MatrixXd* covariance);
 
 // Adds a step to the parameters of effects [first, end). A shape, or a damping, that the data hardly see may be thrown
 // far by one step: it stays within its bounds, so that the effect is not given up for it.
-void add_step(const Eigen::VectorXd& delta, size_t first, PlacedHypothesis* hypothesis);
+void add_step(const Eigen::VectorXd& delta, size_t first, Hypothesis* hypothesis);
 
 }  // namespace hrp::diagnosis::standing

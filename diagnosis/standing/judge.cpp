@@ -38,12 +38,12 @@ double find_floor(const StandProblem& p, const Channel& c) {
   return c.kind == "gravity" ? std::max(3e-3, 9.81 * tilt) : 2e-3;
 }
 
-bool is_loose(const PlacedHypothesis& h) {
-  return std::any_of(h.begin(), h.end(), [](const PlacedEffect& e) { return get_row(e).loose; });
+bool is_loose(const Hypothesis& h) {
+  return std::any_of(h.begin(), h.end(), [](const Effect& e) { return get_row(e).loose; });
 }
 
 // Where a link is free between loose teeth its place is read off the feet: their noise is no longer all there.
-size_t find_first_sure(const StandProblem& p, const PlacedHypothesis& h) {
+size_t find_first_sure(const StandProblem& p, const Hypothesis& h) {
   return is_loose(h) ? find_places(p) + count_places(p) : 0;
 }
 
@@ -56,7 +56,7 @@ StandJudge::StandJudge(const StandProblem& problem)
   if (train_.empty()) train_ = held_;
 }
 
-void StandJudge::update_sigma(const Evaluation& evaluation, const PlacedHypothesis& h) {
+void StandJudge::update_sigma(const Evaluation& evaluation, const Hypothesis& h) {
   for (size_t c = find_first_sure(*problem_, h); c < channels_.size(); ++c) {
     const bool sparse = channels_[c].kind == "gyro";
     std::vector<double> found;
@@ -110,7 +110,7 @@ std::vector<double> StandJudge::find_smoothed_away(const std::array<Evaluation, 
 }
 
 void StandJudge::update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves,
-                              const PlacedHypothesis& h) {
+                              const Hypothesis& h) {
   const std::vector<double> noise = find_noise(halves[0], halves[1]), away = find_smoothed_away(halves);
   if (problem_->held) {
     update_sigma(all, h);
@@ -203,11 +203,11 @@ double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, 
 
 // Recordings that were fitted count as well: of so many samples a few parameters cannot follow the noise. What helps
 // must help the others, too (add_effect()).
-StandFit StandJudge::judge(const PlacedHypothesis& h, const Evaluation& evaluation,
+StandFit StandJudge::judge(const Hypothesis& h, const Evaluation& evaluation,
                            const std::vector<double>& extra) const {
   StandFit fit;
   fit.hypothesis = h;
-  for (const PlacedEffect& e : h) {
+  for (const Effect& e : h) {
     fit.score += kCorrelated * (static_cast<double>(e.p.size()) + find_doubt(*problem_, e));
   }
   const double parameters = fit.score;

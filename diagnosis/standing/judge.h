@@ -12,7 +12,7 @@ constexpr double kMismatch = 2.0;  // a channel beyond this many noise deviation
 constexpr double kCorrelated = 8;  // samples that tell as much as one: errors of neighbours are alike
 
 struct StandFit {
-  PlacedHypothesis hypothesis;
+  Hypothesis hypothesis;
   std::vector<Eigen::VectorXd> std;         // by effect, by parameter
   std::vector<Eigen::MatrixXd> covariance;  // the same with what the parameters of one effect err alike
   std::vector<double> channel_rms;          // whitened, on the recordings that were not fitted
@@ -38,11 +38,11 @@ class StandJudge {
   // differ by noise alone, and wide windows from narrow ones, in both halves alike, by what smoothing takes away from
   // fast motion. Where values are held the halves share their noise: then third differences of the residual, which
   // fast disturbances enlarge. `halves`: at even samples, at odd ones, both with wide windows.
-  void update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves, const PlacedHypothesis& hypothesis);
-  void update_sigma(const Evaluation& all, const PlacedHypothesis& hypothesis);  // by third differences
+  void update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves, const Hypothesis& hypothesis);
+  void update_sigma(const Evaluation& all, const Hypothesis& hypothesis);  // by third differences
 
   // `extra`: noise [squared] by channel that the hypothesis itself adds, as find_extra_noise() has it; empty: none.
-  StandFit judge(const PlacedHypothesis& hypothesis, const Evaluation& evaluation,
+  StandFit judge(const Hypothesis& hypothesis, const Evaluation& evaluation,
                  const std::vector<double>& extra = {}) const;
 
   // A heavier link turns the same acceleration's noise into more force; that is no disagreement. Even and odd samples

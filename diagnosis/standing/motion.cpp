@@ -8,7 +8,7 @@
 
 namespace hrp::diagnosis::standing {
 
-StandMotion::StandMotion(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording,
+StandMotion::StandMotion(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
                          TeethOffsets offsets)
     : p_(problem),
       r_(problem.recordings[recording]),

@@ -11,7 +11,7 @@ namespace hrp::diagnosis::standing {
 class StandMotion {
  public:
   // `offsets` [rad] by joint, by sample: where links lie between loose teeth; empty where they are not loose.
-  StandMotion(const StandProblem& problem, const PlacedHypothesis& hypothesis, size_t recording, TeethOffsets offsets);
+  StandMotion(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, TeethOffsets offsets);
 
  protected:
   // Everything below at the sample-th of the recording's samples.

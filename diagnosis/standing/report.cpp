@@ -12,9 +12,9 @@ namespace {
 
 const StandTrial* find_runner_up(const StandOutcome& o, size_t round) {
   if (round >= o.rounds.size()) return nullptr;
-  const PlacedEffect& chosen = o.chosen.hypothesis[round];
+  const Effect& chosen = o.chosen.hypothesis[round];
   for (const StandTrial& t : o.rounds[round]) {
-    const PlacedEffect& e = t.fit.hypothesis[round];
+    const Effect& e = t.fit.hypothesis[round];
     if (t.fit.score < 1e299 && (e.id != chosen.id || !(e.place == chosen.place))) return &t;
   }
   return nullptr;
@@ -30,7 +30,7 @@ std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t 
   const std::string& phrase = get_effect(o.chosen.hypothesis[round].id).phrase;
   std::string out = where + ": " + phrase + " (" + describe_values(parameters) + ").";
   if (const StandTrial* second = find_runner_up(o, round)) {
-    const PlacedEffect& other = second->fit.hypothesis[round];
+    const Effect& other = second->fit.hypothesis[round];
     const double worst = *std::max_element(second->fit.channel_rms.begin(), second->fit.channel_rms.end());
     out += " The next best explanation, " + spell(get_effect(other.id).name) + " at " +
            find_place(p, other).second + ", leaves up to " + number(worst, 2) + " times the noise.";
@@ -38,9 +38,9 @@ std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t 
   return out;
 }
 
-Json make_alternatives(const StandProblem& p, const std::vector<PlacedEffect>& twins) {
+Json make_alternatives(const StandProblem& p, const std::vector<Effect>& twins) {
   Json out = Json::array();
-  for (const PlacedEffect& e : twins) {
+  for (const Effect& e : twins) {
     const auto [kind, name] = find_place(p, e);
     out.push_back({{"effect", get_effect(e.id).name}, {"where", {{kind, name}}}});
   }
@@ -49,12 +49,12 @@ Json make_alternatives(const StandProblem& p, const std::vector<PlacedEffect>& t
 
 // Share of the squares above the noise that each effect takes away, of held-out recordings where there are some.
 std::vector<double> calc_shares(const StandProblem& p, const StandOutcome& o) {
-  const PlacedHypothesis& all = o.chosen.hypothesis;
+  const Hypothesis& all = o.chosen.hypothesis;
   const bool train = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
   const double nominal = std::pow(calc_fit(p, o, evaluate(p, {}), train), 2) - 1.0;
   if (nominal <= 0) return std::vector<double>(all.size(), 0.0);
   return calc_shapley(all.size(), [&](size_t mask) {
-    PlacedHypothesis part;
+    Hypothesis part;
     for (size_t i = 0; i < all.size(); ++i) {
       if (mask >> i & 1) part.push_back(all[i]);
     }
@@ -65,10 +65,10 @@ std::vector<double> calc_shares(const StandProblem& p, const StandOutcome& o) {
 void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) {
   const std::vector<double> shares = calc_shares(p, o);
   for (size_t i = 0; i < o.chosen.hypothesis.size(); ++i) {
-    const PlacedEffect& e = o.chosen.hypothesis[i];
+    const Effect& e = o.chosen.hypothesis[i];
     double probability = i < o.rounds.size() ? 0 : 0.999;
     for (const StandTrial& t : i < o.rounds.size() ? o.rounds[i] : std::vector<StandTrial>{}) {
-      const PlacedEffect& tried = t.fit.hypothesis[i];
+      const Effect& tried = t.fit.hypothesis[i];
       if (tried.id == e.id && tried.place == e.place) probability = std::min(0.999, t.probability);
     }
     const size_t places = is_foot(e) ? p.feet.size() : 1;
@@ -243,13 +243,13 @@ void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
 }
 
 void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* out) {
-  for (const PlacedEffect& e : o.chosen.hypothesis) {
+  for (const Effect& e : o.chosen.hypothesis) {
     if (!is_foot(e)) continue;
     out->push_back({{"effect", "foot_compliance.cz"},
                     {"why", "a standing robot hardly moves up and down on its soles"},
                     {"motion_that_would_tell", "short vertical bounces above 5 Hz"}});
   }
-  for (const PlacedEffect& e : o.chosen.hypothesis) {
+  for (const Effect& e : o.chosen.hypothesis) {
     if (!get_row(e).loose || e.p[3] == 0) continue;
     const auto [kind, name] = find_place(p, e);
     out->push_back({{"effect", "backlash.gap"},
@@ -258,7 +258,7 @@ void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* ou
                     {"motion_that_would_tell", "loads on the joint that change their sign"}});
   }
   for (size_t i = 0; i < o.twins.size(); ++i) {
-    for (const PlacedEffect& e : o.twins[i]) {
+    for (const Effect& e : o.twins[i]) {
       const auto [kind, name] = find_place(p, e);
       if (get_row(e).loose && get_row(o.chosen.hypothesis[i]).tilts_feet) {
         out->push_back({{"effect", get_effect(e.id).name},

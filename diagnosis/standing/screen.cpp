@@ -15,11 +15,11 @@ constexpr size_t kRefined = 8;  // candidates that are fitted to the end in each
 }  // namespace
 
 // The linear prediction of what a candidate would leave: enough to rank.
-StandTrial StandSearcher::screen(const StandFit& so_far, const PlacedEffect& candidate, const Screen& all) const {
+StandTrial StandSearcher::screen(const StandFit& so_far, const Effect& candidate, const Screen& all) const {
   const SharedColumns& shared = all.columns;
   const Evaluation& base = all.base;
   StandTrial trial;
-  PlacedHypothesis h = so_far.hypothesis;
+  Hypothesis h = so_far.hypothesis;
   h.push_back(candidate);
   const StandRow& row = get_row(candidate);
   if (row.refined > 0) {  // too far from linear
@@ -56,7 +56,7 @@ StandTrial StandSearcher::screen(const StandFit& so_far, const PlacedEffect& can
 
 // To the parameters of a hypothesis whose last effect's columns are `added`. What multiplies a noisy signal is stepped
 // by even against odd samples: plain least squares would make it small for the noise's sake.
-Eigen::VectorXd StandSearcher::find_step(const StandFit& so_far, const PlacedHypothesis& h,
+Eigen::VectorXd StandSearcher::find_step(const StandFit& so_far, const Hypothesis& h,
                                          const std::vector<Derivative>& added, const Screen& all) const {
   const FitSelection selection = judge_.select(so_far);
   const ColumnSide plain{all.columns, added};
@@ -68,8 +68,8 @@ Eigen::VectorXd StandSearcher::find_step(const StandFit& so_far, const PlacedHyp
 }
 
 // By channel the noise [squared] that the last effect of a hypothesis adds.
-std::vector<double> StandSearcher::find_noise_of(const PlacedHypothesis& h, const Screen& all) const {
-  const PlacedEffect& last = h.back();
+std::vector<double> StandSearcher::find_noise_of(const Hypothesis& h, const Screen& all) const {
+  const Effect& last = h.back();
   const auto with = [&](const StandProblem& half, const Evaluation& without) {
     Evaluation out(without.size());
     for (size_t r = 0; r < out.size(); ++r) {
@@ -84,23 +84,23 @@ std::vector<double> StandSearcher::find_noise_of(const PlacedHypothesis& h, cons
 }
 
 // What may be added: anything at first, then only what was found at other joints already.
-std::vector<PlacedEffect> StandSearcher::list_next(const StandFit& so_far, const Evaluation& base) const {
+std::vector<Effect> StandSearcher::list_next(const StandFit& so_far, const Evaluation& base) const {
   StandHints hints = hints_;
   hints.ripples = find_ripples(coarse_, base);
   for (size_t j = 0; j < hints.play.size(); ++j) hints.play[j] = find_play(coarse_, so_far.hypothesis, j);
-  std::vector<PlacedEffect> list = list_candidates(p_, so_far.hypothesis, hints);
+  std::vector<Effect> list = list_candidates(p_, so_far.hypothesis, hints);
   if (so_far.hypothesis.size() < kMostEffects) return list;
-  const auto is_new = [&](const PlacedEffect& candidate) {
-    const PlacedHypothesis& h = so_far.hypothesis;
+  const auto is_new = [&](const Effect& candidate) {
+    const Hypothesis& h = so_far.hypothesis;
     return !is_joint(candidate) ||
-           std::none_of(h.begin(), h.end(), [&](const PlacedEffect& e) { return e.id == candidate.id; });
+           std::none_of(h.begin(), h.end(), [&](const Effect& e) { return e.id == candidate.id; });
   };
   list.erase(std::remove_if(list.begin(), list.end(), is_new), list.end());
   return list;
 }
 
 StandSearcher::Screen StandSearcher::prepare_screen(const StandFit& so_far) const {
-  const PlacedHypothesis& h = so_far.hypothesis;
+  const Hypothesis& h = so_far.hypothesis;
   const FitSelection selection = judge_.select(so_far);
   Screen out{evaluate(coarse_, h), evaluate(coarse_even_, h), evaluate(coarse_odd_, h), {}, 0, 0, {}, {}, {}};
   out.score = judge_.judge(h, out.base).score;
@@ -116,12 +116,12 @@ StandSearcher::Screen StandSearcher::prepare_screen(const StandFit& so_far) cons
 }
 
 // A hypothesis from a start fitted to the training recordings, and judged.
-StandFit StandSearcher::fit_trial(const StandFit& so_far, const PlacedHypothesis& start, int iterations) const {
-  PlacedHypothesis h = refine(p_, judge_.select(so_far), start, iterations);
+StandFit StandSearcher::fit_trial(const StandFit& so_far, const Hypothesis& start, int iterations) const {
+  Hypothesis h = refine(p_, judge_.select(so_far), start, iterations);
   Eigen::MatrixXd covariance;
   if (get_row(h.back()).noisy) polish(problems_, judge_.select(so_far), iterations, &h, &covariance);
   StandFit fit = judge(h);
-  const PlacedEffect& last = h.back();
+  const Effect& last = h.back();
   const bool doubtful = get_row(last).bends_leg && last.p[0] <= find_bound(p_, last, 0);
   if (!are_sensible(p_, h) || (doubtful && !exceeds_ground(fit))) fit.score = 1e300;
   return fit;
@@ -130,7 +130,7 @@ StandFit StandSearcher::fit_trial(const StandFit& so_far, const PlacedHypothesis
 // Candidates added to what was found so far, the best few of them fitted to the end; best first.
 std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) const {
   const Screen shared = prepare_screen(so_far);
-  const std::vector<PlacedEffect> candidates = list_next(so_far, shared.base);
+  const std::vector<Effect> candidates = list_next(so_far, shared.base);
   std::vector<StandTrial> trials(candidates.size());
   parallel_for(jobs_, static_cast<int>(candidates.size()), [&](int i) {
     trials[static_cast<size_t>(i)] = screen(so_far, candidates[static_cast<size_t>(i)], shared);

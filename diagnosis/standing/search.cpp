@@ -56,10 +56,10 @@ void StandSearcher::extend() {
 // Soft soles beside a second effect in the feet may look impossible alone (a stiffness below zero) and are then never
 // the first to be added: once more from them, if that explains what else would stay unexplained.
 void StandSearcher::start_with_soles() {
-  const auto soft = [](const PlacedEffect& e) { return is_foot(e); };
-  const PlacedHypothesis& found = out_.chosen.hypothesis;
+  const auto soft = [](const Effect& e) { return is_foot(e); };
+  const Hypothesis& found = out_.chosen.hypothesis;
   if (std::any_of(found.begin(), found.end(), soft)) return;
-  for (const PlacedEffect& e : list_candidates(p_, {}, hints_)) {
+  for (const Effect& e : list_candidates(p_, {}, hints_)) {
     if (e.id != make_soft_soles(p_).id) continue;
     const StandOutcome before = out_;
     const StandJudge judge_before = judge_;
@@ -93,7 +93,7 @@ bool StandSearcher::has_moving_feet() const {
 }
 
 bool StandSearcher::is_significant(const StandFit& fit) const {
-  const PlacedEffect& e = fit.hypothesis.back();
+  const Effect& e = fit.hypothesis.back();
   const StandRow& row = get_row(e);
   // How far a free link moves has no deviation; the held-out gain tells. A link that nothing ever held follows what the
   // feet say at every sample: then they must say it beyond their noise.
@@ -116,7 +116,7 @@ namespace {
 // A transmission has a rotor, too: where what it gives is not sure the rotor alone may be, unless it is far worse than
 // `so_far` allows: beside other effects that are still missing a little more is no proof.
 bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& so_far) {
-  const PlacedEffect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
+  const Effect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
   const double far = std::max(kRicher, kRotorsLack * (so_far.score - rich.score));
   return get_row(a).inside == b.id && a.place == b.place &&
          simple.score - rich.score < far;
@@ -171,7 +171,7 @@ bool StandSearcher::add_effect() {
 
 // What makes the law richer differs from nothing.
 bool StandSearcher::is_richer(const StandFit& fit, size_t effect) const {
-  const PlacedEffect& e = fit.hypothesis[effect];
+  const Effect& e = fit.hypothesis[effect];
   const Eigen::VectorXd& std = fit.std[effect];
   if (!is_foot(e)) return e.p[1] > significant_ * std(1);
   for (size_t at = kFootParameters; at < e.p.size(); at += kFootParameters + 1) {
@@ -184,8 +184,8 @@ void StandSearcher::enrich_effects() {
   for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
     StandFit best;
     best.score = out_.chosen.score - kRicher;
-    for (const PlacedEffect& richer : list_richer(p_, out_.chosen.hypothesis[i])) {
-      PlacedHypothesis h = out_.chosen.hypothesis;
+    for (const Effect& richer : list_richer(p_, out_.chosen.hypothesis[i])) {
+      Hypothesis h = out_.chosen.hypothesis;
       h[i] = richer;
       h = refine(p_, judge_.select(out_.chosen), h, 5);
       const StandFit fit = judge(h);
@@ -209,10 +209,10 @@ void StandSearcher::enrich_effects() {
 // The last one knew all others, but for one that was taken out since.
 void StandSearcher::exchange_effects(bool all) {
   for (size_t i = 0; i + (all ? 0 : 1) < out_.chosen.hypothesis.size(); ++i) {
-    PlacedHypothesis rest = out_.chosen.hypothesis;
-    const PlacedEffect before = rest[i];
+    Hypothesis rest = out_.chosen.hypothesis;
+    const Effect before = rest[i];
     rest.erase(rest.begin() + static_cast<long>(i));
-    const PlacedHypothesis refitted = rest.empty() ? rest : refine(p_, judge_.select(out_.chosen), rest, 5);
+    const Hypothesis refitted = rest.empty() ? rest : refine(p_, judge_.select(out_.chosen), rest, 5);
     const StandFit fit = judge(refitted);
     if (fit.score - out_.chosen.score < kGain) {  // no longer needed
       out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));
@@ -224,7 +224,7 @@ void StandSearcher::exchange_effects(bool all) {
     const bool better = !is_same(trials[0].fit.hypothesis.back(), before) &&
                         trials[0].fit.score < out_.chosen.score - kCorrelated;
     if (better && is_significant(finish(trials[0].fit, trials[0].fit.hypothesis))) {
-      PlacedHypothesis h = trials[0].fit.hypothesis;
+      Hypothesis h = trials[0].fit.hypothesis;
       if (progress_) progress_("exchanged for " + get_effect(h.back().id).name);
       std::rotate(h.begin() + static_cast<long>(i), h.end() - 1, h.end());
       out_.chosen = finish(trials[0].fit, h);
@@ -239,15 +239,15 @@ void StandSearcher::exchange_effects(bool all) {
 void StandSearcher::find_twins() {
   for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
     out_.twins.emplace_back();
-    const PlacedEffect& found = out_.chosen.hypothesis[i];
+    const Effect& found = out_.chosen.hypothesis[i];
     for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
       const StandTrial& t = out_.rounds[i][k];
-      const PlacedEffect& e = t.fit.hypothesis[i];
+      const Effect& e = t.fit.hypothesis[i];
       if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, found)) out_.twins.back().push_back(e);
     }
     const auto is_listed = [&](EffectId id) {
-      const std::vector<PlacedEffect>& twins = out_.twins.back();
-      return std::any_of(twins.begin(), twins.end(), [&](const PlacedEffect& e) { return e.id == id; });
+      const std::vector<Effect>& twins = out_.twins.back();
+      return std::any_of(twins.begin(), twins.end(), [&](const Effect& e) { return e.id == id; });
     };
     if (may_be_load(i) && !is_listed(EffectId::kPayload)) {
       out_.twins.back().push_back({EffectId::kPayload, found.place, {0, 0, 0, 0}});

@@ -20,7 +20,7 @@ constexpr size_t kMostEffects = 3;
 // A robot's drives are made alike: what one joint lacks the others may lack, too. So many effects with those.
 constexpr size_t kMostAlike = 12;
 
-inline bool is_same(const PlacedEffect& a, const PlacedEffect& b) { return a.id == b.id && a.place == b.place; }
+inline bool is_same(const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place; }
 
 class StandSearcher {
  public:
@@ -50,7 +50,7 @@ class StandSearcher {
   bool add_effect();
   void enrich_effects();
   bool is_richer(const StandFit& fit, size_t effect) const;
-  std::vector<PlacedEffect> list_next(const StandFit& so_far, const Evaluation& base) const;
+  std::vector<Effect> list_next(const StandFit& so_far, const Evaluation& base) const;
   std::vector<StandTrial> try_candidates(const StandFit& so_far) const;
   struct Screen {  // what screening of all candidates shares: the rows of what was found so far
     Evaluation base, even, odd;
@@ -59,14 +59,14 @@ class StandSearcher {
     SharedColumns columns, even_columns, odd_columns;
   };
   Screen prepare_screen(const StandFit& so_far) const;
-  Eigen::VectorXd find_step(const StandFit& so_far, const PlacedHypothesis& h, const std::vector<Derivative>& added,
+  Eigen::VectorXd find_step(const StandFit& so_far, const Hypothesis& h, const std::vector<Derivative>& added,
                             const Screen& shared) const;
-  StandFit fit_trial(const StandFit& so_far, const PlacedHypothesis& h, int iterations) const;
-  StandTrial screen(const StandFit& so_far, const PlacedEffect& candidate, const Screen& shared) const;
-  std::vector<double> find_noise_of(const PlacedHypothesis& h, const Screen& shared) const;
-  StandFit judge(const PlacedHypothesis& h) const;
-  void update_noise(const PlacedHypothesis& h);
-  StandFit finish(const StandFit& so_far, const PlacedHypothesis& hypothesis) const;
+  StandFit fit_trial(const StandFit& so_far, const Hypothesis& h, int iterations) const;
+  StandTrial screen(const StandFit& so_far, const Effect& candidate, const Screen& shared) const;
+  std::vector<double> find_noise_of(const Hypothesis& h, const Screen& shared) const;
+  StandFit judge(const Hypothesis& h) const;
+  void update_noise(const Hypothesis& h);
+  StandFit finish(const StandFit& so_far, const Hypothesis& hypothesis) const;
   StandFit judge_again(const StandFit& fit) const;
   double find_deviations(double normal) const;
   bool has_moving_feet() const;  // against the ground or each other, as what was found so far has them

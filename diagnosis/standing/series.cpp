@@ -65,7 +65,7 @@ Json make_recording(const StandProblem& p, const StandOutcome& o, size_t r, cons
 }
 
 Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, const StandTrial& t) {
-  const PlacedEffect& e = t.fit.hypothesis[round];
+  const Effect& e = t.fit.hypothesis[round];
   const auto [kind, name] = find_place(p, e);
   const bool chosen = round < o.chosen.hypothesis.size() && e.id == o.chosen.hypothesis[round].id &&
                       e.place == o.chosen.hypothesis[round].place;
@@ -88,7 +88,7 @@ Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, cons
 Json make_steps(const StandProblem& p, const StandOutcome& o) {
   const bool none_held = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
   Json out = Json::array();
-  PlacedHypothesis h;
+  Hypothesis h;
   for (size_t i = 0; i <= o.chosen.hypothesis.size(); ++i) {
     Json where;
     if (i > 0) {

@@ -23,7 +23,7 @@ JointTerms make_stated_terms(const JointLaws& laws) {
 }
 
 // Values for the table: what is fitted comes first; one number of a sensor is that of all of its axes.
-std::vector<double> list_values(const PlacedEffect& e) {
+std::vector<double> list_values(const Effect& e) {
   std::vector<double> values;
   for (const EffectParameter& p : get_effect(e.id).parameters) {
     const size_t i = values.size();
@@ -35,7 +35,7 @@ std::vector<double> list_values(const PlacedEffect& e) {
 
 }  // namespace
 
-std::vector<SensorErrors*> Terms::find_sensors(const PlacedEffect& e) {
+std::vector<SensorErrors*> Terms::find_sensors(const Effect& e) {
   const auto i = static_cast<size_t>(e.place.index);
   switch (e.place.reading) {
     case Reading::kPosition: return {&joints[i].position};
@@ -53,7 +53,7 @@ std::vector<SensorErrors*> Terms::find_sensors(const PlacedEffect& e) {
   return {};
 }
 
-void Terms::add(const PlacedEffect& e) {
+void Terms::add(const Effect& e) {
   const auto place = static_cast<size_t>(e.place.index);
   StandTarget own;
   EffectTarget target;
@@ -70,7 +70,7 @@ void Terms::add(const PlacedEffect& e) {
   }
 }
 
-Terms::Terms(const StandProblem& problem, const PlacedHypothesis& hypothesis)
+Terms::Terms(const StandProblem& problem, const Hypothesis& hypothesis)
     : joints(static_cast<size_t>(problem.tree.num_joints())),
       wrenches(problem.feet.size()),
       feet(problem.feet.size()),
@@ -79,7 +79,7 @@ Terms::Terms(const StandProblem& problem, const PlacedHypothesis& hypothesis)
   ground.friction = 0;
   force_W.resize(problem.tree.links.size(), Vector3d::Zero());
   for (size_t j = 0; j < problem.laws.size(); ++j) joints[j] = make_stated_terms(problem.laws[j]);
-  for (const PlacedEffect& e : hypothesis) add(e);
+  for (const Effect& e : hypothesis) add(e);
 }
 
 }  // namespace hrp::diagnosis::standing

@@ -9,17 +9,17 @@
 
 namespace hrp::diagnosis::standing {
 
-inline bool is_joint(const PlacedEffect& e) { return e.place.kind == PlaceKind::kJoint; }
-inline bool is_link(const PlacedEffect& e) { return e.place.kind == PlaceKind::kLink; }
-inline bool is_foot(const PlacedEffect& e) { return e.place.kind == PlaceKind::kFoot; }  // all feet at once
-inline bool is_joint_sensor(const PlacedEffect& e) {
+inline bool is_joint(const Effect& e) { return e.place.kind == PlaceKind::kJoint; }
+inline bool is_link(const Effect& e) { return e.place.kind == PlaceKind::kLink; }
+inline bool is_foot(const Effect& e) { return e.place.kind == PlaceKind::kFoot; }  // all feet at once
+inline bool is_joint_sensor(const Effect& e) {
   return e.place.kind == PlaceKind::kSensor && is_of_joint(e.place.reading);
 }
-inline bool is_wrench(const PlacedEffect& e) {  // index: of the foot
+inline bool is_wrench(const Effect& e) {  // index: of the foot
   const Reading r = e.place.reading;
   return e.place.kind == PlaceKind::kSensor && (r == Reading::kWrench || r == Reading::kForce || r == Reading::kTorque);
 }
-inline bool is_imu(const PlacedEffect& e) {
+inline bool is_imu(const Effect& e) {
   return e.place.kind == PlaceKind::kSensor && !is_joint_sensor(e) && !is_wrench(e);
 }
 
@@ -61,11 +61,11 @@ struct Terms {
   TreeSpec tree;
   std::vector<Vector3d> force_W;
 
-  Terms(const StandProblem& problem, const PlacedHypothesis& hypothesis);
+  Terms(const StandProblem& problem, const Hypothesis& hypothesis);
 
  private:
-  void add(const PlacedEffect& effect);
-  std::vector<SensorErrors*> find_sensors(const PlacedEffect& effect);
+  void add(const Effect& effect);
+  std::vector<SensorErrors*> find_sensors(const Effect& effect);
 };
 
 }  // namespace hrp::diagnosis::standing

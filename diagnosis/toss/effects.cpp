@@ -27,8 +27,8 @@ TossRow make_friction() {
   row.find_nominal = [](const World& world, size_t) { return world.ground.friction; };
   row.jumps = true;
   // What sticks does not feel friction: less and more.
-  row.list_starts = [](const TossProblem&, const PlacedHypothesis&, const PlacedEffect& none) {
-    PlacedHypothesis out{none, none};
+  row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
+    Hypothesis out{none, none};
     out[0].p[0] *= 0.5, out[1].p[0] *= 1.5;
     return out;
   };
@@ -40,8 +40,8 @@ TossRow make_restitution() {
   row.find_nominal = [](const World& world, size_t) { return world.restitution; };
   row.jumps = true;
   // Below a threshold speed nothing bounces.
-  row.list_starts = [](const TossProblem&, const PlacedHypothesis&, const PlacedEffect& none) {
-    PlacedHypothesis out{none};
+  row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
+    Hypothesis out{none};
     out[0].p[0] = std::min(1.0, none.p[0] + 0.2);
     return out;
   };
@@ -59,10 +59,10 @@ TossRow make_payload() {
   row.parameters[0].low = 0, row.parameters[0].high = 1e3;
   row.inside = EffectId::kComError;
   // The centre of mass is where the offset put it; a tenth of the mass did it.
-  row.list_starts = [](const TossProblem& problem, const PlacedHypothesis& found, const PlacedEffect& none) {
-    PlacedHypothesis out{none};
+  row.list_starts = [](const TossProblem& problem, const Hypothesis& found, const Effect& none) {
+    Hypothesis out{none};
     out[0].p[0] = 0.1 * problem.nominal.body.links[0].inertia.mass;
-    for (const PlacedEffect& e : found) {
+    for (const Effect& e : found) {
       for (size_t i = 0; e.id == get_toss_row(none).inside && i < 3; ++i) out[0].p[i + 1] = 11.0 * e.p[i];
     }
     return out;
@@ -106,7 +106,7 @@ std::vector<TossRow> make_rows() {
 }
 
 // All values for the table: NaN, which changes nothing, for what poses do not tell.
-std::vector<double> list_values(const PlacedEffect& effect) {
+std::vector<double> list_values(const Effect& effect) {
   const EffectInfo& info = get_effect(effect.id);
   const TossRow& row = get_toss_row(effect);
   std::vector<double> values;
@@ -131,9 +131,9 @@ const TossRow& get_toss_row(EffectId id) {
   return *at;
 }
 
-PlacedEffect make_neutral(const TossProblem& problem, EffectId id) {
+Effect make_neutral(const TossProblem& problem, EffectId id) {
   const TossRow& row = get_toss_row(id);
-  PlacedEffect effect{id, row.place, {}};
+  Effect effect{id, row.place, {}};
   for (size_t i = 0; i < row.parameters.size(); ++i) {
     const double none = row.parameters[i].info->neutral;
     effect.p.push_back(row.find_nominal ? row.find_nominal(problem.nominal, i) : std::isfinite(none) ? none : 0.0);
@@ -141,17 +141,17 @@ PlacedEffect make_neutral(const TossProblem& problem, EffectId id) {
   return effect;
 }
 
-bool has_effect(const PlacedHypothesis& hypothesis, EffectId id) {
-  return std::any_of(hypothesis.begin(), hypothesis.end(), [&](const PlacedEffect& e) { return e.id == id; });
+bool has_effect(const Hypothesis& hypothesis, EffectId id) {
+  return std::any_of(hypothesis.begin(), hypothesis.end(), [&](const Effect& e) { return e.id == id; });
 }
 
-PlacedHypothesis list_starts(const TossProblem& problem, const PlacedHypothesis& found, EffectId id) {
-  const PlacedEffect none = make_neutral(problem, id);
+Hypothesis list_starts(const TossProblem& problem, const Hypothesis& found, EffectId id) {
+  const Effect none = make_neutral(problem, id);
   const TossRow& row = get_toss_row(id);
-  return row.list_starts ? row.list_starts(problem, found, none) : PlacedHypothesis{none};
+  return row.list_starts ? row.list_starts(problem, found, none) : Hypothesis{none};
 }
 
-TossModel make_toss_model(const TossProblem& problem, const PlacedHypothesis& hypothesis) {
+TossModel make_toss_model(const TossProblem& problem, const Hypothesis& hypothesis) {
   TossModel model{problem.nominal, {}};
   World& world = model.world;
   SensorErrors position, attitude;
@@ -160,7 +160,7 @@ TossModel make_toss_model(const TossProblem& problem, const PlacedHypothesis& hy
   EffectTarget target;
   target.link = {&world.body.links[0].inertia};
   target.ground = &world.ground, target.contact = &contact, target.drag = &world.drag;
-  for (const PlacedEffect& e : hypothesis) {
+  for (const Effect& e : hypothesis) {
     const std::vector<double> values = list_values(e);
     for (SensorErrors* sensor : {&position, &attitude}) {
       if (e.place == kPosition && sensor == &attitude) continue;

@@ -25,16 +25,16 @@ struct TossRow {
   EffectId inside = EffectId::kNamed;  // an effect that this one contains: it is tried in its place
   const char* refused = nullptr;  // why it is never named
   // Where to start a fit, from the absent effect `none`; null: there.
-  PlacedHypothesis (*list_starts)(const TossProblem&, const PlacedHypothesis& found, const PlacedEffect& none) = nullptr;
+  Hypothesis (*list_starts)(const TossProblem&, const Hypothesis& found, const Effect& none) = nullptr;
 };
 
 const std::vector<TossRow>& list_toss_rows();
 const TossRow& get_toss_row(EffectId id);
-inline const TossRow& get_toss_row(const PlacedEffect& effect) { return get_toss_row(effect.id); }
+inline const TossRow& get_toss_row(const Effect& effect) { return get_toss_row(effect.id); }
 
 // The effect with values that change nothing; values in the order of its row's parameters.
-PlacedEffect make_neutral(const TossProblem& problem, EffectId id);
-bool has_effect(const PlacedHypothesis& hypothesis, EffectId id);
-PlacedHypothesis list_starts(const TossProblem& problem, const PlacedHypothesis& found, EffectId id);
+Effect make_neutral(const TossProblem& problem, EffectId id);
+bool has_effect(const Hypothesis& hypothesis, EffectId id);
+Hypothesis list_starts(const TossProblem& problem, const Hypothesis& found, EffectId id);
 
 }  // namespace hrp::diagnosis::toss

@@ -66,9 +66,9 @@ void continue_windows(const TossProblem& problem, int jobs, TossFit* fit) {
 
 using Parameters = std::vector<Parameter<TossParameter>>;
 
-Parameters list_parameters(const PlacedHypothesis& hypothesis) {
+Parameters list_parameters(const Hypothesis& hypothesis) {
   return flatten<TossParameter>(
-      hypothesis, [](const PlacedEffect& e) -> const auto& { return get_toss_row(e).parameters; });
+      hypothesis, [](const Effect& e) -> const auto& { return get_toss_row(e).parameters; });
 }
 
 // Normal equations of the parameters with every start state eliminated, and the scores of each toss.
@@ -98,7 +98,7 @@ bool add_window(const TossProblem& problem, const TossFit& fit, size_t index, co
     Eigen::VectorXd side[2];
     double width = 0.0;
     for (int s = 0; s < 2; ++s) {
-      PlacedHypothesis moved = fit.hypothesis;
+      Hypothesis moved = fit.hypothesis;
       double& value = moved[p.effect].p[p.index];
       const double centre = value;
       value = std::clamp(centre + (s ? -1.0 : 1.0) * p.info->step, p.info->low, p.info->high);
@@ -201,7 +201,7 @@ void fill_std(const Normal& normal, const Parameters& parameters, TossFit* fit) 
   const RobustCovariance covariance = make_robust_covariance(inverse, normal.scores * normal.scores.transpose(), few);
   fit->covariance = covariance.robust;
   fit->std.clear();
-  for (const PlacedEffect& e : fit->hypothesis) fit->std.emplace_back(e.p.size(), 0.0);
+  for (const Effect& e : fit->hypothesis) fit->std.emplace_back(e.p.size(), 0.0);
   fit->spread = fit->std;
   for (long i = 0; i < n; ++i) {
     const Parameter<TossParameter>& p = parameters[static_cast<size_t>(i)];
@@ -214,7 +214,7 @@ void fill_std(const Normal& normal, const Parameters& parameters, TossFit* fit) 
 
 double calc_cost(double misfit, double degrees) { return 2.0 * degrees * std::log1p(misfit / 4.0); }
 
-std::vector<double> calc_window_residuals(const TossProblem& problem, const PlacedHypothesis& hypothesis,
+std::vector<double> calc_window_residuals(const TossProblem& problem, const Hypothesis& hypothesis,
                                           const Window& window, const WindowStart& start,
                                           std::vector<Regime>* regimes) {
   Eigen::VectorXd r;
@@ -222,7 +222,7 @@ std::vector<double> calc_window_residuals(const TossProblem& problem, const Plac
   return std::vector<double>(r.data(), r.data() + r.size() - kPrior);
 }
 
-TossFit fit_starts(const TossProblem& problem, const PlacedHypothesis& hypothesis, const TossFit* warm, int jobs) {
+TossFit fit_starts(const TossProblem& problem, const Hypothesis& hypothesis, const TossFit* warm, int jobs) {
   TossFit fit;
   fit.hypothesis = hypothesis;
   const size_t count = problem.windows.size();

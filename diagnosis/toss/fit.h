@@ -13,7 +13,7 @@ struct WindowStart : BodyState {
 };
 
 struct TossFit {
-  PlacedHypothesis hypothesis;
+  Hypothesis hypothesis;
   std::vector<WindowStart> starts;       // by window
   std::vector<double> misfit;            // by window: mean square of whitened residuals per degree of freedom
   std::vector<std::vector<double>> std;  // by effect, by parameter: from scores summed over tosses, so that it holds
@@ -32,7 +32,7 @@ struct TossFit {
 
 // Predicted readings against recorded ones, whitened: per sample position x y z, turn x y z. Empty when the simulation
 // failed.
-std::vector<double> calc_window_residuals(const TossProblem& problem, const PlacedHypothesis& hypothesis,
+std::vector<double> calc_window_residuals(const TossProblem& problem, const Hypothesis& hypothesis,
                                           const Window& window, const WindowStart& start,
                                           std::vector<Regime>* regimes = nullptr);
 
@@ -43,7 +43,7 @@ struct TossFitOptions {
 };
 
 // Start states under the hypothesis as it stands.
-TossFit fit_starts(const TossProblem& problem, const PlacedHypothesis& hypothesis, const TossFit* warm, int jobs);
+TossFit fit_starts(const TossProblem& problem, const Hypothesis& hypothesis, const TossFit* warm, int jobs);
 
 // Parameters and start states. Start states are found for every window, parameters from the windows in `use`.
 TossFit fit_tosses(const TossProblem& problem, const TossFit& start, const TossFitOptions& options);

@@ -20,6 +20,6 @@ struct TossModel {
   PoseSensor sensor;
 };
 
-TossModel make_toss_model(const TossProblem& problem, const PlacedHypothesis& hypothesis);
+TossModel make_toss_model(const TossProblem& problem, const Hypothesis& hypothesis);
 
 }  // namespace hrp::diagnosis::toss

@@ -34,7 +34,7 @@ std::string get_unit(const TossRow& row, size_t i) {
   return unit.empty() ? row.unit : unit;
 }
 
-Json make_parameters(const PlacedEffect& effect, const std::vector<double>& std) {
+Json make_parameters(const Effect& effect, const std::vector<double>& std) {
   const TossRow& row = get_toss_row(effect);
   Json out;
   for (size_t i = 0; i < effect.p.size(); ++i) {
@@ -58,7 +58,7 @@ Json make_parameters(const PlacedEffect& effect, const std::vector<double>& std)
   return out;
 }
 
-std::string describe(const TossProblem& problem, const PlacedEffect& effect, const std::vector<double>& std) {
+std::string describe(const TossProblem& problem, const Effect& effect, const std::vector<double>& std) {
   const TossRow& row = get_toss_row(effect);
   std::string text;
   for (size_t i = 0; i < effect.p.size(); ++i) {
@@ -69,7 +69,7 @@ std::string describe(const TossProblem& problem, const PlacedEffect& effect, con
     if (unit != "1") text += " " + unit;
   }
   text += ", where the model has ";
-  const PlacedEffect neutral = make_neutral(problem, effect.id);
+  const Effect neutral = make_neutral(problem, effect.id);
   for (size_t i = 0; i < neutral.p.size(); ++i) text += (i ? ", " : "") + number(neutral.p[i], 3);
   return text;
 }
@@ -154,7 +154,7 @@ Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
   Json list = Json::array();
   const TossFit& fit = outcome.chosen;
   for (size_t e = 0; e < fit.hypothesis.size(); ++e) {
-    const PlacedEffect& effect = fit.hypothesis[e];
+    const Effect& effect = fit.hypothesis[e];
     const EffectInfo& info = get_effect(effect.id);
     if (!info.reported) continue;  // what slows a body in flight the recordings do not say
     const std::string rest =
@@ -174,7 +174,7 @@ Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
 
 Json make_unexplained(const TossProblem& problem, const TossOutcome& outcome, const Left& after) {
   Json list = Json::array();
-  const PlacedHypothesis& found = outcome.chosen.hypothesis;
+  const Hypothesis& found = outcome.chosen.hypothesis;
   if (std::any_of(found.begin(), found.end(), [](const auto& e) { return !get_effect(e.id).reported; })) {
     list.push_back(
         {{"where", {{"link", problem.nominal.body.links[0].name}}},

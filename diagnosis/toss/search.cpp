@@ -79,10 +79,10 @@ class Search {
     TossTrial best;
     best.added = id;
     const EffectId inside = get_toss_row(id).inside;
-    for (const PlacedEffect& effect : list_starts(problem_, out_.chosen.hypothesis, id)) {
-      PlacedHypothesis hypothesis = out_.chosen.hypothesis;
+    for (const Effect& effect : list_starts(problem_, out_.chosen.hypothesis, id)) {
+      Hypothesis hypothesis = out_.chosen.hypothesis;
       hypothesis.erase(std::remove_if(hypothesis.begin(), hypothesis.end(),
-                                      [&](const PlacedEffect& e) { return e.id == inside; }),
+                                      [&](const Effect& e) { return e.id == inside; }),
                        hypothesis.end());
       hypothesis.push_back(effect);
       const TossFit fit = fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(4));
@@ -106,7 +106,7 @@ class Search {
       half[h] = fit_tosses(problem_, trial.fit, o);
     }
     const size_t last = trial.fit.hypothesis.size() - 1;
-    const PlacedEffect neutral = make_neutral(problem_, trial.added);
+    const Effect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double a = half[0].hypothesis[last].p[i], b = half[1].hypothesis[last].p[i];
       const double size = std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]);
@@ -125,7 +125,7 @@ class Search {
 
   // Whether single tosses ask for about the same value: material and clocks do not change between them.
   bool is_steady(const TossTrial& trial) const {
-    const PlacedEffect neutral = make_neutral(problem_, trial.added);
+    const Effect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double size = std::abs(trial.fit.hypothesis.back().p[i] - neutral.p[i]);
       const bool tells = size > kSure * trial.fit.std.back()[i];
@@ -136,7 +136,7 @@ class Search {
 
   bool is_significant(const TossTrial& trial) const {
     const size_t last = trial.fit.hypothesis.size() - 1;
-    const PlacedEffect neutral = make_neutral(problem_, trial.added);
+    const Effect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double std = trial.fit.std[last][i];
       if (std > 0.0 && std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSure * std) return true;
@@ -186,7 +186,7 @@ class Search {
   std::vector<EffectId> list_candidates() const {
     std::vector<EffectId> candidates, wanted;
     int others = 0;
-    const PlacedHypothesis& found = out_.chosen.hypothesis;
+    const Hypothesis& found = out_.chosen.hypothesis;
     const auto is_whole = [](const TossRow& row) { return row.inside == EffectId::kNamed; };
     for (const TossRow& row : list_toss_rows()) {
       if (is_whole(row) && !has_effect(found, row.id)) candidates.push_back(row.id);
@@ -270,7 +270,7 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
   TossFit kept = found;
   kept.hypothesis.clear(), kept.std.clear(), kept.spread.clear();
   for (size_t e = 0; e < found.hypothesis.size(); ++e) {
-    const PlacedEffect neutral = make_neutral(problem, found.hypothesis[e].id);
+    const Effect neutral = make_neutral(problem, found.hypothesis[e].id);
     std::vector<double> std = found.std[e];
     bool same = true;
     for (size_t i = 0; i < std.size(); ++i) {

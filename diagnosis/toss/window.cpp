@@ -29,7 +29,7 @@ WindowStart move_start(const WindowStart& s, const VectorS& d) {
   return out;
 }
 
-Predictor::Predictor(const TossProblem& problem, const PlacedHypothesis& hypothesis, const Window& window)
+Predictor::Predictor(const TossProblem& problem, const Hypothesis& hypothesis, const Window& window)
     : problem_(problem),
       model_(make_toss_model(problem, hypothesis)),
       toss_(problem.tosses[window.toss]),
@@ -118,7 +118,7 @@ WindowFit fit_window(const TossProblem& problem, Predictor* predictor, const Win
   return fit;
 }
 
-WindowFit fit_window_afresh(const TossProblem& problem, const PlacedHypothesis& hypothesis, const Window& window,
+WindowFit fit_window_afresh(const TossProblem& problem, const Hypothesis& hypothesis, const Window& window,
                             const WindowStart* warm) {
   Predictor predictor(problem, hypothesis, window);
   WindowFit best;

@@ -20,7 +20,7 @@ inline double calc_degrees(const Window& window) { return static_cast<double>(6 
 // Predicts one window under one model.
 class Predictor {
  public:
-  Predictor(const TossProblem& problem, const PlacedHypothesis& hypothesis, const Window& window);
+  Predictor(const TossProblem& problem, const Hypothesis& hypothesis, const Window& window);
 
   // Whitened: per sample position x y z, turn x y z; then what is known of the nuisances. False when it cannot be
   // simulated.
@@ -54,7 +54,7 @@ WindowFit fit_window(const TossProblem& problem, Predictor* predictor, const Win
                      int rounds);
 
 // From readings over spans of different length, and from where it was before: the best.
-WindowFit fit_window_afresh(const TossProblem& problem, const PlacedHypothesis& hypothesis, const Window& window,
+WindowFit fit_window_afresh(const TossProblem& problem, const Hypothesis& hypothesis, const Window& window,
                             const WindowStart* warm);
 
 }  // namespace hrp::diagnosis::toss

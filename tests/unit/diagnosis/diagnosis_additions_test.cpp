@@ -28,7 +28,7 @@ TEST(DiagnosisAdditions, ATorqueConstantBelowALoadIsAskedForFirst) {
   const auto ranked = rank_beside_load("additions_scale", {kLoad, {EffectId::kTorqueConstant, kElbow, {1.04}}}, &left);
   ASSERT_FALSE(ranked.empty());
   EXPECT_EQ(ranked[0].start.id, EffectId::kTorqueConstant);
-  EXPECT_EQ(ranked[0].start.place, kElbow);
+  EXPECT_EQ(ranked[0].start.place, at_joint(kElbow));
   EXPECT_NEAR(ranked[0].start.p[0], 1.04, 0.01);  // a linear start, not a fit: a quarter of the error
   EXPECT_GT(ranked[0].gain, 0.5 * (left.chi2 - left.count));
 }
@@ -43,7 +43,7 @@ TEST(DiagnosisAdditions, NoiseAsksForNothing) {
 }
 
 TEST(DiagnosisAdditions, ALoadBesideAShiftedEffortReadingIsFoundWithItsPlace) {
-  const int reading = kShoulder * kQuantities + static_cast<int>(Quantity::kEffort);
+  const Place reading = at_sensor(kShoulder, Reading::kEffort);
   const Experiment e = make_simulated_experiment("additions_bias", kArm, {"shoulder", "elbow"},
                                                  {kLoad, {EffectId::kSensorBias, reading, {3.0}}});
   const auto report = diagnose(make_problem(e, 1), [](const std::string&) {}).report;

@@ -93,7 +93,7 @@ struct LooseAnkle {
 // What was seen is the least that the gap can be: in other recordings the link may go further.
 TEST(LooseTeeth, ThatNoTorqueEverHeldMayBeAnyDistanceApart) {
   const LooseAnkle free(0);
-  PlacedEffect gap{EffectId::kBacklash, at_joint(0), {0.01, 0, 0, 0}};
+  Effect gap{EffectId::kBacklash, at_joint(0), {0.01, 0, 0, 0}};
   find_seen_play(free.p, {gap}, &gap);
   EXPECT_NEAR(gap.p[3], 0.04, 1e-3);
   const std::vector<double> left = calc_channels(free.p, {gap}, 0);
@@ -102,7 +102,7 @@ TEST(LooseTeeth, ThatNoTorqueEverHeldMayBeAnyDistanceApart) {
 
 TEST(LooseTeeth, ThatATorqueHeldAreAsFarApartAsItSays) {
   const LooseAnkle held(0.5);
-  PlacedEffect gap{EffectId::kBacklash, at_joint(0), {0.01, 0, 0, 0}};
+  Effect gap{EffectId::kBacklash, at_joint(0), {0.01, 0, 0, 0}};
   find_seen_play(held.p, {gap}, &gap);
   EXPECT_EQ(gap.p[0], 0.01);
 }
@@ -215,7 +215,7 @@ TEST(StandingJudge, DoesNotCountTheNoiseThatAHypothesisAdds) {
 
 TEST(StandingEffects, OfLinksThatMoveAlikeTheHeavyOneIsBelievedToCarryTheLoad) {
   const StandProblem p = make_block();
-  const PlacedEffect trunk{EffectId::kPayload, at_link(0), {1, 0, 0, 0}}, foot{EffectId::kPayload, at_link(1), {1, 0, 0, 0}};
+  const Effect trunk{EffectId::kPayload, at_link(0), {1, 0, 0, 0}}, foot{EffectId::kPayload, at_link(1), {1, 0, 0, 0}};
   EXPECT_EQ(find_doubt(p, trunk), 0);
   EXPECT_NEAR(find_doubt(p, foot), std::log(4), 1e-12);  // 12 kg, 3 kg
   EXPECT_EQ(find_doubt(p, {EffectId::kViscous, at_joint(0), {1}}), 0);

@@ -43,7 +43,7 @@ TEST(StandingFit, StepsBetweenTwoHalvesAreNotMadeSmallByNoise) {
   }
   const FitSelection selection{{0}, {1.0}};
   const SharedColumns nothing = share_columns(selection, {}, base);
-  const PlacedHypothesis h{{EffectId::kViscous, at_joint(0), {0}}};
+  const Hypothesis h{{EffectId::kViscous, at_joint(0), {0}}};
   const ColumnSide x{nothing, even}, y{nothing, odd};
   EXPECT_NEAR(solve_with({}, selection, h, x, x)(0), 1.0, 0.05) << "half of the column's square is noise";
   EXPECT_NEAR(solve_with({}, selection, h, x, y)(0), 2.0, 0.1) << "five deviations of 2 sqrt(2 / 20000)";
@@ -53,7 +53,7 @@ TEST(StandingFit, StepsBetweenTwoHalvesAreNotMadeSmallByNoise) {
 TEST(StandingFit, ADampingBelowNothingDoesNotCostTheSole) {
   StandProblem p;
   p.feet.resize(1);
-  PlacedHypothesis h{make_soft_soles(p)};
+  Hypothesis h{make_soft_soles(p)};
   Eigen::VectorXd step = Eigen::VectorXd::Zero(static_cast<long>(kFootParameters));
   step.head<4>() << 0.04, -0.015, 0.03, 0.01;
   add_step(step, 0, &h);
@@ -170,8 +170,8 @@ class Leaner {
 };
 
 bool is_named(const StandOutcome& o, EffectId id) {
-  const PlacedHypothesis& h = o.chosen.hypothesis;
-  return std::any_of(h.begin(), h.end(), [id](const PlacedEffect& e) { return e.id == id; });
+  const Hypothesis& h = o.chosen.hypothesis;
+  return std::any_of(h.begin(), h.end(), [id](const Effect& e) { return e.id == id; });
 }
 
 TEST(StandingSearch, TellsAHipThatGivesLessThanGroundMayFromTheGround) {

@@ -29,7 +29,7 @@ struct Arm {
 // What else is not as the model has it: of the body, of the gyroscope, which is as noisy as `shake` [rad/s^2] says. The
 // log of efforts may err by `log` [N m], and commands be recorded beside it.
 struct Body {
-  PlacedHypothesis hidden;
+  Hypothesis hidden;
   double nod = 0, scale = 1, shake = 0;  // [rad] to both sides; of the gyroscope's readings
   double log = 0, bias = 0;              // [N m] deviation and bias of logged efforts; commands are then recorded
 };
@@ -167,8 +167,8 @@ class Stander {
 };
 
 bool is_named(const StandOutcome& o, EffectId id, const Place& place) {
-  const PlacedHypothesis& h = o.chosen.hypothesis;
-  return std::any_of(h.begin(), h.end(), [&](const PlacedEffect& e) { return e.id == id && e.place == place; });
+  const Hypothesis& h = o.chosen.hypothesis;
+  return std::any_of(h.begin(), h.end(), [&](const Effect& e) { return e.id == id && e.place == place; });
 }
 
 // Pushed by somebody: neither repeats nor follows the arm.
@@ -276,12 +276,12 @@ TEST(StandingSearch, NamesAScaledGyroscopeThatIsNoisy) {
 
 // The weight of a load is a force, and its lever a displaced centre of mass, where nothing accelerates it.
 TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeALoad) {
-  const PlacedHypothesis hidden{{EffectId::kPayload, at_link(0), {3, 0.06, 0.03, 0.2}}, {EffectId::kExternalForce, at_link(0), {9, -7, -4}}};
+  const Hypothesis hidden{{EffectId::kPayload, at_link(0), {3, 0.06, 0.03, 0.2}}, {EffectId::kExternalForce, at_link(0), {9, -7, -4}}};
   const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, {hidden, 0.05}).search();
   EXPECT_TRUE(o.explained);
   EXPECT_TRUE(is_named(o, EffectId::kExternalForce, at_link(0)));
-  const auto is_load = [](const PlacedEffect& e) { return e.id == EffectId::kPayload && e.place == at_link(0); };
-  const PlacedHypothesis& h = o.chosen.hypothesis;
+  const auto is_load = [](const Effect& e) { return e.id == EffectId::kPayload && e.place == at_link(0); };
+  const Hypothesis& h = o.chosen.hypothesis;
   bool told = std::any_of(h.begin(), h.end(), is_load);
   for (const auto& twins : o.twins) told = told || std::any_of(twins.begin(), twins.end(), is_load);
   EXPECT_TRUE(told);

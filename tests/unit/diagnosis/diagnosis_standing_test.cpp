@@ -180,7 +180,7 @@ TEST(StandingIntervals, OfAStiffnessHoldItWhateverTheGroundGives) {
   const StandProblem p = make_soles(0.22, 0.22);
   Eigen::VectorXd std = Eigen::VectorXd::Zero(2 * static_cast<long>(kFootParameters));
   for (const double ground : {5e4, 1e5, 1e9}) {
-    PlacedEffect e{EffectId::kFootCompliance, {PlaceKind::kFoot, 0, Reading::kAll}, std::vector<double>(2 * kFootParameters, 1e-6)};
+    Effect e{EffectId::kFootCompliance, {PlaceKind::kFoot, 0, Reading::kAll}, std::vector<double>(2 * kFootParameters, 1e-6)};
     for (size_t f = 0; f < 2; ++f) e.p[f * kFootParameters] = e.p[f * kFootParameters + 2] = 1 / 1000.0 + 1 / ground;
     const Json k = make_parameters(p, e, std, 0)["k_pitch"];
     EXPECT_LE(k["ci95"][0].get<double>(), 1000) << ground;

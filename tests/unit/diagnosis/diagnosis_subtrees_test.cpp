@@ -50,7 +50,7 @@ TEST(DiagnosisLimbs, OnABaseThatStandsStillDoNotFeelEachOther) {
   ASSERT_EQ(split.subtrees.size(), 2u);
   const Hypothesis hypothesis{{EffectId::kRotorInertia, find_joint(e, "knee_l"), {0.05}},
                               {EffectId::kMassError, find_joint(e, "hip_r") + 1, {1.2}},
-                              {EffectId::kSensorBias, find_joint(e, "hip_r") * kQuantities, {0.01}}};
+                              {EffectId::kSensorBias, at_sensor(find_joint(e, "hip_r"), Reading::kPosition), {0.01}}};
   std::vector<double> together, apart;
   ASSERT_TRUE(calc_residuals(whole, hypothesis, 0, &together));
   ASSERT_TRUE(calc_residuals(split, hypothesis, 0, &apart));

@@ -94,7 +94,7 @@ TEST(TossedBody, FrictionAndRestitutionComeBack) {
   TossProblem problem;
   std::string why;
   ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
-  PlacedHypothesis start{make_neutral(problem, EffectId::kGroundFriction),
+  Hypothesis start{make_neutral(problem, EffectId::kGroundFriction),
                          make_neutral(problem, EffectId::kRestitution)};
   start[0].p[0] = 0.3, start[1].p[0] = 0.2;
   const TossFit nominal = fit_starts(problem, {}, nullptr, 1);

@@ -42,7 +42,7 @@ LinkSensors make_all(const Experiment& e) {
 }
 
 // Fills the columns of the sensors from the recorded motion of a robot that has `hidden` effects of links.
-void record(const LinkSensors& sensors, const std::vector<PlacedEffect>& hidden, Experiment* e) {
+void record(const LinkSensors& sensors, const std::vector<Effect>& hidden, Experiment* e) {
   const TorqueData motion = make_torque_data(*e);
   LinkReadings readings = make_link_readings(*e, sensors, hidden);
   TestNoise noise;

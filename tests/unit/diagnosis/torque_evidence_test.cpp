@@ -50,8 +50,8 @@ Hypothesis make_drives() {
 
 void expect_drives(const TorqueVerdict& verdict, const Hypothesis& hidden) {
   for (const Effect& truth : hidden) {
-    const Finding* f = find(verdict, get_effect(truth.id).name, kJoints[static_cast<size_t>(truth.place)]);
-    ASSERT_NE(f, nullptr) << get_effect(truth.id).name << " at joint " << truth.place;
+    const Finding* f = find(verdict, get_effect(truth.id).name, kJoints[static_cast<size_t>(truth.place.index)]);
+    ASSERT_NE(f, nullptr) << get_effect(truth.id).name << " at joint " << truth.place.index;
     EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
     // 15 %: texture of a tenth of the friction is in no term; it moves viscous friction, the smallest part, most.
     EXPECT_NEAR(f->parameters[0].value[0], truth.p[0], 0.15 * truth.p[0]) << f->statement;
@@ -357,7 +357,7 @@ TEST(TorqueEvidence, ALagBesideFrictionIsFoundThroughTheJointsSimulation) {
   const Hypothesis found = polish_joints(make_problem(e, 1), make_drives(), nullptr, true);
   const auto lag = std::find_if(found.begin(), found.end(), [](const Effect& x) { return x.id == EffectId::kLag || x.id == EffectId::kDelay; });
   ASSERT_NE(lag, found.end());
-  EXPECT_EQ(lag->place, kElbow);
+  EXPECT_EQ(lag->place, at_joint(kElbow));
   EXPECT_NEAR(lag->p[0], 0.02, 0.004);  // a delay of as many milliseconds does nearly the same below 5 Hz
 }
 
