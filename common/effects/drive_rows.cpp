@@ -10,6 +10,9 @@ namespace {
 
 using P = EffectParameter;
 
+// Shapes of limits are tried in coarse steps only.
+const std::vector<double> kLimitStarts{0.75, 1, 1.3};
+
 EffectInfo make_torque_constant() {
   EffectInfo row =
       make_row(EffectId::kTorqueConstant, "torque_constant_error", PlaceKind::kJoint, EffectFamily::kGain,
@@ -28,7 +31,7 @@ EffectInfo make_torque_constant() {
 EffectInfo make_saturation() {
   EffectInfo row = make_row(EffectId::kSaturation, "torque_saturation", PlaceKind::kJoint, EffectFamily::kLimits,
                             "the true torque is limited below what is logged",
-                            {P("limit", "N m").absent_at(kUnbounded).bounds(0, kUnbounded).search(1e-3, 1e9).size(0.5)});
+                            {P("limit", "N m").absent_at(kUnbounded).bounds(0, kUnbounded).search(1e-3, 1e9).size(0.5).starts(kLimitStarts)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->saturation = std::min(at.joint->saturation, p[0]); };
   row.torque.num_columns = 1;
   row.torque.shapes = {{0.02}, {0.035}, {0.06}, {0.1}, {0.2}, {0.35}, {0.5}, {0.65}, {0.8}, {0.92}};
@@ -53,8 +56,8 @@ double limit_by_speed(const double* p, double torque, double v) {
 EffectInfo make_velocity_limit() {
   EffectInfo row = make_row(EffectId::kNamed, "velocity_limit", PlaceKind::kJoint, EffectFamily::kLimits,
                             "the drive gives less torque the faster it turns",
-                            {P("stall_torque", "N m").bounds(0, kUnbounded).search(1e-3, 1e9).size(0.02).as_walked(),
-                             P("max_speed", "rad/s").bounds(1e-3, kUnbounded).search(0.05, 1e4).size(0.02).as_walked()});
+                            {P("stall_torque", "N m").bounds(0, kUnbounded).search(1e-3, 1e9).size(0.02).as_walked().starts(kLimitStarts),
+                             P("max_speed", "rad/s").bounds(1e-3, kUnbounded).search(0.05, 1e4).size(0.02).as_walked().starts(kLimitStarts)});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->terms.push_back({&limit_by_speed, {p[0], p[1]}});
   };
@@ -93,7 +96,8 @@ EffectInfo make_constant_torque() {
 EffectInfo make_lag() {
   EffectInfo row = make_row(EffectId::kLag, "actuator_lag", PlaceKind::kJoint, EffectFamily::kTiming,
                             "the drive's torque lags behind its command",
-                            {P("time_constant", "s").absent_at(0).bounds(0, 1).size(0.002)});
+                            {P("time_constant", "s").absent_at(0).bounds(0, 1).size(0.002)
+                                 .starts({0.3, 1}, {0.003, 0.01})});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->lag += p[0]; };
   row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.effort_rate; },
                 [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }};
@@ -103,9 +107,11 @@ EffectInfo make_lag() {
 
 EffectInfo make_delay() {
   EffectInfo row = make_row(EffectId::kDelay, "command_delay", PlaceKind::kJoint, EffectFamily::kTiming,
-                            "commands reach the servo late", {P("delay", "s").absent_at(0).bounds(0, 1).size(0.002)});
+                            "commands reach the servo late",
+                            {P("delay", "s").absent_at(0).bounds(0, 1).size(0.002)
+                                 .starts({0.3, 1}, {0.005, 0.02}).probed_by(5e-4)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->command_delay += p[0]; };
-  row.linear = true;
+  row.linear = row.by_command = true;
   return row;
 }
 
@@ -134,8 +140,9 @@ EffectInfo make_timing() {
 EffectInfo make_joint_offset() {
   EffectInfo row = make_row(EffectId::kJointOffset, "joint_offset", PlaceKind::kJoint, EffectFamily::kZero,
                             "the encoder's zero is off",
-                            {P("offset", "rad").absent_at(0).bounds(-3.2, 3.2).size(0.002)});
+                            {P("offset", "rad").absent_at(0).bounds(-3.2, 3.2).size(0.002).probed_by(1e-3)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->joint_offset += p[0]; };
+  row.felt_elsewhere = true;
   return row;
 }
 

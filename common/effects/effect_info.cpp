@@ -68,6 +68,13 @@ EffectParameter& EffectParameter::as_scanned() { return scanned = true, *this; }
 EffectParameter& EffectParameter::as_walked() { return walked = true, *this; }
 EffectParameter& EffectParameter::as_factor() { return factor = true, neutral = value = 1.0, *this; }
 
+EffectParameter& EffectParameter::starts(std::vector<double> factors, std::vector<double> values) {
+  return start_factors = std::move(factors), start_values = std::move(values), *this;
+}
+EffectParameter& EffectParameter::swings(int rotor) { return swings_with = rotor, *this; }
+EffectParameter& EffectParameter::at_least(int index) { return not_below = index, *this; }
+EffectParameter& EffectParameter::probed_by(double step_in) { return probe = step_in, *this; }
+
 EffectInfo make_row(EffectId id, const char* name, PlaceKind place, EffectFamily family, const char* phrase,
                     std::vector<EffectParameter> parameters) {
   EffectInfo row;

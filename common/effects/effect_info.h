@@ -71,6 +71,12 @@ struct EffectParameter {
   bool nuisance = false;   // fitted, not reported
   bool scanned = false;    // readings are no smooth function of it: the best of a few values
   bool walked = false;     // fitted, but from the best of the values around
+  int not_below = -1;      // index of the parameter that this one is at least
+  // Where else a fit may start, because readings are no smooth function of it or have many minima: at factors of the
+  // value that was found, at values of such things, and where the rotor of that index swings against its link.
+  std::vector<double> start_factors, start_values;
+  int swings_with = -1;
+  double probe = 0.0;      // a small step from neutral that shows what a residual asks for; 0: none of its own
   bool factor = false;     // multiplies: a factor of e either way is as good as impossible beforehand (log-normal prior)
 
   // For rows to be written in one expression.
@@ -86,6 +92,10 @@ struct EffectParameter {
   EffectParameter& as_scanned();
   EffectParameter& as_walked();
   EffectParameter& as_factor();  // absent at 1
+  EffectParameter& starts(std::vector<double> factors, std::vector<double> values = {});
+  EffectParameter& swings(int rotor);
+  EffectParameter& at_least(int index);
+  EffectParameter& probed_by(double step_in);
 };
 
 // One joint at one instant of a recording.
@@ -93,6 +103,24 @@ struct JointSample {
   double q = 0.0, v = 0.0, a = 0.0;          // [rad], [rad/s], [rad/s^2]
   double direction = 0.0;                    // of motion, -1 to 1, smooth through rest
   double effort = 0.0, effort_rate = 0.0;    // [N m], [N m/s] of the drive
+};
+
+// What one unit of a sensor's fault adds to its reading: a constant, and in proportion to the reading and to its rate.
+struct ReadingChange {
+  double constant = 0.0, of_reading = 0.0, of_rate = 0.0;
+  bool any() const { return constant != 0.0 || of_reading != 0.0 || of_rate != 0.0; }
+};
+
+// A simpler effect that another one contains: for each of its parameters the index in the other; -1: its default.
+struct EffectPart {
+  EffectId id = EffectId::kNamed;
+  std::vector<int> from;
+};
+
+// Which simpler effect one has become by its values; kNamed: none.
+struct SpecialCase {
+  EffectId id = EffectId::kNamed;
+  std::vector<double> p;
 };
 
 // How an effect shows in a joint's missing torque (recorded effort less that of the nominal model along the recorded
@@ -108,6 +136,24 @@ struct TorqueRegressor {
   // All parameters from coefficients; false when they make no sense, for instance by their sign.
   bool (*make_parameters)(const double* x, const double* shape, double* p) = nullptr;
   bool shape_of_speed = false;   // the second number of a shape is a share of the largest speed
+  // With memory: state behind a small step of the joint [rad] from that before it; the state is the only column.
+  double (*advance)(double state, double step, const double* shape) = nullptr;
+};
+
+// How a transmission that gives shows beside its rotor: how far the link is behind the rotor under a torque u, with two
+// derivatives, for one unit of give. `most`: the largest torque.
+struct GiveRegressor {
+  void (*calc_give)(double u, double u1, double u2, double most, double* give) = nullptr;
+  // All parameters from the rotor's inertia and the units of give.
+  void (*make_parameters)(double inertia, double give, double* p) = nullptr;
+  // Where to start behind a rotor, from a stiffness that lets it swing.
+  void (*start_at)(double inertia, double stiffness, double* p) = nullptr;
+};
+
+// Small steps of an effect that is linear in other numbers than its parameters.
+struct ProbeSteps {
+  std::vector<std::vector<double>> (*list)(double size) = nullptr;      // values of all parameters
+  bool (*combine)(const double* x, double size, double* p) = nullptr;  // from how much of each step is asked for
 };
 
 struct EffectInfo {
@@ -120,6 +166,15 @@ struct EffectInfo {
   // Writes values, in the order of `parameters` (NaN: not stated), into what is at the effect's place.
   void (*apply)(const double* values, const EffectTarget& target) = nullptr;
   TorqueRegressor torque;
+  GiveRegressor give;
+  ReadingChange change;
+  ProbeSteps probe;
+  std::vector<EffectPart> parts;
+  // `speed`: range of the joint's; `mass`: of the link.
+  SpecialCase (*find_special_case)(const double* p, double speed, double mass) = nullptr;
+  std::vector<std::vector<double>> start_scales;  // other starts, as factors of all parameters
+  void (*normalise)(double* p) = nullptr;         // of values that mean the same, the usual ones
+  int periods = -1;  // index of the parameter that says how often torque repeats [1/rad]
   bool reported = true;     // false: of the tool's predictions only, no scenario may state it
   bool linear = false;      // predictions are linear in all parameters but those without neutral value
   bool dry = false;         // friction with a dry part of its own: there is one of these in a joint
@@ -129,6 +184,8 @@ struct EffectInfo {
   bool vector = false;      // one quantity in axes that somebody chose
   bool always_shows = false;  // has no absent value that a fit could come near
   bool of_whole_link = false;  // of the link's own mass: what is lumped into another link cannot have it
+  bool by_command = false;     // shows only where a servo follows commands
+  bool felt_elsewhere = false;  // at a joint, and moves the links of the whole robot
   int rotor = -1;           // index of the parameter that is a rotor's inertia [kg m^2]
 };
 

@@ -55,12 +55,22 @@ EffectInfo make_coulomb() {
   return row;
 }
 
+// A curve with next to no dry part is viscous friction, one that hardly falls is Coulomb's.
+SpecialCase find_plain_friction(const double* p, double speed, double) {
+  constexpr double kWeak = 0.05;  // of friction: such a part may be no part
+  const double viscous = p[3] * speed;
+  if (p[1] < kWeak * viscous) return {EffectId::kViscous, {p[3]}};
+  if (p[1] - p[0] < kWeak * p[1] && viscous < kWeak * p[1]) return {EffectId::kCoulomb, {p[1], 0.0, p[4]}};
+  return {};
+}
+
 EffectInfo make_stribeck() {
   EffectInfo row = make_row(EffectId::kStribeck, "stribeck_friction", PlaceKind::kJoint, EffectFamily::kDryFriction,
                             "dry friction that is larger at rest than in motion (Stribeck)",
                             {P("coulomb", "N m").absent_at(0).bounds(0, kUnbounded).size(0.1),
-                             P("static", "N m").bounds(0, kUnbounded).size(0.1),
-                             P("stribeck_velocity", "rad/s").bounds(1e-6, kUnbounded).search(5e-3, 10).size(0.02),
+                             P("static", "N m").bounds(0, kUnbounded).size(0.1).at_least(0),
+                             P("stribeck_velocity", "rad/s").bounds(1e-6, kUnbounded).search(5e-3, 10).size(0.02)
+                                 .starts({}, {0.015, 0.04, 0.1, 0.25}),
                              P("viscous", "N m s/rad").bounds(0, kUnbounded).size(0.1).optional(0), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
     JointLaws& laws = *at.joint;
@@ -81,6 +91,8 @@ EffectInfo make_stribeck() {
     return x[0] > 0.0;
   };
   row.dry = row.sticks = row.always_shows = true, row.smooth = false;
+  row.parts = {{EffectId::kCoulomb, {0, -1, 4}}, {EffectId::kViscous, {3}}};
+  row.find_special_case = &find_plain_friction;
   return row;
 }
 
@@ -120,10 +132,20 @@ EffectInfo make_hysteresis() {
   EffectInfo row = make_row(EffectId::kHysteresis, "hysteresis", PlaceKind::kJoint, EffectFamily::kPlay,
                             "friction with memory acts like a yielding spring",
                             {P("stiffness", "N m/rad").absent_at(0).bounds(0, kUnbounded).size(1),
-                             P("yield_angle", "rad").bounds(1e-9, kUnbounded).search(1e-4, 10).size(0.005)});
+                             P("yield_angle", "rad").bounds(1e-9, kUnbounded).search(1e-4, 10).size(0.005).starts({0.3, 1, 3})});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->hysteresis_stiffness = p[0];
     at.joint->hysteresis_yield = p[1];
+  };
+  row.torque.shapes = {{0.003}, {0.01}, {0.03}, {0.1}, {0.3}};  // [rad]
+  row.torque.advance = [](double z, double step, const double* shape) {
+    const int parts = 1 + static_cast<int>(std::abs(step) / shape[0] / 0.2);
+    for (int i = 0; i < parts; ++i) z += calc_hysteresis_rate_factor(z, step) * step / parts / shape[0];
+    return z;
+  };
+  row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
+    p[0] = x[0] / shape[0], p[1] = shape[0];
+    return x[0] > 0.0;
   };
   row.smooth = false;
   return row;

@@ -19,6 +19,7 @@ EffectInfo make_bias() {
   EffectInfo row = make_row(EffectId::kSensorBias, "sensor_bias", PlaceKind::kSensor, EffectFamily::kZero,
                             "the reading is shifted by a constant", make_axes(P("value", "").absent_at(0).size(0.01)));
   row.apply = [](const double* p, const EffectTarget& at) { set(p, &at.sensor->bias); };
+  row.change.constant = 1.0;
   row.linear = row.vector = true;
   return row;
 }
@@ -26,8 +27,9 @@ EffectInfo make_bias() {
 EffectInfo make_scale() {
   EffectInfo row = make_row(EffectId::kSensorScale, "sensor_scale", PlaceKind::kSensor, EffectFamily::kGain,
                             "the reading is scaled",
-                            make_axes(P("scale", "1").as_factor().search(0.01, 100).size(0.01)));
+                            make_axes(P("scale", "1").as_factor().search(0.01, 100).size(0.01).probed_by(0.01)));
   row.apply = [](const double* p, const EffectTarget& at) { set(p, &at.sensor->scale); };
+  row.change.of_reading = 1.0;
   row.linear = true;
   return row;
 }
@@ -35,8 +37,9 @@ EffectInfo make_scale() {
 EffectInfo make_delay() {
   EffectInfo row = make_row(EffectId::kSensorDelay, "sensor_delay", PlaceKind::kSensor, EffectFamily::kTiming,
                             "the reading comes late",
-                            {P("delay", "s").absent_at(0).bounds(0, 10).search(0, 1).size(0.002)});
+                            {P("delay", "s").absent_at(0).bounds(0, 10).search(0, 1).size(0.002).probed_by(5e-4)});
   row.apply = [](const double* p, const EffectTarget& at) { at.sensor->delay = p[0]; };
+  row.change.of_rate = -1.0;
   row.linear = true;
   return row;
 }
@@ -53,7 +56,7 @@ EffectInfo make_misalignment() {
 EffectInfo make_clock_skew() {
   EffectInfo row = make_row(EffectId::kClockSkew, "clock_skew", PlaceKind::kSensor, EffectFamily::kTiming,
                             "the clocks of commands and readings run at different rates",
-                            {P("skew", "1").absent_at(0).bounds(-0.2, 0.2).size(0.0005)});
+                            {P("skew", "1").absent_at(0).bounds(-0.2, 0.2).size(0.0005).probed_by(1e-4)});
   row.apply = [](const double* p, const EffectTarget& at) {
     if (at.sensor) at.sensor->clock_skew = p[0];
     if (at.timing) at.timing->clock_skew = p[0];

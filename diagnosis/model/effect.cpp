@@ -27,6 +27,20 @@ const char* get_unit(Reading reading) {
   }
 }
 
+Effect make_part(const Effect& whole, const EffectPart& part) {
+  Effect out(part.id, whole.place, {});
+  for (size_t i = 0; i < part.from.size(); ++i) {
+    const int from = part.from[i];
+    out.p.push_back(from < 0 ? get_effect(part.id).parameters[i].value : whole.p[static_cast<size_t>(from)]);
+  }
+  return out;
+}
+
+bool has_part(EffectId whole, EffectId part) {
+  const std::vector<EffectPart>& parts = get_effect(whole).parts;
+  return std::any_of(parts.begin(), parts.end(), [&](const EffectPart& p) { return p.id == part; });
+}
+
 std::vector<double> make_values(const Effect& effect) {
   const EffectInfo& info = get_effect(effect.id);
   const bool one = is_one_number(info, effect.place);

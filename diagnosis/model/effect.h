@@ -67,6 +67,10 @@ struct Effect {
 };
 using Hypothesis = std::vector<Effect>;
 
+// The simpler effect that another one has as a part, and whether the one row has the other as a part.
+Effect make_part(const Effect& whole, const EffectPart& part);
+bool has_part(EffectId whole, EffectId part);
+
 // Values for the table's apply(): defaults where none is fitted.
 std::vector<double> make_values(const Effect& effect);
 }  // namespace hrp::diagnosis

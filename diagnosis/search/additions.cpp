@@ -15,8 +15,6 @@ namespace {
 
 constexpr double kShare = 0.01;          // of a joint's effort, that a probe is about
 constexpr double kShift = 5e-4;          // [s]
-constexpr double kLever = 0.1;           // [m] of a probing mass
-constexpr double kStiff = 1e4;           // [N m/rad] no stiffer than steps can follow
 constexpr double kCoarser = 4.0;         // steps: differences need not be as exact as readings
 constexpr size_t kTrain = 2, kHeld = 1;  // recordings: enough to say what to try
 
@@ -73,18 +71,24 @@ class Probes {
       add_sensors(j);
     }
     for (int link = 1; link < e_.robot.tree.num_joints() + 1; ++link) add_link(link);
-    add(EffectId::kClockSkew, at_all(), 0.0, 1e-4);
+    for (const EffectInfo& row : list_effects()) {
+      if (row.place == PlaceKind::kSensor && row.parameters[0].probe > 0.0 && !row.change.any()) add(row, at_all(), row.parameters[0].probe);
+    }
   }
 
-  // Cogging has a frequency, which no small step can find: the best of the missing effort's.
-  void add_cogging(const Effect& start) {
-    if (start.p.size() < 3) return;
-    Effect sine = start;
-    sine.p[0] = kShare * activity_[static_cast<size_t>(start.place.index)].effort, sine.p[2] = 0.0;
-    Effect cosine = sine;
-    cosine.p[2] = M_PI_2;
-    list_.push_back({{sine, cosine}, [sine](const Eigen::VectorXd& x, std::vector<double>* p) {
-                       *p = {sine.p[0] * x.norm(), sine.p[1], std::atan2(x[1], x[0])};
+  // What repeats over position has a frequency, which no small step can find: the best of the missing effort's.
+  void add_ripples(const Effect& start) {
+    const EffectInfo& row = get_effect(start.id);
+    const double shape = start.p[static_cast<size_t>(row.periods)];
+    const double size = kShare * activity_[static_cast<size_t>(start.place.index)].effort;
+    const auto make = [&row, shape, start](double sine, double cosine) {
+      const double x[] = {sine, cosine};
+      Effect step = start;
+      row.torque.make_parameters(x, &shape, step.p.data());
+      return step;
+    };
+    list_.push_back({{make(size, 0.0), make(0.0, size)}, [make, size](const Eigen::VectorXd& x, std::vector<double>* p) {
+                       *p = make(size * x[0], size * x[1]).p;
                        return true;
                      }});
   }
@@ -92,11 +96,11 @@ class Probes {
   const std::vector<Probe>& list() const { return list_; }
 
  private:
-  // One parameter; more of it (below `none` no less) than `none`.
-  void add(EffectId id, const Place& place, double none, double step, std::vector<double> rest = {}) {
-    Effect effect{id, place, {none + step}};
+  // One parameter from its neutral value; `rest` are the others.
+  void add(const EffectInfo& row, const Place& place, double step, std::vector<double> rest = {}) {
+    const double none = row.parameters[0].neutral, low = row.parameters[0].low, high = row.parameters[0].high;
+    Effect effect{row.id, place, {none + step}};
     effect.p.insert(effect.p.end(), rest.begin(), rest.end());
-    const double low = list_infos(id)[0].low, high = list_infos(id)[0].high;
     list_.push_back({{effect}, [=](const Eigen::VectorXd& x, std::vector<double>* p) {
                        *p = effect.p;
                        (*p)[0] = none + x[0] * step;
@@ -105,10 +109,10 @@ class Probes {
   }
 
   // A vector of three parameters around none.
-  void add_vector(EffectId id, const Place& place, double step) {
+  void add_vector(const EffectInfo& row, const Place& place, double step) {
     Probe probe;
     for (size_t i = 0; i < 3; ++i) {
-      probe.steps.push_back({id, place, {0.0, 0.0, 0.0}});
+      probe.steps.push_back({row.id, place, {0.0, 0.0, 0.0}});
       probe.steps.back().p[i] = step;
     }
     probe.make_start = [step](const Eigen::VectorXd& x, std::vector<double>* p) {
@@ -118,87 +122,64 @@ class Probes {
     list_.push_back(probe);
   }
 
-  void add_joint(int j) {
-    const Activity& a = activity_[static_cast<size_t>(j)];
-    const double effort = kShare * a.effort;
-    add_linear(j, {a.position, a.rate, a.acceleration, 1.0, a.effort, effort / kShift}, effort);
-    add(EffectId::kDelay, at_joint(j), 0.0, kShift);
-    add(EffectId::kJointOffset, at_joint(j), 0.0, 1e-3);
-    for (double yield : {0.003, 0.03, 0.3}) add(EffectId::kHysteresis, at_joint(j), 0.0, effort / yield, {yield});
-    add_spring(j, effort / a.position);
-    add_transmission(j);
-  }
-
-  // Rows of the table that are one number times a column of torque: as much of it as makes `effort` [N m] of a typical
-  // sample.
-  void add_linear(int j, const JointSample& typical, double effort) {
-    for (const EffectInfo& row : list_effects()) {
-      if (row.place != PlaceKind::kJoint || !row.linear || row.torque.num_columns != 1) continue;
-      double column = 0.0;
-      row.torque.calc_columns(typical, nullptr, &column);
-      std::vector<double> rest;
-      for (size_t i = 1; i < row.parameters.size(); ++i) rest.push_back(row.parameters[i].value);
-      add(row.id, at_joint(j), row.parameters[0].neutral, effort / column, rest);
-    }
-  }
-
-  // A spring's pull is stiffness times position less a constant.
-  void add_spring(int j, double stiffness) {
-    constexpr double kRest = 0.5;
+  // The row's own steps.
+  void add_steps(const EffectInfo& row, const Place& place, double size) {
     Probe probe;
-    probe.steps = {{EffectId::kSpring, j, {stiffness, 0.0}}, {EffectId::kSpring, j, {stiffness, kRest}}};
-    probe.make_start = [stiffness](const Eigen::VectorXd& x, std::vector<double>* p) {
-      const double share = x[0] + x[1];
-      *p = {stiffness * share, kRest * x[1] / share};
-      return share > 0.0 && std::abs((*p)[1]) < 7.0;
+    for (const std::vector<double>& p : row.probe.list(size)) probe.steps.push_back({row.id, place, p});
+    probe.make_start = [&row, size](const Eigen::VectorXd& x, std::vector<double>* p) {
+      return row.probe.combine(x.data(), size, p->data());
     };
     list_.push_back(probe);
   }
 
-  void add_transmission(int j) {
-    const auto make = [](double stiffness) { return std::vector<double>{stiffness, kGearLoss * stiffness, 1e-3}; };
-    list_.push_back(
-        {{{EffectId::kElasticity, j, make(kStiff)}}, [make](const Eigen::VectorXd& x, std::vector<double>* p) {
-           *p = make(kStiff / std::max(1e-3, x[0]));
-           return x[0] > 0.0;
-         }});
+  // Laws of one number times a column of torque: as much as makes a share of a typical effort.
+  void add_joint(int j) {
+    const Activity& a = activity_[static_cast<size_t>(j)];
+    const double effort = kShare * a.effort;
+    const JointSample typical{a.position, a.rate, a.acceleration, 1.0, a.effort, effort / kShift};
+    for (const EffectInfo& row : list_effects()) {
+      if (row.place != PlaceKind::kJoint) continue;
+      const Place place = at_joint(j);
+      if (row.probe.list) {
+        add_steps(row, place, effort / a.position);
+      } else if (row.parameters[0].probe > 0.0) {
+        add(row, place, row.parameters[0].probe);
+      } else if (row.torque.advance) {
+        for (size_t i = 0; i < row.torque.shapes.size(); i += 2) {
+          const double shape = row.torque.shapes[i][0];
+          add(row, place, effort / shape, {shape});
+        }
+      } else if (row.linear && row.torque.num_columns == 1) {
+        double column = 0.0;
+        row.torque.calc_columns(typical, nullptr, &column);
+        std::vector<double> rest;
+        for (size_t i = 1; i < row.parameters.size(); ++i) rest.push_back(row.parameters[i].value);
+        add(row, place, effort / column, rest);
+      }
+    }
   }
 
   void add_sensors(int j) {
     for (int quantity = 0; quantity < kQuantities; ++quantity) {
       const auto& noise = e_.joint_noise[static_cast<size_t>(j)][static_cast<size_t>(quantity)];
       if (!(noise.sigma > 0.0)) continue;
-      const Place place = at_signal(j * kQuantities + quantity);
-      add(EffectId::kSensorBias, place, 0.0, noise.sigma);
-      add(EffectId::kSensorScale, place, 1.0, kShare);
-      add(EffectId::kSensorDelay, place, 0.0, kShift);
+      for (const EffectInfo& row : list_effects()) {
+        const double step = row.parameters[0].probe;
+        if (row.change.any()) add(row, at_signal(j * kQuantities + quantity), step > 0.0 ? step : noise.sigma);
+      }
     }
   }
 
   void add_link(int link) {
     const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
-    add_vector(EffectId::kExternalForce, at_link(link), 0.1);
-    if (!(mass > 0.0)) return;
-    add(EffectId::kMassError, at_link(link), 1.0, kShare);
-    add_vector(EffectId::kComError, at_link(link), 1e-3);
-    add_payload(link, kShare * mass);
-  }
-
-  // Masses at the link's origin and out along its axes: any mass anywhere, but for its own inertia.
-  void add_payload(int link, double mass) {
-    Probe probe;
-    for (size_t i = 0; i < 4; ++i) {
-      probe.steps.push_back({EffectId::kPayload, link, {mass, 0.0, 0.0, 0.0, 0.0}});
-      if (i > 0) probe.steps.back().p[i] = kLever;
+    for (const EffectInfo& row : list_effects()) {
+      if (row.place != PlaceKind::kLink) continue;
+      const bool possible = mass > 0.0 || !(row.of_whole_link || row.probe.list);
+      const double step = row.parameters[0].probe;
+      if (possible && row.probe.list) add_steps(row, at_link(link), kShare * mass);
+      else if (possible && step > 0.0 && row.vector) add_vector(row, at_link(link), step);
+      else if (possible && step > 0.0) add(row, at_link(link), step);
     }
-    probe.make_start = [mass](const Eigen::VectorXd& x, std::vector<double>* p) {
-      const double all = x.sum();
-      *p = {mass * all, 0.0, 0.0, 0.0, 0.0};
-      if (!(all > 0.0)) return false;
-      for (long i = 1; i < 4; ++i) (*p)[static_cast<size_t>(i)] = std::clamp(kLever * x[i] / all, -1.0, 1.0);
-      return true;
-    };
-    list_.push_back(probe);
   }
 
   const Experiment& e_;
@@ -270,7 +251,7 @@ class Ranker {
     if (!make_base()) return ranked;
     Probes probes(problem_);
     for (const Candidate& c : screen(problem_, fitted_).candidates) {
-      if (c.start.id == EffectId::kCogging) probes.add_cogging(c.start);
+      if (get_effect(c.start.id).torque.shape_from_data) probes.add_ripples(c.start);
     }
     std::vector<Addition> all(probes.list().size());
     parallel_for(problem_.jobs, static_cast<int>(all.size()),

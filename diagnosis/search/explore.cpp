@@ -77,7 +77,8 @@ void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size
 // What friction was fitted to changes with what stands beside it now: its shape is chosen again.
 void Explorer::choose_again(const Problem& problem, const FitOptions& options, FitResult* result) const {
   for (size_t i = 0; i + 1 < result->hypothesis.size(); ++i) {
-    if (result->hypothesis[i].id != EffectId::kStribeck || options.frozen[i]) continue;
+    const EffectInfo& info = get_effect(result->hypothesis[i].id);
+    if (!info.dry || info.torque.shapes.empty() || options.frozen[i]) continue;
     Hypothesis again = result->hypothesis;
     choose_start(problem, &again, i, false);
     if (again[i].p == result->hypothesis[i].p) continue;
@@ -97,11 +98,10 @@ double Explorer::calc_left(Problem& p, const FitResult& result) const {
 // What rattles or swings does so about the motion of a rotor without play, which is quick to fit.
 Effect Explorer::start_from_rotor(const Problem& problem, Hypothesis with, const FitOptions& options) const {
   Effect effect = with.back();
-  double& rotor = effect.id == EffectId::kBacklash ? effect.p[3] : effect.p[2];
-  with.back() = {EffectId::kRotorInertia, effect.place, {rotor}};
+  with.back() = make_part(effect, get_effect(effect.id).parts.front());
   const FitResult result = fit(problem, with, problem.train, options);
   const double fitted = result.ok ? result.hypothesis.back().p[0] : 0.0;
-  if (fitted > list_infos(EffectId::kRotorInertia)[0].step) rotor = fitted;
+  if (fitted > list_infos(with.back().id)[0].step) effect.p[static_cast<size_t>(get_effect(effect.id).rotor)] = fitted;
   return effect;
 }
 

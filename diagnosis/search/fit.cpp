@@ -72,8 +72,8 @@ void clamp(Hypothesis* hypothesis) {
     const std::vector<EffectParameter>& infos = list_infos(effect.id);
     for (size_t i = 0; i < effect.p.size(); ++i) {
       effect.p[i] = std::min(infos[i].high, std::max(infos[i].low, effect.p[i]));
+      if (infos[i].not_below >= 0) effect.p[i] = std::max(effect.p[i], effect.p[static_cast<size_t>(infos[i].not_below)]);
     }
-    if (effect.id == EffectId::kStribeck) effect.p[1] = std::max(effect.p[1], effect.p[0]);
   }
 }
 

@@ -34,7 +34,6 @@ constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
 constexpr double kLeastSpread = 1e-3;  // of a value
 constexpr double kQuiet = 1.5;         // noise deviations: what a joint feels of others that are not explained yet
 constexpr double kQuietShare = 0.005;  // of what is left above the noise
-constexpr double kWeak = 0.05;         // of friction: such a part may be no part
 constexpr double kAlmost = 0.01;       // of what the nominal model leaves, by a set in which one effect may be wrong
 constexpr double kRest = 0.05;         // of what the nominal model leaves: what more would be no special case
 constexpr double kLeastGain = 0.95;    // in cost, of the sets of two that are simulated
@@ -94,34 +93,27 @@ class Search {
   double calc_share() const { return static_cast<double>(prepared_.options.work->load()) / prepared_.most_work; }
   bool is_spent(double share = 1.0) const { return calc_share() > share; }
 
-  // A set may hold more than there is because another cause stood in for the rest when its first effect was chosen: a
-  // curve of friction with next to no dry part is viscous friction, one that hardly falls is Coulomb's, and a load may
-  // be a wrong mass. And less, because what is left of a rotor whose transmission gives a little passes for noise.
+  // A set may hold more than there is because another cause stood in for the rest when its first effect was chosen. And
+  // less, because what is left of a rotor whose transmission gives a little passes for noise.
   void try_special_cases() {
     const Hypothesis best = trials_.best().hypothesis;
     if (calc_cost(trials_.best()) > kRest * calc_cost(nominal_)) return;
     for (size_t i = 0; i < best.size(); ++i) {
       Hypothesis other = best;
-      if (find_special_case(&other[i]) && !trials_.has(other)) trials_.add(other);
-      if (best[i].id == EffectId::kRotorInertia) try_transmissions(best, i);
+      const SpecialCase simpler = find_special_case(best[i]);
+      if (simpler.id != EffectId::kNamed) other[i] = {simpler.id, best[i].place, simpler.p};
+      if (simpler.id != EffectId::kNamed && !trials_.has(other)) trials_.add(other);
+      if (is_rigid_rotor(best[i])) try_transmissions(best, i);
     }
   }
 
-  // False where the effect has none.
-  bool find_special_case(Effect* effect) const {
-    const std::vector<double>& p = effect->p;
-    if (effect->id == EffectId::kPayload) {
-      const double mass = e_.robot.tree.links[static_cast<size_t>(effect->place.index)].inertia.mass;
-      if (mass > 0.0) *effect = {EffectId::kMassError, effect->place, {1.0 + p[0] / mass}};
-      return mass > 0.0;
-    }
-    if (effect->id != EffectId::kStribeck) return false;
-    const double viscous = p[3] * trials_.find_range(effect->place.index, &SmoothJoint::qd);
-    if (p[1] < kWeak * viscous)
-      *effect = {EffectId::kViscous, effect->place, {p[3]}};
-    else if (p[1] - p[0] < kWeak * p[1] && viscous < kWeak * p[1])
-      *effect = {EffectId::kCoulomb, effect->place, {p[1], 0.0, p[4]}};
-    return effect->id != EffectId::kStribeck;
+  SpecialCase find_special_case(const Effect& effect) const {
+    const EffectInfo& info = get_effect(effect.id);
+    if (!info.find_special_case) return {};
+    const bool at_joint = effect.place.kind == PlaceKind::kJoint;
+    const double speed = at_joint ? trials_.find_range(effect.place.index, &SmoothJoint::qd) : 0.0;
+    const double mass = at_joint ? 0.0 : e_.robot.tree.links[static_cast<size_t>(effect.place.index)].inertia.mass;
+    return info.find_special_case(effect.p.data(), speed, mass);
   }
 
   // In the place of a rotor, as they were fitted along the paths, where they did better there.
@@ -131,9 +123,10 @@ class Search {
                           [&](const Trial& t) { return make_set(t.hypothesis) == set; });
     };
     const auto rigid = find(make_set(best));
-    for (EffectId id : {EffectId::kElasticity, EffectId::kBacklash}) {
+    for (const EffectInfo& row : list_effects()) {
+      if (!row.flexible) continue;
       Hypothesis other = best;
-      other[rotor].id = id;
+      other[rotor].id = row.id;
       const auto known = find(make_set(other));
       const bool better = known != passed_over_.end() && rigid != passed_over_.end() && known->rms < rigid->rms;
       if (better && !trials_.has(other)) trials_.add(known->hypothesis);
@@ -281,7 +274,7 @@ class Search {
     if (!loosened_.insert(make_set(best.hypothesis)).second) return false;
     for (size_t i = 0; i < best.hypothesis.size(); ++i) {
       const Effect& rotor = best.hypothesis[i];
-      if (rotor.id != EffectId::kRotorInertia) continue;
+      if (!is_rigid_rotor(rotor)) continue;
       if (best.hypothesis.size() < kLargestSet) loosen(best, i);
       if (best.hypothesis.size() > 1 && !is_near(trials_.best())) loosen(trials_.fit_aside({rotor}), 0);
     }
@@ -291,7 +284,7 @@ class Search {
   void loosen(const Trial& base, size_t at) {
     const Effect& rotor = base.hypothesis[at];
     for (const Effect& transmission : list_transmissions(rotor.place.index, get_rotor(rotor))) {
-      const size_t count = transmission.id == EffectId::kBacklash ? kScanned : 1;
+      const size_t count = list_infos(transmission.id)[0].walked ? kScanned : 1;
       for (const Effect& option : trials_.choose(base, at, list_options(transmission, false), count)) {
         if (is_spent() || is_near(trials_.best())) return;
         progress_("    loosened: " + get_label(e_, transmission));
@@ -431,8 +424,8 @@ class Search {
       changed = changed || !significant;
       if (significant)
         kept.push_back(effect);
-      else if (effect.id != EffectId::kRotorInertia && get_rotor(effect) > 0.0)
-        kept.push_back({EffectId::kRotorInertia, effect.place, {get_rotor(effect)}});
+      else if (moves_link(effect) && get_rotor(effect) > 0.0)
+        kept.push_back(make_part(effect, get_effect(effect.id).parts.front()));
     }
     if (!changed) return;
     if (kept.empty()) return take_next(outcome);

@@ -85,31 +85,31 @@ class Builder {
     return add_column(efforts);
   }
 
-  static bool take_positive(const std::vector<double>& x, std::vector<double>* p) {
-    *p = x;
-    return x[0] > 0.0;
+  // One parameter: its neutral value and what of the column is missing, within bounds.
+  void add_single(const EffectInfo& row, const Place& place, int column) {
+    const EffectParameter& info = row.parameters[0];
+    add_shape(row.id, place, {column}, [&info](const std::vector<double>& x, std::vector<double>* p) {
+      *p = {info.neutral + x[0]};
+      return (*p)[0] > info.low && (*p)[0] < info.high;
+    });
   }
 
   void add_joint(int j) {
     if (!e_.robot.tree.joint(j).actuated) return;
     add_rows(j);
-    add_transmission(j);
-    add_hysteresis(j);
-    if (!plant_.effort_driven) {
-      const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
-      const int late =
-          add_column(j, 1, [j, &laws](const Grid& g, long k) { return -(laws.kp * g.c(k, j) + laws.kd * g.cd(k, j)); });
-      add_shape(EffectId::kDelay, at_joint(j), {late}, [](const std::vector<double>& x, std::vector<double>* p) {
-        *p = x;
-        return x[0] > 0.0 && x[0] < 0.5;
-      });
+    add_transmissions(j);
+    const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
+    for (const EffectInfo& row : list_effects()) {
+      if (row.by_command && !plant_.effort_driven) {
+        add_single(row, at_joint(j), add_column(j, 1, [j, &laws](const Grid& g, long k) {
+                     return -(laws.kp * g.c(k, j) + laws.kd * g.cd(k, j));
+                   }));
+      }
+      if (!row.felt_elsewhere) continue;
+      add_single(row, at_joint(j), add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+                   d->setOnes(), d1->setZero(), d2->setZero();
+                 }));
     }
-    const int offset = add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1,
-                                               Eigen::VectorXd* d2) { d->setOnes(), d1->setZero(), d2->setZero(); });
-    add_shape(EffectId::kJointOffset, at_joint(j), {offset}, [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = x;
-      return true;
-    });
   }
 
   // Rows of the table that are linear in torque, at every shape that is to be tried.
@@ -120,7 +120,7 @@ class Builder {
       speed = std::max(speed, g.qd.col(j).cwiseAbs().maxCoeff());
     }
     for (const EffectInfo& effect : list_effects()) {
-      if (effect.place != PlaceKind::kJoint || effect.torque.num_columns == 0) continue;
+      if (effect.place != PlaceKind::kJoint || (effect.torque.num_columns == 0 && !effect.torque.advance)) continue;
       if (plant_.effort_driven && effect.family == EffectFamily::kTiming) continue;  // no servo that could be late
       std::vector<std::vector<double>> shapes = effect.torque.shapes;
       if (effect.torque.shape_from_data) shapes = find_periods(j);
@@ -137,6 +137,7 @@ class Builder {
     const TorqueRegressor& torque = effect.torque;
     std::vector<int> columns;
     std::vector<double> values(static_cast<size_t>(torque.num_columns));
+    if (torque.advance) columns.push_back(add_memory(j, torque, shape));
     for (int i = 0; i < torque.num_columns; ++i) {
       columns.push_back(add_column(j, 0, [&](const Grid& g, long k) {
         const double v = g.qd(k, j);
@@ -152,53 +153,33 @@ class Builder {
     });
   }
 
-  void add_transmission(int j) {
-    const int inertia = add_column(j, 0, [j](const Grid& g, long k) { return g.qdd(k, j); });
-    const int twist =
-        add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
-          *d = g.u.col(j), *d1 = g.u1.col(j), *d2 = g.u2.col(j);
-        });
-    const int gap =
-        add_motion_change(j, [j](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
-          const double scale = 0.05 * g.u.col(j).cwiseAbs().maxCoeff() + 1e-12;
-          for (long k = 0; k < g.u.rows(); ++k) {
-            const double s = std::tanh(g.u(k, j) / scale), c = 1.0 - s * s;
-            (*d)[k] = 0.5 * s, (*d1)[k] = 0.5 * c * g.u1(k, j) / scale;
-            (*d2)[k] = 0.5 * (c * g.u2(k, j) / scale - 2.0 * s * c * std::pow(g.u1(k, j) / scale, 2));
-          }
-        });
-    add_shape(EffectId::kElasticity, at_joint(j), {inertia, twist}, [](const std::vector<double>& x, std::vector<double>* p) {
-      const double k = x[1] > 1e-7 ? 1.0 / x[1] : 1e6;
-      *p = {k, kGearLoss * k, std::max(0.005, x[0])};
-      return x[0] > 0.0 || x[1] > 0.0;
-    });
-    add_shape(EffectId::kBacklash, at_joint(j), {inertia, gap}, [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = {std::min(0.1, std::max(0.001, x[1])), 1e4, 5.0, std::max(0.005, x[0])};
-      return x[0] > 0.0 || x[1] > 0.0;
+  int add_memory(int j, const TorqueRegressor& torque, const std::vector<double>& shape) {
+    double state = 0.0;
+    return add_column(j, 0, [&](const Grid& g, long k) {
+      state = k == 0 ? 0.0 : torque.advance(state, g.q(k, j) - g.q(k - 1, j), shape.data());
+      return state;
     });
   }
 
-  void add_hysteresis(int j) {
-    for (double yield : {0.003, 0.01, 0.03, 0.1, 0.3}) {
-      std::vector<Eigen::VectorXd> memory;
-      for (const Grid& g : grids_) {
-        Eigen::VectorXd z = Eigen::VectorXd::Zero(g.q.rows());
-        for (long k = 1; k < g.q.rows(); ++k) {
-          const double step = g.q(k, j) - g.q(k - 1, j);
-          const int parts = 1 + static_cast<int>(std::abs(step) / yield / 0.2);
-          z[k] = z[k - 1];
-          for (int i = 0; i < parts; ++i) z[k] += calc_hysteresis_rate_factor(z[k], step) * step / parts / yield;
+  // A rotor and how the link lags behind it.
+  void add_transmissions(int j) {
+    const int inertia = add_column(j, 0, [j](const Grid& g, long k) { return g.qdd(k, j); });
+    for (const EffectInfo& row : list_effects()) {
+      if (!row.flexible) continue;
+      const GiveRegressor& give = row.give;
+      const int lag = add_motion_change(j, [j, &give](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+        const double most = g.u.col(j).cwiseAbs().maxCoeff();
+        double now[3];
+        for (long k = 0; k < g.u.rows(); ++k) {
+          give.calc_give(g.u(k, j), g.u1(k, j), g.u2(k, j), most, now);
+          (*d)[k] = now[0], (*d1)[k] = now[1], (*d2)[k] = now[2];
         }
-        memory.push_back(z);
-      }
-      long grid = -1;
-      const int column = add_column(j, 0, [&](const Grid&, long k) {
-        if (k == 0) ++grid;
-        return memory[static_cast<size_t>(grid)][k];
       });
-      add_shape(EffectId::kHysteresis, at_joint(j), {column}, [yield](const std::vector<double>& x, std::vector<double>* p) {
-        *p = {x[0] / yield, yield};
-        return x[0] > 0.0;
+      const size_t size = row.parameters.size();
+      add_shape(row.id, at_joint(j), {inertia, lag}, [&give, size](const std::vector<double>& x, std::vector<double>* p) {
+        p->resize(size);
+        give.make_parameters(x[0], x[1], p->data());
+        return x[0] > 0.0 || x[1] > 0.0;
       });
     }
   }
@@ -232,42 +213,26 @@ class Builder {
     return best;
   }
 
+  // A fault of the logged effort shows in both kinds of rows alike; one of the position (the servo is not deceived) as a
+  // wrong servo effort.
   void add_sensors(int j) {
     if (!missing_.has_effort[static_cast<size_t>(j)]) return;
-    const Place place = at_sensor(j, Reading::kEffort), position = at_sensor(j, Reading::kPosition);
-    // A fault of the logged effort shows in both kinds of rows alike.
-    const auto both = [&](const std::function<double(const Grid&, long)>& f) {
-      Eigen::VectorXd sum = columns_[static_cast<size_t>(add_column(j, 0, f))];
-      sum += columns_[static_cast<size_t>(add_column(j, 1, f))];
-      columns_.push_back(std::move(sum));
-      return static_cast<int>(columns_.size()) - 1;
-    };
-    const auto accept = [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = x;
-      return true;
-    };
-    add_shape(EffectId::kSensorBias, place, {both([](const Grid&, long) { return 1.0; })}, accept);
-    add_shape(EffectId::kSensorScale, place, {both([j](const Grid& g, long k) { return g.servo(k, j); })},
-              [](const std::vector<double>& x, std::vector<double>* p) {
-                *p = {1.0 + x[0]};
-                return x[0] > -0.99;
-              });
-    add_shape(EffectId::kSensorDelay, place, {both([j](const Grid& g, long k) { return -g.u1(k, j); })}, take_positive);
-    // A fault of the position reading (the servo is not deceived) shows as a wrong servo effort.
     const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
-    add_shape(EffectId::kSensorBias, position,
-              {add_column(j, 1, [&laws](const Grid&, long) { return laws.kp; })}, accept);
-    add_shape(
-        EffectId::kSensorDelay, position,
-        {add_column(j, 1, [&laws, j](const Grid& g, long k) { return -laws.kp * g.qd(k, j) - laws.kd * g.qdd(k, j); })},
-        take_positive);
-    add_shape(
-        EffectId::kSensorScale, position,
-        {add_column(j, 1, [&laws, j](const Grid& g, long k) { return laws.kp * g.q(k, j) + laws.kd * g.qd(k, j); })},
-        [](const std::vector<double>& x, std::vector<double>* p) {
-          *p = {1.0 + x[0]};
-          return x[0] > -0.99;
-        });
+    for (const EffectInfo& row : list_effects()) {
+      if (!row.change.any()) continue;
+      const ReadingChange& c = row.change;
+      const auto of_effort = [j, &c](const Grid& g, long k) {
+        return c.constant + c.of_reading * g.servo(k, j) + c.of_rate * g.u1(k, j);
+      };
+      Eigen::VectorXd both = columns_[static_cast<size_t>(add_column(j, 0, of_effort))];
+      both += columns_[static_cast<size_t>(add_column(j, 1, of_effort))];
+      columns_.push_back(std::move(both));
+      add_single(row, at_sensor(j, Reading::kEffort), static_cast<int>(columns_.size()) - 1);
+      add_single(row, at_sensor(j, Reading::kPosition), add_column(j, 1, [j, &c, &laws](const Grid& g, long k) {
+                   return laws.kp * (c.constant + c.of_reading * g.q(k, j) + c.of_rate * g.qd(k, j)) +
+                          laws.kd * (c.of_reading * g.qd(k, j) + c.of_rate * g.qdd(k, j));
+                 }));
+    }
   }
 
   // Change of all efforts when the model changes.
@@ -282,44 +247,44 @@ class Builder {
     return add_column(efforts);
   }
 
+  // Rows whose effect on efforts is linear in all their parameters, and a mass that is carried: any mass, and a shift of
+  // the centre of mass as a carried moment makes it.
   void add_link(int link) {
     if (link == 0) return;
     const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
-    if (mass > 0.0) {
-      add_shape(EffectId::kMassError, at_link(link), {add_model_change({EffectId::kMassError, link, {1.1}}, 0.1)},
-                [](const std::vector<double>& x, std::vector<double>* p) {
-                  *p = {1.0 + x[0]};
-                  return x[0] > -0.95;
-                });
-      std::vector<int> shift;
-      for (int i = 0; i < 3; ++i) {
-        std::vector<double> p(3, 0.0);
-        p[static_cast<size_t>(i)] = 1e-3;
-        shift.push_back(add_model_change({EffectId::kComError, link, p}, 1e-3));
+    std::vector<int> shift;
+    for (const EffectInfo& row : list_effects()) {
+      if (row.place != PlaceKind::kLink || !row.linear || row.parameters[0].probe == 0.0) continue;
+      if (row.of_whole_link && !(mass > 0.0)) continue;
+      std::vector<int> columns;
+      for (size_t i = 0; i < row.parameters.size(); ++i) {
+        Effect change(row.id, link, {});
+        for (const EffectParameter& p : row.parameters) change.p.push_back(p.neutral);
+        change.p[i] += row.parameters[i].probe;
+        columns.push_back(add_model_change(change, row.parameters[i].probe));
       }
-      add_shape(EffectId::kComError, at_link(link), shift, [](const std::vector<double>& x, std::vector<double>* p) {
+      if (row.vector && row.of_whole_link) shift = columns;
+      if (columns.size() == 1) {
+        add_single(row, at_link(link), columns[0]);
+        continue;
+      }
+      add_shape(row.id, at_link(link), columns, [](const std::vector<double>& x, std::vector<double>* p) {
         *p = x;
         return true;
       });
-      const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
-      add_shape(EffectId::kPayload, at_link(link), {at_origin, shift[0], shift[1], shift[2]},
-                [mass](const std::vector<double>& x, std::vector<double>* p) {
-                  *p = {x[0], 0, 0, 0, 0};
-                  if (!(x[0] > 1e-3)) return false;
-                  for (size_t i = 0; i < 3; ++i) (*p)[i + 1] = std::max(-1.0, std::min(1.0, mass * x[i + 1] / x[0]));
-                  return true;
-                });
     }
-    std::vector<int> force;
-    for (int i = 0; i < 3; ++i) {
-      std::vector<double> p(3, 0.0);
-      p[static_cast<size_t>(i)] = 1.0;
-      force.push_back(add_model_change({EffectId::kExternalForce, link, p}, 1.0));
-    }
-    add_shape(EffectId::kExternalForce, at_link(link), force, [](const std::vector<double>& x, std::vector<double>* p) {
-      *p = x;
-      return true;
-    });
+    if (mass > 0.0) add_payload(link, mass, shift);
+  }
+
+  void add_payload(int link, double mass, const std::vector<int>& shift) {
+    const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
+    add_shape(EffectId::kPayload, at_link(link), {at_origin, shift[0], shift[1], shift[2]},
+              [mass](const std::vector<double>& x, std::vector<double>* p) {
+                *p = {x[0], 0, 0, 0, 0};
+                if (!(x[0] > 1e-3)) return false;
+                for (size_t i = 0; i < 3; ++i) (*p)[i + 1] = std::max(-1.0, std::min(1.0, mass * x[i + 1] / x[0]));
+                return true;
+              });
   }
 
   void finish() {

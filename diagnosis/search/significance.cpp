@@ -14,7 +14,7 @@ bool is_vector(const Effect& effect) { return get_effect(effect.id).vector && ef
 
 // A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
 bool is_elastic(const Effect& effect, const std::vector<double>& std) {
-  for (size_t i : {0, 2}) {
+  for (size_t i : {size_t{0}, static_cast<size_t>(get_effect(effect.id).rotor)}) {
     const EffectParameter& info = list_infos(effect.id)[i];
     if (effect.p[i] < 1.01 * info.low || effect.p[i] > 0.99 * info.high) return false;
   }
@@ -24,8 +24,9 @@ bool is_elastic(const Effect& effect, const std::vector<double>& std) {
 }  // namespace
 
 bool is_significant(const Effect& effect, const std::vector<double>& std, double distance) {
-  if (effect.id == EffectId::kElasticity) return is_elastic(effect, std);
-  if (get_effect(effect.id).always_shows) return true;
+  const EffectInfo& info = get_effect(effect.id);
+  if (info.flexible && std::isinf(info.parameters[0].neutral)) return is_elastic(effect, std);
+  if (info.always_shows) return true;
   if (is_vector(effect)) return distance > kSignificantVector;
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const double neutral = list_infos(effect.id)[i].neutral;
@@ -45,15 +46,15 @@ double get_rotor(const Effect& effect) {
   return rotor < 0 ? 0.0 : effect.p[static_cast<size_t>(rotor)];
 }
 
+bool is_rigid_rotor(const Effect& effect) { return get_effect(effect.id).rotor >= 0 && !get_effect(effect.id).flexible; }
+
 bool is_smooth(const Hypothesis& hypothesis) {
   return std::all_of(hypothesis.begin(), hypothesis.end(), [](const Effect& e) { return get_effect(e.id).smooth; });
 }
 
 void normalise(Hypothesis* hypothesis) {
   for (Effect& effect : *hypothesis) {
-    if (effect.id != EffectId::kCogging) continue;
-    if (effect.p[0] < 0.0) effect.p[0] = -effect.p[0], effect.p[2] += M_PI;
-    effect.p[2] -= 2.0 * M_PI * std::floor(effect.p[2] / (2.0 * M_PI));
+    if (get_effect(effect.id).normalise) get_effect(effect.id).normalise(effect.p.data());
   }
 }
 

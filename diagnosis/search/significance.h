@@ -22,6 +22,9 @@ bool sticks(EffectId id);
 // [kg m^2] of a rotor, also behind a transmission; 0 for other effects.
 double get_rotor(const Effect& effect);
 
+// A rotor that nothing parts from its link.
+bool is_rigid_rotor(const Effect& effect);
+
 // Without friction, memory, play or limits.
 bool is_smooth(const Hypothesis& hypothesis);
 

@@ -13,7 +13,7 @@ namespace hrp::diagnosis {
 bool moves_link(const Effect& effect) { return get_effect(effect.id).flexible; }
 
 int find_joint(const Effect& effect) {
-  if (effect.id == EffectId::kJointOffset) return -1;
+  if (get_effect(effect.id).felt_elsewhere) return -1;
   return effect.place.kind == PlaceKind::kJoint || effect.place.kind == PlaceKind::kSensor ? effect.place.index : -1;
 }
 
@@ -25,11 +25,7 @@ bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
     if (e.place.kind != PlaceKind::kJoint || e.place != added.place) continue;
     if (is_dry(e.id) && is_dry(added.id)) return true;
     if (moves_link(e) && moves_link(added)) return true;
-    const bool viscous_twice = (e.id == EffectId::kStribeck && added.id == EffectId::kViscous) ||
-                               (added.id == EffectId::kStribeck && e.id == EffectId::kViscous);
-    const bool rotor_twice = (moves_link(e) && added.id == EffectId::kRotorInertia) ||
-                             (moves_link(added) && e.id == EffectId::kRotorInertia);
-    if (viscous_twice || rotor_twice) return true;
+    if (has_part(e.id, added.id) || has_part(added.id, e.id)) return true;
   }
   return false;
 }
@@ -52,35 +48,24 @@ double calc_stiffness(double rotor_inertia, double frequency) {
 // Start values that a regression cannot give, because readings are no smooth function of them.
 std::vector<double> list_alternatives(const Effect& effect, size_t index) {
   const EffectParameter& info = list_infos(effect.id)[index];
-  const std::string name = info.name;
   if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
-  if (name == "stribeck_velocity") return {0.015, 0.04, 0.1, 0.25};
-  if (name == "yield_angle") return {0.3 * effect.p[1], effect.p[1], 3.0 * effect.p[1]};
-  if (effect.id == EffectId::kDelay)
-    return {0.3 * effect.p[0], effect.p[0], 0.005, 0.02};  // [s] of buses and of queues
-  if (name == "time_constant")
-    return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01};  // [s] of current loops and of gears
-  // Limits: shapes are tried in coarse steps only.
-  if (get_effect(effect.id).torque.shape_of_effort) return {0.75 * effect.p[index], effect.p[index], 1.3 * effect.p[index]};
-  const bool gap = effect.id == EffectId::kBacklash;
-  if (name == "gap") return {0.3 * effect.p[0], effect.p[0], 0.003, 0.01, 0.03, 0.08};  // [rad] of gears
-  if (gap && name == "stiffness") {
-    std::vector<double> values;
-    for (double frequency : kGearing) values.push_back(calc_stiffness(effect.p[3], frequency));
-    return values;
-  }
-  if (effect.id == EffectId::kElasticity && name == "stiffness")
-    return {0.4 * effect.p[0], effect.p[0], 2.5 * effect.p[0]};
-  if (effect.id == EffectId::kElasticity && name == "rotor_inertia")
-    return {0.2 * effect.p[2], effect.p[2], 3.0 * effect.p[2]};
-  return {};
+  std::vector<double> values;
+  for (double factor : info.start_factors) values.push_back(factor * effect.p[index]);
+  values.insert(values.end(), info.start_values.begin(), info.start_values.end());
+  if (info.swings_with < 0) return values;
+  for (double frequency : kGearing) values.push_back(calc_stiffness(effect.p[static_cast<size_t>(info.swings_with)], frequency));
+  return values;
 }
 }  // namespace
 
 std::vector<Effect> list_transmissions(int joint, double rotor_inertia) {
-  const double stiffness = calc_stiffness(rotor_inertia, kGearing[0]), damping = kGearLoss * stiffness;
-  return {{EffectId::kElasticity, joint, {stiffness, damping, rotor_inertia}},
-          {EffectId::kBacklash, joint, {0.01, stiffness, damping, rotor_inertia}}};
+  std::vector<Effect> out;
+  for (const EffectInfo& row : list_effects()) {
+    if (!row.flexible) continue;
+    out.push_back({row.id, joint, std::vector<double>(row.parameters.size())});
+    row.give.start_at(rotor_inertia, calc_stiffness(rotor_inertia, kGearing[0]), out.back().p.data());
+  }
+  return out;
 }
 
 std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
@@ -98,13 +83,9 @@ std::vector<Effect> list_options(const Effect& effect, bool scanned_only) {
     }
     options = std::move(more);
   }
-  if (effect.id != EffectId::kPayload) return options;
-  for (double mass : {1.0, 0.3}) {
-    for (double lever : {0.3, 0.0}) {
-      options.push_back(effect);
-      options.back().p[0] *= mass;
-      for (size_t i = 1; i < 4; ++i) options.back().p[i] *= lever;
-    }
+  for (const std::vector<double>& factors : get_effect(effect.id).start_scales) {
+    options.push_back(effect);
+    for (size_t i = 0; i < factors.size(); ++i) options.back().p[i] *= factors[i];
   }
   return options;
 }
@@ -151,6 +132,11 @@ int find_worst(const Lead& lead) {
 // Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
 // may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
 // parameter in any case.
+bool is_plain(const EffectInfo& row) {
+  return row.place == PlaceKind::kJoint && row.reported && row.linear && row.smooth && row.parameters.size() == 1 &&
+         row.parameters[0].lower == 0.0 && !row.parameters[0].factor;
+}
+
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   std::vector<int> joints{find_worst(lead)};
   for (const Effect& effect : lead.hypothesis) {
@@ -158,8 +144,9 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
     if (is_dry(effect.id) && !there) joints.push_back(effect.place.index);
   }
   for (int joint : joints) {
-    for (EffectId id : {EffectId::kViscous, EffectId::kRotorInertia, EffectId::kLag, EffectId::kDelay}) {
-      const Effect effect{id, joint, {list_infos(id)[0].step}};
+    for (const EffectInfo& row : list_effects()) {
+      if (!is_plain(row)) continue;
+      const Effect effect{row.id, joint, {row.parameters[0].step}};
       if (can_add(lead.hypothesis, effect) && !contains(*list, effect.id, effect.place)) list->push_back(effect);
     }
   }
@@ -172,7 +159,7 @@ void add_twins(const Lead& lead, std::vector<Effect>* list) {
   std::vector<Effect> twins;
   for (const Effect& effect : *list) {
     const double rotor = get_rotor(effect);
-    if (rotor <= 0.0 || (effect.id == EffectId::kRotorInertia && effect.place.index != worst)) continue;
+    if (rotor <= 0.0 || (is_rigid_rotor(effect) && effect.place.index != worst)) continue;
     for (const Effect& twin : list_transmissions(effect.place.index, rotor)) {
       const bool listed = contains(*list, twin.id, twin.place) || contains(twins, twin.id, twin.place);
       if (!listed && can_add(lead.hypothesis, twin)) twins.push_back(twin);
@@ -182,14 +169,19 @@ void add_twins(const Lead& lead, std::vector<Effect>* list) {
 }
 
 // Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
-// what is left of the reading itself is regressed on 1, the velocity and its rate of change.
+// what is left of the reading itself is regressed on what each fault would add.
 void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* list) {
   const Experiment& e = *problem.experiment;
   constexpr int kRate = static_cast<int>(Quantity::kVelocity);
+  std::vector<const EffectInfo*> rows;
+  for (const EffectInfo& row : list_effects()) {
+    if (row.change.any()) rows.push_back(&row);
+  }
   for (int j = 0; j < e.num_joints(); ++j) {
     const size_t joint = static_cast<size_t>(j);
     const double sigma = e.joint_noise[joint][kRate].sigma;
-    double chi2 = 0.0, gram[3] = {0.0, 0.0, 0.0}, projection[3] = {0.0, 0.0, 0.0};
+    std::vector<double> gram(rows.size(), 0.0), projection = gram;
+    double chi2 = 0.0;
     problem.view = {true, lead.paths.get(), j};
     for (int r : problem.train) {
       const Recording& data = e.recordings[static_cast<size_t>(r)];
@@ -200,20 +192,21 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
       for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < data.size(); ++k) {
         if (!std::isfinite(reading[k])) continue;
         const double left = residuals[k * kQuantities + kRate] * sigma;
-        const double columns[3] = {1.0, reading[k] - left, -smooth.qdd[k]};
         chi2 += left * left;
-        for (int i = 0; i < 3; ++i) gram[i] += columns[i] * columns[i], projection[i] += columns[i] * left;
+        for (size_t i = 0; i < rows.size(); ++i) {
+          const ReadingChange& c = rows[i]->change;
+          const double column = c.constant + c.of_reading * (reading[k] - left) + c.of_rate * smooth.qdd[k];
+          gram[i] += column * column, projection[i] += column * left;
+        }
       }
     }
-    const Effect faults[3] = {
-        {EffectId::kSensorBias, at_sensor(j, Reading::kVelocity), {projection[0] / std::max(1e-12, gram[0])}},
-        {EffectId::kSensorScale, at_sensor(j, Reading::kVelocity), {1.0 + projection[1] / std::max(1e-12, gram[1])}},
-        {EffectId::kSensorDelay, at_sensor(j, Reading::kVelocity), {projection[2] / std::max(1e-12, gram[2])}}};
-    for (int i = 0; i < 3; ++i) {
+    for (size_t i = 0; i < rows.size(); ++i) {
+      const EffectParameter& info = rows[i]->parameters[0];
+      const Effect fault{rows[i]->id, at_sensor(j, Reading::kVelocity), {info.neutral + projection[i] / std::max(1e-12, gram[i])}};
       const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
-      const bool possible = i != 2 || projection[i] > 0.0;
-      const auto in = [&](const Hypothesis& set) { return contains(set, faults[i].id, faults[i].place); };
-      if (helps && possible && !in(lead.hypothesis) && !in(*list)) list->push_back(faults[i]);
+      const bool possible = info.lower < info.neutral || projection[i] > 0.0;
+      const auto in = [&](const Hypothesis& set) { return contains(set, fault.id, fault.place); };
+      if (helps && possible && !in(lead.hypothesis) && !in(*list)) list->push_back(fault);
     }
   }
 }
@@ -234,10 +227,10 @@ std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, cons
   for (const Candidate& c : screening.candidates) {
     if (!can_add(lead.hypothesis, c.start) || is_quiet(c.start)) continue;
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
-    const int joint = c.start.id == EffectId::kJointOffset ? c.start.place.index : find_joint(c.start);
+    const int joint = c.start.place.kind == PlaceKind::kJoint ? c.start.place.index : find_joint(c.start);
     const size_t j = static_cast<size_t>(std::max(0, joint));
     // Offsets of encoders look like masses of links nearby; few enough to try all once.
-    const bool offset = c.start.id == EffectId::kJointOffset && lead.hypothesis.empty();
+    const bool offset = get_effect(c.start.id).felt_elsewhere && lead.hypothesis.empty();
     const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
     const bool body = c.start.place.kind == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
     if (!high && !here && !body) continue;

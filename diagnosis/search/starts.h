@@ -33,8 +33,6 @@ std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, cons
 std::vector<Effect> list_transmissions(int joint, double rotor_inertia);
 
 // Start values of an effect: all combinations of the alternatives of its parameters, or of those only that no fit moves.
-// A mass far out turns into a fit that does not come back when another cause had a part in the regression; so it may
-// start nearer to the link's origin.
 std::vector<Effect> list_options(const Effect& effect, bool scanned_only);
 
 // Of such options, put at a place of a hypothesis, those that suit the recordings best as they are: the best first, no

@@ -55,8 +55,9 @@ bool is_simpler(const Hypothesis& a, const Hypothesis& b) {
 bool is_stiffer(const Hypothesis& rotor, const Hypothesis& transmission) {
   const auto stands = [&](const Effect& e) {
     if (contains(transmission, e.id, e.place)) return true;
-    return e.id == EffectId::kRotorInertia && (contains(transmission, EffectId::kElasticity, e.place) ||
-                                               contains(transmission, EffectId::kBacklash, e.place));
+    return is_rigid_rotor(e) && std::any_of(transmission.begin(), transmission.end(), [&](const Effect& t) {
+             return t.place == e.place && get_effect(t.id).flexible;
+           });
   };
   return rotor.size() == transmission.size() && std::all_of(rotor.begin(), rotor.end(), stands);
 }

@@ -63,7 +63,7 @@ void Trials::add(const Hypothesis& start) {
   if (is_refused(start)) return;
   const FitResult result = refine(start);
   if (refuse(result))
-    return progress_("  * " + get_label(*problem_.experiment, start) + ": too few ripples for cogging");
+    return progress_("  * " + get_label(*problem_.experiment, start) + ": too few ripples");
   Trial trial = judge(start, result);
   if (trial.refined) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
   progress_("  * " + get_label(*problem_.experiment, start) + describe(trial));
@@ -151,8 +151,8 @@ Trial Trials::judge(const Hypothesis& hypothesis, const FitResult& result) const
 
 // Less than two ripples over the whole motion are any smooth function of position, not cogging.
 bool Trials::ripples(const Effect& effect) const {
-  if (effect.id != EffectId::kCogging) return true;
-  return effect.p[1] * find_range(effect.place.index, &SmoothJoint::q) > 4.0 * M_PI;
+  const int periods = get_effect(effect.id).periods;
+  return periods < 0 || effect.p[static_cast<size_t>(periods)] * find_range(effect.place.index, &SmoothJoint::q) > 4.0 * M_PI;
 }
 
 // A fit that turned one of its effects into something else; no set with that one is tried again.

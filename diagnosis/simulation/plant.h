@@ -22,9 +22,6 @@ std::string get_place_text(const Experiment& e, const Effect& effect);   // "elb
 std::string get_label(const Experiment& e, const Effect& effect);        // "coulomb_friction@elbow_pitch"
 std::string get_label(const Experiment& e, const Hypothesis& hypothesis);
 
-// [s] damping of a transmission over its stiffness that fits start from.
-constexpr double kGearLoss = 0.002;
-
 // Which effects at which places, whatever their parameters and order.
 using EffectSet = std::vector<std::pair<EffectId, Place>>;
 EffectSet make_set(const Hypothesis& hypothesis);
