@@ -8,6 +8,23 @@
 namespace hrp::diagnosis {
 namespace {
 
+// The samples around the k-th, in time scaled to their reach.
+struct Window {
+  Window(const std::vector<double>& all, size_t k, size_t reach)
+      : begin(k >= reach ? k - reach : 0), end(std::min(all.size(), k + reach + 1)), time(all), center(all[k]),
+        scale(std::max(1e-9, 0.5 * (all[end - 1] - all[begin]))) {}
+  double find_place(size_t i) const { return (time[i] - center) / scale; }
+
+  size_t begin, end;
+  const std::vector<double>& time;
+  double center, scale;
+};
+
+Eigen::Vector4d make_cubic(double s) { return {1.0, s, s * s, s * s * s}; }
+
+// Few samples, or all at one place, must not leave it singular.
+void regularise(Eigen::Matrix4d* N) { N->diagonal().array() += 1e-12 * N->trace(); }
+
 struct Source {
   const std::vector<double>* values;
   double weight;  // 1 / sigma
@@ -23,33 +40,29 @@ struct LocalFit {
 
 LocalFit fit_local(const std::vector<double>& time, const std::vector<Source>& sources, size_t k, int half,
                    bool want_chi) {
-  const size_t begin = k >= static_cast<size_t>(half) ? k - static_cast<size_t>(half) : 0;
-  const size_t end = std::min(time.size(), k + static_cast<size_t>(half) + 1);
-  const double scale = std::max(1e-9, 0.5 * (time[end - 1] - time[begin]));
+  const Window window(time, k, static_cast<size_t>(half));
+  const double scale = window.scale;
   Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   LocalFit fit;
-  for (size_t i = begin; i < end; ++i) {
-    const double s = (time[i] - time[k]) / scale;
+  for (size_t i = window.begin; i < window.end; ++i) {
+    const double s = window.find_place(i);
     for (const Source& source : sources) {
       const double y = (*source.values)[i];
       if (!std::isfinite(y)) continue;
-      Eigen::Vector4d row;
-      if (source.order == 0)
-        row << 1.0, s, s * s, s * s * s;
-      else
-        row << 0.0, 1.0 / scale, 2.0 * s / scale, 3.0 * s * s / scale;
+      Eigen::Vector4d row = make_cubic(s);
+      if (source.order > 0) row << 0.0, 1.0 / scale, 2.0 * s / scale, 3.0 * s * s / scale;
       N.noalias() += source.weight * source.weight * row * row.transpose();
       b += source.weight * source.weight * y * row;
       ++fit.count;
     }
   }
-  N.diagonal().array() += 1e-12 * N.trace();
+  regularise(&N);
   const Eigen::LDLT<Eigen::Matrix4d> factor(N);
   fit.c = factor.solve(b);
   if (want_chi) {
-    for (size_t i = begin; i < end; ++i) {
-      const double s = (time[i] - time[k]) / scale;
+    for (size_t i = window.begin; i < window.end; ++i) {
+      const double s = window.find_place(i);
       for (const Source& source : sources) {
         const double y = (*source.values)[i];
         if (!std::isfinite(y)) continue;
@@ -107,6 +120,45 @@ std::vector<double> fill_gaps(const std::vector<double>& values) {
   double last = first == values.end() ? 0.0 : *first;
   std::vector<double> out = values;
   for (double& v : out) last = v = std::isfinite(v) ? v : last;
+  return out;
+}
+
+Smoother::Smoother(const std::vector<double>& time, int half, Parity parity) : kernels_(time.size()), half_(half) {
+  // Every second sample: a window twice as wide in samples is the same in time, and never too few for a cubic.
+  const auto reach = static_cast<size_t>(parity == Parity::kAll ? half : std::max(half, 6));
+  for (size_t k = 0; k < time.size(); ++k) {
+    const Window window(time, k, reach);
+    Kernel& kernel = kernels_[k];
+    kernel.begin = window.begin;
+    Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
+    std::vector<Eigen::Vector4d> rows;
+    for (size_t i = window.begin; i < window.end; ++i) {
+      const bool seen = parity == Parity::kAll || (i % 2 == 0) == (parity == Parity::kEven);
+      const Eigen::Vector4d row = seen ? make_cubic(window.find_place(i)) : Eigen::Vector4d::Zero();
+      N.noalias() += row * row.transpose();
+      rows.push_back(row);
+    }
+    regularise(&N);
+    const Eigen::Matrix4d inverse = N.inverse();
+    for (const Eigen::Vector4d& row : rows) {
+      const Eigen::Vector4d c = inverse * row;
+      kernel.value.push_back(c[0]);
+      kernel.rate.push_back(c[1] / window.scale);
+      kernel.second.push_back(2 * c[2] / (window.scale * window.scale));
+    }
+  }
+}
+
+SmoothSeries Smoother::run(const std::vector<double>& values) const {
+  SmoothSeries out;
+  for (const Kernel& kernel : kernels_) {
+    double value = 0, rate = 0, second = 0;
+    for (size_t i = 0; i < kernel.value.size(); ++i) {
+      const double y = values[kernel.begin + i];
+      value += kernel.value[i] * y, rate += kernel.rate[i] * y, second += kernel.second[i] * y;
+    }
+    out.value.push_back(value), out.rate.push_back(rate), out.second.push_back(second);
+  }
   return out;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Smooth trajectories of joints from noisy samples of position and velocity: local cubics.
+// Local cubics over a sliding window: smooth trajectories of joints from noisy samples of position and velocity, series
+// with missing samples, and many complete series with the same stamps.
 #pragma once
 
 #include <vector>
@@ -34,5 +35,29 @@ SmoothRecording smooth_recording(const Experiment& e, const Recording& recording
 // Value, first and second derivative of a series at every sample by local cubics over +- half_window samples.
 void smooth_series(const std::vector<double>& time, const std::vector<double>& values, int half_window,
                    std::vector<double>* value, std::vector<double>* rate, std::vector<double>* second);
+
+// A smoothed series at the recording's stamps, with its rate and second derivative.
+struct SmoothSeries {
+  std::vector<double> value, rate, second;
+};
+
+// Which samples a smoother looks at. Even and odd ones have independent noise: see standing/fit.h.
+enum class Parity { kAll, kEven, kOdd };
+
+// Of series without gaps the weights depend on the stamps alone and are found once.
+class Smoother {
+ public:
+  Smoother(const std::vector<double>& time, int half, Parity parity);
+  SmoothSeries run(const std::vector<double>& values) const;
+  int half() const { return half_; }
+
+ private:
+  struct Kernel {
+    std::size_t begin = 0;
+    std::vector<double> value, rate, second;  // weights of the samples from `begin` on
+  };
+  std::vector<Kernel> kernels_;
+  int half_ = 3;
+};
 
 }  // namespace hrp::diagnosis

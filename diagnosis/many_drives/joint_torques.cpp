@@ -9,7 +9,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-Series differentiate_twice(const Eigen::VectorXd& value, double step) {
+SmoothSeries differentiate_twice(const Eigen::VectorXd& value, double step) {
   const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
   const Eigen::VectorXd rate = differentiate(value, step);
   return {list(value), list(rate), list(differentiate(rate, step))};
@@ -33,14 +33,14 @@ class Gridder {
       out.position.push_back(differentiate_twice(grid_.q.col(j), grid_.step));
       out.velocity.emplace_back(), out.effort.emplace_back(), out.command.emplace_back();
     }
-    for (const Series& s : in_.wrench) out.wrench.push_back(filter(s));
+    for (const SmoothSeries& s : in_.wrench) out.wrench.push_back(filter(s));
     for (size_t i = 0; i < 3; ++i) out.gyro[i] = filter(in_.gyro[i]), out.accelerometer[i] = filter(in_.accelerometer[i]);
     for (size_t i = 0; i < 4; ++i) out.attitude[i] = filter(in_.attitude[i]);
     return out;
   }
 
  private:
-  Series filter(const Series& s) const {
+  SmoothSeries filter(const SmoothSeries& s) const {
     const Eigen::VectorXd even = resample(in_.time, s.value, grid_.begin, grid_.step, grid_.q.rows());
     return differentiate_twice(low_pass(even, grid_.step, cutoff_), grid_.step);
   }
@@ -68,7 +68,7 @@ class JointTorques : StandMotion {
   }
 };
 
-bool is_of_drive(const Effect& e) { return is_joint(e) && e.id != EffectId::kJointOffset; }
+bool is_of_drive(const Effect& e) { return is_joint(e) && !get_effect(e.id).felt_elsewhere; }
 
 }  // namespace
 

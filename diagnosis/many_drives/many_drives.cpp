@@ -35,37 +35,16 @@ StandProblems make_without_drives(const StandProblems& p) {
   return out;
 }
 
-// An effect of a drive in the coefficients of effects.h; id kNamed where standing robots have no such row.
-Effect place_drive(const Effect& e) {
-  Effect out = e;
-  switch (e.id) {
-    case EffectId::kViscous: case EffectId::kRotorInertia: case EffectId::kTorqueConstant: case EffectId::kLag:
-    case EffectId::kDelay: case EffectId::kLoadFriction:
-      out.p.resize(1);
-      return out;
-    case EffectId::kCoulomb:
-      out.p.resize(2, 0.0);
-      return out;
-    case EffectId::kSpring:
-      out.p = {e.p[0], -e.p[0] * e.p[1]};
-      return out;
-    case EffectId::kStribeck:
-      out.p = {e.p[0], e.p[1] - e.p[0], e.p[2], e.p.size() > 3 ? e.p[3] : 0.0};
-      return out;
-    case EffectId::kSensorScale: case EffectId::kSensorBias:
-      out.place.reading = Reading::kEffort;
-      return out;
-    default:
-      out.id = EffectId::kNamed;
-      return out;
-  }
-}
-
+// Effects of drives in the coefficients of effects.h, where standing robots have such a row.
 Hypothesis place_drives(const Hypothesis& model) {
   Hypothesis out;
-  for (const Effect& e : model) {
-    const Effect placed = place_drive(e);
-    if (placed.id != EffectId::kNamed) out.push_back(placed);
+  for (Effect e : model) {
+    if (e.place.kind == PlaceKind::kSensor) e.place.reading = Reading::kEffort;
+    const StandRow* row = find_row(e);
+    if (!row || !row->at_drive || (row->apply && !row->from_table)) continue;
+    if (row->from_table) e.p = row->from_table(e.p);
+    e.p.resize(row->neutral.size(), 0.0);
+    out.push_back(e);
   }
   return out;
 }

@@ -14,8 +14,8 @@ using Eigen::Quaterniond;
 
 constexpr double kDrift = 1.0;  // [s] half the stretch in which a gyroscope's drift is taken as a cubic
 
-Vector3d get(const Series (&s)[3], size_t k) { return {s[0].value[k], s[1].value[k], s[2].value[k]}; }
-Vector3d get_rate(const Series (&s)[3], size_t k) { return {s[0].rate[k], s[1].rate[k], s[2].rate[k]}; }
+Vector3d get(const SmoothSeries (&s)[3], size_t k) { return {s[0].value[k], s[1].value[k], s[2].value[k]}; }
+Vector3d get_rate(const SmoothSeries (&s)[3], size_t k) { return {s[0].rate[k], s[1].rate[k], s[2].rate[k]}; }
 
 class AttitudeFinder {
  public:
@@ -51,7 +51,7 @@ class AttitudeFinder {
       Matrix3d R_BI;
       Vector3d foot_I;
       place(k, &R_BI, &foot_I);
-      const Series* q = r_.base_attitude;
+      const SmoothSeries* q = r_.base_attitude;
       const Quaterniond base(q[0].value[k], q[1].value[k], q[2].value[k], q[3].value[k]);
       attitude_.push_back(base.normalized() * Quaterniond(R_BI));
     }
@@ -98,7 +98,7 @@ class AttitudeFinder {
     const double step = (r_.time.back() - r_.time.front()) / static_cast<double>(count() - 1);
     const int half = std::min(static_cast<int>(count() / 3), static_cast<int>(kDrift / step));
     const Smoother smoother(r_.time, half, Parity::kAll);
-    const Series x = smoother.run(drift[0]), y = smoother.run(drift[1]);
+    const SmoothSeries x = smoother.run(drift[0]), y = smoother.run(drift[1]);
     double sum = 0;
     for (size_t k = 0; k < count(); ++k) {
       attitude_[k] = make_turn({x.value[k], y.value[k], 0}) * attitude_[k];
@@ -111,13 +111,13 @@ class AttitudeFinder {
   }
 
   void write() {
-    for (Series& s : r_.attitude) s = Series{};
+    for (SmoothSeries& s : r_.attitude) s = SmoothSeries{};
     for (size_t k = 0; k < count(); ++k) {
       if (k > 0 && attitude_[k].coeffs().dot(attitude_[k - 1].coeffs()) < 0) attitude_[k].coeffs() *= -1;
       const double wxyz[4] = {attitude_[k].w(), attitude_[k].x(), attitude_[k].y(), attitude_[k].z()};
       for (int i = 0; i < 4; ++i) r_.attitude[i].value.push_back(wxyz[i]);
     }
-    for (Series& s : r_.attitude) {
+    for (SmoothSeries& s : r_.attitude) {
       for (size_t k = 0; k < count(); ++k) {
         const size_t a = k > 0 ? k - 1 : 0, b = std::min(count() - 1, k + 1);
         s.rate.push_back((s.value[b] - s.value[a]) / (r_.time[b] - r_.time[a]));

@@ -132,7 +132,7 @@ class Calculator : StandMotion {
   }
 
   Eigen::Quaterniond read_base_attitude(size_t k) const {
-    const Series* q = r_.base_attitude;
+    const SmoothSeries* q = r_.base_attitude;
     return Eigen::Quaterniond(q[0].value[k], q[1].value[k], q[2].value[k], q[3].value[k]).normalized();
   }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "diagnosis/data/smooth.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/standing/attitude.h"
 #include "diagnosis/standing/sole.h"
@@ -22,7 +21,7 @@ constexpr double kHeldShare = 0.2;  // of samples equal to the one before: noise
 
 // Columns base/x, base/y, ... smoothed; false when the recording lacks one.
 bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
-                 Series* out) {
+                 SmoothSeries* out) {
   for (int i = 0; parts[i]; ++i) {
     const auto at = recording.other.find(base + "/" + parts[i]);
     if (at == recording.other.end()) return false;
@@ -31,8 +30,8 @@ bool read_vector(const Recording& recording, const Smoother& smoother, const std
   return true;
 }
 
-bool read_quaternion(const Recording& recording, const Smoother& smoother, const std::string& base, Series* wxyz) {
-  Series xyzw[4];
+bool read_quaternion(const Recording& recording, const Smoother& smoother, const std::string& base, SmoothSeries* wxyz) {
+  SmoothSeries xyzw[4];
   if (!read_vector(recording, smoother, base, "xyzw", xyzw)) return false;
   for (int i = 0; i < 4; ++i) wxyz[(i + 1) % 4] = std::move(xyzw[i]);
   return true;
@@ -43,7 +42,7 @@ void read_joints(const Experiment& e, const Recording& recording, const Smoother
   for (int j = 0; j < e.num_joints(); ++j) {
     const JointColumns& columns = recording.joints[static_cast<size_t>(j)];
     const auto read = [&](Quantity q) {
-      return columns.has(q) ? smoother.run(fill_gaps(columns.signal[static_cast<int>(q)])) : Series{};
+      return columns.has(q) ? smoother.run(fill_gaps(columns.signal[static_cast<int>(q)])) : SmoothSeries{};
     };
     out->position.push_back(read(Quantity::kPosition));
     out->velocity.push_back(read(Quantity::kVelocity));
@@ -51,19 +50,19 @@ void read_joints(const Experiment& e, const Recording& recording, const Smoother
     if (columns.has(Quantity::kEffort)) {
       out->effort.back().second = wide.run(fill_gaps(columns.signal[static_cast<int>(Quantity::kEffort)])).second;
     }
-    out->command.push_back(columns.command.empty() ? Series{} : smoother.run(columns.command));
+    out->command.push_back(columns.command.empty() ? SmoothSeries{} : smoother.run(columns.command));
   }
 }
 
 bool read_feet(const Recording& recording, const Smoother& smoother, const StandProblem& problem, StandRecording* out,
                std::string* why) {
   for (const StandFoot& foot : problem.feet) {
-    Series axes[6];
+    SmoothSeries axes[6];
     if (!read_vector(recording, smoother, "/wrench/" + foot.sensor + "/force", "xyz", axes) ||
         !read_vector(recording, smoother, "/wrench/" + foot.sensor + "/torque", "xyz", axes + 3)) {
       return *why = out->file + ": /wrench/" + foot.sensor + " lacks columns", false;
     }
-    for (Series& s : axes) out->wrench.push_back(std::move(s));
+    for (SmoothSeries& s : axes) out->wrench.push_back(std::move(s));
   }
   return true;
 }
@@ -71,7 +70,7 @@ bool read_feet(const Recording& recording, const Smoother& smoother, const Stand
 // Where a local cubic cannot follow the raw signals of IMU and force sensors (an impact, a foot that rolls on to its
 // edge): rms of what it leaves there, over that of the quietest quarter; the worst of the columns, by sample.
 std::vector<double> find_roughness(const Recording& recording, const StandRecording& out,
-                                   const std::vector<std::pair<std::string, const Series*>>& columns) {
+                                   const std::vector<std::pair<std::string, const SmoothSeries*>>& columns) {
   const auto n = out.time.size();
   const auto half = static_cast<size_t>(out.window);
   std::vector<double> worst(n, 0.0);
@@ -93,7 +92,7 @@ std::vector<double> find_roughness(const Recording& recording, const StandRecord
 
 // One sample a window; ends of a recording, where the cubics stand on one side only, and rough samples left out.
 void choose_samples(const Recording& recording, const StandProblem& problem, StandRecording* out) {
-  std::vector<std::pair<std::string, const Series*>> columns;
+  std::vector<std::pair<std::string, const SmoothSeries*>> columns;
   const std::string imu = "/imu/" + problem.imu, axes = "xyz";
   for (size_t i = 0; i < 3; ++i) {
     columns.emplace_back(imu + "/angular_velocity/" + axes[i], &out->gyro[i]);

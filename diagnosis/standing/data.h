@@ -9,7 +9,7 @@
 #include "common/multibody/model.h"
 #include "common/effects/joint_law.h"
 #include "diagnosis/data/recording.h"
-#include "diagnosis/standing/smooth.h"
+#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis::standing {
 
@@ -23,10 +23,10 @@ struct StandRecording {
   int step = 1;              // the same of the kept ones, where none is left out
   // By joint; empty where not recorded. An effort's second derivative stems from windows three times as wide: it turns
   // into accelerations of links behind elastic transmissions, where its noise would hide everything.
-  std::vector<Series> position, velocity, effort, command;
-  std::vector<Series> wrench;                     // by foot * 6: force x y z, torque x y z
-  Series gyro[3], accelerometer[3], attitude[4];  // attitude w x y z
-  Series base_position[3], base_attitude[4];      // [m], w x y z; empty where not recorded
+  std::vector<SmoothSeries> position, velocity, effort, command;
+  std::vector<SmoothSeries> wrench;                     // by foot * 6: force x y z, torque x y z
+  SmoothSeries gyro[3], accelerometer[3], attitude[4];  // attitude w x y z
+  SmoothSeries base_position[3], base_attitude[4];      // [m], w x y z; empty where not recorded
 };
 
 // What of a foot touches the ground: a flat sole tells its tilt, a ball only where it is.

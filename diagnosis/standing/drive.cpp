@@ -47,7 +47,7 @@ double Drives::read(const std::vector<double>& values, size_t k, double later) c
 }
 
 double Drives::calc_servo(size_t joint, size_t k, const DriveState& s, double* rate) const {
-  const Series& command = r_.command[joint];
+  const SmoothSeries& command = r_.command[joint];
   const ServoGains& servo = servo_[joint];
   const double late = terms_.joints[joint].laws.command_delay;
   const double c = read(command.value, k, -late), cd = read(command.rate, k, -late);
@@ -63,7 +63,7 @@ double Drives::find_effort(size_t joint, size_t k, const DriveState& s, double* 
 
 double Drives::read_log(size_t joint, size_t k, double* rate) const {
   const JointTerms& t = terms_.joints[joint];
-  const Series& effort = r_.effort[joint];
+  const SmoothSeries& effort = r_.effort[joint];
   *rate = read(effort.rate, k, t.effort.delay) / t.effort.scale.x();
   return (read(effort.value, k, t.effort.delay) - t.effort.bias.x()) / t.effort.scale.x();
 }

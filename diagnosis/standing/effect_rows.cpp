@@ -145,6 +145,9 @@ StandRow make_coulomb() {
 StandRow make_stribeck() {
   StandRow row = make_drive_row(EffectId::kStribeck, {0, 0, 0.1, 0}, {0.1, 0.1, 1e-3, 0.1});
   row.apply = &apply_stribeck;
+  row.from_table = [](const std::vector<double>& p) {
+    return std::vector<double>{p[0], p[1] - p[0], p[2], p.size() > 3 ? p[3] : 0.0};
+  };
   row.is_sensible = [](const StandProblem&, const Effect& e) {
     return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
   };
@@ -171,6 +174,7 @@ StandRow make_hysteresis() {
 StandRow make_spring() {
   StandRow row = make_drive_row(EffectId::kSpring, {0, 0}, {1, 0.1});
   row.apply = &apply_spring, row.follows_position = true;
+  row.from_table = [](const std::vector<double>& p) { return std::vector<double>{p[0], -p[0] * p[1]}; };
   return row;
 }
 

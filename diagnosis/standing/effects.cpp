@@ -62,7 +62,7 @@ class Lister {
     if (e.place.reading == Reading::kEffort) return effort;
     if (e.place.reading == Reading::kVelocity) return p_.velocity[i];
     // Only a log of efforts and the servo's law together tell a zero of the log from an offset that the servo sees.
-    return e.id != EffectId::kSensorBias || (effort && p_.command[i]);
+    return get_effect(e.id).change.constant == 0.0 || (effort && p_.command[i]);
   }
 
   void add(const StandRow& row, const Effect& none) {
@@ -88,12 +88,17 @@ class Lister {
 
 }  // namespace
 
-const StandRow& get_row(const Effect& e) {
+const StandRow* find_row(const Effect& e) {
   for (const StandRow& row : list_rows()) {
-    if (row.id == e.id && row.reading == e.place.reading) return row;
+    if (row.id == e.id && row.reading == e.place.reading) return &row;
   }
-  HRP_CHECK(false, "a standing robot's equations do not show this effect");
-  return list_rows().front();
+  return nullptr;
+}
+
+const StandRow& get_row(const Effect& e) {
+  const StandRow* row = find_row(e);
+  HRP_CHECK(row, "a standing robot's equations do not show this effect");
+  return *row;
 }
 
 std::vector<Effect> list_candidates(const StandProblem& p, const Hypothesis& base, const StandHints& hints) {

@@ -45,6 +45,7 @@ struct StandRow {
   Reading reading = Reading::kAll;
   std::vector<double> neutral, step;  // step: of finite differences; 0: read off, not fitted
   void (*apply)(const std::vector<double>& p, const StandTarget& at) = nullptr;  // null: the table's
+  std::vector<double> (*from_table)(const std::vector<double>& p) = nullptr;  // coefficients from the table's parameters
   bool positive = false;      // first coefficient must not fall below its neutral value
   bool at_drive = false;      // leaves motion and forces as they are: changes only what a drive's effort is compared with
   bool by_command = false;    // shows where commands were recorded
@@ -68,6 +69,7 @@ struct StandRow {
   std::vector<Effect> (*list_richer)(const StandProblem&, const Effect&) = nullptr;
 };
 std::vector<StandRow> make_rows();  // of all effects: effect_rows.cpp
+const StandRow* find_row(const Effect& effect);  // null: a standing robot's equations do not show it
 const StandRow& get_row(const Effect& effect);
 
 // What may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity, the

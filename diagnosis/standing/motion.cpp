@@ -25,7 +25,7 @@ StandMotion::StandMotion(const StandProblem& problem, const Hypothesis& hypothes
       offsets_(std::move(offsets)) {}
 
 // A sensor's series at sample k, where its readings come late or its clock runs at another rate.
-double StandMotion::shifted(const Series& s, bool rate, size_t k, double delay, double skew) {
+double StandMotion::shifted(const SmoothSeries& s, bool rate, size_t k, double delay, double skew) {
   const std::vector<double>& values = rate ? s.rate : s.value;
   if (delay == 0 && skew == 0) return values[k];
   const double t = (r_.time[k] + delay) / (1 + skew);
@@ -58,7 +58,7 @@ void StandMotion::read_joints(size_t k, size_t sample) {
   for (int j = 0; j < model_.num_joints(); ++j) {
     const auto i = static_cast<size_t>(j);
     const JointTerms& terms = terms_.joints[i];
-    const Series& position = r_.position[i];
+    const SmoothSeries& position = r_.position[i];
     double q = position.value[k], v = position.rate[k], a = position.second[k];
     if (terms.position.delay != 0) {
       const double t = r_.time[k] + terms.position.delay;

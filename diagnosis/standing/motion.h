@@ -37,7 +37,7 @@ class StandMotion {
   void read_joints(size_t k, size_t sample);
   void find_base_motion();
   void read_wrenches(size_t k);
-  double shifted(const Series& s, bool rate, size_t k, double delay, double skew);
+  double shifted(const SmoothSeries& s, bool rate, size_t k, double delay, double skew);
 
   TeethOffsets offsets_;
 };

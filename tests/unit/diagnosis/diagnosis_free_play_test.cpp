@@ -74,11 +74,11 @@ struct LooseAnkle {
   static StandRecording rock(double moment) {
     StandRecording r;
     const auto constant = [](double value) {
-      return Series{std::vector<double>(200, value), std::vector<double>(200, 0.0), std::vector<double>(200, 0.0)};
+      return SmoothSeries{std::vector<double>(200, value), std::vector<double>(200, 0.0), std::vector<double>(200, 0.0)};
     };
-    r.position = {constant(0)}, r.velocity = r.effort = r.command = {Series{}};
+    r.position = {constant(0)}, r.velocity = r.effort = r.command = {SmoothSeries{}};
     for (int i = 0; i < 3; ++i) r.gyro[i] = constant(0), r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
-    for (Series& s : r.attitude) s = constant(0);
+    for (SmoothSeries& s : r.attitude) s = constant(0);
     for (int i = 0; i < 6; ++i) r.wrench.push_back(constant(i == 2 ? 12 * 9.81 : i == 4 ? moment : 0));
     for (int k = 0; k < 200; ++k) {
       const auto i = static_cast<size_t>(k);

@@ -476,7 +476,7 @@ TEST(Legged, FrictionOfEveryJointOfARobotOnItsFeetIsToldJointByJoint) {
   e.joint_noise.assign(6, std::vector<Noise>(kQuantities));
   standing::StandProblem problem;
   std::string why;
-  ASSERT_TRUE(standing::make_stand_problem(e, {standing::Parity::kAll}, &problem, &why)) << why;
+  ASSERT_TRUE(standing::make_stand_problem(e, {Parity::kAll}, &problem, &why)) << why;
   const TorqueVerdict verdict = judge_torque(standing::make_joint_torques(problem, {}), 1);
   ASSERT_TRUE(verdict.judged);
   EXPECT_TRUE(has_real_drives(verdict));

@@ -82,7 +82,7 @@ class Leaner {
     for (size_t r = 0; r < p_.all.recordings.size(); ++r) {
       StandRecording &all = p_.all.recordings[r], &odd = p_.odd.recordings[r];
       for (size_t k = 0; k < kSamples; ++k) {
-        const auto add = [k](Series* a, const Series& b) { a->value[k] = 0.5 * (a->value[k] + b.value[k]); };
+        const auto add = [k](SmoothSeries* a, const SmoothSeries& b) { a->value[k] = 0.5 * (a->value[k] + b.value[k]); };
         for (size_t i = 0; i < 6; ++i) add(&all.wrench[i], odd.wrench[i]);
         add(&all.effort[0], odd.effort[0]);
       }
@@ -95,7 +95,7 @@ class Leaner {
   static constexpr double kStep = 0.03, kGive = 1.5e-5, kHeight = 0.4;  // [s], [rad/(N m)], [m]
   static constexpr double kTilt = 2e-5;                                   // [rad] noise of a tilt
 
-  static Series zeros() {
+  static SmoothSeries zeros() {
     const std::vector<double> none(kSamples, 0.0);
     return {none, none, none};
   }
@@ -121,9 +121,9 @@ class Leaner {
   StandRecording lean(size_t recording) const {
     StandRecording r;
     r.train = recording < 2;
-    r.position = {zeros()}, r.effort = {zeros()}, r.command = r.velocity = {Series{}}, r.wrench.assign(6, zeros());
+    r.position = {zeros()}, r.effort = {zeros()}, r.command = r.velocity = {SmoothSeries{}}, r.wrench.assign(6, zeros());
     for (int i = 0; i < 3; ++i) r.gyro[i] = r.accelerometer[i] = zeros();
-    for (Series& part : r.attitude) part = zeros();
+    for (SmoothSeries& part : r.attitude) part = zeros();
     const double w = 0.9 + 0.2 * static_cast<double>(recording);
     for (size_t k = 0; k < kSamples; ++k) {
       const double t = kStep * static_cast<double>(k), angle = 0.1 * std::sin(w * t), rate = 0.1 * w * std::cos(w * t);

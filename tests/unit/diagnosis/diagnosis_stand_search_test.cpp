@@ -62,9 +62,9 @@ class Stander {
     return a;
   }
 
-  static Series average(const Series& a, const Series& b) { return {average(a.value, b.value), a.rate, a.second}; }
+  static SmoothSeries average(const SmoothSeries& a, const SmoothSeries& b) { return {average(a.value, b.value), a.rate, a.second}; }
 
-  static Series constant(double value) {
+  static SmoothSeries constant(double value) {
     return {std::vector<double>(kSamples, value), std::vector<double>(kSamples, 0.0),
             std::vector<double>(kSamples, 0.0)};
   }
@@ -130,7 +130,7 @@ class Stander {
       r->attitude[0].value[k] = std::cos(angle / 2), r->attitude[2].value[k] = std::sin(angle / 2);
       r->gyro[1].value[k] = rate, r->gyro[1].rate[k] = second;
       r->accelerometer[0].value[k] = -9.81 * std::sin(angle), r->accelerometer[2].value[k] = 9.81 * std::cos(angle);
-      Series& foot = r->position[0];
+      SmoothSeries& foot = r->position[0];
       foot.value[k] = -angle, foot.rate[k] = -rate, foot.second[k] = -second;
     }
   }
@@ -142,9 +142,9 @@ class Stander {
     r.grid = r.samples;
     for (int i = 0; i < 3; ++i) r.gyro[i] = constant(0), r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
     for (size_t i = 0; i < 4; ++i) r.attitude[i] = constant(i == 0 ? 1 : 0);
-    r.wrench.assign(6, constant(0)), r.position = {constant(0)}, r.effort = {Series{}};
+    r.wrench.assign(6, constant(0)), r.position = {constant(0)}, r.effort = {SmoothSeries{}};
     for (const Arm& arm : arms_) {
-      Series q = constant(0);
+      SmoothSeries q = constant(0);
       for (size_t k = 0; k < q.value.size(); ++k) {
         const double w = 1.1 + 0.3 * static_cast<double>(recording), size = 0.5 * arm.reach[recording];
         for (const double rate : {w, 2.7 * w}) {
@@ -155,7 +155,7 @@ class Stander {
       }
       r.position.push_back(q), r.effort.push_back(constant(0));
     }
-    r.command = r.velocity = std::vector<Series>(r.position.size(), constant(0));
+    r.command = r.velocity = std::vector<SmoothSeries>(r.position.size(), constant(0));
     nod(&r);
     return r;
   }

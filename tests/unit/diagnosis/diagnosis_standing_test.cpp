@@ -11,7 +11,7 @@
 #include "diagnosis/standing/hints.h"
 #include "diagnosis/standing/judge.h"
 #include "diagnosis/standing/slip.h"
-#include "diagnosis/standing/smooth.h"
+#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -27,7 +27,7 @@ TEST(StandingSmoothing, KeepsACubicWithItsDerivativesOnUnevenStampsFromAnyHalfOf
   std::vector<double> values;
   for (double t : time) values.push_back(1 + 2 * t - 3 * t * t + 5 * t * t * t);
   for (Parity parity : {Parity::kAll, Parity::kEven, Parity::kOdd}) {
-    const Series s = Smoother(time, 8, parity).run(values);
+    const SmoothSeries s = Smoother(time, 8, parity).run(values);
     const double t = time[50];
     // Rounding: the normal matrix of a cubic has a condition of about 1e3, with a ridge of 1e-12.
     EXPECT_NEAR(s.value[50], values[50], 1e-9);
@@ -43,7 +43,7 @@ TEST(StandingSmoothing, GivesEvenAndOddSamplesIndependentErrors) {
   std::normal_distribution<double> normal;
   std::vector<double> noise;
   for (size_t k = 0; k < time.size(); ++k) noise.push_back(normal(random));
-  const Series even = Smoother(time, 8, Parity::kEven).run(noise), odd = Smoother(time, 8, Parity::kOdd).run(noise);
+  const SmoothSeries even = Smoother(time, 8, Parity::kEven).run(noise), odd = Smoother(time, 8, Parity::kOdd).run(noise);
   double ee = 0, eo = 0;
   for (size_t k = 0; k < time.size(); ++k) ee += even.value[k] * even.value[k], eo += even.value[k] * odd.value[k];
   // 20000 samples over windows of 17: about 1200 independent errors, whose mean product scatters by 0.03.
@@ -58,7 +58,7 @@ StandProblem make_columns(int recordings) {
     StandRecording recording;
     recording.train = r == 0;
     for (int k = 0; k < 600; ++k) recording.time.push_back(0.015 * k), recording.samples.push_back(k);
-    Series q, load;
+    SmoothSeries q, load;
     for (double t : recording.time) {
       const double w = 1.1 + 0.3 * r;
       q.value.push_back(0.5 * std::sin(w * t)), q.rate.push_back(0.5 * w * std::cos(w * t)), q.second.push_back(0);
