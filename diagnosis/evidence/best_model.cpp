@@ -24,7 +24,7 @@ constexpr double kWorse = 4.0;
 // Faults of logs are told by the servo's own law, whatever else is in a model.
 Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
   for (const Effect& e : of) {
-    if (find_place_kind(e.id) == PlaceKind::kSensor && !contains(model, e.id, e.place)) model.push_back(e);
+    if (e.place.kind == PlaceKind::kSensor && !contains(model, e.id, e.place)) model.push_back(e);
   }
   return model;
 }

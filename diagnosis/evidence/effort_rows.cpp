@@ -16,7 +16,7 @@ double sum_squares(const std::vector<double>& x) {
 }
 
 bool moves_bodies(const Effect& effect) {
-  const PlaceKind kind = find_place_kind(effect.id);
+  const PlaceKind kind = effect.place.kind;
   return effect.id == EffectId::kJointOffset || (kind != PlaceKind::kJoint && kind != PlaceKind::kSensor);
 }
 

@@ -141,7 +141,7 @@ class Judge {
     for (Finding& f : make_log_findings(e_, joint, log)) {
       if (f.share > kLeastNamed) out->evidence.findings.push_back(std::move(f));
     }
-    const int reading = joint * kQuantities + static_cast<int>(Quantity::kEffort);
+    const Place reading = at_sensor(joint, Reading::kEffort);
     if (log.is_scaled()) out->model.push_back({EffectId::kSensorScale, reading, {log.scale}});
     if (log.is_biased()) out->model.push_back({EffectId::kSensorBias, reading, {log.bias}});
   }

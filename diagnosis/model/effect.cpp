@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/check.h"
+
 namespace hrp::diagnosis {
-namespace {
 
-bool is_fitted(const EffectParameter& parameter) { return parameter.stated && !parameter.nuisance; }
-
-// A sensor's fault is one number where one number is read, and where its axes have it in common.
-bool is_one_number(const EffectInfo& info, const Place& place) {
-  return is_of_joint(place.reading) || (place.kind == PlaceKind::kSensor && !info.vector);
+Effect::Effect(EffectId row, int index, std::vector<double> values)
+    : Effect(row, Place{get_effect(row).place, index, Reading::kAll}, std::move(values)) {
+  HRP_CHECK(place.kind != PlaceKind::kSensor, "a sensor's fault is of one of its readings");
 }
-
-}  // namespace
 
 const char* get_unit(Reading reading) {
   switch (reading) {
@@ -39,21 +36,6 @@ Effect make_part(const Effect& whole, const EffectPart& part) {
 bool has_part(EffectId whole, EffectId part) {
   const std::vector<EffectPart>& parts = get_effect(whole).parts;
   return std::any_of(parts.begin(), parts.end(), [&](const EffectPart& p) { return p.id == part; });
-}
-
-std::vector<double> make_values(const Effect& effect) {
-  const EffectInfo& info = get_effect(effect.id);
-  const bool one = is_one_number(info, effect.place);
-  std::vector<double> values;
-  size_t at = 0;
-  for (const EffectParameter& p : info.parameters) {
-    const bool repeated = one && p.axis > 0;
-    if (!is_fitted(p))
-      values.push_back(p.value);
-    else
-      values.push_back(std::clamp(effect.p[repeated ? at - 1 : at++], p.low, p.high));
-  }
-  return values;
 }
 
 }  // namespace hrp::diagnosis

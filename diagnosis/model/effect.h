@@ -57,9 +57,8 @@ inline bool is_of_joint(Reading reading) {
 struct Effect {
   Effect() = default;
   Effect(EffectId row, const Place& at, std::vector<double> values) : id(row), place(at), p(std::move(values)) {}
-  // At the joint or link of that number, of which the row is.
-  Effect(EffectId row, int index, std::vector<double> values)
-      : Effect(row, Place{get_effect(row).place, index, Reading::kAll}, std::move(values)) {}
+  // At the joint or link of that number, of which the row is; a reading of a sensor has to be said.
+  Effect(EffectId row, int index, std::vector<double> values);
 
   EffectId id = EffectId::kNamed;
   Place place;
@@ -71,6 +70,4 @@ using Hypothesis = std::vector<Effect>;
 Effect make_part(const Effect& whole, const EffectPart& part);
 bool has_part(EffectId whole, EffectId part);
 
-// Values for the table's apply(): defaults where none is fitted.
-std::vector<double> make_values(const Effect& effect);
 }  // namespace hrp::diagnosis
