@@ -22,10 +22,6 @@ std::string text(double value) {
   return buffer;
 }
 
-bool ends_with(const std::string& whole, const std::string& end) {
-  return whole.size() >= end.size() && whole.compare(whole.size() - end.size(), end.size(), end) == 0;
-}
-
 // A walk hardly moves arms and head: their drives are locked, so that no case hides something where nothing shows.
 std::string lock_upper_body(std::string urdf) {
   for (std::size_t at = 0; (at = urdf.find("<joint name=\"", at)) != std::string::npos; ++at) {
