@@ -11,7 +11,6 @@
 #include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/torque_report.h"
 #include "diagnosis/evidence/torque_findings.h"
-#include "diagnosis/search/drive_search.h"
 #include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
@@ -145,7 +144,6 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     progress("friction and rotors in most joints: sets of a few effects are not searched");
     outcome.nominal = outcome.chosen = simulate_trial(whole, {});
     outcome.mismatch = true;
-    if (!several) search_drives(problem, progress, &outcome);
   } else {
     outcome = search_subtrees(whole, progress);
     // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
@@ -160,8 +158,8 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   }
   progress("simulation with what was found");
   const Trial searched = outcome.chosen;
-  outcome.chosen = choose_best_model(problem, whole, torque.model, outcome.modelled ? &searched : nullptr, progress);
-  outcome.modelled = true, outcome.partly = false, outcome.worth.clear(), outcome.doubts.clear(), outcome.twins.clear();
+  outcome.chosen = choose_best_model(problem, whole, torque.model, outcome.partly ? &searched : nullptr, progress);
+  outcome.modelled = true, outcome.partly = false, outcome.twins.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
   Reports reports = make_torque_reports(whole, outcome, std::move(torque));
   warn_of_suspects(*problem.experiment, find_suspects(problem), &reports.report);

@@ -73,14 +73,18 @@ class Chooser {
       consider("fitted through short windows", fitted);
       consider("half way there", find_middle(model_, fitted));
       consider("least squares, fitted through them", fit_both(windows, start, kWindowIterations));
-    } else {
-      const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
-      consider("fitted through each joint's simulation", fitted);
-      consider("half way there", find_middle(model_, fitted));  // torque and simulation err to different sides
-      consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
-      consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
-      consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
     }
+    const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
+    consider("fitted through each joint's simulation", fitted);
+    consider("half way there", find_middle(model_, fitted));  // torque and simulation err to different sides
+    consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
+    consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
+    if (is_effort_driven(whole_)) {
+      consider("the same, fitted to positions alone", polish_joints(problem_, best_.hypothesis, nullptr, true));
+      consider("least squares with richer laws, fitted to positions alone", polish_joints(problem_, start, nullptr, true));
+    }
+    if (!is_effort_driven(whole_))
+      consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
     // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears.
     least_ *= kUnnamed;
     if (searched) consider("the model of the search", split_asymmetry(searched->hypothesis));

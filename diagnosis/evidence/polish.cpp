@@ -12,7 +12,8 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kIterations = 10;
-constexpr double kTolerance = 1e-3;
+constexpr int kRounds = 4;
+constexpr double kTolerance = 1e-3, kSettled = 0.01;
 constexpr double kCoarse = 2.0;     // times the usual step: one joint alone
 constexpr double kFinest = 1.5;     // factor to which displacements before slipping are walked
 constexpr double kWorth = 0.03;     // of the squares that a joint leaves, which one more law must take away
@@ -47,12 +48,18 @@ struct Alone {
   Score score(const Hypothesis& h) const { return calc_score(residuals, 1, h, problem.train); }
 };
 
-// One joint's effects, fitted; empty where no rollout stays finite.
+// One joint's effects, fitted; empty where no rollout stays finite. Displacements before slipping and what follows from
+// them move in turn: each round brings less.
 Hypothesis fit_joint(const Alone& alone, const Hypothesis& start) {
-  const FitResult first = alone.fit(start, kIterations);
-  if (!first.ok) return {};
-  const FitResult again = alone.fit(try_nearby(alone.problem, first.hypothesis, kFinest), kIterations);
-  const FitResult& best = again.ok && again.train.chi2 < first.train.chi2 ? again : first;
+  FitResult best = alone.fit(start, kIterations);
+  if (!best.ok) return {};
+  for (int round = 0; round < kRounds; ++round) {
+    const FitResult again = alone.fit(try_nearby(alone.problem, best.hypothesis, kFinest), kIterations);
+    if (!again.ok || again.train.chi2 >= best.train.chi2) break;
+    const bool settled = again.train.chi2 > (1.0 - kSettled) * best.train.chi2;
+    best = again;
+    if (settled) break;
+  }
   const Score before = alone.score(start);
   return before.ok && before.chi2 <= best.train.chi2 ? Hypothesis{} : best.hypothesis;
 }
@@ -73,7 +80,7 @@ Hypothesis with(Hypothesis own, const Effect& added) {
 }
 
 // The model of a joint with one more law, or a richer one in the place of a plain one.
-std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest) {
+std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded) {
   std::vector<Hypothesis> list;
   for (size_t i = 0; i < own.size(); ++i) {
     if (own[i].id != EffectId::kCoulomb) continue;
@@ -83,22 +90,25 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
     }
   }
   const auto has = [&](EffectId id) { return contains(own, id, at_joint(joint)); };
-  const bool timed = has(EffectId::kLag) || has(EffectId::kDelay);
+  const bool timed = !commanded || has(EffectId::kLag) || has(EffectId::kDelay);
   if (!timed) list.push_back(with(own, {EffectId::kLag, joint, {kInstant}}));
   if (!timed) list.push_back(with(own, {EffectId::kDelay, joint, {kInstant}}));
+  if (!has(EffectId::kRotorInertia)) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
+  if (!has(EffectId::kViscous)) list.push_back(with(own, {EffectId::kViscous, joint, {0.0}}));
   if (!has(EffectId::kTorqueConstant)) list.push_back(with(own, {EffectId::kTorqueConstant, joint, {1.0}}));
   return list;
 }
 
 Hypothesis enrich(const Alone& alone, Hypothesis own, int joint) {
   const double fastest = find_fastest(alone.problem, joint);
+  const bool commanded = alone.problem.experiment->scenario.drive != "effort";
   const Score before = alone.score(own);
   double least = before.chi2;
   if (!before.ok || least < kQuiet * before.count) return own;
   for (int round = 0; round < kMostAdded; ++round) {
     Hypothesis best;
     double limit = (1.0 - kWorth) * least;
-    for (const Hypothesis& h : list_enriched(own, joint, fastest)) {
+    for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded)) {
       const FitResult tried = alone.fit(h, kTryIterations);
       if (tried.ok && tried.train.chi2 < limit) best = tried.hypothesis, limit = tried.train.chi2;
     }

@@ -139,17 +139,6 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
   return text;
 }
 
-// Effects of a drive that help to predict without being certain are part of the model, but no findings.
-bool is_finding(const Outcome& outcome, size_t i) { return i >= outcome.worth.size() || outcome.worth[i] > 0.0; }
-
-// What makes one of a drive's effects certain.
-std::string make_worth(const Outcome& outcome, size_t i) {
-  if (i >= outcome.worth.size() || std::isinf(outcome.worth[i])) return "";
-  return " Without it the joint's held-out error along the recorded motion is " + number(outcome.worth[i], 3) +
-         " times as large; its value agrees between recordings or halves and between slow and fast, loaded and "
-         "unloaded motion.";
-}
-
 // Share of the held-out squares above the noise that each effect of the chosen model takes away.
 std::vector<double> calc_shares(const Problem& problem, const Outcome& outcome) {
   const Hypothesis& all = outcome.chosen.hypothesis;
@@ -172,7 +161,6 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
   if (!outcome.explained && !outcome.partly) return list;
   const std::vector<double> shares = calc_shares(problem, outcome);
   for (size_t i = 0; i < outcome.chosen.hypothesis.size(); ++i) {
-    if (!is_finding(outcome, i)) continue;
     const Effect& effect = outcome.chosen.hypothesis[i];
     const std::vector<double> std =
         i < outcome.chosen.std.size() ? outcome.chosen.std[i] : std::vector<double>(effect.p.size(), 0.0);
@@ -182,26 +170,15 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
          {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
-         {"statement", make_statement(problem, outcome, effect, std) + make_worth(outcome, i)}});
+         {"statement", make_statement(problem, outcome, effect, std)}});
   }
   return list;
-}
-
-// What predicts better without being known to be the cause.
-Json make_model_statement(const Outcome& outcome) {
-  return {
-      {"where", Json::object()},
-      {"depends_on", Json::array()},
-      {"statement", "A model of the drives with " + number(static_cast<double>(outcome.chosen.hypothesis.size())) +
-                        " effects, none of them certain (see not_identifiable), brings the held-out error from " +
-                        number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) + " times the noise."}};
 }
 
 Json make_unexplained(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
   if (!outcome.mismatch || outcome.explained) return list;
   const Experiment& e = *problem.experiment;
-  if (outcome.modelled && !outcome.partly) list.push_back(make_model_statement(outcome));
   const Trial& base = outcome.partly ? outcome.chosen : outcome.nominal;
   for (const Dependence& d : find_dependence(problem, base.hypothesis, base.validate)) {
     const std::string& words = d.relation.words;
@@ -223,15 +200,6 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
 
 Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
-  for (size_t i = 0; i < outcome.worth.size(); ++i) {
-    if (is_finding(outcome, i)) continue;
-    list.push_back({{"effect", get_effect(outcome.chosen.hypothesis[i].id).name},
-                    {"where", make_where(*problem.experiment, outcome.chosen.hypothesis[i])},
-                    {"why", "helps the prediction as part of the model, but is no finding: " + outcome.doubts[i]},
-                    {"motion_that_would_tell",
-                     "slow and fast sweeps of the joint over its whole range with stops in between, in postures of "
-                     "different load"}});
-  }
   for (const Hypothesis& twin : outcome.twins) {
     for (const Effect& effect : twin) {
       if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include "diagnosis/search/drive_search.h"
 #include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/format.h"
@@ -28,7 +27,6 @@ constexpr double kAskedShare = 0.1;  // of what is left above the noise, that is
 constexpr double kAskedAlike = 0.3;  // of the best one's gain: such may be the right one
 constexpr double kAskedTwin = 0.9;   // the same once it has left noise only
 constexpr double kAlike = 1.5;       // in cost
-constexpr double kDrivesWorse = 1.2;
 constexpr double kTwin = 1.02;         // in cost: no difference that paths can tell
 constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
 constexpr double kLeastSpread = 1e-3;  // of a value
@@ -80,7 +78,6 @@ class Search {
     progress_(format("sets of effects took %.0f %% of the work allowed", 100.0 * calc_share()));
     try_special_cases();
     decide(&outcome);
-    if (!outcome.explained && find_drives(&outcome)) return outcome;
     trials_.finish(&outcome.chosen);
     drop_insignificant(&outcome);
     outcome.explained = is_explained(outcome.chosen, nominal_);
@@ -131,25 +128,6 @@ class Search {
       const bool better = known != passed_over_.end() && rigid != passed_over_.end() && known->rms < rigid->rms;
       if (better && !trials_.has(other)) trials_.add(known->hypothesis);
     }
-  }
-
-  // Drives of real robots; nothing is named when a few effects of the list left much less, though not noise only.
-  bool find_drives(Outcome* outcome) {
-    Outcome drives = *outcome;
-    const double least = trials_.best().rms;
-    if (!search_drives(prepared_, progress_, &drives)) return false;
-    // With nothing certain in it, it is shown for its prediction alone.
-    if (drives.chosen.rms <= (drives.partly ? kDrivesWorse : 1.0) * least) {
-      *outcome = drives;
-      return true;
-    }
-    // Shown, not named: nothing in it was checked for being the same everywhere.
-    const std::string doubt = "part of the set that predicts best, which leaves more than noise";
-    outcome->chosen = trials_.best();
-    outcome->modelled = true;
-    outcome->worth.assign(outcome->chosen.hypothesis.size(), 0.0);
-    outcome->doubts.assign(outcome->chosen.hypothesis.size(), doubt);
-    return true;
   }
 
   // Sets of one, two, three effects along the recorded paths; the best of each size go through the simulation.

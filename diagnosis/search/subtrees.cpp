@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "diagnosis/search/trust.h"
@@ -141,7 +140,7 @@ void keep_parts(const std::vector<const Trial*>& parts, Trial* whole) {
 
 // Of a subtree whose search settled nothing, nothing is taken.
 const Trial& get_model(const Outcome& outcome) {
-  return outcome.explained || outcome.partly || outcome.modelled ? outcome.chosen : outcome.nominal;
+  return outcome.explained ? outcome.chosen : outcome.nominal;
 }
 
 // The subtree's other explanations, and what each would leave of the whole robot, the other subtrees as chosen.
@@ -160,18 +159,6 @@ void add_rivals(const Problem& problem, const Trial& model, size_t subtree, cons
   for (const Hypothesis& twin : own.twins) whole->twins.push_back(map_to_robot(twin, problem.subtrees[subtree]));
 }
 
-// By effect of the joined model where only a part of it is known: all of a subtree that is explained, else what that subtree's
-// search says.
-void add_doubts(const Outcome& subtree, const Trial& model, Outcome* whole) {
-  for (size_t i = 0; i < model.hypothesis.size(); ++i) {
-    const bool judged = !subtree.explained && i < subtree.worth.size();
-    whole->worth.push_back(judged ? subtree.worth[i] : std::numeric_limits<double>::infinity());
-    whole->doubts.push_back(judged ? subtree.doubts[i] : "");
-    whole->partly = whole->partly || whole->worth.back() > 0.0;
-  }
-  whole->modelled = whole->modelled || !model.hypothesis.empty();
-}
-
 Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtrees) {
   Outcome whole;
   std::vector<const Trial*> nominals, models;
@@ -184,9 +171,9 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtre
   whole.explained = whole.explained && whole.mismatch;
   whole.nominal = join_trials(problem, nominals), whole.chosen = join_trials(problem, models);
   if (!whole.chosen.hypothesis.empty()) whole.rivals.push_back(whole.chosen);
+  whole.partly = !whole.explained && !whole.chosen.hypothesis.empty();
   keep_parts(nominals, &whole.nominal), keep_parts(models, &whole.chosen);
   for (size_t l = 0; l < subtrees.size(); ++l) {
-    if (!whole.explained) add_doubts(subtrees[l], *models[l], &whole);
     if (subtrees[l].mismatch) add_rivals(problem, *models[l], l, subtrees[l], &whole);
   }
   std::stable_sort(whole.rivals.begin(), whole.rivals.end(),
