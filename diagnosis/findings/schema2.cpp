@@ -44,9 +44,13 @@ bool may_be_absent(const Json& finding) {
   return false;
 }
 
-// Nothing is certain without recordings that nothing was fitted to, nor while something else is missing as well.
+// Nothing is certain without recordings that nothing was fitted to, nor while something else is missing as well. Where an
+// effect of another family does as well in its place, neither is known to be there.
 const char* find_grade(const Json& finding, bool may_be_certain) {
-  if (may_be_absent(finding)) return get_grade_name(Grade::kAmbiguous);
+  const std::string own = find_family_name(finding["effect"].get<std::string>());
+  const Json others = finding.value("alternatives", Json::array());
+  const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) { return find_family_name(a["effect"].get<std::string>()) != own; });
+  if (rivalled || may_be_absent(finding)) return get_grade_name(Grade::kAmbiguous);
   return get_grade_name(may_be_certain ? Grade::kCertain : Grade::kSupported);
 }
 

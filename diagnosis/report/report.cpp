@@ -156,6 +156,40 @@ std::vector<double> calc_shares(const Problem& problem, const Outcome& outcome) 
   });
 }
 
+constexpr const char* kOtherMotion =
+    "slow and fast sweeps of the joint over its whole range with stops in between, in postures of different load";
+
+// Effects that do as well in the place of one, all others as they are; with how they were fitted. A twin of one subtree
+// holds the effects of that subtree only.
+Json make_alternatives(const Problem& problem, const Outcome& outcome, const Effect& effect) {
+  Json list = Json::array();
+  const Hypothesis& chosen = outcome.chosen.hypothesis;
+  for (const Trial& twin : outcome.twins) {
+    const auto is_in = [](const Hypothesis& all, const Effect& e) { return contains(all, e.id, e.place); };
+    std::vector<size_t> others;
+    for (size_t i = 0; i < twin.hypothesis.size(); ++i) {
+      if (!is_in(chosen, twin.hypothesis[i])) others.push_back(i);
+    }
+    if (others.size() != 1 || is_in(twin.hypothesis, effect)) continue;
+    const Effect& other = twin.hypothesis[others[0]];
+    const std::vector<double> std = others[0] < twin.std.size() ? twin.std[others[0]] : std::vector<double>(other.p.size(), 0.0);
+    list.push_back({{"effect", get_effect(other.id).name},
+                    {"where", make_where(*problem.experiment, other)},
+                    {"parameters", make_parameters(*problem.experiment, other, std, true)},
+                    {"motion_that_would_tell", kOtherMotion}});
+  }
+  return list;
+}
+
+std::string list_names(const Json& alternatives) {
+  std::string text;
+  for (const Json& a : alternatives) {
+    text += (text.empty() ? " These recordings cannot tell it from " : ", ") + a["effect"].get<std::string>();
+    for (const auto& [kind, place] : a["where"].items()) text += " at " + place.get<std::string>();
+  }
+  return text.empty() ? text : text + ".";
+}
+
 Json make_findings(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
   if (!outcome.explained && !outcome.partly) return list;
@@ -164,13 +198,15 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
     const Effect& effect = outcome.chosen.hypothesis[i];
     const std::vector<double> std =
         i < outcome.chosen.std.size() ? outcome.chosen.std[i] : std::vector<double>(effect.p.size(), 0.0);
+    const Json alternatives = make_alternatives(problem, outcome, effect);
     list.push_back(
         {{"effect", get_effect(effect.id).name},
          {"where", make_where(*problem.experiment, effect)},
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
          {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
-         {"statement", make_statement(problem, outcome, effect, std)}});
+         {"statement", make_statement(problem, outcome, effect, std) + list_names(alternatives)},
+         {"alternatives", alternatives}});
   }
   return list;
 }
@@ -200,15 +236,13 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
 
 Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
-  for (const Hypothesis& twin : outcome.twins) {
-    for (const Effect& effect : twin) {
+  for (const Trial& twin : outcome.twins) {
+    for (const Effect& effect : twin.hypothesis) {
       if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;
       list.push_back({{"effect", get_effect(effect.id).name},
                       {"where", make_where(*problem.experiment, effect)},
                       {"why", "explains the held-out recordings about as well as what is reported"},
-                      {"motion_that_would_tell",
-                       "slow and fast sweeps of the joint over its whole range with stops in between, in postures of "
-                       "different load"}});
+                      {"motion_that_would_tell", kOtherMotion}});
     }
   }
   return list;

@@ -430,7 +430,7 @@ class Search {
     }
     outcome->explained = is_explained(outcome->chosen, nominal_);
     for (size_t i = 1; i < list.size(); ++i) {
-      if (list[i].probability > kListed) outcome->twins.push_back(list[i].hypothesis);
+      if (list[i].probability > kListed) outcome->twins.push_back(list[i]);
     }
   }
 

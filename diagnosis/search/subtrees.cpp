@@ -156,7 +156,10 @@ void add_rivals(const Problem& problem, const Trial& model, size_t subtree, cons
     listed.worst = rival.worst, listed.refined = rival.refined, listed.probability = rival.probability;
     whole->rivals.push_back(std::move(listed));
   }
-  for (const Hypothesis& twin : own.twins) whole->twins.push_back(map_to_robot(twin, problem.subtrees[subtree]));
+  for (Trial twin : own.twins) {
+    twin.hypothesis = map_to_robot(twin.hypothesis, problem.subtrees[subtree]);
+    whole->twins.push_back(std::move(twin));
+  }
 }
 
 Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtrees) {
