@@ -12,6 +12,7 @@ namespace hrp::diagnosis {
 double Score::rms() const { return count > 0.0 ? std::sqrt(chi2 / count) : 0.0; }
 
 double Score::rms(size_t signal) const {
+  if (signal >= signal_count.size()) return 1e300;  // of no rollout, as the first one of a fit did not stay finite
   return signal_count[signal] > 0.0 ? std::sqrt(signal_chi2[signal] / signal_count[signal]) : 0.0;
 }
 

@@ -59,5 +59,9 @@ TEST(NominalModel, AFloatingRobotsRecordingIsNotSmoothedForAFixedBase) {
   EXPECT_TRUE(make_problem(e, 1).smooth[0].joints.empty());
 }
 
+TEST(Score, OfARolloutThatDidNotEndEverySignalIsFarOff) {
+  EXPECT_DOUBLE_EQ(Score().rms(2), 1e300) << "a report lists the signals of a model that diverged, too";
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
