@@ -14,6 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Squares of what a rollout misses, in units of the noise, must stay finite.
+constexpr double kLeastNoise = 1e-15, kMostNoise = 1e12;
+
 [[noreturn]] void fail(const std::string& path, const YAML::Node& node, const std::string& field, const std::string& text) {
   Diagnostic d;
   d.file = path, d.field = field, d.message = text;
@@ -133,8 +136,8 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
   for (const auto& item : node) {
     const std::string key = item.first.as<std::string>();
     double value = 0.0;
-    if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) || !(value > 0.0)) {
-      fail(path, item.second, "noise." + key, "expected a positive standard deviation");
+    if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) || !(value >= kLeastNoise && value <= kMostNoise)) {
+      fail(path, item.second, "noise." + key, "expected a standard deviation from 1e-15 to 1e12");
     }
     keys->noise[key] = value;
   }

@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/robot/experiment_keys.h"
+
 namespace hrp {
 namespace {
 
@@ -159,6 +161,23 @@ TEST(Scenario, MissingFilesAreNamedWithTheirLine) {
     EXPECT_THAT(error.what(), HasSubstr(":2:8: error: robot: there is no file"));
   }
   EXPECT_THROW(load_scenario("/no/such/scenario.yaml"), InputError);
+}
+
+// What parse_experiment_keys() says about an experiment of one recording, empty when it accepts it.
+std::string find_complaint_of_keys(const std::string& file, const std::string& more = "") {
+  try {
+    parse_experiment_keys("recordings:\n  - {file: " + file + "}\n" + more, ::testing::TempDir() + "/experiment.yaml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ExperimentKeys, NoiseIsANumberWhoseSquareIsOne) {
+  EXPECT_EQ(find_complaint_of_keys(".", "noise: {position: 1e-15, velocity: 1e12}\n"), "");
+  for (const std::string noise : {"0", "-1e-5", ".inf", ".nan", "1e-320", "1e-200", "1e200", "much", "[1]"}) {
+    EXPECT_THAT(find_complaint_of_keys(".", "noise: {position: " + noise + "}\n"), HasSubstr(":3:19: error: noise.position: expected a standard deviation"));
+  }
 }
 
 TEST(Scenario, DiagnosticOfALaterCheckPointsAtTheKey) {
