@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), text.c_str());
   };
   try {
-    if (std::filesystem::is_directory(experiment_path)) experiment_path += "/experiment.yaml";
+    std::error_code error;
+    if (std::filesystem::is_directory(experiment_path, error)) experiment_path += "/experiment.yaml";
     const Experiment experiment = load_experiment(experiment_path);
     if (check) {
       std::printf("%s", check_recordings(experiment).c_str());

@@ -29,8 +29,9 @@ std::string find_shared_file(const std::string& name) {
 std::string find_scenario_file(const std::string& word) {
   if (is_there(word) || fs::path(word).is_absolute()) return word;
   for (const char* ending : {"", ".yaml"}) {
-    const std::string installed = find_shared_file("models/scenarios/" + word + ending);
-    if (fs::is_regular_file(installed)) return installed;
+    std::string installed = find_shared_file("models/scenarios/" + word + ending);
+    std::error_code error;
+    if (fs::is_regular_file(installed, error)) return installed;
   }
   return word;
 }

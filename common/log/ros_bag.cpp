@@ -133,12 +133,14 @@ std::unique_ptr<BagFile> open_file(const std::string& path) {
 // Files of a folder without metadata.yaml (a recorder that was killed), by name.
 std::vector<std::string> list_files(const fs::path& folder) {
   std::vector<std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
     for (const char* end : {".mcap", ".db3", ".mcap.zstd", ".db3.zstd"}) {
       if (ends_with(name, end)) files.push_back(entry.path().string());
     }
   }
+  if (error) fail(folder.string(), "cannot be read: " + error.message());
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -148,9 +150,10 @@ std::vector<std::string> list_files(const fs::path& folder) {
 RosBag::RosBag(const std::string& path) : path_(path) {
   fs::path folder(path);
   if (folder.filename() == "metadata.yaml") folder = folder.parent_path();
-  if (!fs::is_directory(folder)) {
+  std::error_code error;  // a name that is too long for a file, links in a circle
+  if (!fs::is_directory(folder, error)) {
     files_ = {path};
-  } else if (fs::is_regular_file(folder / "metadata.yaml")) {
+  } else if (fs::is_regular_file(folder / "metadata.yaml", error)) {
     const BagMetadata metadata = read_bag_metadata((folder / "metadata.yaml").string());
     if (metadata.compression_mode == "message") message_compression_ = metadata.compression_format;
     for (const std::string& file : metadata.files) files_.push_back((folder / file).string());
@@ -161,7 +164,7 @@ RosBag::RosBag(const std::string& path) : path_(path) {
   if (!message_compression_.empty() && message_compression_ != "zstd")
     fail(path, "messages are compressed with '" + message_compression_ + "', expected zstd");
   for (const std::string& file : files_) {
-    if (!fs::is_regular_file(file)) fail(file, "is named in metadata.yaml and is not there");
+    if (!fs::is_regular_file(file, error)) fail(file, "is named in metadata.yaml and is not there");
     const std::unique_ptr<BagFile> open = open_file(file);
     for (const BagTopic& topic : open->topics()) {
       const auto same = std::find_if(topics_.begin(), topics_.end(), [&](const BagTopic& t) { return t.name == topic.name; });
@@ -203,7 +206,8 @@ std::string RosBag::read(const std::set<std::string>& topics, const std::functio
 }
 
 bool is_ros_bag(const std::string& path) {
-  if (fs::is_directory(path)) return true;
+  std::error_code error;
+  if (fs::is_directory(path, error)) return true;
   for (const char* end : {".db3", ".db3.zstd", ".mcap.zstd", "metadata.yaml"}) {
     if (ends_with(path, end)) return true;
   }

@@ -112,7 +112,8 @@ RecordingSpec read_recording(const std::string& path, const YAML::Node& node, co
   const fs::path file(recording.name);
   recording.file = (file.is_absolute() ? file : fs::path(path).parent_path() / file).lexically_normal().string();
   // A folder is a ROS bag.
-  if (!fs::is_regular_file(recording.file) && !fs::is_directory(recording.file)) {
+  std::error_code error;  // a name that is too long for a file, links in a circle
+  if (!fs::is_regular_file(recording.file, error) && !fs::is_directory(recording.file, error)) {
     fail(path, node["file"], field + ".file", "there is no file or bag folder '" + recording.file + "'");
   }
   const std::string role = node["role"] && node["role"].IsScalar() ? node["role"].as<std::string>() : "train";

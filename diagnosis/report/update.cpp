@@ -191,7 +191,8 @@ std::string make_motion(const Experiment& e, const Recording& recording) {
 
 // Bags and parts of long files cannot be compared with a simulation by their own files.
 bool is_whole_file(const Recording& recording) {
-  return fs::is_regular_file(recording.spec.file) && recording.spec.name.find(" (") == std::string::npos;
+  std::error_code error;
+  return fs::is_regular_file(recording.spec.file, error) && recording.spec.name.find(" (") == std::string::npos;
 }
 
 // The readings of the joints as text, so that anything can compare a simulation with them.

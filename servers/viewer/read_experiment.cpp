@@ -202,7 +202,8 @@ class CsvRecorder {
 }  // namespace
 
 std::vector<std::unique_ptr<Recording>> read_experiment(const std::string& path) {
-  const std::string file = fs::is_directory(path) ? (fs::path(path) / "experiment.yaml").string() : path;
+  std::error_code error;
+  const std::string file = fs::is_directory(path, error) ? (fs::path(path) / "experiment.yaml").string() : path;
   const Scenario scenario = load_scenario(file);
   const ExperimentKeys keys = parse_experiment_keys(scenario.text, scenario.path);
   std::vector<std::unique_ptr<Recording>> recordings;

@@ -173,6 +173,16 @@ std::string find_complaint_of_keys(const std::string& file, const std::string& m
   return "";
 }
 
+TEST(ExperimentKeys, ARecordingThatTheSystemCannotLookForIsNotThere) {
+  const std::string circle = ::testing::TempDir() + "/scenario_test_circle";
+  std::filesystem::remove(circle);
+  std::filesystem::create_symlink(circle, circle);
+  for (const std::string& name : {std::string("nowhere.csv"), std::string(300, 'a'), circle}) {
+    EXPECT_THAT(find_complaint_of_keys(name), HasSubstr(":2:12: error: recordings[0].file: there is no file or bag folder"));
+  }
+  EXPECT_EQ(find_complaint_of_keys("."), "");
+}
+
 TEST(ExperimentKeys, NoiseIsANumberWhoseSquareIsOne) {
   EXPECT_EQ(find_complaint_of_keys(".", "noise: {position: 1e-15, velocity: 1e12}\n"), "");
   for (const std::string noise : {"0", "-1e-5", ".inf", ".nan", "1e-320", "1e-200", "1e200", "much", "[1]"}) {

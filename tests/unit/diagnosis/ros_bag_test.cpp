@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/diagnostics.h"
+#include "common/log/ros_bag.h"
 #include "diagnosis/data/recording.h"
 #include "tests/unit/diagnosis/bag_writer.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -174,6 +175,15 @@ TEST(RosBag, IsReadWithoutAMapWhereNamesAndTypesSayEnough) {
   const Experiment e = load("guess", Storage::kSqlite, messages, "drive: effort\n");
   EXPECT_EQ(e.recordings.at(0).size(), 1000u);
   EXPECT_THAT(testing::PrintToString(e.warnings), HasSubstr("topic /joint_states was taken as joint_states"));
+}
+
+TEST(RosBag, AFileThatTheSystemCannotLookForIsNotThere) {
+  const fs::path folder = fs::temp_directory_path() / "hrp_bag_test_long_name";
+  fs::create_directories(folder);
+  std::ofstream(folder / "metadata.yaml") << "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n"
+                                          << "  relative_file_paths: [" << std::string(300, 'a') << "]\n";
+  EXPECT_THROW(RosBag(folder.string()), InputError);
+  EXPECT_FALSE(is_ros_bag(std::string(300, 'a')));
 }
 
 TEST(RosBag, SaysWhichTopicItHasInstead) {
