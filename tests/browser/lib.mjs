@@ -17,7 +17,7 @@ export const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
 export const scenario = join(root, "models", "scenarios", "squat.yaml");
 
 // Long enough for a loaded machine; it only bounds how long a failing test hangs.
-const patience = 30000;
+const patience = 60000;
 
 const children = new Set();
 process.on("exit", () => children.forEach((child) => child.kill("SIGKILL")));
