@@ -19,7 +19,7 @@ void turn_inertias(const Model& model, Data* data) {
 }
 
 // Adds a composite body whose origin is r away: Steiner's rule for a body with first moment h,
-//   I + 2 (r.h) 1 - r h^T - h r^T + m (r.r 1 - r r^T) = I + (r.s) 1 + (r.h) 1 - sym(r s^T + ...), s = h + m r.
+//   I + 2 r^T h 1 - r h^T - h r^T + m (r^T r 1 - r r^T) = I + r^T s 1 + r^T h 1 - sym(r s^T + ...), s = h + m r.
 inline void add_composite(const LinkComposite& c, V3 r, LinkComposite* parent) {
   const V3 h = c.h, s = h + r * c.mass;
   const double xx = r.x * (h.x + s.x), yy = r.y * (h.y + s.y), zz = r.z * (h.z + s.z);
