@@ -175,11 +175,11 @@ class Merger {
   // An offset of the joint's encoder of that size would change some effort by more than its noise.
   bool would_show(const GearVerdict& gear) const {
     constexpr double kShows = 3.0;
+    const Plant plant = make_plant(e_, {});
     for (const TorqueRecording& r : motion_.recordings) {
-      const Plant plant = make_plant(e_, {}, e_.recordings[r.index].spec);
       Eigen::MatrixXd q = r.q;
       q.col(gear.joint).array() -= gear.zero;
-      const Eigen::MatrixXd change = calc_efforts(plant, q, r.v, r.a) - r.tau;
+      const Eigen::MatrixXd change = calc_efforts(add_by_hand(plant, e_.recordings[r.index].spec), q, r.v, r.a) - r.tau;
       for (long j = 0; j < change.cols(); ++j) {
         if (change.col(j).norm() / std::sqrt(static_cast<double>(change.rows())) > kShows * e_.joint_noise[static_cast<size_t>(j)][2].sigma) return true;
       }

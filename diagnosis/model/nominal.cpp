@@ -7,11 +7,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-JointLaws make_laws(const Scenario& scenario, const JointSpec& joint) {
+JointLaws make_laws(const Experiment& e, const JointSpec& joint) {
+  const Scenario& scenario = e.scenario;
   JointLaws laws;
   const auto it = scenario.servo_joints.find(joint.name);
   const ServoGains& gains = it == scenario.servo_joints.end() ? scenario.servo_default : it->second;
-  if (joint.actuated && scenario.drive != "effort") {
+  if (joint.actuated && !is_effort_driven(e)) {
     laws.kp = gains.kp, laws.kd = gains.kd, laws.effort_limit = gains.effort_limit;
   }
   laws.viscous = joint.viscous_friction;
@@ -24,6 +25,8 @@ JointLaws make_laws(const Scenario& scenario, const JointSpec& joint) {
 
 }  // namespace
 
+bool is_effort_driven(const Experiment& e) { return e.scenario.drive == "effort"; }
+
 NominalRobot make_nominal(const Experiment& e) {
   NominalRobot robot;
   robot.tree = e.robot.tree;
@@ -35,7 +38,7 @@ NominalRobot make_nominal(const Experiment& e) {
     JointSpec& joint = robot.tree.joint(j);
     const auto rotor = e.scenario.rotor_inertia.find(joint.name);
     if (rotor != e.scenario.rotor_inertia.end()) joint.rotor_inertia = rotor->second;
-    robot.laws.push_back(make_laws(e.scenario, joint));
+    robot.laws.push_back(make_laws(e, joint));
   }
   return robot;
 }

@@ -18,6 +18,9 @@ struct NominalRobot {
   std::vector<Vector3d> force_W;  // [N] by link at its centre of mass; empty: none
 };
 
+// Recorded efforts drive the joints, no servo.
+bool is_effort_driven(const Experiment& experiment);
+
 // Effects of places that the robot does not have are refused when the experiment is read.
 NominalRobot make_nominal(const Experiment& experiment);
 

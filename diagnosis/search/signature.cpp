@@ -22,6 +22,7 @@ class Builder {
         residual_(missing_.residual) {}
 
   Signatures build() {
+    for (const Grid& g : grids_) held_.push_back(add_by_hand(plant_, e_.recordings[static_cast<size_t>(g.recording)].spec));
     for (int j = 0; j < n_; ++j) add_joint(j);
     if (!plant_.effort_driven) {
       for (int j = 0; j < n_; ++j) add_sensors(j);
@@ -73,14 +74,14 @@ class Builder {
   int add_motion_change(
       int j, const std::function<void(const Grid&, Eigen::VectorXd*, Eigen::VectorXd*, Eigen::VectorXd*)>& delta) {
     std::vector<Eigen::MatrixXd> efforts;
-    for (const Grid& g : grids_) {
+    for (size_t i = 0; i < grids_.size(); ++i) {
+      const Grid& g = grids_[i];
       Eigen::VectorXd d(g.q.rows()), d1(g.q.rows()), d2(g.q.rows());
       delta(g, &d, &d1, &d2);
       Eigen::MatrixXd q = g.q, qd = g.qd, qdd = g.qdd;
       const double eps = 1e-4 / std::max(1e-12, d.cwiseAbs().maxCoeff());
       q.col(j) -= eps * d, qd.col(j) -= eps * d1, qdd.col(j) -= eps * d2;
-      const Plant held = add_by_hand(plant_, e_.recordings[static_cast<size_t>(g.recording)].spec);
-      efforts.push_back((calc_efforts(held, q, qd, qdd) - g.bare) / eps);
+      efforts.push_back((calc_efforts(held_[i], q, qd, qdd) - g.bare) / eps);
     }
     return add_column(efforts);
   }
@@ -307,6 +308,7 @@ class Builder {
 
   const Experiment& e_;
   Plant plant_;
+  std::vector<Plant> held_;  // by grid: the same with what was done by hand in that recording
   int n_;
   const MissingRows missing_;
   const std::vector<Grid>& grids_;

@@ -94,7 +94,7 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   force_W.resize(plant.tree.links.size(), Vector3d::Zero());
   const auto n = plant.laws.size();
   plant.faults.resize(n * kQuantities);
-  plant.effort_driven = e.scenario.drive == "effort";
+  plant.effort_driven = is_effort_driven(e);
   Vector3d gravity_W = e.scenario.gravity_W;
   for (const Effect& effect : hypothesis) apply(effect, &plant, &force_W, &gravity_W);
   for (size_t j = 0; j < n; ++j) {
@@ -109,13 +109,12 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   return plant;
 }
 
-Plant add_by_hand(const Plant& plant, const RecordingSpec& recording) {
-  Plant held = plant;
-  for (const SteadyForce& pull : list_pulls(recording, held.tree)) held.forces.push_back(pull);
-  if (recording.loads.empty()) return held;
-  add_loads(recording, &held.tree);
-  held.model = std::make_shared<const Model>(held.tree, plant.model->gravity_W());
-  return held;
+Plant add_by_hand(Plant plant, const RecordingSpec& recording) {
+  for (const SteadyForce& pull : list_pulls(recording, plant.tree)) plant.forces.push_back(pull);
+  if (recording.loads.empty()) return plant;
+  add_loads(recording, &plant.tree);
+  plant.model = std::make_shared<const Model>(plant.tree, plant.model->gravity_W());
+  return plant;
 }
 
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis, const RecordingSpec& recording) {

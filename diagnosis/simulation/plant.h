@@ -46,7 +46,7 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis);
 
 // The same with what hung on it and what pulled at it in one recording. Whatever else a plant has stays as it is: effects are
 // of the robot, not of what somebody hangs on it.
-Plant add_by_hand(const Plant& plant, const RecordingSpec& recording);
+Plant add_by_hand(Plant plant, const RecordingSpec& recording);
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis, const RecordingSpec& recording);
 
 }  // namespace hrp::diagnosis

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "common/base/parallel_for.h"
 
@@ -66,12 +67,13 @@ SmoothRecording cut(const SmoothRecording& in, const Window& w) {
   return out;
 }
 
+// `plant`: with what was done by hand in the recording.
 bool simulate(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const Window& w,
               std::vector<double>* readings) {
   RolloutOptions options;
   options.free_running = true;
   readings->assign(recording.size() * recording.joints.size() * kQuantities, 0.0);
-  return simulate_recording(add_by_hand(plant, recording.spec), recording, cut(smooth, w), options, readings);
+  return simulate_recording(plant, recording, cut(smooth, w), options, readings);
 }
 
 void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& smooth, const Window& w, Sums* sums) {
@@ -95,7 +97,11 @@ void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& 
 WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const std::vector<SmoothRecording>& smooth,
                                 const std::vector<int>& recordings, int jobs) {
   std::vector<Window> all;
-  for (int r : recordings) add_windows(e, smooth[static_cast<size_t>(r)], r, &all);
+  std::map<int, Plant> held;  // by recording
+  for (int r : recordings) {
+    add_windows(e, smooth[static_cast<size_t>(r)], r, &all);
+    held.emplace(r, add_by_hand(plant, e.recordings[static_cast<size_t>(r)].spec));
+  }
   const std::vector<Window> windows = choose(all);
   const size_t n = static_cast<size_t>(e.num_joints());
   std::vector<Sums> parts(windows.size());
@@ -103,7 +109,7 @@ WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const s
     const Window& w = windows[static_cast<size_t>(i)];
     Sums& sums = parts[static_cast<size_t>(i)];
     sums.square.assign(n, 0.0), sums.count.assign(n, 0.0);
-    add_window(plant, e, smooth[static_cast<size_t>(w.recording)], w, &sums);
+    add_window(held.at(w.recording), e, smooth[static_cast<size_t>(w.recording)], w, &sums);
   });
   WindowErrors out;
   std::vector<double> square(n, 0.0), count(n, 0.0);
@@ -126,9 +132,10 @@ bool simulate_windows(const Plant& plant, const Experiment& e, const SmoothRecor
   }
   std::vector<Window> windows;
   add_windows(e, smooth, recording, &windows);
+  const Plant held = add_by_hand(plant, whole.spec);
   for (const Window& w : windows) {
     std::vector<double> own;
-    if (!simulate(plant, cut(whole, w), smooth, w, &own)) return false;
+    if (!simulate(held, cut(whole, w), smooth, w, &own)) return false;
     std::copy(own.begin() + static_cast<long>(width), own.end(), readings->begin() + static_cast<long>((w.begin + 1) * width));
   }
   return true;
