@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/robot/experiment_keys.h"
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include <yaml-cpp/yaml.h>
 
 #include "common/base/diagnostics.h"
+#include "common/robot/yaml_map.h"
 
 namespace hrp {
 namespace {
@@ -15,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Squares of what a rollout misses, in units of the noise, must stay finite.
-constexpr double kLeastNoise = 1e-15, kMostNoise = 1e12;
+constexpr double kLeastNoise = 1e-15;
 
 [[noreturn]] void fail(const std::string& path, const YAML::Node& node, const std::string& field, const std::string& text) {
   Diagnostic d;
@@ -36,64 +35,38 @@ std::vector<std::string> read_names(const std::string& path, const YAML::Node& n
   return names;
 }
 
-double read_number(const std::string& path, const YAML::Node& node, const std::string& field, const char* expected) {
-  double value = 0.0;
-  if (!node || !node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) fail(path, node, field, std::string("expected ") + expected);
-  return value;
+void read_load(YamlMap& map, LoadSpec* load) {
+  map.require("link", "what carries the load");
+  map.require("mass", "its mass [kg]");
+  map.require("com", "its centre [x, y, z] in the link's frame [m]");
+  map.text("link", &load->link);
+  load->mass = 1.0;  // so that only a mass that is stated is complained of
+  map.number("mass", &load->mass, Bound::kAny, "kg");
+  if (!(load->mass > 0.0)) map.error("mass", "expected more than 0 kg");
+  map.vector3("com", &load->p_LC, Bound::kAny, "m");
 }
 
-Vector3d read_vector(const std::string& path, const YAML::Node& parent, const char* key, const std::string& field, const char* expected) {
-  const YAML::Node node = parent[key];
-  const std::string own = field + "." + key;
-  if (!node || !node.IsSequence() || node.size() != 3) fail(path, node ? node : parent, own, std::string("expected ") + expected);
-  Vector3d v;
-  for (size_t i = 0; i < 3; ++i) v[static_cast<long>(i)] = read_number(path, node[i], own, expected);
-  return v;
+void read_push(YamlMap& map, HandPush* push) {
+  push->known = map.has("force");
+  if (push->known) map.require("link", "what the force pulls at");
+  map.text("link", &push->link);
+  map.vector3("force", &push->force_W, Bound::kAny, "N");
+  map.vector3("xyz", &push->p_LQ, Bound::kAny, "m");
+  if (!push->known && !(map.has("start") && map.has("duration"))) map.error("", "an unknown force needs 'start' and 'duration'");
+  double duration = push->end;
+  map.number("start", &push->start, Bound::kAny, "s after the first sample");
+  map.number("duration", &duration, Bound::kAny, "s");
+  push->end = push->start + duration;
+  if (!(push->end > push->start)) map.error("duration", "expected more than 0 s");
 }
 
-// One entry of `loads` or `pushes`: nothing but these keys.
-void check_entry(const std::string& path, const YAML::Node& node, const std::string& field, const std::vector<std::string>& keys) {
-  std::string list;
-  for (const std::string& key : keys) list += (list.empty() ? "" : ", ") + key;
-  if (!node.IsMap()) fail(path, node, field, "expected a map with " + list);
-  for (const auto& item : node) {
-    const std::string key = item.first.as<std::string>();
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) fail(path, item.first, field + "." + key, "unknown key; expected " + list);
-  }
-}
-
-std::vector<LoadSpec> read_loads(const std::string& path, const YAML::Node& list, const std::string& field) {
-  std::vector<LoadSpec> loads;
-  if (!list) return loads;
-  if (!list.IsSequence()) fail(path, list, field, "expected a list of {link: ..., mass: kg, com: [x, y, z]}");
-  for (size_t i = 0; i < list.size(); ++i) {
-    const std::string own = field + "[" + std::to_string(i) + "]";
-    check_entry(path, list[i], own, {"link", "mass", "com"});
-    if (!list[i]["link"] || !list[i]["link"].IsScalar()) fail(path, list[i], own + ".link", "is missing: what carries the load");
-    LoadSpec load;
-    load.link = list[i]["link"].as<std::string>();
-    load.mass = read_number(path, list[i]["mass"], own + ".mass", "its mass in kg");
-    if (!(load.mass > 0.0)) fail(path, list[i]["mass"], own + ".mass", "expected more than 0 kg");
-    load.p_LC = read_vector(path, list[i], "com", own, "its centre [x, y, z] in the link's frame, m");
-    loads.push_back(load);
-  }
-  return loads;
-}
-
-HandPush read_push(const std::string& path, const YAML::Node& node, const std::string& field) {
-  check_entry(path, node, field, {"link", "force", "xyz", "start", "duration"});
-  HandPush push;
-  if (node["link"]) push.link = node["link"].IsScalar() ? node["link"].as<std::string>() : "";
-  push.known = static_cast<bool>(node["force"]);
-  if (push.known && push.link.empty()) fail(path, node, field + ".link", "is missing: what the force pulls at");
-  if (push.known) push.force_W = read_vector(path, node, "force", field, "a force [x, y, z] in world axes, N");
-  if (node["xyz"]) push.p_LQ = read_vector(path, node, "xyz", field, "where it pulls, [x, y, z] in the link's frame, m");
-  const char* const seconds = "seconds, 'start' after the first sample";
-  if (!push.known && !(node["start"] && node["duration"])) fail(path, node, field, "an unknown force needs 'start' and 'duration'");
-  if (node["start"]) push.start = read_number(path, node["start"], field + ".start", seconds);
-  if (node["duration"]) push.end = push.start + read_number(path, node["duration"], field + ".duration", seconds);
-  if (!(push.end > push.start)) fail(path, node["duration"], field + ".duration", "expected more than 0 s");
-  return push;
+void read_by_hand(const std::string& path, const YAML::Node& node, const std::string& field, RecordingSpec* recording) {
+  Diagnostics diagnostics;
+  YamlContext context{path, &diagnostics, nullptr};
+  YamlMap map(node, field, &context);
+  map.list("loads", [&](size_t, YamlMap& own) { read_load(own, &recording->loads.emplace_back()); });
+  map.list("pushes", [&](size_t, YamlMap& own) { read_push(own, &recording->pushes.emplace_back()); });
+  if (diagnostics.has_errors()) throw InputError(diagnostics);
 }
 
 RecordingSpec read_recording(const std::string& path, const YAML::Node& node, const std::string& field) {
@@ -123,11 +96,7 @@ RecordingSpec read_recording(const std::string& path, const YAML::Node& node, co
   recording.train = role == "train";
   recording.feet_attached = read_names(path, node["feet_attached"], field + ".feet_attached");
   recording.unknown_force = read_names(path, node["unknown_force"], field + ".unknown_force");
-  recording.loads = read_loads(path, node["loads"], field + ".loads");
-  const YAML::Node pushes = node["pushes"];
-  if (pushes && !pushes.IsSequence()) fail(path, pushes, field + ".pushes", "expected a list of {link: ..., force: [x, y, z], xyz: [x, y, z], start: s, duration: s}");
-  for (size_t i = 0; pushes && i < pushes.size(); ++i)
-    recording.pushes.push_back(read_push(path, pushes[i], field + ".pushes[" + std::to_string(i) + "]"));
+  read_by_hand(path, node, field, &recording);
   return recording;
 }
 
@@ -137,7 +106,7 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
   for (const auto& item : node) {
     const std::string key = item.first.as<std::string>();
     double value = 0.0;
-    if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) || !(value >= kLeastNoise && value <= kMostNoise)) {
+    if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) || !(value >= kLeastNoise && value <= kLargestNumber)) {
       fail(path, item.second, "noise." + key, "expected a standard deviation from 1e-15 to 1e12");
     }
     keys->noise[key] = value;
