@@ -12,6 +12,7 @@
 #include "common/base/version.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/simulation/windows.h"
 
@@ -57,7 +58,7 @@ double join(const std::vector<double>& rms) {
 // Simulated positions, by joint [rad]: over the whole of each recording from its commands, or over windows from efforts.
 std::vector<double> calc_position_errors(const Problem& problem, const std::vector<int>& held, const Experiment& e,
                                          const Hypothesis& hypothesis) {
-  if (e.scenario.drive == "effort")
+  if (is_effort_driven(e))
     return calc_window_errors(make_plant(e, hypothesis), e, problem.smooth, held, 2).rms;
   const Score score = calc_score(problem, hypothesis, held);
   std::vector<double> rms;

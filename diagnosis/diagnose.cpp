@@ -7,6 +7,7 @@
 #include "diagnosis/fixed_base.h"
 #include "diagnosis/link_evidence.h"
 #include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/toss/search.h"
 
@@ -57,7 +58,7 @@ std::string find_obstacle(const Experiment& e) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
       const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
       if (!r.joints[j].has(Quantity::kPosition)) return r.spec.name + " has no column /joint_states/" + name + "/position";
-      if (e.scenario.drive == "effort" && !r.joints[j].has(Quantity::kEffort) &&
+      if (is_effort_driven(e) && !r.joints[j].has(Quantity::kEffort) &&
           e.robot.tree.joint(static_cast<int>(j)).actuated) {
         return r.spec.name + " has no effort of joint " + name + ", which drives it";
       }

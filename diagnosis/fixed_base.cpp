@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/suspect_predictions.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/torque_report.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/search/subtrees.h"
@@ -27,14 +28,14 @@ bool is_exact_world(const TorqueVerdict& torque) { return torque.joints > 1 && t
 // The same with one or two joints that are driven by recorded efforts: their drives' effects are there, and much is
 // left beside them. Sets of effects are compared by simulation, which from efforts says little.
 bool looks_real(const Problem& problem, const TorqueVerdict& torque) {
-  if (!is_effort_driven(problem) || !torque.judged) return false;
+  if (!is_effort_driven(*problem.experiment) || !torque.judged) return false;
   const Trial model = simulate_trial(problem, torque.model);
   return torque.any_drives >= kEveryDrive * torque.joints && model.validate.ok && model.rms > kFar;
 }
 
 // From recorded efforts a simulation is drawn to the recording: nothing is judged by it.
 std::vector<SuspectJoint> find_suspects(const Problem& problem) {
-  return is_effort_driven(problem) ? std::vector<SuspectJoint>{} : find_suspect_joints(problem);
+  return is_effort_driven(*problem.experiment) ? std::vector<SuspectJoint>{} : find_suspect_joints(problem);
 }
 
 void say(const TorqueVerdict& torque, const Progress& progress) {
@@ -62,7 +63,7 @@ std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outco
 // Fit of the simulation; for recorded efforts that of the torque: a simulation from them drifts whatever the model.
 void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque, Evidence* evidence) {
   Fit& fit = evidence->fit;
-  if (!is_effort_driven(problem)) {
+  if (!is_effort_driven(*problem.experiment)) {
     fit = calc_simulation_fit(problem, outcome.nominal, outcome.chosen);
     evidence->method = "simulation from the recording's commands; findings from the " + evidence->method;
     evidence->horizon = problem.experiment->recordings[0].duration();
@@ -139,8 +140,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   Problem whole = problem;
   split_subtrees(&whole);
   Outcome outcome;
-  const bool several = has_real_drives(torque);
-  if (several || (!is_exact_world(torque) && looks_real(whole, torque))) {
+  if (has_real_drives(torque) || (!is_exact_world(torque) && looks_real(whole, torque))) {
     progress("friction and rotors in most joints: sets of a few effects are not searched");
     outcome.nominal = outcome.chosen = simulate_trial(whole, {});
     outcome.mismatch = true;

@@ -10,6 +10,7 @@
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
@@ -67,7 +68,7 @@ class Chooser {
     const double without = consider("friction and rotors by least squares", plain);
     const double with = consider("friction, rotors and gears by least squares", geared);
     const Hypothesis& start = with < without ? geared : plain;
-    if (is_effort_driven(whole_)) {
+    if (is_effort_driven(*whole_.experiment)) {
       const CalcResiduals windows = make_window_residuals(whole_);
       const Hypothesis fitted = fit_both(windows, model_, kWindowIterations);
       consider("fitted through short windows", fitted);
@@ -79,12 +80,12 @@ class Chooser {
     consider("half way there", find_middle(model_, fitted));  // torque and simulation err to different sides
     consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
     consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
-    if (is_effort_driven(whole_)) {
+    if (is_effort_driven(*whole_.experiment)) {
       consider("the same, fitted to positions alone", polish_joints(problem_, best_.hypothesis, nullptr, true));
       consider("least squares with richer laws, fitted to positions alone", polish_joints(problem_, start, nullptr, true));
-    }
-    if (!is_effort_driven(whole_))
+    } else {
       consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
+    }
     // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears.
     least_ *= kUnnamed;
     if (searched) consider("the model of the search", split_asymmetry(searched->hypothesis));
@@ -112,7 +113,7 @@ class Chooser {
   Errors calc_errors(const Trial& trial) const {
     if (!trial.validate.ok) return {};
     std::vector<double> positions;
-    if (is_effort_driven(whole_)) positions = calc_held_windows(whole_, trial.hypothesis).rms;
+    if (is_effort_driven(*whole_.experiment)) positions = calc_held_windows(whole_, trial.hypothesis).rms;
     for (size_t j = 0; positions.size() < spreads_.size() && j < spreads_.size(); ++j)
       positions.push_back(trial.validate.rms(j * kQuantities) / whole_.weights[j * kQuantities]);
     const std::vector<double> efforts = calc_torque_residuals(data_, make_plant(*whole_.experiment, trial.hypothesis), !whole_.validate.empty());
@@ -148,8 +149,6 @@ class Chooser {
 };
 
 }  // namespace
-
-bool is_effort_driven(const Problem& problem) { return problem.experiment->scenario.drive == "effort"; }
 
 Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis) {
   Trial trial;

@@ -10,8 +10,6 @@
 
 namespace hrp::diagnosis {
 
-bool is_effort_driven(const Problem& problem);
-
 // A hypothesis as it predicts training and held-out recordings.
 Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/search/nearby.h"
 #include "diagnosis/simulation/windows.h"
@@ -101,7 +102,7 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
 
 Hypothesis enrich(const Alone& alone, Hypothesis own, int joint) {
   const double fastest = find_fastest(alone.problem, joint);
-  const bool commanded = alone.problem.experiment->scenario.drive != "effort";
+  const bool commanded = !is_effort_driven(*alone.problem.experiment);
   const Score before = alone.score(own);
   double least = before.chi2;
   if (!before.ok || least < kQuiet * before.count) return own;

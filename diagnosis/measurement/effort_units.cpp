@@ -7,6 +7,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -123,7 +124,7 @@ void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
 std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   std::vector<EffortUnit> units;
   if (data.recordings.empty()) return units;
-  const EffortSource source = data.experiment->scenario.drive == "effort" ? EffortSource::kRecorded : EffortSource::kServoLaw;
+  const EffortSource source = is_effort_driven(*data.experiment) ? EffortSource::kRecorded : EffortSource::kServoLaw;
   for (size_t j = 0; j < data.source.size(); ++j) {
     if (data.source[j] != source) continue;
     std::optional<EffortUnit> unit = find_unit(data, static_cast<int>(j));
