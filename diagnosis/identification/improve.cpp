@@ -16,7 +16,6 @@ namespace next = hrp::diagnosis;
 constexpr double kUnknown = 1e6;    // [N m/rad], [N m s/rad] and [N m]: nothing is known before the motions
 constexpr double kUsualRate = 5.0;  // [rad/s] at which stiffness and damping matter alike
 constexpr double kFrame = 0.01;     // [s] between frames of motion files
-constexpr double kSmaller = 0.6, kLeastSize = 0.2;  // as for all robots on their feet (next/stance.cpp)
 constexpr double kWorth = 0.95;     // of the largest deviation: a motion that leaves more is not worth its time
 
 // The robot as it stands at the beginning of a motion.
@@ -49,7 +48,7 @@ class Proposer {
     plan.family = family, plan.seed = seed, plan.seconds = seconds_, plan.period = kFrame;
     ProposedMotion out;
     out.name = next::get_family_word(family) + std::to_string(seed), out.meaning = next::get_family_sentence(family);
-    for (; plan.size >= kLeastSize; plan.size *= kSmaller) {
+    for (; plan.size >= next::kLeastStance; plan.size *= next::kSmallerStance) {
       const next::Commands commands = next::make_stance_motion(standing_, plan, limits_);
       if (commands.time.empty()) continue;
       // Seeds of noise beyond those of our own motions.

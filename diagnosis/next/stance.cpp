@@ -16,8 +16,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPeriod = 0.004;      // [s] between samples of commands
-constexpr double kSmaller = 0.6;       // in the place of a size that is not safe
-constexpr double kLeastSize = 0.2;
 constexpr unsigned kSeeds = 2;
 constexpr double kForeseen = 0.02;     // of a reading's range: what simulation of feet and ground is good for
 constexpr double kQuantile = 1.96;
@@ -106,7 +104,7 @@ class StanceProposer {
 
   // As large as every explanation allows.
   void try_motion(MotionPlan plan, StanceCandidate* c) const {
-    for (; plan.size >= kLeastSize; plan.size *= kSmaller) {
+    for (; plan.size >= kLeastStance; plan.size *= kSmallerStance) {
       c->plan = plan, c->fault = "a leg does not reach, or a joint would pass its limits";
       c->commands = make_stance_motion(e_, plan, limits_);
       if (c->commands.time.empty()) continue;
