@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/findings/estimate_words.h"
+#include "diagnosis/findings/schema2.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -312,9 +313,7 @@ class Judge {
     f.statement = f.where.begin().value().get<std::string>() + ": " + row.phrase + ", " + describe(f.parameters) + " (" +
                   get_grade_name(f.grade) + "), by the sensors behind the gears. It takes away " + number(100.0 * g.share, 2) +
                   " % of what they read beyond the prediction on held-out data.";
-    for (size_t k = 0; k < f.alternatives.size(); ++k)
-      f.statement += (k == 0 ? " These recordings cannot tell it from " : ", ") + f.alternatives[k].effect + " at " +
-                     f.alternatives[k].where.begin().value().get<std::string>() + (k + 1 == f.alternatives.size() ? "." : "");
+    f.statement += describe_alternatives(make_alternatives(f.alternatives));
     return f;
   }
 

@@ -30,19 +30,21 @@ Json make_estimate(const Estimate& e) {
 
 }  // namespace
 
-nlohmann::ordered_json make_alternative(const Alternative& a) {
-  return {{"effect", a.effect},
-          {"family", a.family},
-          {"where", a.where},
-          {"parameters", make_estimates(a.parameters)},
-          {"motion_that_would_tell", a.motion}};
+nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alternatives) {
+  Json list = Json::array();
+  for (const Alternative& a : alternatives) {
+    list.push_back({{"effect", a.effect},
+                    {"family", a.family},
+                    {"where", a.where},
+                    {"parameters", make_estimates(a.parameters)},
+                    {"motion_that_would_tell", a.motion}});
+  }
+  return list;
 }
 
 namespace {
 
 Json make_finding(const Finding& f) {
-  Json alternatives = Json::array();
-  for (const Alternative& a : f.alternatives) alternatives.push_back(make_alternative(a));
   return {{"effect", f.effect},
           {"family", f.family},
           {"where", f.where},
@@ -52,7 +54,7 @@ Json make_finding(const Finding& f) {
           {"share", round_to(f.share, 3)},
           {"weight", round_to(f.weight, 3)},
           {"statement", f.statement},
-          {"alternatives", alternatives}};
+          {"alternatives", make_alternatives(f.alternatives)}};
 }
 
 Json make_remaining(const Remaining& r) {

@@ -113,7 +113,7 @@ Verdict find_verdict(const Evidence& evidence);
 
 // report.json, schema 2. Findings must be sorted.
 nlohmann::ordered_json make_report(const Evidence& evidence);
-nlohmann::ordered_json make_alternative(const Alternative& alternative);
+nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alternatives);
 nlohmann::ordered_json make_fit(const Fit& fit);
 nlohmann::ordered_json make_estimates(const std::vector<Estimate>& parameters);
 

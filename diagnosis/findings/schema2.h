@@ -14,6 +14,9 @@ void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 // Grade, and the grade that its statement names.
 void make_ambiguous(nlohmann::ordered_json* finding);
 
+// " These recordings cannot tell it from mass_error at arm, com_error at arm."; "" without any.
+std::string describe_alternatives(const nlohmann::ordered_json& alternatives);
+
 // Findings of a simulation that nothing was held out from: those that the missing torque does not support as well, at the
 // same place, are ambiguous, with what it cannot tell them from.
 void doubt_unconfirmed(const std::vector<Finding>& torque, nlohmann::ordered_json* report);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/model/nominal.h"
+#include "diagnosis/findings/schema2.h"
 #include "diagnosis/report/report.h"
 
 #include <algorithm>
@@ -172,22 +174,12 @@ Json make_alternatives(const Problem& problem, const Outcome& outcome, const Eff
     }
     if (others.size() != 1 || is_in(twin.hypothesis, effect)) continue;
     const Effect& other = twin.hypothesis[others[0]];
-    const std::vector<double> std = others[0] < twin.std.size() ? twin.std[others[0]] : std::vector<double>(other.p.size(), 0.0);
     list.push_back({{"effect", get_effect(other.id).name},
                     {"where", make_where(*problem.experiment, other)},
-                    {"parameters", make_parameters(*problem.experiment, other, std, true)},
+                    {"parameters", make_parameters(*problem.experiment, other, get_std(twin, others[0]), true)},
                     {"motion_that_would_tell", kOtherMotion}});
   }
   return list;
-}
-
-std::string list_names(const Json& alternatives) {
-  std::string text;
-  for (const Json& a : alternatives) {
-    text += (text.empty() ? " These recordings cannot tell it from " : ", ") + a["effect"].get<std::string>();
-    for (const auto& [kind, place] : a["where"].items()) text += " at " + place.get<std::string>();
-  }
-  return text.empty() ? text : text + ".";
 }
 
 Json make_findings(const Problem& problem, const Outcome& outcome) {
@@ -196,8 +188,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
   const std::vector<double> shares = calc_shares(problem, outcome);
   for (size_t i = 0; i < outcome.chosen.hypothesis.size(); ++i) {
     const Effect& effect = outcome.chosen.hypothesis[i];
-    const std::vector<double> std =
-        i < outcome.chosen.std.size() ? outcome.chosen.std[i] : std::vector<double>(effect.p.size(), 0.0);
+    const std::vector<double> std = get_std(outcome.chosen, i);
     const Json alternatives = make_alternatives(problem, outcome, effect);
     list.push_back(
         {{"effect", get_effect(effect.id).name},
@@ -205,7 +196,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
          {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
-         {"statement", make_statement(problem, outcome, effect, std) + list_names(alternatives)},
+         {"statement", make_statement(problem, outcome, effect, std) + describe_alternatives(alternatives)},
          {"alternatives", alternatives}});
   }
   return list;
@@ -322,13 +313,13 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   r["fit"] = make_fit(calc_simulation_fit(problem, outcome.nominal, after));
   r["prediction"] = {
       {"method",
-       problem.experiment->scenario.drive == "effort"
+       is_effort_driven(*problem.experiment)
            ? "simulation from the recorded efforts, drawn to the recorded motion at 8 rad/s"
            : "simulation from the recording's commands over the whole recording but its first 0.6 s (a tenth of a "
              "short one), which settle the state it starts from; while a drive is at its limit the simulated joint "
              "is drawn to the recorded one at 8 rad/s"},
       {"horizon",
-       problem.experiment->scenario.drive == "effort" ? 0.125 : problem.experiment->recordings[0].duration()}};
+       is_effort_driven(*problem.experiment) ? 0.125 : problem.experiment->recordings[0].duration()}};
   r["warnings"] = problem.experiment->warnings;
   reports.series = make_series(problem, outcome, after);
   reports.series["prediction"] = r["prediction"];

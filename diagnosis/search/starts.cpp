@@ -129,14 +129,15 @@ int find_worst(const Lead& lead) {
   return static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
 }
 
-// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
-// may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
-// parameter in any case.
+// One positive parameter, in which readings are smooth and linear.
 bool is_plain(const EffectInfo& row) {
   return row.place == PlaceKind::kJoint && row.reported && row.linear && row.smooth && row.parameters.size() == 1 &&
          row.parameters[0].lower == 0.0 && !row.parameters[0].factor;
 }
 
+// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
+// may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
+// parameter in any case.
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   std::vector<int> joints{find_worst(lead)};
   for (const Effect& effect : lead.hypothesis) {

@@ -117,7 +117,7 @@ Trial join_trials(const Problem& problem, const std::vector<const Trial*>& parts
     for (size_t i = 0; i < effects.size(); ++i) {
       if (effects[i].place == at_all() && std::exchange(skewed, true)) continue;
       whole.hypothesis.push_back(effects[i]);
-      whole.std.push_back(i < part.std.size() ? part.std[i] : std::vector<double>(effects[i].p.size(), 0.0));
+      whole.std.push_back(get_std(part, i));
     }
     const Hypothesis timing = map_to_robot(part.timing, problem.subtrees[l]);
     whole.timing.insert(whole.timing.end(), timing.begin(), timing.end());

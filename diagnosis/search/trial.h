@@ -26,6 +26,8 @@ struct Trial {
 // chi2 of all recordings.
 double calc_cost(const Trial& trial);
 size_t count_parameters(const Hypothesis& hypothesis);
+// Standard deviations of one effect's parameters; 0 where the trial has none.
+std::vector<double> get_std(const Trial& trial, size_t effect);
 
 // What a hypothesis has to earn, in chi2: effects, parameters, and factors far from one. `readings`: of all recordings.
 double calc_own_price(const Hypothesis& hypothesis, double readings);
