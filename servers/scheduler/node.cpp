@@ -137,7 +137,7 @@ std::string SchedulerNode::follow(const msg::RunControl& message) {
     case msg::REQUEST_PAUSE: scheduler_.request_pause(); return "";
     case msg::REQUEST_STEP: return scheduler_.request_steps(message.steps());
     case msg::REQUEST_RESET: scheduler_.request_reset(); return "";
-    case msg::REQUEST_STOP: scheduler_.request_stop(message.reason()); return "";
+    case msg::REQUEST_STOP: request_stop(message.reason()); return "";
     default: return "no such request: " + std::to_string(static_cast<int>(message.request()));
   }
 }
@@ -171,8 +171,13 @@ SteerResult SchedulerNode::steer(msg::RunRequest request) {
 
 void SchedulerNode::request_stop() {
   if (has_ended()) gone_ = true;  // asked to go while it waits for the others
-  scheduler_.request_stop("");
+  request_stop("");
   update();
+}
+
+void SchedulerNode::request_stop(const std::string& reason) {
+  if (reason.empty()) return scheduler_.request_end(Clock::now());
+  scheduler_.request_stop(reason);
 }
 
 bool SchedulerNode::has_ended() const {
@@ -184,7 +189,7 @@ void SchedulerNode::update() {
   scheduler_.update(now);
   const Grant& grant = scheduler_.grant();
   const bool moved = grant.epoch != granted_.epoch || grant.process_id != granted_.process_id ||
-                     grant.through_step != granted_.through_step;
+                     grant.through_step != granted_.through_step || grant.last != granted_.last;
   // Half a window at least, unless that would let dynamics wait: fewer messages.
   const uint64_t ahead = granted_.through_step > scheduler_.step() ? granted_.through_step - scheduler_.step() : 0;
   const bool soon = grant.epoch != granted_.epoch || grant.process_id != granted_.process_id || ahead < 96 || grant.last;

@@ -37,6 +37,8 @@ class SchedulerNode : public NodeBase {
   void handle_decode_error(const std::string& topic, const std::string& reason) override;
 
  private:
+  // Empty reason: after the steps that were granted.
+  void request_stop(const std::string& reason);
   void attempt(const std::function<void()>& work);
   void look(Clock::time_point now);
   void take_description(const msg::RobotDescription& message);

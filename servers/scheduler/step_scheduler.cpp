@@ -17,6 +17,8 @@ constexpr auto kSilence = std::chrono::milliseconds(600);
 // Nobody leaves before the log has the last step, so that what got lost on its way can be sent again; but a logger that
 // stays silent for this long is not waited for. It then says itself what its file misses.
 constexpr auto kLogPatience = std::chrono::seconds(20);
+// A run that is stopped does the steps that were granted, and its log gets them. It is over after this time in any case.
+constexpr auto kStopPatience = std::chrono::seconds(2);
 
 // A run that is slower looks like one that hangs; the clock would not notice one that is faster.
 constexpr double kLeastSpeed = 1e-3, kMostSpeed = 1e6;
@@ -42,6 +44,7 @@ StepScheduler::StepScheduler(const SchedulerOptions& options)
     : options_(options), paused_(options.paused), speed_(options.speed) {}
 
 void StepScheduler::set_run(double time_step, uint64_t end_step) {
+  if (stopping_) return;
   time_step_ = time_step;
   end_step_ = end_step;
 }
@@ -108,12 +111,23 @@ std::string StepScheduler::request_steps(uint64_t steps) {
   return "";
 }
 
-void StepScheduler::request_reset() { start_epoch(grant_.epoch + 1); }
+void StepScheduler::request_reset() {
+  if (!stopping_) start_epoch(grant_.epoch + 1);
+}
 
 void StepScheduler::request_stop(const std::string& reason) {
   if (state_ == RunState::kFinished || state_ == RunState::kFailed) return;
   failure_ = reason;
   state_ = reason.empty() ? RunState::kFinished : RunState::kFailed;
+}
+
+// What was granted cannot be taken back: its last step is the last one of the run, as if it had been planned so.
+void StepScheduler::request_end(Clock::time_point now) {
+  const bool somebody_missing = !late_.empty() && late_ != "logger";
+  if (stopping_ || !started_ || grant_.through_step == 0 || somebody_missing) return request_stop("");
+  stopping_ = true;
+  stop_time_ = now;
+  end_step_ = grant_.through_step;
 }
 
 void StepScheduler::restart_pace(Clock::time_point now) {
@@ -188,7 +202,7 @@ void StepScheduler::update(Clock::time_point now) {
     grant_.last = end_step_ > 0 && grant_.through_step == end_step_;
     state_ = paused_ && step_ >= grant_.through_step ? RunState::kPaused : RunState::kRunning;
   }
-  if (is_over(now)) request_stop("");
+  if (is_over(now) || (stopping_ && now - stop_time_ > kStopPatience)) request_stop("");
   late_ = state_ == RunState::kFinished ? "" : find_late(now);
 }
 

@@ -61,8 +61,10 @@ class StepScheduler {
   // Returns why the number is refused, else nothing.
   [[nodiscard]] std::string request_steps(uint64_t steps);
   void request_reset();
-  // Empty reason: a normal end.
+  // At once. Empty reason: a normal end.
   void request_stop(const std::string& reason);
+  // A normal end after the steps that were granted, with all of them in the log; at once when that cannot be, or asked again.
+  void request_end(Clock::time_point now);
 
   // What is granted now, and the state of the run. update() first.
   void update(Clock::time_point now);
@@ -106,6 +108,8 @@ class StepScheduler {
   uint64_t step_ = 0;        // last one that dynamics reported
   bool at_end_ = false;      // of this epoch: that was the last one
   Clock::time_point end_time_;  // since when
+  bool stopping_ = false;       // request_end() was called
+  Clock::time_point stop_time_;
   Clock::time_point heard_dynamics_;
   std::string late_;
   std::string failure_;

@@ -51,9 +51,9 @@ class Secure(unittest.TestCase):
         return done.returncode, done.stdout + done.stderr
 
     def start_run(self, vendor, identity, *options):
-        self.run_process = subprocess.Popen([str(BIN / "hrp-simulate"), SCENARIO, "--realtime", "--duration", "60", "--no-plot", "--quiet", "--force", "--dds", vendor,
+        self.run_process = subprocess.Popen([str(BIN / "hrp-simulate"), SCENARIO, "--realtime", "--duration", "600", "--no-plot", "--quiet", "--force", "--dds", vendor,
                                              "--secure", str(identity), "--log", str(self.folder / "run.mcap"), *options],
-                                            env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                                            env=self.environment, stdout=subprocess.DEVNULL, stderr=(self.folder / "run.txt").open("w"))
         self.addCleanup(self.run_process.wait)
         self.addCleanup(self.run_process.terminate)
         end = time.monotonic() + LIMIT
@@ -62,6 +62,9 @@ class Secure(unittest.TestCase):
         status, domain = self.call("hrp-run", "domain")
         self.assertEqual(status, 0)
         return domain.strip()
+
+    def expect_sound_end(self):
+        self.assertEqual(self.run_process.wait(timeout=LIMIT), 0, (self.folder / "run.txt").read_text())
 
     def goes_on(self, identity):
         return self.call("hrp-run", "status", "--secure", identity)[1].startswith("running")
@@ -119,7 +122,7 @@ class Secure(unittest.TestCase):
             self.expect_shut_out(domain, vendor, authority,
                                  {"no identity": (), "another authority": ("--secure", others), "revoked, with old files": ("--secure", old)})
             self.run_process.terminate()
-            self.assertEqual(self.run_process.wait(), 0)
+            self.expect_sound_end()
         status, said = self.call("hrp-simulate", SCENARIO, "--secure", authority / "guest")
         self.assertEqual(status, 2, said)
         self.assertIn("this certificate was revoked", said)
@@ -145,7 +148,7 @@ class Secure(unittest.TestCase):
                 self.assertIn("writer of hrp/run_control", said)
             self.assertTrue(self.goes_on(look), vendor)
             self.assertEqual(self.call("hrp-run", "stop", "--secure", self.ours / "command")[0], 0)
-            self.assertEqual(self.run_process.wait(), 0)
+            self.expect_sound_end()
 
     def test_a_look_only_identity_sends_no_ros_commands(self):
         message = "{joint_names: [R_ELBOW], points: [{positions: [-0.6], time_from_start: {sec: 1}}]}"
@@ -157,7 +160,7 @@ class Secure(unittest.TestCase):
             status, said = self.call("hrp-topic", "pub", "joint_trajectory", message, "--secure", self.ours / "command")
             self.assertEqual(status, 0, said)
             self.run_process.terminate()
-            self.assertEqual(self.run_process.wait(), 0)
+            self.expect_sound_end()
 
     def test_a_look_only_identity_is_no_controller(self):
         for vendor in VENDORS:

@@ -27,8 +27,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// The reason of a stop is with the scheduler; it ends everybody within this time, else signals do.
-constexpr auto kOrderlyEnd = std::chrono::milliseconds(700);
+// The reason of a stop is with the scheduler. It ends everybody within this time (after the steps that it granted, or two
+// seconds), else signals do.
+constexpr auto kOrderlyEnd = std::chrono::seconds(3);
 // What the others said last reaches the scheduler, and its answer this process, within this time.
 constexpr auto kLastWords = std::chrono::milliseconds(100);
 // A logger that closes a large file may need longer than the others.

@@ -102,5 +102,71 @@ TEST(Steps, NoneOrBillionsAreRefused) {
   EXPECT_EQ(run.let_pass(milliseconds(10)), 7u);
 }
 
+// A run with a logger, whose reports the test gives.
+struct LoggedRun {
+  StepScheduler scheduler{[] {
+    SchedulerOptions options;
+    options.roles = {"dynamics", "logger"};
+    return options;
+  }()};
+  StepScheduler::Clock::time_point now{std::chrono::seconds(1000)};
+  LoggedRun() {
+    scheduler.set_run(0.001, 0);
+    report("dynamics", 0);
+    report("logger", 0);
+  }
+  void report(const std::string& role, uint64_t step) {
+    ServerReport report;
+    report.role = role;
+    report.process_id = 1;
+    report.state = ServerState::kReady;
+    report.step = step;
+    scheduler.take_report(report, now);
+    scheduler.update(now);
+  }
+};
+
+TEST(Stop, TheStepsThatWereGrantedAreDoneAndLoggedBeforeTheRunEnds) {
+  LoggedRun run;
+  const uint64_t granted = run.scheduler.grant().through_step;
+  run.scheduler.request_end(run.now);
+  run.report("dynamics", granted / 2);
+  EXPECT_EQ(run.scheduler.grant().through_step, granted);
+  EXPECT_TRUE(run.scheduler.grant().last);
+  run.report("dynamics", granted);
+  run.report("logger", granted - 1);
+  EXPECT_EQ(run.scheduler.state(), RunState::kRunning) << "a step is not in the log yet";
+  run.report("logger", granted);
+  EXPECT_EQ(run.scheduler.state(), RunState::kFinished);
+  EXPECT_EQ(run.scheduler.step(), granted);
+}
+
+TEST(Stop, ALoggerThatSaysNothingDoesNotKeepTheRun) {
+  LoggedRun run;
+  run.scheduler.request_end(run.now);
+  run.report("dynamics", run.scheduler.grant().through_step);
+  EXPECT_EQ(run.scheduler.state(), RunState::kRunning);
+  run.now += milliseconds(2001);
+  run.scheduler.update(run.now);
+  EXPECT_EQ(run.scheduler.state(), RunState::kFinished);
+}
+
+TEST(Stop, AskedTwiceItComesAtOnce) {
+  LoggedRun run;
+  run.scheduler.request_end(run.now);
+  EXPECT_NE(run.scheduler.state(), RunState::kFinished);
+  run.scheduler.request_end(run.now);
+  EXPECT_EQ(run.scheduler.state(), RunState::kFinished);
+}
+
+TEST(Stop, ARunThatWaitsForSomebodyEndsAtOnce) {
+  LoggedRun run;
+  run.now += milliseconds(700);
+  run.scheduler.update(run.now);
+  ASSERT_EQ(run.scheduler.late(), "dynamics");
+  run.scheduler.request_end(run.now);
+  EXPECT_EQ(run.scheduler.state(), RunState::kFinished);
+}
+
 }  // namespace
 }  // namespace hrp::test
