@@ -15,6 +15,7 @@ constexpr double kStep = 0.02;       // [s] between moments that are compared
 constexpr double kClock = 0.5;       // [s] by which a clock is looked for on either side
 constexpr double kClockStep = 0.01;  // [s]
 constexpr double kFar = 0.05;        // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
+constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
 constexpr double kWorth = 0.25;      // share of the squares that may be left: a sensor as the model has it leaves more otherwise
 constexpr double kTilt = 0.3;        // [m/s^2] to which feet that lie flat tell an accelerometer's direction: 0.03 g
 constexpr double kRate = 0.02;       // [rad/s] likewise of a gyroscope
@@ -55,34 +56,53 @@ void walk(const LeggedLog& log, const std::function<void(const Clip&, size_t, Bo
   }
 }
 
+// A clock behind that of the encoders, and more so by `rate` of the time since the recording's begin.
+struct Clock {
+  double late = 0.0;  // [s]
+  double rate = 0.0;
+};
+
 // What turns and a clock leave: an error in squares.
-using Left = std::function<double(const Matrix3d& R, double late)>;
+using Left = std::function<double(const Matrix3d& R, const Clock& clock)>;
+
+// A clock that drifts leaves less than one that is `late`: no shift puts its readings where they belong.
+bool drifts(const Left& left, const Matrix3d& R, double late) {
+  const double moved = left(R, {late, 0.0});
+  for (double rate = -kFastest; rate <= kFastest; rate += kRateStep) {
+    if (left(R, {0.0, rate}) < moved) return true;
+  }
+  return false;
+}
 
 // `start`: what is known by now.
 SensorFrame find_best(const std::string& sensor, const Left& left, const SensorFrame& start = {}) {
   SensorFrame best = start;
   best.sensor = sensor;
-  const double nominal = left(Matrix3d::Identity(), 0.0);
-  double least = left(best.R, best.late);
+  const double nominal = left(Matrix3d::Identity(), {});
+  double least = left(best.R, {best.late, 0.0});
   for (const Matrix3d& R : list_quarter_turns()) {
-    const double here = left(R, best.late);
+    const double here = left(R, {best.late, 0.0});
     if (here < least && here < kWorth * nominal) least = here, best.R = R;
   }
   const double turned = least;
   double late = best.late;
   for (double t = -kClock; t <= kClock; t += kClockStep) {
-    const double here = left(best.R, t);
+    const double here = left(best.R, {t, 0.0});
     if (here < least) least = here, late = t;
   }
-  const bool inside = std::abs(late) > kFar && std::abs(late) < kClock - kFar, worth = inside && least < kWorth * turned;
+  const bool inside = std::abs(late) > kFar && std::abs(late) < kClock - kFar;
+  const bool worth = inside && least < kWorth * turned && !drifts(left, best.R, late);
   if (worth) best.late = late;
   best.left = nominal > 0.0 ? (worth ? least : turned) / nominal : 1.0;
   return best;
 }
 
-long count_samples(double time, const Clip& clip) { return std::lround(time / clip.step); }
-
-size_t shift(size_t k, double time, const Clip& clip) { return static_cast<size_t>(static_cast<long>(k) + count_samples(time, clip)); }
+// The sample at which a clock read what the encoders' clock has at k.
+size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log) {
+  const double since = clip.time[k] - log.experiment->recordings[clip.recording].time.front();
+  const double time = std::clamp(clock.late + clock.rate * since, -kClock, kClock);
+  return static_cast<size_t>(static_cast<long>(k) + std::lround(time / clip.step));
+}
 
 // An IMU's readings as others expect them, in its axes by the model.
 struct Expected {
@@ -109,10 +129,10 @@ SensorFrame find_imu(const LeggedLog& log, size_t imu) {
     });
   }
   if (expected.size() < kLeast) return none;
-  return find_best("/imu/" + sensor.name, [&](const Matrix3d& R, double late) {
+  return find_best("/imu/" + sensor.name, [&](const Matrix3d& R, const Clock& clock) {
     double sum = 0.0;
     for (const Expected& e : expected) {
-      const size_t k = shift(e.k, late, *e.clip);
+      const size_t k = shift(e.k, clock, *e.clip, log);
       if (sensor.accelerometer) sum += (R * get(e.clip->imus[imu].accelerometer, k) - e.force).squaredNorm() / (kTilt * kTilt);
       sum += (R * get(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRate * kRate);
     }
@@ -155,25 +175,25 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
   if (!whole || !known) return {};
   const std::vector<Balance> balances = list_balances(log);
   if (balances.size() < kLeast) return {};
-  const auto add = [&](const Balance& b, size_t s, const Matrix3d& R, double late, Vector6d* left) {
-    const size_t k = shift(b.k, late, *b.clip);
+  const auto add = [&](const Balance& b, size_t s, const Matrix3d& R, const Clock& clock, Vector6d* left) {
+    const size_t k = shift(b.k, clock, *b.clip, log);
     const Vector3d f = b.R[s] * R * get(&b.clip->force[6 * s], k), m = b.R[s] * R * get(&b.clip->force[6 * s + 3], k);
     left->head<3>() -= (m + b.p[s].cross(f)) / kArm, left->tail<3>() -= f;
   };
-  const auto sum_up = [&](const std::function<bool(size_t)>& is_tried, const Matrix3d& R, double late) {
+  const auto sum_up = [&](const std::function<bool(size_t)>& is_tried, const Matrix3d& R, const Clock& clock) {
     double sum = 0.0;
     for (const Balance& b : balances) {
       Vector6d left = b.needed;
-      for (size_t s = 0; s < frames.size(); ++s) add(b, s, is_tried(s) ? R : frames[s].R, is_tried(s) ? late : frames[s].late, &left);
+      for (size_t s = 0; s < frames.size(); ++s) add(b, s, is_tried(s) ? R : frames[s].R, is_tried(s) ? clock : Clock{frames[s].late, 0.0}, &left);
       sum += left.squaredNorm();
     }
     return sum;
   };
-  const SensorFrame all = find_best("", [&](const Matrix3d& R, double late) { return sum_up([](size_t) { return true; }, R, late); });
+  const SensorFrame all = find_best("", [&](const Matrix3d& R, const Clock& clock) { return sum_up([](size_t) { return true; }, R, clock); });
   for (SensorFrame& f : frames) f = all;
   for (int round = 0; round < 2; ++round) {
     for (size_t s = 0; s < frames.size(); ++s) {
-      const Left left = [&](const Matrix3d& R, double late) { return sum_up([s](size_t o) { return o == s; }, R, late); };
+      const Left left = [&](const Matrix3d& R, const Clock& clock) { return sum_up([s](size_t o) { return o == s; }, R, clock); };
       frames[s] = find_best("/wrench/" + log.sensors[s].name, left, frames[s]);
     }
   }

@@ -458,6 +458,18 @@ TEST(SensorFrames, AClockThatIsFarOffIsMoved) {
   for (const SensorFrame& f : frames) EXPECT_NEAR(f.late, 0.2, 0.015);  // one and a half steps of the clock that is looked for
 }
 
+// No shift puts what a drifting clock stamped where it belongs: its rate is an effect of its own.
+TEST(SensorFrames, AClockThatRunsFastIsNotMoved) {
+  Experiment e = Maker({}, kLeans).run();
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) {
+      const std::vector<double> was = column;
+      for (size_t k = 0; k < was.size(); ++k) column[k] = was[std::min(was.size() - 1, k + k / 50)];  // 2 %
+    }
+  }
+  for (const SensorFrame& f : find_sensor_frames(e)) EXPECT_EQ(f.late, 0.0) << f.sensor;
+}
+
 TEST(Legged, RawCountsAreNoNewtons) {
   Recorded recorded;
   recorded.six_axes = recorded.effort = false;
