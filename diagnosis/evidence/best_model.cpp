@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
@@ -39,6 +40,16 @@ Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
   return a;
 }
 
+// What joints have in a second model of families that the first one has not there.
+Hypothesis add_families(Hypothesis model, const Hypothesis& of) {
+  const Hypothesis first = model;
+  for (const Effect& e : of) {
+    const auto is_alike = [&](const Effect& own) { return own.place == e.place && find_family_name(get_effect(own.id).name) == find_family_name(get_effect(e.id).name); };
+    if (std::none_of(first.begin(), first.end(), is_alike)) model.push_back(e);
+  }
+  return model;
+}
+
 // Of held-out recordings, over the spread of each joint's signal, root mean square over joints.
 struct Errors {
   double position = 1e300, effort = 1e300;
@@ -60,7 +71,7 @@ class Chooser {
     spreads_ = find_effort_spreads();
   }
 
-  Trial run(const Trial* searched) {
+  Trial run(const Hypothesis& searched) {
     const Hypothesis plain = add_logs(make_plain_model(fit_plain_model(whole_)), model_),
                      geared = add_logs(make_plain_model(fit_plain_model(whole_, true)), model_);
     reference_ = calc_errors(simulate_trial(whole_, plain));
@@ -79,6 +90,7 @@ class Chooser {
     consider("fitted through each joint's simulation", fitted);
     consider("half way there", find_middle(model_, fitted));  // torque and simulation err to different sides
     consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
+    if (!searched.empty()) consider_searched(split_asymmetry(searched), plain);
     consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
     if (is_effort_driven(*whole_.experiment)) {
       consider("the same, fitted to positions alone", polish_joints(problem_, best_.hypothesis, nullptr, true));
@@ -86,13 +98,19 @@ class Chooser {
     } else {
       consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
     }
-    // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears.
-    least_ *= kUnnamed;
-    if (searched) consider("the model of the search", split_asymmetry(searched->hypothesis));
     return best_.validate.ok ? best_ : simulate_trial(whole_, model_);
   }
 
  private:
+  // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears. It has
+  // few effects, and drives have friction and rotors beside them.
+  void consider_searched(const Hypothesis& searched, const Hypothesis& plain) {
+    consider("the model of the search", searched, kUnnamed);
+    const Hypothesis joined = add_families(searched, plain);
+    if (joined.size() == searched.size()) return;
+    consider("the same beside friction and rotors", polish_joints(problem_, joined, &rows_), kUnnamed);
+  }
+
   Hypothesis fit_both(const CalcResiduals& residuals, const Hypothesis& start, int iterations) const {
     return polish_whole(whole_, start, rows_.add_to(residuals, whole_.train, start), iterations);
   }
@@ -126,14 +144,15 @@ class Chooser {
     return position * effort * std::pow(std::max({1.0, position, effort}), kWorse);
   }
 
-  double consider(const char* name, const Hypothesis& hypothesis) {
+  // A model of a `share` below one is taken for better once its cost is below that share of the best one's.
+  double consider(const char* name, const Hypothesis& hypothesis, double share = 1.0) {
     const Trial trial = simulate_trial(whole_, hypothesis);
     const Errors errors = calc_errors(trial);
     if (!trial.validate.ok) return 1e300;
     progress_("    " + std::string(name) + ": held out, positions miss " + number(100.0 * errors.position, 3) +
               " % of their spread, efforts " + number(100.0 * errors.effort, 3) + " %");
     const double cost = calc_cost(errors);
-    if (cost < least_) best_ = trial, least_ = cost;
+    if (cost < share * least_) best_ = trial, least_ = cost;
     return cost;
   }
 
@@ -165,7 +184,7 @@ WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothe
   return calc_window_errors(make_plant(*problem.experiment, hypothesis), *problem.experiment, problem.smooth, get_judged(problem), problem.jobs);
 }
 
-Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Trial* searched,
+Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched,
                         const std::function<void(const std::string&)>& progress) {
   return Chooser(problem, whole, model, progress).run(searched);
 }

@@ -77,6 +77,7 @@ class Search {
     outcome.spent = is_spent();
     progress_(format("sets of effects took %.0f %% of the work allowed", 100.0 * calc_share()));
     try_special_cases();
+    outcome.best = trials_.best().hypothesis;
     decide(&outcome);
     trials_.finish(&outcome.chosen);
     drop_insignificant(&outcome);

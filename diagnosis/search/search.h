@@ -11,6 +11,7 @@ namespace hrp::diagnosis {
 struct Outcome {
   Trial nominal;  // nothing added
   Trial chosen;   // best model found; of a partial explanation the effects of those subtrees that are explained
+  Hypothesis best;  // what left least of all that was tried through the simulation, explained or not
   bool mismatch = false, explained = false, partly = false;
   bool modelled = false;          // the chosen model is to be shown, though nothing in it is named
   bool spent = false;             // the search ended at its limit of work

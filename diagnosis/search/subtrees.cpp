@@ -143,6 +143,17 @@ const Trial& get_model(const Outcome& outcome) {
   return outcome.explained ? outcome.chosen : outcome.nominal;
 }
 
+// What is best in each subtree, once what is of the whole robot.
+Hypothesis join_best(const Problem& problem, const std::vector<Outcome>& subtrees) {
+  Hypothesis best;
+  for (size_t l = 0; l < subtrees.size(); ++l) {
+    for (const Effect& effect : map_to_robot(subtrees[l].best, problem.subtrees[l])) {
+      if (!contains(best, effect.id, effect.place)) best.push_back(effect);
+    }
+  }
+  return best;
+}
+
 // The subtree's other explanations, and what each would leave of the whole robot, the other subtrees as chosen.
 void add_rivals(const Problem& problem, const Trial& model, size_t subtree, const Outcome& own, Outcome* whole) {
   const double count = std::max(1.0, whole->chosen.validate.count);
@@ -172,6 +183,7 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtre
     whole.explained = whole.explained && (subtree.explained || !subtree.mismatch);
   }
   whole.explained = whole.explained && whole.mismatch;
+  whole.best = join_best(problem, subtrees);
   whole.nominal = join_trials(problem, nominals), whole.chosen = join_trials(problem, models);
   if (!whole.chosen.hypothesis.empty()) whole.rivals.push_back(whole.chosen);
   whole.partly = !whole.explained && !whole.chosen.hypothesis.empty();

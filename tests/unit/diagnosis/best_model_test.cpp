@@ -38,7 +38,7 @@ TEST(BestModel, LeavesALesserProductOfHeldOutErrorsInRadAndInNewtonMetresThanPla
   const Experiment e = make_simulated_experiment("best_model", kArm, kJoints, make_drives());
   const Problem problem = make_problem(e, 1);
   const TorqueVerdict verdict = judge_torque(e, 1);
-  const Trial best = choose_best_model(problem, problem, verdict.model, nullptr, [](const std::string&) {});
+  const Trial best = choose_best_model(problem, problem, verdict.model, {}, [](const std::string&) {});
   const Trial plain = simulate_trial(problem, make_plain_model(fit_plain_model(problem)));
   const TorqueData data = make_torque_data(e);
   const std::vector<double> efforts = calc_torque_residuals(data, make_plant(e, best.hypothesis), true),
@@ -46,6 +46,20 @@ TEST(BestModel, LeavesALesserProductOfHeldOutErrorsInRadAndInNewtonMetresThanPla
   ASSERT_TRUE(best.validate.ok);
   const size_t elbow = kElbow * kQuantities;
   EXPECT_LT(best.validate.rms(elbow) * efforts[kElbow], plain.validate.rms(elbow) * plain_efforts[kElbow]);
+}
+
+// What a search found beside the drives is no part of the missing torque's model, and is not lost.
+TEST(BestModel, KeepsASpringThatASearchFoundBesideFrictionAndRotors) {
+  Hypothesis hidden = make_drives();
+  const Effect spring{EffectId::kSpring, kShoulder, {40.0, 0.3}};
+  hidden.push_back(spring);
+  const Experiment e = make_simulated_experiment("best_searched", kArm, kJoints, hidden);
+  const Problem problem = make_problem(e, 1);
+  const Trial without = simulate_trial(problem, make_drives()),
+              with = choose_best_model(problem, problem, make_drives(), {spring}, [](const std::string&) {});
+  EXPECT_TRUE(contains(with.hypothesis, spring.id, spring.place));
+  EXPECT_TRUE(contains(with.hypothesis, EffectId::kRotorInertia, at_joint(kShoulder)));
+  EXPECT_LT(with.validate.rms(), 0.5 * without.validate.rms());  // the spring is a third of the shoulder's torque
 }
 
 // Of the true model windows leave noise: the start states are recorded ones.
