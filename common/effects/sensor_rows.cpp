@@ -55,7 +55,7 @@ EffectInfo make_misalignment() {
 
 EffectInfo make_clock_skew() {
   EffectInfo row = make_row(EffectId::kClockSkew, "clock_skew", PlaceKind::kSensor, EffectFamily::kTiming,
-                            "the clocks of commands and readings run at different rates",
+                            "the clocks run at different rates",
                             {P("skew", "1").absent_at(0).bounds(-0.2, 0.2).size(0.0005).probed_by(1e-4)});
   row.apply = [](const double* p, const EffectTarget& at) {
     if (at.sensor) at.sensor->clock_skew = p[0];
