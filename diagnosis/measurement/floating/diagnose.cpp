@@ -22,6 +22,8 @@ constexpr double kClear = 0.35;      // share of an equation's mismatch that can
 constexpr double kLasts = 0.2;       // share of rows whose errors are independent: below, what is left lasts and is no chance
 constexpr double kStands = 3.0;      // times its noise and exactness that a mismatch must be
 constexpr double kToNoise = 3.0;     // the same, of what is left of all equations together, to be called explained
+// What takes away less than both explains nothing: of the whole nominal error, and of an equation's mismatch.
+constexpr double kRemains = 0.9, kMain = 0.3;
 constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
@@ -289,7 +291,9 @@ class Reporter {
     const bool odd = std::any_of(o_.unsteady.begin(), o_.unsteady.end(), [this](size_t c) { return !is_of_soles(c); });
     if (out_.findings.empty()) return left || odd ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
-    if (!left && out_.fit.validate_after < kToNoise) return Verdict::kExplained;
+    const bool gone = out_.fit.validate_after < kRemains * out_.fit.validate_before ||
+                      std::any_of(out_.findings.begin(), out_.findings.end(), [](const Finding& f) { return f.share > kMain; });
+    if (!left && gone && out_.fit.validate_after < kToNoise) return Verdict::kExplained;
     return out_.explained >= 0.8 * out_.ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
   }
 

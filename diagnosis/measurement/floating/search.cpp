@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 #include "diagnosis/measurement/floating/regimes.h"
@@ -24,6 +25,7 @@ constexpr double kSure = 2.0;         // standard errors, with what recordings d
 constexpr double kHalf = 0.5;         // of an equation's mismatch: what leaves more and takes less may stand in for another cause
 constexpr double kSpring = 0.02;      // share of a joint's torque's spread that a spring must give
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
+constexpr double kStrong = 3;         // times the gain of what was chosen
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
 
 // A spread of few values is known badly itself: Student's 97.5 % over that of a normal error.
@@ -173,10 +175,18 @@ class Searcher {
     return out;
   }
 
+  static bool is_confirmed(const Trial& t) {
+    return t.gain + calc_cost(t.fit.effects.back()) > kTrainGain && t.held > kHeldGain && t.gain + t.held > 0;
+  }
+
   std::vector<Trial> try_all(const LeggedFit& base) const {
+    return keep_best(base, [](const Trial& t) { return is_confirmed(t); });
+  }
+
+  std::vector<Trial> keep_best(const LeggedFit& base, const std::function<bool(const Trial&)>& is_kept) const {
     std::vector<Trial> out;
     for (Trial& t : try_each(base)) {
-      if (t.gain + calc_cost(t.fit.effects.back()) > kTrainGain && t.held > kHeldGain && t.gain + t.held > 0) out.push_back(std::move(t));
+      if (is_kept(t)) out.push_back(std::move(t));
     }
     std::stable_sort(out.begin(), out.end(), [](const Trial& a, const Trial& b) { return a.gain + a.held > b.gain + b.held; });
     return out;
@@ -401,9 +411,15 @@ class Searcher {
     return true;
   }
 
+  // What wins far more on the rows that are fitted, and loses nothing on the others, may be the cause as well.
+  bool is_strong(const LeggedFit& rest, const Trial& t, double gain) const {
+    const size_t at = t.fit.effects.size() - 1;
+    return t.held > 0 && t.gain > kStrong * gain && calc_share(rest, t.fit, find_main_channel(rest, t.fit)) > kShare && is_significant(t.fit, at);
+  }
+
   void find_rivals(const LeggedFit& rest, FoundEffect* f) const {
     const double limit = f->gain - std::max(kRivalLeast, kRival * f->gain);
-    for (const Trial& t : try_all(rest)) {
+    for (const Trial& t : keep_best(rest, [&](const Trial& t) { return is_confirmed(t) || is_strong(rest, t, f->gain); })) {
       const size_t at = t.fit.effects.size() - 1;
       const double gain = t.gain + t.held + calc_cost(t.fit.effects[at]);
       if (gain < limit || (t.fit.effects[at].effect == f->effect.effect && t.fit.effects[at].where == f->effect.where)) continue;
