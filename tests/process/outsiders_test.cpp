@@ -64,7 +64,15 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
   EXPECT_EQ(digest_log(set.log())["hrp/robot_state"], digest_log(reference.log())["hrp/robot_state"])
       << "the pose of the first sample is the pose that our own controller holds";
 }
-// The shipped examples (docs/client_in_c.md), one as the controller and one that looks on.
+int count_readers(ServerSet& set, const char* topic) {
+  for (const TopicSeen& seen : set.bus().find_topics()) {
+    if (seen.name == topic) return seen.readers;
+  }
+  return 0;
+}
+
+// The shipped examples (docs/client_in_c.md), one as the controller and one that looks on. It is there before the
+// controller lets the run begin: half a second is over sooner than a busy machine starts a program.
 TEST_P(Foreign, TheExamplesInCHoldThePoseAndShowTheForces) {
   const std::string scenario = write_scenario("example");
   ServerSet reference(std::string("example-reference-") + GetParam(), {scenario, "--in-process"});
@@ -72,7 +80,10 @@ TEST_P(Foreign, TheExamplesInCHoldThePoseAndShowTheForces) {
   ServerSet set(std::string("example-") + GetParam(), {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
   setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
   const std::string domain = std::to_string(set.find_domain());
-  Program watcher({HRP_BIN_DIR "/../tests/watch_forces", domain}), controller({HRP_BIN_DIR "/../tests/hold_pose", domain});
+  ASSERT_TRUE(wait_until([&] { return count_readers(set, "hrp/contact_forces") == 1; })) << "the logger";
+  Program watcher({HRP_BIN_DIR "/../tests/watch_forces", domain});
+  ASSERT_TRUE(wait_until([&] { return count_readers(set, "hrp/contact_forces") == 2; }));
+  Program controller({HRP_BIN_DIR "/../tests/hold_pose", domain});
   unsetenv("CYCLONEDDS_URI");
   EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
   EXPECT_EQ(controller.wait(), 0) << controller.output();
@@ -96,14 +107,8 @@ TEST(Crowd, TwentyObserversOfBothVendorsChangeNothing) {
         "hrp-topic", "--domain", domain, "--dds", i % 2 == 0 ? "cyclone" : "fast", "echo", "hrp/sensor_data"}));
   }
   // All of them are there before the run goes on.
-  const auto count_readers = [&set] {
-    int readers = 0;
-    for (const TopicSeen& topic : set.bus().find_topics()) {
-      if (topic.name == "hrp/sensor_data") readers = topic.readers;
-    }
-    return readers;
-  };
-  ASSERT_TRUE(wait_until([&] { return count_readers() >= 22; })) << count_readers() << " readers, with controller and logger";
+  const auto count = [&set] { return count_readers(set, "hrp/sensor_data"); };
+  ASSERT_TRUE(wait_until([&] { return count() >= 22; })) << count() << " readers, with controller and logger";
   ASSERT_TRUE(wait_until([&] { return set.run_status().phase() == msg::RUN_PAUSED; })) << set.output();
   Program go({"hrp-run", "--domain", domain, "run"});
   EXPECT_EQ(go.wait(), 0) << go.output();
