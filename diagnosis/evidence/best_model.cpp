@@ -9,7 +9,6 @@
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
-#include "diagnosis/findings/families.h"
 #include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
@@ -44,7 +43,7 @@ Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
 Hypothesis add_families(Hypothesis model, const Hypothesis& of) {
   const Hypothesis first = model;
   for (const Effect& e : of) {
-    const auto is_alike = [&](const Effect& own) { return own.place == e.place && find_family_name(get_effect(own.id).name) == find_family_name(get_effect(e.id).name); };
+    const auto is_alike = [&](const Effect& own) { return own.place == e.place && get_effect(own.id).family == get_effect(e.id).family; };
     if (std::none_of(first.begin(), first.end(), is_alike)) model.push_back(e);
   }
   return model;

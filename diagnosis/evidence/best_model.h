@@ -17,7 +17,8 @@ Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis);
 WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothesis);
 
 // Candidates: `model`, of the missing torque; plain least squares; both fitted to simulated positions and to efforts at
-// once; and what a search found, empty if nothing, alone and beside friction and rotors. Nothing is fitted to held-out recordings. `whole`: the problem by subtrees.
+// once; and what a search found, empty if nothing, alone and beside friction and rotors. Nothing is fitted to held-out
+// recordings. `whole`: the problem by subtrees.
 Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched,
                         const std::function<void(const std::string&)>& progress);
 

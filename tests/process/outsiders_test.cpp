@@ -64,6 +64,7 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
   EXPECT_EQ(digest_log(set.log())["hrp/robot_state"], digest_log(reference.log())["hrp/robot_state"])
       << "the pose of the first sample is the pose that our own controller holds";
 }
+
 int count_readers(ServerSet& set, const char* topic) {
   for (const TopicSeen& seen : set.bus().find_topics()) {
     if (seen.name == topic) return seen.readers;

@@ -65,9 +65,8 @@ struct Clock {
 // What turns and a clock leave: an error in squares.
 using Left = std::function<double(const Matrix3d& R, const Clock& clock)>;
 
-// A clock that drifts leaves less than one that is `late`: no shift puts its readings where they belong.
-bool drifts(const Left& left, const Matrix3d& R, double late) {
-  const double moved = left(R, {late, 0.0});
+// A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
+bool drifts(const Left& left, const Matrix3d& R, double moved) {
   for (double rate = -kFastest; rate <= kFastest; rate += kRateStep) {
     if (left(R, {0.0, rate}) < moved) return true;
   }
@@ -91,7 +90,7 @@ SensorFrame find_best(const std::string& sensor, const Left& left, const SensorF
     if (here < least) least = here, late = t;
   }
   const bool inside = std::abs(late) > kFar && std::abs(late) < kClock - kFar;
-  const bool worth = inside && least < kWorth * turned && !drifts(left, best.R, late);
+  const bool worth = inside && least < kWorth * turned && !drifts(left, best.R, least);
   if (worth) best.late = late;
   best.left = nominal > 0.0 ? (worth ? least : turned) / nominal : 1.0;
   return best;
