@@ -112,10 +112,10 @@ void NodeBase::guard(const std::function<void()>& work) {
 }
 
 void NodeBase::take_run_status(const msg::RunStatus& status) {
-  const bool over = status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
-  if (over && !is_authorized(topics::kRunStatus, status)) return;
+  if (is_over(status) && !is_authorized(topics::kRunStatus, status)) return;
+  if (!may_follow(run_status_, status)) return;
   run_status_ = status;
-  if (over) finish();
+  if (is_over(status)) finish();
 }
 
 void NodeBase::say_unauthorized(const std::string& topic) {

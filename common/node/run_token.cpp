@@ -56,4 +56,12 @@ bool is_same_text(const std::string& a, const std::string& b) {
   return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
+bool is_over(const msg::RunStatus& status) {
+  return status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
+}
+
+bool may_follow(const msg::RunStatus& heard, const msg::RunStatus& news) {
+  return !is_over(heard) || (heard.phase() == msg::RUN_FINISHED && news.phase() == msg::RUN_FAILED);
+}
+
 }  // namespace hrp

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/messages/cdr.h"
+#include "hrp_idl/scheduling.h"
 
 namespace hrp {
 
@@ -42,6 +43,12 @@ template <typename Message>
 bool is_signed(const std::string& token, const std::string& type, const Message& message) {
   return token.empty() || is_same_text(find_signature(token, type, message), message.signature());
 }
+
+// The two phases that are signed.
+bool is_over(const msg::RunStatus& status);
+// Reports of a run that goes on are not signed, so none of them may undo its end. A run that went well may still fail: its
+// logger finds out while it closes the file.
+bool may_follow(const msg::RunStatus& heard, const msg::RunStatus& news);
 
 // Requests that were taken already: one that was recorded and is sent again counts for nothing.
 class UsedNonces {

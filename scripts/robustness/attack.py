@@ -132,6 +132,10 @@ class Run:
         found = re.search(r"hrp/robot_state +\S+ +\d+ +\S+ +\d+ +(\d+)", info.stdout)
         return int(found.group(1)) if found else None
 
+    def judge_hash(self, wanted):
+        """Of a run that ended with status 0."""
+        return "" if self.hash() == wanted else f"status 0 with another hash ({self.hash() or 'none'}): {self.output.strip()[-400:]}"
+
     def hash(self):
         found = re.search(r"state hash (\w+)", self.output)
         return found.group(1) if found else ""
@@ -196,7 +200,7 @@ class Attacker:
         if not run.finish():
             return "it hangs"
         if run.process.returncode == 0:
-            return "" if run.hash() == self.find_undisturbed()[0] else "status 0 with another hash"
+            return run.judge_hash(self.find_undisturbed()[0])
         if not hit:
             return f"failed by itself: {run.output.strip()[-200:]}"
         if role not in run.output and f"hrp-{role}".replace("_", "-") not in run.output:
@@ -262,7 +266,7 @@ class Attacker:
         if not run.finish():
             return "it hangs"
         if run.process.returncode == 0:
-            return "" if run.hash() == self.find_undisturbed()[0] else "status 0 with another hash"
+            return run.judge_hash(self.find_undisturbed()[0])
         if run.process.returncode < 0 or "SIG" in run.output:
             return f"status {run.process.returncode}: {run.output.strip()[-400:]}"
         if not any(role in run.output for role in SERVERS.values()):
@@ -325,7 +329,7 @@ class Attacker:
         if status < 0:
             return what, f"ended by signal {-status}: {run.output.strip()[-200:]}"
         if status == 0:
-            return what, "" if hash_ in ("", self.find_undisturbed()[0]) else "status 0 with another hash"
+            return what, "" if not hash_ else run.judge_hash(self.find_undisturbed()[0])
         if "error" not in run.output and "hrp-simulate:" not in run.output:
             return what, f"does not say why: {run.output.strip()[-200:]}"
         last, end = run.read_log(), run.step_of_end()

@@ -44,8 +44,8 @@ void RunMonitor::take(const msg::ServerStatus& status) {
 }
 
 void RunMonitor::take(const msg::RunStatus& status) {
-  const bool over = status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
-  if (over && !is_signed(token_, topics::kRunStatus.type_name, status)) return;  // not from our scheduler
+  if (is_over(status) && !is_signed(token_, topics::kRunStatus.type_name, status)) return;  // not from our scheduler
+  if (!may_follow(run_status_, status)) return;
   run_status_ = status;
   run_status_.message(make_printable(status.message()));
   run_status_.late(make_printable_line(status.late()));
@@ -80,7 +80,7 @@ msg::RunStatus RunMonitor::run_status() const {
 
 bool RunMonitor::has_ended() const {
   std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
-  return run_status_.phase() == msg::RUN_FINISHED || run_status_.phase() == msg::RUN_FAILED;
+  return is_over(run_status_);
 }
 
 bool RunMonitor::has_heard_scheduler() const {

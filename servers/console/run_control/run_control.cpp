@@ -39,10 +39,6 @@ void print(const msg::RunStatus& status) {
   std::fflush(stdout);
 }
 
-bool is_over(const msg::RunStatus& status) {
-  return status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
-}
-
 // Spins until `done` or the end of patience; false then. Says after a while what it waits for.
 template <typename Done>
 bool wait_for(Bus& bus, Clock::duration patience, WaitVoice* voice, const std::string& what, Done done) {
