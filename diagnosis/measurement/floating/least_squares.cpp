@@ -208,7 +208,7 @@ double LeggedFitter::calc_left(Part part, size_t c, const LeggedFit& fit) const 
     left -= 2 * xi * m.b(i);
     for (const auto& [j, xj] : coefficient) left += xi * xj * m.G(i, j);
   }
-  return std::max(0.0, left) / std::max(1e-300, m.total);
+  return left / std::max(1e-300, m.total);
 }
 
 LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
@@ -222,7 +222,9 @@ LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
   out.x = n > 0 ? solve_scaled(A, b, kRidge) : Eigen::VectorXd();
   for (const Part part : {Part::kTrain, Part::kHeld}) {
     for (size_t c = 0; c < channels().size(); ++c) {
-      out.mean_square[static_cast<size_t>(part)].push_back(calc_left(part, c, out));
+      const double left = calc_left(part, c, out);
+      out.signed_square[static_cast<size_t>(part)].push_back(left);
+      out.mean_square[static_cast<size_t>(part)].push_back(std::max(0.0, left));
     }
   }
   return out;
@@ -231,7 +233,8 @@ LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
 double LeggedFitter::calc_gain(Part part, size_t c, const LeggedFit& a, const LeggedFit& b) const {
   const auto p = static_cast<size_t>(part);
   if (count(part, c) == 0) return 0;
-  return count_independent(part, c) * std::log((a.mean_square[p][c] + floor(c)) / (b.mean_square[p][c] + floor(c)));
+  const double from = std::min({0.0, a.signed_square[p][c], b.signed_square[p][c]});
+  return count_independent(part, c) * std::log((a.signed_square[p][c] - from + floor(c)) / (b.signed_square[p][c] - from + floor(c)));
 }
 
 double LeggedFitter::calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const {

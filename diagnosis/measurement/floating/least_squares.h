@@ -23,7 +23,8 @@ enum class Part { kTrain, kHeld };
 struct LeggedFit {
   std::vector<Candidate> effects;
   Eigen::VectorXd x;                       // coefficients of all effects in turn
-  std::vector<double> mean_square[2];      // weighted, by part, by channel; 0 where there are no rows
+  std::vector<double> mean_square[2];      // weighted, noise taken out, by part, by channel; 0 where there are no rows
+  std::vector<double> signed_square[2];    // the same, negative where halves differ by more than what is left
   size_t find_first(size_t effect) const;  // of an effect's coefficients in x
   Eigen::VectorXd get(size_t effect) const;
 };
@@ -48,7 +49,8 @@ class LeggedFitter {
   void update_weights(const LeggedFit& fit);
   // Fits; not finite where the effects cannot be told apart at all.
   LeggedFit fit(const std::vector<Candidate>& effects) const;
-  // n log of what is left in `a` over what is left in `b`, over all channels: how much better b is.
+  // n log of what is left in `a` over what is left in `b`, over all channels: how much better b is. Where even and odd
+  // samples differ by more than what is left, noise was less than that: both are counted from the lower one.
   double calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const;
   double calc_gain(Part part, size_t channel, const LeggedFit& a, const LeggedFit& b) const;
   // The same over all rows, with as many independent rows as b's errors leave: what a lacks may be the same all the time,

@@ -132,8 +132,8 @@ class Searcher {
   }
 
   double calc_share(const LeggedFit& without, const LeggedFit& with, size_t c) const {
-    const double before = out_.nominal.mean_square[1][c] > 0 ? out_.nominal.mean_square[1][c] : 1e300;
-    return (without.mean_square[1][c] - with.mean_square[1][c]) / before;
+    const double before = out_.nominal.signed_square[1][c] - std::min(0.0, with.signed_square[1][c]);
+    return before > 0 ? (without.signed_square[1][c] - with.signed_square[1][c]) / before : 0;
   }
 
   // Models of rigid bodies miss a little of what they carry, and that follows the position: a spring must be more.
