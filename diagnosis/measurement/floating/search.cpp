@@ -403,6 +403,7 @@ class Searcher {
       for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
       // A sole that gives about one axis only is one; one that gives about neither for sure is none.
       if (f.effect.effect == "foot_compliance" && f.x.size() > 2) square = std::max(square, std::pow(f.x(2) / std::max(1e-300, f.std(2)), 2));
+      if (make_estimates(f.effect, f.x, f.std).empty()) square = 0;  // no value of it is told
       if (std::sqrt(square) < least) least = std::sqrt(square), worst = i;
     }
     if (worst == out_.effects.size()) return false;
