@@ -322,6 +322,11 @@ bool is_sensible(const Candidate& c, const Eigen::VectorXd& x, double reach) {
   return true;
 }
 
+bool is_expected(const std::string& effect) {
+  static const char* const common[] = {"viscous_friction", "coulomb_friction", "load_dependent_friction", "rotor_inertia", "sensor_bias"};
+  return std::find(std::begin(common), std::end(common), effect) != std::end(common);
+}
+
 std::string find_family(const std::string& effect) {
   static const std::map<std::string, std::string> families{
       {"coulomb_friction", "dry friction"}, {"load_dependent_friction", "dry friction"},

@@ -42,6 +42,10 @@ std::vector<Estimate> make_estimates(const Candidate& candidate, const Eigen::Ve
 // Whether the values can be: a load lies within `reach` [m] of its link, stiffness is positive, and so on.
 bool is_sensible(const Candidate& candidate, const Eigen::VectorXd& x, double reach);
 
+// Friction and rotors are in every drive, whatever is beside them; a zero is told by means alone. Of all else nothing is
+// expected: where it and the others leave most of what stands out, another cause may pass for it.
+bool is_expected(const std::string& effect);
+
 // "friction" and so on, as evidence reports it.
 std::string find_family(const std::string& effect);
 std::string find_phrase(const Candidate& candidate);

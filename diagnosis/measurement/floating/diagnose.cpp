@@ -24,6 +24,8 @@ constexpr double kStands = 3.0;      // times its noise and exactness that a mis
 constexpr double kToNoise = 3.0;     // the same, of what is left of all equations together, to be called explained
 // What takes away less than both explains nothing: of the whole nominal error, and of an equation's mismatch.
 constexpr double kRemains = 0.9, kMain = 0.3;
+// With so little explained of all equations, and so much of the held-out error left, another cause may pass for what was found.
+constexpr double kLittle = 0.25, kMuchLeft = 0.8;
 constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
@@ -60,6 +62,7 @@ class Reporter {
     add_checks(checks);
     sort_findings(&out_.findings);
     add_fit(checks.units);
+    if (leaves_most()) doubt_findings();
     add_remaining();
     add_mismatch();
     out_.verdict = find_verdict();
@@ -285,16 +288,35 @@ class Reporter {
     }
   }
 
+  bool is_anything_left() const {
+    for (size_t c = 0; c < count(); ++c) {
+      if (fitter_.channels()[c].rows() > 0 && is_left(model_, c)) return true;
+    }
+    return false;
+  }
+
+  bool leaves_most() const {
+    const double after = out_.fit.validate_after;
+    return (is_anything_left() || after > kToNoise) && out_.explained < kLittle && after > kMuchLeft * out_.fit.validate_before;
+  }
+
+  void doubt_findings() {
+    for (Finding& f : out_.findings) {
+      if (is_expected(f.effect) || f.grade == Grade::kAmbiguous) continue;
+      f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, 0.5);
+      f.statement += " Most of what stands out is left beside it: another cause may be behind both.";
+    }
+  }
+
   Verdict find_verdict() const {
-    bool left = false;
-    for (size_t c = 0; c < count(); ++c) left = left || (fitter_.channels()[c].rows() > 0 && is_left(model_, c));
+    const bool left = is_anything_left();
     const bool odd = std::any_of(o_.unsteady.begin(), o_.unsteady.end(), [this](size_t c) { return !is_of_soles(c); });
     if (out_.findings.empty()) return left || odd ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
     const bool gone = out_.fit.validate_after < kRemains * out_.fit.validate_before ||
                       std::any_of(out_.findings.begin(), out_.findings.end(), [](const Finding& f) { return f.share > kMain; });
     if (!left && gone && out_.fit.validate_after < kToNoise) return Verdict::kExplained;
-    return out_.explained >= 0.8 * out_.ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
+    return out_.explained >= 0.8 * out_.ceiling && !leaves_most() ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
   }
 
   // Without findings.

@@ -350,7 +350,7 @@ class Searcher {
     double least = 1e300;
     for (size_t i = 0; i < chosen_.effects.size(); ++i) {
       const std::vector<Regime> regimes = list_regimes(fitter_, chosen_, i, layout_);
-      if (is_steady(regimes) && (is_expected(chosen_.effects[i]) || is_alike(regimes))) continue;
+      if (is_steady(regimes) && (is_expected(chosen_.effects[i].effect) || is_alike(regimes))) continue;
       const LeggedFit rest = fit_without(i);
       const double gain = fitter_.calc_gain(Part::kTrain, rest, chosen_) + fitter_.calc_gain(Part::kHeld, rest, chosen_);
       if (gain < least) least = gain, worst = i;
@@ -369,13 +369,6 @@ class Searcher {
     return std::any_of(banned_.begin(), banned_.end(), [&](const Candidate& b) { return b.effect == c.effect && b.where == c.where; });
   }
 
-  // Friction and rotors are in every drive, whatever is beside them; a zero is told by means alone. Of all else nothing
-  // is expected: where it and the others leave most of its equation, another cause may pass for it.
-  static bool is_expected(const Candidate& c) {
-    static const char* const common[] = {"viscous_friction", "coulomb_friction", "load_dependent_friction", "rotor_inertia", "sensor_bias"};
-    return std::find(std::begin(common), std::end(common), c.effect) != std::end(common);
-  }
-
   bool drop_partial() {
     size_t worst = out_.effects.size();
     double least = kHalf;
@@ -383,7 +376,7 @@ class Searcher {
       const FoundEffect& f = out_.effects[i];
       const double left = chosen_.mean_square[1][f.channel];
       const bool partial = left > kHalf * out_.nominal.mean_square[1][f.channel] && left > std::pow(fitter_.find_exactness(f.channel), 2);
-      if (partial && !is_expected(f.effect) && f.share < least) least = f.share, worst = i;
+      if (partial && !is_expected(f.effect.effect) && f.share < least) least = f.share, worst = i;
     }
     if (worst == out_.effects.size()) return false;
     if (say_) say_("most is left: " + chosen_.effects[worst].effect + " at " + chosen_.effects[worst].where.dump());
