@@ -214,7 +214,7 @@ void Writer::close() {
     if (file_size_ > 0) write_summary();
     if (durable_ && !failed_) sync();
   } catch (const std::exception&) {
-    ClaimedFile(std::move(file_));  // closed without a word: the first error is the one to tell
+    const ClaimedFile closed(std::move(file_));  // without a word: the first error is the one to tell
     throw;
   }
   // Some file systems (network, quota) report a full disk only here.

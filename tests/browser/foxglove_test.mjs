@@ -86,9 +86,12 @@ async function checkLive(protocol) {
   check((await simulation.ended) === 0, "the run ends as planned");
   for (const topic of topics) {
     const logged = new Map((await readLog(simulation.log, topic)).map((message) => [text(message.header), text(message)]));
-    const got = reader.of(topic);
+    // An answer to the last state is used by no step, and no log has it.
+    const last = topic === "hrp/joint_commands" ? Math.max(...[...logged.keys()].map((header) => JSON.parse(header).step)) : Infinity;
+    const got = reader.of(topic).filter(({ message }) => message.header.step <= last);
     const wrong = got.filter(({ message }) => logged.get(text(message.header)) !== text(message));
-    check(wrong.length === 0, `${got.length} messages of ${topic}, all as in the log`);
+    const odd = wrong.map(({ message }) => `\n  got ${text(message)}\n  log ${logged.get(text(message.header))}`);
+    check(wrong.length === 0, `${got.length} messages of ${topic}, all as in the log${odd.slice(0, 1)}`);
     const late = got.filter(({ timestamp, message }) => Math.abs(Number(timestamp) - message.header.time * 1e9) > 1);
     check(late.length === 0, "stamped with simulated time");
   }

@@ -19,7 +19,8 @@ namespace {
 long long num_allocations = 0;
 }
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#include <sanitizer/allocator_interface.h>
+// Of the sanitizers' runtime; GCC ships it without the header that declares it.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*, std::size_t), void (*free_hook)(const volatile void*));
 [[maybe_unused]] const int kHook = __sanitizer_install_malloc_and_free_hooks(
     [](const volatile void*, std::size_t) { ++num_allocations; }, [](const volatile void*) {});
 #else
