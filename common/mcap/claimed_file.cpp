@@ -41,6 +41,18 @@ int write_beginning(int file) {
   return static_cast<size_t>(written) == bytes.size() ? 0 : ENOSPC;
 }
 
+// Makes a file that gets its name when the beginning of a log is in it: a kill leaves no empty file behind. False where the name is
+// taken, or where the system does not make such files: then another way is tried, and tells why it fails.
+bool make_with_beginning(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const int file = ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0644);
+  if (file < 0) return false;
+  const std::string own = "/proc/self/fd/" + std::to_string(file);
+  const bool made = write_beginning(file) == 0 && ::linkat(AT_FDCWD, own.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  ::close(file);
+  return made;
+}
+
 }  // namespace
 
 ClaimedFile::ClaimedFile(const std::string& path, Existing existing) : path_(path) {
@@ -80,6 +92,7 @@ void ClaimedFile::refuse(const std::string& reason) {
 }
 
 bool ClaimedFile::lock(Existing existing) {
+  make_with_beginning(path_);
   file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (file_ < 0) refuse(std::string("cannot be opened for writing: ") + std::strerror(errno));
   struct stat info {};
@@ -128,6 +141,7 @@ bool holds_something(const std::string& path) {
 }
 
 bool reserve_file(const std::string& path) {
+  if (make_with_beginning(path)) return true;
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (file < 0 && errno == EEXIST) return false;
   int error = file < 0 ? errno : write_beginning(file);

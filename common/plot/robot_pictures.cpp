@@ -219,8 +219,9 @@ void write_robot_pictures(const std::string& log_path, const PictureOptions& opt
          "<rect class=\"page\" width=\"100%\" height=\"100%\"/>\n";
   for (size_t i = 0; i < chosen.size(); ++i) {
     const Moment& moment = run.moments[chosen[i]];
-    svg += format("<svg x=\"%.0f\" y=\"%.0f\" width=\"%.0f\" height=\"%.0f\">\n", kPanelWidth * static_cast<double>(i % size_t(columns)),
-                  kPanelHeight * static_cast<double>(i / size_t(columns)), kPanelWidth, kPanelHeight);
+    const size_t row = i / size_t(columns), column = i % size_t(columns);
+    svg += format("<svg x=\"%.0f\" y=\"%.0f\" width=\"%.0f\" height=\"%.0f\">\n", kPanelWidth * static_cast<double>(column),
+                  kPanelHeight * static_cast<double>(row), kPanelWidth, kPanelHeight);
     svg += painter.draw(moment, options);
     svg += format("<text x=\"10\" y=\"20\">%.2f s</text></svg>\n", moment.time);
   }

@@ -100,7 +100,7 @@ std::string add_loops(const std::string& text, const std::vector<LoopSpec>& loop
   const YAML::Node section = make_section(loops);
   // Usual text gets one line more, so that its comments and line numbers stay; other YAML is written anew.
   if (!root["loops"] && root.Style() == YAML::EmitterStyle::Block && text.find("\n...") == std::string::npos) {
-    const std::string longer = text + (text.empty() || text.back() == '\n' ? "" : "\n") + "loops: " + print_flow(section) + "\n";
+    std::string longer = text + (text.empty() || text.back() == '\n' ? "" : "\n") + "loops: " + print_flow(section) + "\n";
     try {
       if (YAML::Load(longer)["loops"].size() == loops.size()) return longer;
     } catch (const YAML::Exception&) {  // say, a text that ends within a block: written anew below

@@ -199,7 +199,7 @@ std::string set_initial_joints(const std::string& text, const std::map<std::stri
   flow << values;
   // Usual text gets one line more, so that its comments and line numbers stay; other YAML is written anew.
   if (!root["initial"] && root.Style() == YAML::EmitterStyle::Block && text.find("\n...") == std::string::npos) {
-    const std::string longer = text + (text.empty() || text.back() == '\n' ? "" : "\n") + "initial: {joints: " + flow.c_str() + "}\n";
+    std::string longer = text + (text.empty() || text.back() == '\n' ? "" : "\n") + "initial: {joints: " + flow.c_str() + "}\n";
     try {
       if (YAML::Load(longer)["initial"]["joints"].size() == joints.size()) return longer;
     } catch (const YAML::Exception&) {  // say, a text that ends within a block: written anew below

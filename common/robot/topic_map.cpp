@@ -104,7 +104,7 @@ class TopicReader {
   }
 
   std::string read_word(const YAML::Node& node, const std::string& field, const std::vector<std::string>& words) const {
-    const std::string word = node.IsScalar() ? node.as<std::string>() : "";
+    std::string word = node.IsScalar() ? node.as<std::string>() : "";
     std::string list;
     for (const std::string& known : words) {
       if (word == known) return word;

@@ -150,7 +150,7 @@ ssize_t write(int file, const void* data, size_t size) {
 int open(const char* path, int flags, ...) {
   va_list list;
   va_start(list, flags);
-  const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(list, mode_t) : 0;
+  const mode_t mode = (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE ? va_arg(list, mode_t) : 0;
   va_end(list);
   if (read_only && (flags & (O_WRONLY | O_RDWR)) != 0 && is_log(path)) {
     errno = EROFS;
