@@ -14,6 +14,7 @@
 #include "common/messages/logged_description.h"
 #include "common/messages/reflection/sample.h"
 #include "common/messages/topics.h"
+#include "common/node/run_token.h"
 #include "servers/viewer/access.h"
 #include "servers/viewer/foxglove_client.h"
 #include "servers/viewer/page_client.h"
@@ -385,8 +386,7 @@ void Viewer::send_pages(const std::string& text, Urgency urgency) {
 
 // When the run is over and its log is known, the page goes on with the log.
 void Viewer::watch_end() {
-  const bool over = run_status_.phase() == msg::RUN_FINISHED || run_status_.phase() == msg::RUN_FAILED;
-  if (!over || options_.log_after.empty()) return;
+  if (!is_over(run_status_) || options_.log_after.empty()) return;
   if (over_since_ == Clock::time_point{}) over_since_ = Clock::now();
   const std::string log = find_log_of_epoch(options_.log_after, run_status_.epoch());
   if (!is_closed_log(log) && Clock::now() - over_since_ < kLogPatience) return;
