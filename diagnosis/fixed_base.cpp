@@ -158,7 +158,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   }
   progress("simulation with what was found");
   outcome.chosen = choose_best_model(problem, whole, torque.model, outcome.best, progress);
-  outcome.modelled = true, outcome.partly = false, outcome.twins.clear();
+  outcome.modelled = true, outcome.partly = false, outcome.indistinguishable.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
   Reports reports = make_torque_reports(whole, outcome, std::move(torque));
   warn_of_suspects(*problem.experiment, find_suspects(problem), &reports.report);

@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/gear_deflection.h"
 #include "diagnosis/evidence/link_findings.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
@@ -51,7 +52,7 @@ std::vector<Effect> list_known(const Experiment& e, const Json& findings) {
     if (!info || f.value("grade", "") != "certain") continue;
     Effect effect{info->id, {}, {}};
     if (f["where"].contains("link")) effect.place = at_link(e.robot.tree.find_link(f["where"]["link"]));
-    else if (info->id == EffectId::kJointOffset) effect.place = at_joint(e.robot.tree.find_joint(f["where"]["joint"]));
+    else if (info->felt_elsewhere) effect.place = at_joint(e.robot.tree.find_joint(f["where"]["joint"]));
     else continue;
     if (effect.place.index < 0 || (effect.place.kind == PlaceKind::kLink && info->place != PlaceKind::kLink)) continue;
     for (const EffectParameter& p : info->parameters) effect.p.push_back(find_value(f["parameters"], p));
@@ -157,7 +158,7 @@ class Merger {
     const std::string joint = e_.robot.tree.joint(gear.joint).name;
     const bool told = report_["verdict"] == "explained" || report_["verdict"] == "no_mismatch";
     Finding f;
-    f.effect = get_effect(EffectId::kSensorBias).name, f.family = get_family_name(EffectFamily::kZero);
+    f.effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).name, f.family = get_family_name(EffectFamily::kZero);
     f.where = {{"sensor", gear.fit.signal}};
     f.parameters = {{"value", "rad", {-gear.zero}, {gear.zero_std}, false}};
     f.grade = told && !gear.one_sided && would_show(gear) ? Grade::kSupported : Grade::kAmbiguous;

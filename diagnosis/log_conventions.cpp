@@ -6,20 +6,18 @@
 
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
-#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kNormal = 1.96;
 constexpr double kLeast = 0.03;     // of a scale: friction that follows neither speed nor direction
 constexpr double kWorth = 0.9;      // of the missing torque's squares that zeros must leave at most, to be looked into
 constexpr double kNats = 5.0;       // by which zeros must explain more than every set of effects at the logged ones: odds of 150
-constexpr double kFloor = 1e-6;     // share of the effort's squares that filters leave
 constexpr double kAlone = 0.1;      // left by one zero alone: then it is the cause, unless
 constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
 constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
@@ -29,7 +27,7 @@ constexpr double kRoot = 0.9;       // sine of the angle between a first joint's
 
 // Standard deviation: the bracket is where the scale can be at all.
 double calc_std(const EffortUnit& unit) {
-  return std::max(kLeast * unit.scale, 0.5 * std::abs(unit.high - unit.low) / kNormal);
+  return std::max(kLeast * unit.scale, 0.5 * std::abs(unit.high - unit.low) / kNinetyFive);
 }
 
 // Share of squares that goes away when efforts are taken in that unit, held out where something is.
@@ -50,8 +48,7 @@ Json make_alternative(const char* effect, const Json& where, const Json& paramet
   return {{"effect", effect}, {"family", find_family_name(effect)}, {"where", where}, {"parameters", parameters}};
 }
 
-Json make_finding(EffectId id, const std::string& joint, const char* parameter, const Json& value, double share, bool sure) {
-  const EffectInfo& effect = get_effect(id);
+Json make_finding(const EffectInfo& effect, const std::string& joint, const char* parameter, const Json& value, double share, bool sure) {
   return {{"effect", effect.name},
           {"family", get_family_name(effect.family)},
           {"where", {{"joint", joint}}},
@@ -69,15 +66,15 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const double std = calc_std(unit);
   const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
   const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
-  Json f = make_finding(EffectId::kTorqueConstant, joint, "scale", scale, calc_share(data, unit), !unit.by_others);
+  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others);
   if (unit.of_gains) {
     f["alternatives"] = Json::array();
-    f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNormal * std, 2) +
+    f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNinetyFive * std, 2) +
                      " times what its stated gains say: they are in another unit, or of another drive.";
     return f;
   }
   std::string statement = joint + ": the effort is no torque: one logged unit is " + number(unit.scale, 3) + " +- " +
-                          number(kNormal * std, 2) + " N m (a motor's current, or a share?).";
+                          number(kNinetyFive * std, 2) + " N m (a motor's current, or a share?).";
   if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";
   f["statement"] = statement;
   f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
@@ -86,7 +83,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
 
 Json make_body_finding(const floating::BodyUnit& unit) {
   constexpr double kKnown = 0.02;  // of the factor: what it is beside its unit is found in converted recordings
-  const EffectInfo& effect = get_effect(EffectId::kSensorScale);
+  const EffectInfo& effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
   return {{"effect", effect.name},
           {"family", get_family_name(effect.family)},
           {"where", {{"sensor", unit.sensor}}},
@@ -100,8 +97,7 @@ Json make_body_finding(const floating::BodyUnit& unit) {
           {"alternatives", Json::array()}};
 }
 
-Json make_frame_finding(const floating::SensorFrame& frame, EffectId id, const char* parameter, const Json& value, const std::string& statement) {
-  const EffectInfo& effect = get_effect(id);
+Json make_frame_finding(const floating::SensorFrame& frame, const EffectInfo& effect, const char* parameter, const Json& value, const std::string& statement) {
   return {{"effect", effect.name},
           {"family", get_family_name(effect.family)},
           {"where", {{"sensor", frame.sensor}}},
@@ -121,12 +117,12 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   if (frame.is_turned()) {
     const Vector3d rpy = floating::find_roll_pitch_yaw(frame.R);
     const auto degrees = [](double angle) { return number(angle * 180.0 / M_PI, 3); };
-    findings->push_back(make_frame_finding(frame, EffectId::kSensorMisalignment, "rpy", make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad"),
+    findings->push_back(make_frame_finding(frame, get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad"),
                                            ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
                                                degrees(rpy.z()) + " degrees."));
   }
   if (frame.late == 0.0) return;
-  findings->push_back(make_frame_finding(frame, EffectId::kSensorDelay, "delay", make_value(round_to(frame.late, 3), kDelay, "s"),
+  findings->push_back(make_frame_finding(frame, get_effect(EffectId::kSensorDelay), "delay", make_value(round_to(frame.late, 3), kDelay, "s"),
                                          ": its clock is " + number(std::abs(frame.late), 3) + " s " + (frame.late > 0.0 ? "behind" : "ahead of") +
                                              " that of the encoders. It was moved."));
 }
@@ -142,9 +138,9 @@ bool is_first_and_level(const Experiment& e, int joint) {
 Json make_zero_finding(const Experiment& e, const JointZero& zero, double share) {
   const std::string joint = e.robot.tree.joint(zero.joint).name;
   const Json value = make_value(round_to(zero.offset, 5), round_to(zero.std, 3), "rad");
-  Json f = make_finding(EffectId::kJointOffset, joint, "offset", value, share, true);
+  Json f = make_finding(get_effect(EffectId::kJointOffset), joint, "offset", value, share, true);
   f["statement"] = joint + ": the joint counts from another zero than the model: it reads " + number(zero.offset, 4) + " +- " +
-                   number(kNormal * zero.std, 2) + " rad too much.";
+                   number(kNinetyFive * zero.std, 2) + " rad too much.";
   f["alternatives"] = Json::array();
   if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative("base_tilt", {{"link", e.robot.tree.links[0].name}}, Json::object()));
   return f;
@@ -204,9 +200,9 @@ Explanation explain(const Experiment& e, int jobs) {
     const JointDesign& joint = design.joints[i];
     out.cross.push_back(std::max(choice.fit.cross[i] / std::max(1e-300, joint.spread * joint.spread), kFloor));
     out.effective.push_back(joint.effective);
-    for (size_t term : choice.model.own[i]) out.cost += get_term_row(joint.terms[term].kind).cost;
+    for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
   }
-  for (size_t term : choice.model.whole) out.cost += get_term_row(design.whole[term].kind).cost;
+  for (size_t term : choice.model.whole) out.cost += design.whole[term].row->cost;
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/data/urdf_text.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/report/json.h"
@@ -14,7 +15,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kNormal = 1.96;
 constexpr double kSure = 4.0;       // standard deviations
 constexpr double kTooMuch = 0.25;   // of what is stated that is not there
 constexpr double kVisible = 0.03;   // of the spread of the joint's effort
@@ -30,7 +30,7 @@ TorqueModel make_model(const TorqueDesign& design) {
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];
     for (size_t t = 0; t < joint.terms.size() && joint.loaded; ++t) {
-      if (joint.terms[t].kind == TermKind::kGain) model.own[i].push_back(t);
+      if (joint.terms[t].row->scales_effort) model.own[i].push_back(t);
     }
     std::sort(model.own[i].begin(), model.own[i].end());
   }
@@ -57,8 +57,8 @@ class Refuter {
       std::vector<RefutedFriction> stated;
       bool refuted = false;
       for (size_t t = 0; t < model_.own[i].size(); ++t) {
-        const TermKind kind = design_.joints[i].terms[model_.own[i][t]].kind;
-        if (kind == TermKind::kViscous || kind == TermKind::kDry) refuted = add(tree, i, t, kind == TermKind::kDry, &stated) || refuted;
+        const TermRow& row = *design_.joints[i].terms[model_.own[i][t]].row;
+        if (row.level || row.effect->family == EffectFamily::kSpeedLoss) refuted = add(tree, i, t, *row.effect, &stated) || refuted;
       }
       if (refuted) out.insert(out.end(), stated.begin(), stated.end());
     }
@@ -67,15 +67,15 @@ class Refuter {
 
  private:
   // Whether it is refuted.
-  bool add(const TreeSpec& tree, size_t i, size_t t, bool dry, std::vector<RefutedFriction>* out) const {
+  bool add(const TreeSpec& tree, size_t i, size_t t, const EffectInfo& effect, std::vector<RefutedFriction>* out) const {
     const JointDesign& joint = design_.joints[i];
     const long slot = slots_.own[i][t], column = joint.first[model_.own[i][t]];
     const JointSpec& spec = tree.joint(joint.joint);
-    const double stated = dry ? spec.coulomb_friction : spec.viscous_friction, more = fit_.theta[slot];
+    const double stated = effect.dry ? spec.coulomb_friction : spec.viscous_friction, more = fit_.theta[slot];
     if (!(stated > 0.0)) return false;
     const double std = std::sqrt(std::max(0.0, fit_.covariance(slot, slot)));
     const double size = std::sqrt(joint.total.get(column, column) / std::max(1.0, joint.total.n)) * -more;
-    out->push_back({joint.joint, dry, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
+    out->push_back({joint.joint, &effect, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
     return -more > std::max(kSure * std, kTooMuch * stated) && size > kVisible * joint.spread;
   }
 
@@ -94,15 +94,15 @@ bool states_friction(const TreeSpec& tree) {
 
 std::string describe(const Experiment& e, const RefutedFriction& r) {
   const JointSpec& joint = e.robot.tree.joint(r.joint);
-  const std::string unit = get_joint_unit(joint, r.dry ? "N m" : "N m s/rad");
-  return std::string(r.dry ? "dry" : "viscous") + " friction of " + number(r.stated, 3) + " " + unit + " at " + joint.name +
-         "; the recordings show " + number(r.found, 3) + " +- " + number(kNormal * r.std, 2) + " " + unit;
+  const std::string unit = get_joint_unit(joint, r.unit());
+  return std::string(r.effect->dry ? "dry" : "viscous") + " friction of " + number(r.stated, 3) + " " + unit + " at " + joint.name +
+         "; the recordings show " + number(r.found, 3) + " +- " + number(kNinetyFive * r.std, 2) + " " + unit;
 }
 
 Json make_finding(const Experiment& e, const RefutedFriction& r) {
-  const EffectInfo& effect = get_effect(r.dry ? EffectId::kCoulomb : EffectId::kViscous);
+  const EffectInfo& effect = *r.effect;
   const JointSpec& joint = e.robot.tree.joint(r.joint);
-  const std::string unit = get_joint_unit(joint, r.dry ? "N m" : "N m s/rad");
+  const std::string unit = get_joint_unit(joint, r.unit());
   return {{"effect", effect.name},
           {"family", get_family_name(effect.family)},
           {"where", {{"joint", joint.name}}},
@@ -136,8 +136,8 @@ std::vector<RefutedFriction> find_refuted_friction(const Experiment& e) {
 
 Experiment drop_friction(Experiment e, const std::vector<RefutedFriction>& refuted) {
   for (const RefutedFriction& r : refuted) {
-    get_stated(&e.robot.tree, r.joint, r.dry) = 0.0;
-    e.robot.urdf = set_joint_attribute(e.robot.urdf, e.robot.tree.joint(r.joint).name, "dynamics", r.dry ? "friction" : "damping", "0");
+    get_stated(&e.robot.tree, r.joint, r.effect->dry) = 0.0;
+    e.robot.urdf = set_joint_attribute(e.robot.urdf, e.robot.tree.joint(r.joint).name, "dynamics", r.effect->dry ? "friction" : "damping", "0");
   }
   return e;
 }

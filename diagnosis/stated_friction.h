@@ -6,16 +6,19 @@
 #include <string>
 #include <vector>
 
+#include "common/effects/effect_info.h"
 #include "diagnosis/report/first.h"
 
 namespace hrp::diagnosis {
 
 struct RefutedFriction {
   int joint = 0;
-  bool dry = false;        // <dynamics friction>, else damping
+  const EffectInfo* effect = nullptr;  // dry or viscous friction: <dynamics friction> or damping
   double stated = 0.0;     // [N m s/rad] or [N m]; of a slide [N s/m] or [N]
   double found = 0.0, std = 0.0;  // what the recordings show in its place; not below 0
   double share = 0.0;      // of the joint's missing torque, squared, that goes away without it
+
+  const std::string& unit() const { return effect->parameters[0].unit; }  // of a joint that turns
 };
 
 // By the missing torque, beside all that every drive has. Robots on a fixed base; empty where nothing is stated.

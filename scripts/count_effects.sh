@@ -17,7 +17,11 @@ echo "enumerations of effects: $(git grep -hE 'enum class (EffectId|StandId|Toss
 echo "files that know a parallel spring: $(code -lE 'kSpring\b|parallel_spring|spring_stiffness' | wc -l)"
 limit() { git grep -lE '"velocity_limit"' "$commit" -- "$@" | wc -l; }
 echo "files that know a velocity limit: $(limit 'common/effects/*.cpp') in the table, $(limit 'diagnosis/generator/*.cpp') in the generator, $(code -lE '"velocity_limit"' | wc -l) elsewhere"
-echo "lines of the diagnosis: $(git ls-tree -r --name-only "$commit" diagnosis | grep -E '\.(cpp|h)$' |
-  grep -vE '/(generator|identification|page|evidence)/' | while read -r file; do git show "$commit:$file"; done | wc -l)"
-echo "tuning constants: $(git grep -hE '^ *(static )?constexpr (double|int|size_t|float) k' "$commit" -- 'diagnosis/*.cpp' \
-  'diagnosis/*.h' ':!diagnosis/generator' ':!diagnosis/identification' ':!diagnosis/page' ':!diagnosis/evidence' | wc -l)"
+# Generator, identification and page are no part of the diagnosis; evidence came after the goals were set.
+lines() { git ls-tree -r --name-only "$commit" diagnosis | grep -E '\.(cpp|h)$' | grep -vE "/(generator|identification|page$1)/" |
+  while read -r file; do git show "$commit:$file"; done | wc -l; }
+constants() { git grep -hE '^ *(static )?constexpr (double|int|size_t|float) k' "$commit" -- 'diagnosis/*.cpp' 'diagnosis/*.h' \
+  ':!diagnosis/generator' ':!diagnosis/identification' ':!diagnosis/page' "$@" | wc -l; }
+echo "lines of the diagnosis: $(lines '|evidence'), with evidence $(lines '')"
+echo "tuning constants: $(constants ':!diagnosis/evidence'), with evidence $(constants)"
+echo "mentions of an effect in evidence: $(git grep -hoE "$id" "$commit" -- diagnosis/evidence | wc -l)"

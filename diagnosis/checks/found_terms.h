@@ -22,9 +22,6 @@ struct FoundTerm {
 // the servo's law, faults of sensors, a joint's zero) is left out.
 std::vector<FoundTerm> list_found_terms(const Experiment& experiment, const nlohmann::ordered_json& findings);
 
-// The parameter of the report from coefficients of a term.
-double find_parameter(const Term& term, const Eigen::VectorXd& theta);
-
 // What the terms add to the nominal torque of one recording: kept samples x joints [N m].
 Eigen::MatrixXd predict_found(const TorqueData& data, const TorqueRecording& recording, const std::vector<FoundTerm>& found);
 

@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/series.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -13,17 +14,24 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kClear = 0.1, kWeak = 0.3;  // of the effort's spread
-constexpr double kDeviations = 3.0, kLooks = 3.0;
+constexpr double kDeviations = 3.0;
 constexpr double kHigh = 0.95;               // quantile that stands for the largest speed and acceleration
 constexpr double kFewestRows = 50;
 
-struct Column {
-  TermKind kind;
-  const char* unit;
-};
-constexpr Column kColumns[] = {{TermKind::kDry, "N m"},   {TermKind::kViscous, "N m s/rad"}, {TermKind::kRotor, "kg m^2"},
-                               {TermKind::kGain, "1"},    {TermKind::kConstant, "N m"}};
-constexpr long kCount = 5;
+// What every drive has, its gain and a constant; friction first.
+std::vector<const TermRow*> make_columns() {
+  std::vector<const TermRow*> rows;
+  for (const TermRow& row : list_term_rows()) {
+    if (row.usual || row.scales_effort || row.is_constant()) rows.insert(row.level ? rows.begin() : rows.end(), &row);
+  }
+  return rows;
+}
+const std::vector<const TermRow*>& list_columns() {
+  static const std::vector<const TermRow*> columns = make_columns();
+  return columns;
+}
+long count_columns() { return static_cast<long>(list_columns().size()); }
+const std::string& get_name(long column) { return list_columns()[static_cast<size_t>(column)]->effect->name; }
 
 const char* get_source_words(EffortSource source) {
   return source == EffortSource::kRecorded ? "recorded" : source == EffortSource::kServoLaw ? "from the servo's law" : "unknown";
@@ -33,8 +41,8 @@ const char* get_source_words(EffortSource source) {
 struct Motion {
   std::vector<double> speed, acceleration;
   double low = 1e300, high = -1e300, least_load = 1e300, most_load = -1e300, half_cycles = 0.0, time = 0.0;
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(kCount, kCount);
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(kCount);
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(count_columns(), count_columns());
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(count_columns());
   double c = 0.0, n = 0.0, effort = 0.0, effort_squares = 0.0;
 };
 
@@ -53,8 +61,8 @@ void add_range(const TorqueRecording& r, int joint, Motion* m) {
 }
 
 void add_rows(const TorqueData& data, const TorqueRecording& r, int joint, Motion* m) {
-  Eigen::MatrixXd X(r.kept(), kCount);
-  for (long c = 0; c < kCount; ++c) X.col(c) = calc_joint_columns(data, r, {kColumns[c].kind, joint, 0.0, 1, false});
+  Eigen::MatrixXd X(r.kept(), count_columns());
+  for (long c = 0; c < count_columns(); ++c) X.col(c) = calc_joint_columns(data, r, {list_columns()[static_cast<size_t>(c)], joint});
   for (long k = 0; k < r.kept(); ++k) {
     if (!r.use(k, joint)) continue;
     const double y = r.missing(k, joint), u = r.effort(r.full_row(k), joint);
@@ -64,14 +72,14 @@ void add_rows(const TorqueData& data, const TorqueRecording& r, int joint, Motio
 }
 
 // The other column that is most like column i beside none: cosine of the angle between the two.
-long find_twin(const Eigen::MatrixXd& G, long i) {
-  long twin = i == 0 ? 1 : 0;
+long find_most_like(const Eigen::MatrixXd& G, long i) {
+  long most_like = i == 0 ? 1 : 0;
   double most = -1.0;
-  for (long c = 0; c < kCount; ++c) {
+  for (long c = 0; c < count_columns(); ++c) {
     const double likeness = std::abs(G(i, c)) / std::sqrt(std::max(1e-300, G(i, i) * G(c, c)));
-    if (c != i && likeness > most) most = likeness, twin = c;
+    if (c != i && likeness > most) most = likeness, most_like = c;
   }
-  return twin;
+  return most_like;
 }
 
 Json make_tells(const Motion& m) {
@@ -85,15 +93,15 @@ Json make_tells(const Motion& m) {
   const double left = std::max(0.0, m.c - theta.dot(scale.cwiseProduct(m.b))) / m.n;
   const double spread = std::sqrt(std::max(1e-300, m.effort_squares / m.n - std::pow(m.effort / m.n, 2)));
   const double looks = std::clamp(kLooks * m.half_cycles, 1.0, m.n);
-  for (long i = 0; i < kCount; ++i) {
+  for (long i = 0; i < count_columns(); ++i) {
     const double size = std::sqrt(m.G(i, i) / m.n);  // root mean square of the column
     const double std = std::sqrt(left * inverse(i, i) / looks);  // [N m] of the effect's torque
     const double least = size > 0.0 ? kDeviations * std / size : HUGE_VAL;
     const double share = kDeviations * std / spread;
     const char* verdict = share < kClear ? "clear" : share < kWeak ? "weak" : "hidden";
-    Json entry{{"effect", get_effect_name(kColumns[i].kind)}, {"least", std::isfinite(least) ? round_to(least, 2) : 0.0},
-               {"unit", kColumns[i].unit}, {"verdict", verdict}};
-    if (share >= kClear) entry["hidden_by"] = inverse(i, i) > 4.0 ? get_effect_name(kColumns[find_twin(m.G, i)].kind) : "too little motion";
+    Json entry{{"effect", get_name(i)}, {"least", std::isfinite(least) ? round_to(least, 2) : 0.0},
+               {"unit", list_columns()[static_cast<size_t>(i)]->effect->parameters[0].unit}, {"verdict", verdict}};
+    if (share >= kClear) entry["hidden_by"] = inverse(i, i) > 4.0 ? get_name(find_most_like(m.G, i)) : "too little motion";
     list.push_back(entry);
   }
   return list;

@@ -7,16 +7,16 @@
 
 #include "diagnosis/checks/found_terms.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kLooks = 3.0;       // independent samples in a half-cycle of the motion
 constexpr double kFewestRows = 30;
 constexpr double kApart = 3.0, kDetail = 0.1;  // standard deviations; share of the larger value
-constexpr double k95 = 1.96;
 constexpr double kTold = 0.7;        // a value is shown whose standard deviation is below that share of the pooled value
 
 struct Solution {
@@ -39,7 +39,7 @@ class Fitter {
   void fit_joint(int joint, Json* list) const {
     std::vector<const FoundTerm*> own;  // those of links act in many joints at once and are not asked of one recording
     for (const FoundTerm& f : asked_) {
-      if (!f.term.whole && f.term.place == joint && data_.is_judged(joint)) own.push_back(&f);
+      if (!f.term.whole() && f.term.place == joint && data_.is_judged(joint)) own.push_back(&f);
     }
     if (own.empty()) return;
     std::vector<Json> each(own.size(), Json::array());
@@ -49,15 +49,17 @@ class Fitter {
       if (!s) continue;
       long at = 0;
       for (size_t i = 0; i < own.size(); ++i) {
-        const double value = find_parameter(own[i]->term, s->value.segment(at, own[i]->term.columns)), std = s->std[at];
-        at += own[i]->term.columns;
+        const long columns = own[i]->term.columns();
+        const TermValues own_values = calc_values(own[i]->term, s->value.segment(at, columns), s->std.segment(at, columns));
+        const double value = own_values.value[0], std = own_values.std[0];
+        at += columns;
         if (!(std < kTold * std::max(std::abs(own[i]->value), std::abs(value)))) continue;
         values[i].emplace_back(value, std);
         const RecordingSpec& spec = e_.recordings[file[0]->index].spec;
         each[i].push_back({{"recording", spec.name.substr(0, spec.name.find(" ("))},
                            {"role", spec.train ? "train" : "validate"},
                            {"value", round_to(value, 4)},
-                           {"ci95", {round_to(value - k95 * std, 4), round_to(value + k95 * std, 4)}}});
+                           {"ci95", {round_to(value - kNinetyFive * std, 4), round_to(value + kNinetyFive * std, 4)}}});
       }
     }
     for (size_t i = 0; i < own.size(); ++i) {
@@ -92,7 +94,7 @@ class Fitter {
   std::optional<Solution> solve(const std::vector<const TorqueRecording*>& parts, int joint,
                                 const std::vector<const FoundTerm*>& own) const {
     long width = 0;
-    for (const FoundTerm* f : own) width += f->term.columns;
+    for (const FoundTerm* f : own) width += f->term.columns();
     Eigen::MatrixXd G = Eigen::MatrixXd::Zero(width, width);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(width);
     double c = 0.0, n = 0.0, cycles = 0.0, last = 0.0;
@@ -100,7 +102,7 @@ class Fitter {
       const TorqueRecording& r = *part;
       Eigen::MatrixXd X(r.kept(), width);
       long at = 0;
-      for (const FoundTerm* f : own) X.middleCols(at, f->term.columns) = calc_joint_columns(data_, r, f->term), at += f->term.columns;
+      for (const FoundTerm* f : own) X.middleCols(at, f->term.columns()) = calc_joint_columns(data_, r, f->term), at += f->term.columns();
       for (long k = 0; k < r.kept(); ++k) {
         if (!r.use(k, joint)) continue;
         const double y = r.missing(k, joint), v = r.v(r.full_row(k), joint);

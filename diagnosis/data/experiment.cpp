@@ -536,7 +536,7 @@ Experiment load_experiment(const std::string& path) {
   take_by_hand(&e);
   loader->cut();
   for (Recording& r : e.recordings) repair_recording(e, &r, &e.warnings);
-  check_suspicions(&e);
+  check_plausibility(&e);
   std::vector<double> steps;
   for (const Recording& r : e.recordings) {
     for (size_t k = 1; k < r.size(); ++k) steps.push_back(r.time[k] - r.time[k - 1]);

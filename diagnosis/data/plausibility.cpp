@@ -274,7 +274,7 @@ void check_commands(const Experiment& e, const Recording& r, int j) {
 
 }  // namespace
 
-void check_suspicions(Experiment* e) {
+void check_plausibility(Experiment* e) {
   for (Recording& r : e->recordings) {
     Pairs position, velocity, effort;
     for (int j = 0; j < e->num_joints(); ++j) {

@@ -10,6 +10,6 @@ namespace hrp::diagnosis {
 
 // Throws InputError with file and column of what cannot be as recorded. Columns that say nothing (an effort that is
 // always 0, as drives without a torque sensor publish it) are dropped with a warning.
-void check_suspicions(Experiment* experiment);
+void check_plausibility(Experiment* experiment);
 
 }  // namespace hrp::diagnosis

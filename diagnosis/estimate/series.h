@@ -16,6 +16,9 @@ class Spread {
   double sum_ = 0.0, square_ = 0.0, n_ = 0.0;
 };
 
+// Independent looks at what a model leaves in one half-cycle of a motion: at its ends and its middle.
+constexpr double kLooks = 3.0;
+
 // Integrated autocorrelation time [samples]: how many samples one independent one stands for. At least 1.
 double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series);
 

@@ -10,6 +10,19 @@ namespace hrp::diagnosis {
 // and details of laws and of smoothing stay below it.
 constexpr double kNoiseLeft = 1.2;
 
+// Deviations of a normal distribution within which 95 % are: half the width of every interval that a report says.
+constexpr double kNinetyFive = 1.96;
+
+// [nats] of odds of 20 to 1: what one more term must add beyond its cost, and within which two models do as well.
+constexpr double kOdds = 3.0;
+
+// |ln| of a factor beyond which nothing is believed: the bound of its prior (EffectParameter::factor).
+constexpr double kFactor = 1.0;
+
+// Two regressions of a factor, one each way, bracket it: they tell it where they are nearer to each other than this share
+// of its distance from one.
+constexpr double kBracket = 0.5;
+
 // Effects of one joint against each other: 16, of which the others have been refused by their price in chi2 before.
 constexpr double kSignificantInJoint = 4.0;  // two-sided probability 6e-5
 // Three axes at once: 4.0 in one dimension is as improbable as this distance in three.

@@ -19,7 +19,7 @@ enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
 
 constexpr double kNothing = 0.03;    // of the deflection: what accelerations are uncertain by
 constexpr double kSides = 0.05;      // of the torque's spread, within which teeth change sides
-constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0, kWorth = 3.0;  // [nats]
+constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats]
 constexpr double kTwoEngines = 3e-3; // of a value: laws and filters agree no better
 constexpr double kLaw = 0.7;         // of the deflection that a gear explains
 constexpr long kStretches = 4;
@@ -148,7 +148,7 @@ class Gear {
     for (const Columns& columns : models) {
       const Eigen::VectorXd theta = solve(total_, columns);
       if (!is_physical(columns, theta)) continue;
-      const double evidence = calc_evidence(columns) - (columns.empty() ? 0.0 : kWorth);
+      const double evidence = calc_evidence(columns) - (columns.empty() ? 0.0 : kOdds);
       if (evidence > best) best = evidence, model_ = columns, theta_ = theta;
     }
     find_deviations();
@@ -235,14 +235,14 @@ class Gear {
   void add_give(Grade grade, double share) {
     Finding f = start(EffectId::kElasticity, grade, share);
     f.parameters = list_give();
-    finish(f, "stiffness " + number(f.parameters[0].value[0], 4) + " +- " + number(1.96 * f.parameters[0].std[0], 2) + " " + f.parameters[0].unit);
+    finish(f, "stiffness " + number(f.parameters[0].value[0], 4) + " +- " + number(kNinetyFive * f.parameters[0].std[0], 2) + " " + f.parameters[0].unit);
   }
 
   void add_play(Grade grade, double share) {
     Finding f = start(EffectId::kBacklash, grade, share);
     f.parameters = {{"gap", unit("rad"), {get(kPlay)}, {get(kPlay, true)}, false}};
     for (const Estimate& e : list_give()) f.parameters.push_back(e);
-    finish(f, "gap " + number(get(kPlay), 4) + " +- " + number(1.96 * get(kPlay, true), 2) + " " + unit("rad"));
+    finish(f, "gap " + number(get(kPlay), 4) + " +- " + number(kNinetyFive * get(kPlay, true), 2) + " " + unit("rad"));
   }
 
   const Experiment& e_;

@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kNothing = 0.01;   // of a reading's spread: below it no effect is named
 constexpr double kUncertain = 0.03; // of a reading's spread: what accelerations and the filter leave of fast motions
-constexpr double kRival = 3.0;      // [nats] within which another effect does as well
 constexpr double kMatters = 0.1;    // of the mismatch of some reading
 constexpr double kLaw = 0.7;        // of a reading's mismatch that the whole model takes away where its effects are sure
 constexpr double kTwoEngines = 4e-3;  // of a value: laws and filters agree no better
@@ -285,7 +284,7 @@ class Judge {
     const std::vector<double> evidence = compare_links(*design_, models, out_.fit);
     std::vector<std::pair<double, size_t>> near;
     for (size_t k = 0; k < models.size(); ++k) {
-      if (evidence[k] > out_.fit.evidence - kRival) near.push_back({evidence[k], k});
+      if (evidence[k] > out_.fit.evidence - kOdds) near.push_back({evidence[k], k});
     }
     std::sort(near.rbegin(), near.rend());
     for (size_t k = 0; k < near.size() && k < kMostRivals; ++k) {

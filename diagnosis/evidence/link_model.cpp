@@ -8,6 +8,7 @@
 
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/link_columns.h"
 #include "diagnosis/model/link_reach.h"
 
@@ -17,7 +18,6 @@ namespace {
 constexpr long kStretches = 4;          // of a recording, each predicted from all others
 constexpr double kMostSamples = 8000;   // moments of all recordings together
 constexpr double kExactShare = 1e-3;    // of a reading's spread: what integrators and filters of two engines differ by
-constexpr double kWorth = 3.0;          // [nats] that a term adds at least
 constexpr size_t kMostTerms = 8;
 constexpr double kLongest = 0.2;        // [s] that a sensor is late
 constexpr double kLeastScale = 0.2, kMostScale = 5.0, kMostAngle = 1.0;  // [rad]
@@ -178,7 +178,7 @@ class Chooser {
       candidates.push_back(model_);
       candidates.back().push_back(t);
     }
-    return take_best(candidates, kWorth);
+    return take_best(candidates, kOdds);
   }
 
   bool exchange() {
@@ -199,7 +199,7 @@ class Chooser {
       candidates.push_back(model_);
       candidates.back().erase(candidates.back().begin() + static_cast<long>(i));
     }
-    return take_best(candidates, -kWorth);
+    return take_best(candidates, -kOdds);
   }
 
   const LinkDesign& design_;

@@ -20,7 +20,6 @@ constexpr double kOutlier = 10.0;  // median absolute deviations: 6.7 standard d
 constexpr int kOutlierPasses = 3;
 constexpr double kMostOutliers = 0.1;  // of a recording
 constexpr double kLoaded = 0.85;   // correlation of effort and nominal torque above which friction is the smaller part
-constexpr double kLooks = 3.0;  // at what a model leaves, in a half-cycle: its ends and its middle
 
 // Fold of every kept sample, by recording; -1 of those that are held out.
 std::vector<std::vector<int>> assign_folds(const TorqueData& data, int* count) {
@@ -202,13 +201,13 @@ double correlate_load(const TorqueData& data, int joint) {
 
 Columns list_columns(const JointDesign& joint, size_t term) {
   Columns columns;
-  for (int c = 0; c < joint.terms[term].columns; ++c) columns.push_back(joint.first[term] + c);
+  for (int c = 0; c < joint.terms[term].columns(); ++c) columns.push_back(joint.first[term] + c);
   return columns;
 }
 
 Columns list_whole_columns(const TorqueDesign& design, const JointDesign& joint, size_t whole_term) {
   Columns columns;
-  for (int c = 0; c < design.whole[whole_term].columns; ++c)
+  for (int c = 0; c < design.whole[whole_term].columns(); ++c)
     columns.push_back(joint.own_width + design.whole_first[whole_term] + c);
   return columns;
 }
@@ -219,7 +218,7 @@ TorqueDesign make_torque_design(TorqueData&& given) {
   TorqueData& data = *design.data;
   design.whole = list_whole_terms(data);
   long width = 0;
-  for (const Term& term : design.whole) design.whole_first.push_back(width), width += term.columns;
+  for (const Term& term : design.whole) design.whole_first.push_back(width), width += term.columns();
   int fold_count = 0;
   const std::vector<std::vector<int>> folds = assign_folds(data, &fold_count);
   fold_count = std::max(fold_count, kFewestFolds);  // as many for all: a joint that is used in few folds has its own
@@ -230,12 +229,12 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     joint.joint = j;
     joint.terms = list_joint_terms(data, j);
     if (joint.terms.empty()) continue;
-    for (const Term& term : joint.terms) joint.first.push_back(joint.own_width), joint.own_width += term.columns;
+    for (const Term& term : joint.terms) joint.first.push_back(joint.own_width), joint.own_width += term.columns();
     Rows rows;
     for (size_t r = 0; r < data.recordings.size(); ++r) {
       Eigen::MatrixXd own(data.recordings[r].kept(), joint.own_width);
       for (size_t t = 0; t < joint.terms.size(); ++t)
-        own.middleCols(joint.first[t], joint.terms[t].columns) =
+        own.middleCols(joint.first[t], joint.terms[t].columns()) =
             calc_joint_columns(data, data.recordings[r], joint.terms[t]);
       rows.own.push_back(std::move(own));
       rows.whole.push_back(whole[r][static_cast<size_t>(j)]);

@@ -11,9 +11,8 @@
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
-#include "diagnosis/evidence/torque_twins.h"
+#include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_words.h"
-#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/search/relation.h"
 
 namespace hrp::diagnosis {
@@ -65,7 +64,7 @@ class Judge {
   // place of a rotor at each joint makes the model smaller, but only a delay that is told from none takes their place.
   void drop_untold_delay(int jobs) {
     const bool untold = std::any_of(graded_.begin(), graded_.end(), [](const GradedTerm& g) {
-      return g.term.kind == TermKind::kBusDelay && g.grade != Grade::kSupported;
+      return g.term.row->is_of_bus() && g.grade != Grade::kSupported;
     });
     if (!untold) return;
     choice_ = choose_torque_model(design_, jobs, Timing::kAsRecorded);
@@ -76,20 +75,20 @@ class Judge {
   // A Stribeck curve without a level to exceed is no law.
   void drop_lone_excess() {
     for (GradedTerm& g : graded_) {
-      if (g.term.kind == TermKind::kStribeck && find_level(g) == nullptr) g.named = false;
+      if (g.term.row->excess && find_level(g) == nullptr) g.named = false;
     }
   }
 
   const GradedTerm* find_level(const GradedTerm& excess) const {
     for (const GradedTerm& g : graded_) {
-      if (g.term.kind == TermKind::kDry && g.place.joint == excess.place.joint && g.named) return &g;
+      if (g.term.row->level && g.place.joint == excess.place.joint && g.named) return &g;
     }
     return nullptr;
   }
 
   const GradedTerm* find_excess(const GradedTerm& level) const {
     for (const GradedTerm& g : graded_) {
-      if (g.term.kind == TermKind::kStribeck && g.place.joint == level.place.joint && g.named) return &g;
+      if (g.term.row->excess && g.place.joint == level.place.joint && g.named) return &g;
     }
     return nullptr;
   }
@@ -98,7 +97,7 @@ class Judge {
     std::set<int> with_drives, any_drives;
     for (const GradedTerm& g : graded_) {
       if (g.helps_held && g.gain > 0.0) add_to_model(g, &out->model);
-      if (g.named && g.term.kind == TermKind::kBusDelay) {
+      if (g.named && g.term.row->is_of_bus()) {
         add_bus_delay(g, out);
         continue;
       }
@@ -106,12 +105,12 @@ class Judge {
         out->evidence.not_identifiable.push_back(make_detail(e_, g));
         continue;
       }
-      if (g.term.kind == TermKind::kStribeck) continue;  // with its level
-      const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
-      std::vector<Alternative> twins = list_twins(*design_.data, g, excess);
-      if (const GradedTerm* gear = find_gear(design_, g, &graded_)) twins.insert(twins.begin(), make_gear_twin(*design_.data, g, *gear));
-      out->evidence.findings.push_back(make_finding(e_, g, excess, twins));
-      const bool of_drive = get_term_row(g.term.kind).of_motor_and_gear;
+      if (g.term.row->excess) continue;  // with its level
+      const GradedTerm* excess = g.term.row->level ? find_excess(g) : nullptr;
+      std::vector<Alternative> alternatives = list_indistinguishable(*design_.data, g, excess);
+      if (const GradedTerm* gear = find_gear(design_, g, &graded_)) alternatives.insert(alternatives.begin(), make_gear_alternative(*design_.data, g, *gear));
+      out->evidence.findings.push_back(make_finding(e_, g, excess, alternatives));
+      const bool of_drive = g.term.row->of_motor_and_gear;
       if (of_drive) any_drives.insert(g.place.joint);
       if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint), ++out->drive_terms;
     }
@@ -147,12 +146,11 @@ class Judge {
   }
 
   void add_to_model(const GradedTerm& g, Hypothesis* model) const {
-    if (g.term.kind == TermKind::kStribeck && find_level(g) == nullptr) return;
-    if (g.term.kind == TermKind::kStribeck) return;  // with its level
-    const GradedTerm* excess = g.term.kind == TermKind::kDry ? find_excess(g) : nullptr;
+    if (g.term.row->excess) return;  // with its level
+    const GradedTerm* excess = g.term.row->level ? find_excess(g) : nullptr;
     const std::optional<Effect> effect = make_effect(g, excess);
     if (!effect) return;
-    if (g.term.kind != TermKind::kBusDelay) model->push_back(*effect);
+    if (!g.term.row->is_of_bus()) model->push_back(*effect);
     else for (int joint : list_servo_joints()) model->push_back({effect->id, joint, effect->p});
   }
 
@@ -212,7 +210,7 @@ class Judge {
     const Slots slots = list_slots(design_, choice_.model);
     for (size_t t = 0; t < choice_.model.own[i].size(); ++t) {
       const Term& term = design_.joints[i].terms[choice_.model.own[i][t]];
-      out += calc_joint_columns(*design_.data, r, term) * fit_.theta.segment(slots.own[i][t], term.columns);
+      out += calc_joint_columns(*design_.data, r, term) * fit_.theta.segment(slots.own[i][t], term.columns());
     }
     if (choice_.model.whole.empty()) return out;
     std::vector<Term> terms;
@@ -220,8 +218,8 @@ class Judge {
     for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
       terms.push_back(design_.whole[choice_.model.whole[t]]);
       const long before = theta.size();
-      theta.conservativeResize(before + terms.back().columns);
-      theta.tail(terms.back().columns) = fit_.theta.segment(slots.whole[t], terms.back().columns);
+      theta.conservativeResize(before + terms.back().columns());
+      theta.tail(terms.back().columns()) = fit_.theta.segment(slots.whole[t], terms.back().columns());
     }
     return out + calc_whole_columns(*design_.data, r, terms)[static_cast<size_t>(design_.joints[i].joint)] * theta;
   }

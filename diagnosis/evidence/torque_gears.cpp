@@ -4,14 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kMaterial = 0.03;  // of a torque constant: no drive is nearer to its data sheet
-constexpr double kNormal = 1.96;
-constexpr double kOdds = 3.0;  // [nats] of 20 to 1: what was measured stays where it is not absurd
 
 // The regressor is the load of the nominal mass.
 void relate_to_true_load(double mass_factor, GradedTerm* friction) {
@@ -22,9 +18,9 @@ double calc_gain(const GradedTerm& mass, double mu) { return 1.0 / ((1.0 + mass.
 
 // [nats] before any recording is seen.
 bool is_likelier(const GradedTerm& mass, double mu) {
-  const double as_gear = get_term_row(TermKind::kBackdriven).cost + get_term_row(TermKind::kGain).cost + calc_factor_cost(calc_gain(mass, mu));
-  const double as_mass = get_term_row(TermKind::kLoadDry).cost + get_term_row(TermKind::kMassError).cost + calc_factor_cost(1.0 + mass.parameters[0]);
-  return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;
+  const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gain(mass, mu));
+  const double as_mass = find_term_row(&TermRow::by_load).cost + mass.term.row->cost + calc_factor_cost(1.0 + mass.parameters[0]);
+  return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // what was measured stays where it is not absurd
 }
 
 void replace(GradedTerm* mass, GradedTerm* friction) {
@@ -32,14 +28,14 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
   const double own = friction->width[0] / (1.0 + mu), of_mass = mass->width[0] / (1.0 + mass->parameters[0]);
   const Rival rival{mass->term, mass->parameters};
   friction->rivals = {{friction->term, friction->parameters}, rival};
-  friction->term.kind = TermKind::kBackdriven;
+  friction->term.row = &find_term_row(&TermRow::backwards);
   friction->parameters[0] = calc_backward_loss(mu), friction->std *= slope, friction->width *= slope;
   friction->share += mass->share, friction->weight += mass->weight;
-  mass->term = make_term(TermKind::kGain, friction->term.place);
+  mass->term = {&find_term_row(&TermRow::scales_effort), friction->term.place};
   mass->place = friction->place;
   mass->parameters = Eigen::VectorXd::Constant(1, 1.0 - k);
   mass->std = mass->width = Eigen::VectorXd::Constant(1, k * std::hypot(own, of_mass));
-  mass->named = std::abs(k - 1.0) > std::max(kMaterial, kNormal * mass->width[0]);
+  mass->named = std::abs(k - 1.0) > std::max(mass->term.row->material, kNinetyFive * mass->width[0]);
   mass->grade = Grade::kAmbiguous, mass->rivals = {rival};
   mass->share = mass->weight = 0.0;  // the gear's
 }
@@ -49,12 +45,12 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
 double calc_backward_loss(double mu) { return 2.0 * mu / (1.0 + mu); }
 
 GradedTerm* find_gear(const TorqueDesign& design, const GradedTerm& mass, std::vector<GradedTerm>* graded) {
-  if (mass.term.kind != TermKind::kMassError) return nullptr;
+  if (!mass.term.row->factor) return nullptr;
   const TreeSpec& tree = design.data->experiment->robot.tree;
   const LinkSpec& link = tree.links[static_cast<size_t>(mass.term.place)];
   for (GradedTerm& g : *graded) {
-    const bool carries = !g.term.whole && link.parent == 0 && tree.joint(g.term.place).name == link.joint.name;
-    if (g.term.kind == TermKind::kLoadDry && carries && g.named) return &g;
+    const bool carries = !g.term.whole() && link.parent == 0 && tree.joint(g.term.place).name == link.joint.name;
+    if (g.term.row->by_load && carries && g.named) return &g;
   }
   return nullptr;
 }

@@ -6,8 +6,9 @@
 #include <limits>
 
 #include "diagnosis/estimate/shapley.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
-#include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/evidence/torque_rivals.h"
 #include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
@@ -16,11 +17,7 @@ namespace {
 constexpr double kSupportedShare = 0.05;  // of its place's mismatch that a supported finding takes away at least
 constexpr double kProbable = 0.9;         // of a family, over all subsets
 constexpr double kDeviations = 3.0;       // of its value from none
-constexpr double kNormal = 1.96;          // deviations of an interval of 95 %
 constexpr double kAgree = 0.85;           // of the stretches must give the same sign
-constexpr double kEven = 3.0;             // [nats] within which another term does as well: odds of 20
-constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms say the same, whatever they cost
-constexpr double kNamedGain = 3.0;        // [nats] that a supported term must add
 constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, even if its share is small
 constexpr double kMuch = 0.3;             // of its place's mismatch
 constexpr double kLeastShare = 0.001;     // but not none
@@ -28,10 +25,7 @@ constexpr double kExpected = 6.0;         // [nats] the same for what every driv
 constexpr double kUnequal = 3.0;          // times its deviation: parts of one joint's rows say little of a term of the whole robot
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
 
-// A spring has a constant part: it always does as well as a constant torque, and is no rival of it.
-bool contains(TermKind larger, TermKind smaller) { return larger == TermKind::kSpring && smaller == TermKind::kConstant; }
-
-bool is_same_family(const Term& a, const Term& b) { return get_family(a.kind) == get_family(b.kind); }
+bool is_same_family(const Term& a, const Term& b) { return a.effect().family == b.effect().family; }
 
 class Grader {
  public:
@@ -73,12 +67,12 @@ class Grader {
       g.term = design_.whole[choice_.model.whole[place.at]];
       slot = slots_.whole[place.at];
     }
-    g.parameters = fit_.theta.segment(slot, g.term.columns);
-    if (g.term.whole) g.parameters = drop_unseen(design_, g.term, g.parameters);
-    g.std = fit_.covariance.diagonal().segment(slot, g.term.columns).cwiseMax(0.0).cwiseSqrt();
-    if (g.term.whole && g.term.kind != TermKind::kMassError) g.std = (g.parameters.array() != 0.0).select(g.std, 0.0);
+    g.parameters = fit_.theta.segment(slot, g.term.columns());
+    if (g.term.whole()) g.parameters = drop_unseen(design_, g.term, g.parameters);
+    g.std = fit_.covariance.diagonal().segment(slot, g.term.columns()).cwiseMax(0.0).cwiseSqrt();
+    if (g.term.whole() && !g.term.row->factor) g.std = (g.parameters.array() != 0.0).select(g.std, 0.0);
     g.std[0] = std::hypot(g.std[0], between);
-    if (g.term.kind == TermKind::kGain) g.std[0] = std::hypot(g.std[0], find_bracket(g));
+    if (g.term.row->scales_effort) g.std[0] = std::hypot(g.std[0], find_bracket(g));
     graded_.push_back(g);
   }
 
@@ -145,12 +139,12 @@ class Grader {
     });
     for (GradedTerm& g : graded_) {
       const size_t i = find_judge(g);
-      if (g.term.kind == TermKind::kDry) g.curve = curves[i];
+      if (g.term.row->level) g.curve = curves[i];
       const long first = find_first_column(g, i);
       g.width = g.std;
       for (long c = 0; c < g.width.size(); ++c) {
         if (!(g.std[c] > 0.0)) continue;  // not of what is not seen
-        const double most = g.term.whole ? kUnequal * g.std[c] : std::numeric_limits<double>::infinity();
+        const double most = g.term.whole() ? kUnequal * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
       }
     }
@@ -177,8 +171,8 @@ class Grader {
   long find_first_column(const GradedTerm& g, size_t i) const {
     if (g.place.joint >= 0) return slots_.own[i][g.place.at] - slots_.own[i][0];
     long at = 0;
-    for (size_t term : choice_.model.own[i]) at += design_.joints[i].terms[term].columns;
-    for (size_t t = 0; t < g.place.at; ++t) at += design_.whole[choice_.model.whole[t]].columns;
+    for (size_t term : choice_.model.own[i]) at += design_.joints[i].terms[term].columns();
+    for (size_t t = 0; t < g.place.at; ++t) at += design_.whole[choice_.model.whole[t]].columns();
     return at;
   }
 
@@ -206,7 +200,7 @@ class Grader {
     for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
       if (!(mask >> (own + t) & 1)) continue;
       for (long c : list_whole_columns(design_, joint, choice_.model.whole[t])) fixed.push_back(c);
-      const long size = design_.whole[choice_.model.whole[t]].columns, before = values.size();
+      const long size = design_.whole[choice_.model.whole[t]].columns(), before = values.size();
       values.conservativeResize(before + size);
       values.tail(size) = fit_.theta.segment(slots_.whole[t], size);
     }
@@ -271,135 +265,7 @@ class Grader {
       with += fit_.held[i] * scale, bare += alone.held[i] * scale;
     }
     g->helps_held = bare > with;
-    compare_own(rest, alone, find_judge(*g), g);
-    compare_whole(rest, alone, g);
-    if (g->term.kind == TermKind::kGain) add_equal_mass(g);
-  }
-
-  // A drive that carries one link alone from the base: its gain and the link's mass scale the same torque in every
-  // motion, whatever noise says.
-  void add_equal_mass(GradedTerm* g) const {
-    const TreeSpec& tree = design_.data->experiment->robot.tree;
-    const std::string& joint = tree.joint(g->term.place).name;
-    for (size_t link = 1; link < tree.links.size(); ++link) {
-      const LinkSpec& own = tree.links[link];
-      const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(),
-                                     [&](const LinkSpec& l) { return l.parent == static_cast<int>(link); });
-      if (own.joint.name != joint || own.parent != 0 || !ends) continue;
-      const bool there = std::any_of(g->rivals.begin(), g->rivals.end(), [&](const Rival& r) {
-        return r.term.kind == TermKind::kMassError && r.term.place == static_cast<int>(link);
-      });
-      const double k = 1.0 - g->parameters[0];
-      if (!there && k > 0.0)
-        g->rivals.insert(g->rivals.begin(), {make_term(TermKind::kMassError, static_cast<int>(link)),
-                                             Eigen::VectorXd::Constant(1, 1.0 / k - 1.0)});
-    }
-  }
-
-  // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
-  // rotor that drives it.
-  bool fills(const GradedTerm& g, const Term& other, const TorqueFit& with, const TorqueFit& alone) const {
-    const double costs = get_term_row(other.kind).cost - get_term_row(g.term.kind).cost;
-    const bool here = !other.whole || design_.joints.size() == 1;  // one of the whole robot helps other joints, too
-    if (here && with.evidence + costs > fit_.evidence - kSame) return true;
-    return with.evidence > fit_.evidence - kEven && with.evidence - alone.evidence > 0.5 * g.gain;
-  }
-
-  // Whether a term of the whole robot has anything in a joint's rows.
-  bool shows(const Term& whole, const JointDesign& joint) const {
-    for (size_t t = 0; t < design_.whole.size(); ++t) {
-      if (design_.whole[t].kind != whole.kind || design_.whole[t].place != whole.place) continue;
-      for (long c : list_whole_columns(design_, joint, t)) {
-        if (joint.total.get(c, c) > 0.0) return true;
-      }
-    }
-    return false;
-  }
-
-  // Whether a link moves with a joint, so that what is wrong with it shows there.
-  bool is_beyond(const Term& other, size_t i) const {
-    const TermRow& row = get_term_row(other.kind);
-    if (row.place == PlaceKind::kNone || row.late) return true;
-    if (row.place == PlaceKind::kJoint) return shows(other, design_.joints[i]);
-    const TreeSpec& tree = design_.data->experiment->robot.tree;
-    for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {
-      if (tree.links[static_cast<size_t>(link)].joint.name == tree.joint(design_.joints[i].joint).name) return true;
-    }
-    return false;
-  }
-
-  void compare_own(const TorqueModel& rest, const TorqueFit& alone, size_t i, GradedTerm* g) const {
-    const std::vector<size_t>& have = choice_.model.own[i];
-    for (size_t term = 0; term < design_.joints[i].terms.size(); ++term) {
-      const Term& other = design_.joints[i].terms[term];
-      if (std::find(have.begin(), have.end(), term) != have.end() || other.kind == g->term.kind || contains(other.kind, g->term.kind) ||
-          get_term_row(other.kind).effect == get_term_row(g->term.kind).effect)
-        continue;
-      // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
-      const bool of_drive = g->place.joint >= 0;
-      if (other.kind == TermKind::kGainOfModel && of_drive) continue;
-      if (other.kind == TermKind::kGain && (!of_drive || !design_.joints[i].loaded)) continue;
-      TorqueModel model = rest;
-      model.own[i].push_back(term);
-      std::sort(model.own[i].begin(), model.own[i].end());
-      const TorqueFit fit = fit_torque(design_, model);
-      if (!fills(*g, other, fit, alone)) continue;
-      const Slots slots = list_slots(design_, model);
-      const size_t at = static_cast<size_t>(std::find(model.own[i].begin(), model.own[i].end(), term) - model.own[i].begin());
-      const Eigen::VectorXd own = fit.theta.segment(slots.own[i][0], count_columns(i, model.own[i]));
-      if (!is_physical(design_, i, model.own[i], own)) continue;
-      g->rivals.push_back({other, fit.theta.segment(slots.own[i][at], other.columns)});
-    }
-  }
-
-  long count_columns(size_t i, const std::vector<size_t>& terms) const {
-    long count = 0;
-    for (size_t term : terms) count += design_.joints[i].terms[term].columns;
-    return count;
-  }
-
-  void compare_whole(const TorqueModel& rest, const TorqueFit& alone, GradedTerm* g) const {
-    for (size_t term = 0; term < design_.whole.size(); ++term) {
-      const Term& other = design_.whole[term];
-      const std::vector<size_t>& have = choice_.model.whole;
-      if (std::find(have.begin(), have.end(), term) != have.end()) continue;
-      if (other.kind == g->term.kind && other.place == g->term.place) continue;  // of another shape
-      if (g->place.joint >= 0 &&
-          (!is_beyond(other, static_cast<size_t>(g->place.joint)) || !may_fill(g, alone, term)))
-        continue;
-      TorqueModel model = rest;
-      model.whole.push_back(term);
-      const TorqueFit fit = fit_torque(design_, model);
-      if (!fills(*g, other, fit, alone) || is_needed_beside(*g, term, fit)) continue;
-      const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns);
-      if (is_whole_physical(design_, other, p)) g->rivals.push_back({other, drop_unseen(design_, other, p)});
-    }
-  }
-
-  // A term of the whole robot helps at other joints, too, which says nothing of this one: the joint's own term is
-  // needed if it still adds beside the other. `without`: the fit of the other alone.
-  bool is_needed_beside(const GradedTerm& g, size_t whole_term, const TorqueFit& without) const {
-    if (g.place.joint < 0) return false;
-    TorqueModel both = choice_.model;
-    both.whole.push_back(whole_term);
-    return fit_torque(design_, both).evidence - without.evidence > kNamedGain;
-  }
-
-  // Whether a term of the whole robot fills the gap in the joint's own row: cheap, and most do not.
-  bool may_fill(const GradedTerm* g, const TorqueFit& alone, size_t whole_term) const {
-    const size_t i = static_cast<size_t>(g->place.joint);
-    const JointDesign& joint = design_.joints[i];
-    std::vector<size_t> rest = choice_.model.own[i];
-    rest.erase(rest.begin() + static_cast<long>(g->place.at));
-    Columns columns;
-    for (size_t term : rest) {
-      for (long c : list_columns(joint, term)) columns.push_back(c);
-    }
-    for (long c : list_whole_columns(design_, joint, whole_term)) columns.push_back(c);
-    const double per_effort = calc_per_effort(joint, rest, solve(joint.total, columns));
-    const double cross = cross_validate(joint.train, joint.total, columns) * per_effort;
-    return 0.5 * joint.effective * std::log(std::max(1e-300, alone.cross[i] / std::max(1e-300, cross))) >
-           0.5 * (g->gain - kEven);
+    g->rivals = list_rivals(design_, {choice_.model, fit_, rest, alone}, find_judge(*g), *g);
   }
 
   // Whether a joint's term is more than a small part of the joint's effort.
@@ -412,13 +278,13 @@ class Grader {
 
   // Smaller deviations of gains and zeros no drive or encoder is free of.
   bool is_material(const GradedTerm& g) const {
-    return g.parameters.norm() >= get_term_row(g.term.kind).material;
+    return g.parameters.norm() >= g.term.row->material;
   }
 
   // A log that holds commands between its samples, or writes them a cycle before or after its readings, shifts them by up
   // to a period: a delay that may be less is its own.
   bool is_of_sampling(const GradedTerm& g) const {
-    return get_term_row(g.term.kind).late && g.parameters[0] - kNormal * g.width[0] < design_.data->experiment->sample_time;
+    return g.term.row->late && g.parameters[0] - kNinetyFive * g.width[0] < design_.data->experiment->sample_time;
   }
 
   void decide(GradedTerm* g) const {
@@ -426,23 +292,23 @@ class Grader {
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
     // Neither chance nor what parts of the recordings differ by may make it none.
     // A load is there if its mass is, wherever it hangs.
-    const long counted = g->term.kind == TermKind::kPayload ? 1 : g->parameters.size();
+    const long counted = g->term.row->load ? 1 : g->parameters.size();
     const Eigen::VectorXd value = g->parameters.head(counted);
     const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
     const double size = value.norm();
-    const bool told = size > kDeviations * over(g->std), clear = told && size > kNormal * over(g->width);
-    const double enough = get_term_row(g->term.kind).usual ? kExpected : kOverwhelming;
+    const bool told = size > kDeviations * over(g->std), clear = told && size > kNinetyFive * over(g->width);
+    const double enough = g->term.row->usual ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare;
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
-    const bool usual = get_term_row(g->term.kind).usual && told && g->gain > kNamedGain && is_visible(*g);
+    const bool usual = g->term.row->usual && told && g->gain > kOdds && is_visible(*g);
     // Parts of the recordings that differ by more than the value itself give no value that could be reported, unless much
     // of what is missing goes with it: that is said, with how little is known of its size.
     const bool sized = size >= over(g->width), much = told && g->share > kMuch;
     g->named = (sized && (holds || usual)) || (holds && much);
-    const bool sure = g->probability >= kProbable && g->gain > kNamedGain && clear && !other_family && !is_of_sampling(*g);
-    const bool stated = g->term.kind == TermKind::kGain && g->place.joint >= 0 && !is_measured(g->place.joint);
+    const bool sure = g->probability >= kProbable && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
+    const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_samples.h"
 
 namespace hrp::diagnosis {
@@ -16,7 +17,6 @@ constexpr double kInstant = 0.5;         // [samples] between an effort's instan
 constexpr double kFewest = 3.0;          // independent samples that a part must have
 constexpr size_t kParts = 4;             // by any quantity but recordings
 constexpr size_t kFewestParts = 3;       // the difference of two says hardly how much a third would differ
-constexpr double kNormal = 1.96;         // of 95 % of a normal distribution
 
 using Rows = std::vector<long>;
 
@@ -67,7 +67,7 @@ Eigen::VectorXd calc_drift(const TorqueSamples& all, double correlated) {
   Eigen::VectorXd drift = Eigen::VectorXd::Zero(width);
   for (long c = 0; c < width; ++c) {
     const double slope = theta[width + c], std = std::sqrt(square * correlated * inverse(width + c, width + c));
-    if (std::abs(slope) > kNormal * std) drift[c] = 0.5 * std::abs(slope);
+    if (std::abs(slope) > kNinetyFive * std) drift[c] = 0.5 * std::abs(slope);
   }
   return drift;
 }
@@ -90,9 +90,8 @@ Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t
   const double unseen = std::max(0.0, 1.0 - travel / (2.0 * M_PI));
   long at = 0;
   for (size_t term : own) {
-    const TermKind kind = joint.terms[term].kind;
-    if (kind == TermKind::kDry || kind == TermKind::kLoadDry) out[at] = unseen * std::pow(kUneven * theta[at], 2);
-    at += joint.terms[term].columns;
+    if (joint.terms[term].row->is_dry()) out[at] = unseen * std::pow(kUneven * theta[at], 2);
+    at += joint.terms[term].columns();
   }
   return out;
 }
@@ -120,7 +119,7 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, left, divide(all, by), correlated, &between);
   between += calc_considered(all, kInstant * design.data->experiment->sample_time);
   between += calc_unseen(design, model.own[joint], joint, all, theta);
-  return between.cwiseSqrt() + calc_drift(all, correlated) / kNormal;
+  return between.cwiseSqrt() + calc_drift(all, correlated) / kNinetyFive;
 }
 
 }  // namespace hrp::diagnosis

@@ -11,10 +11,6 @@ namespace {
 
 constexpr double kMoved = 0.01;  // [m]: 10 % of the inertia of a load at 0.2 m
 
-bool is_of_mass(const Term& term) {
-  return term.kind == TermKind::kPayload || term.kind == TermKind::kMassError || term.kind == TermKind::kComError;
-}
-
 // What every drive has, and one load of the whole robot.
 TorqueModel make_load_model(const TorqueDesign& design, size_t load) {
   return {list_usual_terms(design), {load}};
@@ -24,7 +20,7 @@ TorqueModel make_load_model(const TorqueDesign& design, size_t load) {
 TorqueModel exchange_masses(const TorqueDesign& design, const TorqueModel& model, size_t load) {
   TorqueModel with{model.own, {}};
   for (size_t term : model.whole) {
-    if (!is_of_mass(design.whole[term]) || design.whole[term].place != design.whole[load].place) with.whole.push_back(term);
+    if (!design.whole[term].row->is_of_mass() || design.whole[term].place != design.whole[load].place) with.whole.push_back(term);
   }
   with.whole.push_back(load);
   return with;
@@ -55,7 +51,7 @@ bool move_loads(const std::vector<TorqueModel>& models, TorqueDesign* design) {
 std::vector<size_t> list_loads(const TorqueDesign& design) {
   std::vector<size_t> loads;
   for (size_t t = 0; t < design.whole.size(); ++t) {
-    if (design.whole[t].kind == TermKind::kPayload) loads.push_back(t);
+    if (design.whole[t].row->load) loads.push_back(t);
   }
   return loads;
 }
@@ -75,7 +71,7 @@ bool place_each_load(TorqueDesign* design) {
 bool place_loads(const TorqueModel& model, TorqueDesign* design) {
   std::set<int> links;
   for (size_t term : model.whole) {
-    if (is_of_mass(design->whole[term])) links.insert(design->whole[term].place);
+    if (design->whole[term].row->is_of_mass()) links.insert(design->whole[term].place);
   }
   std::vector<TorqueModel> models;
   for (size_t load : list_loads(*design)) {

@@ -4,14 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kFactorSpread = 0.15;  // standard deviation of ln(factor): what torque constants and weighed links are off by
-// Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
-constexpr double kFloor = 1e-6;
 
 double calc_evidence(const JointDesign& joint, double cross) {
   const double floor = kFloor * joint.spread * joint.spread;
@@ -41,15 +38,15 @@ Use list_use(const TorqueDesign& design, const TorqueModel& model, const Slots& 
 double find_gain(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
   long at = 0;
   for (size_t term : terms) {
-    if (joint.terms[term].kind == TermKind::kGain) return 1.0 - theta[at];
-    if (joint.terms[term].kind == TermKind::kGainOfModel) return 1.0 / std::max(1e-3, 1.0 + theta[at]);
-    at += joint.terms[term].columns;
+    if (joint.terms[term].row->scales_effort) return 1.0 - theta[at];
+    if (joint.terms[term].row->scales_model) return 1.0 / std::max(1e-3, 1.0 + theta[at]);
+    at += joint.terms[term].columns();
   }
   return 1.0;
 }
 
 bool scales_effort(const JointDesign& joint, const std::vector<size_t>& terms) {
-  return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].kind == TermKind::kGain; });
+  return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].row->scales_effort; });
 }
 
 Eigen::VectorXd pick_slots(const Eigen::VectorXd& theta, const Use& use) {
@@ -151,12 +148,12 @@ class Fitter {
       }
       out->held.push_back(rest / std::max(1.0, n));
       out->evidence += calc_evidence(joint, out->cross[i]);
-      for (size_t term : model_.own[i]) out->evidence -= get_term_row(joint.terms[term].kind).cost;
+      for (size_t term : model_.own[i]) out->evidence -= joint.terms[term].row->cost;
       out->evidence -= calc_gain_cost(joint, model_.own[i], theta);
     }
     for (size_t t = 0; t < model_.whole.size(); ++t) {
       const Term& term = design_.whole[model_.whole[t]];
-      out->evidence -= get_term_row(term.kind).cost + (get_term_row(term.kind).factor ? calc_factor_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
+      out->evidence -= term.row->cost + (term.row->factor ? calc_factor_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
     }
   }
 
@@ -187,12 +184,12 @@ Slots list_slots(const TorqueDesign& design, const TorqueModel& model) {
     slots.own.emplace_back();
     for (size_t term : model.own[i]) {
       slots.own.back().push_back(slots.size);
-      slots.size += design.joints[i].terms[term].columns;
+      slots.size += design.joints[i].terms[term].columns();
     }
   }
   for (size_t term : model.whole) {
     slots.whole.push_back(slots.size);
-    slots.size += design.whole[term].columns;
+    slots.size += design.whole[term].columns();
   }
   return slots;
 }

@@ -49,6 +49,9 @@ std::vector<std::vector<size_t>> list_usual_terms(const TorqueDesign& design);
 
 constexpr double kWholeGain = 6.0;  // [nats] that a term of the whole robot must add: a likelihood ratio of 400
 
+// Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
+constexpr double kFloor = 1e-6;
+
 // [nats] of a log-normal prior: a drive that loses half of its torque, or a link of half its mass, is less likely than friction.
 double calc_factor_cost(double factor);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_samples.h"
 
 namespace hrp::diagnosis {
@@ -11,12 +12,11 @@ namespace {
 
 // [nats] below the best that a 95 % region reaches: chi-square of two parameters, the velocity and the excess.
 constexpr double kWithin = 3.0;
-constexpr double kNormal = 1.96;
 constexpr double kFinest = 0.01, kWidest = 0.6;  // velocities that are tried, of the fastest
 constexpr double kStep = 1.2;           // factor between them
 
 void widen(double value, double std, Range* range) {
-  range->low = std::min(range->low, value - kNormal * std), range->high = std::max(range->high, value + kNormal * std);
+  range->low = std::min(range->low, value - kNinetyFive * std), range->high = std::max(range->high, value + kNinetyFive * std);
 }
 
 struct Point {
@@ -46,9 +46,9 @@ long take_level(const TorqueDesign& design, size_t i, TorqueModel* model) {
   std::vector<size_t> own;
   long at = -1, column = 0;
   for (size_t t : model->own[i]) {
-    if (joint.terms[t].kind == TermKind::kStribeck) continue;
-    if (joint.terms[t].kind == TermKind::kDry) at = column;
-    column += joint.terms[t].columns;
+    if (joint.terms[t].row->excess) continue;
+    if (joint.terms[t].row->level) at = column;
+    column += joint.terms[t].columns();
     own.push_back(t);
   }
   model->own[i] = own;
@@ -71,7 +71,7 @@ DryCurve profile_dry_curve(const TorqueDesign& design, const TorqueModel& given,
   samples.x.conservativeResize(Eigen::NoChange, samples.x.cols() + 1);
   std::vector<Point> points;
   for (double v = std::max(slow, kFinest * fastest); v < kWidest * fastest; v *= kStep) {
-    samples.x.rightCols(1) = list_column(design, i, make_term(TermKind::kStribeck, design.joints[i].joint, v));
+    samples.x.rightCols(1) = list_column(design, i, {&find_term_row(&TermRow::excess), design.joints[i].joint, v});
     points.push_back(fit_curve(samples, at, v, effective));
   }
   const auto best = std::max_element(points.begin(), points.end(),

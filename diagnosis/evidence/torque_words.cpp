@@ -6,10 +6,8 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
-#include "diagnosis/evidence/torque_twins.h"
-#include "diagnosis/evidence/torque_values.h"
+#include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/findings/estimate_words.h"
-#include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -17,12 +15,12 @@ namespace {
 constexpr size_t kMostAlternatives = 5;
 
 std::string get_place_name(const Experiment& e, const Term& term) {
-  const PlaceKind place = get_term_row(term.kind).place;
+  const PlaceKind place = term.row->place;
   if (place == PlaceKind::kJoint) return e.robot.tree.joint(term.place).name;
   return e.robot.tree.links[place == PlaceKind::kLink ? static_cast<size_t>(term.place) : 0].name;
 }
 
-bool is_of_link(const Term& term) { return get_term_row(term.kind).place != PlaceKind::kJoint; }
+bool is_of_link(const Term& term) { return term.row->place != PlaceKind::kJoint; }
 
 Where make_place(const Experiment& e, const Term& term) {
   return {{is_of_link(term) ? "link" : "joint", get_place_name(e, term)}};
@@ -34,10 +32,10 @@ Estimate scalar(const char* name, const std::string& unit, double value, double 
 
 // Parameters of the report from coefficients p with deviations s, at a joint that turns: names and units of the table.
 std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
-  if (term.kind == TermKind::kStribeck)  // beside a level that another term has
+  if (term.row->excess)  // beside a level that another term has
     return {scalar("excess", "N m", p[0], s[0]), scalar("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
   const TermValues values = calc_values(term, p, s);
-  const std::vector<EffectParameter>& row = get_effect(get_effect_id(term.kind)).parameters;
+  const std::vector<EffectParameter>& row = term.effect().parameters;
   std::vector<Estimate> list;
   for (size_t i = 0; i < values.value.size(); ++i) {
     if (row[i].axis <= 0) list.push_back({row[i].name, row[i].unit, {}, {}, row[i].axis == 0});
@@ -54,9 +52,8 @@ std::vector<Estimate> make_parameters(const Experiment& e, const Term& term, con
   return list;
 }
 
-std::string get_phrase(TermKind kind) {
-  const std::string phrase = get_effect(get_effect_id(kind)).phrase;
-  return kind == TermKind::kBusDelay ? phrase + ", at all joints alike" : phrase;
+std::string get_phrase(const TermRow& row) {
+  return row.is_of_bus() ? row.effect->phrase + ", at all joints alike" : row.effect->phrase;
 }
 
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
@@ -73,10 +70,10 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
 // One effect at one place is one alternative, whatever shapes of it would do. A delay of the bus is one of this joint.
 void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
   Term term = rival.term;
-  if (term.kind == TermKind::kBusDelay && !g.term.whole) term.place = g.term.place;
+  if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;
   const Eigen::VectorXd std = 0.5 * rival.parameters.cwiseAbs();
-  Alternative a{get_effect_name(term.kind), get_family_name(get_family(term.kind)), make_place(e, term),
-                make_parameters(e, term, rival.parameters, std), get_term_row(g.term.kind).motion};
+  Alternative a{term.effect().name, get_family_name(term.effect().family), make_place(e, term),
+                make_parameters(e, term, rival.parameters, std), g.term.row->motion};
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });
   if (!there) list->push_back(std::move(a));
@@ -85,10 +82,10 @@ void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std
 }  // namespace
 
 Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm* excess,
-                     const std::vector<Alternative>& twins) {
+                     const std::vector<Alternative>& alternatives) {
   Finding f;
-  f.effect = excess ? get_effect_name(TermKind::kStribeck) : get_effect_name(g.term.kind);
-  f.family = get_family_name(get_family(g.term.kind));
+  const TermRow& row = excess ? *excess->term.row : *g.term.row;
+  f.effect = row.effect->name, f.family = get_family_name(row.effect->family);
   f.where = make_place(e, g.term);
   f.parameters = make_parameters(e, g.term, g.parameters, g.width);
   if (excess) {
@@ -105,17 +102,17 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   f.probability = std::min(0.99, g.probability);
   f.share = std::clamp(g.share + (excess ? excess->share : 0.0), 0.0, 1.0);
   f.weight = g.weight + (excess ? excess->weight : 0.0);
-  f.alternatives = twins;
+  f.alternatives = alternatives;
   for (const Rival& r : g.rivals) {
     if (f.alternatives.size() < kMostAlternatives) add_rival(e, g, r, &f.alternatives);
   }
-  f.statement = make_statement(e, g, f, get_phrase(excess ? TermKind::kStribeck : g.term.kind));
+  f.statement = make_statement(e, g, f, get_phrase(row));
   return f;
 }
 
 std::optional<Effect> make_effect(const GradedTerm& g, const GradedTerm* excess) {
-  if (g.term.kind == TermKind::kStribeck || g.term.kind == TermKind::kGainOfModel) return std::nullopt;
-  const EffectInfo& row = get_effect(get_effect_id(excess ? TermKind::kStribeck : g.term.kind));
+  if (g.term.row->excess || g.term.row->scales_model) return std::nullopt;
+  const EffectInfo& row = excess ? excess->term.effect() : g.term.effect();
   std::vector<double> values = calc_values(g.term, g.parameters, g.width).value;
   if (excess && g.curve.there) values = {g.curve.level.value, g.curve.rest.value, g.curve.velocity.value};
   else if (excess) values = {values[0], values[0] + excess->parameters[0], excess->term.shape};
@@ -131,7 +128,7 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
     why += "hardly";
   else
     why += "takes away only " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque";
-  return {get_effect_name(g.term.kind), make_place(e, g.term), why, get_term_row(g.term.kind).motion};
+  return {g.term.effect().name, make_place(e, g.term), why, g.term.row->motion};
 }
 
 std::string make_remaining_words(const Experiment& e, int joint, const Remaining& r, const std::string& follows) {

@@ -10,9 +10,9 @@
 
 namespace hrp::diagnosis {
 
-// `excess`: the Stribeck term of a dry friction, or null; `twins`: alternatives beside those that do as well.
+// `excess`: the Stribeck term of a dry friction, or null; `alternatives`: alternatives beside those that do as well.
 Finding make_finding(const Experiment& experiment, const GradedTerm& term, const GradedTerm* excess,
-                     const std::vector<Alternative>& twins);
+                     const std::vector<Alternative>& alternatives);
 // Nothing where the simulator has no law for it.
 std::optional<Effect> make_effect(const GradedTerm& term, const GradedTerm* excess);
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);

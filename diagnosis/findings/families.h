@@ -3,9 +3,14 @@
 
 #include <string>
 
+#include "common/effects/effect_info.h"
+
 namespace hrp::diagnosis {
 
-// What is claimed when the single law cannot be: "dry friction" of "coulomb_friction". What is in no row of the table (a constant torque, a tilted base) is a zero.
+// What is claimed when the single law cannot be: "dry friction" of "coulomb_friction". What is in no row of the table is a zero.
 std::string find_family_name(const std::string& effect);
+
+// The one effect of a family at places of a kind: a sensor's gain. There must be just one.
+const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family);
 
 }  // namespace hrp::diagnosis

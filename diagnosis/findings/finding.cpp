@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -14,7 +15,6 @@ using Json = nlohmann::ordered_json;
 constexpr double kMostly = 0.8;
 // Least share of the mismatch that is called an explanation of a part.
 constexpr double kPartly = 0.1;
-constexpr double k95 = 1.96;  // standard deviations of a 95 % interval
 
 Json make_estimate(const Estimate& e) {
   const bool list = e.vector || e.value.size() != 1;
@@ -22,7 +22,7 @@ Json make_estimate(const Estimate& e) {
   for (size_t i = 0; i < e.value.size(); ++i) {
     const double s = e.std[i];
     value.push_back(round_to(e.value[i], 8)), std.push_back(round_to(s, 4));
-    interval.push_back({round_to(e.value[i] - k95 * s, 8), round_to(e.value[i] + k95 * s, 8)});
+    interval.push_back({round_to(e.value[i] - kNinetyFive * s, 8), round_to(e.value[i] + kNinetyFive * s, 8)});
   }
   if (list) return {{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}};
   return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};

@@ -6,6 +6,7 @@
 
 #include "common/effects/effect_info.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/model/link_reach.h"
@@ -15,7 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kFactor = 1.0;     // |ln| of a factor: the prior's bound (EffectParameter::factor)
 constexpr double kWeights = 3.0;    // a rope or a person pulls as hard as this, weights of all that moves; hardly harder
 constexpr double kLoads = 2.0;      // masses of all that moves
 constexpr double kGravity = 9.81;   // [m/s^2]

@@ -144,19 +144,19 @@ std::vector<CaseRequest> make_round(bool dirty, Prng& random) {
 
 }  // namespace
 
-std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::string& family) {
+std::vector<CaseRequest> make_case_plan(int count, std::uint64_t seed, const std::string& family) {
   Prng random(seed ^ 0x5eedULL);
-  std::vector<CaseRequest> deck;
-  for (int rounds = 0; static_cast<int>(deck.size()) < count; ++rounds) {
+  std::vector<CaseRequest> requests;
+  for (int rounds = 0; static_cast<int>(requests.size()) < count; ++rounds) {
     // Walks are made where they are asked for: seeds of trials before them keep their cases.
     const bool walks = family.find("walk") != std::string::npos, dirty = family.find("dirty") != std::string::npos;
     for (CaseRequest& request : walks ? make_walk_round(random) : make_round(dirty, random)) {
-      if (is_wanted(request, family)) deck.push_back(std::move(request));
+      if (is_wanted(request, family)) requests.push_back(std::move(request));
     }
-    if (deck.empty() && rounds > 3) throw std::invalid_argument("no family is called '" + family + "'");
+    if (requests.empty() && rounds > 3) throw std::invalid_argument("no family is called '" + family + "'");
   }
-  deck.resize(static_cast<std::size_t>(count));
-  return deck;
+  requests.resize(static_cast<std::size_t>(count));
+  return requests;
 }
 
 CaseRequest parse_request(const std::string& text) {

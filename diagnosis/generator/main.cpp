@@ -26,14 +26,14 @@ struct Job {
 };
 
 std::vector<Job> make_jobs(int count, std::uint64_t seed, const std::string& effect, const std::string& family) {
-  std::vector<CaseRequest> deck =
-      effect.empty() ? make_deck(count, seed, family)
+  std::vector<CaseRequest> requests =
+      effect.empty() ? make_case_plan(count, seed, family)
                      : std::vector<CaseRequest>(static_cast<std::size_t>(count), parse_request(effect));
   std::vector<Job> jobs;
-  for (std::size_t i = 0; i < deck.size(); ++i) {
+  for (std::size_t i = 0; i < requests.size(); ++i) {
     char name[32];
     std::snprintf(name, sizeof name, "case-%03zu", i + 1);
-    jobs.push_back({name, deck[i], seed * 1000003ULL + i});
+    jobs.push_back({name, requests[i], seed * 1000003ULL + i});
   }
   return jobs;
 }
@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
                  "with validate are held out")
       ->check(CLI::ExistingDirectory);
   app.add_flag("--multisines", options.multisines, "with --play: multisines of as many seconds in the place of those commands");
-  app.add_option("--only", only, "only the case of this name, such as case-003, of the whole deck");
+  app.add_option("--only", only, "only the case of this name, such as case-003, of the whole plan");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);
   options.noise_scale = clean ? 0 : 1;
@@ -139,9 +139,9 @@ int main(int argc, char** argv) {
   mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
   try {
     fs::create_directories(fs::path(out) / "truths");
-    std::vector<Job> deck = make_jobs(count, seed, effect, family);
-    if (!only.empty()) deck.erase(std::remove_if(deck.begin(), deck.end(), [&](const Job& job) { return job.name != only; }), deck.end());
-    return run_jobs(deck, out, options, played, jobs) == 0 ? 0 : 1;
+    std::vector<Job> plan = make_jobs(count, seed, effect, family);
+    if (!only.empty()) plan.erase(std::remove_if(plan.begin(), plan.end(), [&](const Job& job) { return job.name != only; }), plan.end());
+    return run_jobs(plan, out, options, played, jobs) == 0 ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-make-cases: %s\n", error.what());
     return 2;

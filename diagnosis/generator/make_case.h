@@ -40,7 +40,7 @@ struct CaseOptions {
 
 // `count` requests that cover every effect evenly, in an order drawn from the seed. `family`: only these, a comma list
 // of family names, of `arm`, `stand`, `single` or `dirty`; empty: all but dirty ones. Throws std::invalid_argument where nothing is left.
-std::vector<CaseRequest> make_deck(int count, std::uint64_t seed, const std::string& family = "");
+std::vector<CaseRequest> make_case_plan(int count, std::uint64_t seed, const std::string& family = "");
 
 // A request for named effects, such as "coulomb_friction" or "rotor_inertia+cogging" or "none" or "stand:payload".
 CaseRequest parse_request(const std::string& text);

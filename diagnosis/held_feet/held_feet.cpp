@@ -72,7 +72,7 @@ Finding make_finding(const Experiment& e, const LoadedFoot& foot, const FootGive
   f.grade = give.same_everywhere ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = 0.99, f.share = share;
   f.alternatives = list_joints_that_give(e, give);
-  f.statement = link + ": the foot or what carries it gives, kz " + number(k, 3) + " +- " + number(1.96 * std, 2) + " N/m (" +
+  f.statement = link + ": the foot or what carries it gives, kz " + number(k, 3) + " +- " + number(kNinetyFive * std, 2) + " N/m (" +
                 get_grade_name(f.grade) + "). By the encoders the foot is " + number(1e6 * give.compliance, 3) +
                 " um lower for every newton on it. It takes away " + number(100.0 * share, 2) + " % of the foot height's variance.";
   return f;

@@ -7,15 +7,14 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kFactor = 1.0;   // |ln| of a scale that no wrong mass explains: the prior's bound of a factor
 constexpr double kLoad = 2.3;     // the same of efforts that are larger than expected: a heavy load asks for as much
 constexpr double kSame = 0.1;     // |ln| by which scales of joints may differ to be one; a load differs by more
-constexpr double kBracket = 0.5;  // width of the bracket, of its distance from one
 constexpr double kAlike = 0.3;    // |ln| by which scales of neighbours may differ to stand for a joint that cannot tell
 constexpr double kTells = 0.3;    // share of tau's spread that friction and rotor must leave to it
 constexpr long kFewest = 50;      // samples

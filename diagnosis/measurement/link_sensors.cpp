@@ -201,7 +201,7 @@ void read_motion(const Experiment& e, const TorqueData& motion, const TorqueReco
                  const std::vector<Effect>& known, LinkRecording* out) {
   out->q = in.q, out->v = in.v, out->a = in.a;
   for (const Effect& effect : known) {
-    if (effect.id == EffectId::kJointOffset) out->q.col(effect.place.index).array() -= effect.p[0];
+    if (get_effect(effect.id).felt_elsewhere) out->q.col(effect.place.index).array() -= effect.p[0];
   }
   const Recording& r = e.recordings[in.index];
   for (int j : sensors.link_encoders) {

@@ -9,6 +9,7 @@
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
@@ -24,7 +25,6 @@ constexpr double kCertain = 4.0;    // standard deviations of a fault from none
 constexpr double kLeast = 0.01;     // of a scale from one; of a bias, over the effort's spread
 constexpr double kExact = 1e-3;     // to which a log and a law agree at best: of a scale; of a bias, over the spread
 constexpr size_t kLater = 3;        // samples after which noise is another, and what lasts is not
-constexpr double kBracket = 0.5;    // by which the two regressions may differ, of a scale's distance from one
 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {

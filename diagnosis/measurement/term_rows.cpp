@@ -1,44 +1,60 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Terms of one joint, in its own row of the missing torque.
 #include "diagnosis/measurement/term_rows.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "common/base/check.h"
+#include "diagnosis/data/quantile.h"
+
 namespace hrp::diagnosis {
-namespace {
 
-using Matrix = Eigen::MatrixXd;
-using R = TorqueRecording;
-
-constexpr double kLongest = 0.1;     // [s] of a drive's lag or delay
-constexpr double kMostLoss = 0.6;    // of the load: no transmission loses so much
-constexpr double kMostHeld = 0.8;    // of the load: a gear that holds more is not seen to be turned back by it
-constexpr double kLeastGain = 0.5, kMostGain = 2.0;
-constexpr double kLeastMass = 0.3, kMostMass = 3.0;  // of a link's nominal mass
-constexpr double kMostAngle = 0.3;   // [rad] that a linear term of a zero or a tilt reaches
-constexpr double kLeastCarried = 0.3, kMostCarried = 1.1;  // of gravity: less is a mass that is wrong
-constexpr double kMaterialFactor = 0.03, kMaterialAngle = 0.003;  // [rad]
-
-const char* const kSpeeds = "constant speeds, slow and fast, in both directions, in postures of different load";
 const char* const kReversals = "short, fast reversals of this joint alone";
 const char* const kSweeps = "slow sweeps of the joint over its whole range, in postures of different load";
 const char* const kPostures = "postures held, and slow motion of every joint, with a known mass hung on and without";
-const char* const kLook = "look whether the log's effort is the whole of the drive's torque, and whether a spring or a counterweight carries the arm";
 
-// Kept samples of a series of the full grid.
-Matrix keep(const R& r, const Eigen::VectorXd& full) {
-  Matrix out(r.kept(), 1);
-  for (long k = 0; k < r.kept(); ++k) out(k, 0) = full[r.full_row(k)];
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+using R = TorqueRecording;
+
+constexpr double kMostLoss = 0.6;    // of the load: no transmission loses so much
+constexpr double kMostHeld = 0.8;    // of the load: a gear that holds more is not seen to be turned back by it
+constexpr double kLeastGain = 0.5, kMostGain = 2.0;
+
+// Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
+constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};
+constexpr double kFast = 0.9;
+// [s] A delay's torque is linear in the delay near one of these: with r'' of 10 rad/s^2 and 200 N m/rad, the square of
+// 12 ms is 0.14 N m.
+constexpr double kDelays[] = {0.003, 0.006, 0.012, 0.024, 0.048};
+constexpr double kCoggingPeriods[] = {1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40};
+
+const char* const kSpeeds = "constant speeds, slow and fast, in both directions, in postures of different load";
+
+// Columns of the table of effects, of which each is a smooth function of the motion at its instant.
+Matrix calc_smooth(const TorqueData&, const R& r, const Term& t) {
+  Matrix out(r.kept(), t.columns());
+  double columns[2];
+  for (long k = 0; k < r.kept(); ++k) {
+    const long row = r.full_row(k);
+    const JointSample sample{r.q(row, t.place), r.v(row, t.place), r.a(row, t.place), 0.0, r.effort(row, t.place), r.effort_rate(row, t.place)};
+    t.effect().torque.calc_columns(sample, &t.shape, columns);
+    for (long c = 0; c < out.cols(); ++c) out(k, c) = columns[c];
+  }
   return out;
 }
 
-Matrix calc_speed(const TorqueData&, const R& r, const Term& t) { return keep(r, r.v.col(t.place)); }
-Matrix calc_acceleration(const TorqueData&, const R& r, const Term& t) { return keep(r, r.a.col(t.place)); }
-Matrix calc_effort(const TorqueData&, const R& r, const Term& t) { return keep(r, r.effort.col(t.place)); }
-Matrix calc_effort_rate(const TorqueData&, const R& r, const Term& t) { return keep(r, r.effort_rate.col(t.place)); }
-Matrix calc_nominal(const TorqueData&, const R& r, const Term& t) { return keep(r, r.tau.col(t.place)); }
-Matrix calc_one(const TorqueData&, const R& r, const Term&) { return Matrix::Ones(r.kept(), 1); }
+Matrix calc_nominal(const TorqueData&, const R& r, const Term& t) {
+  Matrix out(r.kept(), 1);
+  for (long k = 0; k < r.kept(); ++k) out(k, 0) = r.tau(r.full_row(k), t.place);
+  return out;
+}
 
-Matrix calc_direction(const TorqueData& data, const R& r, const Term& t) { return data.condition(r, data.calc_sign(r, t.place)); }
+// What follows the direction of motion is no smooth signal: filtered as the torque is.
+Matrix calc_direction(const TorqueData& data, const R& r, const Term& t) { return data.calc_direction(r, t.place); }
 
 Matrix calc_load(const TorqueData& data, const R& r, const Term& t) {
   return data.condition(r, data.calc_sign(r, t.place).cwiseProduct(r.tau.col(t.place).cwiseAbs()));
@@ -46,7 +62,7 @@ Matrix calc_load(const TorqueData& data, const R& r, const Term& t) {
 
 // What the load does to a gear that it drives backwards: tau against the motion.
 Matrix calc_backwards(const TorqueData& data, const R& r, const Term& t) {
-  const Eigen::VectorXd sign = data.calc_sign(r, t.place);
+  const Vector sign = data.calc_sign(r, t.place);
   const Eigen::ArrayXd tau = r.tau.col(t.place).array(), driven = (sign.array() * tau < 0.0).cast<double>();
   return data.condition(r, (-(sign.array().abs() * tau) * driven).matrix());
 }
@@ -54,12 +70,6 @@ Matrix calc_backwards(const TorqueData& data, const R& r, const Term& t) {
 Matrix calc_excess(const TorqueData& data, const R& r, const Term& t) {
   const Eigen::ArrayXd sign = data.calc_sign(r, t.place).array();
   return data.condition(r, (sign * (-(r.v.col(t.place).array() / t.shape).square()).exp()).matrix());
-}
-
-Matrix calc_spring(const TorqueData&, const R& r, const Term& t) {
-  Matrix out = Matrix::Ones(r.kept(), 2);
-  out.col(0) = keep(r, r.q.col(t.place));
-  return out;
 }
 
 Matrix calc_late_command(const TorqueData&, const R& r, const Term& t) {
@@ -75,63 +85,96 @@ Matrix calc_ripple(const TorqueData& data, const R& r, const Term& t) {
   return out;
 }
 
-// For a row to be written in one expression.
-struct Row : TermRow {
-  Row(TermKind kind_in, const char* name, double nats, const char* motion_in) {
-    kind = kind_in, effect = find_effect(name)->id, cost = nats, motion = motion_in;
+std::vector<double> list_stribeck_velocities(const TorqueData& data, int joint) {
+  const double fast = find_fast_speed(data, joint);
+  std::vector<double> list;
+  for (double share : kStribeckShares) {
+    if (share * fast > data.slow[static_cast<size_t>(joint)]) list.push_back(share * fast);
   }
-  Row& column(decltype(TermRow::calc_columns) calc, int count = 1) { return calc_columns = calc, columns = count, *this; }
-  Row& in_all_rows(PlaceKind at, int count) { return whole = true, place = at, columns = count, *this; }
-  Row& within(double least, double most) { return low = least, high = most, *this; }
-  Row& positive() { return low = 0.0, *this; }
-  Row& small_angle() { return by_norm = true, material = kMaterialAngle, within(0.0, kMostAngle); }
-  Row& worth_saying_from(double size) { return material = size, *this; }
-  Row& of_drives() { return needs_drive = true, *this; }
-  Row& of_all_drives() { return usual = true, *this; }
-  Row& loss_or_rotor() { return of_motor_and_gear = true, *this; }
-  Row& in_shapes() { return scanned = true, *this; }
-  Row& of_timing() { return late = true, *this; }
-  Row& as_factor() { return factor = true, *this; }
-};
-
-std::vector<TermRow> make_joint_rows() {
-  using K = TermKind;
-  return {
-      Row(K::kViscous, "viscous_friction", 0.5, kSpeeds).column(calc_speed).positive().of_all_drives().loss_or_rotor(),
-      Row(K::kDry, "coulomb_friction", 0.5, kSpeeds).column(calc_direction).positive().of_all_drives().loss_or_rotor(),
-      Row(K::kLoadDry, "load_dependent_friction", 2.0, kSpeeds).column(calc_load).within(0.0, kMostLoss).loss_or_rotor(),
-      Row(K::kBackdriven, "backdriving_friction", 2.0, kSpeeds).column(calc_backwards).within(0.0, kMostHeld).of_drives().loss_or_rotor(),
-      Row(K::kStribeck, "stribeck_friction", 2.0, kSpeeds).column(calc_excess).positive().in_shapes(),
-      Row(K::kRotor, "rotor_inertia", 0.5, kReversals).column(calc_acceleration).positive().of_drives().of_all_drives().loss_or_rotor(),
-      // ln 2: as many torque constants are off as right; by how much costs, too. The coefficient is 1 - k.
-      Row(K::kGain, "torque_constant_error", 0.7, kPostures).column(calc_effort).within(1.0 - kMostGain, 1.0 - kLeastGain)
-          .worth_saying_from(kMaterialFactor).of_drives(),
-      Row(K::kGainOfModel, "torque_constant_error", 0.7, kPostures).column(calc_nominal).of_drives(),
-      Row(K::kConstant, "constant_torque", 2.0, kSweeps).column(calc_one),
-      Row(K::kSpring, "parallel_spring", 3.0, kSweeps).column(calc_spring, 2).positive(),
-      Row(K::kLag, "actuator_lag", 3.0, kReversals).column(calc_effort_rate).within(0.0, kLongest).of_drives(),
-      Row(K::kCommandDelay, "command_delay", 3.0, kReversals).column(calc_late_command).within(0.0, kLongest).in_shapes().of_timing(),
-      Row(K::kCogging, "cogging", 3.0, kSweeps).column(calc_ripple, 2).in_shapes().of_drives()};
+  return list;
 }
 
-// The costs of terms with several parameters are those of the parameters, too.
-std::vector<TermRow> make_whole_rows() {
-  using K = TermKind;
-  return {
-      Row(K::kPayload, "payload", 9.0, kPostures).in_all_rows(PlaceKind::kLink, 4),
-      Row(K::kMassError, "mass_error", 4.0, kPostures).in_all_rows(PlaceKind::kLink, 1).within(kLeastMass - 1.0, kMostMass - 1.0)
-          .worth_saying_from(kMaterialFactor).as_factor(),
-      Row(K::kComError, "com_error", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3),
-      Row(K::kForce, "external_force", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3),
-      Row(K::kOffset, "joint_offset", 4.0, kSweeps).in_all_rows(PlaceKind::kJoint, 1).small_angle(),
-      Row(K::kTilt, "base_tilt", 5.0, kPostures).in_all_rows(PlaceKind::kNone, 2).small_angle(),
-      Row(K::kCarried, "gravity_compensation", 5.0, kLook).in_all_rows(PlaceKind::kNone, 1).within(kLeastCarried, kMostCarried),
-      Row(K::kBusDelay, "command_delay", 4.0, kReversals).in_all_rows(PlaceKind::kJoint, 1).within(0.0, kLongest).of_timing()};
+// A ripple is told from a spring or gravity by several periods.
+std::vector<double> list_periods(const TorqueData& data, int joint) {
+  double low = 1e300, high = -1e300;
+  for (const R& r : data.recordings)
+    low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
+  std::vector<double> list;
+  for (double periods : kCoggingPeriods) {
+    if (periods * (high - low) > 3.0 * 2.0 * M_PI) list.push_back(periods);
+  }
+  return list;
 }
+
+std::vector<double> list_springs(const TorqueData& data, int) {
+  return data.behind_gears ? std::vector<double>{} : std::vector<double>{0.0};
+}
+
+std::vector<double> list_own_delays(const TorqueData& data, int joint) {
+  return data.source[static_cast<size_t>(joint)] == EffortSource::kServoLaw ? list_delays() : std::vector<double>{};
+}
+
+// The coefficient is 1 - k.
+TermValues make_gain(const Term&, const Vector& x, const Vector& s) { return {{1.0 - x[0]}, {s[0]}}; }
+Vector take_gain(const std::vector<double>& p) { return Vector::Constant(1, 1.0 - p[0]); }
+
+TermValues make_gain_of_model(const Term&, const Vector& x, const Vector& s) { return {{1.0 / (1.0 + x[0])}, {s[0]}}; }
+
+// k q - k rest
+TermValues make_spring(const Term&, const Vector& x, const Vector& s) {
+  const double rest = x[0] != 0.0 ? -x[1] / x[0] : 0.0;
+  return {{x[0], rest}, {s[0], std::hypot(s[1], rest * s[0]) / std::max(1e-12, std::abs(x[0]))}};
+}
+Vector take_spring(const std::vector<double>& p) { return Eigen::Vector2d(p[0], -p[0] * p[1]); }
+
+// A cos(phase) sin(N q) + A sin(phase) cos(N q)
+TermValues make_cogging(const Term& t, const Vector& x, const Vector& s) {
+  return {{x.norm(), t.shape, std::atan2(x[1], x[0])}, {s[0], 0.1 * t.shape, s[0] / std::max(1e-12, x.norm())}};
+}
+Vector take_cogging(const std::vector<double>& p) { return Eigen::Vector2d(p[0] * std::cos(p[2]), p[0] * std::sin(p[2])); }
 
 }  // namespace
 
-bool TermRow::allows(const Eigen::VectorXd& coefficients) const {
+double find_fast_speed(const TorqueData& data, int joint) {
+  std::vector<double> speeds;
+  for (const R& r : data.recordings) {
+    for (long k = 0; k < r.kept(); ++k) {
+      if (r.use(k, joint)) speeds.push_back(std::abs(r.v(r.full_row(k), joint)));
+    }
+  }
+  return find_quantile(std::move(speeds), kFast);
+}
+
+std::vector<double> list_delays() { return {std::begin(kDelays), std::end(kDelays)}; }
+
+std::vector<TermRow> make_joint_rows() {
+  using T = TermRow;
+  return {
+      Row("viscous_friction", 0.5, kSpeeds).column(&calc_smooth).positive().is(&T::usual).is(&T::of_motor_and_gear),
+      Row("coulomb_friction", 0.5, kSpeeds).column(&calc_direction).positive().is(&T::usual).is(&T::of_motor_and_gear).is(&T::level),
+      Row("load_dependent_friction", 2.0, kSpeeds).column(&calc_load).within(0.0, kMostLoss).is(&T::of_motor_and_gear).is(&T::by_load),
+      Row("backdriving_friction", 2.0, kSpeeds).column(&calc_backwards).within(0.0, kMostHeld).is(&T::needs_drive)
+          .is(&T::of_motor_and_gear).is(&T::backwards),
+      Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::needs_drive).is(&T::usual).is(&T::of_motor_and_gear),
+      // ln 2: as many torque constants are off as right; by how much costs, too.
+      Row("torque_constant_error", 0.7, kPostures).column(&calc_smooth).within(1.0 - kMostGain, 1.0 - kLeastGain)
+          .parameters(&make_gain, &take_gain).worth_saying_from(kMaterialFactor).is(&T::needs_drive).is(&T::scales_effort),
+      Row("torque_constant_error", 0.7, kPostures).column(&calc_nominal).parameters(&make_gain_of_model, nullptr)
+          .is(&T::needs_drive).is(&T::scales_model),
+      Row("constant_torque", 2.0, kSweeps).column(&calc_smooth).constant_in(0),
+      Row("actuator_lag", 3.0, kReversals).column(&calc_smooth).within(0.0, kLongest).is(&T::needs_drive),
+      Row("parallel_spring", 3.0, kSweeps).column(&calc_smooth, 2).shapes(&list_springs).positive()
+          .parameters(&make_spring, &take_spring).constant_in(1),
+      Row("command_delay", 3.0, kReversals).column(&calc_late_command).shapes(&list_own_delays).within(0.0, kLongest)
+          .is(&T::scanned).is(&T::late),
+      Row("stribeck_friction", 2.0, kSpeeds).column(&calc_excess).shapes(&list_stribeck_velocities).positive().shaped_by(2).is(&T::excess),
+      Row("cogging", 3.0, kSweeps).column(&calc_ripple, 2).shapes(&list_periods).parameters(&make_cogging, &take_cogging)
+          .shaped_by(1).is(&T::needs_drive)};
+}
+
+bool TermRow::allows(const Vector& coefficients, double reach) const {
+  if (load) return coefficients[0] > 0.0 && coefficients.tail<3>().norm() < reach * coefficients[0];
+  if (within_reach) return coefficients.norm() < reach;
   const double size = by_norm ? coefficients.norm() : coefficients[0];
   return size >= low && size <= high;
 }
@@ -145,6 +188,11 @@ const std::vector<TermRow>& list_term_rows() {
   return rows;
 }
 
-const TermRow& get_term_row(TermKind kind) { return list_term_rows()[static_cast<size_t>(kind)]; }
+const TermRow& find_term_row(bool TermRow::*property) {
+  const std::vector<TermRow>& rows = list_term_rows();
+  const auto row = std::find_if(rows.begin(), rows.end(), [&](const TermRow& r) { return r.*property; });
+  HRP_CHECK(row != rows.end(), "no term has a property that code asks for");
+  return *row;
+}
 
 }  // namespace hrp::diagnosis

@@ -1,43 +1,44 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a term of the missing torque is, one row each: effect, place, columns, physical range, cost, motion that would tell.
-// Evidence, grades, words and pages read it; a new term is a row, and its column.
+// The two parts of the list of terms, and how a row is written. Private to measurement.
 #pragma once
-
-#include <Eigen/Dense>
-#include <limits>
 
 #include "diagnosis/measurement/torque_terms.h"
 
 namespace hrp::diagnosis {
 
-struct TermRow {
-  TermKind kind = TermKind::kViscous;
-  EffectId effect = EffectId::kNamed;
-  PlaceKind place = PlaceKind::kJoint;  // kJoint, kLink; kNone: the base
-  int columns = 1;
-  // Columns in the joint's row: kept samples x columns; null of terms that are in the rows of every joint.
-  Eigen::MatrixXd (*calc_columns)(const TorqueData& data, const TorqueRecording& recording, const Term& term) = nullptr;
-  // [nats] before its parameters pay by cross-validation: what every drive has costs least.
-  double cost = 3.0;
-  const char* motion = "";     // that would tell it from others
-  // Of a real machine: friction brakes, rotors have mass, delays are positive and short. First coefficient, or the norm.
-  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
-  bool by_norm = false;
-  double material = 0.0;       // norm: less no drive and no encoder is free of
-  bool whole = false;          // in the rows of every joint
-  bool needs_drive = false;    // a joint without a motor has none
-  bool usual = false;          // every drive has it
-  bool of_motor_and_gear = false;  // losses and rotors: where they are known the drive is
-  bool scanned = false;        // of several shapes in one joint one is tried
-  bool late = false;           // commands that come late
-  bool factor = false;         // 1 + coefficient multiplies: far from one is unlikely
+std::vector<TermRow> make_joint_rows();
+std::vector<TermRow> make_whole_rows();
 
-  bool allows(const Eigen::VectorXd& coefficients) const;
+// Motions that would tell a term from others.
+extern const char* const kReversals;
+extern const char* const kSweeps;
+extern const char* const kPostures;
+
+constexpr double kLongest = 0.1;  // [s] of a drive's lag or delay
+constexpr double kMaterialFactor = 0.03, kMaterialAngle = 0.003;  // [rad]
+
+// [rad/s] that a joint exceeds in a tenth of its samples in use; 0: it has none.
+double find_fast_speed(const TorqueData& data, int joint);
+std::vector<double> list_delays();
+
+// For a row to be written in one expression.
+struct Row : TermRow {
+  Row(const char* name, double nats, const char* motion_in) { effect = find_effect(name), cost = nats, motion = motion_in; }
+  Row& column(decltype(TermRow::calc_columns) calc, int count = 1) { return calc_columns = calc, columns = count, *this; }
+  Row& in_all_rows(PlaceKind at, int count, decltype(TermRow::fill_columns) fill) {
+    return whole = true, place = at, columns = count, fill_columns = fill, *this;
+  }
+  Row& shapes(decltype(TermRow::list_shapes) list) { return list_shapes = list, *this; }
+  Row& parameters(decltype(TermRow::make_values) to, decltype(TermRow::make_coefficients) from) {
+    return make_values = to, make_coefficients = from, *this;
+  }
+  Row& within(double least, double most) { return low = least, high = most, *this; }
+  Row& positive() { return low = 0.0, *this; }
+  Row& small_angle(double most) { return by_norm = true, material = kMaterialAngle, within(0.0, most); }
+  Row& worth_saying_from(double size) { return material = size, *this; }
+  Row& is(bool TermRow::*property) { return this->*property = true, *this; }
+  Row& constant_in(int column) { return constant = column, *this; }
+  Row& shaped_by(int parameter) { return shape_parameter = parameter, scanned = true, *this; }
 };
-
-const TermRow& get_term_row(TermKind kind);
-
-// All of them, in the order of the enumeration.
-const std::vector<TermRow>& list_term_rows();
 
 }  // namespace hrp::diagnosis

@@ -36,12 +36,11 @@ Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const To
 std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const JointLaws& laws,
                                      const Eigen::VectorXd& tau, int j) {
   const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau, data.calc_sign(r, j), j));
-  const Eigen::MatrixXd late = calc_joint_columns(data, r, make_term(TermKind::kCommandDelay, j, laws.command_delay));
   std::vector<double> left;
   for (long k = 0; k < r.kept(); ++k) {
     if (!r.use(k, j)) continue;
     const long row = r.full_row(k);
-    const double effort = r.effort(row, j) - laws.command_delay * late(k, 0) - laws.lag * r.effort_rate(row, j);
+    const double effort = r.effort(row, j) - laws.command_delay * calc_late(r, j, row, laws.command_delay) - laws.lag * r.effort_rate(row, j);
     left.push_back((calc_given_torque(laws, effort, r.v(row, j)) - tau[row] - taken[k]) / laws.torque_scale);
   }
   return left;

@@ -19,20 +19,77 @@
 
 namespace hrp::diagnosis {
 
-enum class TermKind {
-  kViscous, kDry, kLoadDry, kBackdriven, kStribeck, kRotor, kGain, kGainOfModel, kConstant, kSpring, kLag, kCommandDelay, kCogging,
-  kPayload, kMassError, kComError, kForce, kOffset, kTilt, kCarried, kBusDelay
-};
+struct TermRow;
+class WholeColumns;  // measurement/whole_columns.cpp
 
+// An effect at a place, with a shape: columns of the missing torque.
 struct Term {
-  TermKind kind;
+  const TermRow* row = nullptr;
   int place = 0;       // joint, or link
   double shape = 0.0;  // Stribeck velocity [rad/s], cogging [1/rad], delay T0 [s]
-  int columns = 1;
-  bool whole = false;  // rows of every joint, else of `place` alone
+
+  int columns() const;
+  bool whole() const;  // rows of every joint, else of `place` alone
+  const EffectInfo& effect() const;
 };
 
-Term make_term(TermKind kind, int place, double shape = 0.0);
+// Parameters of a term, in the order of the effect's row, with their standard deviations.
+struct TermValues {
+  std::vector<double> value, std;
+};
+
+// What a term is: its row in the table of effects, and what only torque along a recorded motion asks. A new term is a
+// row (term_rows.cpp, whole_columns.cpp) and its column; evidence, grades, words and pages read the fields.
+struct TermRow {
+  const EffectInfo* effect = nullptr;
+  PlaceKind place = PlaceKind::kJoint;  // kJoint, kLink; kNone: the base
+  int columns = 1;
+  // Columns in the joint's row: kept samples x columns; null of terms that are in the rows of every joint.
+  Eigen::MatrixXd (*calc_columns)(const TorqueData& data, const TorqueRecording& recording, const Term& term) = nullptr;
+  // Columns in the rows of every joint at one moment: joint x columns.
+  void (WholeColumns::*fill_columns)(const Term& term, Eigen::Ref<Eigen::MatrixXd> columns) = nullptr;
+  // Shapes to be tried at a joint or link; none: no such term there. Null: one term, without a shape.
+  std::vector<double> (*list_shapes)(const TorqueData& data, int place) = nullptr;
+  // Parameters from coefficients x with deviations s, and the other way round; null: they are the same.
+  TermValues (*make_values)(const Term& term, const Eigen::VectorXd& x, const Eigen::VectorXd& s) = nullptr;
+  Eigen::VectorXd (*make_coefficients)(const std::vector<double>& values) = nullptr;
+  // [nats] before its parameters pay by cross-validation: what every drive has costs least.
+  double cost = 3.0;
+  const char* motion = "";     // that would tell it from others
+  // Of a real machine: friction brakes, rotors have mass, delays are positive and short. First coefficient, or the norm.
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+  bool by_norm = false;
+  bool within_reach = false;   // the coefficients are a place [m] of something that belongs to the link
+  double material = 0.0;       // norm: less no drive and no encoder is free of
+  bool whole = false;          // in the rows of every joint
+  bool needs_drive = false;    // a joint without a motor has none
+  bool usual = false;          // every drive has it
+  bool of_motor_and_gear = false;  // losses and rotors: where they are known the drive is
+  bool scanned = false;        // of several shapes in one joint one is tried
+  bool late = false;           // commands that come late
+  bool factor = false;         // 1 + coefficient multiplies: far from one is unlikely
+  bool level = false;          // dry friction while the joint moves, whatever the load
+  bool by_load = false;        // dry friction that grows with the load
+  bool excess = false;         // friction at rest above a level: no law without one, reported with it
+  bool backwards = false;      // of a gear while the load drives it
+  bool scales_effort = false;  // the drive's gain by the recorded effort; its column by the model follows in the list
+  bool scales_model = false;   // the drive's gain by the model's torque: the other bound
+  bool load = false;           // a mass that is carried, and where: all that can be wrong with a link's mass and its centre
+  bool moves_model = false;    // its columns move the model that the others are computed with
+  int constant = -1;           // column that is the same at all times; -1: none
+  int shape_parameter = -1;    // the effect's parameter that the shape is; -1: none, the coefficients say all
+
+  bool allows(const Eigen::VectorXd& coefficients, double reach = 0.0) const;
+  bool is_dry() const { return level || by_load; }
+  bool is_constant() const { return constant == 0; }          // and nothing else
+  bool is_of_bus() const { return late && whole; }            // of all joints alike
+  bool is_of_mass() const { return effect->family == EffectFamily::kMass; }
+};
+
+// All of them, those of joints first. Of rows of one effect the first is the one that reports are read by.
+const std::vector<TermRow>& list_term_rows();
+// The first that has a property; there must be one.
+const TermRow& find_term_row(bool TermRow::*property);
 
 // (c(t) - c(t - T0)) / T0 at sample k of the full grid: the mean of c' over the last T0.
 double calc_late(const TorqueRecording& recording, long joint, long k, double delay);
@@ -48,9 +105,7 @@ Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording
 std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const TorqueRecording& recording,
                                                 const std::vector<Term>& terms);
 
-// The row of the table of effects.
-EffectId get_effect_id(TermKind kind);
-std::string get_effect_name(TermKind kind);
-EffectFamily get_family(TermKind kind);
+TermValues calc_values(const Term& term, const Eigen::VectorXd& coefficients, const Eigen::VectorXd& std);
+Eigen::VectorXd calc_coefficients(const TermRow& row, const std::vector<double>& values);
 
 }  // namespace hrp::diagnosis

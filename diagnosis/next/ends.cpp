@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/search/parameters.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kQuantile = 1.96;
 constexpr double kUnsure = 0.5;  // of a value, or a natural size: wider intervals say only that nothing was seen of it
 
 }  // namespace
@@ -23,14 +23,14 @@ std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::Mat
   Eigen::VectorXd largest(fisher.rows());
   for (size_t i = 0; i < parameters.size(); ++i) {
     const double value = hypothesis[parameters[i].effect].p[parameters[i].index];
-    largest[static_cast<long>(i)] = kUnsure * std::max(std::abs(value), parameters[i].info->step) / kQuantile;
+    largest[static_cast<long>(i)] = kUnsure * std::max(std::abs(value), parameters[i].info->step) / kNinetyFive;
   }
   const Eigen::VectorXd std = calc_expected_std(fisher, largest);
   std::vector<Hypothesis> ends;
   for (size_t i = 0; i < parameters.size(); ++i) {
     const Effect& own = hypothesis[parameters[i].effect];
     if (contains(looked_at, own.id, own.place)) continue;
-    for (double side : {-kQuantile, kQuantile}) {
+    for (double side : {-kNinetyFive, kNinetyFive}) {
       Hypothesis end = hypothesis;
       double& value = end[parameters[i].effect].p[parameters[i].index];
       value = std::clamp(value + side * std[static_cast<long>(i)], parameters[i].info->low, parameters[i].info->high);

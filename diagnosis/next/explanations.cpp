@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/measurement/torque_terms.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/trial.h"
 
@@ -29,8 +30,9 @@ double find_value(const Json& parameters, const EffectParameter& info) {
 
 // Index -1: there is no such place.
 Place find_place(const Experiment& e, EffectId id, const Json& where) {
-  const PlaceKind kind = get_effect(id).place;
-  if (id == EffectId::kClockSkew) return at_all();
+  const EffectInfo& row = get_effect(id);
+  const PlaceKind kind = row.place;
+  if (kind == PlaceKind::kSensor && row.family == EffectFamily::kTiming && !row.change.any()) return at_all();  // one clock
   if (kind == PlaceKind::kJoint && where.contains("joint")) return at_joint(e.robot.tree.find_joint(where["joint"].get<std::string>()));
   if (kind == PlaceKind::kLink && where.contains("link")) return at_link(e.robot.tree.find_link(where["link"].get<std::string>()));
   for (int c = 0; kind == PlaceKind::kSensor && where.contains("sensor") && c < e.num_joints() * kQuantities; ++c) {
@@ -127,7 +129,7 @@ class Finder {
       if (find_travel(j) > kStill && !is_all_still()) continue;
       const double effort = e.robot.tree.joint(j).effort_limit;
       if (!std::isfinite(effort)) continue;
-      Effect friction{EffectId::kCoulomb, j, {}};
+      Effect friction{find_term_row(&TermRow::level).effect->id, j, {}};
       for (const EffectParameter& info : list_infos(friction.id)) friction.p.push_back(info.name == "level" ? kHidden * effort : info.value);
       Explanation hidden{{friction}, get_label(e, {friction}), 0.0, false};
       out_.list.push_back(hidden);

@@ -7,6 +7,8 @@
 
 namespace hrp::diagnosis {
 
+constexpr double kValues = 0.5;  // worth of halved intervals beside that of a certain decision
+
 // One explanation against the truth of another, over some recordings: r is the difference of their predictions, J its
 // slopes over the explanation's p parameters.
 struct Comparison {

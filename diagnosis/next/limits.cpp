@@ -13,7 +13,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMargin = 0.05;     // of a joint's range that stays unused at either end
-constexpr double kShare = 0.9;       // of speed and effort that is used
 constexpr double kReach = 1.0;       // [rad or m] from where the robot stands: further than that nobody expects
 constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may leave what was commanded where no limit is known
 // Efforts that nobody has seen yet are reached in steps: a drive may give less than its description says.
@@ -59,7 +58,7 @@ double find_seen_effort(const Experiment& e, size_t joint) {
 double find_effort(const Experiment& e, const JointSpec& joint) {
   const auto it = e.scenario.servo_joints.find(joint.name);
   const ServoGains& gains = it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
-  return kShare * std::min(joint.effort_limit, gains.effort_limit);
+  return kUsedShare * std::min(joint.effort_limit, gains.effort_limit);
 }
 
 JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::string>* remarks) {
@@ -78,7 +77,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
                        number(limits.lower, 3) + " to " + number(limits.upper, 3));
   }
   limits.lower = std::min(limits.lower, limits.start), limits.upper = std::max(limits.upper, limits.start);
-  limits.speed = kShare * joint.velocity_limit;
+  limits.speed = kUsedShare * joint.velocity_limit;
   if (!std::isfinite(limits.speed) || limits.speed <= 0.0) {
     limits.speed = kUnknownSpeed;
     remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " rad/s is taken");

@@ -10,6 +10,13 @@
 
 namespace hrp::diagnosis {
 
+constexpr double kUsedShare = 0.9;                // of the speed and effort that a joint may have: what commands use
+constexpr double kSpeedMargin = 1.0 / kUsedShare;  // of the speed of commands, by which the joint itself may be faster
+constexpr double kPeriod = 0.004;                 // [s] between samples of commands
+// Where to stop a motion: beyond so many times what a joint is expected to leave its command by, and so much more [rad or m]. A
+// robot that goes further has something that nobody thought of.
+constexpr double kStopFactor = 1.5, kStopMore = 0.05;
+
 struct JointLimits {
   double lower = 0.0, upper = 0.0;            // [rad or m] of commands
   double hard_lower = 0.0, hard_upper = 0.0;  // [rad or m] of the joint itself, under every explanation

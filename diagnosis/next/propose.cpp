@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/effects/units.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/candidate.h"
 #include "diagnosis/next/ends.h"
 #include "diagnosis/next/hung_loads.h"
@@ -17,7 +18,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr unsigned kSeeds = 2;          // of each family
-constexpr double kPeriod = 0.004;       // [s] between samples of motions that are compared
 constexpr double kSmaller = 0.8;        // in the place of a size that is not safe
 constexpr double kLeastSize = 0.2;
 constexpr double kWide = 100.0;         // natural sizes of a parameter: what is known of it before any recording
@@ -25,10 +25,6 @@ constexpr double kLeastSpread = 1e-3;   // of a value: what two writers of a law
 constexpr double kSameFamily = 0.9;     // worth of a second motion of the same family: it may miss the same
 constexpr double kByHand = 0.9;         // worth of a motion for which somebody has to hang a load on the robot
 constexpr double kSettled = 0.02;       // of a value: half an interval that asks for no more
-constexpr double kValues = 0.5;         // worth of halved intervals beside that of a certain decision
-constexpr double kQuantile = 1.96;
-constexpr double kStopFactor = 1.5;     // times what a joint is expected to leave its command by
-constexpr double kStopMore = 0.05;      // [rad or m] beside that: a robot that goes further has something that nobody thought of
 
 class Proposer {
  public:
@@ -200,7 +196,7 @@ class Proposer {
         const double floor = kLeastSpread * effect.p[i];
         std::string unit = infos[i].unit;
         if (effect.place.kind == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
-        list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kQuantile * std::hypot(before[k], floor), kQuantile * std::hypot(after[k], floor)});
+        list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kNinetyFive * std::hypot(before[k], floor), kNinetyFive * std::hypot(after[k], floor)});
       }
     }
     return list;

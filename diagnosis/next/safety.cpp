@@ -11,7 +11,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kCollisionPeriod = 0.02;  // [s] between poses that are checked for contact
-constexpr double kSpeedMargin = 1.0 / 0.9; // of the speed of commands: limits.cpp takes nine tenths of the joint's
 constexpr double kClear = 0.02;            // [m] that hung robots keep from the ground at least
 
 double find_radius(const CollisionShape& shape) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/parallel_for.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/stance_motions.h"
@@ -15,12 +16,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPeriod = 0.004;      // [s] between samples of commands
 constexpr unsigned kSeeds = 2;
 constexpr double kForeseen = 0.02;     // of a reading's range: what simulation of feet and ground is good for
-constexpr double kQuantile = 1.96;
-constexpr double kValues = 0.5;        // worth of halved intervals beside that of a certain decision
-constexpr double kStopFactor = 1.5, kStopMore = 0.05;  // as on a fixed base (propose.cpp)
 
 // A motion that is safe under every explanation, and what it would tell.
 struct StanceCandidate {
@@ -185,7 +182,7 @@ class StanceProposer {
     for (long i = 0; i < p; ++i) {
       const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
       if (value.std > 0.0)
-        list.push_back({value.label, value.parameter, value.unit, value.value, kQuantile * value.std, kQuantile * value.std * std::min(1.0, std[i])});
+        list.push_back({value.label, value.parameter, value.unit, value.value, kNinetyFive * value.std, kNinetyFive * value.std * std::min(1.0, std[i])});
     }
     return list;
   }

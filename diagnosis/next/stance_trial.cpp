@@ -19,7 +19,6 @@ constexpr double kLean = 0.3;         // [rad] of the base: a robot that only mo
 constexpr double kLeastLoad = 0.1;    // of the weight, on every foot
 constexpr double kLevel = 0.005;      // [m] above the lowest point a point of a sole still stands
 constexpr double kWindow = 0.02;      // [s] over which forces are averaged: a light sole chatters; also between looks
-constexpr double kSpeedMargin = 1.0 / 0.9;  // of the speed of commands: limits.cpp takes nine tenths of the joint's
 
 class StanceController : public Controller {
  public:

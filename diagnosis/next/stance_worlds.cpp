@@ -5,12 +5,12 @@
 #include <optional>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kQuantile = 1.96;
 constexpr double kUnknownStep = 0.05;  // of a value without an interval
 
 std::string make_label(const Json& effects) {
@@ -42,7 +42,7 @@ const Json* get_number(const Json& parameter) {
 // Half of the 95 % interval over its quantile; 0 where there is none.
 double find_std(const Json& parameter) {
   if (!parameter.is_object() || !parameter.contains("ci95") || parameter["ci95"].size() != 2 || !parameter["ci95"][0].is_number()) return 0.0;
-  return 0.5 * (parameter["ci95"][1].get<double>() - parameter["ci95"][0].get<double>()) / kQuantile;
+  return 0.5 * (parameter["ci95"][1].get<double>() - parameter["ci95"][0].get<double>()) / kNinetyFive;
 }
 
 double find_step(const Json& parameter) {
@@ -103,7 +103,7 @@ class Maker {
   void add_ends(const Json& model) {
     for_each_value(model, [&](size_t i, const std::string& name, const Json& parameter) {
       for (double side : {-1.0, 1.0}) {
-        const auto end = make_scenario(e_, move(model, i, name, side * kQuantile * find_step(parameter)));
+        const auto end = make_scenario(e_, move(model, i, name, side * kNinetyFive * find_step(parameter)));
         if (end) out_.ends.push_back({name + " at the end of its interval", *end, {}});
       }
     });

@@ -3,15 +3,17 @@
 
 #include <limits>
 
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis {
 
 Json make_value(double value, double std, const std::string& unit) {
-  return {{"value", value}, {"std", std}, {"ci95", {value - 1.96 * std, value + 1.96 * std}}, {"unit", unit}};
+  return {{"value", value}, {"std", std}, {"ci95", {value - kNinetyFive * std, value + kNinetyFive * std}}, {"unit", unit}};
 }
 
 Json make_vector(const std::vector<double>& values, const std::vector<double>& std, const std::string& unit) {
   Json intervals = Json::array();
-  for (size_t i = 0; i < values.size(); ++i) intervals.push_back({values[i] - 1.96 * std[i], values[i] + 1.96 * std[i]});
+  for (size_t i = 0; i < values.size(); ++i) intervals.push_back({values[i] - kNinetyFive * std[i], values[i] + kNinetyFive * std[i]});
   return {{"value", values}, {"std", std}, {"ci95", intervals}, {"unit", unit}};
 }
 

@@ -10,6 +10,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shapley.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/subtrees.h"
@@ -161,22 +162,22 @@ std::vector<double> calc_shares(const Problem& problem, const Outcome& outcome) 
 constexpr const char* kOtherMotion =
     "slow and fast sweeps of the joint over its whole range with stops in between, in postures of different load";
 
-// Effects that do as well in the place of one, all others as they are; with how they were fitted. A twin of one subtree
+// Effects that do as well in the place of one, all others as they are; with how they were fitted. A rival of one subtree
 // holds the effects of that subtree only.
 Json make_alternatives(const Problem& problem, const Outcome& outcome, const Effect& effect) {
   Json list = Json::array();
   const Hypothesis& chosen = outcome.chosen.hypothesis;
-  for (const Trial& twin : outcome.twins) {
+  for (const Trial& rival : outcome.indistinguishable) {
     const auto is_in = [](const Hypothesis& all, const Effect& e) { return contains(all, e.id, e.place); };
     std::vector<size_t> others;
-    for (size_t i = 0; i < twin.hypothesis.size(); ++i) {
-      if (!is_in(chosen, twin.hypothesis[i])) others.push_back(i);
+    for (size_t i = 0; i < rival.hypothesis.size(); ++i) {
+      if (!is_in(chosen, rival.hypothesis[i])) others.push_back(i);
     }
-    if (others.size() != 1 || is_in(twin.hypothesis, effect)) continue;
-    const Effect& other = twin.hypothesis[others[0]];
+    if (others.size() != 1 || is_in(rival.hypothesis, effect)) continue;
+    const Effect& other = rival.hypothesis[others[0]];
     list.push_back({{"effect", get_effect(other.id).name},
                     {"where", make_where(*problem.experiment, other)},
-                    {"parameters", make_parameters(*problem.experiment, other, get_std(twin, others[0]), true)},
+                    {"parameters", make_parameters(*problem.experiment, other, get_std(rival, others[0]), true)},
                     {"motion_that_would_tell", kOtherMotion}});
   }
   return list;
@@ -227,8 +228,8 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
 
 Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
-  for (const Trial& twin : outcome.twins) {
-    for (const Effect& effect : twin.hypothesis) {
+  for (const Trial& rival : outcome.indistinguishable) {
+    for (const Effect& effect : rival.hypothesis) {
       if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;
       list.push_back({{"effect", get_effect(effect.id).name},
                       {"where", make_where(*problem.experiment, effect)},
@@ -256,14 +257,14 @@ Json make_parameters(const Experiment& e, const Effect& effect, const std::vecto
     else
       parameters[name] = {{"value", round_to(value, 8)},
                           {"std", round_to(s, 4)},
-                          {"ci95", {round_to(value - 1.96 * s, 8), round_to(value + 1.96 * s, 8)}},
+                          {"ci95", {round_to(value - kNinetyFive * s, 8), round_to(value + kNinetyFive * s, 8)}},
                           {"unit", get_place_unit(e, effect, infos[i])}};
   }
   for (const auto& item : vectors) {
     Json value = Json::array(), spread = Json::array(), interval = Json::array();
     for (size_t i : item.second) {
       value.push_back(round_to(effect.p[i], 8)), spread.push_back(round_to(i < std.size() ? std[i] : 0.0, 4));
-      const double half = 1.96 * (i < std.size() ? std[i] : 0.0);
+      const double half = kNinetyFive * (i < std.size() ? std[i] : 0.0);
       interval.push_back({round_to(effect.p[i] - half, 8), round_to(effect.p[i] + half, 8)});
     }
     if (with_intervals)

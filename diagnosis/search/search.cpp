@@ -27,7 +27,7 @@ constexpr double kAskedShare = 0.1;  // of what is left above the noise, that is
 constexpr double kAskedAlike = 0.3;  // of the best one's gain: such may be the right one
 constexpr double kAskedTwin = 0.9;   // the same once it has left noise only
 constexpr double kAlike = 1.5;       // in cost
-constexpr double kTwin = 1.02;         // in cost: no difference that paths can tell
+constexpr double kIndistinguishable = 1.02;         // in cost: no difference that paths can tell
 constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
 constexpr double kLeastSpread = 1e-3;  // of a value
 constexpr double kQuiet = 1.5;         // noise deviations: what a joint feels of others that are not explained yet
@@ -99,8 +99,8 @@ class Search {
     for (size_t i = 0; i < best.size(); ++i) {
       Hypothesis other = best;
       const SpecialCase simpler = find_special_case(best[i]);
-      if (simpler.id != EffectId::kNamed) other[i] = {simpler.id, best[i].place, simpler.p};
-      if (simpler.id != EffectId::kNamed && !trials_.has(other)) trials_.add(other);
+      if (!simpler.p.empty()) other[i] = {simpler.id, best[i].place, simpler.p};
+      if (!simpler.p.empty() && !trials_.has(other)) trials_.add(other);
       if (is_rigid_rotor(best[i])) try_transmissions(best, i);
     }
   }
@@ -217,7 +217,7 @@ class Search {
     const Trial& best = trials_.best();
     std::vector<Trial> bases;
     for (const Trial* t : trials_.sort()) {
-      if (t->hypothesis.size() == best.hypothesis.size() && calc_cost(*t) < kTwin * calc_cost(best))
+      if (t->hypothesis.size() == best.hypothesis.size() && calc_cost(*t) < kIndistinguishable * calc_cost(best))
         bases.push_back(*t);
     }
     std::stable_sort(bases.begin(), bases.end(), [](const Trial& a, const Trial& b) {
@@ -356,7 +356,7 @@ class Search {
       if (!done && i >= kSimulated) break;  // a simpler one may explain as much as one that leaves noise only
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       const size_t more = count_parameters(beam[i].hypothesis), least = count_parameters(best.hypothesis);
-      if (done && (more > least || (more == least && beam[i].cost > kTwin * best_cost))) continue;
+      if (done && (more > least || (more == least && beam[i].cost > kIndistinguishable * best_cost))) continue;
       trials_.add(beam[i].hypothesis);
     }
   }
@@ -431,7 +431,7 @@ class Search {
     }
     outcome->explained = is_explained(outcome->chosen, nominal_);
     for (size_t i = 1; i < list.size(); ++i) {
-      if (list[i].probability > kListed) outcome->twins.push_back(list[i]);
+      if (list[i].probability > kListed) outcome->indistinguishable.push_back(list[i]);
     }
   }
 

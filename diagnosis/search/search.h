@@ -16,7 +16,7 @@ struct Outcome {
   bool modelled = false;          // the chosen model is to be shown, though nothing in it is named
   bool spent = false;             // the search ended at its limit of work
   std::vector<Trial> rivals;      // best first, the chosen one too
-  std::vector<Trial> twins;       // as good as the chosen one: the data cannot tell
+  std::vector<Trial> indistinguishable;  // as good as the chosen one: the data cannot tell
 };
 
 using Progress = std::function<void(const std::string&)>;

@@ -274,12 +274,14 @@ class Builder {
         return true;
       });
     }
-    if (mass > 0.0) add_payload(link, mass, shift);
+    for (const EffectInfo& row : list_effects()) {
+      if (row.place == PlaceKind::kLink && row.probe.list && mass > 0.0) add_payload(row, link, mass, shift);
+    }
   }
 
-  void add_payload(int link, double mass, const std::vector<int>& shift) {
-    const int at_origin = add_model_change({EffectId::kPayload, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
-    add_shape(EffectId::kPayload, at_link(link), {at_origin, shift[0], shift[1], shift[2]},
+  void add_payload(const EffectInfo& row, int link, double mass, const std::vector<int>& shift) {
+    const int at_origin = add_model_change({row.id, link, {1e-3, 0, 0, 0, 0}}, 1e-3);
+    add_shape(row.id, at_link(link), {at_origin, shift[0], shift[1], shift[2]},
               [mass](const std::vector<double>& x, std::vector<double>* p) {
                 *p = {x[0], 0, 0, 0, 0};
                 if (!(x[0] > 1e-3)) return false;

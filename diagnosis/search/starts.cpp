@@ -154,19 +154,19 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
 }
 
 // A rotor, one behind a transmission that gives, and one behind play look alike to a regression, which may find one and
-// miss the others. A plain rotor has some part in most joints; its twins are tried in the joint that is missed most.
-void add_twins(const Lead& lead, std::vector<Effect>* list) {
+// miss the others. A plain rotor has some part in most joints; the others are tried in the joint that is missed most.
+void add_indistinguishable(const Lead& lead, std::vector<Effect>* list) {
   const int worst = find_worst(lead);
-  std::vector<Effect> twins;
+  std::vector<Effect> others;
   for (const Effect& effect : *list) {
     const double rotor = get_rotor(effect);
     if (rotor <= 0.0 || (is_rigid_rotor(effect) && effect.place.index != worst)) continue;
-    for (const Effect& twin : list_transmissions(effect.place.index, rotor)) {
-      const bool listed = contains(*list, twin.id, twin.place) || contains(twins, twin.id, twin.place);
-      if (!listed && can_add(lead.hypothesis, twin)) twins.push_back(twin);
+    for (const Effect& other : list_transmissions(effect.place.index, rotor)) {
+      const bool listed = contains(*list, other.id, other.place) || contains(others, other.id, other.place);
+      if (!listed && can_add(lead.hypothesis, other)) others.push_back(other);
     }
   }
-  list->insert(list->end(), twins.begin(), twins.end());
+  list->insert(list->end(), others.begin(), others.end());
 }
 
 // Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
@@ -241,7 +241,7 @@ std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, cons
   }
   if (!lead.hypothesis.empty()) add_unseen(lead, &list);
   add_rate_faults(p, lead, &list);
-  add_twins(lead, &list);
+  add_indistinguishable(lead, &list);
   list.erase(std::remove_if(list.begin(), list.end(), is_quiet), list.end());
   return list;
 }

@@ -167,9 +167,9 @@ void add_rivals(const Problem& problem, const Trial& model, size_t subtree, cons
     listed.worst = rival.worst, listed.refined = rival.refined, listed.probability = rival.probability;
     whole->rivals.push_back(std::move(listed));
   }
-  for (Trial twin : own.twins) {
-    twin.hypothesis = map_to_robot(twin.hypothesis, problem.subtrees[subtree]);
-    whole->twins.push_back(std::move(twin));
+  for (Trial other : own.indistinguishable) {
+    other.hypothesis = map_to_robot(other.hypothesis, problem.subtrees[subtree]);
+    whole->indistinguishable.push_back(std::move(other));
   }
 }
 
@@ -199,7 +199,7 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtre
 
 }  // namespace
 
-std::vector<std::vector<int>> list_limbs(const TreeSpec& tree) {
+std::vector<std::vector<int>> list_subtrees(const TreeSpec& tree) {
   std::vector<size_t> subtree(tree.links.size(), 0);  // by link: the first one of its subtree
   for (size_t i = 1; i < tree.links.size(); ++i) {
     const size_t parent = static_cast<size_t>(tree.links[i].parent);
@@ -223,7 +223,7 @@ std::vector<std::vector<int>> list_limbs(const TreeSpec& tree) {
 }
 
 void split_subtrees(Problem* problem) {
-  const std::vector<std::vector<int>> subtrees = list_limbs(problem->experiment->robot.tree);
+  const std::vector<std::vector<int>> subtrees = list_subtrees(problem->experiment->robot.tree);
   if (subtrees.size() < 2) return;
   for (const std::vector<int>& joints : subtrees) problem->subtrees.push_back(make_limb(*problem, joints));
   for (Subtree& subtree : problem->subtrees) subtree.problem.most_work /= static_cast<double>(subtrees.size());

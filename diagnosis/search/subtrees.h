@@ -9,7 +9,7 @@
 namespace hrp::diagnosis {
 
 // Joints by subtree, in the order of the tree. Joints that follow each other (mimic) are of one subtree.
-std::vector<std::vector<int>> list_limbs(const TreeSpec& tree);
+std::vector<std::vector<int>> list_subtrees(const TreeSpec& tree);
 
 // Fills problem->subtrees where there is more than one.
 void split_subtrees(Problem* problem);

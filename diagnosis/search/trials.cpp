@@ -112,9 +112,13 @@ double Trials::find_range(int joint, std::vector<double> SmoothJoint::*series) c
 
 FitResult Trials::refine(const Hypothesis& hypothesis) {
   Hypothesis start = hypothesis;
-  start.push_back({EffectId::kTiming, at_joint(0), {0.0, 0.0}});  // of the subtree that begins there
-  for (const Effect& effect : hypothesis) {
-    if (moves_link(effect)) start.push_back({EffectId::kDriveTiming, effect.place, {0.0}});
+  for (const EffectInfo& row : list_effects()) {
+    if (!is_timing_row(row)) continue;
+    const std::vector<double> none(row.parameters.size(), 0.0);
+    if (row.place == PlaceKind::kNone) start.push_back({row.id, at_joint(0), none});  // of the subtree that begins there
+    for (const Effect& effect : hypothesis) {
+      if (row.place == PlaceKind::kJoint && moves_link(effect)) start.push_back({row.id, effect.place, none});
+    }
   }
   FitOptions options;
   options.max_iterations = 15;

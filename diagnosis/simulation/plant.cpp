@@ -83,7 +83,8 @@ bool contains(const Hypothesis& hypothesis, EffectId id, const Place& place) {
                      [&](const Effect& e) { return e.id == id && e.place == place; });
 }
 
-bool is_timing(const Effect& effect) { return effect.id == EffectId::kTiming || effect.id == EffectId::kDriveTiming; }
+bool is_timing_row(const EffectInfo& row) { return row.family == EffectFamily::kTiming && !row.reported; }
+bool is_timing(const Effect& effect) { return is_timing_row(get_effect(effect.id)); }
 
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   Plant plant;

@@ -29,6 +29,7 @@ EffectSet make_set(const Hypothesis& hypothesis);
 bool contains(const Hypothesis& hypothesis, EffectId id, const Place& place);
 
 // Of the drives' loops: last in a hypothesis.
+bool is_timing_row(const EffectInfo& row);
 bool is_timing(const Effect& effect);
 
 struct Plant {

@@ -104,23 +104,27 @@ bool StandSearcher::exceeds_ground(const StandFit& fit) const {
 }
 
 // Weight of a load beside a force at its link is more of that force, and its lever a displaced centre of mass: they
-// stand still alike, and only what the load takes to accelerate tells them apart. True where all of the force that
-// points down may be such a weight, or none.
-bool StandSearcher::may_be_load(size_t effect) const {
+// stand still alike, and only what the load takes to accelerate tells them apart. A load of unknown size where all
+// of the force that points down may be such a weight, or none.
+std::optional<Effect> StandSearcher::find_load(size_t effect) const {
   Hypothesis h = out_.chosen.hypothesis;
   const Effect& offset = h[effect];
-  const auto pulls = [&](const Effect& e) { return e.id == EffectId::kExternalForce && e.place == offset.place; };
+  const auto is_vector_of = [](const Effect& e, EffectFamily family) {
+    return is_link(e) && is_vector(e) && get_effect(e.id).family == family;
+  };
+  const auto pulls = [&](const Effect& e) { return is_vector_of(e, EffectFamily::kZero) && e.place == offset.place; };
   const auto force = std::find_if(h.begin(), h.end(), pulls);
-  if (offset.id != EffectId::kComError || force == h.end() || force->p[2] >= 0) return false;
+  if (!is_vector_of(offset, EffectFamily::kMass) || force == h.end() || force->p[2] >= 0) return std::nullopt;
   const double load = -force->p[2] / p_.experiment->scenario.gravity_W.norm();
   const double mass = p_.tree.links[static_cast<size_t>(offset.place.index)].inertia.mass;
   long at = 0;
   for (size_t i = 0; i < effect; ++i) at += static_cast<long>(h[i].p.size());
   force->p[2] = 0;
   h[effect] = {EffectId::kPayload, offset.place, {load, mass * offset.p[0], mass * offset.p[1], mass * offset.p[2]}};
+  const Effect none{h[effect].id, offset.place, {0, 0, 0, 0}};
   Eigen::MatrixXd covariance;
-  if (!polish(problems_, judge_.select(out_.chosen), 0, &h, &covariance)) return false;
-  return load < kNinetyFive * std::sqrt(covariance(at, at));
+  if (!polish(problems_, judge_.select(out_.chosen), 0, &h, &covariance)) return std::nullopt;
+  return load < kNinetyFive * std::sqrt(covariance(at, at)) ? std::optional<Effect>(none) : std::nullopt;
 }
 
 // Whether the equations that need an effect are then left with noise: what stands in for something else hardly ever
@@ -189,7 +193,7 @@ void StandSearcher::refuse_couplings() {
       out_.opposite = out_.opposite || are_equal(nominal, channels(), x, y, -1);
       if (!get_row(a).follows_position || !get_row(b).follows_position) continue;
       const SpringPair pair{{x, y}, {a.place.index, b.place.index}, {judge_.sigma()[x], judge_.sigma()[y]}};
-      out_.coupled = out_.coupled || calc_spring_gain(p_, nominal, pair) < kCorrelated * std::log(1 / kTwin);
+      out_.coupled = out_.coupled || calc_spring_gain(p_, nominal, pair) < kCorrelated * std::log(1 / kIndistinguishable);
     }
   }
   if (out_.opposite || out_.coupled) out_.explained = false;

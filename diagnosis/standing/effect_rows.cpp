@@ -98,6 +98,40 @@ void apply_soles(const std::vector<double>& all, const StandTarget& at) {
   }
 }
 
+// ---- And back to the table's parameters, with standard deviations to first order ----------------------------------
+
+using Values = std::vector<double>;
+
+void tell_stribeck(Values* p, Eigen::VectorXd* std) {
+  (*p)[1] += (*p)[0], (*std)(1) = std::hypot((*std)(0), (*std)(1));
+}
+
+void tell_spring(Values* p, Eigen::VectorXd* std) {
+  const double k = (*p)[0], rest = -(*p)[1] / k;
+  (*p)[1] = rest, (*std)(1) = std::hypot((*std)(1), rest * (*std)(0)) / k;
+}
+
+void tell_cogging(Values* p, Eigen::VectorXd* std) {
+  const double phase = std::atan2((*p)[1], (*p)[0]), amplitude = std::hypot((*p)[0], (*p)[1]), s = std::max((*std)(0), (*std)(1));
+  *p = {amplitude, (*p)[2], phase < 0 ? phase + 2 * M_PI : phase};
+  *std = Eigen::Vector3d(s, (*std)(2), s / std::max(1e-9, amplitude));
+}
+
+void tell_elasticity(Values* p, Eigen::VectorXd* std) {
+  *std = Eigen::Vector3d((*std)(0) / ((*p)[0] * (*p)[0]), 0, (*std)(1));
+  *p = {1 / (*p)[0], std::nan(""), (*p)[1]};
+}
+
+// Where no torque held the link at both ends the gap is at least what was seen.
+void tell_backlash(Values* p, Eigen::VectorXd*) { *p = {(*p)[3] > 0 ? (*p)[3] : (*p)[0]}; }
+
+void tell_payload(Values* p, Eigen::VectorXd* std) {
+  for (size_t i = 1; i < 4; ++i) {  // written as mass x com
+    const long at = static_cast<long>(i);
+    (*p)[i] /= (*p)[0], (*std)(at) = std::hypot((*std)(at), (*p)[i] * (*std)(0)) / (*p)[0];
+  }
+}
+
 // ---- Where to look for effects that no linear prediction from none finds --------------------------------------------
 
 std::vector<Start> list_at(size_t coefficient, const std::vector<double>& values) {
@@ -136,7 +170,10 @@ StandRow make_coulomb() {
   row.is_sensible = [](const StandProblem&, const Effect& e) { return std::abs(e.p[1]) < 1; };
   row.list_richer = [](const StandProblem&, const Effect& e) {
     std::vector<Effect> out;
-    for (double v : {0.03, 0.1, 0.3}) out.push_back({EffectId::kStribeck, e.place, {0.7 * e.p[0], 0.5 * e.p[0], v, 0}});
+    for (const EffectInfo& richer : list_effects()) {
+      if (!richer.dry || !has_part(richer.id, e.id)) continue;
+      for (double v : {0.03, 0.1, 0.3}) out.push_back({richer.id, e.place, {0.7 * e.p[0], 0.5 * e.p[0], v, 0}});
+    }
     return out;
   };
   return row;
@@ -144,7 +181,7 @@ StandRow make_coulomb() {
 
 StandRow make_stribeck() {
   StandRow row = make_drive_row(EffectId::kStribeck, {0, 0, 0.1, 0}, {0.1, 0.1, 1e-3, 0.1});
-  row.apply = &apply_stribeck;
+  row.apply = &apply_stribeck, row.to_table = &tell_stribeck;
   row.from_table = [](const std::vector<double>& p) {
     return std::vector<double>{p[0], p[1] - p[0], p[2], p.size() > 3 ? p[3] : 0.0};
   };
@@ -173,14 +210,14 @@ StandRow make_hysteresis() {
 
 StandRow make_spring() {
   StandRow row = make_drive_row(EffectId::kSpring, {0, 0}, {1, 0.1});
-  row.apply = &apply_spring, row.follows_position = true;
+  row.apply = &apply_spring, row.to_table = &tell_spring, row.follows_position = true;
   row.from_table = [](const std::vector<double>& p) { return std::vector<double>{p[0], -p[0] * p[1]}; };
   return row;
 }
 
 StandRow make_cogging() {
   StandRow row = make_drive_row(EffectId::kCogging, {0, 0, 1}, {0.1, 0.1, 0.01});
-  row.apply = &apply_cogging, row.positive = false, row.all_count = true;
+  row.apply = &apply_cogging, row.to_table = &tell_cogging, row.positive = false, row.all_count = true;
   row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) { return list_at(2, hints.ripples[j]); };
   return row;
 }
@@ -200,14 +237,14 @@ void keep_rotor(std::vector<double>* p) { (*p)[1] = std::max((*p)[1], 0.0); }  /
 
 StandRow make_elasticity() {
   StandRow row = make_row(EffectId::kElasticity, {0, 0}, {1e-6, 0.01}, true);
-  row.apply = &apply_elasticity, row.keep = &keep_rotor;
+  row.apply = &apply_elasticity, row.to_table = &tell_elasticity, row.keep = &keep_rotor;
   row.noisy = row.bends_leg = true;
   return row;
 }
 
 StandRow make_backlash() {
   StandRow row = make_row(EffectId::kBacklash, {0, 0, 0, 0}, {1e-3, 0.01, 1e-6, 0}, true);
-  row.apply = &apply_backlash, row.keep = &keep_rotor;
+  row.apply = &apply_backlash, row.to_table = &tell_backlash, row.keep = &keep_rotor;
   row.away = row.loose = true, row.refined = 1;
   // A gap below what encoders resolve is none.
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[0] > 1e-4; };
@@ -230,7 +267,7 @@ StandRow make_joint_offset() {
 
 StandRow make_payload() {
   StandRow row = make_row(EffectId::kPayload, {0, 0, 0, 0}, {0.1, 0.01, 0.01, 0.01}, true);
-  row.apply = &apply_payload, row.noisy = true;
+  row.apply = &apply_payload, row.to_table = &tell_payload, row.noisy = true;
   return row;
 }
 
@@ -363,7 +400,7 @@ std::vector<StandRow> make_rows() {
   StandRow gain = make_drive_row(EffectId::kTorqueConstant, {1}, {0.01});
   StandRow late = make_drive_row(EffectId::kDelay, {0}, {1e-3}), lag = make_drive_row(EffectId::kLag, {0}, {1e-3});
   viscous.noisy = rotor.noisy = gain.noisy = lag.noisy = true;
-  gain.positive = false, late.by_command = true, rotor.inside = EffectId::kElasticity;
+  gain.positive = false, late.by_command = true, rotor.of_transmission = true;
   std::vector<StandRow> rows{viscous,           make_coulomb(),   make_stribeck(),     make_load_friction(), rotor,
                              make_spring(),     gain,             make_saturation(),   make_cogging(),       make_hysteresis(),
                              late,              lag,              make_elasticity(),   make_backlash(),      make_joint_offset(),

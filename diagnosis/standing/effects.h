@@ -46,6 +46,8 @@ struct StandRow {
   std::vector<double> neutral, step;  // step: of finite differences; 0: read off, not fitted
   void (*apply)(const std::vector<double>& p, const StandTarget& at) = nullptr;  // null: the table's
   std::vector<double> (*from_table)(const std::vector<double>& p) = nullptr;  // coefficients from the table's parameters
+  // And back, with standard deviations: both in the table's order, the first of them; NaN: not told. Null: the same.
+  void (*to_table)(std::vector<double>* p, Eigen::VectorXd* std) = nullptr;
   bool positive = false;      // first coefficient must not fall below its neutral value
   bool at_drive = false;      // leaves motion and forces as they are: changes only what a drive's effort is compared with
   bool by_command = false;    // shows where commands were recorded
@@ -59,7 +61,7 @@ struct StandRow {
   bool slides = false;        // is seen where feet slide only
   bool tilts_feet = false;    // what ground and sole give looks like it
   bool bends_leg = false;     // the same by how much: find_bound()
-  EffectId inside = EffectId::kNamed;  // an effect that has this one as a part
+  bool of_transmission = false;  // a transmission that gives has it, too
   // None: not a candidate here. Null: from none.
   std::vector<Start> (*list_starts)(const StandProblem&, const StandHints&, size_t place) = nullptr;
   bool (*is_sensible)(const StandProblem&, const Effect&) = nullptr;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace hrp::diagnosis::standing {
 
@@ -50,69 +49,6 @@ Json make_bush(const StandProblem& p, const Effect& e, const Eigen::VectorXd& st
   return out;
 }
 
-Json make_payload(const Effect& e, const Eigen::VectorXd& std) {
-  std::vector<double> value, deviation;
-  for (long i = 1; i < 4; ++i) {  // written as mass x com
-    const double c = e.p[static_cast<size_t>(i)] / e.p[0];
-    value.push_back(c), deviation.push_back(std::hypot(std(i), c * std(0)) / e.p[0]);
-  }
-  Json out;
-  out["mass"] = make_value(e.p[0], std(0), "kg");
-  out["com"] = make_vector(value, deviation, "m");
-  return out;
-}
-
-Json make_spring(const Effect& e, const Eigen::VectorXd& std) {
-  Json out;
-  out["stiffness"] = make_value(e.p[0], std(0), "N m/rad");
-  const double rest = -e.p[1] / e.p[0];
-  out["rest"] = make_value(rest, std::hypot(std(1), rest * std(0)) / e.p[0], "rad");
-  return out;
-}
-
-Json make_stribeck(const Effect& e, const Eigen::VectorXd& std) {
-  Json out;
-  out["coulomb"] = make_value(e.p[0], std(0), "N m");
-  out["static"] = make_value(e.p[0] + e.p[1], std::hypot(std(0), std(1)), "N m");
-  out["stribeck_velocity"] = make_value(e.p[2], std(2), "rad/s");
-  out["viscous"] = make_value(e.p[3], std(3), "N m s/rad");
-  return out;
-}
-
-Json make_cogging(const Effect& e, const Eigen::VectorXd& std) {
-  const double phase = std::atan2(e.p[1], e.p[0]);
-  const double amplitude = std::hypot(e.p[0], e.p[1]), s = std::max(std(0), std(1));
-  Json out;
-  out["amplitude"] = make_value(amplitude, s, "N m");
-  out["periods"] = make_value(e.p[2], std(2), "1/rad");
-  out["phase"] = make_value(phase < 0 ? phase + 2 * M_PI : phase, s / std::max(1e-9, amplitude), "rad");
-  return out;
-}
-
-// Where no torque held the link at both ends the gap may be any that lets it go where it was seen.
-Json make_backlash(const Effect& e, const Eigen::VectorXd& std) {
-  Json out;
-  out["gap"] = make_value(e.p[3] > 0 ? e.p[3] : e.p[0], std(0), "rad");
-  if (e.p[3] > 0) {
-    const double rest = std::max(0.0, kMostPlay - e.p[3]);
-    out["gap"]["std"] = rest / std::sqrt(12), out["gap"]["ci95"] = {0.95 * e.p[3], e.p[3] + rest};
-  }
-  return out;
-}
-
-Json make_elasticity(const Effect& e, const Eigen::VectorXd& std) {
-  Json out;
-  out["stiffness"] = make_value(1 / e.p[0], std(0) / (e.p[0] * e.p[0]), "N m/rad");
-  out["rotor_inertia"] = make_value(e.p[1], std(1), "kg m^2");
-  return out;
-}
-
-// Effects whose coefficients are not their parameters.
-using Make = Json (*)(const Effect&, const Eigen::VectorXd&);
-const std::map<EffectId, Make> kOwn{{EffectId::kPayload, &make_payload},     {EffectId::kSpring, &make_spring},
-                                    {EffectId::kStribeck, &make_stribeck},   {EffectId::kCogging, &make_cogging},
-                                    {EffectId::kBacklash, &make_backlash},   {EffectId::kElasticity, &make_elasticity}};
-
 const char* find_suffix(Reading reading) {
   switch (reading) {
     case Reading::kPosition: return "/position";
@@ -146,16 +82,22 @@ Json make_parameters(const StandProblem& p, const Effect& e, const Eigen::Vector
   Eigen::VectorXd std = fitted;
   for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kLaws * e.p[static_cast<size_t>(i)]);
   if (is_foot(e)) return make_bush(p, e, std, foot);
-  const auto own = kOwn.find(e.id);
-  if (own != kOwn.end()) return own->second(e, std);
+  const StandRow& row = get_row(e);
+  std::vector<double> values = e.p;
+  if (row.to_table) row.to_table(&values, &std);
   Json out;
   const std::vector<EffectParameter>& all = get_effect(e.id).parameters;
-  const auto unit = [&](size_t i) { return all[i].unit.empty() ? get_unit(e.place.reading) : all[i].unit.c_str(); };
-  if (all[0].axis >= 0 && e.p.size() == 3) {
-    out[all[0].name] = make_vector(e.p, std::vector<double>(std.data(), std.data() + std.size()), unit(0));
-    return out;
+  for (size_t i = 0; i < values.size(); ++i) {
+    const std::string unit = all[i].unit.empty() ? get_unit(e.place.reading) : all[i].unit;
+    const bool vector = all[i].axis >= 0 && values.size() > 2;
+    if (std::isnan(values[i]) || (vector && all[i].axis > 0)) continue;
+    if (vector) out[all[i].name] = make_vector({&values[i], &values[i] + 3}, {std.data() + i, std.data() + i + 3}, unit);
+    else out[all[i].name] = make_value(values[i], std(static_cast<long>(i)), unit);
   }
-  for (size_t i = 0; i < e.p.size(); ++i) out[all[i].name] = make_value(e.p[i], std(static_cast<long>(i)), unit(i));
+  if (row.loose && e.p[3] > 0) {  // anything that lets the link go where it was seen
+    const double rest = std::max(0.0, kMostPlay - e.p[3]);
+    out[all[0].name]["std"] = rest / std::sqrt(12), out[all[0].name]["ci95"] = {0.95 * e.p[3], e.p[3] + rest};
+  }
   return out;
 }
 
@@ -170,7 +112,7 @@ std::string describe_values(const Json& parameters) {
     } else if (p["ci95"][1].get<double>() - p["value"].get<double>() > 3 * p["std"].get<double>()) {
       out += "at least " + number(p["value"].get<double>(), 3);  // an interval to one side
     } else {
-      out += number(p["value"].get<double>(), 3) + " +- " + number(1.96 * p["std"].get<double>(), 2);
+      out += number(p["value"].get<double>(), 3) + " +- " + number(kNinetyFive * p["std"].get<double>(), 2);
     }
     const std::string unit = p["unit"].get<std::string>();
     if (unit != "1") out += " " + unit;

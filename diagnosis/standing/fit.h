@@ -11,12 +11,12 @@
 
 #include <Eigen/Dense>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/channels.h"
 #include "diagnosis/standing/effects.h"
 
 namespace hrp::diagnosis::standing {
 
-constexpr double kNinetyFive = 1.96;  // deviations of an interval of 95 %
 constexpr double kStretch = 0.5;      // [s] errors of stretches this long are taken as independent
 
 using Evaluation = std::vector<StandBase>;            // by recording

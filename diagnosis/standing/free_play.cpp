@@ -67,7 +67,7 @@ std::vector<int> find_sides(const std::vector<double>& torque, double slack) {
   return out;
 }
 
-bool may_be_teeth(const StandProblem& problem, const std::vector<StandBase>& evaluation, size_t joint, double offset) {
+bool may_be_play(const StandProblem& problem, const std::vector<StandBase>& evaluation, size_t joint, double offset) {
   const int own = offset > 0 ? 1 : -1;
   for (const StandBase& base : evaluation) {
     const std::vector<double> torque = list_torques(base, joint, problem.effort.size());

@@ -23,7 +23,7 @@ std::vector<int> find_sides(const std::vector<double>& torque, double slack);
 
 // Whether a torque holds a joint on the side of an offset [rad] in every recording and never on the other one: then the
 // offset may be half of a gap.
-bool may_be_teeth(const StandProblem& problem, const std::vector<StandBase>& evaluation, size_t joint, double offset);
+bool may_be_play(const StandProblem& problem, const std::vector<StandBase>& evaluation, size_t joint, double offset);
 
 // What the channels say with the link in the middle of the teeth and kTeethStep aside, [sample][channel], flat. The
 // first `geometry` of them follow the feet; those from `places` on are known but for a constant.

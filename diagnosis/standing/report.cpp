@@ -38,9 +38,9 @@ std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t 
   return out;
 }
 
-Json make_alternatives(const StandProblem& p, const std::vector<Effect>& twins) {
+Json make_alternatives(const StandProblem& p, const std::vector<Effect>& others) {
   Json out = Json::array();
-  for (const Effect& e : twins) {
+  for (const Effect& e : others) {
     const auto [kind, name] = find_place(p, e);
     out.push_back({{"effect", get_effect(e.id).name}, {"where", {{kind, name}}}});
   }
@@ -82,7 +82,7 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
                    {"share", round_to(std::clamp(shares[i], 0.0, 1.0) / static_cast<double>(places), 3)},
                    {"probability", probability},
                    {"statement", make_statement(p, o, i, name, parameters)}};
-      if (i < o.twins.size() && !o.twins[i].empty()) finding["alternatives"] = make_alternatives(p, o.twins[i]);
+      if (i < o.indistinguishable.size() && !o.indistinguishable[i].empty()) finding["alternatives"] = make_alternatives(p, o.indistinguishable[i]);
       findings->push_back(finding);
     }
   }
@@ -257,8 +257,8 @@ void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* ou
                     {"why", "no torque held the teeth on both sides: the gap is at least as wide as what was seen"},
                     {"motion_that_would_tell", "loads on the joint that change their sign"}});
   }
-  for (size_t i = 0; i < o.twins.size(); ++i) {
-    for (const Effect& e : o.twins[i]) {
+  for (size_t i = 0; i < o.indistinguishable.size(); ++i) {
+    for (const Effect& e : o.indistinguishable[i]) {
       const auto [kind, name] = find_place(p, e);
       if (get_row(e).loose && get_row(o.chosen.hypothesis[i]).tilts_feet) {
         out->push_back({{"effect", get_effect(e.id).name},

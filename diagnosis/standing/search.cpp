@@ -24,7 +24,7 @@ StandOutcome StandSearcher::run() {
   if (out_.explained) refuse_uneven_friction();
   if (!out_.explained) doubt();
   if (!out_.mismatch) look_below_noise();
-  find_twins();
+  find_indistinguishable();
   out_.sigma = judge_.sigma();
   out_.widening = find_deviations(kNinetyFive) / kNinetyFive;
   return std::move(out_);
@@ -118,7 +118,7 @@ namespace {
 bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& so_far) {
   const Effect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
   const double far = std::max(kRicher, kRotorsLack * (so_far.score - rich.score));
-  return get_row(a).inside == b.id && a.place == b.place &&
+  return get_row(a).of_transmission && get_effect(b.id).flexible && !get_row(b).loose && a.place == b.place &&
          simple.score - rich.score < far;
 }
 
@@ -132,7 +132,7 @@ StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) 
     const bool contained = std::any_of(unsure.begin(), unsure.end(), [&](const StandFit* rich) {
       return is_contained(t.fit, *rich, out_.chosen);
     });
-    if (t.probability < kTwin && !contained) continue;
+    if (t.probability < kIndistinguishable && !contained) continue;
     const StandFit finished = finish(t.fit, t.fit.hypothesis);
     if (is_significant(finished)) return finished;
     unsure.push_back(&t.fit);
@@ -236,26 +236,25 @@ void StandSearcher::exchange_effects(bool all) {
   }
 }
 
-void StandSearcher::find_twins() {
+void StandSearcher::find_indistinguishable() {
   for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
-    out_.twins.emplace_back();
+    out_.indistinguishable.emplace_back();
     const Effect& found = out_.chosen.hypothesis[i];
     for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
       const StandTrial& t = out_.rounds[i][k];
       const Effect& e = t.fit.hypothesis[i];
-      if (t.fit.score < 1e299 && t.probability > kTwin && !is_same(e, found)) out_.twins.back().push_back(e);
+      if (t.fit.score < 1e299 && t.probability > kIndistinguishable && !is_same(e, found)) out_.indistinguishable.back().push_back(e);
     }
     const auto is_listed = [&](EffectId id) {
-      const std::vector<Effect>& twins = out_.twins.back();
-      return std::any_of(twins.begin(), twins.end(), [&](const Effect& e) { return e.id == id; });
+      const std::vector<Effect>& others = out_.indistinguishable.back();
+      return std::any_of(others.begin(), others.end(), [&](const Effect& e) { return e.id == id; });
     };
-    if (may_be_load(i) && !is_listed(EffectId::kPayload)) {
-      out_.twins.back().push_back({EffectId::kPayload, found.place, {0, 0, 0, 0}});
-    }
-    if (found.id != EffectId::kJointOffset) continue;
+    const std::optional<Effect> load = find_load(i);
+    if (load && !is_listed(load->id)) out_.indistinguishable.back().push_back(*load);
+    if (!get_effect(found.id).felt_elsewhere) continue;
     const auto joint = static_cast<size_t>(found.place.index);
-    if (!may_be_teeth(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;
-    out_.twins.back().push_back({EffectId::kBacklash, found.place, {2 * std::abs(found.p[0]), 0, 0, 0}});
+    if (!may_be_play(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;
+    out_.indistinguishable.back().push_back({EffectId::kBacklash, found.place, {2 * std::abs(found.p[0]), 0, 0, 0}});
   }
 }
 

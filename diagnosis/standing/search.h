@@ -22,7 +22,7 @@ struct StandOutcome {
   std::vector<double> shared;                   // [noise deviations] by channel what even and odd samples share
   double widening = 1;                          // of intervals, because so few stretches tell the deviations
   std::vector<std::vector<StandTrial>> rounds;  // by chosen effect, best first: what was tried in its place
-  std::vector<std::vector<Effect>> twins;  // by chosen effect: what the data cannot tell from it
+  std::vector<std::vector<Effect>> indistinguishable;  // by chosen effect: what the data cannot tell from it
   std::vector<Effect> doubtful;            // found, but not the same in every recording: not named
   bool mismatch = false, explained = false;
   bool opposite = false;  // two drives lack equal or opposite efforts: something couples them

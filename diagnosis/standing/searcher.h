@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/search.h"
@@ -15,7 +16,7 @@ constexpr double kNormal = kSignificantInRobot;
 constexpr double kGain = kCorrelated * 13.1;
 constexpr double kRicher = 40;  // the same where a law is replaced by a richer one at the same place
 constexpr double kRotorsLack = 0.05;  // share of a transmission's gain that its rotor alone may lack
-constexpr double kTwin = 0.05;  // least probability of what is reported as not to be told apart
+constexpr double kIndistinguishable = 0.05;  // least probability of what is reported as not to be told apart
 constexpr size_t kMostEffects = 3;
 // A robot's drives are made alike: what one joint lacks the others may lack, too. So many effects with those.
 constexpr size_t kMostAlike = 12;
@@ -73,10 +74,10 @@ class StandSearcher {
   bool is_significant(const StandFit& fit) const;
   StandFit find_significant(const std::vector<StandTrial>& trials) const;
   bool exceeds_ground(const StandFit& fit) const;
-  bool may_be_load(size_t effect) const;
+  std::optional<Effect> find_load(size_t effect) const;
   void exchange_effects(bool all);
   void look_below_noise();
-  void find_twins();
+  void find_indistinguishable();
   void doubt();
   bool is_consistent(size_t effect) const;
   bool explains_its_part(size_t effect) const;

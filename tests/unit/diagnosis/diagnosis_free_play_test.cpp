@@ -113,7 +113,7 @@ TEST(LooseTeeth, LookLikeAnOffsetWhereATorqueHoldsThemOnItsSideAllTheTime) {
   const auto may_be = [&](const std::vector<double>& torques, double offset) {
     StandBase base;
     for (double torque : torques) base.states.push_back({0, 0, 0, 0, torque});
-    return may_be_teeth(p, {base}, 0, offset);
+    return may_be_play(p, {base}, 0, offset);
   };
   EXPECT_TRUE(may_be({2, 3, 2}, 0.01));
   EXPECT_FALSE(may_be({2, 3, 2}, -0.01)) << "they give way to the torque";

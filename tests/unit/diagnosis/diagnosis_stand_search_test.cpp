@@ -283,7 +283,7 @@ TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeAL
   const auto is_load = [](const Effect& e) { return e.id == EffectId::kPayload && e.place == at_link(0); };
   const Hypothesis& h = o.chosen.hypothesis;
   bool told = std::any_of(h.begin(), h.end(), is_load);
-  for (const auto& twins : o.twins) told = told || std::any_of(twins.begin(), twins.end(), is_load);
+  for (const auto& others : o.indistinguishable) told = told || std::any_of(others.begin(), others.end(), is_load);
   EXPECT_TRUE(told);
 }
 

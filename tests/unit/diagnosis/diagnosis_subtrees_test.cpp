@@ -37,7 +37,7 @@ int find_joint(const Experiment& e, const char* name) { return e.robot.tree.find
 
 TEST(DiagnosisLimbs, AreJointsThatShareAMovingLink) {
   const Experiment e = make_experiment("limbs_list", {});
-  const std::vector<std::vector<int>> subtrees = list_limbs(e.robot.tree);
+  const std::vector<std::vector<int>> subtrees = list_subtrees(e.robot.tree);
   ASSERT_EQ(subtrees.size(), 2u);
   const std::vector<int> left{find_joint(e, "hip_l"), find_joint(e, "knee_l")}, right{find_joint(e, "hip_r")};
   EXPECT_TRUE((subtrees[0] == left && subtrees[1] == right) || (subtrees[0] == right && subtrees[1] == left));

@@ -31,7 +31,7 @@ TEST(StatedFriction, OfAPlaceholderIsRefutedWithWhatIsThere) {
   const std::vector<RefutedFriction> refuted = find_refuted_friction(e);
   ASSERT_EQ(refuted.size(), 2u);
   for (const RefutedFriction& r : refuted) {
-    EXPECT_FALSE(r.dry);
+    EXPECT_FALSE(r.effect->dry);
     EXPECT_NEAR(r.found, 0.2, 0.05) << "4 standard deviations of 0.012";
     EXPECT_EQ(r.stated, 1.0);
   }

@@ -197,9 +197,9 @@ TEST(TorqueEvidence, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards)
   EXPECT_NEAR(s * (1.0 - mu), (1.0 - r) / k, 1e-12);  // lowered
 }
 
-GradedTerm make_graded(TermKind kind, int place, bool whole, double value, double width) {
+GradedTerm make_graded(bool TermRow::*property, int place, double value, double width) {
   GradedTerm g;
-  g.term = {kind, place, 0.0, 1, whole};
+  g.term = {&find_term_row(property), place};
   g.parameters = Eigen::VectorXd::Constant(1, value), g.std = g.width = Eigen::VectorXd::Constant(1, width);
   g.named = true, g.grade = Grade::kSupported;
   return g;
@@ -209,20 +209,20 @@ GradedTerm make_graded(TermKind kind, int place, bool whole, double value, doubl
 TEST(TorqueEvidence, HalfOfAMassBesideFrictionOfTheLoadIsReportedAsAGearThatLosesBackwards) {
   const TorqueDesign design = make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
   // By the nominal load: lifting takes 0.54 + 0.37 of it, lowering 0.54 - 0.37.
-  std::vector<GradedTerm> graded{make_graded(TermKind::kMassError, 1, true, -0.46, 0.02), make_graded(TermKind::kLoadDry, 0, false, 0.37, 0.02)};
+  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, -0.46, 0.02), make_graded(&TermRow::by_load, 0, 0.37, 0.02)};
   explain_by_gears(design, &graded);
-  EXPECT_EQ(graded[1].term.kind, TermKind::kBackdriven);
+  EXPECT_EQ(graded[1].term.effect().name, "backdriving_friction");
   EXPECT_NEAR(graded[1].parameters[0], 1.0 - 0.17 / 0.91, 1e-12);
-  EXPECT_EQ(graded[0].term.kind, TermKind::kGain);
+  EXPECT_EQ(graded[0].term.effect().name, "torque_constant_error");
   EXPECT_NEAR(1.0 - graded[0].parameters[0], 1.0 / 0.91, 1e-12);
   EXPECT_EQ(graded[0].grade, Grade::kAmbiguous);
 }
 
 TEST(TorqueEvidence, AMassThatIsATenthOffStaysAMassAndItsFrictionCountsTheTrueLoad) {
   const TorqueDesign design = make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
-  std::vector<GradedTerm> graded{make_graded(TermKind::kMassError, 1, true, 0.1, 0.02), make_graded(TermKind::kLoadDry, 0, false, 0.11, 0.02)};
+  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, 0.1, 0.02), make_graded(&TermRow::by_load, 0, 0.11, 0.02)};
   explain_by_gears(design, &graded);
-  EXPECT_EQ(graded[0].term.kind, TermKind::kMassError);
+  EXPECT_EQ(graded[0].term.effect().name, "mass_error");
   EXPECT_NEAR(graded[1].parameters[0], 0.1, 1e-12);
 }
 

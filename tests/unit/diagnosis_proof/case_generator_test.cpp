@@ -225,7 +225,7 @@ TEST(CaseGenerator, AnEffectIsHiddenWhereTheTruthSaysAndShowsAboveTheNoise) {
 
 TEST(CaseGenerator, ADeckHoldsEverySingleEffectAndCasesWithNothing) {
   std::map<std::string, int> seen;
-  for (const CaseRequest& request : make_deck(120, 1))
+  for (const CaseRequest& request : make_case_plan(120, 1))
     seen[request.effects.size() == 1 ? request.effects[0] : request.family]++;
   for (const auto* list :
        {&joint_effects(), &link_effects(), &foot_effects(), &biped_sensor_effects(), &unknown_effects()}) {
@@ -236,10 +236,10 @@ TEST(CaseGenerator, ADeckHoldsEverySingleEffectAndCasesWithNothing) {
 }
 
 TEST(CaseGenerator, AFamilyAskedForIsTheOnlyOneDealt) {
-  for (const CaseRequest& request : make_deck(30, 2, "stand")) EXPECT_TRUE(request.biped);
-  for (const CaseRequest& request : make_deck(30, 2, "pair,none"))
+  for (const CaseRequest& request : make_case_plan(30, 2, "stand")) EXPECT_TRUE(request.biped);
+  for (const CaseRequest& request : make_case_plan(30, 2, "pair,none"))
     EXPECT_TRUE(request.family == "pair" || request.family == "none") << request.family;
-  EXPECT_THROW(make_deck(3, 2, "ghosts"), std::invalid_argument);
+  EXPECT_THROW(make_case_plan(3, 2, "ghosts"), std::invalid_argument);
 }
 
 // What differs from case to case: sizes, kinds of robots, rates, and what was not recorded.

@@ -11,11 +11,11 @@ namespace hrp::diagnosis {
 //   follows the servo's law.
 // - A level of dry friction may be larger at rest by what the curve's likelihood allows.
 // `excess`: that of a Stribeck curve, or null.
-std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess);
+std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess);
 
 // The gear beside which nothing is wrong with the mass (torque_gears.h); `friction`: the load-dependent friction of the joint that alone
 // carries the link of `mass`.
-Alternative make_gear_twin(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction);
+Alternative make_gear_alternative(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction);
 
 // Value and 95 % range as the report writes them.
 Estimate make_ranged(const char* name, const std::string& unit, const Range& range, double deviation);

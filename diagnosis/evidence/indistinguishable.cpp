@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/evidence/torque_twins.h"
+#include "diagnosis/evidence/indistinguishable.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kExcess = 0.15;  // of a level: what friction may be larger at rest before it is a law of its own
-constexpr double kNormal = 1.96;
 // A log that wavers with position has a mean of its own wherever it was looked at: a bias is more than that.
 constexpr double kBeyondRipple = 2.0;
 // [rad] Ripples of motors behind gears have periods below a third of this; within one they look like a bias.
@@ -21,7 +21,7 @@ const char* const kCommands = "record the commands and the servo's gains, or wei
 
 Where make_log_place(const Experiment& e, int joint) { return {{"sensor", e.signal_name(joint, Quantity::kEffort)}}; }
 
-Alternative make_twin(EffectId id, const Where& where, const std::vector<Estimate>& parameters, const char* motion) {
+Alternative make_alternative(EffectId id, const Where& where, const std::vector<Estimate>& parameters, const char* motion) {
   const EffectInfo& info = get_effect(id);
   return {info.name, get_family_name(info.family), where, parameters, motion};
 }
@@ -34,36 +34,36 @@ std::vector<Estimate> make_curve(const DryCurve& curve) {
 }  // namespace
 
 Estimate make_ranged(const char* name, const std::string& unit, const Range& r, double deviation) {
-  const double reach = std::max(r.high - r.value, r.value - r.low) / kNormal;
+  const double reach = std::max(r.high - r.value, r.value - r.low) / kNinetyFive;
   return {name, unit, {r.value}, {std::hypot(reach, deviation)}, false};
 }
 
-std::vector<Alternative> list_twins(const TorqueData& data, const GradedTerm& g, const GradedTerm* excess) {
-  std::vector<Alternative> twins;
+std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& g, const GradedTerm* excess) {
+  std::vector<Alternative> alternatives;
   const Experiment& e = *data.experiment;
   const int j = g.term.place;
-  const Where joint = {{"joint", g.term.whole ? std::string() : e.robot.tree.joint(j).name}};
-  const bool driven = g.term.whole || e.robot.tree.joint(j).actuated;
-  const bool of_log = !g.term.whole && driven && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded &&
+  const Where joint = {{"joint", g.term.whole() ? std::string() : e.robot.tree.joint(j).name}};
+  const bool driven = g.term.whole() || e.robot.tree.joint(j).actuated;
+  const bool of_log = !g.term.whole() && driven && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded &&
                       !data.servo[static_cast<size_t>(j)].follows;
-  if (g.term.kind == TermKind::kGain && of_log)
-    twins.push_back(make_twin(EffectId::kSensorScale, make_log_place(e, j),
+  if (g.term.row->scales_effort && of_log)
+    alternatives.push_back(make_alternative(EffectId::kSensorScale, make_log_place(e, j),
                               {{"scale", "1", {1.0 / (1.0 - g.parameters[0])}, {g.width[0]}, false}}, kCommands));
-  if (g.term.kind == TermKind::kConstant && of_log)
-    twins.push_back(make_twin(EffectId::kSensorBias, make_log_place(e, j),
+  if (g.term.row->is_constant() && of_log)
+    alternatives.push_back(make_alternative(EffectId::kSensorBias, make_log_place(e, j),
                               {{"value", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kCommands));
-  if (g.term.kind == TermKind::kConstant && !driven && !data.feet.empty() && e.robot.tree.joint(j).kind == JointKind::kPrismatic)
-    twins.push_back(make_twin(EffectId::kSensorBias, {{"sensor", "/wrench/" + data.feet[0].sensor + "/force"}},
+  if (g.term.row->is_constant() && !driven && !data.feet.empty() && e.robot.tree.joint(j).kind == JointKind::kPrismatic)
+    alternatives.push_back(make_alternative(EffectId::kSensorBias, {{"sensor", "/wrench/" + data.feet[0].sensor + "/force"}},
                               {{"value", "N", {std::abs(g.parameters[0])}, {g.width[0]}, false}}, "the foot lifted off the sensor"));
-  if (g.term.kind == TermKind::kDry && excess && excess->grade == Grade::kAmbiguous)
-    twins.push_back(make_twin(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
-  if (g.term.kind == TermKind::kDry && !excess && g.curve.there && g.curve.level.value > 0.0 &&
+  if (g.term.row->level && excess && excess->grade == Grade::kAmbiguous)
+    alternatives.push_back(make_alternative(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
+  if (g.term.row->level && !excess && g.curve.there && g.curve.level.value > 0.0 &&
       g.curve.rest.high - g.curve.level.value > kExcess * g.curve.level.value)
-    twins.push_back(make_twin(EffectId::kStribeck, joint, make_curve(g.curve), kMotion));
-  return twins;
+    alternatives.push_back(make_alternative(EffectId::kStribeck, joint, make_curve(g.curve), kMotion));
+  return alternatives;
 }
 
-Alternative make_gear_twin(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction) {
+Alternative make_gear_alternative(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction) {
   const EffectInfo& gear = *find_effect("backdriving_friction");
   const double mu = friction.parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu));
   const double k = 1.0 / ((1.0 + mass.parameters[0]) * (1.0 + mu));
@@ -88,7 +88,7 @@ std::vector<Finding> make_log_findings(const Experiment& e, int joint, const Ser
     add(EffectId::kSensorScale, {"scale", "1", {log.scale}, {log.scale_std}, false},
         "the recorded effort is " + number(log.scale, 4) + " times what the servo asks for");
     list.back().alternatives.push_back(
-        make_twin(EffectId::kTorqueConstant, {{"joint", e.robot.tree.joint(joint).name}},
+        make_alternative(EffectId::kTorqueConstant, {{"joint", e.robot.tree.joint(joint).name}},
                   {{"scale", "1", {log.scale}, {log.scale_std}, false}},
                   "the stated gains may be wrong instead: hold a known mass and read the effort"));
   }
@@ -97,7 +97,7 @@ std::vector<Finding> make_log_findings(const Experiment& e, int joint, const Ser
       "the recorded effort is " + number(log.bias, 3) + " N m off what the servo asks for");
   if (log.travel > kManyPeriods) return list;
   list.back().grade = Grade::kAmbiguous;
-  list.back().alternatives.push_back(make_twin(EffectId::kCogging, {{"joint", e.robot.tree.joint(joint).name}},
+  list.back().alternatives.push_back(make_alternative(EffectId::kCogging, {{"joint", e.robot.tree.joint(joint).name}},
                                                {{"amplitude", "N m", {std::abs(log.bias)}, {log.bias_std}, false}},
                                                "wide motions of this joint: a ripple changes its sign within them"));
   return list;

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_rivals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/estimate/significance.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms say the same, whatever they cost
+
+// A spring has a constant part: it always does as well as a constant torque, and is no rival of it.
+bool contains(const TermRow& larger, const TermRow& smaller) { return larger.constant > 0 && smaller.is_constant(); }
+
+class RivalSearch {
+ public:
+  RivalSearch(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g)
+      : design_(design), model_(gap.model), fit_(gap.fit), rest_(gap.rest), alone_(gap.alone), i_(judge), g_(g) {}
+
+  std::vector<Rival> run() {
+    compare_own();
+    compare_whole();
+    if (g_.term.row->scales_effort) add_equal_mass();
+    return rivals_;
+  }
+
+ private:
+  // A drive that carries one link alone from the base: its gain and the link's mass scale the same torque in every
+  // motion, whatever noise says.
+  void add_equal_mass() {
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    const std::string& joint = tree.joint(g_.term.place).name;
+    for (size_t link = 1; link < tree.links.size(); ++link) {
+      const LinkSpec& own = tree.links[link];
+      const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(),
+                                     [&](const LinkSpec& l) { return l.parent == static_cast<int>(link); });
+      if (own.joint.name != joint || own.parent != 0 || !ends) continue;
+      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) {
+        return r.term.row->factor && r.term.place == static_cast<int>(link);
+      });
+      const double k = 1.0 - g_.parameters[0];
+      if (!there && k > 0.0)
+        rivals_.insert(rivals_.begin(), {{&find_term_row(&TermRow::factor), static_cast<int>(link)},
+                                         Eigen::VectorXd::Constant(1, 1.0 / k - 1.0)});
+    }
+  }
+
+  // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
+  // rotor that drives it.
+  bool fills(const Term& other, const TorqueFit& with) const {
+    const double costs = other.row->cost - g_.term.row->cost;
+    const bool here = !other.whole() || design_.joints.size() == 1;  // one of the whole robot helps other joints, too
+    if (here && with.evidence + costs > fit_.evidence - kSame) return true;
+    return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
+  }
+
+  // Whether a term of the whole robot has anything in a joint's rows.
+  bool shows(const Term& whole, const JointDesign& joint) const {
+    for (size_t t = 0; t < design_.whole.size(); ++t) {
+      if (design_.whole[t].row != whole.row || design_.whole[t].place != whole.place) continue;
+      for (long c : list_whole_columns(design_, joint, t)) {
+        if (joint.total.get(c, c) > 0.0) return true;
+      }
+    }
+    return false;
+  }
+
+  // Whether a link moves with a joint, so that what is wrong with it shows there.
+  bool is_beyond(const Term& other, size_t i) const {
+    const TermRow& row = *other.row;
+    if (row.place == PlaceKind::kNone || row.late) return true;
+    if (row.place == PlaceKind::kJoint) return shows(other, design_.joints[i]);
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {
+      if (tree.links[static_cast<size_t>(link)].joint.name == tree.joint(design_.joints[i].joint).name) return true;
+    }
+    return false;
+  }
+
+  // Terms of the joint whose rows say most of it.
+  void compare_own() {
+    const std::vector<size_t>& have = model_.own[i_];
+    for (size_t term = 0; term < design_.joints[i_].terms.size(); ++term) {
+      const Term& other = design_.joints[i_].terms[term];
+      if (std::find(have.begin(), have.end(), term) != have.end() || contains(*other.row, *g_.term.row) ||
+          other.row->effect == g_.term.row->effect)
+        continue;
+      // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
+      const bool of_drive = g_.place.joint >= 0;
+      if (other.row->scales_model && of_drive) continue;
+      if (other.row->scales_effort && (!of_drive || !design_.joints[i_].loaded)) continue;
+      TorqueModel model = rest_;
+      model.own[i_].push_back(term);
+      std::sort(model.own[i_].begin(), model.own[i_].end());
+      const TorqueFit fit = fit_torque(design_, model);
+      if (!fills(other, fit)) continue;
+      const Slots slots = list_slots(design_, model);
+      const size_t at = static_cast<size_t>(std::find(model.own[i_].begin(), model.own[i_].end(), term) - model.own[i_].begin());
+      const Eigen::VectorXd own = fit.theta.segment(slots.own[i_][0], count_columns(i_, model.own[i_]));
+      if (!is_physical(design_, i_, model.own[i_], own)) continue;
+      rivals_.push_back({other, fit.theta.segment(slots.own[i_][at], other.columns())});
+    }
+  }
+
+  long count_columns(size_t i, const std::vector<size_t>& terms) const {
+    long count = 0;
+    for (size_t term : terms) count += design_.joints[i].terms[term].columns();
+    return count;
+  }
+
+  // Terms of the whole robot.
+  void compare_whole() {
+    for (size_t term = 0; term < design_.whole.size(); ++term) {
+      const Term& other = design_.whole[term];
+      const std::vector<size_t>& have = model_.whole;
+      if (std::find(have.begin(), have.end(), term) != have.end()) continue;
+      if (other.row == g_.term.row && other.place == g_.term.place) continue;  // of another shape
+      if (g_.place.joint >= 0 &&
+          (!is_beyond(other, static_cast<size_t>(g_.place.joint)) || !may_fill(term)))
+        continue;
+      TorqueModel model = rest_;
+      model.whole.push_back(term);
+      const TorqueFit fit = fit_torque(design_, model);
+      if (!fills(other, fit) || is_needed_beside(term, fit)) continue;
+      const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
+      if (is_whole_physical(design_, other, p)) rivals_.push_back({other, drop_unseen(design_, other, p)});
+    }
+  }
+
+  // A term of the whole robot helps at other joints, too, which says nothing of this one: the joint's own term is
+  // needed if it still adds beside the other. `without`: the fit of the other alone.
+  bool is_needed_beside(size_t whole_term, const TorqueFit& without) const {
+    if (g_.place.joint < 0) return false;
+    TorqueModel both = model_;
+    both.whole.push_back(whole_term);
+    return fit_torque(design_, both).evidence - without.evidence > kOdds;
+  }
+
+  // Whether a term of the whole robot fills the gap in the joint's own row: cheap, and most do not.
+  bool may_fill(size_t whole_term) const {
+    const size_t i = static_cast<size_t>(g_.place.joint);
+    const JointDesign& joint = design_.joints[i];
+    std::vector<size_t> rest = model_.own[i];
+    rest.erase(rest.begin() + static_cast<long>(g_.place.at));
+    Columns columns;
+    for (size_t term : rest) {
+      for (long c : list_columns(joint, term)) columns.push_back(c);
+    }
+    for (long c : list_whole_columns(design_, joint, whole_term)) columns.push_back(c);
+    const double per_effort = calc_per_effort(joint, rest, solve(joint.total, columns));
+    const double cross = cross_validate(joint.train, joint.total, columns) * per_effort;
+    return 0.5 * joint.effective * std::log(std::max(1e-300, alone_.cross[i] / std::max(1e-300, cross))) >
+           0.5 * (g_.gain - kOdds);
+  }
+
+  const TorqueDesign& design_;
+  const TorqueModel& model_;
+  const TorqueFit& fit_;
+  const TorqueModel& rest_;
+  const TorqueFit& alone_;
+  const size_t i_;
+  const GradedTerm& g_;
+  std::vector<Rival> rivals_;
+};
+
+}  // namespace
+
+std::vector<Rival> list_rivals(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g) {
+  return RivalSearch(design, gap, judge, g).run();
+}
+
+}  // namespace hrp::diagnosis

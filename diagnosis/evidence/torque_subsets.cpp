@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/torque_subsets.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/estimate/significance.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr int kMostTerms = 7;  // of one joint
+
+using Terms = std::vector<size_t>;
+
+double get_parameter(const JointDesign& joint, const Terms& terms, const Eigen::VectorXd& theta, bool TermRow::*property) {
+  long at = 0;
+  for (size_t term : terms) {
+    if (joint.terms[term].row->*property) return theta[at];
+    at += joint.terms[term].columns();
+  }
+  return 0.0;
+}
+
+bool has(const JointDesign& joint, const Terms& terms, bool TermRow::*property) {
+  return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].row->*property; });
+}
+
+Columns list_own(const JointDesign& joint, const Terms& terms) {
+  Columns columns;
+  for (size_t term : terms) {
+    const Columns own = list_columns(joint, term);
+    columns.insert(columns.end(), own.begin(), own.end());
+  }
+  return columns;
+}
+
+// The joint's own columns with what terms of the whole robot contribute taken away.
+Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& whole) {
+  Gram out(own_width);
+  const Eigen::MatrixXd G = gram.G.selfadjointView<Eigen::Lower>();
+  const long rest = G.rows() - own_width;
+  out.G = G.topLeftCorner(own_width, own_width);
+  out.b = gram.b.head(own_width) - G.block(0, own_width, own_width, rest) * whole;
+  out.c = gram.c - 2.0 * gram.b.tail(rest).dot(whole) +
+          whole.dot(G.bottomRightCorner(rest, rest) * whole);
+  out.n = gram.n;
+  return out;
+}
+
+class SubsetSearch {
+ public:
+  SubsetSearch(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole, Timing timing)
+      : design_(design), at_(joint), joint_(design.joints[joint]), timing_(timing) {
+    for (const Gram& fold : joint_.train) folds_.push_back(subtract_whole(fold, joint_.own_width, whole));
+    total_ = sum(folds_, joint_.own_width);
+  }
+
+  // Best first; all that are physical.
+  std::vector<Subset> run() {
+    const Terms pool = list_pool();
+    std::vector<Subset> subsets;
+    for (size_t mask = 0; mask < (size_t{1} << pool.size()); ++mask) {
+      Terms terms;
+      for (size_t i = 0; i < pool.size(); ++i) {
+        if (mask >> i & 1) terms.push_back(pool[i]);
+      }
+      if (static_cast<int>(terms.size()) > kMostTerms || !is_sensible(joint_, terms)) continue;
+      const Subset subset = judge(terms);
+      if (subset.evidence > -1e299) subsets.push_back(subset);
+    }
+    std::sort(subsets.begin(), subsets.end(), [](const Subset& a, const Subset& b) { return a.evidence > b.evidence; });
+    return subsets;
+  }
+
+ private:
+  Subset judge(const Terms& terms) const {
+    const Columns columns = list_own(joint_, terms);
+    const Eigen::VectorXd theta = solve(total_, columns);
+    if (!is_physical(design_, at_, terms, theta) || !has_bracketed_gain(terms)) return {terms, -1e300, {}};
+    const double cross = cross_validate(folds_, total_, columns) * calc_per_effort(joint_, terms, theta);
+    const double floor = kFloor * joint_.spread * joint_.spread;
+    double evidence = -0.5 * joint_.effective * std::log(std::max({cross, floor, 1e-300}));
+    Subset subset{terms, 0.0, {}};
+    long at = 0;
+    for (size_t term : terms) {
+      evidence -= joint_.terms[term].row->cost;
+      subset.first.push_back(theta[at]);
+      at += joint_.terms[term].columns();
+    }
+    subset.evidence = evidence - calc_gain_cost(joint_, terms, theta);
+    return subset;
+  }
+
+  // Factor to which a term has to bring the mean square down to be worth its cost, and as many nats more as a supported
+  // term must add: each term of the pool doubles the sets.
+  double calc_worth(const TermRow& row) const { return std::exp(-2.0 * (row.cost + kOdds) / std::max(1.0, joint_.effective)); }
+
+  // A wrong gain shows from both sides: by the effort and by the model's torque.
+  bool has_bracketed_gain(const Terms& terms) const {
+    if (!has(joint_, terms, &TermRow::scales_effort)) return true;
+    const double k = 1.0 - get_parameter(joint_, terms, solve(total_, list_own(joint_, terms)), &TermRow::scales_effort);
+    Terms other;
+    for (size_t term : terms) other.push_back(joint_.terms[term].row->scales_effort ? term + 1 : term);
+    std::sort(other.begin(), other.end());
+    const double g = get_parameter(joint_, other, solve(total_, list_own(joint_, other)), &TermRow::scales_model);
+    const double other_k = 1.0 / std::max(1e-3, 1.0 + g), middle = 0.5 * (k + other_k);
+    return (k - 1.0) * (other_k - 1.0) > 0.0 && std::abs(k - other_k) < kBracket * std::abs(middle - 1.0);
+  }
+
+  // Of rows with several shapes the one that helps most beside the usual terms. A gear that is hard to turn backwards only
+  // if it is worth its cost beside all of these: load-dependent friction says much of it, too.
+  Terms list_pool() const {
+    Terms pool, base;
+    for (size_t t = 0; t < joint_.terms.size(); ++t) {
+      const TermRow& row = *joint_.terms[t].row;
+      if (row.scanned || row.scales_model || row.backwards || (row.scales_effort && !joint_.loaded)) continue;
+      pool.push_back(t);
+      if (row.usual || row.is_constant()) base.push_back(t);
+    }
+    Terms all = base;
+    for (const TermRow& row : list_term_rows()) {
+      if (!row.scanned || (row.late && timing_ == Timing::kAsRecorded)) continue;
+      add_best(row, base, 1e300, &pool, &all);
+    }
+    const TermRow& gear = find_term_row(&TermRow::backwards);
+    const double without = cross_validate(folds_, total_, list_own(joint_, all));
+    add_best(gear, all, without * calc_worth(gear), &pool, &all);
+    return pool;
+  }
+
+  // The joint's term of a row that leaves least beside given ones, if that is less than `least`.
+  void add_best(const TermRow& row, const Terms& beside, double least, Terms* pool, Terms* all) const {
+    size_t chosen = joint_.terms.size();
+    for (size_t t = 0; t < joint_.terms.size(); ++t) {
+      if (joint_.terms[t].row != &row) continue;
+      Terms with = beside;
+      with.push_back(t);
+      const double cross = cross_validate(folds_, total_, list_own(joint_, with));
+      if (cross < least) least = cross, chosen = t;
+    }
+    if (chosen < joint_.terms.size()) pool->push_back(chosen), all->push_back(chosen);
+  }
+
+  const TorqueDesign& design_;
+  const size_t at_;
+  const JointDesign& joint_;
+  const Timing timing_;
+  std::vector<Gram> folds_;
+  Gram total_;
+};
+
+}  // namespace
+
+// A Stribeck curve is an excess over a level, a spring has a constant of its own, a lag and a delay look alike. A gear
+// with the loss 2 mu backwards and a gain of 1 + mu are load-dependent friction mu in two terms.
+bool is_sensible(const JointDesign& joint, const std::vector<size_t>& terms) {
+  const auto count = [&](const auto& is) {
+    return std::count_if(terms.begin(), terms.end(), [&](size_t t) { return is(*joint.terms[t].row); });
+  };
+  if (has(joint, terms, &TermRow::excess) && count([](const TermRow& r) { return r.is_dry(); }) == 0) return false;
+  if (has(joint, terms, &TermRow::backwards) && has(joint, terms, &TermRow::scales_effort)) return false;
+  return count([](const TermRow& r) { return r.effect->family == EffectFamily::kTiming; }) < 2 &&
+         count([](const TermRow& r) { return r.constant >= 0; }) < 2;
+}
+
+std::vector<Subset> list_subsets(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole, Timing timing) {
+  return SubsetSearch(design, joint, whole, timing).run();
+}
+
+// Probability of each term, and how much its first parameter differs between subsets (Bayesian model averaging).
+void average(const std::vector<Subset>& subsets, std::vector<double>* inclusion, std::vector<double>* std) {
+  std::vector<double> mean(inclusion->size(), 0.0), square(mean);
+  double all = 0.0;
+  for (const Subset& subset : subsets) {
+    const double weight = std::exp(subset.evidence - subsets[0].evidence);
+    all += weight;
+    for (size_t i = 0; i < subset.terms.size(); ++i) {
+      const size_t term = subset.terms[i];
+      (*inclusion)[term] += weight, mean[term] += weight * subset.first[i];
+      square[term] += weight * subset.first[i] * subset.first[i];
+    }
+  }
+  for (size_t t = 0; t < mean.size(); ++t) {
+    const double weight = (*inclusion)[t];
+    if (weight > 0.0) (*std)[t] = std::sqrt(std::max(0.0, square[t] / weight - mean[t] * mean[t] / (weight * weight)));
+    (*inclusion)[t] = weight / all;
+  }
+}
+
+}  // namespace hrp::diagnosis
