@@ -28,6 +28,7 @@ constexpr double kToNoise = 3.0;     // the same, of what is left of all equatio
 constexpr double kRemains = 0.9, kMain = 0.3;
 // With so little explained of all equations, and so much of the held-out error left, another cause may pass for what was found.
 constexpr double kLittle = 0.25, kMuchLeft = 0.8;
+constexpr double kAlone = 0.8;  // share of an equation's mismatch that a cause takes which nothing else is behind
 constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
@@ -303,7 +304,8 @@ class Reporter {
   void doubt_findings() {
     for (Finding& f : out_.findings) {
       const EffectInfo* row = find_effect(f.effect);
-      if ((row && is_expected(row->id)) || f.grade == Grade::kAmbiguous) continue;
+      const bool alone = f.share >= kAlone;  // its own equation is right: what is left elsewhere has a cause of its own
+      if (alone || (row && is_expected(row->id)) || f.grade == Grade::kAmbiguous) continue;
       f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, 0.5);
       f.statement += " Most of what stands out is left beside it: another cause may be behind both.";
     }
