@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "diagnosis/findings/families.h"
+#include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
@@ -95,6 +96,7 @@ class Reporter {
                     "' away.";
     if (gives) out.statement += " A link beside it that bends about the same axis would look the same.";
     add_load_at_centre(log_, &out);
+    add_give_for_lean(fitter_.channels()[f.channel].info, &out);
     if (!out.alternatives.empty()) {
       out.statement += " As well explained by ";
       for (size_t i = 0; i < out.alternatives.size() && i < 3; ++i) {
@@ -119,6 +121,19 @@ class Reporter {
       out_.findings.erase(rotor);
       return join_rotors();
     }
+  }
+
+  // A zero or a slope that only the tilt of a foot tells: without the foot's moment, a sole that gives under a moment that
+  // hardly changes leans as well, and so does an IMU that is screwed on askew.
+  void add_give_for_lean(const ChannelInfo& told_by, Finding* lean) const {
+    const bool leans = is_effect(lean->effect, EffectId::kJointOffset) || is_effect(lean->effect, EffectId::kGroundSlope);
+    if (!leans || told_by.place != "foot") return;
+    const auto foot = std::find_if(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) { return f.name == told_by.name; });
+    if (foot == log_.feet.end() || (foot->sensor >= 0 && log_.sensors[static_cast<size_t>(foot->sensor)].has_wrench())) return;
+    lean->alternatives.push_back(make_alternative(EffectId::kFootCompliance, {{"foot", foot->name}}, {}, "the foot's moment, recorded"));
+    const int imu = BodyMotion::find_main_imu(log_);
+    if (imu >= 0) lean->alternatives.push_back(make_alternative(EffectId::kSensorMisalignment, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name}}, {}, "the body leaned to known angles"));
+    lean->grade = Grade::kAmbiguous;
   }
 
   // A link that is too heavy, and a load where its mass is, are one in the balance of forces.

@@ -76,10 +76,10 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
           table->add_channel({a == 0 ? "tilt, roll" : "tilt, pitch", "/joint_states", "rad", "foot", log.feet[f].name}, columns);
     }
   }
-  for (size_t a = 0; upright && a < log.feet.size() && log.feet.size() <= kMostPairs; ++a) {
+  // Soles sink by tenths of a millimetre: an attitude by gravity alone errs by more over the distance of two feet.
+  for (size_t a = 0; recorded && a < log.feet.size() && log.feet.size() <= kMostPairs; ++a) {
     for (size_t b = a + 1; b < log.feet.size(); ++b) {
       std::vector<int> columns = joints;
-      add_accelerometer(plumb_, &columns);
       columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
