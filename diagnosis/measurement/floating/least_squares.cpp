@@ -62,7 +62,7 @@ LeggedFitter::LeggedFitter(std::vector<ChannelRows> table, int columns) : channe
     for (size_t i = 0; i < rows.columns.size(); ++i) local[static_cast<size_t>(rows.columns[i])] = static_cast<int>(i);
     local_.push_back(std::move(local));
     rows_.emplace_back(rows.rows(), 1.0);
-    const double least = std::max(find_least(rows.info.unit), kExact * rows.scale);
+    const double least = std::max({find_least(rows.info.unit), rows.info.error, kExact * rows.scale});
     floor_.push_back(least * least);
   }
   weight_.assign(channels().size(), 1.0), memory_ = weight_, noise_.assign(channels().size(), 0.0);
@@ -92,6 +92,7 @@ class LeggedFitter::MomentSum {
 
  private:
   void flush() {
+    if (filled_ == 0 || x_.rows() == 0) return;  // Eigen's products divide by their sizes
     m_.G.selfadjointView<Eigen::Lower>().rankUpdate(x_.leftCols(filled_), 1.0);
     m_.G.selfadjointView<Eigen::Lower>().rankUpdate(d_.leftCols(filled_), -1.0);
     filled_ = 0;
