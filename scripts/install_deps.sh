@@ -5,8 +5,8 @@
 # Installs the Debian 12 packages that the project needs; does nothing when all of them are there (well under a second).
 # As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
 #
-#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis and the
-#             Python package need
+#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis and the Python
+#             package need
 #   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2,
 #             pandas, matplotlib and Dask
 #   --viewer  also what the page of the viewer is built with: Node with npm

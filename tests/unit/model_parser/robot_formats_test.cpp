@@ -281,6 +281,26 @@ TEST(RobotFormats, DamagedFilesAreReadOrRefused) {
   }
 }
 
+// Articulated things of the world hang from it beside a robot that is held there.
+TEST(RobotFormats, ADoorOfTheWorldLeansOnTheArmWithTheMomentThatPushesIt) {
+  ScenarioRobot run("robot: " + kModels + "test_robots/arm_and_door.xml\nbase: fixed\nground: {type: none}\nself_collision: true\n"
+                    "servo: {default: {kp: 200, kd: 5}}\ninitial: {joints: {shoulder: 0.4, elbow: -0.7}}\n");
+  const TreeSpec& tree = run.robot.tree;
+  const int door = tree.find_link("door"), hinge = tree.find_joint("hinge");
+  ASSERT_FALSE(tree.joint(hinge).actuated) << "the file has actuators, and none for the hinge";
+  ExternalWrench push{door, Vector6d::Zero()};
+  push.F_W[2] = 3.0;  // [N m] about the hinge
+  for (int i = 0; i < 4000; ++i) ASSERT_EQ(run.step({push}), StepStatus::kOk) << run.simulator.fault_text();
+  EXPECT_LT(std::abs(run.simulator.state().qd[hinge]), 1e-3) << "at rest";
+  ASSERT_EQ(run.simulator.contact_forces().size(), 1u);
+  const PairForce& pair = run.simulator.contact_forces()[0];
+  ASSERT_EQ(std::max(pair.body_a, pair.body_b), door);
+  const Vector3d hinge_W(0.6, 0.6, 0.8);
+  const double moment = pair.total[2] + (pair.p_WR - hinge_W).cross(Vector3d(pair.total.tail<3>())).z();
+  // What is left is the creeping of damper and servo.
+  EXPECT_NEAR(std::abs(moment), 3.0, 0.01);
+}
+
 TEST(RobotFormats, RollPitchYawAreExactAtRightAngles) {
   for (const double pitch : {0.3, M_PI / 2, -M_PI / 2, M_PI / 2 - 1e-9, -M_PI / 2 + 1e-12, M_PI}) {
     const Matrix3d R = make_rotation_from_rpy({0.7, pitch, -1.1});
