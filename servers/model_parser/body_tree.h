@@ -62,7 +62,4 @@ UrdfText make_urdf(const BodyTree& tree, const std::string& source);
 // A shape's cylinder, with a ball at each end: a capsule, whose length is that of the cylinder [m].
 void add_capsule(double radius, double length, const BodyShape& shape, Body* body);
 
-// As URDF has them: R = Rz(yaw) Ry(pitch) Rx(roll). Exact to rounding, also where pitch is a right angle.
-Vector3d calc_rpy(const Matrix3d& R);
-
 }  // namespace hrp

@@ -13,6 +13,7 @@
 #include "servers/model_parser/loop_start.h"
 #include "servers/model_parser/mjcf/mjcf_robot.h"
 #include "servers/model_parser/sdf/sdf_robot.h"
+#include "servers/model_parser/sdf/sdf_world.h"
 #include "servers/model_parser/urdf_scan.h"
 #include "servers/model_parser/urdf_tree.h"
 
@@ -32,7 +33,7 @@ std::string read_file(const std::string& path) {
     throw InputError(d);
   }
   if (std::filesystem::file_size(path, error) > kLargestFile) {
-    d.message = "is larger than 64 MB: not a robot";
+    d.message = "is larger than 64 MB: neither a robot nor a world";
     throw InputError(d);
   }
   std::ostringstream text;
@@ -72,6 +73,15 @@ void load_surfaces(const Scenario& scenario, RobotDescription* robot, Diagnostic
       diagnostics->add_error(scenario.make_diagnostic("obstacles." + obstacle.name + ".file", error.what()));
     }
   }
+}
+
+// The scenario with what its world file adds, as every server will read it.
+Scenario read_world(const Scenario& scenario) {
+  if (scenario.world.empty()) return scenario;
+  Diagnostics diagnostics;
+  const WorldSpec world = read_sdf_world(read_file(scenario.world), scenario, &diagnostics);
+  throw_errors(diagnostics);
+  return parse_scenario(add_world(scenario.text, world), scenario.path);
 }
 
 // What was found in a URDF that was made from another format is said of that file's lines.
@@ -133,6 +143,9 @@ RobotDescription parse_robot(const std::string& text, const std::string& path, c
   return robot;
 }
 
-RobotDescription load_robot(const Scenario& scenario) { return parse_robot(read_file(scenario.robot), scenario.robot, scenario); }
+RobotDescription load_robot(const Scenario& scenario) {
+  const Scenario in_world = read_world(scenario);
+  return parse_robot(read_file(in_world.robot), in_world.robot, in_world);
+}
 
 }  // namespace hrp

@@ -3,29 +3,16 @@
 
 #include <cmath>
 #include <map>
-#include <mutex>
 
-#include <sdf/sdf.hh>
+#include "servers/model_parser/sdf/load_sdf.h"
 
 namespace hrp {
 namespace {
 
 constexpr double kNoLimit = 1e15;  // SDF writes 1e16 where there is none
 
-Vector3d make_vector(const ignition::math::Vector3d& v) { return {v.X(), v.Y(), v.Z()}; }
-
-Transform make_transform(const ignition::math::Pose3d& pose) {
-  const auto& q = pose.Rot();
-  return {Eigen::Quaterniond(q.W(), q.X(), q.Y(), q.Z()).normalized().toRotationMatrix(), make_vector(pose.Pos())};
-}
-
 double make_limit(double value) {
   return std::abs(value) < kNoLimit ? value : std::copysign(std::numeric_limits<double>::infinity(), value);
-}
-
-template <typename Part>
-int find_line(const Part& part) {
-  return part.Element() ? part.Element()->LineNumber().value_or(0) : 0;
 }
 
 std::string get_type_name(sdf::JointType type) {
@@ -215,8 +202,7 @@ class Converter {
       return true;
     }
     if (const sdf::Mesh* mesh = geometry.MeshShape()) {
-      const std::string model = "model://", uri = mesh->Uri();
-      shape.shape.mesh = uri.rfind(model, 0) == 0 ? "package://" + uri.substr(model.size()) : uri;
+      shape.shape.mesh = make_mesh_name(mesh->Uri());
       shape.shape.scale = make_vector(mesh->Scale());
       return add(ShapeKind::kMesh, Vector3d::Zero());
     }
@@ -232,40 +218,18 @@ class Converter {
   std::map<std::string, Ends> ends_;          // of a joint
 };
 
-// libsdformat's console is global; what matters comes back as errors.
-sdf::Errors load(const std::string& text, sdf::Root* root) {
-  static std::mutex mutex;
-  const std::lock_guard<std::mutex> lock(mutex);
-  sdf::Console::Instance()->SetQuiet(true);
-  sdf::ParserConfig config;
-  config.SetWarningsPolicy(sdf::EnforcementPolicy::LOG);
-  config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::LOG);
-  return root->LoadSdfString(text, config);
-}
-
 }  // namespace
 
 BodyTree read_sdf(const std::string& text, const std::string& path, bool floating_base, Diagnostics* diagnostics) {
   sdf::Root root;
+  if (!load_sdf(text, path, &root, diagnostics)) return {};
+  if (root.Model() != nullptr) return Converter(*root.Model(), path, diagnostics).convert(floating_base);
   Diagnostic d;
   d.file = path;
-  try {
-    for (const sdf::Error& e : load(text, &root)) {
-      d.line = e.LineNumber().value_or(0);
-      d.message = "libsdformat refuses it: " + e.Message();
-      diagnostics->add_error(d);
-    }
-  } catch (const std::exception& error) {
-    d.message = std::string("libsdformat refuses it: ") + error.what();
-    diagnostics->add_error(d);
-  }
-  if (!diagnostics->has_errors() && root.Model() == nullptr) {
-    d.message = root.WorldCount() > 0 ? "has a <world>: SDF worlds are not read, expected a <model> right below <sdf>"
-                                      : "has no <model> right below <sdf>";
-    diagnostics->add_error(d);
-  }
-  if (diagnostics->has_errors()) return {};
-  return Converter(*root.Model(), path, diagnostics).convert(floating_base);
+  d.message = root.WorldCount() > 0 ? "has a <world>, expected a <model> right below <sdf>; worlds go into the scenario's 'world'"
+                                    : "has no <model> right below <sdf>";
+  diagnostics->add_error(d);
+  return {};
 }
 
 }  // namespace hrp

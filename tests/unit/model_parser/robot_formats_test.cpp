@@ -10,7 +10,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "common/multibody/mass_matrix.h"
-#include "servers/model_parser/body_tree.h"
+#include "common/spatial/rpy.h"
 #include "servers/model_parser/mjcf/compiled_model.h"
 #include "servers/mujoco_dynamics/mjcf.h"
 #include "tests/physics/scenario_robot.h"
@@ -226,7 +226,7 @@ TEST(RobotFormats, WhatSdfHasBeyondUsIsRefusedByNameAndLine) {
   EXPECT_THAT(complain(""), HasSubstr("r.xml:4: error: link 'b': hangs from no joint, and neither does 'a'"));
   EXPECT_THAT(complain(joint("s", "revolute", "world", "a")), HasSubstr("the scenario must say 'base: fixed'"));
   EXPECT_THAT(complain(joint("s", "revolute", "a", "c")), HasSubstr("libsdformat refuses it"));
-  EXPECT_THAT(find_complaint("<sdf version='1.9'><world name='w'/></sdf>"), HasSubstr("SDF worlds are not read"));
+  EXPECT_THAT(find_complaint("<sdf version='1.9'><world name='w'/></sdf>"), HasSubstr("worlds go into the scenario's 'world'"));
   EXPECT_THAT(find_complaint("<sdf version='1.9'/>"), HasSubstr("has no <model> right below <sdf>"));
 }
 
