@@ -133,6 +133,7 @@ bool judge_links_alone(const Problem& problem, const Progress& progress, Reports
 // that leaves more than noise is not the law.
 bool is_exact_elsewhere(const Experiment& e, const Json& report) {
   constexpr double kFew = 1.0 / 3.0;
+  if (e.scenario.drive == "motion") return false;  // joints are taken as recorded: nothing is known of their equations
   std::set<std::string> missed;
   for (const Json& m : report["mismatch"]) {
     const std::string signal = m["signal"];

@@ -5,8 +5,8 @@
 # Installs the Debian 12 packages that the project needs; does nothing when all of them are there (well under a second).
 # As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
 #
-#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis, the MuJoCo
-#             server and the Python package need
+#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis and the Python
+#             package need
 #   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2,
 #             pandas, matplotlib and Dask
 #   --viewer  also what the page of the viewer is built with: Node with npm
@@ -17,11 +17,12 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 run_packages=(
   cmake ninja-build g++ pkg-config python3
   libeigen3-dev liburdfdom-dev liburdfdom-headers-dev libconsole-bridge-dev libtinyxml2-dev
+  libmujoco-dev libsdformat-dev
   libfcl-dev libyaml-cpp-dev libassimp-dev libpng-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev libssl-dev
   libcli11-dev libzstd-dev liblz4-dev libdeflate-dev zlib1g-dev
 )
-build_packages=("${run_packages[@]}" nlohmann-json3-dev libmujoco-dev libboost-dev libsqlite3-dev
+build_packages=("${run_packages[@]}" nlohmann-json3-dev libboost-dev libsqlite3-dev
   pybind11-dev python3-dev python3-numpy python3-yaml)
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium iproute2 python3-pandas python3-matplotlib python3-distributed)
 

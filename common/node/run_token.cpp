@@ -9,6 +9,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "common/messages/topics.h"
+
 namespace hrp {
 namespace {
 
@@ -62,6 +64,10 @@ bool is_over(const msg::RunStatus& status) {
 
 bool may_follow(const msg::RunStatus& heard, const msg::RunStatus& news) {
   return !is_over(heard) || (heard.phase() == msg::RUN_FINISHED && news.phase() == msg::RUN_FAILED);
+}
+
+bool may_believe(const std::string& token, const msg::RunStatus& heard, const msg::RunStatus& news) {
+  return may_follow(heard, news) && (!is_over(news) || is_signed(token, topics::kRunStatus.type_name, news));
 }
 
 }  // namespace hrp

@@ -49,6 +49,8 @@ bool is_over(const msg::RunStatus& status);
 // Reports of a run that goes on are not signed, so none of them may undo its end. A run that went well may still fail: its
 // logger finds out while it closes the file.
 bool may_follow(const msg::RunStatus& heard, const msg::RunStatus& news);
+// Both rules, for whoever looks at a run.
+bool may_believe(const std::string& token, const msg::RunStatus& heard, const msg::RunStatus& news);
 
 // Requests that were taken already: one that was recorded and is sent again counts for nothing.
 class UsedNonces {

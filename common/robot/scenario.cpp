@@ -89,6 +89,7 @@ void resolve_paths(Scenario* scenario) {
   const fs::path folder = fs::path(scenario->path).parent_path();
   scenario->robot = make_absolute(scenario->robot, folder);
   scenario->controller.motion = make_absolute(scenario->controller.motion, folder);
+  scenario->world = make_absolute(scenario->world, folder);
   for (ObstacleSpec& obstacle : scenario->obstacles) obstacle.file = make_absolute(obstacle.file, folder);
 }
 
@@ -179,6 +180,7 @@ Scenario load_scenario(const std::string& path) {
   Scenario scenario = parse_unchecked(text.str(), make_absolute(path, fs::current_path(error)), &diagnostics);
   check_file(scenario, "robot", scenario.robot, &diagnostics);
   check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
+  check_file(scenario, "world", scenario.world, &diagnostics);
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
     check_file(scenario, "obstacles." + obstacle.name + ".file", obstacle.file, &diagnostics);
   }

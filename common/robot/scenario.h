@@ -140,7 +140,7 @@ struct Scenario {
 
   std::string path;              // of the YAML file, for messages
   std::string text;              // the YAML text as it was read
-  std::string robot;             // URDF, absolute after loading
+  std::string robot;             // URDF, MJCF or SDF file, absolute after loading
   bool floating_base = true;
   std::string drive = "servo";
   Vector3d gravity_W{0, 0, -9.81};  // [m/s^2]
@@ -170,6 +170,7 @@ struct Scenario {
   bool self_collision = false;
   std::map<std::string, std::vector<std::string>> no_contact;  // link, obstacle or "ground" -> those that it never touches, or "all"
   std::vector<ObstacleSpec> obstacles;
+  std::string world;             // SDF file whose static models become obstacles, absolute after loading; empty: none
   std::map<std::string, SoleSpec> soles;  // by foot link
   int max_sole_points = 4;       // contact points kept per sole and plane, 3 to 16
   bool repair_inertias = false;

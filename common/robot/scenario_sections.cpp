@@ -274,9 +274,9 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.names_by_name("no_contact", &scenario->no_contact);
   read_disturbance_sections(map, scenario);
   map.named("obstacles", &scenario->obstacles, read_obstacle);
+  map.text("world", &scenario->world);
   refuse(map, {{"robots", "a scenario has one 'robot': several in one world are not simulated"},
-               {"objects", "movable objects are not simulated; fixed ones are 'obstacles'"},
-               {"world", "SDF worlds are not read; meshes and height fields are 'obstacles'"}});
+               {"objects", "movable objects are not simulated; fixed ones are 'obstacles'"}});
 }
 
 void read_joint_sections(YamlMap& map, Scenario* scenario) {

@@ -522,6 +522,9 @@ Experiment load_experiment(const std::string& path) {
     throw InputError(e.scenario.make_diagnostic(
         "loops", "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
   }
+  if (!e.scenario.world.empty()) {
+    throw InputError(e.scenario.make_diagnostic("world", "the diagnosis knows no SDF worlds; expected 'obstacles'"));
+  }
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
   const std::vector<std::string> before = e.warnings;
   std::optional<Loader> loader(&e);

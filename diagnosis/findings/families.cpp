@@ -19,4 +19,6 @@ const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family) {
   return *std::find_if(all.begin(), all.end(), is_it);
 }
 
+bool is_effect(const std::string& name, EffectId id) { return name == get_effect(id).name; }
+
 }  // namespace hrp::diagnosis

@@ -13,4 +13,7 @@ std::string find_family_name(const std::string& effect);
 // The one effect of a family at places of a kind: a sensor's gain. There must be just one.
 const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family);
 
+// Whether a report's name is that of a row.
+bool is_effect(const std::string& name, EffectId id);
+
 }  // namespace hrp::diagnosis

@@ -29,6 +29,16 @@ bool is_untold_curve(const Json& finding) {
   return holds(p["static"], p["coulomb"]["value"].get<double>()) && holds(p["stribeck_velocity"], 0.0);
 }
 
+constexpr const char* kHardening = "hardening_angle";
+
+// 1 / angle^2 has the deviation 2 std / angle^3: less than two of them from none where angle < 4 std.
+bool is_untold_hardening(const Json& finding) {
+  if (!is_effect(finding["effect"], EffectId::kFootHardening) || !is_number(finding["parameters"], kHardening)) return false;
+  const Json& angle = finding["parameters"][kHardening];
+  const double std = (angle["ci95"][1].get<double>() - angle["ci95"][0].get<double>()) / (2 * 1.96);
+  return angle["value"].get<double>() < 4 * std;
+}
+
 std::string get_place(const Json& finding) { return finding["where"].begin().value().get<std::string>(); }
 
 std::string make_words(const Json& estimate) {
@@ -64,13 +74,36 @@ Json make_viscous(const Json& curve) {
   return plain;
 }
 
+std::string list_words(const Json& parameters) {
+  std::string out;
+  for (const auto& [name, estimate] : parameters.items()) {
+    if (is_number(parameters, name.c_str())) out += (out.empty() ? "" : ", ") + name + " " + make_words(estimate);
+  }
+  return out;
+}
+
+Json make_linear_sole(const Json& sole) {
+  Json plain = sole;
+  const EffectInfo& row = get_effect(EffectId::kFootCompliance);
+  plain["effect"] = row.name, plain["parameters"].erase(kHardening);
+  if (plain.value("grade", "") == get_grade_name(Grade::kCertain)) plain["grade"] = get_grade_name(Grade::kSupported);
+  plain["alternatives"].push_back({{"effect", sole["effect"]},
+                                   {"family", find_family_name(row.name)},
+                                   {"where", sole["where"]},
+                                   {"parameters", sole["parameters"]},
+                                   {"motion_that_would_tell", "larger tilts of the foot"}});
+  plain["statement"] = get_place(sole) + ": " + row.phrase + " (" + list_words(plain["parameters"]) +
+                       "). That it hardens as it gives is not told from none.";
+  return plain;
+}
+
 }  // namespace
 
 void name_simpler_laws(nlohmann::ordered_json* report) {
   Json list = Json::array();
   for (const Json& f : (*report)["findings"]) {
     if (!is_untold_curve(f)) {
-      list.push_back(f);
+      list.push_back(is_untold_hardening(f) ? make_linear_sole(f) : f);
       continue;
     }
     list.push_back(make_coulomb(f));

@@ -39,11 +39,8 @@ std::vector<Group> group_by_effect(const json& report) {
 
 // The first number of the first parameter.
 double get_value(const json& finding) {
-  for (const auto& item : get_object(finding, "parameters").items()) {
-    const json& value = get(item.value(), "value");
-    return value.is_number() ? value.get<double>() : kNone;
-  }
-  return kNone;
+  const auto parameters = list_parameters(finding);
+  return parameters.empty() ? kNone : get_number(parameters[0].second, "value", kNone);
 }
 
 // "level 0.14 to 1.3 N m, most at joint elbow"; of one place or one value for all: with its interval.
@@ -61,9 +58,11 @@ std::string describe_values(const std::vector<const json*>& findings) {
     if (value > high) high = value, highest = f;
   }
   if (!highest) return "";
-  const auto parameter = get_object(*highest, "parameters").begin();
-  const std::string unit = get_text(parameter.value(), "unit");
-  return parameter.key() + " " + format_number(low, 2) + " to " + format_number(high, 2) +
+  const auto [name, parameter] = list_parameters(*highest)[0];
+  const std::string unit = get_text(parameter, "unit");
+  std::string words = name;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words + " " + format_number(low, 2) + " to " + format_number(high, 2) +
          (unit.empty() || unit == "1" ? "" : " " + unit) + ", most at " + describe_place(get(*highest, "where"));
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/effects/effect_info.h"
 #include "diagnosis/page/headline.h"
 
 namespace hrp::diagnosis::html {
@@ -39,10 +40,22 @@ std::string describe_parameter(const std::string& name, const json& p) {
 
 }  // namespace
 
+std::vector<std::pair<std::string, json>> list_parameters(const json& finding) {
+  std::vector<std::pair<std::string, json>> out;
+  for (const auto& [name, p] : get_object(finding, "parameters").items()) out.emplace_back(name, p);
+  const EffectInfo* row = find_effect(get_text(finding, "effect"));
+  if (!row) return out;
+  const auto place = [&](const std::string& name) {
+    const int at = find_parameter(*row, name);
+    return at < 0 ? std::numeric_limits<int>::max() : at;
+  };
+  std::stable_sort(out.begin(), out.end(), [&](const auto& a, const auto& b) { return place(a.first) < place(b.first); });
+  return out;
+}
+
 std::string describe_parameters(const json& finding) {
   std::string out;
-  for (const auto& [name, p] : get_object(finding, "parameters").items())
-    out += (out.empty() ? "" : ", ") + describe_parameter(name, p);
+  for (const auto& [name, p] : list_parameters(finding)) out += (out.empty() ? "" : ", ") + describe_parameter(name, p);
   return out;
 }
 

@@ -18,6 +18,10 @@ const VerdictWords& find_verdict_words(const std::string& verdict);
 // The headline, and the fit on held-out recordings in units of the noise.
 std::string make_lead(const json& report);
 
+// Parameters of a finding in the order of its row in the table: what the effect is first, details after it.
+std::vector<std::pair<std::string, json>> list_parameters(const json& finding);
+
+
 // Values with their intervals, in one line.
 std::string describe_parameters(const json& finding);
 

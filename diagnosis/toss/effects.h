@@ -23,7 +23,7 @@ struct TossRow {
   bool flies = false;             // shows in windows without contact
   bool jumps = false;             // no small change shows: neither friction where all sticks nor bouncing where nothing does
   EffectId inside = EffectId::kNamed;  // an effect that this one contains: it is tried in its place
-  const char* refused = nullptr;  // why it is never named
+  const char* refused = nullptr;  // why it is never named for sure
   // Where to start a fit, from the absent effect `none`; null: there.
   Hypothesis (*list_starts)(const TossProblem&, const Hypothesis& found, const Effect& none) = nullptr;
 };

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <map>
 
-#include "diagnosis/toss/search.h"
+#include "diagnosis/findings/finding.h"
 #include "diagnosis/report/json.h"
+#include "diagnosis/toss/search.h"
 
 namespace hrp::diagnosis::toss {
 namespace {
@@ -150,6 +151,31 @@ std::vector<double> find_widths(const TossFit& fit, size_t effect) {
   return widths;
 }
 
+Json make_finding(const TossProblem& problem, const Effect& effect, const std::vector<double>& widths, double probability,
+                  const std::string& rest) {
+  const EffectInfo& info = get_effect(effect.id);
+  return {{"effect", info.name},
+          {"where", make_where(problem, effect.id)},
+          {"parameters", make_parameters(effect, widths)},
+          {"probability", probability},
+          {"statement", info.name + ": " + info.phrase + " (" + describe(problem, effect, widths) + "). " + rest}};
+}
+
+// What passes every test, and may still stand in for impacts that are not as the model has them.
+Json make_doubted(const TossProblem& problem, const TossTrial& trial) {
+  const size_t last = trial.fit.hypothesis.size() - 1;
+  Json finding = make_finding(problem, trial.fit.hypothesis[last], find_widths(trial.fit, last), 0.5,
+                              std::string("Perhaps: ") + get_toss_row(trial.added).refused + ".");
+  finding["grade"] = get_grade_name(Grade::kAmbiguous);
+  const EffectInfo& law = get_effect(EffectId::kRestitution);
+  finding["alternatives"] = {{{"effect", law.name},
+                              {"family", get_family_name(law.family)},
+                              {"where", make_where(problem, law.id)},
+                              {"parameters", Json::object()},
+                              {"motion_that_would_tell", "the body swung as a pendulum, or turned by a known torque"}}};
+  return finding;
+}
+
 Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
   Json list = Json::array();
   const TossFit& fit = outcome.chosen;
@@ -162,13 +188,9 @@ Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
             ? "With it what is left is noise."
             : "It holds alike in both halves of the tosses and in those it was not fitted to, but something else "
               "is missing as well.";
-    list.push_back({{"effect", info.name},
-                    {"where", make_where(problem, effect.id)},
-                    {"parameters", make_parameters(effect, find_widths(fit, e))},
-                    {"probability", outcome.explained ? 0.98 : 0.9},
-                    {"statement", info.name + ": " + info.phrase + " (" +
-                                      describe(problem, effect, find_widths(fit, e)) + "). " + rest}});
+    list.push_back(make_finding(problem, effect, find_widths(fit, e), outcome.explained ? 0.98 : 0.9, rest));
   }
+  for (const TossTrial& trial : outcome.doubted) list.push_back(make_doubted(problem, trial));
   return list;
 }
 

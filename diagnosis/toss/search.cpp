@@ -60,6 +60,7 @@ class Search {
     for (int round = 0; round < kMostEffects && add_best(); ++round) {
     }
     if (out_.chosen.hypothesis.size() > 1) refine();
+    doubt();
     decide(problem_, &out_);
     return std::move(out_);
   }
@@ -173,14 +174,25 @@ class Search {
       trial->why = "its parameters cannot be told from nothing";
     else if (!shows_in_flight(*trial))
       trial->why = "flight gets worse with it";
-    else if (get_toss_row(trial->added).refused)
-      trial->why = get_toss_row(trial->added).refused;
     else if (!is_steady(*trial))
       trial->consistent = false, trial->why = "its value differs from toss to toss";
     else if (!is_consistent(*trial))
       trial->consistent = false, trial->why = "halves of the tosses ask for different values";
+    else if (get_toss_row(trial->added).refused)
+      trial->doubted = true, trial->why = get_toss_row(trial->added).refused;
     else
       trial->accepted = true;
+  }
+
+  // What is never named for sure, beside all that was found: it is told where it passes every test.
+  void doubt() {
+    for (const TossRow& row : list_toss_rows()) {
+      if (!row.refused || out_.chosen.hypothesis.empty()) continue;
+      TossTrial trial = try_effect(row.id);
+      examine(&trial);
+      if (trial.doubted) say(std::string("perhaps ") + get_effect(row.id).name + ": " + std::to_string(judge(problem_, trial.fit)));
+      if (trial.doubted) out_.doubted.push_back(std::move(trial));
+    }
   }
 
   std::vector<EffectId> list_candidates() const {

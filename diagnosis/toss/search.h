@@ -18,12 +18,14 @@ struct TossTrial {
   double sureness = 0.0;   // mean gain of a toss over the standard error of that mean
   bool consistent = true;  // both halves of the tosses give the same parameters
   bool accepted = false;
+  bool doubted = false;    // passes every test, but another cause may do the same (TossRow::refused)
   std::string why;  // not accepted
 };
 
 struct TossOutcome {
   TossFit nominal, chosen;
   std::vector<TossTrial> trials;  // all that were fitted, in the order of trying
+  std::vector<TossTrial> doubted;  // beside what was chosen, one by one
   bool mismatch = false, explained = false, partly = false;
   double flight = 0.0;  // score of windows without contact, as it is left
 };

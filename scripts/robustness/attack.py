@@ -353,7 +353,7 @@ class Attacker:
             return what, "it hangs"
         if run.process.returncode != 2 or "Read-only" not in run.output or "run.mcap" not in run.output:
             return what, f"status {run.process.returncode}: {run.output.strip()[-200:]}"
-        return what, ""
+        return what, f"leaves {os.path.getsize(run.log)} bytes there" if os.path.exists(run.log) else ""
 
 
 def show_progress(kind, done, tries, failures, start):

@@ -159,4 +159,13 @@ int open(const char* path, int flags, ...) {
   return (int)syscall(SYS_openat, AT_FDCWD, path, flags, mode);
 }
 
+/* A log that was written without a name gets it here. */
+int linkat(int from, const char* old, int to, const char* path, int flags) {
+  if (read_only && is_log(path)) {
+    errno = EROFS;
+    return -1;
+  }
+  return (int)syscall(SYS_linkat, from, old, to, path, flags);
+}
+
 int open64(const char* path, int flags, ...) __attribute__((alias("open")));

@@ -11,6 +11,9 @@
 #include "common/robot/surface_file.h"
 #include "controller/motion/motion.h"
 #include "servers/model_parser/loop_start.h"
+#include "servers/model_parser/mjcf/mjcf_robot.h"
+#include "servers/model_parser/sdf/sdf_robot.h"
+#include "servers/model_parser/sdf/sdf_world.h"
 #include "servers/model_parser/urdf_scan.h"
 #include "servers/model_parser/urdf_tree.h"
 
@@ -18,7 +21,7 @@ namespace hrp {
 namespace {
 
 // Parsers of XML recurse and copy: text beyond this is no robot.
-constexpr size_t kLargestUrdf = 64u << 20;  // [bytes]
+constexpr size_t kLargestFile = 64u << 20;  // [bytes]
 
 std::string read_file(const std::string& path) {
   Diagnostic d;
@@ -29,8 +32,8 @@ std::string read_file(const std::string& path) {
     d.message = "cannot be read: there is no such file, or no permission";
     throw InputError(d);
   }
-  if (std::filesystem::file_size(path, error) > kLargestUrdf) {
-    d.message = "is larger than 64 MB: not a URDF";
+  if (std::filesystem::file_size(path, error) > kLargestFile) {
+    d.message = "is larger than 64 MB: neither a robot nor a world";
     throw InputError(d);
   }
   std::ostringstream text;
@@ -72,33 +75,77 @@ void load_surfaces(const Scenario& scenario, RobotDescription* robot, Diagnostic
   }
 }
 
+// The scenario with what its world file adds, as every server will read it.
+Scenario read_world(const Scenario& scenario) {
+  if (scenario.world.empty()) return scenario;
+  Diagnostics diagnostics;
+  const WorldSpec world = read_sdf_world(read_file(scenario.world), scenario, &diagnostics);
+  throw_errors(diagnostics);
+  return parse_scenario(add_world(scenario.text, world), scenario.path);
+}
+
+// What was found in a URDF that was made from another format is said of that file's lines.
+void add_with_source_lines(const Diagnostics& found, const UrdfText& urdf, const std::string& file, Diagnostics* diagnostics) {
+  for (Diagnostic d : found.all()) {
+    const size_t line = static_cast<size_t>(d.line);
+    const bool made = !urdf.source_lines.empty() && d.file == file && line > 0;
+    if (made) d.line = line <= urdf.source_lines.size() ? urdf.source_lines[line - 1] : 0;
+    if (d.severity == Diagnostic::Severity::kError) {
+      diagnostics->add_error(d);
+    } else {
+      diagnostics->add_warning(d);
+    }
+  }
+}
+
+// The robot's file as a URDF. Without source lines it is one.
+UrdfText read_as_urdf(const std::string& text, const std::string& path, const Scenario& scenario, Diagnostics* diagnostics) {
+  const std::string format = find_root_element(text);
+  if (format != "mujoco" && format != "sdf") return {text, {}};
+  const BodyTree tree = format == "sdf" ? read_sdf(text, path, scenario.floating_base, diagnostics)
+                                        : read_mjcf(text, path, scenario.floating_base, diagnostics);
+  throw_errors(*diagnostics);
+  return make_urdf(tree, std::filesystem::path(path).filename().string());
+}
+
+// Tree and shapes, from a URDF.
+std::vector<LoopScan> read_tree(const UrdfText& urdf, const Scenario& scenario, RobotDescription* robot, Diagnostics* diagnostics) {
+  Diagnostics found;
+  const UrdfScan scan = scan_urdf(urdf.text, robot->urdf_path, &found);
+  if (!found.has_errors()) build_tree(scan, scenario, robot, &found);
+  add_with_source_lines(found, urdf, robot->urdf_path, diagnostics);
+  throw_errors(*diagnostics);
+  return scan.loops;
+}
+
 }  // namespace
 
-RobotDescription parse_robot(const std::string& urdf, const std::string& urdf_path, const Scenario& scenario) {
+RobotDescription parse_robot(const std::string& text, const std::string& path, const Scenario& scenario) {
   Diagnostics diagnostics;
+  const UrdfText urdf = read_as_urdf(text, path, scenario, &diagnostics);
   RobotDescription robot;
-  robot.urdf_path = urdf_path;
-  robot.urdf = urdf;
+  robot.urdf_path = path;
+  robot.urdf = urdf.text;
   robot.scenario_path = scenario.path;
   robot.scenario = scenario.text;
-  const UrdfScan scan = scan_urdf(urdf, urdf_path, &diagnostics);
-  throw_errors(diagnostics);
-  build_tree(scan, scenario, &robot, &diagnostics);
-  throw_errors(diagnostics);
+  const std::vector<LoopScan> loops = read_tree(urdf, scenario, &robot, &diagnostics);
   check_scenario(scenario, robot, &diagnostics);
   throw_errors(diagnostics);
   load_surfaces(scenario, &robot, &diagnostics);
   throw_errors(diagnostics);
   insert_foot_bushes(scenario, &robot);
-  merge_loops(scan.loops, scenario, urdf_path, &robot, &diagnostics);
+  merge_loops(loops, scenario, path, &robot, &diagnostics);
   throw_errors(diagnostics);
   start_in_motion(scenario, &robot);
-  close_start_pose(scan.loops, scenario, &robot, &diagnostics);
+  close_start_pose(loops, scenario, &robot, &diagnostics);
   throw_errors(diagnostics);
   robot.warnings = diagnostics.warning_texts();
   return robot;
 }
 
-RobotDescription load_robot(const Scenario& scenario) { return parse_robot(read_file(scenario.robot), scenario.robot, scenario); }
+RobotDescription load_robot(const Scenario& scenario) {
+  const Scenario in_world = read_world(scenario);
+  return parse_robot(read_file(in_world.robot), in_world.robot, in_world);
+}
 
 }  // namespace hrp

@@ -34,6 +34,7 @@ class Scanner {
   void scan_inertial(const Element& element, const std::string& owner);
   void scan_geometry(const Element& parent, const std::string& owner);
   void scan_joint(const Element& element);
+  void scan_spring(const Element& element, const std::string& owner, JointScan* joint);
   void scan_joint_numbers(const Element& element, const std::string& owner, JointScan* joint);
   std::string read_link_reference(const Element& joint, const std::string& owner, const char* tag);
 
@@ -198,6 +199,7 @@ void Scanner::scan_joint_numbers(const Element& element, const std::string& owne
     if (!value.empty() && value[0] < 0.0) error(*rotor, owner, "inertia is negative");
     if (!value.empty()) joint->rotor_inertia = value[0];
   }
+  if (const Element* spring = element.FirstChildElement("spring")) scan_spring(*spring, owner, joint);
   joint->unactuated = element.FirstChildElement("unactuated") != nullptr;
   if (const Element* mimic = element.FirstChildElement("mimic")) {
     joint->mimic_line = mimic->GetLineNum();
@@ -205,6 +207,14 @@ void Scanner::scan_joint_numbers(const Element& element, const std::string& owne
     read_numbers(*mimic, owner, "multiplier", 1, false);
     read_numbers(*mimic, owner, "offset", 1, false);
   }
+}
+
+void Scanner::scan_spring(const Element& element, const std::string& owner, JointScan* joint) {
+  const auto stiffness = read_numbers(element, owner, "stiffness", 1, true);
+  const auto rest = read_numbers(element, owner, "rest", 1, false);
+  if (!stiffness.empty() && stiffness[0] < 0.0) error(element, owner, "stiffness is negative");
+  if (!stiffness.empty()) joint->spring.stiffness = stiffness[0];
+  if (!rest.empty()) joint->spring.rest = rest[0];
 }
 
 void Scanner::scan_joint(const Element& element) {
@@ -293,15 +303,6 @@ void remove_children(tinyxml2::XMLElement* parent, const char* name) {
   while (tinyxml2::XMLElement* child = parent->FirstChildElement(name)) parent->DeleteChild(child);
 }
 
-// What a file without <robot> is, by its first element.
-std::string find_format(const tinyxml2::XMLDocument& document) {
-  const Element* root = document.RootElement();
-  const std::string name = root == nullptr ? "" : root->Name();
-  if (name == "sdf") return "SDF is not read, only URDF";
-  if (name == "mujoco") return "MJCF is not read, only URDF";
-  return "not a URDF";
-}
-
 std::string print_bare(tinyxml2::XMLDocument* document, tinyxml2::XMLElement* robot) {
   for (const char* name : {"material", "gazebo", "transmission", "sensor", "loop"}) remove_children(robot, name);
   for (auto* link = robot->FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
@@ -334,6 +335,13 @@ int UrdfScan::find_joint_line(const std::string& name) const {
   return found == joint_lines_.end() ? 0 : found->second;
 }
 
+std::string find_root_element(const std::string& text) {
+  tinyxml2::XMLDocument document;
+  if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) return "";
+  const Element* root = document.RootElement();
+  return root == nullptr ? "" : root->Name();
+}
+
 UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics* diagnostics) {
   UrdfScan scan;
   scan.file = file;
@@ -349,7 +357,7 @@ UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics
   }
   Element* robot = document.FirstChildElement("robot");
   if (robot == nullptr) {
-    add_error(file, 0, "", "has no <robot> element: " + find_format(document), diagnostics);
+    add_error(file, 0, "", "has no <robot>, <mujoco> or <sdf> element: neither URDF, MJCF nor SDF", diagnostics);
     return scan;
   }
   Scanner scanner(&scan, diagnostics);

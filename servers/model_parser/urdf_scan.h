@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // First look at a URDF: what urdfdom does not tell. Lines of elements, order of the file, numbers that are none, names
-// that are missing, double or unknown, cycles, several roots, and our elements <rotor>, <unactuated> and <loop>.
+// that are missing, double or unknown, cycles, several roots, and our elements <rotor>, <spring>, <unactuated> and <loop>.
 #pragma once
 
 #include <map>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/diagnostics.h"
+#include "common/multibody/tree_spec.h"
 #include "servers/model_parser/loop_scan.h"
 
 namespace hrp {
@@ -25,6 +26,7 @@ struct JointScan {
   int line = 0;
   int mimic_line = 0;
   double rotor_inertia = 0.0;          // <rotor inertia="..."/> [kg m^2 or kg], reflected to the joint
+  JointSpring spring;                  // <spring stiffness="..." rest="..."/>
   bool unactuated = false;             // <unactuated/>: nothing drives it
   bool has_lower = false, has_upper = false;
 };
@@ -48,6 +50,9 @@ struct UrdfScan {
  private:
   std::unordered_map<std::string, int> link_lines_, joint_lines_;
 };
+
+// Name of the first element: "robot", "mujoco", "sdf". Empty for what is no XML.
+std::string find_root_element(const std::string& text);
 
 // Adds errors to `diagnostics`; the scan can be used when there are none.
 UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics* diagnostics);

@@ -160,6 +160,7 @@ JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& par
   spec.X_PF = parent.X_LC * make_transform(parsed.parent_to_joint_origin_transform);
   spec.axis_F = make_vector(parsed.axis).normalized();
   spec.rotor_inertia = joint.rotor_inertia;
+  spec.spring = joint.spring;
   if (parsed.limits) {
     if (joint.type != "continuous") {
       spec.lower = parsed.limits->lower;

@@ -168,6 +168,8 @@ std::map<std::string, Arrivals> LiveRun::take() {
   return taken;
 }
 
+bool LiveRun::believes(const msg::RunStatus& heard, const msg::RunStatus& news) const { return may_believe(token_, heard, news); }
+
 bool LiveRun::request(const msg::RunControl& control) {
   if (read_only_ || !control_.has_readers()) return false;
   msg::RunControl signed_control = control;

@@ -45,6 +45,8 @@ class LiveRun {
   // False when run control is switched off or the run has nobody who listens.
   bool request(const msg::RunControl& control);
   bool has_control() const { return !read_only_; }
+  // Of what comes on run_status: an end is believed when it is signed.
+  bool believes(const msg::RunStatus& heard, const msg::RunStatus& news) const;
 
  private:
   struct Topic;

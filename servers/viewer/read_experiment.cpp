@@ -112,7 +112,10 @@ class CsvRecorder {
     msg::RobotDescription description;
     description.name(fs::path(scenario_.robot).stem().string());
     description.urdf_path(scenario_.robot);
-    description.urdf(read_text(scenario_.robot));
+    const std::string text = read_text(scenario_.robot);
+    const bool is_urdf = text.find("<robot") != std::string::npos;
+    description.urdf(is_urdf ? text : "<robot name=\"none\"><link name=\"base\"/></robot>");
+    if (!is_urdf) recording_->add_note("the page draws URDFs only, and " + scenario_.robot + " is none: its charts are shown without a robot");
     description.scenario(scenario_.text);
     description.scenario_path(scenario_.path);
     description.floating_base(scenario_.floating_base);

@@ -270,6 +270,14 @@ void Viewer::take_description(const Arrivals& arrivals) {
   send_pages("{\"op\":\"scene\",\"source\":0,\"scene\":" + scene_.json + "}", Urgency::kNeeded);
 }
 
+void Viewer::take_run_status(const Arrivals& arrivals) {
+  msg::RunStatus status;
+  decode(get_bytes(arrivals.latest), &status);
+  if (!live_->believes(run_status_, status)) return;
+  run_status_ = status;
+  run_text_ = print_json(*arrivals.type, get_bytes(arrivals.latest));
+}
+
 void Viewer::take_status(const std::map<std::string, Arrivals>& arrivals) {
   const Arrivals& run = arrivals.at(topics::kRunStatus.name);
   const auto server = arrivals.find(topics::kServerStatus.name);
@@ -282,9 +290,8 @@ void Viewer::take_status(const std::map<std::string, Arrivals>& arrivals) {
       decode(get_bytes(sample), &status);
       servers_[status.server()] = print_json(*server->second.type, get_bytes(sample));
     }
-    if (run.fresh) decode(get_bytes(run.latest), &run_status_);
-    std::string text = "{\"op\":\"status\",\"run\":";
-    text += run.latest.empty() ? "null" : print_json(*run.type, get_bytes(run.latest));
+    if (run.fresh) take_run_status(run);
+    std::string text = "{\"op\":\"status\",\"run\":" + run_text_;
     text += std::string(",\"servers_now\":") + (reads_servers_ ? "true" : "false") + ",\"servers\":{";
     for (const auto& [role, json] : servers_) text += (text.back() == '{' ? "" : ",") + Json(role).dump() + ":" + json;
     status_ = text + "}}";

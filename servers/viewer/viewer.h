@@ -63,6 +63,7 @@ class Viewer final : public WebApplication {
   void update_readers();
   void take_description(const Arrivals& arrivals);
   void take_status(const std::map<std::string, Arrivals>& arrivals);
+  void take_run_status(const Arrivals& arrivals);
   void send_samples(const std::map<std::string, Arrivals>& arrivals);
   void send_frame(const std::map<std::string, Arrivals>& arrivals);
   void send_foxglove(const std::map<std::string, Arrivals>& arrivals);
@@ -84,6 +85,7 @@ class Viewer final : public WebApplication {
   FoxgloveScene foxglove_scene_;                     // of the live run, else of the first recording
   SampleBytes description_;
   std::string frame_, status_;                       // last that was sent
+  std::string run_text_ = "null";                    // last status of the run
   std::map<std::string, std::string> servers_;       // last status of each role
   msg::RunStatus run_status_;
   bool reads_servers_ = true;

@@ -20,7 +20,9 @@ CLANG_TIDY = '''#!/bin/sh
 for source; do :; done
 echo x >> "{0}/calls"
 echo "17 warnings generated." >&2
-if grep -q wrong "$source"; then echo "$source:1: error: wrong [bugprone-x]"; exit 1; fi
+if grep -q guess "$source"; then echo "/usr/include/eigen3/Eigen/Core:1:2: error: a guess [x]"; bad=1; fi
+if grep -q wrong "$source"; then echo "$source:1:2: error: wrong [bugprone-x]"; bad=1; fi
+exit ${{bad:-0}}
 '''
 FILES = {'common/base/a.cpp': '#include "common/base/a.h"\n', 'common/base/a.h': '', 'servers/b.cpp': '#include "common/base/a.h"\n',
          'servers/c.cpp': '#include <cmath>\n', '.clang-tidy': 'Checks: x\n'}
@@ -73,7 +75,7 @@ class Tidy(unittest.TestCase):
         self.write('servers/c.cpp', 'wrong\n')
         status, said, _ = self.tidy('--all')
         self.assertEqual(status, 1)
-        self.assertIn('c.cpp:1: error: wrong [bugprone-x]', said)
+        self.assertIn('c.cpp:1:2: error: wrong [bugprone-x]', said)
         self.assertIn('| servers | 2 | 1 |', said)
         self.assertNotIn('17 warnings', said)
 
@@ -92,9 +94,18 @@ class Tidy(unittest.TestCase):
         self.tidy('--all')
         self.assertEqual(self.tidy('--all')[0], 1)
 
+    def test_what_the_analyser_says_of_eigen_is_no_finding(self):
+        self.write('servers/c.cpp', 'guess\n')
+        self.assertEqual(self.tidy('--all')[0], 0)
+        self.write('servers/b.cpp', 'guess and wrong\n')
+        status, said, _ = self.tidy('--all')
+        self.assertEqual(status, 1)
+        self.assertIn('b.cpp:1:2: error: wrong', said)
+        self.assertNotIn('a guess', said)
+
     def test_names_are_folders_or_files(self):
         self.assertEqual(self.tidy('servers')[2], 2)
-        self.assertEqual(self.tidy('common/base/a.cpp')[2], 1)
+        self.assertEqual(self.tidy('--jobs', '1', 'common/base/a.cpp')[2], 1)
         with self.assertRaisesRegex(SystemExit, 'nothing of what lies there'):
             self.tidy('.clang-tidy')
 

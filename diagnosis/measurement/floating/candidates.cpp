@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
-#include "diagnosis/measurement/floating/words.h"
+#include "diagnosis/measurement/floating/candidate_laws.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kRigidTilt = 2e-5;    // [rad/(N m)] of ground and sole that are taken as rigid: above 5e4 N m/rad
-constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sinks by 1 mm
 constexpr double kMounting = 0.01;    // [rad] to which force sensors are screwed on
+constexpr double kSpringShare = 0.02;  // of a joint's torque's spread that a spring must give: rigid models miss a little that follows the position
 constexpr double kThick = 0.03;        // [m] of housings about joints, at least
 constexpr double kSmallScale = 0.005;  // a factor nearer to 1 than this is within what scales and models are known to
 
@@ -28,17 +26,27 @@ class Lister {
     add_all_sensors();
     for (int i = 0; i < at_.imus; ++i) add_imu(i);
     for (int f = 0; f < at_.feet; ++f) add_foot(f);
-    Candidate& slope = add("ground_slope", {{"ground", "ground"}}, -1, {{{at_.slope(0), 1.0}}, {{at_.slope(1), 1.0}}});
-    slope.vector = true;
+    Candidate& slope = add(EffectId::kGroundSlope, {{"ground", "ground"}}, -1, {{{at_.slope(0), 1.0}}, {{at_.slope(1), 1.0}}});
+    slope.vector = true, slope.law = &get_angle_law();
     return std::move(out_);
   }
 
  private:
-  Candidate& add(const std::string& effect, Where where, int place, std::vector<Terms> terms) {
+  Candidate& add(EffectId effect, Where where, int place, std::vector<Terms> terms) {
     Candidate c;
-    c.effect = effect, c.where = std::move(where), c.place = place, c.terms = std::move(terms);
+    c.effect = effect, c.law = &get_plain_law(), c.where = std::move(where), c.place = place, c.terms = std::move(terms);
     out_.push_back(std::move(c));
     return out_.back();
+  }
+
+  void add_zero(const Where& where, int place, int first, const char* unit) {
+    Candidate& zero = add(EffectId::kSensorBias, where, place, list_axes(first));
+    zero.vector = true, zero.unit = unit;
+  }
+
+  void add_turn(const Where& where, int place, std::vector<Terms> axes) {
+    Candidate& turn = add(EffectId::kSensorMisalignment, where, place, std::move(axes));
+    turn.vector = true, turn.law = &get_angle_law();
   }
 
   std::vector<Terms> list_axes(int first) const { return {{{first, 1.0}}, {{first + 1, 1.0}}, {{first + 2, 1.0}}}; }
@@ -59,8 +67,8 @@ class Lister {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
     const LinkInertia& I = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia;
     const Where where{{"link", link.name}};
-    Candidate& load = add("payload", where, l, {{{at_.link(l, 0), 1.0}}, {{at_.link(l, 1), 1.0}}, {{at_.link(l, 2), 1.0}}, {{at_.link(l, 3), 1.0}}});
-    load.positive = true, load.least = kSmallScale * log_.mass;
+    Candidate& load = add(EffectId::kPayload, where, l, {{{at_.link(l, 0), 1.0}}, {{at_.link(l, 1), 1.0}}, {{at_.link(l, 2), 1.0}}, {{at_.link(l, 3), 1.0}}});
+    load.law = &get_load_law(), load.positive = true, load.least = kSmallScale * log_.mass;
     const LinkInertia& own = link.inertia;
     if (own.mass < 1e-3 * log_.mass || I.mass <= 0) return;
     const Vector3d c = own.p_LLcm_L;
@@ -68,11 +76,11 @@ class Lister {
     const double values[] = {own.mass, own.mass * c.x(), own.mass * c.y(), own.mass * c.z(), about(0, 0), about(0, 1), about(0, 2), about(1, 1), about(1, 2), about(2, 2)};
     Terms all;
     for (int p = 0; p < kLinkColumns; ++p) all.emplace_back(at_.link(l, p), values[p]);
-    Candidate& scale = add("mass_error", where, l, {all});
+    Candidate& scale = add(EffectId::kMassError, where, l, {all});
     scale.low = -0.9, scale.least = std::max(0.02, kSmallScale * log_.mass / own.mass), scale.high = 4;
-    Candidate& moved = add("com_error", where, l, {});
+    Candidate& moved = add(EffectId::kComError, where, l, {});
     for (int a = 0; a < 3; ++a) moved.terms.push_back({{at_.link(l, 1 + a), own.mass}});
-    moved.vector = true, moved.center = c, moved.extent = find_extent(l);
+    moved.law = &get_moved_law(), moved.vector = true, moved.center = c, moved.extent = find_extent(l);
     moved = make_moved(moved, at_, Vector3d::Zero());
   }
 
@@ -80,36 +88,39 @@ class Lister {
     const auto i = static_cast<size_t>(j);
     const JointSpec& joint = log_.tree.joint(j);
     const Where where{{"joint", joint.name}};
-    const auto one = [&](const char* effect, int column) -> Candidate& {
+    const auto one = [&](EffectId effect, int column) -> Candidate& {
       return add(effect, where, j, {{{at_.joint(j, column), 1.0}}});
     };
     if (log_.has_position[i]) {
-      one("joint_offset", kOffsetColumn).least = 0.002;
-      Candidate& gap = one("backlash", kPlayColumn);
+      Candidate& zero = one(EffectId::kJointOffset, kOffsetColumn);
+      zero.least = 0.002, zero.law = &get_angle_law();
+      Candidate& gap = one(EffectId::kBacklash, kPlayColumn);
       gap.positive = true, gap.least = 0.002, gap.high = 0.2;
-      one("joint_elasticity", kGiveColumn).positive = true;
+      Candidate& give = one(EffectId::kElasticity, kGiveColumn);
+      give.positive = give.bends = true, give.law = &get_give_law();
     }
     if (!log_.is_driven(i) && joint.actuated) return;
-    one("viscous_friction", kViscousColumn).positive = true;
-    one("coulomb_friction", kDryColumn).positive = true;
-    one("load_dependent_friction", kLoadColumn).positive = true;
-    one("rotor_inertia", kRotorColumn).positive = true;
+    one(EffectId::kViscous, kViscousColumn).positive = true;
+    one(EffectId::kCoulomb, kDryColumn).positive = true;
+    one(EffectId::kLoadFriction, kLoadColumn).positive = true;
+    one(EffectId::kRotorInertia, kRotorColumn).positive = true;
     if (!joint.actuated) return;
-    Candidate& gain = one("torque_constant_error", kGainColumn);
+    Candidate& gain = one(EffectId::kTorqueConstant, kGainColumn);
     gain.low = -0.9, gain.high = 4, gain.least = 0.02;
-    add("parallel_spring", where, j, {{{at_.joint(j, kSpringColumn), 1.0}}, {{at_.joint(j, kConstantColumn), 1.0}}}).positive = true;
+    Candidate& spring = add(EffectId::kSpring, where, j, {{{at_.joint(j, kSpringColumn), 1.0}}, {{at_.joint(j, kConstantColumn), 1.0}}});
+    spring.positive = true, spring.worth = kSpringShare, spring.law = &get_spring_law();
     const std::string effort = "/joint_states/" + joint.name + "/effort";
     if (log_.has_effort[i]) {
-      add("sensor_bias", {{"sensor", effort}}, j, {{{at_.joint(j, kConstantColumn), 1.0}}});
-      Candidate& lag = one("actuator_lag", kLagColumn);
+      add(EffectId::kSensorBias, {{"sensor", effort}}, j, {{{at_.joint(j, kConstantColumn), 1.0}}}).unit = "N m";
+      Candidate& lag = one(EffectId::kLag, kLagColumn);
       lag.positive = true, lag.least = 0.5 * log_.sample_time, lag.high = 0.2;
     }
     if (log_.has_law[i]) {
-      Candidate& delay = one("command_delay", kDelayColumn);
+      Candidate& delay = one(EffectId::kDelay, kDelayColumn);
       delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
     }
     if (log_.has_law[i] && log_.has_effort[i]) {
-      Candidate& scale = add("sensor_scale", {{"sensor", effort}}, j, {{{at_.joint(j, kEffortScaleColumn), 1.0}, {at_.joint(j, kGainColumn), -1.0}}});
+      Candidate& scale = add(EffectId::kSensorScale, {{"sensor", effort}}, j, {{{at_.joint(j, kEffortScaleColumn), 1.0}, {at_.joint(j, kGainColumn), -1.0}}});
       scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
     }
   }
@@ -119,20 +130,20 @@ class Lister {
     const ForceSensor& sensor = log_.sensors[i];
     const std::string name = "/wrench/" + sensor.name;
     const Where force{{"sensor", name + "/force"}}, torque{{"sensor", name + "/torque"}}, both{{"sensor", name}};
-    Candidate& scale = add("sensor_scale", force, s, {{{at_.sensor(s, kForceScaleColumn), 1.0}}});
+    Candidate& scale = add(EffectId::kSensorScale, force, s, {{{at_.sensor(s, kForceScaleColumn), 1.0}}});
     scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
     if (sensor.has_force()) {
-      add("sensor_bias", force, s, list_axes(at_.sensor(s, kForceBiasColumn))).vector = true;
-      Candidate& turn = add("sensor_misalignment", both, s, list_axes(at_.sensor(s, kWrenchTurnColumn)));
-      turn.vector = true, turn.least = kMounting;
+      add_zero(force, s, at_.sensor(s, kForceBiasColumn), "N");
+      Candidate& turn = add(EffectId::kSensorMisalignment, both, s, list_axes(at_.sensor(s, kWrenchTurnColumn)));
+      turn.vector = true, turn.least = kMounting, turn.law = &get_angle_law();
     } else if (sensor.axis[2]) {
-      add("sensor_bias", force, s, {{{at_.sensor(s, kForceBiasColumn + 2), 1.0}}});
+      add(EffectId::kSensorBias, force, s, {{{at_.sensor(s, kForceBiasColumn + 2), 1.0}}}).unit = "N";
     }
-    Candidate& delay = add("sensor_delay", both, s, {{{at_.sensor(s, kWrenchDelayColumn), 1.0}}});
+    Candidate& delay = add(EffectId::kSensorDelay, both, s, {{{at_.sensor(s, kWrenchDelayColumn), 1.0}}});
     delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
     if (!sensor.has_wrench()) return;
-    add("sensor_bias", torque, s, list_axes(at_.sensor(s, kTorqueBiasColumn))).vector = true;
-    Candidate& gain = add("sensor_scale", torque, s, {{{at_.sensor(s, kTorqueScaleColumn), 1.0}}});
+    add_zero(torque, s, at_.sensor(s, kTorqueBiasColumn), "N m");
+    Candidate& gain = add(EffectId::kSensorScale, torque, s, {{{at_.sensor(s, kTorqueScaleColumn), 1.0}}});
     gain.low = -0.9, gain.high = 4, gain.least = kSmallScale;
   }
 
@@ -143,27 +154,27 @@ class Lister {
       scale.emplace_back(at_.sensor(s, kForceScaleColumn), 1.0), zero.emplace_back(at_.sensor(s, kForceBiasColumn + 2), 1.0);
     }
     if (at_.sensors < 2) return;
-    Candidate& all = add("sensor_scale", {{"sensor", "/wrench"}}, -1, {scale});
+    Candidate& all = add(EffectId::kSensorScale, {{"sensor", "/wrench"}}, -1, {scale});
     all.low = -0.9, all.high = 4, all.least = kSmallScale;
-    add("sensor_bias", {{"sensor", "/wrench"}}, -1, {zero});
+    add(EffectId::kSensorBias, {{"sensor", "/wrench"}}, -1, {zero}).unit = "N";
   }
 
   void add_imu(int i) {
     const ImuSensor& imu = log_.imus[static_cast<size_t>(i)];
     const std::string name = "/imu/" + imu.name;
     const Where force{{"sensor", name + "/linear_acceleration"}}, rate{{"sensor", name + "/angular_velocity"}};
-    const auto add_all = [&](const Where& where, int first) {
-      Candidate& scale = add("sensor_scale", where, i, {{{at_.imu(i, first), 1.0}}});
+    const auto add_all = [&](const Where& where, int first, const char* unit) {
+      Candidate& scale = add(EffectId::kSensorScale, where, i, {{{at_.imu(i, first), 1.0}}});
       scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
-      add("sensor_bias", where, i, list_axes(at_.imu(i, first + 1))).vector = true;
-      Candidate& delay = add("sensor_delay", where, i, {{{at_.imu(i, first + 4), 1.0}}});
+      add_zero(where, i, at_.imu(i, first + 1), unit);
+      Candidate& delay = add(EffectId::kSensorDelay, where, i, {{{at_.imu(i, first + 4), 1.0}}});
       delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
-      add("sensor_misalignment", where, i, list_axes(at_.imu(i, first + 5))).vector = true;
+      add_turn(where, i, list_axes(at_.imu(i, first + 5)));
     };
-    if (imu.accelerometer) add_all(force, kAccelerometerScaleColumn);
-    if (imu.gyro) add_all(rate, kGyroScaleColumn);
+    if (imu.accelerometer) add_all(force, kAccelerometerScaleColumn, "m/s^2");
+    if (imu.gyro) add_all(rate, kGyroScaleColumn, "rad/s");
     if (imu.attitude) {
-      add("sensor_misalignment", {{"sensor", name + "/orientation"}}, i, list_axes(at_.imu(i, kAttitudeTurnColumn))).vector = true;
+      add_turn({{"sensor", name + "/orientation"}}, i, list_axes(at_.imu(i, kAttitudeTurnColumn)));
     }
     add_whole_imu(i, {{"sensor", name}});
   }
@@ -181,8 +192,8 @@ class Lister {
     put(imu.accelerometer, kAccelerometerTurnColumn, kAccelerometerDelayColumn);
     put(imu.gyro, kGyroTurnColumn, kGyroDelayColumn);
     put(imu.attitude, kAttitudeTurnColumn, kAttitudeDelayColumn);
-    add("sensor_misalignment", where, i, turn).vector = true;
-    Candidate& delay = add("sensor_delay", where, i, {late});
+    add_turn(where, i, turn);
+    Candidate& delay = add(EffectId::kSensorDelay, where, i, {late});
     delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
   }
 
@@ -190,12 +201,14 @@ class Lister {
     const Foot& foot = log_.feet[static_cast<size_t>(f)];
     const Where where{{"foot", foot.name}};
     if (!foot.flat) {
-      add("foot_compliance", where, f, {{{at_.foot(f, kSinkColumn), 1.0}}}).positive = true;
+      Candidate& sink = add(EffectId::kFootCompliance, where, f, {{{at_.foot(f, kSinkColumn), 1.0}}});
+      sink.positive = true, sink.law = &get_point_law();
       return;
     }
     std::vector<Terms> terms;
     for (int c = 0; c < kFootColumns; ++c) terms.push_back({{at_.foot(f, c), 1.0}});
-    add("foot_compliance", where, f, terms);
+    Candidate& sole = add(EffectId::kFootCompliance, where, f, terms);
+    sole.law = &get_bush_law(), sole.core = {kRollGiveColumn, kPitchGiveColumn};
   }
 
   const LeggedLog& log_;
@@ -203,34 +216,6 @@ class Lister {
   const ColumnLayout& at_;
   std::vector<Candidate> out_;
 };
-
-Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
-  Estimate e;
-  e.name = name, e.unit = unit, e.vector = true;
-  e.value.assign(x.data(), x.data() + x.size()), e.std.assign(std.data(), std.data() + std.size());
-  return e;
-}
-
-std::vector<Estimate> make_bush(const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
-  std::vector<Estimate> out;
-  const auto stiff = [&](const char* name, long at, const char* unit) {
-    // A give that is not told apart from none has no stiffness to report.
-    if (x(at) > 2 * std(at)) out.push_back(make_one(name, unit, 1 / x(at), std(at) / (x(at) * x(at))));
-  };
-  if (x.size() == 1) return stiff("kz", 0, "N/m"), out;
-  for (long a = 0; a < 2; ++a) {
-    const std::string axis = a == 0 ? "roll" : "pitch";
-    stiff(("k_" + axis).c_str(), 2 * a, "N m/rad");
-    if (x(2 * a) <= 2 * std(2 * a)) continue;
-    const double damping = std::max(0.0, x(2 * a + 1) / x(2 * a));
-    out.push_back(make_one("c_" + axis, "N m s/rad", damping, std(2 * a + 1) / x(2 * a)));
-  }
-  stiff("kz", 4, "N/m");
-  // A damping that is not told apart from none is left out.
-  const double damping = x(5) / (x(4) * x(4)), error = std(5) / (x(4) * x(4));
-  if (x(4) > 2 * std(4) && damping > 2 * error) out.push_back(make_one("cz", "N s/m", damping, std::hypot(error, 2 * damping * std(4) / x(4))));
-  return out;
-}
 
 }  // namespace
 
@@ -275,97 +260,15 @@ Candidate make_moved(const Candidate& com_error, const ColumnLayout& layout, con
   return out;
 }
 
-std::vector<Estimate> make_estimates(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
-  if (c.effect == "payload") {
-    const Vector3d com = x.tail<3>() / x(0);
-    const Vector3d s = ((std.tail<3>() / x(0)).array().square() + (com * std(0) / x(0)).array().square()).sqrt();
-    return {make_one("mass", "kg", x(0), std(0)), make_three("com", "m", com, s)};
+bool is_expected(EffectId effect) {
+  const EffectInfo& row = get_effect(effect);
+  switch (row.family) {
+    case EffectFamily::kDryFriction:
+    case EffectFamily::kSpeedLoss:
+    case EffectFamily::kReflectedInertia: return true;
+    case EffectFamily::kZero: return row.place == PlaceKind::kSensor;
+    default: return false;
   }
-  if (c.effect == "foot_compliance") return make_bush(x, std);
-  if (c.effect == "parallel_spring") {
-    return {make_one("stiffness", "N m/rad", x(0), std(0)), make_one("rest", "rad", -x(1) / x(0), std::hypot(std(1), x(1) / x(0) * std(0)) / x(0))};
-  }
-  if (c.effect == "ground_slope") return {make_one("roll", "rad", x(0), std(0)), make_one("pitch", "rad", x(1), std(1))};
-  if (c.effect == "mass_error" || c.effect == "sensor_scale" || c.effect == "torque_constant_error") {
-    return {make_one("scale", "1", 1 + x(0), std(0))};
-  }
-  if (c.effect == "com_error") return {make_three("offset", "m", x, std)};
-  if (c.effect == "sensor_misalignment") return {make_three("rpy", "rad", x, std)};
-  if (c.effect == "sensor_bias") {
-    const std::string unit = c.where.dump().find("angular") != std::string::npos ? "rad/s" : c.where.dump().find("linear_acc") != std::string::npos ? "m/s^2" : c.where.dump().find("force") != std::string::npos || c.where.dump().find("\"/wrench\"") != std::string::npos ? "N" : "N m";
-    if (c.vector) return {make_three("value", unit, x, std)};
-    Estimate e = make_one("value", unit, x(0), std(0));
-    return {e};
-  }
-  if (c.effect == "joint_elasticity") return {make_one("stiffness", "N m/rad", 1 / x(0), std(0) / (x(0) * x(0)))};
-  static const std::map<std::string, std::pair<const char*, const char*>> scalars{
-      {"backlash", {"gap", "rad"}}, {"viscous_friction", {"coefficient", "N m s/rad"}}, {"coulomb_friction", {"level", "N m"}},
-      {"load_dependent_friction", {"ratio", "1"}}, {"rotor_inertia", {"inertia", "kg m^2"}},
-      {"joint_offset", {"offset", "rad"}}, {"actuator_lag", {"time_constant", "s"}},
-      {"command_delay", {"delay", "s"}}, {"sensor_delay", {"delay", "s"}}};
-  const auto at = scalars.find(c.effect);
-  if (at == scalars.end()) return {make_three("value", "1", x, std)};
-  return {make_one(at->second.first, at->second.second, x(0), std(0))};
-}
-
-bool is_sensible(const Candidate& c, const Eigen::VectorXd& x, double reach) {
-  if (!x.allFinite()) return false;
-  if (c.positive && x(0) <= 0) return false;
-  if (x(0) < c.low || x(0) > c.high) return false;
-  if (c.effect == "payload") return x.tail<3>().norm() / x(0) < reach;
-  if (c.effect == "com_error") return x.norm() < reach && (c.center + x).norm() < c.extent;
-  if (c.effect == "foot_compliance") {
-    if (x.size() == 1) return x(0) > kRigidHeight;
-    return std::max(x(0), x(2)) > kRigidTilt && std::min(x(0), x(2)) > -kRigidTilt;
-  }
-  if (c.effect == "joint_offset" || c.effect == "ground_slope" || c.effect == "sensor_misalignment") return x.norm() < 0.5;
-  return true;
-}
-
-bool is_expected(const std::string& effect) {
-  static const char* const common[] = {"viscous_friction", "coulomb_friction", "load_dependent_friction", "rotor_inertia", "sensor_bias"};
-  return std::find(std::begin(common), std::end(common), effect) != std::end(common);
-}
-
-std::string find_family(const std::string& effect) {
-  static const std::map<std::string, std::string> families{
-      {"coulomb_friction", "dry friction"}, {"load_dependent_friction", "dry friction"},
-      {"viscous_friction", "speed-dependent loss"}, {"rotor_inertia", "reflected inertia"},
-      {"payload", "mass and its place"}, {"mass_error", "mass and its place"}, {"com_error", "mass and its place"},
-      {"torque_constant_error", "gain"}, {"sensor_scale", "gain"}, {"command_delay", "timing"},
-      {"actuator_lag", "timing"}, {"sensor_delay", "timing"}, {"foot_compliance", "give and play"},
-      {"backlash", "give and play"}, {"joint_elasticity", "give and play"},
-      {"parallel_spring", "torque over position"}, {"joint_offset", "zero"}, {"sensor_bias", "zero"},
-      {"ground_slope", "zero"}, {"ground_friction", "contact"}, {"restitution", "contact"},
-      {"sensor_misalignment", "geometry of sensors"}};
-  const auto at = families.find(effect);
-  return at == families.end() ? "" : at->second;
-}
-
-std::string find_phrase(const Candidate& c) {
-  static const std::map<std::string, std::string> phrases{
-      {"coulomb_friction", "dry friction is missing: the drive's torque jumps with the direction of motion"},
-      {"load_dependent_friction", "friction that grows with the load is missing"},
-      {"viscous_friction", "friction in proportion to speed is missing"},
-      {"rotor_inertia", "the rotor's reflected inertia is missing: the torque left over follows the acceleration"},
-      {"payload", "an unmodelled mass is carried"},
-      {"mass_error", "the link's mass is wrong by a factor"},
-      {"com_error", "the link's centre of mass is elsewhere"},
-      {"torque_constant_error", "the true torque is a fixed multiple of what is logged"},
-      {"sensor_scale", "its reading is scaled"},
-      {"command_delay", "commands reach the servo late"},
-      {"actuator_lag", "the drive's torque lags behind what is logged"},
-      {"sensor_delay", "its readings come late"},
-      {"foot_compliance", "the sole gives under load"},
-      {"parallel_spring", "a spring acts across the joint"},
-      {"backlash", "its teeth have play: the link stays behind the encoder to the torque's side"},
-      {"joint_elasticity", "its transmission gives: the link stays behind the encoder in proportion to the torque"},
-      {"joint_offset", "the encoder's zero is off"},
-      {"sensor_bias", "its reading is shifted by a constant"},
-      {"ground_slope", "the ground is not level"},
-      {"sensor_misalignment", "it is turned against its link"}};
-  const auto at = phrases.find(c.effect);
-  return at == phrases.end() ? c.effect : at->second;
 }
 
 }  // namespace hrp::diagnosis::floating

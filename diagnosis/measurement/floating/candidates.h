@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <utility>
 
+#include "common/effects/effect_info.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/columns.h"
 #include "diagnosis/measurement/floating/contacts.h"
@@ -14,8 +15,11 @@ namespace hrp::diagnosis::floating {
 // One coefficient: the columns that it multiplies.
 using Terms = std::vector<std::pair<int, double>>;
 
+struct CandidateLaw;  // candidate_laws.h
+
 struct Candidate {
-  std::string effect;
+  EffectId effect = EffectId::kNamed;
+  const CandidateLaw* law = nullptr;
   Where where;
   int place = -1;            // joint, link, foot, sensor, IMU by index; -1: none or all
   std::vector<Terms> terms;  // by coefficient
@@ -25,6 +29,10 @@ struct Candidate {
   Vector3d center{0, 0, 0};  // [m] of a link's mass by the model, and how far from its origin the link extends
   double extent = 1e9;
   bool vector = false;       // coefficients are three axes of one quantity
+  std::string unit;          // of parameters that have that of a sensor's reading
+  double worth = 0;          // share of an equation's spread that it must take away
+  bool bends = false;        // a link beside it that bends would look the same
+  std::vector<long> core;    // coefficients by which it is sure and of one size in all regimes; none: by its kind
 };
 
 std::vector<Candidate> list_candidates(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout);
@@ -42,12 +50,8 @@ std::vector<Estimate> make_estimates(const Candidate& candidate, const Eigen::Ve
 // Whether the values can be: a load lies within `reach` [m] of its link, stiffness is positive, and so on.
 bool is_sensible(const Candidate& candidate, const Eigen::VectorXd& x, double reach);
 
-// Friction and rotors are in every drive, whatever is beside them; a zero is told by means alone. Of all else nothing is
-// expected: where it and the others leave most of what stands out, another cause may pass for it.
-bool is_expected(const std::string& effect);
-
-// "friction" and so on, as evidence reports it.
-std::string find_family(const std::string& effect);
-std::string find_phrase(const Candidate& candidate);
+// Friction and rotors are in every drive, whatever is beside them; a sensor's zero is told by means alone. Of all else
+// nothing is expected: where it and the others leave most of what stands out, another cause may pass for it.
+bool is_expected(EffectId effect);
 
 }  // namespace hrp::diagnosis::floating

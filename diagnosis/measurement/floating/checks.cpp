@@ -122,12 +122,10 @@ class Checker {
       out_.notes.push_back(name + when + format(" %.4f +- %.4f of gravity: they agree", k.mean, 2 * k.std));
       return;
     }
-    Finding f;
-    f.effect = "sensor_scale", f.family = find_family(f.effect), f.where = {{"sensor", name}};
-    f.parameters = {make_one("scale", "1", k.mean, k.std)};
+    Finding f = make_finding(EffectId::kSensorScale, {{"sensor", name}}, {make_one("scale", "1", k.mean, k.std)});
     f.grade = Grade::kAmbiguous, f.probability = 0.9, f.share = 1, f.weight = 0.3;
     f.statement = name + when + format(" it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright shows only their sum.", k.mean, 2 * k.std);
-    f.alternatives.push_back(make_alternative("sensor_bias", f.where, {make_one("value", "m/s^2", (k.mean - 1) * g, k.std * g)}, "the IMU at rest in six attitudes"));
+    f.alternatives.push_back(make_alternative(EffectId::kSensorBias, f.where, {make_one("value", "m/s^2", (k.mean - 1) * g, k.std * g)}, "the IMU at rest in six attitudes"));
     out_.findings.push_back(std::move(f));
   }
 
@@ -246,12 +244,11 @@ class Checker {
     const Vector3d& x = slope;
     const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
     if (way < kWay || !sure || slope.norm() * way < 1e-3) return;
-    Finding f;
-    f.effect = "ground_slope", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
-    f.parameters = {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())};
+    Finding f = make_finding(EffectId::kGroundSlope, {{"ground", "ground"}},
+                             {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())});
     f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = 0.5, f.weight = 0.1;
     f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * 2 * way, 2 * way);
-    f.alternatives.push_back(make_alternative("sensor_misalignment", {{"sensor", "/base/pose"}}, {make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()))}, "a level, or an attitude by another sensor"));
+    f.alternatives.push_back(make_alternative(EffectId::kSensorMisalignment, {{"sensor", "/base/pose"}}, {make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()))}, "a level, or an attitude by another sensor"));
     out_.findings.push_back(std::move(f));
   }
 
@@ -349,9 +346,7 @@ class Checker {
     if (spread > kClose * value || value > 0.95 * nominal || value < 0.02) return false;
     if (!is_same_ground(steps, slow, value)) return false;
     if (static_cast<double>(beyond) > kBeyond * static_cast<double>(held)) return false;
-    Finding f;
-    f.effect = "ground_friction", f.family = find_family(f.effect), f.where = {{"ground", "ground"}};
-    f.parameters = {make_one("coefficient", "1", value, spread)};
+    Finding f = make_finding(EffectId::kGroundFriction, {{"ground", "ground"}}, {make_one("coefficient", "1", value, spread)});
     f.grade = Grade::kSupported, f.probability = 0.9, f.share = 1, f.weight = 0.8;
     f.statement = format("Loaded feet slide at %.2f +- %.2f of their normal force: the ground is more slippery than the model's %.2f.", value, 2 * spread, nominal);
     out_.findings.push_back(std::move(f));

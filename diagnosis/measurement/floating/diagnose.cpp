@@ -6,6 +6,9 @@
 #include <map>
 #include <memory>
 
+#include "diagnosis/findings/families.h"
+#include "diagnosis/measurement/floating/body_motion.h"
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations.h"
@@ -26,6 +29,7 @@ constexpr double kToNoise = 3.0;     // the same, of what is left of all equatio
 constexpr double kRemains = 0.9, kMain = 0.3;
 // With so little explained of all equations, and so much of the held-out error left, another cause may pass for what was found.
 constexpr double kLittle = 0.25, kMuchLeft = 0.8;
+constexpr double kAlone = 0.8;  // share of an equation's mismatch that a cause takes which nothing else is behind
 constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
@@ -77,23 +81,22 @@ class Reporter {
   double get(const LeggedFit& fit, size_t c) const { return fit.mean_square[static_cast<size_t>(held(c))][c]; }
 
   Finding make_finding(const FoundEffect& f) const {
-    Finding out;
-    out.effect = f.effect.effect, out.family = find_family(out.effect), out.where = f.effect.where;
-    out.parameters = make_estimates(f.effect, f.x, f.std);
+    Finding out = floating::make_finding(f.effect.effect, f.effect.where, make_estimates(f.effect, f.x, f.std));
     out.share = f.share, out.probability = std::min(0.99, 1 - 1 / (1 + std::max(0.0, f.gain)));
     out.weight = std::max(0.0, f.gain) / std::max(1.0, fitter_.calc_gain(Part::kHeld, o_.nominal, o_.chosen) + fitter_.calc_gain(Part::kTrain, o_.nominal, o_.chosen));
     for (const Rival& r : f.rivals) {
-      out.alternatives.push_back({r.effect.effect, find_family(r.effect.effect), r.effect.where, make_estimates(r.effect, r.x, r.std),
-                                  "wider and faster motion of the joints around it, loaded and unloaded"});
+      out.alternatives.push_back(make_alternative(r.effect.effect, r.effect.where, make_estimates(r.effect, r.x, r.std),
+                                                  "wider and faster motion of the joints around it, loaded and unloaded"));
     }
     // A link that bends about the same axis moves all that follows alike: no sensor of these sets tells where it gives.
-    const bool gives = out.effect == "joint_elasticity";
+    const bool gives = f.effect.bends;
     out.grade = f.rivals.empty() && !gives ? Grade::kSupported : Grade::kAmbiguous;
-    out.statement = get_place(out.where) + ": " + find_phrase(f.effect) + " (" + describe(out.parameters) + "). It takes " +
+    out.statement = get_place(out.where) + ": " + get_effect(f.effect.effect).phrase + " (" + describe(out.parameters) + "). It takes " +
                     format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + fitter_.channels()[f.channel].info.kind +
                     "' away.";
     if (gives) out.statement += " A link beside it that bends about the same axis would look the same.";
     add_load_at_centre(log_, &out);
+    add_give_for_lean(fitter_.channels()[f.channel].info, &out);
     if (!out.alternatives.empty()) {
       out.statement += " As well explained by ";
       for (size_t i = 0; i < out.alternatives.size() && i < 3; ++i) {
@@ -107,9 +110,9 @@ class Reporter {
   // Where teeth have play, the rotor's inertia is a parameter of the transmission: one cause, not two.
   void join_rotors() {
     for (Finding& play : out_.findings) {
-      if (play.effect != "backlash") continue;
+      if (!is_effect(play.effect, EffectId::kBacklash)) continue;
       const auto rotor = std::find_if(out_.findings.begin(), out_.findings.end(), [&](const Finding& f) {
-        return f.effect == "rotor_inertia" && f.where == play.where;
+        return is_effect(f.effect, EffectId::kRotorInertia) && f.where == play.where;
       });
       if (rotor == out_.findings.end()) continue;
       play.parameters.push_back(rotor->parameters[0]), play.parameters.back().name = "rotor_inertia";
@@ -120,24 +123,37 @@ class Reporter {
     }
   }
 
+  // A zero or a slope that only the tilt of a foot tells: without the foot's moment, a sole that gives under a moment that
+  // hardly changes leans as well, and so does an IMU that is screwed on askew.
+  void add_give_for_lean(const ChannelInfo& told_by, Finding* lean) const {
+    const bool leans = is_effect(lean->effect, EffectId::kJointOffset) || is_effect(lean->effect, EffectId::kGroundSlope);
+    if (!leans || told_by.place != "foot") return;
+    const auto foot = std::find_if(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) { return f.name == told_by.name; });
+    if (foot == log_.feet.end() || (foot->sensor >= 0 && log_.sensors[static_cast<size_t>(foot->sensor)].has_wrench())) return;
+    lean->alternatives.push_back(make_alternative(EffectId::kFootCompliance, {{"foot", foot->name}}, {}, "the foot's moment, recorded"));
+    const int imu = BodyMotion::find_main_imu(log_);
+    if (imu >= 0) lean->alternatives.push_back(make_alternative(EffectId::kSensorMisalignment, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name}}, {}, "the body leaned to known angles"));
+    lean->grade = Grade::kAmbiguous;
+  }
+
   // A link that is too heavy, and a load where its mass is, are one in the balance of forces.
   static void add_load_at_centre(const LeggedLog& log, Finding* heavy) {
-    if (heavy->effect != "mass_error" || heavy->grade != Grade::kAmbiguous || heavy->parameters[0].value[0] <= 1) return;
+    if (!is_effect(heavy->effect, EffectId::kMassError) || heavy->grade != Grade::kAmbiguous || heavy->parameters[0].value[0] <= 1) return;
     const bool there = std::any_of(heavy->alternatives.begin(), heavy->alternatives.end(),
-                                   [&](const Alternative& a) { return a.effect == "payload" && a.where == heavy->where; });
+                                   [&](const Alternative& a) { return is_effect(a.effect, EffectId::kPayload) && a.where == heavy->where; });
     const auto link = std::find_if(log.tree.links.begin(), log.tree.links.end(), [&](const LinkSpec& l) { return get_place(heavy->where) == l.name; });
     if (there || link == log.tree.links.end()) return;
     const double m = link->inertia.mass, more = heavy->parameters[0].value[0] - 1, std = heavy->parameters[0].std[0];
     const Vector3d c = link->inertia.p_LLcm_L;
     const Estimate mass{"mass", "kg", {more * m}, {std * m}, false}, com{"com", "m", {c.x(), c.y(), c.z()}, {1, 1, 1}, true};
     heavy->alternatives.insert(heavy->alternatives.begin(),
-                               {"payload", find_family("payload"), heavy->where, {mass, com}, "turns of the body: a load hangs at one point"});
+                               make_alternative(EffectId::kPayload, heavy->where, {mass, com}, "turns of the body: a load hangs at one point"));
   }
 
   // Whether an accelerometer's bias makes at least half of what the feet carry too much or too little.
   bool holds_weight(const Finding& bias, const Finding& weight) const {
-    if (bias.effect != "sensor_bias" || bias.where.dump().find("linear_acceleration") == std::string::npos) return false;
-    const auto scale = std::find_if(weight.alternatives.begin(), weight.alternatives.end(), [](const Alternative& a) { return a.effect == "sensor_scale"; });
+    if (!is_effect(bias.effect, EffectId::kSensorBias) || bias.where.dump().find("linear_acceleration") == std::string::npos) return false;
+    const auto scale = std::find_if(weight.alternatives.begin(), weight.alternatives.end(), [](const Alternative& a) { return is_effect(a.effect, EffectId::kSensorScale); });
     if (scale == weight.alternatives.end()) return false;
     double square = 0;
     for (double v : bias.parameters[0].value) square += v * v;
@@ -150,18 +166,18 @@ class Reporter {
     for (const Finding& f : checks.findings) {
       const bool known = std::any_of(out_.findings.begin(), out_.findings.end(), [&](const Finding& g) {
         if (g.effect == f.effect && g.where == f.where) return true;
-        const bool of_weight = f.family == find_family("mass_error");
+        const bool of_weight = f.family == get_family_name(EffectFamily::kMass);
         const bool weighs = of_weight && (g.family == f.family || g.where.dump().find("/wrench") != std::string::npos ||
-                                                           (g.effect == "sensor_scale" && g.where.dump().find("linear_acceleration") != std::string::npos));
+                                                           (is_effect(g.effect, EffectId::kSensorScale) && g.where.dump().find("linear_acceleration") != std::string::npos));
         if (of_weight && holds_weight(g, f)) return true;
         // Soles that give sink by what they carry: that is no slope.
-        const bool slopes = f.effect == "ground_slope" && (g.effect == f.effect || g.effect == "foot_compliance");
+        const bool slopes = is_effect(f.effect, EffectId::kGroundSlope) && (g.effect == f.effect || is_effect(g.effect, EffectId::kFootCompliance));
         const bool senses = f.where.contains("sensor") && f.where == g.where;
         return weighs || slopes || (senses && !checks.raw_counts);
       });
       if (known) continue;
       out_.findings.push_back(f);
-      if (!checks.weight.empty() && f.family == find_family(checks.weight[0].effect)) add_weight(checks.weight[0], &out_.findings.back());
+      if (!checks.weight.empty() && f.family == get_family_name(EffectFamily::kMass)) add_weight(checks.weight[0], &out_.findings.back());
     }
   }
 
@@ -302,7 +318,9 @@ class Reporter {
 
   void doubt_findings() {
     for (Finding& f : out_.findings) {
-      if (is_expected(f.effect) || f.grade == Grade::kAmbiguous) continue;
+      const EffectInfo* row = find_effect(f.effect);
+      const bool alone = f.share >= kAlone;  // its own equation is right: what is left elsewhere has a cause of its own
+      if (alone || (row && is_expected(row->id)) || f.grade == Grade::kAmbiguous) continue;
       f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, 0.5);
       f.statement += " Most of what stands out is left beside it: another cause may be behind both.";
     }

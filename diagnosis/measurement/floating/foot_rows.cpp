@@ -15,6 +15,7 @@ constexpr double kInside = 0.88;   // share of a sole's half edges within which 
 constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
 // Share of what hangs below a sensor that the sole carries beside the reading. Where the rubber sits is not known: half.
 constexpr double kCarried = 0.5;
+constexpr double kPlumbError = 3e-3;  // [rad] of an attitude by gravity alone: an acceleration of 0.03 m/s^2 that lasts
 constexpr size_t kMostPairs = 4;   // feet that are compared pair by pair
 
 Vector3d get(const Track* xyz, size_t k) {
@@ -85,9 +86,18 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkDampColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkDampColumn));
-      pairs_.push_back({a, b, table->add_channel({"height", "/joint_states", "m", "foot", log.feet[b].name}, columns)});
+      pairs_.push_back({a, b, table->add_channel({"height", "/joint_states", "m", "foot", log.feet[b].name, find_height_error(a, b)}, columns)});
     }
   }
+}
+
+// [m] Soles sink by tenths of a millimetre. An attitude by gravity alone errs by more over the distance of two feet.
+double FootRows::find_height_error(size_t a, size_t b) const {
+  if (plumb_ < 0) return 0;
+  BodyMotion motion(log_, log_.clips[0]);
+  motion.update(log_.clips[0].edge);
+  const auto place = [&](size_t f) -> Vector3d { return get_pose(motion.data(), log_.feet[f].link) * log_.feet[f].p_LC; };
+  return kPlumbError * (place(b) - place(a)).norm();
 }
 
 bool FootRows::stands(size_t clip, size_t foot, size_t k) const {

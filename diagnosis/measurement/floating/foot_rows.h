@@ -26,6 +26,7 @@ class FootRows {
     Vector3d moment{0, 0, 0}, whole{0, 0, 0};  // [N m] about the sole's centre, [N]; foot axes
   };
   Load find_load(size_t clip, size_t foot, size_t k, BodyMotion* motion) const;
+  double find_height_error(size_t a, size_t b) const;
   bool stands(size_t clip, size_t foot, size_t k) const;
   // `turn`: what is added to the vertical, base axes.
   Eigen::VectorXd calc_values(size_t clip, size_t k, const Vector3d& turn, BodyMotion* motion) const;

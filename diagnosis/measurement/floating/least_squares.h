@@ -81,6 +81,7 @@ class LeggedFitter {
     Eigen::VectorXd b;
     double yy = 0, total = 0, noise = 0;
   };
+  class MomentSum;
   std::vector<std::pair<int, double>> find_local(size_t channel, const Terms& terms) const;
   void add_normal(Part part, size_t channel, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
                   Eigen::VectorXd* b) const;

@@ -25,10 +25,15 @@ struct Product {
 
 // A sole by what it gives alone: a foot that comes down on its edge turns while it lands, which looks like damping.
 Candidate take_give(const Candidate& effect, Eigen::VectorXd* x) {
-  if (effect.effect != "foot_compliance" || effect.terms.size() < 3) return effect;
+  if (effect.core.empty()) return effect;
   Candidate out = effect;
-  out.terms = {effect.terms[kRollGiveColumn], effect.terms[kPitchGiveColumn]};
-  *x = Eigen::Vector2d((*x)(kRollGiveColumn), (*x)(kPitchGiveColumn));
+  Eigen::VectorXd own(static_cast<long>(effect.core.size()));
+  out.terms.clear();
+  for (long k = 0; k < own.size(); ++k) {
+    const long from = effect.core[static_cast<size_t>(k)];
+    own(k) = (*x)(from), out.terms.push_back(effect.terms[static_cast<size_t>(from)]);
+  }
+  *x = own;
   return out;
 }
 

@@ -14,6 +14,7 @@ struct ChannelInfo {
   std::string kind;              // balance, weight, joint, servo, gyroscope, accelerometer, tilt, height
   std::string signal, unit;      // "/joint_states/knee/effort", "N m"
   std::string place, name;       // "joint", "knee"; "foot", "sensor", "link"
+  double error = 0;              // [unit] to which the equation is exact at best, where that is known
 };
 
 struct ChannelRows {

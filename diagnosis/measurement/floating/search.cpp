@@ -6,6 +6,7 @@
 #include <functional>
 #include <iterator>
 
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
 
 namespace hrp::diagnosis::floating {
@@ -23,7 +24,6 @@ constexpr int kSettle = 4;              // rounds of weights
 constexpr double kDeviations = 2.5;   // of the robust error over all rows: the held-out gain has to say the rest
 constexpr double kSure = 2.0;         // standard errors, with what recordings differ by
 constexpr double kHalf = 0.5;         // of an equation's mismatch: what leaves more and takes less may stand in for another cause
-constexpr double kSpring = 0.02;      // share of a joint's torque's spread that a spring must give
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
 constexpr double kStrong = 3;         // times the gain of what was chosen
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
@@ -79,6 +79,9 @@ class Searcher {
     } while (drop_unsure() || drop_partial());
   }
 
+  static EffectFamily get_family(const Candidate& c) { return get_effect(c.effect).family; }
+  static std::string tell(const Candidate& c) { return get_effect(c.effect).name + " at " + c.where.dump(); }
+
   bool has(const Candidate& c) const {
     return std::any_of(chosen_.effects.begin(), chosen_.effects.end(),
                        [&](const Candidate& e) { return e.effect == c.effect && e.where == c.where; });
@@ -86,7 +89,7 @@ class Searcher {
 
   // Two laws of one kind in a place (a wrong mass and a load) share what one would explain.
   static bool is_same_kind(const Candidate& a, const Candidate& b) {
-    return a.where == b.where && a.place == b.place && find_family(a.effect) == find_family(b.effect);
+    return a.where == b.where && a.place == b.place && get_family(a) == get_family(b);
   }
 
   // Fits effects. Loads and masses that lie elsewhere have their inertia found along with their place.
@@ -103,12 +106,7 @@ class Searcher {
 
   // False: the effect has no place, or none that can be.
   bool place_mass(const Eigen::VectorXd& x, Candidate* effect) const {
-    if (effect->effect != "payload" && effect->effect != "com_error") return false;
-    const bool load = effect->effect == "payload";
-    const Vector3d at = load ? Vector3d(x.tail<3>() / x(0)) : Vector3d(x.head<3>());
-    if (!at.allFinite() || (load && x(0) <= 0) || at.norm() > reach_) return false;
-    *effect = load ? make_load(*effect, layout_, at) : make_moved(*effect, layout_, at);
-    return true;
+    return effect->law->refine && effect->law->refine(layout_, x, reach_, effect);
   }
 
   bool are_sensible(const LeggedFit& f) const {
@@ -136,11 +134,12 @@ class Searcher {
     return before > 0 ? (without.signed_square[1][c] - with.signed_square[1][c]) / before : 0;
   }
 
-  // Models of rigid bodies miss a little of what they carry, and that follows the position: a spring must be more.
+  // What it takes away is large enough beside the equation's spread.
   bool is_worth(const LeggedFit& without, const LeggedFit& with, size_t c) const {
-    if (with.effects.back().effect != "parallel_spring") return true;
+    const double worth = with.effects.back().worth;
+    if (worth <= 0) return true;
     const double gone = without.mean_square[1][c] - with.mean_square[1][c];
-    return std::sqrt(std::max(0.0, gone)) > kSpring * fitter_.channels()[c].scale;
+    return std::sqrt(std::max(0.0, gone)) > worth * fitter_.channels()[c].scale;
   }
 
   // Whether all recordings together, those that were not fitted too, could have shown it by chance.
@@ -209,7 +208,7 @@ class Searcher {
       const size_t at = t.fit.effects.size() - 1, channel = find_main_channel(chosen_, t.fit);
       if (calc_share(chosen_, t.fit, channel) < least || !is_significant(t.fit, at)) continue;
       if (!is_worth(chosen_, t.fit, channel)) continue;
-      if (say_) say_("gain " + std::to_string(std::lround(t.gain + t.held)) + " by " + t.fit.effects[at].effect + " at " + t.fit.effects[at].where.dump());
+      if (say_) say_("gain " + std::to_string(std::lround(t.gain + t.held)) + " by " + tell(t.fit.effects[at]));
       settle(t.fit.effects);
       return true;
     }
@@ -249,7 +248,7 @@ class Searcher {
       const size_t channel = find_main_channel(rest, chosen_);
       const bool matters = calc_share(rest, chosen_, channel) > kShare;
       if (gain + held > 0 && held > kStay * kHeldGain && sensible && matters && is_significant(chosen_, i)) continue;
-      if (say_) say_("without " + chosen_.effects[i].effect + " at " + chosen_.effects[i].where.dump());
+      if (say_) say_("without " + tell(chosen_.effects[i]));
       settle(rest.effects);
       i = chosen_.effects.size();
     }
@@ -265,7 +264,7 @@ class Searcher {
       const double now = trials[0].gain + trials[0].held;
       const size_t at = trials[0].fit.effects.size() - 1;
       if (now < before + kRivalLeast || !is_significant(trials[0].fit, at)) continue;
-      if (say_) say_("exchanged for " + trials[0].fit.effects.back().effect + " at " + trials[0].fit.effects.back().where.dump());
+      if (say_) say_("exchanged for " + tell(trials[0].fit.effects.back()));
       settle(trials[0].fit.effects);
     }
   }
@@ -275,7 +274,7 @@ class Searcher {
   void merge() {
     for (size_t i = 0; i < chosen_.effects.size(); ++i) {
       for (size_t k = i + 1; k < chosen_.effects.size(); ++k) {
-        if (find_family(chosen_.effects[i].effect) == find_family(chosen_.effects[k].effect) && merge(i, k)) return merge();
+        if (get_family(chosen_.effects[i]) == get_family(chosen_.effects[k]) && merge(i, k)) return merge();
       }
     }
   }
@@ -289,7 +288,7 @@ class Searcher {
     const double costs = calc_cost(chosen_.effects[first]) + calc_cost(chosen_.effects[second]);
     const double both = fitter_.calc_gain(Part::kTrain, rest, chosen_) + fitter_.calc_gain(Part::kHeld, rest, chosen_) - costs;
     if (trials[0].gain + trials[0].held < both || !is_significant(trials[0].fit, effects.size())) return false;
-    if (say_) say_("one for two: " + trials[0].fit.effects.back().effect + " at " + trials[0].fit.effects.back().where.dump());
+    if (say_) say_("one for two: " + tell(trials[0].fit.effects.back()));
     settle(trials[0].fit.effects);
     return true;
   }
@@ -357,7 +356,7 @@ class Searcher {
     }
     if (worst == chosen_.effects.size()) return false;
     const Candidate gone = chosen_.effects[worst];
-    if (say_) say_("not of one size: " + gone.effect + " at " + gone.where.dump());
+    if (say_) say_("not of one size: " + tell(gone));
     banned_.push_back(gone);
     const LeggedFit rest = fit_without(worst);
     out_.unsteady.push_back(find_main_channel(rest, chosen_));
@@ -379,7 +378,7 @@ class Searcher {
       if (partial && !is_expected(f.effect.effect) && f.share < least) least = f.share, worst = i;
     }
     if (worst == out_.effects.size()) return false;
-    if (say_) say_("most is left: " + chosen_.effects[worst].effect + " at " + chosen_.effects[worst].where.dump());
+    if (say_) say_("most is left: " + tell(chosen_.effects[worst]));
     banned_.push_back(chosen_.effects[worst]);
     out_.unsteady.push_back(out_.effects[worst].channel);
     settle(fit_without(worst).effects);
@@ -395,12 +394,15 @@ class Searcher {
       double square = 0;
       for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
       // A sole that gives about one axis only is one; one that gives about neither for sure is none.
-      if (f.effect.effect == "foot_compliance" && f.x.size() > 2) square = std::max(square, std::pow(f.x(2) / std::max(1e-300, f.std(2)), 2));
+      for (size_t k = 1; k < f.effect.core.size(); ++k) {
+        const long at = f.effect.core[k];
+        square = std::max(square, std::pow(f.x(at) / std::max(1e-300, f.std(at)), 2));
+      }
       if (make_estimates(f.effect, f.x, f.std).empty()) square = 0;  // no value of it is told
       if (std::sqrt(square) < least) least = std::sqrt(square), worst = i;
     }
     if (worst == out_.effects.size()) return false;
-    if (say_) say_("not sure: " + chosen_.effects[worst].effect + " at " + chosen_.effects[worst].where.dump());
+    if (say_) say_("not sure: " + tell(chosen_.effects[worst]));
     settle(fit_without(worst).effects);
     return true;
   }

@@ -8,6 +8,7 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/floating/body_motion.h"
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
@@ -159,22 +160,21 @@ class WeightChecker {
     const LinkInertia& root = log_.tree.links[0].inertia;
     const double own = std::max(1e-6, root.mass);
     const Where link{{"link", log_.tree.links[0].name}};
-    Finding f;
-    f.effect = "mass_error", f.family = find_family(f.effect), f.where = link;
-    f.parameters = {make_one("scale", "1", 1 + more / g / own, error / g / own)};
-    f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
+    const std::vector<Estimate> scale{make_one("scale", "1", 1 + more / g / own, error / g / own)};
+    Finding f = make_finding(EffectId::kMassError, link, scale);
     if (more > 0) {
       const Estimate place{"com", "m", {root.p_LLcm_L.x(), root.p_LLcm_L.y(), root.p_LLcm_L.z()}, {1, 1, 1}, true};
-      f.alternatives.push_back(make_alternative(f.effect, link, f.parameters, kMotion));
-      f.effect = "payload", f.parameters = {make_one("mass", "kg", more / g, error / g), place};
+      f = make_finding(EffectId::kPayload, link, {make_one("mass", "kg", more / g, error / g), place});
+      f.alternatives.push_back(make_alternative(EffectId::kMassError, link, scale, kMotion));
     }
+    f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
     f.statement = format("The feet carry %.3f +- %.3f of what the model weighs: ", k.mean, 2 * k.std) +
                   format(more > 0 ? "the model is too light by %.1f %% (%.2f kg, %.1f N)" : "the model is too heavy by %.1f %% (%.2f kg, %.1f N)", 100 * std::abs(k.mean - 1), std::abs(more) / g, std::abs(more)) +
                   ", or the force sensors' scale or zero is off; standing and walking alone cannot tell which" + odd + ".";
     add_sensors(k, more, error, &f);
     out_.findings.push_back(std::move(f));
     Candidate mass;
-    mass.effect = "payload", mass.where = link, mass.place = 0, mass.terms = {{{at_.link(0, 0), 1.0}}};
+    mass.effect = EffectId::kPayload, mass.law = &get_load_law(), mass.where = link, mass.place = 0, mass.terms = {{{at_.link(0, 0), 1.0}}};
     for (int a = 0; a < 3; ++a) mass.terms[0].emplace_back(at_.link(0, 1 + a), root.p_LLcm_L(a));
     out_.weight = {mass};
   }
@@ -182,19 +182,19 @@ class WeightChecker {
   void add_sensors(const Consensus& k, double more, double error, Finding* f) const {
     const auto n = static_cast<double>(std::max<size_t>(1, log_.sensors.size()));
     const Where all{{"sensor", log_.sensors.size() > 1 ? "/wrench" : "/wrench/" + log_.sensors[0].name + "/force"}};
-    f->alternatives.push_back(make_alternative("sensor_scale", all, {make_one("scale", "1", k.mean, k.std)}, kMotion));
-    f->alternatives.push_back(make_alternative("sensor_bias", all, {make_one("value", "N", more / n, error / n)}, kMotion));
+    f->alternatives.push_back(make_alternative(EffectId::kSensorScale, all, {make_one("scale", "1", k.mean, k.std)}, kMotion));
+    f->alternatives.push_back(make_alternative(EffectId::kSensorBias, all, {make_one("value", "N", more / n, error / n)}, kMotion));
     for (const ForceSensor& s : log_.sensors) {
       if (log_.sensors.size() < 2) break;
       const Where one{{"sensor", "/wrench/" + s.name + "/force"}};
-      f->alternatives.push_back(make_alternative("sensor_bias", one, {make_one("value", "N", more, error)}, kMotion));
+      f->alternatives.push_back(make_alternative(EffectId::kSensorBias, one, {make_one("value", "N", more, error)}, kMotion));
       // Of feet that bear the weight in turn, one sensor's scale would show in its own phase only.
       const double part = 1 / n;
-      if (!contacts_.walks) f->alternatives.push_back(make_alternative("sensor_scale", one, {make_one("scale", "1", 1 + (k.mean - 1) / part, k.std / part)}, kMotion));
+      if (!contacts_.walks) f->alternatives.push_back(make_alternative(EffectId::kSensorScale, one, {make_one("scale", "1", 1 + (k.mean - 1) / part, k.std / part)}, kMotion));
     }
     const int imu = BodyMotion::find_main_imu(log_);
     if (BodyMotion::find_force_source(log_) != MotionSource::kImu) return;
-    f->alternatives.push_back(make_alternative("sensor_scale", {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name + "/linear_acceleration"}}, {make_one("scale", "1", 1 / k.mean, k.std)}, kMotion));
+    f->alternatives.push_back(make_alternative(EffectId::kSensorScale, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name + "/linear_acceleration"}}, {make_one("scale", "1", 1 / k.mean, k.std)}, kMotion));
   }
 
   // Places of each sensor's reading along the normal in a row.
@@ -259,17 +259,15 @@ class WeightChecker {
     for (const Eigen::VectorXd& e : each) spread += std::pow(e(s) - per_unit, 2) / static_cast<double>(each.size());
     spread = std::sqrt(spread);
     const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
-    Finding f;
-    f.effect = "sensor_scale", f.family = find_family(f.effect), f.where = {{"sensor", name}};
-    f.parameters = {make_one("scale", "1", 1 / per_unit, spread / (per_unit * per_unit))};
+    Finding f = make_finding(EffectId::kSensorScale, {{"sensor", name}}, {make_one("scale", "1", 1 / per_unit, spread / (per_unit * per_unit))});
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
     f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
     out_.findings.push_back(f);
     if (!level.swings || std::abs(level.air) < level.air_spread) return;
-    f.effect = "sensor_bias", f.family = find_family(f.effect), f.weight = 0.5;
-    f.parameters = {make_one("value", "N", level.air, level.air_spread)};
-    f.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
-    out_.findings.push_back(std::move(f));
+    Finding zero = make_finding(EffectId::kSensorBias, f.where, {make_one("value", "N", level.air, level.air_spread)});
+    zero.grade = f.grade, zero.probability = f.probability, zero.share = f.share, zero.weight = 0.5;
+    zero.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
+    out_.findings.push_back(std::move(zero));
   }
 
   const LeggedLog& log_;

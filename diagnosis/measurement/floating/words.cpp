@@ -3,8 +3,6 @@
 
 #include <cstdio>
 
-#include "diagnosis/measurement/floating/candidates.h"
-
 namespace hrp::diagnosis::floating {
 
 std::string format(const char* pattern, double a, double b, double c, double d) {
@@ -19,9 +17,16 @@ Estimate make_one(const std::string& name, const std::string& unit, double value
   return e;
 }
 
-Alternative make_alternative(const std::string& effect, const Where& where, std::vector<Estimate> parameters,
-                             const std::string& motion) {
-  return {effect, find_family(effect), where, std::move(parameters), motion};
+Finding make_finding(EffectId effect, const Where& where, std::vector<Estimate> parameters) {
+  const EffectInfo& row = get_effect(effect);
+  Finding f;
+  f.effect = row.name, f.family = get_family_name(row.family), f.where = where, f.parameters = std::move(parameters);
+  return f;
+}
+
+Alternative make_alternative(EffectId effect, const Where& where, std::vector<Estimate> parameters, const std::string& motion) {
+  const EffectInfo& row = get_effect(effect);
+  return {row.name, get_family_name(row.family), where, std::move(parameters), motion};
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/effects/effect_info.h"
 #include "diagnosis/findings/finding.h"
 
 namespace hrp::diagnosis::floating {
@@ -14,8 +15,11 @@ std::string format(const char* pattern, double a, double b = 0, double c = 0, do
 // One number with its deviation.
 Estimate make_one(const std::string& name, const std::string& unit, double value, double std);
 
+// A finding of that effect and its family; grade, share and words are the caller's.
+Finding make_finding(EffectId effect, const Where& where, std::vector<Estimate> parameters);
+
 // `motion` would tell it from the finding.
-Alternative make_alternative(const std::string& effect, const Where& where, std::vector<Estimate> parameters,
+Alternative make_alternative(EffectId effect, const Where& where, std::vector<Estimate> parameters,
                              const std::string& motion);
 
 }  // namespace hrp::diagnosis::floating

@@ -6,6 +6,7 @@
 #include "common/base/printable.h"
 #include "common/messages/pubsub.h"
 #include "common/messages/topics.h"
+#include "common/node/run_token.h"
 #include "hrp_idl/scheduling.h"
 
 namespace hrp {
@@ -49,6 +50,7 @@ Finding check_phase(Bus& bus, const RunEntry& run) {
   msg::RunStatus status;
   bool heard = false;
   const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+    if (!may_believe(run.token, status, m)) return;
     status = m;
     heard = true;
   });

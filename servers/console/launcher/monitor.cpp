@@ -44,8 +44,7 @@ void RunMonitor::take(const msg::ServerStatus& status) {
 }
 
 void RunMonitor::take(const msg::RunStatus& status) {
-  if (is_over(status) && !is_signed(token_, topics::kRunStatus.type_name, status)) return;  // not from our scheduler
-  if (!may_follow(run_status_, status)) return;
+  if (!may_believe(token_, run_status_, status)) return;
   run_status_ = status;
   run_status_.message(make_printable(status.message()));
   run_status_.late(make_printable_line(status.late()));

@@ -81,6 +81,7 @@ int send_request(Bus& bus, const JoinedRun& run, msg::RunControl control) {
   std::string refused;
   bool heard = false;
   const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+    if (!may_believe(run.entry.token, status, m)) return;
     status = m;
     if (!m.refused().empty()) refused = m.refused();
     heard = true;
@@ -105,6 +106,7 @@ int show_status(Bus& bus, const JoinedRun& run, bool follow) {
   msg::RunStatus status;
   bool fresh = false, heard = false;
   const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+    if (!may_believe(run.entry.token, status, m)) return;
     status = m;
     fresh = heard = true;
   });

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/robot/closed_chains.h"
+#include "common/robot/world_text.h"
 #include "controller/node.h"
 #include "servers/model_parser/robot_loader.h"
 
@@ -23,7 +24,7 @@ double calc_heading(const State& state) {
 }  // namespace
 
 Trial::Trial(const Scenario& scenario, const ControllerMaker& make_controller)
-    : robot_(load_robot(scenario)), scenario_(adopt_loops(scenario, robot_.scenario)), world_(robot_, scenario_),
+    : robot_(load_robot(scenario)), scenario_(adopt_loops(adopt_world(scenario, robot_.scenario), robot_.scenario)), world_(robot_, scenario_),
       engine_(std::make_unique<SimulatorEngine>(robot_, scenario_)), controlled_(make_robot(robot_, scenario_)),
       controller_(make_controller(controlled_)) {
   controller_->start(controlled_);
