@@ -99,6 +99,25 @@ TEST(Grades, AStribeckCurveWithAToldExcessOrSpeedStays) {
   }
 }
 
+Json make_hardening_sole(double angle, double reach) {
+  const auto estimate = [](double value, double half) -> Json {
+    return {{"value", value}, {"ci95", {value - half, value + half}}, {"unit", "rad"}};
+  };
+  Json f{{"effect", "foot_hardening"}, {"grade", "supported"}, {"where", {{"foot", "l_foot"}}}, {"alternatives", Json::array()}};
+  f["parameters"] = {{"k_roll", estimate(330, 7)}, {"hardening_angle", estimate(angle, reach)}};
+  return {{"findings", {f}}};
+}
+
+// 1 / angle^2 is 2.9 +- 68 of one sole, and 400 +- 40 of the other.
+TEST(Grades, ASoleWhoseHardeningIsNotToldGivesLinearly) {
+  Json untold = make_hardening_sole(2.93, 34), told = make_hardening_sole(0.05, 0.0025);
+  name_simpler_laws(&untold), name_simpler_laws(&told);
+  EXPECT_EQ(untold["findings"][0]["effect"], "foot_compliance");
+  EXPECT_FALSE(untold["findings"][0]["parameters"].contains("hardening_angle"));
+  EXPECT_EQ(untold["findings"][0]["alternatives"][0]["effect"], "foot_hardening");
+  EXPECT_EQ(told["findings"][0]["effect"], "foot_hardening");
+}
+
 // One link of 2 kg whose centre of mass is 0.1 m from its joint: it reaches 0.3 m, three times its weight are 59 N.
 TreeSpec make_pendulum() {
   TreeSpec tree;
