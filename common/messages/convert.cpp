@@ -85,14 +85,17 @@ BodyNames::BodyNames(const TreeSpec& tree, const Scenario& scenario) {
   for (const LinkSpec& link : tree.links) links_.push_back(link.name);
   others_.push_back("ground");
   for (const ObstacleSpec& obstacle : scenario.obstacles) others_.push_back(obstacle.name);
+  for (const ObjectSpec& object : scenario.objects) objects_.push_back(object.name);
 }
 
 bool BodyNames::contains(int body) const {
+  if (is_object(body)) return static_cast<size_t>(body - kFirstObject) < objects_.size();
   return body >= 0 ? static_cast<size_t>(body) < links_.size() : static_cast<size_t>(-1 - body) < others_.size();
 }
 
 const std::string& BodyNames::get(int body) const {
   HRP_CHECK(contains(body), "body " << body << ", " << links_.size() << " links, " << others_.size() << " others");
+  if (is_object(body)) return objects_[static_cast<size_t>(body - kFirstObject)];
   return body >= 0 ? links_[static_cast<size_t>(body)] : others_[static_cast<size_t>(-1 - body)];
 }
 
@@ -138,6 +141,27 @@ void from_message(const msg::RobotState& message, State* state) {
   state->V_WB = get(message.V_WB());
   get(message.positions(), &state->q);
   get(message.velocities(), &state->qd);
+}
+
+void to_message(const ObjectStates& states, const std::vector<ObjectSpec>& objects, msg::RobotState* message) {
+  message->objects().resize(states.size());
+  for (size_t i = 0; i < states.size(); ++i) {
+    msg::ObjectState& m = message->objects()[i];
+    m.name() = objects[i].name;
+    set(states[i].R_WB, &m.X_WO().rotation());
+    set(states[i].p_WB, &m.X_WO().translation());
+    set(states[i].V_WB, &m.V_WO());
+  }
+}
+
+void from_message(const msg::RobotState& message, ObjectStates* states) {
+  states->resize(message.objects().size());
+  for (size_t i = 0; i < states->size(); ++i) {
+    const msg::ObjectState& m = message.objects()[i];
+    (*states)[i].R_WB = from_message(m.X_WO().rotation());
+    (*states)[i].p_WB = from_message(m.X_WO().translation());
+    (*states)[i].V_WB = get(m.V_WO());
+  }
 }
 
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message) {

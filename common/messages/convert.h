@@ -17,7 +17,7 @@
 
 namespace hrp {
 
-// Names of bodies by the index that contacts use: links, the ground (-1), obstacles (-2 - k).
+// Names of bodies by the index that contacts use: links, the ground (-1), obstacles (-2 - k), objects.
 class BodyNames {
  public:
   BodyNames() = default;
@@ -28,6 +28,7 @@ class BodyNames {
  private:
   std::vector<std::string> links_;
   std::vector<std::string> others_;  // ground, then obstacles
+  std::vector<std::string> objects_;
 };
 
 msg::Vector3 to_message(const Vector3d& v);
@@ -40,6 +41,10 @@ Transform from_message(const msg::Pose& pose);
 // Header apart, which belongs to the loop and not to the content.
 void to_message(const State& state, const Eigen::VectorXd& efforts, unsigned long long hash, msg::RobotState* message);
 void from_message(const msg::RobotState& message, State* state);
+
+// The scenario's objects, which name them.
+void to_message(const ObjectStates& states, const std::vector<ObjectSpec>& objects, msg::RobotState* message);
+void from_message(const msg::RobotState& message, ObjectStates* states);
 
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message);
 void from_message(const msg::ContactSet& message, ContactSet* contacts);

@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The robot's description as a log has it, of this version or of one before.
+// What a log has of this version or of one before: the robot's description, and its state.
 #pragma once
 
 #include <vector>
 
 #include "common/messages/cdr.h"
+#include "hrp_idl/dynamics.h"
 #include "hrp_idl/model.h"
 
 namespace hrp {
 
-// A description of before there were surfaces ends where the number of surfaces would stand. Four zero bytes behind it are an empty
-// list; behind a whole one nobody reads them. Throws DecodeError as decode() does.
-inline void decode_logged(Bytes sample, msg::RobotDescription* description) {
+// A description of before there were surfaces ends where their number would stand, and a state of before there were
+// objects likewise. Four zero bytes behind it are an empty list; behind a whole one nobody reads them. Throws DecodeError as
+// decode() does. Message: RobotDescription or RobotState.
+template <typename Message>
+void decode_logged(Bytes sample, Message* message) {
   std::vector<uint8_t> bytes(sample.data, sample.data + sample.size);
   bytes.resize(bytes.size() + 4, 0);
-  decode(Bytes{bytes.data(), bytes.size()}, description);
+  decode(Bytes{bytes.data(), bytes.size()}, message);
 }
 
 }  // namespace hrp

@@ -177,6 +177,7 @@ msg::Header DynamicsLoop::make_header() const {
 void DynamicsLoop::publish_step() {
   state_message_.header(make_header());
   to_message(engine_->state(), engine_->joint_efforts(), engine_->state_hash(), &state_message_);
+  to_message(engine_->objects(), scenario_.objects, &state_message_);
   last_state_ = state_publisher_.publish(state_message_);
   if (is_control_step()) publish_sensors();
   forces_message_.header(state_message_.header());

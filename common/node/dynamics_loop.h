@@ -30,6 +30,11 @@ class DynamicsEngine {
   virtual const Eigen::VectorXd& joint_efforts() const = 0;  // [N m or N]
   virtual const ContactForces& contact_forces() const = 0;
   virtual const SensorSample& sensors() const = 0;
+  // Of the scenario's objects; empty where an engine has none.
+  virtual const ObjectStates& objects() const {
+    static const ObjectStates kNone;
+    return kNone;
+  }
   virtual const std::vector<double>& foot_forces() const = 0;  // [N] vertical, in the order of Scenario::feet
 };
 

@@ -57,7 +57,7 @@ Run read_run(const std::string& path, const PictureOptions& options) {
           from_message(description, &run.robot);
           return true;
         }
-        decode(bytes, &message);
+        decode_logged(bytes, &message);
         const double time = message.header().time();
         if (options.to >= 0.0 && time > options.to + 1e-9) return false;
         if (time < next - 1e-9) return true;

@@ -20,6 +20,7 @@ GroundPlane make_ground_plane(const GroundSpec& ground);
 
 // Whether what touches stands on the ground: on the plane, or on obstacles where there is none.
 inline bool is_ground_pair(const PairForce& pair, const GroundPlane& ground) {
+  if (is_object(pair.body_a)) return false;
   return ground.present ? pair.body_b == kGround : pair.body_b < 0;
 }
 

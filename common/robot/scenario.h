@@ -37,6 +37,17 @@ struct ObstacleSpec {
   bool is_surface() const { return shape == "mesh" || shape == "height_field"; }
 };
 
+// A rigid body of even density that moves freely.
+struct ObjectSpec {
+  std::string name;
+  std::string shape = "box";         // box, sphere, cylinder
+  Vector3d size = Vector3d::Zero();  // [m] as CollisionShape::size
+  double mass = 0.0;                 // [kg]
+  Transform X_WO;                    // at step 0; O: its middle
+  Vector6d V_WO = Vector6d::Zero();  // [rad/s; m/s] at step 0
+  double friction = 0.8;             // of two bodies the smaller one counts
+};
+
 struct ImuSpec {
   std::string name, link;     // link: any URDF link
   Vector3d p_LS = Vector3d::Zero();  // [m]
@@ -170,6 +181,7 @@ struct Scenario {
   bool self_collision = false;
   std::map<std::string, std::vector<std::string>> no_contact;  // link, obstacle or "ground" -> those that it never touches, or "all"
   std::vector<ObstacleSpec> obstacles;
+  std::vector<ObjectSpec> objects;
   std::string world;             // SDF file whose static models become obstacles, absolute after loading; empty: none
   std::map<std::string, SoleSpec> soles;  // by foot link
   int max_sole_points = 4;       // contact points kept per sole and plane, 3 to 16

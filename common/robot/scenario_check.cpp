@@ -34,6 +34,12 @@ class Checker {
     std::vector<std::string> bodies = links_;
     bodies.insert(bodies.end(), {"ground", "all"});
     for (const ObstacleSpec& obstacle : scenario_.obstacles) bodies.push_back(obstacle.name);
+    for (const ObjectSpec& object : scenario_.objects) bodies.push_back(object.name);
+    for (size_t k = 0; k < scenario_.objects.size(); ++k) {
+      const std::string& name = scenario_.objects[k].name;
+      if (std::count(bodies.begin(), bodies.end(), name) == 1) continue;
+      diagnostics_->add_error(scenario_.make_diagnostic("objects." + name, "a link, an obstacle or the ground has this name, too"));
+    }
     for (const auto& [name, others] : scenario_.no_contact) {
       const std::string key = "no_contact." + name;
       check(key, name, bodies, "link, and the scenario no obstacle");

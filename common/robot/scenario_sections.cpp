@@ -99,26 +99,49 @@ void read_surface(YamlMap& map, ObstacleSpec* obstacle) {
   map.number("high", &obstacle->high, Bound::kAny, "m");
 }
 
+// Of a primitive shape.
+void read_size(YamlMap& map, const std::string& shape, Vector3d* size) {
+  if (shape == "box") {
+    map.require("size", "the edges of the box [m]");
+    map.vector3("size", size, Bound::kPositive, "m");
+    return;
+  }
+  map.require("radius", "a radius [m]");
+  map.number("radius", &size->x(), Bound::kPositive, "m");
+  if (shape == "cylinder") map.require("length", "the length along z [m]");
+  if (shape == "cylinder") map.number("length", &size->y(), Bound::kPositive, "m");
+}
+
 void read_obstacle(YamlMap& map, ObstacleSpec* obstacle) {
-  constexpr const char* kFixed = "obstacles are fixed: movable ones are not simulated";
+  constexpr const char* kFixed = "obstacles are fixed; movable ones are 'objects'";
   refuse(map, {{"mass", kFixed}, {"inertia", kFixed}, {"velocity", kFixed}, {"joint", kFixed}});
   map.choice("shape", &obstacle->shape, {"box", "sphere", "cylinder", "mesh", "height_field"});
   if (obstacle->is_surface()) {
     read_surface(map, obstacle);
-  } else if (obstacle->shape == "box") {
-    map.require("size", "the edges of the box [m]");
-    map.vector3("size", &obstacle->size, Bound::kPositive, "m");
   } else {
-    map.require("radius", "a radius [m]");
-    map.number("radius", &obstacle->size.x(), Bound::kPositive, "m");
-    if (obstacle->shape == "cylinder") map.require("length", "the length along z [m]");
-    if (obstacle->shape == "cylinder") map.number("length", &obstacle->size.y(), Bound::kPositive, "m");
+    read_size(map, obstacle->shape, &obstacle->size);
   }
   Vector3d rpy = Vector3d::Zero();
   map.vector3("position", &obstacle->X_WG.p, Bound::kAny, "m");
   map.vector3("rpy", &rpy, Bound::kAny, "rad");
   obstacle->X_WG.R = make_rotation_from_rpy(rpy);
   map.number("friction", &obstacle->friction, Bound::kNotNegative, "");
+}
+
+void read_object(YamlMap& map, ObjectSpec* object) {
+  map.choice("shape", &object->shape, {"box", "sphere", "cylinder"});
+  read_size(map, object->shape, &object->size);
+  map.require("mass", "a mass [kg]");
+  map.number("mass", &object->mass, Bound::kPositive, "kg");
+  map.require("position", "where its middle is at the start [m]");
+  Vector3d rpy = Vector3d::Zero(), turning = Vector3d::Zero(), velocity = Vector3d::Zero();
+  map.vector3("position", &object->X_WO.p, Bound::kAny, "m");
+  map.vector3("rpy", &rpy, Bound::kAny, "rad");
+  map.vector3("velocity", &velocity, Bound::kAny, "m/s");
+  map.vector3("angular_velocity", &turning, Bound::kAny, "rad/s");
+  object->X_WO.R = make_rotation_from_rpy(rpy);
+  object->V_WO << turning, velocity;
+  map.number("friction", &object->friction, Bound::kNotNegative, "");
 }
 
 void read_loop(YamlMap& map, LoopSpec* loop) {
@@ -275,8 +298,11 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   read_disturbance_sections(map, scenario);
   map.named("obstacles", &scenario->obstacles, read_obstacle);
   map.text("world", &scenario->world);
-  refuse(map, {{"robots", "a scenario has one 'robot': several in one world are not simulated"},
-               {"objects", "movable objects are not simulated; fixed ones are 'obstacles'"}});
+  map.named("objects", &scenario->objects, read_object);
+  if (!scenario->objects.empty() && scenario->contact.model == "impulse") {
+    map.error("objects", "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
+  }
+  refuse(map, {{"robots", "a scenario has one 'robot': several in one world are not simulated"}});
 }
 
 void read_joint_sections(YamlMap& map, Scenario* scenario) {

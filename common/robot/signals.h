@@ -7,12 +7,19 @@
 
 #include <Eigen/Dense>
 
+#include "common/multibody/state.h"
 #include "common/spatial/transform.h"
 
 namespace hrp {
 
 constexpr int kGround = -1;                                       // body index of the ground
 constexpr int make_obstacle_index(int k) { return -2 - k; }       // body index of obstacle k
+constexpr int kFirstObject = 1000000;
+constexpr int make_object_index(int k) { return kFirstObject + k; }  // body index of object k
+constexpr bool is_object(int body) { return body >= kFirstObject; }
+
+// Of the scenario's objects, in its order: trees of one link.
+using ObjectStates = std::vector<State>;
 
 struct ContactPoint {
   Vector3d p_WC = Vector3d::Zero();    // [m] the point, half way into the penetration
@@ -21,8 +28,8 @@ struct ContactPoint {
 };
 
 struct ContactPair {
-  int body_a = 0;                      // link index (>= 0)
-  int body_b = kGround;                // link index, kGround or an obstacle
+  int body_a = 0;                      // link index (>= 0) or an object
+  int body_b = kGround;                // link index, kGround, an obstacle or an object
   std::vector<ContactPoint> points;
   Vector3d separation = Vector3d::Zero();       // [m] smallest translation of A that ends the overlap, world axes
   Vector3d separation_turn = Vector3d::Zero();  // [rad] small rotation of A about p_WR that levels the patch

@@ -49,7 +49,7 @@ std::vector<LinkForce> sum_link_forces(const ContactForces& forces) {
   };
   std::map<int, Sum> sums;
   for (const PairForce& pair : forces) {
-    if (pair.body_b >= 0) continue;  // between links: nothing from outside
+    if (pair.body_b >= 0 || is_object(pair.body_a)) continue;  // between links or with objects: nothing from the world
     Sum& sum = sums[pair.body_a];
     const Vector3d force = pair.total.tail<3>();
     sum.all.force += force;

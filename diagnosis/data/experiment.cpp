@@ -522,6 +522,9 @@ Experiment load_experiment(const std::string& path) {
     throw InputError(e.scenario.make_diagnostic(
         "loops", "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
   }
+  if (!e.scenario.objects.empty()) {
+    throw InputError(e.scenario.make_diagnostic("objects", "the diagnosis knows no movable objects; expected none"));
+  }
   if (!e.scenario.world.empty()) {
     throw InputError(e.scenario.make_diagnostic("world", "the diagnosis knows no SDF worlds; expected 'obstacles'"));
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/robot/object_tree.h"
 #include "servers/collision_checker/sole_contact.h"
 
 namespace hrp {
@@ -47,8 +48,9 @@ CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& sc
   if (scenario.ground.present && scenario.ground.all_touch && robot.tree.floating_base) add_falling_links();
   update_kinematics(model_, start_, &data_);
   surfaces_.leave_out_start(robot, data_, &in_ground_);
-  if (scenario.self_collision || has_solids(scenario)) add_bodies();
+  if (scenario.self_collision || has_solids(scenario) || !scenario.objects.empty()) add_bodies();
   if (scenario.self_collision) add_self_pairs();
+  add_objects();
 }
 
 void CollisionWorld::add_soles() {
@@ -101,11 +103,36 @@ void CollisionWorld::add_bodies() {
       if (filter_.may_touch(bodies_[i].link, body.link)) obstacle_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(bodies_.size()) - 1);
     }
   }
-  // By link, then obstacle: shapes of one pair of bodies stand together.
-  std::stable_sort(obstacle_pairs_.begin(), obstacle_pairs_.end(), [&](const auto& a, const auto& b) {
+  sort_pairs(&obstacle_pairs_);
+}
+
+// By body_a, then body_b: shapes of one pair of bodies stand together.
+void CollisionWorld::sort_pairs(std::vector<std::pair<int, int>>* pairs) const {
+  std::stable_sort(pairs->begin(), pairs->end(), [&](const auto& a, const auto& b) {
     const int link_a = bodies_[size_t(a.first)].link, link_b = bodies_[size_t(b.first)].link;
     return link_a != link_b ? link_a < link_b : bodies_[size_t(a.second)].link < bodies_[size_t(b.second)].link;
   });
+}
+
+// With ground and obstacles each object is a robot of one link; here they meet the robot and each other.
+void CollisionWorld::add_objects() {
+  first_object_ = bodies_.size();
+  for (size_t k = 0; k < scenario_.objects.size(); ++k) {
+    const ObjectSpec& object = scenario_.objects[k];
+    Body body;
+    body.link = make_object_index(static_cast<int>(k));
+    body.shape = narrow_.add_shape(make_object_shape(object));
+    body.radius = narrow_.get_radius(body.shape);
+    body.friction = object.friction;
+    bodies_.push_back(body);
+    const int last = static_cast<int>(bodies_.size()) - 1;
+    for (int i = 0; i < last; ++i) {
+      const bool moves = static_cast<size_t>(i) < num_robot_bodies_ || static_cast<size_t>(i) >= first_object_;
+      if (moves && filter_.may_touch(bodies_[size_t(i)].link, body.link)) object_pairs_.emplace_back(i, last);
+    }
+    object_worlds_.push_back(std::make_unique<CollisionWorld>(make_object_robot(object, robot_), make_object_scenario(object, scenario_)));
+  }
+  sort_pairs(&object_pairs_);
 }
 
 void CollisionWorld::add_self_pairs() {
@@ -123,10 +150,7 @@ void CollisionWorld::add_self_pairs() {
     return overlapping.count({bodies_[size_t(pair.first)].link, bodies_[size_t(pair.second)].link}) > 0;
   };
   self_pairs_.erase(std::remove_if(self_pairs_.begin(), self_pairs_.end(), is_excluded), self_pairs_.end());
-  std::stable_sort(self_pairs_.begin(), self_pairs_.end(), [&](const auto& a, const auto& b) {
-    const int link_a = bodies_[size_t(a.first)].link, link_b = bodies_[size_t(b.first)].link;
-    return link_a != link_b ? link_a < link_b : bodies_[size_t(a.second)].link < bodies_[size_t(b.second)].link;
-  });
+  sort_pairs(&self_pairs_);
   for (const auto& [a, b] : overlapping) {
     excluded_.emplace_back(robot_.tree.links[size_t(a)].name, robot_.tree.links[size_t(b)].name);
   }
@@ -210,7 +234,7 @@ void CollisionWorld::calc_body_contacts(const std::vector<std::pair<int, int>>& 
       if (a.link != link_a || b.link != link_b) break;
       if (!are_near(a, b)) continue;
       if (pair == nullptr) pair = open_pair(link_a, link_b);
-      pair->friction = b.friction;
+      pair->friction = is_object(link_b) ? std::min(a.friction, b.friction) : b.friction;
       narrow_.calc_contacts(a.shape, a.X_WG, b.shape, b.X_WG, scenario_.max_sole_points, &pair->points);
     }
     if (pair == nullptr) continue;
@@ -221,11 +245,36 @@ void CollisionWorld::calc_body_contacts(const std::vector<std::pair<int, int>>& 
     pair->p_WR.setZero();
     for (const ContactPoint& point : pair->points) pair->p_WR += point.p_WC / static_cast<double>(pair->points.size());
     update_separation(pair);
-    reduce_points(get_pose(data_, link_a).R, pair->separation.normalized(), scenario_.max_sole_points, &pair->points);
+    reduce_points(get_rotation(link_a), pair->separation.normalized(), scenario_.max_sole_points, &pair->points);
   }
 }
 
-const ContactSet& CollisionWorld::calc_contacts(const State& state) {
+Matrix3d CollisionWorld::get_rotation(int link) const {
+  return is_object(link) ? bodies_[first_object_ + size_t(link - kFirstObject)].X_WG.R : get_pose(data_, link).R;
+}
+
+void CollisionWorld::update_objects(const ObjectStates& objects) {
+  for (size_t k = 0; k < objects.size(); ++k) {
+    Body& body = bodies_[first_object_ + k];
+    body.X_WG = objects[k].X_WB();
+    body.center_W = body.X_WG * narrow_.get_center(body.shape);
+  }
+}
+
+void CollisionWorld::calc_object_contacts(const ObjectStates& objects) {
+  update_objects(objects);
+  calc_body_contacts(object_pairs_);
+  for (size_t k = 0; k < objects.size(); ++k) {
+    for (const ContactPair& found : object_worlds_[k]->calc_contacts(objects[k])) {
+      ContactPair* pair = open_pair(make_object_index(static_cast<int>(k)), found.body_b);
+      const int body_a = pair->body_a;
+      *pair = found;
+      pair->body_a = body_a;
+    }
+  }
+}
+
+const ContactSet& CollisionWorld::calc_contacts(const State& state, const ObjectStates& objects) {
   while (!contacts_.empty()) close_pair();
   if (state.q.size() != model_.num_joints() || !is_finite(state)) return contacts_;
   update_poses(state);
@@ -233,6 +282,7 @@ const ContactSet& CollisionWorld::calc_contacts(const State& state) {
   calc_surface_contacts();
   calc_body_contacts(obstacle_pairs_);
   calc_body_contacts(self_pairs_);
+  if (!objects.empty() && objects.size() == object_worlds_.size()) calc_object_contacts(objects);
   std::sort(contacts_.begin(), contacts_.end(), [](const ContactPair& a, const ContactPair& b) {
     return a.body_a != b.body_a ? a.body_a < b.body_a : a.body_b < b.body_b;
   });

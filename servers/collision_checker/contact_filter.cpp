@@ -12,6 +12,7 @@ std::vector<int> list_all(const TreeSpec& tree, const Scenario& scenario) {
   std::vector<int> bodies{kGround};
   for (size_t i = 0; i < tree.links.size(); ++i) bodies.push_back(static_cast<int>(i));
   for (size_t k = 0; k < scenario.obstacles.size(); ++k) bodies.push_back(make_obstacle_index(static_cast<int>(k)));
+  for (size_t k = 0; k < scenario.objects.size(); ++k) bodies.push_back(make_object_index(static_cast<int>(k)));
   return bodies;
 }
 
@@ -20,6 +21,9 @@ std::vector<int> find_bodies(const TreeSpec& tree, const Scenario& scenario, con
   if (name == "ground") return {kGround};
   for (size_t k = 0; k < scenario.obstacles.size(); ++k) {
     if (scenario.obstacles[k].name == name) return {make_obstacle_index(static_cast<int>(k))};
+  }
+  for (size_t k = 0; k < scenario.objects.size(); ++k) {
+    if (scenario.objects[k].name == name) return {make_object_index(static_cast<int>(k))};
   }
   const int frame = tree.find_frame(name);
   return frame < 0 ? std::vector<int>{} : std::vector<int>{tree.frames[size_t(frame)].link};

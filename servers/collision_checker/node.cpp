@@ -18,6 +18,7 @@ void CollisionCheckerNode::take_description(const msg::RobotDescription& message
   from_message(message, &robot_);
   const Scenario scenario = parse_scenario(robot_.scenario, robot_.scenario_path);
   names_ = BodyNames(robot_.tree, scenario);
+  num_objects_ = scenario.objects.size();
   world_ = std::make_unique<CollisionWorld>(robot_, scenario);
 }
 
@@ -30,11 +31,16 @@ void CollisionCheckerNode::take_state(const msg::RobotState& message) {
     case Question::kNew: break;
   }
   from_message(message, &state_);
+  from_message(message, &objects_);
   if (state_.q.size() != robot_.tree.num_joints()) {
     return fail("robot_state of step " + std::to_string(step) + " has " + std::to_string(state_.q.size()) +
                 " joints, the robot has " + std::to_string(robot_.tree.num_joints()));
   }
-  to_message(world_->calc_contacts(state_), names_, &answer_);
+  if (objects_.size() != num_objects_) {
+    return fail("robot_state of step " + std::to_string(step) + " has " + std::to_string(objects_.size()) +
+                " objects, the scenario has " + std::to_string(num_objects_));
+  }
+  to_message(world_->calc_contacts(state_, objects_), names_, &answer_);
   answer_.header(message.header());
   last_answer_ = publisher_.publish(answer_);
   if (view_.is_due()) view_.add(topics::kContactSet.name, last_answer_);

@@ -32,6 +32,8 @@ class CollisionCheckerNode : public NodeBase {
   std::unique_ptr<CollisionWorld> world_;
   QuestionFilter questions_;
   State state_;
+  ObjectStates objects_;
+  size_t num_objects_ = 0;
   msg::ContactSet answer_;
   Bytes last_answer_;
   Publisher<msg::ContactSet> publisher_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/viewer/foxglove_scene.h"
 
-#include "common/messages/cdr.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/convert.h"
 #include "common/messages/convert_robot.h"
 #include "common/messages/topics.h"
@@ -68,7 +68,7 @@ std::string FoxgloveScene::make(const Channel& channel, double time, Bytes sourc
       return foxglove::make_contacts(forces, robot_->frames, robot_->ground, robot_->arrow_scale, time);
     }
     msg::RobotState message;
-    decode(source, &message);
+    decode_logged(source, &message);
     State state;
     from_message(message, &state);
     std::vector<NamedTransform> moving;

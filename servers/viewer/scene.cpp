@@ -101,6 +101,10 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
   (*json)["feet"] = feet;
   (*json)["wrenches"] = wrenches;
   (*json)["obstacles"] = make_obstacles(description, scenario);
+  (*json)["objects"] = Json::array();
+  for (const ObjectSpec& object : scenario.objects) {
+    (*json)["objects"].push_back({{"name", object.name}, {"shape", object.shape}, {"size", {object.size.x(), object.size.y(), object.size.z()}}});
+  }
   (*json)["ground"] = {{"present", scenario.ground.present}, {"height", scenario.ground.height},
                        {"roll", scenario.ground.roll}, {"pitch", scenario.ground.pitch},
                        {"friction", scenario.ground.friction}};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/robot/signals.h"
 #include "common/base/diagnostics.h"
 #include "common/messages/reflection/sample.h"
 #include "hrp_idl/dynamics.h"
@@ -119,7 +120,7 @@ class Finder final : public SampleVisitor {
 double find_mean_height(const msg::ContactForces& forces) {
   double sum = 0, weight = 0;
   for (const msg::PairForce& pair : forces.pairs()) {
-    if (pair.body_b() >= 0) continue;
+    if (pair.body_b() >= 0 || is_object(pair.body_a())) continue;
     for (const msg::PointForce& point : pair.points()) {
       const double size = std::hypot(point.total().x(), point.total().y(), point.total().z());
       sum += size * point.p_WC().z();
@@ -138,7 +139,7 @@ double find_zmp(Bytes sample, int axis, double height) {
   if (!plane) height = find_mean_height(forces);
   double fx = 0, fy = 0, fz = 0, mx = 0, my = 0;
   for (const msg::PairForce& pair : forces.pairs()) {
-    if (plane ? pair.body_b() != -1 : pair.body_b() >= 0) continue;
+    if (is_object(pair.body_a()) || (plane ? pair.body_b() != -1 : pair.body_b() >= 0)) continue;
     const auto& f = pair.total().force();
     const auto& m = pair.total().moment();
     const auto& r = pair.reference();

@@ -70,7 +70,7 @@ class Pass {
   void take_state(Bytes sample) {
     state_wanted_ = steps_.take(place_.time);
     if (!state_wanted_) return;
-    decode(sample, &robot_state_);
+    decode_logged(sample, &robot_state_);
     from_message(robot_state_, &state_);
     step_ = robot_state_.header().step();
     if (forces_step_ == step_ || step_ == 0) hand_out();

@@ -45,10 +45,10 @@ bool Trial::reset_to(const State& state) {
   return true;
 }
 
-TrialState Trial::save() const { return {engine_->simulator(), controller_->clone(), command_, step_}; }
+TrialState Trial::save() const { return {engine_->simulator(), engine_->movable_objects(), controller_->clone(), command_, step_}; }
 
 void Trial::restore(const TrialState& kept) {
-  engine_->restore(kept.simulator);
+  engine_->restore(kept.simulator, kept.objects);
   if (kept.controller) controller_ = kept.controller->clone();
   command_ = kept.command;
   step_ = kept.step;
@@ -66,7 +66,7 @@ void Trial::ask_controller() {
 
 bool Trial::step() {
   if (step_ % scenario_.control_period == 0) ask_controller();
-  fault_ = engine_->step(world_.calc_contacts(engine_->state()), command_);
+  fault_ = engine_->step(world_.calc_contacts(engine_->state(), engine_->objects()), command_);
   if (fault_.empty()) ++step_;
   return fault_.empty();
 }

@@ -30,6 +30,7 @@ struct TrialResult {
 // What decides the future of a run: physics with all memories, the command that acts, the controller's memory.
 struct TrialState {
   Simulator simulator;
+  MovableObjects objects;
   std::shared_ptr<const Controller> controller;  // none: it cannot be copied
   JointCommand command;
   long step = 0;
@@ -56,7 +57,7 @@ class Trial {
   void restore(const TrialState& kept);
 
   // What touches in the state now. The result lives until the next step.
-  const ContactSet& calc_contacts() { return world_.calc_contacts(engine_->state()); }
+  const ContactSet& calc_contacts() { return world_.calc_contacts(engine_->state(), engine_->objects()); }
   long step_number() const { return step_; }
   // Why step() was false; empty before.
   const std::string& fault() const { return fault_; }

@@ -4,6 +4,7 @@
 
 export const parts = ["total", "spring", "damper", "friction"];
 const ground = -1;  // body_b of pairs with the ground; obstacles are below
+const firstObject = 1000000;  // bodies that move freely begin here
 
 // Numbers that JSON does not have come as words.
 export const toNumber = (value) => (typeof value === "number" ? value : NaN);
@@ -45,7 +46,7 @@ export function makeGround(ground) {
 }
 
 // Without a plane, robots stand on obstacles.
-const isGround = (pair, plane) => (plane.present ? pair.body_b === ground : pair.body_b < 0);
+const isGround = (pair, plane) => pair.body_a < firstObject && (plane.present ? pair.body_b === ground : pair.body_b < 0);
 
 // A point of the plane; of the level one at the height of the contact points, weighed by their forces, where there is none.
 function findPoint(contactForces, plane) {

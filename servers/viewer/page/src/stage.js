@@ -116,10 +116,28 @@ export class Stage {
       this.groundGroup.add(grid);
     }
     for (const obstacle of scene.obstacles) this.groundGroup.add(this.makeObstacle(obstacle));
+    // Where they are stands in each state.
+    const placed = { position: [0, 0, 0], quaternion: [1, 0, 0, 0] };
+    this.objects = scene.objects.map((object) => this.makeObstacle({ ...object, ...placed, color: 0x7fa36b }));
+    for (const object of this.objects) {
+      object.visible = false;
+      this.groundGroup.add(object);
+    }
     this.groundScene = scene;
   }
 
-  makeObstacle({ shape, size, position, quaternion: [w, x, y, z], vertices, triangles }) {
+  moveObjects(states) {
+    this.objects.forEach((object, i) => {
+      const pose = states?.[i]?.X_WO;
+      object.visible = Boolean(pose);
+      if (!pose) return;
+      const { w, x, y, z } = pose.rotation;
+      object.position.set(pose.translation.x, pose.translation.y, pose.translation.z);
+      object.quaternion.set(x, y, z, w);
+    });
+  }
+
+  makeObstacle({ shape, size, position, quaternion: [w, x, y, z], vertices, triangles, color = 0xb09a78 }) {
     const surface = () => {
       const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(vertices, 3));
       geometry.setIndex(triangles);
@@ -133,7 +151,7 @@ export class Stage {
       cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 24).rotateX(Math.PI / 2),
     };
     const flat = vertices !== undefined;  // each triangle in one shade: slopes are seen
-    const mesh = new THREE.Mesh(shapes[shape](), new THREE.MeshLambertMaterial({ color: 0xb09a78, flatShading: flat, side: flat ? THREE.DoubleSide : THREE.FrontSide }));
+    const mesh = new THREE.Mesh(shapes[shape](), new THREE.MeshLambertMaterial({ color, flatShading: flat, side: flat ? THREE.DoubleSide : THREE.FrontSide }));
     mesh.position.set(...position);
     mesh.quaternion.set(x, y, z, w);
     return mesh;
@@ -151,6 +169,7 @@ export class Stage {
     this.dirty = true;
     if (slot === 1) return;
     this.note.textContent = "";
+    this.moveObjects(state.objects);
     this.calcForces(topics);
     if (first) this.lookAtRobot();
   }
