@@ -439,7 +439,7 @@ TEST(LeggedLeans, ZeroOfAMomentIsFoundAtItsSensor) {
 // Who sways a robot by hand adds a force that nobody recorded: one equation keeps it, the others are as they were.
 TEST(LeggedLeans, AHandThatPushesLeavesNoDoubtAboutTheZeroOfAMoment) {
   Hidden hidden;
-  hidden.zero_y = 0.5, hidden.push = 100;
+  hidden.zero_y = 0.4, hidden.push = 200;
   const Evidence e = diagnose_biped(hidden, kLeans);
   const auto zero = std::find_if(e.findings.begin(), e.findings.end(), [](const Finding& f) { return f.effect == "sensor_bias"; });
   ASSERT_NE(zero, e.findings.end());
