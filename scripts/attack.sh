@@ -12,6 +12,7 @@
 #   junk       somebody writes changed and random bytes to topics of the run
 #   disk       the log may not grow beyond a random size
 #   slow       each write into the log takes up to 60 ms more: same bits, whole log
+#   reads      from some read on, scenario and robot cannot be read any more
 #   read_only  the log's file system is read-only
 #   clock      wall clocks that jump, or that are an hour apart in the processes: same bits
 #   memory     an allocation of one server fails, or all from one on

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
+#include "common/base/read_file.h"
 #include "common/robot/effect_section.h"
 #include "common/robot/scenario_sections.h"
 #include "common/robot/yaml_map.h"
@@ -174,10 +174,8 @@ Scenario load_scenario(const std::string& path) {
     d.message = "cannot be read: there is no such file, or no permission";
     throw InputError(d);
   }
-  std::ostringstream text;
-  text << file.rdbuf();
   Diagnostics diagnostics;
-  Scenario scenario = parse_unchecked(text.str(), make_absolute(path, fs::current_path(error)), &diagnostics);
+  Scenario scenario = parse_unchecked(read_rest(file, path), make_absolute(path, fs::current_path(error)), &diagnostics);
   check_file(scenario, "robot", scenario.robot, &diagnostics);
   check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
   check_file(scenario, "world", scenario.world, &diagnostics);

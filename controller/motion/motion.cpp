@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <sstream>
 
+#include "common/base/read_file.h"
 #include "controller/motion/motion_text.h"
 
 namespace hrp {
@@ -38,12 +38,11 @@ Eigen::MatrixXd calc_slopes(const Motion& motion) {
 Motion load_motion(const std::string& path, const std::vector<std::string>& joint_order) {
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse_motion(path, 0, "cannot be read: there is no such file, or no permission");
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (ends_with(path, ".seq")) return parse_seq_motion(text.str(), path, joint_order);
+  const std::string text = read_rest(file, path);
+  if (ends_with(path, ".seq")) return parse_seq_motion(text, path, joint_order);
   if (!ends_with(path, ".csv")) refuse_motion(path, 0, "is of no known kind, expected a name ending in .csv or .seq");
   if (!joint_order.empty()) refuse_motion(path, 0, "names its joints itself; leave out controller.joint_order");
-  return parse_csv_motion(text.str(), path);
+  return parse_csv_motion(text, path);
 }
 
 MotionPlayer::MotionPlayer(Motion motion, const std::vector<std::string>& robot_joints, const Eigen::VectorXd& rest,

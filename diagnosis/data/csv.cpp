@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
 #include "diagnosis/data/csv_stream.h"
 
 namespace hrp::diagnosis {
@@ -219,6 +220,7 @@ Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::
       fail(path, line, 0, "", "fewer cells than the header's " + std::to_string(table.names.size()) + " columns");
     }
   }
+  check_end(file, path);
   if (table.names.empty()) fail(path, 0, 0, "", "is empty: expected a header line");
   rows->close();
   note_empty_cells(table, warnings);

@@ -23,6 +23,7 @@ FIRST_ALLOCATION = 64  # before it, libraries prepare themselves for main(): nob
 MOST_ALLOCATIONS = 300000  # that are counted until one fails: about as many as a run makes
 LONGEST = 90.0       # [s] a run may take before it hangs, unless --patience says otherwise
 LOST_AT_MOST = 32    # steps that are not in the log when the logger dies
+MOST_READS = 9       # of scenario and robot, by one program: about as many as there are
 GRACE = 15.0         # [s] until servers without a launcher are gone
 SIDE_BY_SIDE = 3     # runs at the same time: eighteen servers
 # Where junk is written: what the loop of steps and those who steer read. The first one half of the time.
@@ -346,6 +347,19 @@ class Attacker:
         delay = self.draw.randrange(1000, 60000)
         return f"each write into the log takes {delay} us more", self.judge_same(Run(self.bin, self.scenario, folder, options, faults={"SLOW": str(delay)}))
 
+    def reads(self, folder, options):
+        """The start of a file is never taken for all of it."""
+        program, number = self.draw.choice(["hrp-simulate", "hrp-model-parser", "one process"]), self.draw.randrange(1, MOST_READS)
+        faults = {"READ": str(number), "PROGRAM": program.replace("one process", "hrp-simulate")}
+        run = Run(self.bin, self.scenario, folder, ["--in-process"] if program == "one process" else options, faults=faults)
+        what = f"read {number} of {program} and all later ones fail"
+        if not run.finish():
+            return what, "it hangs"
+        if run.process.returncode == 0:
+            return what, run.judge_hash(self.find_undisturbed()[0])
+        said = re.search(r"\.(yaml|urdf): error: cannot be read", run.output)
+        return what, "" if said else f"does not name the file: {run.output.strip()[-200:]}"
+
     def read_only(self, folder, options):
         run = Run(self.bin, self.scenario, folder, options, faults={"READ_ONLY": "1"})
         what = "the log's file system is read-only"
@@ -379,7 +393,7 @@ def attack(attacker, kind, tries, rows):
 
 
 def main():
-    kinds = ["kill", "stop", "launcher", "together", "junk", "disk", "slow", "read_only", "clock", "memory", "memory_here"]
+    kinds = ["kill", "stop", "launcher", "together", "junk", "disk", "slow", "reads", "read_only", "clock", "memory", "memory_here"]
     parser = argparse.ArgumentParser(prog="attack.sh")
     parser.add_argument("bin")
     parser.add_argument("scenario")

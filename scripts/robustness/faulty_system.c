@@ -3,6 +3,7 @@
  *
  *   HRP_FAULT_MALLOC=N or N+     the N-th allocation fails, with + all later ones, too
  *   HRP_FAULT_CLOCK=apart|jumps  the wall clock is wrong by up to an hour, another error in each process or at each look
+ *   HRP_FAULT_READ=N             the N-th read() of an input file, and all later ones, fail: the disk is bad (EIO)
  *   HRP_FAULT_SLOW=T             each write into a log takes T more [us]
  *   HRP_FAULT_READ_ONLY=1        no log can be made: the file system is read-only
  */
@@ -22,6 +23,7 @@
 #include <unistd.h>
 
 static atomic_long allocations_left = -1; /* -1: none fails */
+static atomic_long reads_left = -1;       /* -1: none fails */
 static int fails_for_good;
 static int jumps;
 static long clock_error; /* [s] */
@@ -46,6 +48,7 @@ __attribute__((constructor)) static void read_faults(void) {
   }
   if ((word = getenv("HRP_FAULT_SLOW")) != NULL) slow = atol(word);
   read_only = getenv("HRP_FAULT_READ_ONLY") != NULL;
+  if ((word = getenv("HRP_FAULT_READ")) != NULL) atomic_store(&reads_left, atol(word));
   if ((word = getenv("HRP_FAULT_MALLOC")) != NULL) {
     fails_for_good = word[strlen(word) - 1] == '+';
     atomic_store(&allocations_left, atol(word));
@@ -132,19 +135,41 @@ int pthread_cond_timedwait(pthread_cond_t* restrict condition, pthread_mutex_t* 
 
 /* ---- disk ---- */
 
-static int is_log(const char* path) {
-  const size_t size = strlen(path);
-  return size > 5 && strcmp(path + size - 5, ".mcap") == 0;
+static int ends_with(const char* path, const char* end) {
+  const size_t size = strlen(path), length = strlen(end);
+  return size > length && strcmp(path + size - length, end) == 0;
+}
+
+static int is_log(const char* path) { return ends_with(path, ".mcap"); }
+
+static int is_input(const char* path) {
+  return ends_with(path, ".yaml") || ends_with(path, ".urdf") || ends_with(path, ".csv") || ends_with(path, ".seq");
+}
+
+/* Whether the open file has such a name. */
+static int is_named(int file, int (*fits)(const char* path)) {
+  char link[64], path[4096];
+  snprintf(link, sizeof link, "/proc/self/fd/%d", file);
+  const ssize_t length = readlink(link, path, sizeof path - 1);
+  if (length <= 0) return 0;
+  path[length] = '\0';
+  return fits(path);
 }
 
 ssize_t write(int file, const void* data, size_t size) {
-  if (slow > 0) {
-    char link[64], path[4096];
-    snprintf(link, sizeof link, "/proc/self/fd/%d", file);
-    const ssize_t length = readlink(link, path, sizeof path - 1);
-    if (length > 0 && (path[length] = '\0', is_log(path))) usleep((useconds_t)slow);
-  }
+  if (slow > 0 && is_named(file, is_log)) usleep((useconds_t)slow);
   return syscall(SYS_write, file, data, size);
+}
+
+ssize_t read(int file, void* data, size_t size) {
+  if (atomic_load(&reads_left) >= 0 && is_named(file, is_input)) {
+    if (atomic_load(&reads_left) <= 1) {
+      errno = EIO;
+      return -1;
+    }
+    atomic_fetch_sub(&reads_left, 1);
+  }
+  return syscall(SYS_read, file, data, size);
 }
 
 int open(const char* path, int flags, ...) {

@@ -15,7 +15,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SCRIPTS = ROOT / "scripts"
 TARGETS = sorted(path.stem for path in (ROOT / "tests/fuzz").glob("*.cpp"))
-FAULTS = ["disk", "slow", "read_only", "clock", "memory", "memory_here"]
+FAULTS = ["disk", "slow", "reads", "read_only", "clock", "memory", "memory_here"]
 NO_LIMIT = 1_000_000_000  # executions: the time ends a target
 
 

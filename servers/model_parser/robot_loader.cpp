@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <sstream>
 
+#include "common/base/read_file.h"
 #include "common/robot/foot_bush.h"
 #include "common/robot/scenario_check.h"
 #include "common/robot/surface_file.h"
@@ -36,9 +36,7 @@ std::string read_file(const std::string& path) {
     d.message = "is larger than 64 MB: neither a robot nor a world";
     throw InputError(d);
   }
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
+  return read_rest(file, path);
 }
 
 // Without the warnings: they would hide why the robot is refused.

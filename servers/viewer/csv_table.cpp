@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
 
 namespace hrp {
 namespace {
@@ -81,6 +82,7 @@ CsvTable read_csv_table(const std::string& path) {
     }
     for (size_t i = 0; i < cells.size(); ++i) table.columns[i].push_back(read_number(cells[i], place, i));
   }
+  check_end(file, path);
   if (table.names.empty()) refuse(place, 0, "is empty");
   if (table.columns[0].empty()) refuse(place, 0, "has a header and no row");
   return table;

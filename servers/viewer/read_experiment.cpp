@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
 #include "common/messages/cdr.h"
 #include "common/messages/topics.h"
 #include "common/robot/experiment_keys.h"
@@ -24,9 +25,7 @@ namespace fs = std::filesystem;
 
 std::string read_text(const std::string& path) {
   std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
+  return read_rest(file, path);
 }
 
 // The part of "/imu/chest/..." behind `prefix`, up to the next slash; empty for other names.

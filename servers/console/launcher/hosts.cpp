@@ -14,6 +14,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
 
 namespace hrp {
 namespace {
@@ -95,6 +96,7 @@ std::map<std::string, Host> read_hosts(const std::string& file) {
     hosts[role] = parse_host(host, file, number);
     while (words >> word) set_key(word, file, number, &hosts[role]);
   }
+  check_end(stream, file);
   if (hosts.empty()) refuse(file, 0, "names no server: expected lines SERVER HOST [KEY=VALUE ...]");
   return hosts;
 }
