@@ -87,8 +87,9 @@ class BallContact {
       if (is_inside(ball, exit) && (nearest == nullptr || exit.clearance > nearest->clearance)) nearest = &exit;
     }
     for (const Exit& exit : exits_) {
-      const bool way_out = is_inside(ball, exit) ? &exit == nearest || are_valley(surface_, *nearest->face, *exit.face)
-                                                 : exit.face != nullptr || nearest == nullptr;
+      const bool inside = nearest != nullptr && is_inside(ball, exit);
+      const bool way_out = inside ? &exit == nearest || are_valley(surface_, *nearest->face, *exit.face)
+                                  : exit.face != nullptr || nearest == nullptr;
       if (way_out) add_exit(ball, exit, points);
     }
   }
@@ -206,7 +207,8 @@ void add_cylinder_sides(const CollisionShape& shape, std::vector<Side>* sides) {
 // Of a mesh: how far its points reach along the directions of which make_soles() keeps the outermost ones.
 void add_mesh_sides(const Sole& parts, std::vector<Side>* sides) {
   for (int i = 0; i < 27; ++i) {
-    const Vector3d direction(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+    const int x = i % 3 - 1, y = i / 3 % 3 - 1, z = i / 9 - 1;
+    const Vector3d direction(x, y, z);
     if (direction.isZero()) continue;
     Side side{direction.normalized(), -std::numeric_limits<double>::infinity()};
     for (const SolePoint& point : parts.points) side.d = std::max(side.d, side.n.dot(point.p_LQ));

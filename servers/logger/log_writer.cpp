@@ -236,7 +236,7 @@ std::vector<std::string> LogWriter::find_missing() const {
 
 std::vector<std::string> LogWriter::give_up_waiting() {
   if (!has_description()) return {};
-  const std::vector<std::string> names = find_missing();
+  std::vector<std::string> names = find_missing();
   silent_ |= find_expected(next_step_, true) & ~slot(next_step_).present;
   write_complete_steps();
   return names;

@@ -18,7 +18,7 @@ std::string accept_file(const fs::path& path) {
 // First of the folders from `folder` upward that has `name`.
 std::string search_upward(fs::path folder, const fs::path& name) {
   for (int depth = 0; depth < 64; ++depth) {
-    const std::string found = accept_file(folder / name);
+    std::string found = accept_file(folder / name);
     if (!found.empty()) return found;
     if (folder == folder.parent_path()) break;
     folder = folder.parent_path();
@@ -37,7 +37,7 @@ std::string find_mesh(const std::string& name, const std::string& urdf_path) {
   const fs::path folder = fs::absolute(urdf_path, error).parent_path();
   const std::string in_package = remove_prefix(name, "package://");
   if (in_package == name) return accept_file(folder / fs::path(remove_prefix(name, "file://")));
-  const std::string found = search_upward(folder, in_package);
+  std::string found = search_upward(folder, in_package);
   if (!found.empty()) return found;
   const size_t slash = in_package.find('/');
   return slash == std::string::npos ? "" : search_upward(folder, in_package.substr(slash + 1));

@@ -58,7 +58,7 @@ void Scanner::error(const Element& at, const std::string& owner, const std::stri
 }
 
 std::string Scanner::read_name(const Element& element, const std::string& kind) {
-  const std::string name = get_attribute(element, "name");
+  std::string name = get_attribute(element, "name");
   if (name.empty()) error(element, "", "has no name; every " + kind + " needs one");
   return name;
 }
@@ -70,7 +70,7 @@ std::vector<double> Scanner::read_numbers(const Element& element, const std::str
     if (required) error(element, owner, std::string("attribute '") + attribute + "' is missing");
     return {};
   }
-  const std::vector<double> numbers = parse_numbers(text, count);
+  std::vector<double> numbers = parse_numbers(text, count);
   if (!numbers.empty()) return numbers;
   error(element, owner, std::string(attribute) + " is '" + text + "', expected " + std::to_string(count) +
                             (count == 1 ? " finite number" : " finite numbers"));
@@ -151,7 +151,7 @@ void Scanner::scan_link(const Element& element) {
 
 std::string Scanner::read_link_reference(const Element& joint, const std::string& owner, const char* tag) {
   const Element* element = joint.FirstChildElement(tag);
-  const std::string link = element == nullptr ? "" : get_attribute(*element, "link");
+  std::string link = element == nullptr ? "" : get_attribute(*element, "link");
   if (link.empty()) {
     error(joint, owner, std::string("has no <") + tag + " link=\"...\"/>");
     return "";

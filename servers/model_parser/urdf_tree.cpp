@@ -111,7 +111,7 @@ bool TreeBuilder::is_foot(const std::string& link) const {
 }
 
 LinkInertia TreeBuilder::read_inertia(const LinkScan& link) {
-  const LinkInertia inertia = make_inertia(*model_.getLink(link.name));
+  LinkInertia inertia = make_inertia(*model_.getLink(link.name));
   if (inertia.mass == 0.0 && inertia.I_LLcm_L.isZero(0.0)) return inertia;
   const std::string field = "link '" + link.name + "' <inertial>";
   if (inertia.mass == 0.0) {
@@ -125,7 +125,7 @@ LinkInertia TreeBuilder::read_inertia(const LinkScan& link) {
     add(link.inertial_line, field, fault + "; the scenario's 'repair_inertias: true' would repair it", true);
     return inertia;
   }
-  const LinkInertia repaired = repair_inertia(inertia);
+  LinkInertia repaired = repair_inertia(inertia);
   const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(repaired.I_LLcm_L).eigenvalues();
   char text[100];
   std::snprintf(text, sizeof text, "; repaired to %.6g, %.6g, %.6g", moments[0], moments[1], moments[2]);

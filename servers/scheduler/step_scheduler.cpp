@@ -90,7 +90,7 @@ void StepScheduler::start_epoch(uint64_t epoch) {
 }
 
 std::string StepScheduler::request_run(std::optional<double> speed, Clock::time_point now) {
-  const std::string fault = find_speed_fault(speed.value_or(0.0));
+  std::string fault = find_speed_fault(speed.value_or(0.0));
   if (!fault.empty()) return fault;
   paused_ = false;
   speed_ = speed.value_or(speed_);

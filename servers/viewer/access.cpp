@@ -92,7 +92,7 @@ std::string decode_percent(const std::string& text) {
     char* end = nullptr;
     const std::string digits = text[i] == '%' ? text.substr(i + 1, 2) : "";
     const long value = digits.size() == 2 ? std::strtol(digits.c_str(), &end, 16) : 0;
-    if (digits.size() == 2 && *end == '\0') {
+    if (end != nullptr && *end == '\0') {
       decoded += static_cast<char>(value);
       i += 2;
     } else {

@@ -140,9 +140,9 @@ std::optional<fs::path> find_mesh_file(const fs::path& folder, std::string name)
   // The package is a folder above the URDF, or beside one of those; renamed packages have the rest at the URDF.
   fs::path above = folder;
   for (int i = 0; i < 4; ++i, above = above.parent_path()) {
-    if (const auto found = find_inside(above / path.substr(0, slash), rest)) return found;
+    if (auto found = find_inside(above / path.substr(0, slash), rest)) return found;
   }
-  if (const auto found = find_inside(folder, rest)) return found;
+  if (auto found = find_inside(folder, rest)) return found;
   return find_inside(folder.parent_path(), rest);
 }
 

@@ -111,7 +111,7 @@ std::vector<std::string> make_ssh_command(std::vector<std::string> words) {
 }
 
 std::string find_address(const Host& host) {
-  const std::string name = host.address.empty() ? host.name : host.address;
+  std::string name = host.address.empty() ? host.name : host.address;
   if (is_address(name)) return name;
   addrinfo hints{};
   hints.ai_family = AF_INET;

@@ -67,12 +67,12 @@ std::string find_program(const std::string& name) {
 
 // The same for a command of people's: where there is none of ours, the one that a shell would run.
 std::string find_command(const std::string& name) {
-  const std::string own = find_program(name);
+  std::string own = find_program(name);
   const char* folders = std::getenv("PATH");
   if (access(own.c_str(), X_OK) == 0 || own == name || folders == nullptr) return own;
   std::istringstream list(folders);
   for (std::string folder; std::getline(list, folder, ':');) {
-    const std::string path = (folder.empty() ? "." : folder) + "/" + name;
+    std::string path = (folder.empty() ? "." : folder) + "/" + name;
     if (access(path.c_str(), X_OK) == 0) return path;
   }
   return own;

@@ -83,8 +83,9 @@ int show_messages(const CatOptions& options) {
           return std::printf("{\"topic\":\"%s\",\"step\":%u,\"time\":%.9g,\"message\":%s}\n", make_printable_line(topic.topic).c_str(),
                              message.sequence, time, text->c_str()) >= 0;
         }
+        const char* end = text->empty() || text->back() != '\n' ? "\n" : "";
         return std::printf("--- %s step %u, %.9g s\n%s%s", make_printable_line(topic.topic).c_str(), message.sequence, time, text->c_str(),
-                           text->empty() || text->back() != '\n' ? "\n" : "") >= 0;
+                           end) >= 0;
       },
       wanted);
   return say_damage(log.reader());
