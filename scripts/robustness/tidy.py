@@ -72,7 +72,8 @@ def look(source, build, rest, plugin):
         clean.touch()
         return ""
     # It counts the warnings of the system's headers, which it does not show.
-    return said + "".join(line for line in done.stderr.splitlines(True) if not re.match(r"\d+ warnings? ", line))
+    said += "".join(line for line in done.stderr.splitlines(True) if not re.match(r"\d+ warnings? ", line))
+    return said or f"{source}: clang-tidy ended with status {done.returncode} and without a word\n"
 
 
 def look_at_all(sources, build, jobs, plugin):

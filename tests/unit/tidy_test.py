@@ -20,6 +20,7 @@ CLANG_TIDY = '''#!/bin/sh
 for source; do :; done
 echo x >> "{0}/calls"
 echo "17 warnings generated." >&2
+if grep -q killed "$source"; then exit 130; fi
 if grep -q guess "$source"; then echo "/usr/include/eigen3/Eigen/Core:1:2: error: a guess [x]"; bad=1; fi
 if grep -q wrong "$source"; then echo "$source:1:2: error: wrong [bugprone-x]"; bad=1; fi
 exit ${{bad:-0}}
@@ -102,6 +103,12 @@ class Tidy(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn('b.cpp:1:2: error: wrong', said)
         self.assertNotIn('a guess', said)
+
+    def test_a_look_that_was_broken_off_is_no_clean_one(self):
+        self.write('servers/c.cpp', 'killed\n')
+        status, said, _ = self.tidy('--all')
+        self.assertEqual(status, 1)
+        self.assertIn('c.cpp: clang-tidy ended with status 130', said)
 
     def test_names_are_folders_or_files(self):
         self.assertEqual(self.tidy('servers')[2], 2)
