@@ -19,7 +19,7 @@ SERVERS = {"hrp-scheduler": "scheduler", "hrp-logger": "logger", "hrp-dynamics":
            "hrp-model-parser": "model_parser"}
 DURATION = 2.0       # [s] simulated
 STEP = 1e-3          # [s] of the scenario
-FIRST_ALLOCATION = 64  # before it, libraries prepare themselves for main(): nobody can say anything yet
+FIRST_ALLOCATION = 1  # of main(): what libraries need before it nobody can answer for
 MOST_ALLOCATIONS = 300000  # that are counted until one fails: about as many as a run makes
 LONGEST = 90.0       # [s] a run may take before it hangs, unless --patience says otherwise
 LOST_AT_MOST = 32    # steps that are not in the log when the logger dies

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Preloaded into a run: a system of which one thing is faulty, for the program HRP_FAULT_PROGRAM or, without it, for all.
  *
- *   HRP_FAULT_MALLOC=N or N+     the N-th allocation fails, with + all later ones, too
+ *   HRP_FAULT_MALLOC=N or N+     the N-th allocation from main() on fails, with + all later ones, too
  *   HRP_FAULT_CLOCK=apart|jumps  the wall clock is wrong by up to an hour, another error in each process or at each look
  *   HRP_FAULT_READ=N             the N-th read() of an input file, and all later ones, fail: the disk is bad (EIO)
  *   HRP_FAULT_SLOW=T             each write into a log takes T more [us]
  *   HRP_FAULT_READ_ONLY=1        no log can be made: the file system is read-only
  */
 #define _GNU_SOURCE
+#include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <pthread.h>
@@ -49,10 +50,27 @@ __attribute__((constructor)) static void read_faults(void) {
   if ((word = getenv("HRP_FAULT_SLOW")) != NULL) slow = atol(word);
   read_only = getenv("HRP_FAULT_READ_ONLY") != NULL;
   if ((word = getenv("HRP_FAULT_READ")) != NULL) atomic_store(&reads_left, atol(word));
-  if ((word = getenv("HRP_FAULT_MALLOC")) != NULL) {
+}
+
+/* Libraries that prepare themselves before main() can tell nobody that there is no memory: counted from main() on. */
+static int (*real_main)(int, char**, char**);
+
+static int start_counting(int argc, char** argv, char** environment) {
+  const char* program = getenv("HRP_FAULT_PROGRAM");
+  const char* word = getenv("HRP_FAULT_MALLOC");
+  if (word != NULL && (program == NULL || strcmp(program, program_invocation_short_name) == 0)) {
     fails_for_good = word[strlen(word) - 1] == '+';
     atomic_store(&allocations_left, atol(word));
   }
+  return real_main(argc, argv, environment);
+}
+
+int __libc_start_main(int (*entry)(int, char**, char**), int argc, char** argv, void (*begin)(void), void (*end)(void),
+                      void (*end_of_loader)(void), void* stack) {
+  int (*start)(int (*)(int, char**, char**), int, char**, void (*)(void), void (*)(void), void (*)(void), void*) =
+      dlsym(RTLD_NEXT, "__libc_start_main");
+  real_main = entry;
+  return start(start_counting, argc, argv, begin, end, end_of_loader, stack);
 }
 
 /* ---- memory ---- */
