@@ -62,12 +62,14 @@ bool is_over(const msg::RunStatus& status) {
   return status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
 }
 
+bool must_be_signed(const msg::RunStatus& status) { return is_over(status) || !status.refused().empty(); }
+
 bool may_follow(const msg::RunStatus& heard, const msg::RunStatus& news) {
   return !is_over(heard) || (heard.phase() == msg::RUN_FINISHED && news.phase() == msg::RUN_FAILED);
 }
 
 bool may_believe(const std::string& token, const msg::RunStatus& heard, const msg::RunStatus& news) {
-  return may_follow(heard, news) && (!is_over(news) || is_signed(token, topics::kRunStatus.type_name, news));
+  return may_follow(heard, news) && (!must_be_signed(news) || is_signed(token, topics::kRunStatus.type_name, news));
 }
 
 }  // namespace hrp

@@ -44,8 +44,9 @@ bool is_signed(const std::string& token, const std::string& type, const Message&
   return token.empty() || is_same_text(find_signature(token, type, message), message.signature());
 }
 
-// The two phases that are signed.
 bool is_over(const msg::RunStatus& status);
+// Of those who hold the token nobody believes an end or a refusal without its signature.
+bool must_be_signed(const msg::RunStatus& status);
 // Reports of a run that goes on are not signed, so none of them may undo its end. A run that went well may still fail: its
 // logger finds out while it closes the file.
 bool may_follow(const msg::RunStatus& heard, const msg::RunStatus& news);

@@ -130,6 +130,16 @@ void SchedulerNode::answer(const std::string& refused) {
   status_.refused("");
 }
 
+// Not signed: those who hold the token must not take it for an answer to a request of theirs.
+void SchedulerNode::answer_stranger(const std::string& refused) {
+  if (has_ended()) return;
+  update_status(Clock::now());
+  msg::RunStatus status = status_;
+  status.refused(refused);
+  status.signature("");
+  status_publisher_.publish(status);
+}
+
 std::string SchedulerNode::follow(const msg::RunControl& message) {
   switch (message.request()) {
     case msg::REQUEST_RUN:
@@ -144,7 +154,7 @@ std::string SchedulerNode::follow(const msg::RunControl& message) {
 
 void SchedulerNode::take_control(const msg::RunControl& message) {
   if (!is_authorized(topics::kRunControl, message)) {
-    return answer("only the user who started this run may steer it: the request is not signed with the run's token");
+    return answer_stranger("only the user who started this run may steer it: the request is not signed with the run's token");
   }
   if (!context().token.empty() && !used_nonces_.take(message.nonce())) return;
   const std::string refused = follow(message);
@@ -217,8 +227,7 @@ double SchedulerNode::calc_real_time_factor(Clock::time_point now) {
   return static_cast<double>(scheduler_.step() - progress_.front().second) * scheduler_.time_step() / elapsed;
 }
 
-void SchedulerNode::publish_status(Clock::time_point now) {
-  last_status_ = now;
+void SchedulerNode::update_status(Clock::time_point now) {
   status_.phase(find_phase(scheduler_.state()));
   status_.epoch(scheduler_.epoch());
   status_.step(scheduler_.step());
@@ -228,8 +237,13 @@ void SchedulerNode::publish_status(Clock::time_point now) {
   status_.late(scheduler_.late());
   status_.speed(scheduler_.speed());
   if (scheduler_.state() == RunState::kFailed) status_.message(scheduler_.failure());
+}
+
+void SchedulerNode::publish_status(Clock::time_point now) {
+  last_status_ = now;
+  update_status(now);
   status_.signature("");
-  if (has_ended()) sign(context().token, topics::kRunStatus.type_name, &status_);
+  if (must_be_signed(status_)) sign(context().token, topics::kRunStatus.type_name, &status_);
   status_publisher_.publish(status_);
 }
 

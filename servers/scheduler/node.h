@@ -49,7 +49,9 @@ class SchedulerNode : public NodeBase {
   std::string follow(const msg::RunControl& message);
   SteerResult steer(msg::RunRequest request);
   void answer(const std::string& refused);
+  void answer_stranger(const std::string& refused);
   void update();
+  void update_status(Clock::time_point now);
   void publish_status(Clock::time_point now);
   double calc_real_time_factor(Clock::time_point now);
   bool has_ended() const;

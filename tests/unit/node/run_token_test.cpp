@@ -102,13 +102,45 @@ INSTANTIATE_TEST_SUITE_P(
                       Forged{"early_last", make_grant(0, 150, true), "after it had said that step 150 is the last"}),
     [](const auto& info) { return std::string(info.param.name); });
 
+TEST(Refusal, ThatIsNotSignedIsBelievedByNobodyWithTheToken) {
+  msg::RunStatus status;
+  status.refused("no such request");
+  EXPECT_FALSE(may_believe(kToken, {}, status));
+  EXPECT_TRUE(may_believe("", {}, status));
+  sign(kToken, topics::kRunStatus.type_name, &status);
+  EXPECT_TRUE(may_believe(kToken, {}, status));
+}
+
+TEST(Request, WithTheTokenThatCannotBeIsRefusedWithASignature) {
+  FakeRunOptions options;
+  options.token = kToken;
+  bool believed = false;
+  options.join = [&](Bus& bus) -> std::shared_ptr<Reader> {
+    return subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+      believed |= !m.refused().empty() && may_believe(kToken, {}, m);
+    });
+  };
+  options.on_state = [](const msg::RobotState& m, Publisher<msg::RunControl>& control) {
+    msg::RunControl run;
+    run.request(msg::REQUEST_RUN);
+    run.change_speed(true);
+    run.speed(-1.0);
+    sign(kToken, topics::kRunControl.type_name, &run);
+    if (m.header().step() == 100) control.publish(run);
+  };
+  run_fake_set(options);
+  EXPECT_TRUE(believed);
+}
+
+// Aloud, and unsigned: the owner of the run must not take it for an answer to a request of his own.
 TEST(Request, WithoutTheTokenIsRefusedAloud) {
   FakeRunOptions options;
   options.token = kToken;
   std::string refused;
+  bool believed = false;
   options.join = [&](Bus& bus) -> std::shared_ptr<Reader> {
     return subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
-      if (!m.refused().empty()) refused = m.refused();
+      if (!m.refused().empty()) refused = m.refused(), believed |= may_believe(kToken, {}, m);
     });
   };
   options.on_state = [](const msg::RobotState& m, Publisher<msg::RunControl>& control) {
@@ -119,6 +151,7 @@ TEST(Request, WithoutTheTokenIsRefusedAloud) {
   const FakeRunResult run = run_fake_set(options);
   EXPECT_EQ(run.states.size(), 301u);
   EXPECT_THAT(refused, HasSubstr("only the user who started this run may steer it"));
+  EXPECT_FALSE(believed);
 }
 
 TEST(Request, WithTheTokenIsFollowed) {
