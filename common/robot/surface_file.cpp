@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <sstream>
 #include <tuple>
 
 #include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
 #include "common/robot/mesh.h"
 
 namespace hrp {
@@ -31,9 +31,7 @@ std::string read_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file || !std::filesystem::is_regular_file(path, error)) refuse(path, "cannot be read: there is no such file, or no permission");
   if (std::filesystem::file_size(path, error) > kLargestFile) refuse(path, "is larger than 64 MB");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
+  return read_rest(file, path);
 }
 
 bool is_separator(char c) { return c == ',' || c == ';' || c == ' ' || c == '\t' || c == '\r'; }

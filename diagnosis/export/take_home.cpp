@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/base/read_file.h"
 #include "common/robot/closed_chains.h"
 #include "diagnosis/export/unheld.h"
 #include "servers/dynamics/joint_effects.h"
@@ -21,9 +22,7 @@ namespace fs = std::filesystem;
 std::string read_text(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw std::runtime_error(path.string() + ": cannot be read");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+  return read_rest(in, path.string());
 }
 
 void write_text(const fs::path& path, const std::string& text) {

@@ -5,9 +5,9 @@
 #include <Eigen/Geometry>
 #include <fstream>
 #include <map>
-#include <sstream>
 #include <stdexcept>
 
+#include "common/base/read_file.h"
 #include "common/robot/mesh.h"
 #include "diagnosis/generator/robot_parts.h"
 #include "servers/model_parser/mesh_path.h"
@@ -161,10 +161,8 @@ class Builder {
 
 RobotPlan read_urdf_links(const std::string& urdf_path, SolePoints* points) {
   std::ifstream file(urdf_path);
-  std::stringstream text;
-  text << file.rdbuf();
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(without_visuals(text.str()));
-  if (!file || !model || !model->getRoot()) throw std::runtime_error(urdf_path + ": not a URDF that can be read");
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(without_visuals(read_rest(file, urdf_path)));
+  if (!model || !model->getRoot()) throw std::runtime_error(urdf_path + ": not a URDF that can be read");
   RobotPlan robot;
   robot.name = model->getName();
   robot.links.push_back({});

@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 
+#include "common/base/read_file.h"
 #include "diagnosis/generator/robot_parts.h"
 
 namespace hrp::cases {
@@ -38,13 +38,12 @@ std::string lock_upper_body(std::string urdf) {
 RobotPlan make_published(const std::string& models, const std::string& name, Prng& random) {
   const std::string file = models + "/" + name + "/" + name + ".urdf";
   std::ifstream in(file);
-  std::stringstream urdf;
-  urdf << in.rdbuf();
   if (!in) throw std::runtime_error("there is no " + file);
+  const std::string urdf = read_rest(in, file);
   char folder[] = "/tmp/hrp-walker-XXXXXX";
   if (!mkdtemp(folder)) throw std::runtime_error("no temporary folder");
   const std::string locked = std::string(folder) + "/robot.urdf";
-  std::ofstream(locked) << lock_upper_body(urdf.str());
+  std::ofstream(locked) << lock_upper_body(urdf);
   RobotPlan robot = make_standing_robot(locked, random);
   std::filesystem::remove_all(folder);
   return robot;
