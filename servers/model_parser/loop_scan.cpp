@@ -6,18 +6,14 @@
 
 #include <tinyxml2.h>
 
+#include "servers/model_parser/add_error.h"
 #include "servers/model_parser/urdf_scan.h"
-#include "servers/model_parser/xml_numbers.h"
+#include "servers/model_parser/xml_values.h"
 
 namespace hrp {
 namespace {
 
 using Element = tinyxml2::XMLElement;
-
-std::string get(const Element& element, const char* attribute) {
-  const char* value = element.Attribute(attribute);
-  return value == nullptr ? "" : value;
-}
 
 // A scenario's word for the kind of a loop; empty for an unknown one.
 std::string find_kind(const std::string& type) {
@@ -48,16 +44,12 @@ class LoopScanner {
 };
 
 void LoopScanner::error(const Element& at, const std::string& message) {
-  Diagnostic d;
-  d.file = scan_.file;
-  d.line = at.GetLineNum();
-  d.field = owner_ + (std::string(at.Name()) == "loop" ? "" : " <" + std::string(at.Name()) + ">");
-  d.message = message;
-  diagnostics_->add_error(d);
+  const std::string part = std::string(at.Name()) == "loop" ? "" : " <" + std::string(at.Name()) + ">";
+  add_error(scan_.file, at.GetLineNum(), owner_ + part, message, diagnostics_);
 }
 
 void LoopScanner::read_name(const Element& element, LoopScan* loop) {
-  loop->spec.name = get(element, "name");
+  loop->spec.name = get_attribute(element, "name");
   owner_ = "loop '" + loop->spec.name + "'";
   if (loop->spec.name.empty()) {
     owner_ = "<loop>";
@@ -92,7 +84,7 @@ void LoopScanner::read_frame(const Element& loop, const char* tag, std::string* 
   const Element* frame = loop.FirstChildElement(tag);
   if (frame == nullptr) return error(loop, std::string("has no <") + tag + " link=\"...\">");
   if (frame->NextSiblingElement(tag) != nullptr) error(*frame->NextSiblingElement(tag), "stands here again, expected one");
-  *link = get(*frame, "link");
+  *link = get_attribute(*frame, "link");
   check_link(*frame, *link);
   const Element* origin = frame->FirstChildElement("origin");
   if (origin == nullptr) return;
@@ -111,7 +103,7 @@ LoopScan LoopScanner::scan_loop(const Element& element) {
   LoopScan loop;
   loop.line = element.GetLineNum();
   read_name(element, &loop);
-  const std::string type = get(element, "type");
+  const std::string type = get_attribute(element, "type");
   loop.spec.kind = find_kind(type);
   if (loop.spec.kind.empty()) {
     error(element, "is of type '" + type + "', expected ball, pin or weld (also point, spherical; hinge, revolute, continuous; fixed)");

@@ -7,7 +7,8 @@
 
 #include <tinyxml2.h>
 
-#include "servers/model_parser/xml_numbers.h"
+#include "servers/model_parser/add_error.h"
+#include "servers/model_parser/xml_values.h"
 
 namespace hrp {
 namespace {
@@ -41,11 +42,6 @@ class Scanner {
   UrdfScan* scan_;
   Diagnostics* diagnostics_;
 };
-
-std::string get_attribute(const Element& element, const char* name) {
-  const char* value = element.Attribute(name);
-  return value == nullptr ? "" : value;
-}
 
 void Scanner::error(const Element& at, const std::string& owner, const std::string& message) {
   Diagnostic d;
@@ -245,16 +241,6 @@ void Scanner::scan_robot(const Element& robot) {
   for (const Element* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) scan_joint(*e);
   if (scan_->links.empty()) error(robot, "", "has no <link>");
   scan_->loops = scan_loops(robot, *scan_, diagnostics_);
-}
-
-void add_error(const std::string& file, int line, const std::string& field, const std::string& message,
-               Diagnostics* diagnostics) {
-  Diagnostic d;
-  d.file = file;
-  d.line = line;
-  d.field = field;
-  d.message = message;
-  diagnostics->add_error(d);
 }
 
 // Each link is walked through once: from it up to a root, or to one that was walked through before.

@@ -5,17 +5,12 @@
 
 #include <tinyxml2.h>
 
-#include "servers/model_parser/xml_numbers.h"
+#include "servers/model_parser/xml_values.h"
 
 namespace hrp {
 namespace {
 
 using Element = tinyxml2::XMLElement;
-
-std::string get(const Element& element, const char* attribute) {
-  const char* value = element.Attribute(attribute);
-  return value == nullptr ? "" : value;
-}
 
 const Element* find_first(const Element& root, const char* group, const char* name) {
   const Element* found = root.FirstChildElement(group);
@@ -39,7 +34,7 @@ class Reader {
 
  private:
   void walk(Element* at) {
-    const std::string name = get(*at, "name");
+    const std::string name = get_attribute(*at, "name");
     if (!name.empty()) result_.lines.emplace(std::make_pair(std::string(at->Name()), name), at->GetLineNum());
     if (std::string(at->Name()) == "geom" && at->Attribute("mesh") != nullptr) {
       at->DeleteAttribute("mesh");
@@ -52,8 +47,8 @@ class Reader {
   void read_meshes(const Element& root) {
     std::string folder;
     for (const Element* c = root.FirstChildElement("compiler"); c != nullptr; c = c->NextSiblingElement("compiler")) {
-      if (c->Attribute("assetdir") != nullptr) folder = get(*c, "assetdir");
-      if (c->Attribute("meshdir") != nullptr) folder = get(*c, "meshdir");
+      if (c->Attribute("assetdir") != nullptr) folder = get_attribute(*c, "assetdir");
+      if (c->Attribute("meshdir") != nullptr) folder = get_attribute(*c, "meshdir");
     }
     const Element* common = find_first(root, "default", "mesh");
     for (const Element* a = root.FirstChildElement("asset"); a != nullptr; a = a->NextSiblingElement("asset")) {
@@ -64,7 +59,7 @@ class Reader {
   }
 
   void add_mesh(const Element& element, const Element* common, const std::string& folder) {
-    const std::filesystem::path file = get(element, "file");
+    const std::filesystem::path file = get_attribute(element, "file");
     if (file.empty() || element.Attribute("class") != nullptr || element.Attribute("refpos") != nullptr ||
         element.Attribute("refquat") != nullptr) {
       return;
@@ -78,7 +73,7 @@ class Reader {
       if (numbers.empty()) return;
       mesh.scale = {numbers[0], numbers[1], numbers[2]};
     }
-    const std::string name = get(element, "name");
+    const std::string name = get_attribute(element, "name");
     result_.meshes[name.empty() ? file.stem().string() : name] = mesh;
   }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "servers/model_parser/add_error.h"
 #include "servers/model_parser/sdf/load_sdf.h"
 
 namespace hrp {
@@ -49,12 +50,7 @@ class Converter {
   };
 
   void error(int line, const std::string& field, const std::string& message) {
-    Diagnostic d;
-    d.file = file_;
-    d.line = line;
-    d.field = field;
-    d.message = message;
-    diagnostics_->add_error(d);
+    add_error(file_, line, field, message, diagnostics_);
   }
   void take(const sdf::Errors& errors, int line, const std::string& field) {
     for (const sdf::Error& e : errors) error(line, field, e.Message());
@@ -224,11 +220,10 @@ BodyTree read_sdf(const std::string& text, const std::string& path, bool floatin
   sdf::Root root;
   if (!load_sdf(text, path, &root, diagnostics)) return {};
   if (root.Model() != nullptr) return Converter(*root.Model(), path, diagnostics).convert(floating_base);
-  Diagnostic d;
-  d.file = path;
-  d.message = root.WorldCount() > 0 ? "has a <world>, expected a <model> right below <sdf>; worlds go into the scenario's 'world'"
-                                    : "has no <model> right below <sdf>";
-  diagnostics->add_error(d);
+  add_error(path, 0, "",
+            root.WorldCount() > 0 ? "has a <world>, expected a <model> right below <sdf>; worlds go into the scenario's 'world'"
+                                  : "has no <model> right below <sdf>",
+            diagnostics);
   return {};
 }
 

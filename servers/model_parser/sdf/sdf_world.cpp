@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "servers/model_parser/add_error.h"
 #include "servers/model_parser/mesh_path.h"
 #include "servers/model_parser/sdf/load_sdf.h"
 
@@ -25,12 +26,7 @@ class Reader {
 
  private:
   void error(int line, const std::string& field, const std::string& message) {
-    Diagnostic d;
-    d.file = scenario_.world;
-    d.line = line;
-    d.field = field;
-    d.message = message;
-    diagnostics_->add_error(d);
+    add_error(scenario_.world, line, field, message, diagnostics_);
   }
   Transform resolve(const sdf::SemanticPose& pose, const std::string& to, int line, const std::string& field) {
     ignition::math::Pose3d X;
@@ -142,10 +138,8 @@ WorldSpec read_sdf_world(const std::string& text, const Scenario& scenario, Diag
   sdf::Root root;
   if (!load_sdf(text, scenario.world, &root, diagnostics)) return {};
   if (root.WorldCount() == 1) return Reader(scenario, diagnostics).read(*root.WorldByIndex(0));
-  Diagnostic d;
-  d.file = scenario.world;
-  d.message = "has " + std::to_string(root.WorldCount()) + " <world> elements, expected one right below <sdf>";
-  diagnostics->add_error(d);
+  add_error(scenario.world, 0, "", "has " + std::to_string(root.WorldCount()) + " <world> elements, expected one right below <sdf>",
+            diagnostics);
   return {};
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "servers/model_parser/xml_numbers.h"
+#include "servers/model_parser/xml_values.h"
 
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
 #include <string>
+
+#include <tinyxml2.h>
 
 namespace hrp {
 
@@ -19,6 +21,11 @@ std::vector<double> parse_numbers(const char* text, size_t count) {
     numbers.push_back(value);
   }
   return numbers.size() == count ? numbers : std::vector<double>();
+}
+
+std::string get_attribute(const tinyxml2::XMLElement& element, const char* name) {
+  const char* value = element.Attribute(name);
+  return value == nullptr ? "" : value;
 }
 
 }  // namespace hrp
