@@ -3,6 +3,7 @@
 
 #include "common/effects/effect_info.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 
 namespace hrp::diagnosis {
@@ -35,7 +36,7 @@ constexpr const char* kHardening = "hardening_angle";
 bool is_untold_hardening(const Json& finding) {
   if (!is_effect(finding["effect"], EffectId::kFootHardening) || !is_number(finding["parameters"], kHardening)) return false;
   const Json& angle = finding["parameters"][kHardening];
-  const double std = (angle["ci95"][1].get<double>() - angle["ci95"][0].get<double>()) / (2 * 1.96);
+  const double std = (angle["ci95"][1].get<double>() - angle["ci95"][0].get<double>()) / (2 * kNinetyFive);
   return angle["value"].get<double>() < 4 * std;
 }
 

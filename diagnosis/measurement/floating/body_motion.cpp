@@ -22,17 +22,6 @@ bool has_flat_foot(const LeggedLog& log) {
 
 }  // namespace
 
-const char* get_source_name(MotionSource source) {
-  switch (source) {
-    case MotionSource::kNone: return "nothing";
-    case MotionSource::kFixed: return "the fixed base";
-    case MotionSource::kImu: return "IMU";
-    case MotionSource::kPose: return "base pose";
-    case MotionSource::kFoot: return "standing foot";
-  }
-  return "";
-}
-
 // q^-1 dq/dt = w / 2 and q^-1 d2q/dt2 = dw / 2 - w.w / 4, w in body axes.
 void calc_quaternion_rates(const Track* wxyz, size_t k, Vector3d* w, Vector3d* dw) {
   const Eigen::Quaterniond q = get_quaternion(wxyz, k);

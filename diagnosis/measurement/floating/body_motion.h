@@ -12,7 +12,6 @@ namespace hrp::diagnosis::floating {
 
 // Where rate and specific force of the base come from. kFoot: flat feet stand on the ground and do not move.
 enum class MotionSource { kNone, kFixed, kImu, kPose, kFoot };
-const char* get_source_name(MotionSource source);
 
 class BodyMotion {
  public:

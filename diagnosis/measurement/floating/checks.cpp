@@ -21,7 +21,6 @@ constexpr double kGravity = 0.003;   // gravity itself differs by so much from p
 constexpr double kOdd = 6;           // median deviations (four of a normal error) beyond which a recording is odd
 constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
-constexpr double kLift = 0.2;        // [m/s] of vertical speed that a walk may begin or end with
 constexpr double kWay = 0.3;         // [m] that a foot must have gone from its middle to tell a slope
 constexpr double kRaised = 0.002;    // [m] by which an edge may lift a foot that lies flat: soles are no flatter
 constexpr double kSlip = 0.02;       // [m/s] of a foot that slides
