@@ -28,7 +28,7 @@ class LoggerNodeTest : public testing::Test {
   LoggerNodeTest() : file_("node.mcap") {
     status_reader_ = subscribe<msg::ServerStatus>(bus_, topics::kServerStatus, Delivery::kReliable,
                                                   [this](const msg::ServerStatus& status) { status_ = status; });
-    logger_ = std::make_unique<LoggerNode>(NodeContext{&bus_, "logger", "hrp-logger"}, LoggerOptions{file_.path(), ""});
+    logger_ = std::make_unique<LoggerNode>(NodeContext{&bus_, "logger", "hrp-logger", ""}, LoggerOptions{file_.path(), ""});
     logger_->make_endpoints();
   }
 
@@ -220,7 +220,7 @@ TEST_F(LoggerNodeTest, AFullDiskIsAFaultAndTheLogStaysReadable) {
 
 TEST(LoggerNode, AnUnwritableFileIsSaidAtTheStart) {
   MemoryBus bus;
-  EXPECT_THROW(LoggerNode({&bus, "logger", "hrp-logger"}, {"no/such/folder/run.mcap", ""}), InputError);
+  EXPECT_THROW(LoggerNode({&bus, "logger", "hrp-logger", ""}, {"no/such/folder/run.mcap", ""}), InputError);
 }
 
 }  // namespace
