@@ -106,9 +106,14 @@ function(hrp_program name)
   endif()
 endfunction()
 
-# What tests find the tree and the programs by.
+# Where tests find the tree and the programs: "test_places.h". A header and no definition for every test, so that a clone in
+# another folder compiles again only what includes it.
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/test_places/test_places.h CONTENT "#pragma once
+#define HRP_SOURCE_DIR \"${PROJECT_SOURCE_DIR}\"
+#define HRP_BIN_DIR \"${CMAKE_BINARY_DIR}/bin\"
+")
 function(hrp_test_places target)
-  target_compile_definitions(${target} PRIVATE HRP_SOURCE_DIR="${PROJECT_SOURCE_DIR}" HRP_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
+  target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/test_places)
 endfunction()
 
 # hrp_test(NAME LABEL unit LINK x ...): builds NAME.cpp of this folder with GoogleTest and registers it.

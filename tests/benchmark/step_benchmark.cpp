@@ -17,6 +17,7 @@
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/mjcf.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -14,6 +14,7 @@
 #include "controller/play.h"
 #include "servers/console/trial/trial.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "test_places.h"
 #include "tests/conformance/bus_pair.h"
 
 #include <chrono>

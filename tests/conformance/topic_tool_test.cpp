@@ -14,6 +14,7 @@
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/ros_views.h"
 #include "hrp_idl/scheduling.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "common/multibody/tree_spec.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp::engines {
 

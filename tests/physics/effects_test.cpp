@@ -11,6 +11,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/multibody/momentum.h"
 #include "servers/dynamics/joint_effects.h"
+#include "test_places.h"
 #include "tests/physics/rigs.h"
 #include "tests/physics/scenario_robot.h"
 

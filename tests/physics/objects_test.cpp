@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "servers/console/trial/trial.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -15,6 +15,7 @@
 
 #include "common/base/diagnostics.h"
 #include "servers/console/trial/trial.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

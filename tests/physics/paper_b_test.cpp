@@ -15,6 +15,7 @@
 #include "diagnosis/identification/identify.h"
 #include "diagnosis/identification/motions.h"
 #include "diagnosis/identification/report.h"
+#include "test_places.h"
 
 namespace hrp::identification {
 namespace {

@@ -13,6 +13,7 @@
 #include "servers/console/trial/trial.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 #include "tests/engines/mujoco_engine.h"
 #include "tests/unit/multibody/random_tree.h"
 

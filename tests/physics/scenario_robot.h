@@ -7,6 +7,7 @@
 #include "servers/collision_checker/collision_world.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp {
 

@@ -11,6 +11,7 @@
 
 #include "diagnosis/identification/identify.h"
 #include "diagnosis/identification/motions.h"
+#include "test_places.h"
 
 namespace hrp::identification {
 namespace {

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "servers/console/trial/trial.h"
+#include "test_places.h"
 #include "tests/physics/scenario_robot.h"
 
 namespace hrp {

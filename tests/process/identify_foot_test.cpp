@@ -10,6 +10,7 @@
 #include "common/robot/scenario.h"
 #include "diagnosis/identification/motions.h"
 #include "diagnosis/identification/robot_log.h"
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

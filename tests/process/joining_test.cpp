@@ -11,6 +11,7 @@
 #include <cstdlib>
 
 #include "common/bus/domain.h"
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "common/mcap/reader.h"
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "common/messages/topics.h"
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

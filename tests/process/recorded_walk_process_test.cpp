@@ -10,6 +10,7 @@
 #include "common/mcap/reader.h"
 #include "common/messages/topics.h"
 #include "hrp_idl/dynamics.h"
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

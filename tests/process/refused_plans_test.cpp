@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

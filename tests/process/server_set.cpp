@@ -20,6 +20,7 @@
 #include "common/mcap/reader.h"
 #include "common/messages/topics.h"
 #include "hrp_idl/dynamics.h"
+#include "test_places.h"
 
 namespace hrp::test {
 namespace {

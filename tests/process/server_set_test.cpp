@@ -11,6 +11,7 @@
 
 #include "common/bus/make_bus.h"
 #include "common/messages/topics.h"
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "test_places.h"
 #include "tests/process/server_set.h"
 
 namespace hrp::test {

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/experiment_keys.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -10,6 +10,7 @@
 #include "common/messages/convert_robot.h"
 #include "common/messages/logged_description.h"
 #include "common/robot/surface_file.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

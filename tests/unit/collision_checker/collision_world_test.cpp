@@ -11,6 +11,7 @@
 
 #include "servers/collision_checker/sole_contact.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -9,6 +9,7 @@
 #include "common/robot/surface_file.h"
 #include "servers/collision_checker/collision_world.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "diagnosis/measurement/floating/body_units.h"
+#include "test_places.h"
 
 namespace hrp::diagnosis::floating {
 namespace {

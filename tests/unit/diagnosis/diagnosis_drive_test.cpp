@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "diagnosis/fixed_base.h"
+#include "test_places.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -24,6 +24,7 @@
 #include "diagnosis/measurement/floating/tracks.h"
 #include "diagnosis/many_drives/joint_torques.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp::diagnosis::floating {
 namespace {

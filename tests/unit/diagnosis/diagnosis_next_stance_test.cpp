@@ -10,6 +10,7 @@
 #include "diagnosis/next/stance_motions.h"
 #include "diagnosis/next/stance_trial.h"
 #include "diagnosis/report/report.h"
+#include "test_places.h"
 
 namespace hrp::diagnosis {
 namespace {

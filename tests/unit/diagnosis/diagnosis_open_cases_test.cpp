@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/report/report.h"
+#include "test_places.h"
 
 namespace hrp::diagnosis {
 namespace {

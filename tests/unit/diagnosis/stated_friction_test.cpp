@@ -7,6 +7,7 @@
 #include "diagnosis/data/urdf_text.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/stated_friction.h"
+#include "test_places.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -12,6 +12,7 @@
 #include "diagnosis/search/problem.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/windows.h"
+#include "test_places.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

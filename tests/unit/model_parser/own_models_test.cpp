@@ -7,6 +7,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/robot/sole.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

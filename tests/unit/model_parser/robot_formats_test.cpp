@@ -13,6 +13,7 @@
 #include "common/spatial/rpy.h"
 #include "servers/model_parser/mjcf/compiled_model.h"
 #include "servers/mujoco_dynamics/mjcf.h"
+#include "test_places.h"
 #include "tests/physics/scenario_robot.h"
 
 namespace hrp {

@@ -10,6 +10,7 @@
 
 #include "servers/model_parser/inertia_check.h"
 #include "servers/model_parser/mesh_path.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/ground_plane.h"
+#include "test_places.h"
 #include "tests/physics/scenario_robot.h"
 
 namespace hrp {

@@ -10,6 +10,7 @@
 
 #include "common/base/diagnostics.h"
 #include "controller/motion/leg.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

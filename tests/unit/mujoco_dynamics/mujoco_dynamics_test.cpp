@@ -7,6 +7,7 @@
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/engine.h"
 #include "servers/mujoco_dynamics/ground_law.h"
+#include "test_places.h"
 
 namespace hrp {
 namespace {

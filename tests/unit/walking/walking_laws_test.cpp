@@ -10,6 +10,7 @@
 #include "controller/walking/stabilizer.h"
 #include "controller/walking/whole_body.h"
 #include "servers/model_parser/robot_loader.h"
+#include "test_places.h"
 
 namespace hrp::walking {
 namespace {
