@@ -14,4 +14,37 @@ std::vector<LinkTerm> list_link_terms(const LinkData& data, const LinkSensors& s
 std::vector<Eigen::MatrixXd> calc_link_columns(const LinkRecording& recording, const std::vector<LinkTerm>& terms,
                                                const Experiment& experiment, LinkReadings* readings);
 
+// Columns of one recording, moment by moment. The rows of link_rows.h name the functions that fill them.
+class LinkColumns {
+ public:
+  LinkColumns(const LinkRecording& recording, const std::vector<LinkTerm>& terms, const Experiment& experiment, LinkReadings* readings);
+
+  Eigen::MatrixXd make(long moment);
+
+  void fill_load(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_mass(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_com(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_force(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_offset(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_spring(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_tilt(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_late_positions(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_bias(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_scale(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_late_sensor(const LinkTerm& term, Eigen::MatrixXd* out);
+  void fill_turn(const LinkTerm& term, Eigen::MatrixXd* out);
+
+ private:
+  Eigen::VectorXd calc_change(double delay) const;
+  std::vector<const ReadingGroup*> list_groups(const LinkTerm& term) const;
+
+  const LinkRecording& r_;
+  const std::vector<LinkTerm>& terms_;
+  LinkReadings& readings_;
+  std::vector<LinkReadings> turned_;  // by axis: forwards, backwards
+  Eigen::MatrixXd rate_;              // of the predicted readings
+  Eigen::VectorXd q_, v_, a_;
+  long moment_ = 0, width_ = 0;
+};
+
 }  // namespace hrp::diagnosis

@@ -32,59 +32,30 @@ struct Graded {
 Where make_place(const LinkDesign& d, const LinkTerm& term) {
   const TreeSpec& tree = d.experiment->robot.tree;
   if (term.of_link_encoder) return {{"sensor", "/joint_states_link/" + tree.joint(term.index).name + "/position"}};
-  if (term.place == PlaceKind::kLink) return {{"link", tree.links[static_cast<size_t>(term.index)].name}};
-  if (term.place == PlaceKind::kJoint) return {{"joint", tree.joint(term.index).name}};
-  if (term.place == PlaceKind::kNone) return {{"sensor", "/joint_states"}};
+  if (term.row->place == PlaceKind::kLink) return {{"link", tree.links[static_cast<size_t>(term.index)].name}};
+  if (term.row->place == PlaceKind::kJoint) return {{"joint", tree.joint(term.index).name}};
+  if (term.row->place == PlaceKind::kNone) return {{"sensor", "/joint_states"}};
   const std::string& name = term.group >= 0 ? d.groups[static_cast<size_t>(term.group)].reading.name
                                             : d.readings->sensors()[static_cast<size_t>(term.index)].name;
   return {{"sensor", name}};
 }
 
-// A zero of the encoder that gives the link's motion: of the joint's own, or of the second one.
-EffectId get_reported(const LinkTerm& term) { return term.of_link_encoder ? EffectId::kSensorBias : term.id; }
-
-// Parameters as the table has them, from coefficients p with deviations s.
-void find_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value,
-                 std::vector<double>* std) {
-  value->assign(p.data(), p.data() + p.size()), std->assign(s.data(), s.data() + s.size());
-  if (term.id == EffectId::kMassError || term.id == EffectId::kSensorScale) (*value)[0] = 1.0 + p[0];
-  if (term.id == EffectId::kPayload) {
-    const double mass = std::max(1e-12, p[0]);
-    for (long i = 1; i < 4; ++i) (*value)[static_cast<size_t>(i)] = term.near[i - 1] + p[i] / mass, (*std)[static_cast<size_t>(i)] = s[i] / mass;
-  }
-  if (term.id == EffectId::kSensorMisalignment) {  // a rotation vector, as roll, pitch, yaw
-    const Vector3d phi = p;
-    const Matrix3d R = Eigen::AngleAxisd(phi.norm(), phi.norm() > 0.0 ? phi.normalized() : Vector3d::UnitX()).toRotationMatrix();
-    *value = {std::atan2(R(2, 1), R(2, 2)), -std::asin(std::clamp(R(2, 0), -1.0, 1.0)), std::atan2(R(1, 0), R(0, 0))};
-  }
-  if (term.id == EffectId::kSpring) {
-    const double k = std::max(1e-12, p[0]);
-    (*value)[1] = -p[1] / k, (*std)[1] = std::hypot(s[1], (*value)[1] * s[0]) / k;
-  }
-}
-
 std::vector<Estimate> make_parameters(const LinkDesign& d, const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
   std::vector<double> value, std;
-  find_values(term, p, s, &value, &std);
-  const std::vector<EffectParameter>& row = get_effect(get_reported(term)).parameters;
+  find_link_values(term, p, s, &value, &std);
+  const std::vector<EffectParameter>& row = term.effect().parameters;
   std::vector<Estimate> list;
   for (size_t i = 0; i < value.size() && i < row.size(); ++i) {
     if (row[i].axis <= 0) {
       std::string unit = row[i].unit;
       if (unit.empty() && term.group >= 0) unit = d.groups[static_cast<size_t>(term.group)].reading.unit;
       if (unit.empty() && term.of_link_encoder) unit = "rad";
-      if (term.place == PlaceKind::kJoint) unit = get_joint_unit(d.experiment->robot.tree.joint(term.index), unit);
+      if (term.row->place == PlaceKind::kJoint) unit = get_joint_unit(d.experiment->robot.tree.joint(term.index), unit);
       list.push_back({row[i].name, unit, {}, {}, row[i].axis == 0 && term.columns > 1});
     }
     list.back().value.push_back(value[i]), list.back().std.push_back(std[i]);
   }
   return list;
-}
-
-const char* get_motion(EffectId id) {
-  if (id == EffectId::kSensorDelay) return "short, fast reversals";
-  if (id == EffectId::kSensorBias || id == EffectId::kJointOffset) return "many postures of the links beyond the sensor, held still";
-  return "slow motion through many postures, and fast reversals, with a known mass hung on and without";
 }
 
 class Judge {
@@ -144,29 +115,15 @@ class Judge {
   }
 
   bool move_points(LinkPoints* points) const {
-    constexpr double kNear = 1e-3;  // [m], [rad]
-    if (points->loads.empty()) {
-      for (const LinkSpec& link : e_.robot.tree.links) points->loads.push_back(link.inertia.p_LLcm_L);
-      points->turns.assign(sensors_.sensors.size(), Vector3d::Zero());
-      points->delays.assign(sensors_.sensors.size() + 1, 0.0);
-    }
     bool moved = false;
     for (size_t i = 0; i < out_.model.size(); ++i) {
       const LinkTerm& term = design_->terms[out_.model[i]];
-      if (term.id == EffectId::kSensorDelay) {
-        double& delay = points->delays[term.place == PlaceKind::kNone ? 0 : static_cast<size_t>(term.index) + 1];
-        moved = moved || std::abs(delay - out_.fit.theta[i][0]) > 0.02 * out_.fit.theta[i][0];
-        delay = out_.fit.theta[i][0];
-      }
-      if (term.id == EffectId::kSensorMisalignment) {
-        Vector3d& turn = points->turns[static_cast<size_t>(term.index)];
-        moved = moved || (turn - out_.fit.theta[i]).norm() > kNear;
-        turn = out_.fit.theta[i];
-      }
-      if (term.id != EffectId::kPayload || out_.fit.theta[i][0] <= 0.0) continue;
-      const Vector3d step = out_.fit.theta[i].tail<3>() / out_.fit.theta[i][0];
-      moved = moved || step.norm() > kNear;
-      points->loads[static_cast<size_t>(term.index)] += step;
+      if (!term.row->move) continue;
+      Vector3d near = term.near;
+      moved = term.row->move(out_.fit.theta[i], &near) || moved;
+      const LinkPoint* known = find_point(*points, *term.row, term.index);
+      if (known) (*points)[static_cast<size_t>(known - points->data())].near = near;
+      else points->push_back({term.row, term.index, near});
     }
     return moved;
   }
@@ -295,7 +252,7 @@ class Judge {
 
   Finding make_finding(const Graded& g) const {
     const LinkTerm& term = design_->terms[g.term];
-    const EffectInfo& row = get_effect(get_reported(term));
+    const EffectInfo& row = term.effect();
     Finding f;
     f.effect = row.name, f.family = get_family_name(row.family), f.where = make_place(*design_, term);
     f.parameters = make_parameters(*design_, term, g.theta, g.std);
@@ -305,9 +262,9 @@ class Judge {
     f.share = f.weight = g.share;
     for (const auto& [other, theta] : g.rivals) {
       const LinkTerm& rival = design_->terms[other];
-      const EffectInfo& info = get_effect(get_reported(rival));
+      const EffectInfo& info = rival.effect();
       f.alternatives.push_back({info.name, get_family_name(info.family), make_place(*design_, rival),
-                                make_parameters(*design_, rival, theta, 0.5 * theta.cwiseAbs()), get_motion(term.id)});
+                                make_parameters(*design_, rival, theta, 0.5 * theta.cwiseAbs()), term.row->motion});
     }
     f.statement = f.where.begin().value().get<std::string>() + ": " + row.phrase + ", " + describe(f.parameters) + " (" +
                   get_grade_name(f.grade) + "), by the sensors behind the gears. It takes away " + number(100.0 * g.share, 2) +
@@ -323,10 +280,10 @@ class Judge {
         continue;
       }
       const LinkTerm& term = design_->terms[g.term];
-      out_.evidence.not_identifiable.push_back({get_effect(get_reported(term)).name, make_place(*design_, term),
+      out_.evidence.not_identifiable.push_back({term.effect().name, make_place(*design_, term),
                                                 g.helps ? "sensors behind the gears do not tell it from none"
                                                         : "it helps sensors behind the gears to predict, but hardly",
-                                                get_motion(term.id)});
+                                                term.row->motion});
     }
     sort_findings(&out_.evidence.findings);
     out_.mismatch = out_.mismatch || !out_.evidence.findings.empty();  // a bias may be a small share of what is read
@@ -396,15 +353,14 @@ bool LinkVerdict::excludes(const std::string& effect, const Where& where, double
   if (!design) return false;
   for (size_t t = 0; t < design->terms.size(); ++t) {
     const LinkTerm& term = design->terms[t];
-    if (get_effect(get_reported(term)).name != effect || make_place(*design, term) != where) continue;
+    if (term.effect().name != effect || make_place(*design, term) != where) continue;
     LinkTerms with = model;
     const auto at = std::find(model.begin(), model.end(), t);
     if (at != model.end()) return false;
     with.push_back(t);
     const LinkFit both = fit_links(*design, with, true);
     const long last = both.covariance.rows() - term.columns;
-    const bool factor = term.id == EffectId::kMassError || term.id == EffectId::kSensorScale;
-    const double asked = std::abs(factor ? value - 1.0 : value), found = both.theta.back()[0];
+    const double asked = std::abs(term.row->factor ? value - 1.0 : value), found = both.theta.back()[0];
     const double std = std::sqrt(std::abs(both.covariance(last, last)));
     return asked > kResolves * std && std::abs(found) < 0.5 * asked;
   }
@@ -415,9 +371,9 @@ std::pair<double, double> LinkVerdict::find_torque_fault(int joint) const {
   std::pair<double, double> fault{0.0, 1.0};
   for (size_t i = 0; i < model.size(); ++i) {
     const LinkTerm& term = design->terms[model[i]];
-    if (term.place != PlaceKind::kSensor || design->readings->sensors()[static_cast<size_t>(term.index)].joint != joint) continue;
-    if (term.id == EffectId::kSensorBias) fault.first = fit.theta[i][0];
-    if (term.id == EffectId::kSensorScale) fault.second = 1.0 + fit.theta[i][0];
+    if (term.row->place != PlaceKind::kSensor || design->readings->sensors()[static_cast<size_t>(term.index)].joint != joint) continue;
+    if (term.row->effect->change.constant != 0.0) fault.first = fit.theta[i][0];
+    if (term.row->effect->change.of_reading != 0.0) fault.second = 1.0 + fit.theta[i][0];
   }
   return fault;
 }

@@ -19,21 +19,6 @@ constexpr long kStretches = 4;          // of a recording, each predicted from a
 constexpr double kMostSamples = 8000;   // moments of all recordings together
 constexpr double kExactShare = 1e-3;    // of a reading's spread: what integrators and filters of two engines differ by
 constexpr size_t kMostTerms = 8;
-constexpr double kLongest = 0.2;        // [s] that a sensor is late
-constexpr double kLeastScale = 0.2, kMostScale = 5.0, kMostAngle = 1.0;  // [rad]
-
-// [nats] Beforehand: what is fixed to a robot's links by people, what is set to zero each morning, costs least.
-double get_term_cost(const LinkTerm& term) {
-  switch (term.id) {
-    case EffectId::kPayload: return 9.0;  // four parameters
-    case EffectId::kComError: return 7.0;
-    case EffectId::kExternalForce: return 8.0;
-    case EffectId::kSensorMisalignment: return 8.0;
-    case EffectId::kSensorBias: return 2.0 + 1.5 * term.columns;
-    case EffectId::kSpring: return 6.0;
-    default: return term.place == PlaceKind::kLink && term.index == 0 ? 6.0 : 4.0;
-  }
-}
 
 Columns list_columns(const LinkDesign& design, const LinkTerms& model) {
   Columns columns;
@@ -107,7 +92,7 @@ double calc_evidence(const LinkDesign& design, const LinkTerms& model, const std
   double evidence = 0.0;
   for (size_t g = 0; g < cross.size(); ++g)
     evidence -= 0.5 * design.groups[g].effective * std::log(std::max({cross[g], design.groups[g].floor, 1e-300}));
-  for (size_t t : model) evidence -= get_term_cost(design.terms[t]);
+  for (size_t t : model) evidence -= design.terms[t].row->get_cost(design.terms[t].columns);
   return evidence;
 }
 
@@ -335,19 +320,16 @@ LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, Li
   return DesignMaker(data, sensors, readings, points).make();
 }
 
-bool is_physical(const LinkDesign& design, const LinkTerm& term, const Eigen::VectorXd& p) {
-  const TreeSpec& tree = design.experiment->robot.tree;
-  switch (term.id) {
-    case EffectId::kPayload:  // the mass; its place from the point near which it is linear
-      return p[0] > 0.0 && (term.near + p.tail<3>() / p[0]).norm() < calc_link_reach(tree, term.index);
-    case EffectId::kComError: return p.norm() < calc_link_reach(tree, term.index);
-    case EffectId::kMassError: return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
-    case EffectId::kSensorScale: return 1.0 + p[0] > kLeastScale && 1.0 + p[0] < kMostScale;
-    case EffectId::kSensorDelay: return p[0] > 0.0 && p[0] < kLongest;
-    case EffectId::kSpring: return p[0] > 0.0;
-    case EffectId::kJointOffset: case EffectId::kSensorMisalignment: return p.norm() < kMostAngle;
-    default: return true;
+const LinkPoint* find_point(const LinkPoints& points, const LinkTermRow& row, int index) {
+  for (const LinkPoint& point : points) {
+    if (point.row == &row && point.index == index) return &point;
   }
+  return nullptr;
+}
+
+bool is_physical(const LinkDesign& design, const LinkTerm& term, const Eigen::VectorXd& p) {
+  const LinkTermRow& row = *term.row;
+  return row.allows(term, p, row.needs_reach() ? calc_link_reach(design.experiment->robot.tree, term.index) : 0.0);
 }
 
 LinkFit fit_links(const LinkDesign& design, const LinkTerms& model, bool with_covariance) {

@@ -9,22 +9,11 @@
 
 #include <vector>
 
-#include "common/effects/effect_info.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/evidence/link_rows.h"
 #include "diagnosis/measurement/link_sensors.h"
 
 namespace hrp::diagnosis {
-
-struct LinkTerm {
-  EffectId id = EffectId::kNamed;
-  PlaceKind place = PlaceKind::kLink;  // kNone: late positions of all joints
-  int index = 0;     // link, joint or sensor
-  int group = -1;    // of one group of readings of that sensor; -1: of all
-  int columns = 1;
-  Vector3d near = Vector3d::Zero();  // near which it is linear: place of a load [m], turn of a sensor [rad], delay [s]
-  long first = 0;    // its first column
-  bool of_link_encoder = false;  // a joint's zero is that of its second encoder, which gives the link's motion
-};
 
 using LinkTerms = std::vector<size_t>;  // places in LinkDesign::terms
 
@@ -46,12 +35,14 @@ struct LinkDesign {
   bool has_held = false;
 };
 
-// What is not linear is linear near values that a fit before has found; empty: centres of mass, no turn.
-struct LinkPoints {
-  std::vector<Vector3d> loads;  // [m] by link
-  std::vector<Vector3d> turns;  // [rad] by sensor: rotation vectors
-  std::vector<double> delays;   // [s] of positions, then by sensor
+// What is not linear is linear near a point that a fit before has found; where there is none, near the row's start.
+struct LinkPoint {
+  const LinkTermRow* row = nullptr;
+  int index = 0;
+  Vector3d near = Vector3d::Zero();
 };
+using LinkPoints = std::vector<LinkPoint>;
+const LinkPoint* find_point(const LinkPoints& points, const LinkTermRow& row, int index);  // null: there is none
 
 LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points);
 
