@@ -59,8 +59,4 @@ struct Experiment {
 // Throws InputError with everything that cannot be used: file, line, column.
 Experiment load_experiment(const std::string& path);
 
-// Noise of a signal from its high-frequency content: the median absolute third difference, with the normal
-// distribution's factor; robust against jumps and blind to anything as smooth as a cubic over four samples.
-double estimate_noise(const std::vector<double>& signal);
-
 }  // namespace hrp::diagnosis

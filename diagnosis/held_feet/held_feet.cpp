@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/effects/units.h"
+#include "diagnosis/data/noise.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/families.h"

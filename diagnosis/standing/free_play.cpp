@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/noise.h"
 #include "diagnosis/standing/channels.h"
 
 namespace hrp::diagnosis::standing {

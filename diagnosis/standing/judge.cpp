@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/noise.h"
 #include "diagnosis/search/fit.h"
 
 namespace hrp::diagnosis::standing {

@@ -9,6 +9,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/csv.h"
+#include "diagnosis/data/noise.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/repair.h"
 #include "diagnosis/data/smooth.h"

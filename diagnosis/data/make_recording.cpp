@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/make_recording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "common/base/diagnostics.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
+                       const std::string& text) {
+  Diagnostic d;
+  d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
+  throw InputError(d);
+}
+
+// Stamps of the epoch (1.7e9 s) leave a double a quarter of a microsecond, too coarse for differences of differences:
+// they count from the recording's first whole second, in whole microseconds, which is all they ever held.
+void shift_epoch(Recording* recording, std::vector<std::string>* warnings) {
+  const double origin = std::floor(recording->time.front());
+  if (std::abs(origin) < 1e6) return;
+  for (double& t : recording->time) t = 1e-6 * std::round(1e6 * (t - origin));
+  char text[40];
+  std::snprintf(text, sizeof text, "%.0f", origin);
+  warnings->push_back(recording->spec.name + ": its times are said from " + text + " s on");
+}
+
+// Time stamps: finite, increasing, in seconds. Rows that repeat a stamp are dropped.
+std::vector<size_t> read_time(const Table& table, Recording* recording, std::vector<std::string>* warnings) {
+  const int column = table.find("time");
+  if (column < 0) fail(table.file, 1, 1, "time", "is missing: expected a column 'time' [s]");
+  const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
+  std::vector<size_t> rows;
+  size_t repeated = 0;
+  for (size_t k = 0; k < t.size(); ++k) {
+    if (!std::isfinite(t[k])) fail(table.file, table.lines[k], column + 1, "time", "is empty");
+    if (!rows.empty() && t[k] < t[rows.back()]) {
+      fail(table.file, table.lines[k], column + 1, "time",
+           "goes back from " + std::to_string(t[rows.back()]) + " to " + std::to_string(t[k]) + " s");
+    }
+    if (!rows.empty() && t[k] == t[rows.back()]) {
+      ++repeated;
+      continue;
+    }
+    rows.push_back(k);
+  }
+  if (rows.size() < 8) fail(table.file, 1, column + 1, "time", "has fewer than 8 different stamps");
+  for (size_t k : rows) recording->time.push_back(t[k]);
+  shift_epoch(recording, warnings);
+  if (repeated > 0) {
+    warnings->push_back(recording->spec.name + ": " + std::to_string(repeated) +
+                        " rows repeat the last time stamp and were dropped");
+  }
+  const double dt = recording->duration() / static_cast<double>(rows.size() - 1);
+  // Four samples a second show no motion of a joint: far more likely the column is not in seconds.
+  if (dt > 0.25) {
+    fail(table.file, table.lines[rows[1]], column + 1, "time",
+         "samples stand " + std::to_string(dt) +
+             " s apart: expected seconds, at most 0.25 s apart; are these " +
+             (dt > 1e5 ? "nanoseconds?" : dt > 100.0 ? "microseconds?" : "milliseconds?"));
+  }
+  return rows;
+}
+
+std::vector<double> take(const Table& table, int column, const std::vector<size_t>& rows) {
+  std::vector<double> values;
+  for (size_t k : rows) values.push_back(table.columns[static_cast<size_t>(column)][k]);
+  return values;
+}
+
+// False for a column without any number.
+bool any_finite(const std::vector<double>& values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+void fill_gaps(std::vector<double>* values) {
+  double last = 0.0;
+  for (double v : *values) {
+    if (std::isfinite(v)) {
+      last = v;
+      break;
+    }
+  }
+  for (double& v : *values) {
+    if (!std::isfinite(v)) v = last;
+    last = v;
+  }
+}
+
+bool is_constant(const std::vector<double>& values) {
+  double low = 1e300, high = -1e300;
+  for (double v : values) {
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  }
+  return !(high > low);
+}
+
+// Commanded positions move otherwise than the commanded rates say: by more than half of their own changes, as squares.
+bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
+  constexpr double kSeparate = 0.5;
+  double apart = 0.0, moved = 0.0;
+  for (size_t k = 1; k < joint.command_rate.size() && k < joint.command.size(); ++k) {
+    const double change = joint.command[k] - joint.command[k - 1];
+    const double told = 0.5 * (joint.command_rate[k] + joint.command_rate[k - 1]) * (time[k] - time[k - 1]);
+    apart += (change - told) * (change - told), moved += change * change;
+  }
+  return apart > kSeparate * moved;
+}
+
+void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, JointColumns* joint,
+                std::set<std::string>* used, const std::string& file, std::vector<std::string>* warnings) {
+  const auto column = [&](const std::string& key, std::vector<double>* values) {
+    const int index = table.find(key);
+    if (index < 0) return;
+    used->insert(key);
+    *values = take(table, index, rows);
+    if (any_finite(*values)) return;
+    warnings->push_back(file + ": column " + key + " is empty");
+    values->clear();
+  };
+  column("/joint_commands/" + name + "/position", &joint->command);
+  column("/joint_commands/" + name + "/velocity", &joint->command_rate);
+  for (int q = 0; q < kQuantities; ++q) {
+    const std::string key = "/joint_states/" + name + "/" + get_quantity_name(static_cast<Quantity>(q));
+    column(key, &joint->signal[q]);
+    if (!joint->signal[q].empty() && is_constant(joint->signal[q])) {
+      warnings->push_back(file + ": column " + key + " is constant: " + std::to_string(joint->signal[q].front()));
+    }
+  }
+  fill_gaps(&joint->command);
+  fill_gaps(&joint->command_rate);
+}
+
+// Columns of joints that the model has not, as of a gripper. Refused where one of the model's own joints is not there, whose
+// misspelt name it may be, and where the file has none of the model's joints.
+void leave_out_strangers(const Experiment& experiment, const Table& table, const std::string& file, std::set<std::string>* used,
+                         std::vector<std::string>* warnings) {
+  std::set<std::string> known, strangers;
+  std::vector<std::string> missing;
+  for (const std::string& column : *used) known.insert(get_joint(column));
+  known.erase("");
+  for (int j = 0; j < experiment.num_joints(); ++j) {
+    const std::string& name = experiment.robot.tree.joint(j).name;
+    if (!known.count(name)) missing.push_back(name);
+  }
+  for (size_t i = 0; i < table.names.size(); ++i) {
+    const std::string joint = get_joint(table.names[i]);
+    if (joint.empty() || used->count(table.names[i]) || known.count(joint)) continue;
+    const std::string near = find_nearest(joint, missing);
+    if (!near.empty() || known.empty())
+      fail(table.file, 1, static_cast<int>(i) + 1, table.names[i],
+           "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+    strangers.insert(joint), used->insert(table.names[i]);
+  }
+  std::string list;
+  for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
+  if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + list);
+}
+
+}  // namespace
+
+std::string get_joint(const std::string& column) {
+  if (column.rfind("/joint_states/", 0) != 0 && column.rfind("/joint_commands/", 0) != 0) return "";
+  const size_t begin = column.find('/', 1) + 1;
+  return column.substr(begin, column.rfind('/') - begin);
+}
+
+Recording make_recording(const Experiment& experiment, const RecordingSpec& spec, const Table& table,
+                         std::vector<std::string>* warnings) {
+  Recording recording;
+  recording.spec = spec;
+  const std::vector<size_t> rows = read_time(table, &recording, warnings);
+  std::set<std::string> used{"time"};
+  for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
+  recording.joints.resize(static_cast<size_t>(experiment.num_joints()));
+  for (int j = 0; j < experiment.num_joints(); ++j) {
+    read_joint(table, rows, experiment.robot.tree.joint(j).name, &recording.joints[static_cast<size_t>(j)], &used,
+               spec.name, warnings);
+    JointColumns& joint = recording.joints[static_cast<size_t>(j)];
+    joint.separate_rate = has_separate_rate(recording.time, joint);
+    if (joint.separate_rate)
+      warnings->push_back(spec.name + ": /joint_commands/" + experiment.robot.tree.joint(j).name +
+                          "/velocity is not the derivative of the commanded positions; the servo gets it as recorded");
+  }
+  leave_out_strangers(experiment, table, spec.name, &used, warnings);
+  for (size_t i = 0; i < table.names.size(); ++i) {
+    if (used.count(table.names[i])) continue;
+    std::vector<double> values = take(table, static_cast<int>(i), rows);
+    if (any_finite(values)) recording.other[table.names[i]] = std::move(values);
+  }
+  return recording;
+}
+
+}  // namespace hrp::diagnosis
