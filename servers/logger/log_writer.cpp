@@ -181,8 +181,12 @@ void LogWriter::write_step(bool with_answers) {
   }
   for (size_t i = 1; i < options_.topics.size(); ++i) {
     if (!(wanted & (1u << i))) continue;
-    if (options_.topics[i].rate == LogTopic::Rate::kWhenDue) write_parcel(step, place, i);
-    else write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
+    if (options_.topics[i].rate == LogTopic::Rate::kWhenDue) {
+      write_parcel(step, place.time, place.samples[i]);
+      std::vector<uint8_t>().swap(place.samples[i]);  // a picture in each slot would be gigabytes
+    } else {
+      write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
+    }
   }
   if (find_event_ && (wanted & kEventSources) == kEventSources) write_event(step, place);
   place.present = 0;
@@ -199,8 +203,8 @@ void LogWriter::write_event(uint64_t step, const Slot& place) {
   write_sample(find_channel(event_topic_), step, place.time, *event);
 }
 
-void LogWriter::write_parcel(uint64_t step, const Slot& place, size_t topic) {
-  for (const Part& part : unpack_(place.samples[topic])) write_sample(find_channel(part.topic), step, place.time, part.sample);
+void LogWriter::write_parcel(uint64_t step, double time, const std::vector<uint8_t>& sample) {
+  for (const Part& part : unpack_(sample)) write_sample(find_channel(part.topic), step, time, part.sample);
 }
 
 uint16_t LogWriter::find_channel(const LogTopic& topic) {

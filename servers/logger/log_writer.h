@@ -121,7 +121,7 @@ class LogWriter {
   void write_complete_steps();
   void write_step(bool with_answers);
   void write_event(uint64_t step, const Slot& place);
-  void write_parcel(uint64_t step, const Slot& place, size_t topic);
+  void write_parcel(uint64_t step, double time, const std::vector<uint8_t>& sample);
   uint16_t find_channel(const LogTopic& topic);
   void note_chunks_on_disk();
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
