@@ -19,7 +19,6 @@ constexpr uint64_t kMostAhead = 1024;
 }  // namespace
 
 VisionNode::VisionNode(const NodeContext& context) : NodeBase(context) {
-  listen<msg::RobotState>(topics::kRobotState, [this](const msg::RobotState& m) { take_state(m); });
   listen<msg::RobotDescription>(topics::kRobotDescription, [this](const msg::RobotDescription& m) { take_description(m); });
 }
 
@@ -30,7 +29,9 @@ void VisionNode::take_description(const msg::RobotDescription& message) {
   scenario_ = parse_scenario(robot.scenario, robot.scenario_path);
   waited_for_ = scenario_.sensors.every_picture || scenario_.logging.pictures;
   auto maker = std::make_unique<PictureMaker>(robot, scenario_);
-  for (const std::string& note : maker->notes()) say("not drawn: " + note);
+  std::string notes;
+  for (const std::string& note : maker->notes()) notes += "\n  not drawn: " + note;
+  if (!notes.empty()) say("some meshes cannot be read" + notes);
   worker_ = std::make_unique<LookWorker>(std::move(maker), waited_for_ ? LookWorker::Late::kQueue : LookWorker::Late::kDrop);
 }
 
@@ -62,7 +63,15 @@ std::vector<VisionNode::SensorViews> VisionNode::make_views() {
   return views;
 }
 
+// A reader of every state costs the run a datagram a step: there is none before somebody looks.
+void VisionNode::start_watching() {
+  if (watches_ || !views_made_ || !(waited_for_ || any_wanted_)) return;
+  watches_ = true;
+  listen<msg::RobotState>(topics::kRobotState, [this](const msg::RobotState& m) { take_state(m); });
+}
+
 void VisionNode::make_endpoints() {
+  start_watching();
   NodeBase::make_endpoints();
   if (views_made_) return;
   {
@@ -96,8 +105,11 @@ void VisionNode::for_each_view(Visit visit) {
 }
 
 void VisionNode::update_readers() {
-  for_each_view([](auto& view) { view.wanted = view.publisher.has_readers(); });
-  pictures_wanted_ = pictures_publisher_.has_readers();
+  any_wanted_ = pictures_wanted_ = pictures_publisher_.has_readers();
+  for_each_view([this](auto& view) {
+    view.wanted = view.publisher.has_readers();
+    any_wanted_ = any_wanted_ || view.wanted;
+  });
 }
 
 std::vector<size_t> VisionNode::find_wanted(const std::vector<size_t>& due) const {
@@ -231,10 +243,9 @@ void VisionNode::handle_idle(Clock::time_point now) {
 
 // A run that waits for its pictures waits for this.
 void VisionNode::report_progress() {
-  if (!any_state_) return;
   const auto oldest = worker_->find_oldest_step();
-  if (!waited_for_ || !oldest) set_phase(msg::SERVER_READY);
-  if (!waited_for_) return;
+  if (!waited_for_ || (any_state_ && !oldest)) set_phase(msg::SERVER_READY);
+  if (!waited_for_ || !any_state_) return;
   const uint64_t step = !oldest ? newest_step_ : *oldest > 0 ? *oldest - 1 : 0;
   const bool stands_still = newest_step_ == seen_step_;
   seen_step_ = newest_step_;
@@ -245,7 +256,7 @@ void VisionNode::report_progress() {
 
 std::string VisionNode::find_missing() const {
   if (!worker_) return "robot_description from model_parser";
-  return any_state_ ? "" : "robot_state from dynamics";
+  return any_state_ || !watches_ ? "" : "robot_state from dynamics";
 }
 
 bool VisionNode::is_drained() { return !waited_for_ || !worker_ || !worker_->find_oldest_step(); }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vision server on a bus. It reads the robot's states and publishes what cameras and lidars see of them, while somebody
-// reads that. Nobody waits for it, unless the scenario says so (sensors.every_picture, logging.pictures).
+// The vision server on a bus. It publishes what cameras and lidars see of the robot's states, while somebody reads that. Nobody waits for it, unless the scenario says so (sensors.every_picture, logging.pictures).
 #pragma once
 
 #include <chrono>
@@ -48,6 +47,7 @@ class VisionNode : public NodeBase {
     std::vector<View<RosPointCloud>> points;
   };
 
+  void start_watching();
   void take_description(const msg::RobotDescription& message);
   void take_state(const msg::RobotState& message);
   void take_repeat(const msg::RobotState& message);
@@ -68,12 +68,12 @@ class VisionNode : public NodeBase {
 
   Scenario scenario_;
   bool waited_for_ = false;     // the run waits for every picture
-  size_t num_joints_ = 0;
   std::unique_ptr<LookWorker> worker_;
   std::vector<SensorViews> views_;  // of each sensor
   bool views_made_ = false;
   Publisher<msg::Pictures> pictures_publisher_;
-  bool pictures_wanted_ = false;
+  bool pictures_wanted_ = false, any_wanted_ = false;
+  bool watches_ = false;        // reads the states
   Clock::time_point readers_asked_;
   QuestionFilter questions_;
   uint64_t epoch_ = 0, newest_step_ = 0, reported_step_ = 0;
