@@ -29,6 +29,7 @@ VENDORS = {
     "mujoco/": ["servers/mujoco_dynamics", "servers/model_parser/mjcf", "tests", "diagnosis/generator"],
     "sdf/": ["servers/model_parser/sdf"],
     "dart/": ["tests"],
+    "embree3/": ["servers/vision/embree"],
     "ceres/": ["diagnosis"],
     "boost/": ["servers/viewer"],
     "openssl/": ["common/base", "common/bus", "common/node"],

@@ -17,7 +17,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 run_packages=(
   cmake ninja-build g++ pkg-config python3
   libeigen3-dev liburdfdom-dev liburdfdom-headers-dev libconsole-bridge-dev libtinyxml2-dev
-  libmujoco-dev libsdformat-dev
+  libmujoco-dev libsdformat-dev libembree-dev
   libfcl-dev libyaml-cpp-dev libassimp-dev libpng-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev fastddsgen libfastcdr-dev libssl-dev
   libcli11-dev libzstd-dev liblz4-dev libdeflate-dev zlib1g-dev

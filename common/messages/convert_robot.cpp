@@ -112,6 +112,15 @@ CollisionShape get_shape(const msg::CollisionShape& m) {
   return shape;
 }
 
+void set_visual(const VisualShape& visual, msg::VisualShape* m) {
+  set_shape(visual.shape, &m->shape());
+  m->color({visual.color.x(), visual.color.y(), visual.color.z()});
+}
+
+VisualShape get_visual(const msg::VisualShape& m) {
+  return {get_shape(m.shape()), Vector3d(m.color()[0], m.color()[1], m.color()[2])};
+}
+
 void set_surface(const Surface& surface, msg::SurfaceDescription* m) {
   m->obstacle(surface.obstacle);
   for (const Vector3d& v : surface.mesh.vertices) m->vertices().push_back(to_message(v));
@@ -143,6 +152,9 @@ void check_references(const RobotDescription& robot) {
   }
   for (const CollisionShape& shape : robot.shapes) {
     if (shape.link < 0 || shape.link >= links) refuse("shape '" + shape.name + "'", "unknown link");
+  }
+  for (const VisualShape& visual : robot.visuals) {
+    if (visual.shape.link < 0 || visual.shape.link >= links) refuse("visual '" + visual.shape.name + "'", "unknown link");
   }
 }
 
@@ -188,6 +200,8 @@ void to_message(const RobotDescription& robot, msg::RobotDescription* message) {
   for (size_t i = 0; i < robot.shapes.size(); ++i) set_shape(robot.shapes[i], &message->shapes()[i]);
   message->surfaces().resize(robot.surfaces.size());
   for (size_t i = 0; i < robot.surfaces.size(); ++i) set_surface(*robot.surfaces[i], &message->surfaces()[i]);
+  message->visuals().resize(robot.visuals.size());
+  for (size_t i = 0; i < robot.visuals.size(); ++i) set_visual(robot.visuals[i], &message->visuals()[i]);
   message->warnings() = robot.warnings;
 }
 
@@ -212,6 +226,8 @@ void from_message(const msg::RobotDescription& message, RobotDescription* robot)
   for (const msg::CollisionShape& shape : message.shapes()) robot->shapes.push_back(get_shape(shape));
   robot->surfaces.clear();
   for (const msg::SurfaceDescription& surface : message.surfaces()) robot->surfaces.push_back(std::make_shared<Surface>(from_message(surface)));
+  robot->visuals.clear();
+  for (const msg::VisualShape& visual : message.visuals()) robot->visuals.push_back(get_visual(visual));
   robot->warnings = message.warnings();
   check_references(*robot);
 }

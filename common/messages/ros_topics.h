@@ -14,6 +14,20 @@ inline const TopicSpec kRosRobotDescription{"rt/robot_description", "std_msgs::m
 inline const TopicSpec kRosJointTrajectory{"rt/joint_trajectory", "trajectory_msgs::msg::dds_::JointTrajectory_", Retention::kStream, 16};
 inline const TopicSpec kRosPositionCommands{"rt/position_commands", "std_msgs::msg::dds_::Float64MultiArray_", Retention::kStream, 16};
 
+// Of a camera or a lidar of this name.
+inline TopicSpec make_color_image_topic(const std::string& camera) {
+  return {"rt/" + camera + "/image_raw", "sensor_msgs::msg::dds_::Image_", Retention::kStream, 4};
+}
+inline TopicSpec make_depth_image_topic(const std::string& camera) {
+  return {"rt/" + camera + "/depth/image_raw", "sensor_msgs::msg::dds_::Image_", Retention::kStream, 4};
+}
+inline TopicSpec make_camera_info_topic(const std::string& camera) {
+  return {"rt/" + camera + "/camera_info", "sensor_msgs::msg::dds_::CameraInfo_", Retention::kStream, 4};
+}
+inline TopicSpec make_points_topic(const std::string& lidar) {
+  return {"rt/" + lidar + "/points", "sensor_msgs::msg::dds_::PointCloud2_", Retention::kStream, 4};
+}
+
 // Services that steer a run, offered by the scheduler with --ros-services.
 inline const ServiceSpec kRosPause{"run/pause", "std_srvs::srv::dds_::SetBool"};
 inline const ServiceSpec kRosResume{"run/resume", "std_srvs::srv::dds_::Trigger"};
@@ -25,6 +39,14 @@ inline const TopicSpec* find_any_topic(const std::string& name) {
   for (const TopicSpec* topic : {&kRosClock, &kRosTf, &kRosTfStatic, &kRosRobotDescription, &kRosJointTrajectory, &kRosPositionCommands}) {
     if (topic->name == name) return topic;
   }
+  static const TopicSpec kAnyImage = make_color_image_topic("<camera>"), kAnyInfo = make_camera_info_topic("<camera>"),
+                         kAnyPoints = make_points_topic("<lidar>");
+  const auto ends_with = [&](const std::string& end) {
+    return name.rfind("rt/", 0) == 0 && name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
+  };
+  if (ends_with("/image_raw")) return &kAnyImage;
+  if (ends_with("/camera_info")) return &kAnyInfo;
+  if (ends_with("/points")) return &kAnyPoints;
   return find_known_topic(name);
 }
 

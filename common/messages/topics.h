@@ -23,6 +23,8 @@ inline const TopicSpec kRunControl{"hrp/run_control", "hrp::msg::RunControl"};
 inline const TopicSpec kRunStatus{"hrp/run_status", "hrp::msg::RunStatus", Retention::kLatest, 1};
 // For eyes only, see common/node/view_writer.h: as few as possible are kept.
 inline const TopicSpec kView{"hrp/view", "hrp::msg::View", Retention::kStream, 4};
+// What cameras and lidars took of one state; large.
+inline const TopicSpec kPictures{"hrp/pictures", "hrp::msg::Pictures", Retention::kStream, 4};
 inline const TopicSpec kRosJointStates{"rt/joint_states", "sensor_msgs::msg::dds_::JointState_"};
 // rt/imu/<name> and rt/wrench/<name> are made from these.
 inline const TopicSpec kRosImu{"rt/imu", "sensor_msgs::msg::dds_::Imu_"};
@@ -34,7 +36,7 @@ inline const TopicSpec* find_known_topic(const std::string& name) {
   static const TopicSpec* const kAll[] = {&kRobotDescription, &kModelRefused, &kRobotState,   &kSensorData,
                                           &kContactSet,       &kContactForces, &kJointCommands, &kServerStatus,
                                           &kStepGrant,        &kRunControl,    &kRunStatus,     &kView,
-                                          &kEvents,           &kRosJointStates};
+                                          &kEvents,           &kPictures,     &kRosJointStates};
   for (const TopicSpec* topic : kAll) {
     if (topic->name == name) return topic;
   }

@@ -31,7 +31,7 @@ RosViews::RosViews(Bus& bus, const RobotDescription& robot, const SensorsSpec& s
   urdf.data(robot.urdf);
   robot_description_.publish(urdf);
   tf2_msgs::msg::dds_::TFMessage_ fixed;
-  ros::set(tree_->make_fixed(), 0.0, &fixed);
+  ros::set(tree_->make_fixed(sensors), 0.0, &fixed);
   tf_static_.publish(fixed);
   clock_.resize(1);
   clock_[0].publisher = {bus, topics::kRosClock};

@@ -68,7 +68,7 @@ DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program, bo
   entry.vendor = run.entry.vendor;
   entry.token = make_run_token();
   entry.secured = secured;
-  entry.free_places = {"model_parser", "logger", "dynamics", "collision_checker", "controller"};
+  entry.free_places = {"model_parser", "logger", "dynamics", "collision_checker", "controller", "vision"};
   claim.describe(entry);
   return claim;
 }

@@ -82,11 +82,13 @@ void insert_foot_bush(const std::string& foot, const FootBushSpec& spec, RobotDe
   above.mass *= spec.upper_mass_ratio;
   above.I_LLcm_L *= spec.upper_mass_ratio;
   tree.frames.push_back({sole.name, parent, Transform{}});
-  for (CollisionShape& shape : robot->shapes) {
-    if (shape.link != upper) continue;
-    shape.link = parent;
-    shape.X_LG.p -= centre;
-  }
+  const auto move = [&](CollisionShape* shape) {
+    if (shape->link != upper) return;
+    shape->link = parent;
+    shape->X_LG.p -= centre;
+  };
+  for (CollisionShape& shape : robot->shapes) move(&shape);
+  for (VisualShape& visual : robot->visuals) move(&visual.shape);
 }
 
 void insert_foot_bushes(const Scenario& scenario, RobotDescription* robot) {

@@ -24,10 +24,17 @@ struct CollisionShape {
   bool sole = false;                      // belongs to a foot: may touch the ground
 };
 
+// A shape as eyes see it. Of its fields all but `sole` mean something.
+struct VisualShape {
+  CollisionShape shape;
+  Vector3d color{0.75, 0.78, 0.82};       // red, green, blue, 0 to 1
+};
+
 struct RobotDescription {
   TreeSpec tree;
   std::vector<CollisionShape> shapes;
   std::vector<std::shared_ptr<const Surface>> surfaces;  // of the scenario's obstacles that files give
+  std::vector<VisualShape> visuals;   // of a scenario with cameras or lidars; else nobody looks
   std::string urdf_path;
   std::string urdf;
   std::string scenario_path;

@@ -9,6 +9,7 @@
 #include "common/base/read_file.h"
 #include "common/robot/effect_section.h"
 #include "common/robot/scenario_sections.h"
+#include "common/robot/vision_section.h"
 #include "common/robot/yaml_map.h"
 
 namespace hrp {
@@ -127,6 +128,7 @@ Scenario parse_unchecked(const std::string& text, const std::string& path, Diagn
   try {
     YamlMap map(root, "", &context);
     read_all(map, &scenario);
+    check_look_rates(scenario, diagnostics);
   } catch (const YAML::Exception& error) {
     Diagnostic d;
     d.file = path;

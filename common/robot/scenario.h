@@ -12,6 +12,7 @@
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
 #include "common/effects/world_spec.h"
+#include "common/robot/vision_spec.h"
 #include "common/robot/walk_spec.h"
 #include "common/spatial/transform.h"
 
@@ -33,6 +34,7 @@ struct ObstacleSpec {
   double low = 0.0, high = 0.0;      // [m] heights of black and of white, where an image gives the heights
   Transform X_WG;
   double friction = 0.8;
+  Vector3d color{0.72, 0.70, 0.66};  // red, green, blue, 0 to 1
 
   bool is_surface() const { return shape == "mesh" || shape == "height_field"; }
 };
@@ -46,6 +48,7 @@ struct ObjectSpec {
   Transform X_WO;                    // at step 0; O: its middle
   Vector6d V_WO = Vector6d::Zero();  // [rad/s; m/s] at step 0
   double friction = 0.8;             // of two bodies the smaller one counts
+  Vector3d color{0.80, 0.55, 0.30};  // red, green, blue, 0 to 1
 };
 
 struct ImuSpec {
@@ -69,6 +72,11 @@ struct SensorsSpec {
   std::vector<WrenchSpec> wrenches;
   EncoderSpec encoders;
   bool base_pose = false;
+  std::vector<CameraSpec> cameras;
+  std::vector<LidarSpec> lidars;
+  bool every_picture = false;  // the run waits for its pictures: none is dropped
+
+  bool has_vision() const { return !cameras.empty() || !lidars.empty(); }
 };
 
 // A joint that closes a chain. Frame A in link_a and frame B in link_b are kept together.
@@ -138,6 +146,7 @@ struct HandSpec {
 struct LoggingSpec {
   std::string file;              // empty: chosen by the launcher
   std::string compression = "zstd";  // none, lz4, zstd
+  bool pictures = false;         // pictures and scans, too; the run then waits for them
 };
 
 struct Scenario {

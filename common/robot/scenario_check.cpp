@@ -29,6 +29,12 @@ class Checker {
   }
   void check_link(const std::string& key, const std::string& name) { check(key, name, links_, "link"); }
   void check_joint(const std::string& key, const std::string& name) { check(key, name, joints_, "joint that moves"); }
+  // One that may be fixed to the world, and has a frame of its own.
+  void check_sensor(const std::string& key, const std::string& link, const std::string& frame) {
+    if (!link.empty()) check_link(key + ".link", link);
+    if (std::find(links_.begin(), links_.end(), frame) == links_.end()) return;
+    diagnostics_->add_error(scenario_.make_diagnostic(key, "its frame would be '" + frame + "', which is a link of the robot"));
+  }
   // Names of whatever may touch: "all" stands for everything.
   void check_no_contact() {
     std::vector<std::string> bodies = links_;
@@ -172,6 +178,12 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   checker.check_no_contact();
   for (const ImuSpec& imu : scenario.sensors.imus) checker.check_link("sensors.imu." + imu.name + ".link", imu.link);
   for (const WrenchSpec& w : scenario.sensors.wrenches) checker.check_link("sensors.wrench." + w.name + ".link", w.link);
+  for (const CameraSpec& camera : scenario.sensors.cameras) {
+    checker.check_sensor("sensors.camera." + camera.name, camera.link, find_optical_frame_name(camera));
+  }
+  for (const LidarSpec& lidar : scenario.sensors.lidars) {
+    checker.check_sensor("sensors.lidar." + lidar.name, lidar.link, find_frame_name(lidar));
+  }
   for (const PushSpec& push : scenario.pushes) checker.check_link("pushes." + push.name + ".link", push.link);
   for (const HandSpec& hand : scenario.hands) checker.check_link("hands." + hand.name + ".link", hand.link);
   if (scenario.controller.type == "walk") {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/robot/disturbance_section.h"
+#include "common/robot/vision_section.h"
 #include "common/robot/walk_section.h"
 
 namespace hrp {
@@ -126,6 +127,7 @@ void read_obstacle(YamlMap& map, ObstacleSpec* obstacle) {
   map.vector3("rpy", &rpy, Bound::kAny, "rad");
   obstacle->X_WG.R = make_rotation_from_rpy(rpy);
   map.number("friction", &obstacle->friction, Bound::kNotNegative, "");
+  map.vector3("color", &obstacle->color, Bound::kUnitInterval, "");
 }
 
 void read_object(YamlMap& map, ObjectSpec* object) {
@@ -142,6 +144,7 @@ void read_object(YamlMap& map, ObjectSpec* object) {
   object->X_WO.R = make_rotation_from_rpy(rpy);
   object->V_WO << turning, velocity;
   map.number("friction", &object->friction, Bound::kNotNegative, "");
+  map.vector3("color", &object->color, Bound::kUnitInterval, "");
 }
 
 void read_loop(YamlMap& map, LoopSpec* loop) {
@@ -254,8 +257,8 @@ void read_sensors(YamlMap& map, SensorsSpec* sensors) {
   map.ignore("base_twist");  // says in which frames a recording has its twist
   map.ignore("joint_torque");  // joints whose recordings have a torque sensor or an encoder behind the gear
   map.ignore("link_encoder");
-  constexpr const char* kNoCamera = "there is no server of cameras, depth or lidar";
-  refuse(map, {{"camera", kNoCamera}, {"depth", kNoCamera}, {"lidar", kNoCamera}});
+  read_vision_sensors(map, sensors);
+  refuse(map, {{"depth", "a depth camera is a 'camera' with 'depth: true'"}});
 }
 
 void read_foot_bush(YamlMap& map, Scenario* scenario) {
@@ -321,6 +324,7 @@ void read_sensor_sections(YamlMap& map, Scenario* scenario) {
   map.child("logging", [&](YamlMap& child) {
     child.text("file", &scenario->logging.file);
     child.choice("compression", &scenario->logging.compression, {"none", "lz4", "zstd"});
+    child.flag("pictures", &scenario->logging.pictures);
   });
 }
 

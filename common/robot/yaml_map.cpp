@@ -122,18 +122,24 @@ bool YamlMap::decode_number(const YAML::Node& node, const std::string& path, Bou
   return true;
 }
 
-bool YamlMap::decode_three(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit,
-                           Vector3d* value) {
-  if (!node.IsSequence() || node.size() != 3) {
-    complain(node, path, "is " + describe(node) + ", expected a list of 3 numbers" + unit_text(unit));
+bool YamlMap::decode_list(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, size_t count,
+                          double* values) {
+  if (!node.IsSequence() || node.size() != count) {
+    complain(node, path, "is " + describe(node) + ", expected a list of " + std::to_string(count) + " numbers" + unit_text(unit));
     return false;
   }
-  Vector3d decoded;
   bool good = true;
-  for (int i = 0; i < 3; ++i) {
+  for (size_t i = 0; i < count; ++i) {
     const std::string element = path + "[" + std::to_string(i) + "]";
-    good = decode_number(node[static_cast<size_t>(i)], element, bound, unit, &decoded[i]) && good;
+    good = decode_number(node[i], element, bound, unit, &values[i]) && good;
   }
+  return good;
+}
+
+bool YamlMap::decode_three(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit,
+                           Vector3d* value) {
+  Vector3d decoded;
+  const bool good = decode_list(node, path, bound, unit, 3, decoded.data());
   if (good) *value = decoded;
   return good;
 }
@@ -203,6 +209,14 @@ void YamlMap::axes3(const std::string& key, Vector3d* value, Bound bound, const 
   }
   double all = 0.0;
   if (decode_number(node, path_of(key), bound, unit, &all)) *value = Vector3d::Constant(all);
+}
+
+void YamlMap::interval(const std::string& key, double* first, double* last, Bound bound, const std::string& unit) {
+  const YAML::Node node = find(key);
+  double ends[2];
+  if (!node.IsDefined() || !decode_list(node, path_of(key), bound, unit, 2, ends)) return;
+  if (ends[0] > ends[1]) return complain(node, path_of(key), "falls, expected the smaller number first");
+  *first = ends[0], *last = ends[1];
 }
 
 void YamlMap::names(const std::string& key, std::vector<std::string>* value) {

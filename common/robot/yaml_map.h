@@ -44,6 +44,8 @@ class YamlMap {
   void vector3(const std::string& key, Vector3d* value, Bound bound, const std::string& unit);
   // Three numbers, or one for all three axes.
   void axes3(const std::string& key, Vector3d* value, Bound bound, const std::string& unit);
+  // A list of two numbers, the second one not below the first.
+  void interval(const std::string& key, double* first, double* last, Bound bound, const std::string& unit);
   void names(const std::string& key, std::vector<std::string>* value);
   void numbers_by_name(const std::string& key, std::map<std::string, double>* value, Bound bound, const std::string& unit);
   void names_by_name(const std::string& key, std::map<std::string, std::vector<std::string>>* value);
@@ -78,6 +80,7 @@ class YamlMap {
   std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
   void complain(const YAML::Node& node, const std::string& path, const std::string& message);
   bool decode_number(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, double* value);
+  bool decode_list(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, size_t count, double* values);
   bool decode_three(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, Vector3d* value);
   bool decode_text(const YAML::Node& node, const std::string& path, std::string* value);
 

@@ -18,11 +18,16 @@ FrameTree::FrameTree(const TreeSpec& tree) : tree_(tree), world_("world") {
   if (tree.find_frame(world_) >= 0 || tree.find_link(world_) >= 0) world_ = "simulation_world";
 }
 
-std::vector<NamedTransform> FrameTree::make_fixed() const {
+std::vector<NamedTransform> FrameTree::make_fixed(const SensorsSpec& sensors) const {
   std::vector<NamedTransform> found;
   for (const FrameSpec& frame : tree_.frames) {
     if (frame.name != get_link(frame.link)) found.push_back({get_link(frame.link), frame.name, frame.X_LF});
   }
+  const auto find_parent = [this](const std::string& link) { return link.empty() ? world_ : link; };
+  for (const CameraSpec& camera : sensors.cameras) {
+    found.push_back({find_parent(camera.link), find_optical_frame_name(camera), camera.X_LC * make_optical_frame()});
+  }
+  for (const LidarSpec& lidar : sensors.lidars) found.push_back({find_parent(lidar.link), find_frame_name(lidar), lidar.X_LC});
   return found;
 }
 

@@ -7,6 +7,7 @@
 
 #include "common/multibody/state.h"
 #include "common/multibody/tree_spec.h"
+#include "common/robot/scenario.h"
 
 namespace hrp {
 
@@ -23,8 +24,8 @@ class FrameTree {
   const std::string& world() const { return world_; }
   // Throws std::out_of_range for a link that is not there.
   const std::string& get_link(int link) const { return tree_.links.at(static_cast<size_t>(link)).name; }
-  // Frames that are fixed to a moving link: every other link of the URDF.
-  std::vector<NamedTransform> make_fixed() const;
+  // Frames that do not move against their parent: every other link of the URDF, those of cameras (optical) and of lidars.
+  std::vector<NamedTransform> make_fixed(const SensorsSpec& sensors) const;
   // The base in the world and every other moving link in its parent. Overwrites `found`, whose memory is used again. Throws
   // std::invalid_argument for a state of another robot.
   void update_moving(const State& state, std::vector<NamedTransform>* found) const;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "servers/dynamics/sensors.h"
+#include "common/base/noise.h"
 
 namespace hrp::identification {
 namespace {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/noise.h"
 #include "servers/console/trial/trial.h"
 #include "servers/dynamics/sensors.h"
 

@@ -12,9 +12,6 @@
 
 namespace hrp {
 
-// Standard normal number that depends on nothing but its arguments: the order of calls does not matter.
-double calc_noise(unsigned long long seed, unsigned long long channel, unsigned long long step);
-
 // reading = quantised(R(rpy)^T scale value + bias + noise). `channel` numbers the first of the three axes.
 Vector3d apply_errors(const SensorErrors& errors, const Vector3d& value, unsigned long long seed,
                       unsigned long long channel, unsigned long long step);

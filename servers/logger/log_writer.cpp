@@ -54,6 +54,8 @@ LogWriter::LogWriter(const LogOptions& options)
   HRP_CHECK(options.topics.size() >= 2 && options.topics.size() <= kMaxTopics, options.topics.size() << " topics");
   HRP_CHECK(options.topics[0].rate == LogTopic::Rate::kOnce, options.topics[0].name);
   HRP_CHECK(options.chunk_steps > 0, options.chunk_steps);
+  // Channels are numbered as the topics, so one without a channel is the last.
+  for (size_t i = 0; i + 1 < options.topics.size(); ++i) HRP_CHECK(options.topics[i].rate != LogTopic::Rate::kWhenDue, options.topics[i].name);
 }
 
 void LogWriter::set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression) {
@@ -70,12 +72,18 @@ void LogWriter::set_events(const LogTopic& topic, FindEvent find_event) {
   find_event_ = std::move(find_event);
 }
 
+void LogWriter::set_parcels(IsDue is_due, Unpack unpack) {
+  is_due_ = std::move(is_due);
+  unpack_ = std::move(unpack);
+}
+
 uint32_t LogWriter::find_expected(uint64_t step, bool with_answers) const {
   const bool control_step = step % static_cast<uint64_t>(control_period_) == 0;
   uint32_t expected = 0;
   for (size_t i = 1; i < options_.topics.size(); ++i) {
     const LogTopic& topic = options_.topics[i];
     if (topic.rate == LogTopic::Rate::kEveryControlStep && !control_step) continue;
+    if (topic.rate == LogTopic::Rate::kWhenDue && !(is_due_ && is_due_(step))) continue;
     if (topic.answers_state && !with_answers) continue;
     expected |= 1u << i;
   }
@@ -141,10 +149,11 @@ void LogWriter::open_file() {
   mcap::ClaimedFile claim = claim_ ? std::move(*claim_) : claim_next_file();
   claim_.reset();
   files_.push_back(claim.path());
-  event_channel_.reset();
+  late_channels_.clear();
   auto file = std::make_unique<mcap::Writer>(std::move(claim), compression_);
   file->set_durable(options_.durable);
   for (const LogTopic& topic : options_.topics) {
+    if (topic.rate == LogTopic::Rate::kWhenDue) continue;
     file->add_channel(topic.name, file->add_schema(topic.type_name, "omgidl", topic.schema_text), "cdr");
   }
   writer_ = std::make_unique<mcap::BackgroundWriter>(std::move(file));
@@ -171,7 +180,13 @@ void LogWriter::write_step(bool with_answers) {
     throw;
   }
   for (size_t i = 1; i < options_.topics.size(); ++i) {
-    if (wanted & (1u << i)) write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
+    if (!(wanted & (1u << i))) continue;
+    if (options_.topics[i].rate == LogTopic::Rate::kWhenDue) {
+      write_parcel(step, place.time, place.samples[i]);
+      std::vector<uint8_t>().swap(place.samples[i]);  // a picture in each slot would be gigabytes
+    } else {
+      write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
+    }
   }
   if (find_event_ && (wanted & kEventSources) == kEventSources) write_event(step, place);
   place.present = 0;
@@ -185,8 +200,17 @@ void LogWriter::write_step(bool with_answers) {
 void LogWriter::write_event(uint64_t step, const Slot& place) {
   const std::vector<uint8_t>* event = find_event_(place.samples[1], place.samples[2]);
   if (event == nullptr) return;
-  if (!event_channel_) event_channel_ = writer_->add_channel(event_topic_.name, event_topic_.type_name, event_topic_.schema_text);
-  write_sample(*event_channel_, step, place.time, *event);
+  write_sample(find_channel(event_topic_), step, place.time, *event);
+}
+
+void LogWriter::write_parcel(uint64_t step, double time, const std::vector<uint8_t>& sample) {
+  for (const Part& part : unpack_(sample)) write_sample(find_channel(part.topic), step, time, part.sample);
+}
+
+uint16_t LogWriter::find_channel(const LogTopic& topic) {
+  const auto found = late_channels_.find(topic.name);
+  if (found != late_channels_.end()) return found->second;
+  return late_channels_[topic.name] = writer_->add_channel(topic.name, topic.type_name, topic.schema_text);
 }
 
 void LogWriter::note_chunks_on_disk() {

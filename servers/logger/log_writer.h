@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,7 +19,8 @@ namespace hrp {
 
 // A topic as it is written to the log.
 struct LogTopic {
-  enum class Rate { kOnce, kEveryStep, kEveryControlStep };
+  // kWhenDue: at the steps that set_parcels() says; its samples are taken apart before they are written.
+  enum class Rate { kOnce, kEveryStep, kEveryControlStep, kWhenDue };
   std::string name;         // "hrp/robot_state"
   std::string type_name;    // "hrp::msg::RobotState"
   std::string schema_text;  // self-contained IDL
@@ -53,6 +55,15 @@ class LogWriter {
   // The channel is made with its first sample, so logs without any have none.
   using FindEvent = std::function<const std::vector<uint8_t>*(const std::vector<uint8_t>&, const std::vector<uint8_t>&)>;
   void set_events(const LogTopic& topic, FindEvent find_event);
+  // The topic of rate kWhenDue, the last one, comes at these steps. It has no channel: `unpack` finds the samples in one of
+  // its own, each with its topic, whose channel is made with its first sample. Without this call it never comes.
+  struct Part {
+    LogTopic topic;
+    std::vector<uint8_t> sample;
+  };
+  using IsDue = std::function<bool(uint64_t step)>;
+  using Unpack = std::function<std::vector<Part>(const std::vector<uint8_t>& sample)>;
+  void set_parcels(IsDue is_due, Unpack unpack);
   // An encoded sample of topics[topic] whose first field is a msg::Header. Repeats and samples of old epochs are
   // dropped. Throws mcap::McapError when writing fails, std::invalid_argument when the bytes hold no header.
   void take(size_t topic, const uint8_t* data, size_t size);
@@ -110,6 +121,8 @@ class LogWriter {
   void write_complete_steps();
   void write_step(bool with_answers);
   void write_event(uint64_t step, const Slot& place);
+  void write_parcel(uint64_t step, double time, const std::vector<uint8_t>& sample);
+  uint16_t find_channel(const LogTopic& topic);
   void note_chunks_on_disk();
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
   Slot& slot(uint64_t step) { return slots_[step % kSlots]; }
@@ -122,7 +135,9 @@ class LogWriter {
   mcap::Compression compression_ = mcap::Compression::kZstd;
   LogTopic event_topic_;
   FindEvent find_event_;
-  std::optional<uint16_t> event_channel_;  // of this file
+  IsDue is_due_;
+  Unpack unpack_;
+  std::map<std::string, uint16_t> late_channels_;  // of this file, by topic: those that are made with a first sample
   std::unique_ptr<mcap::BackgroundWriter> writer_;
   std::deque<uint64_t> chunk_ends_;  // last steps of the chunks that were not on disk at the last look
   uint64_t chunks_seen_ = 0;         // of this file, on disk at the last look

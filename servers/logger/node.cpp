@@ -37,21 +37,24 @@ std::vector<LogTopic> make_log_topics() {
           make(topics::kContactForces, Rate::kEveryStep, false),
           make(topics::kSensorData, Rate::kEveryControlStep, false),
           make(topics::kContactSet, Rate::kEveryStep, true),
-          make(topics::kJointCommands, Rate::kEveryControlStep, true)};
+          make(topics::kJointCommands, Rate::kEveryControlStep, true),
+          make(topics::kPictures, Rate::kWhenDue, true)};
 }
 
 const TopicSpec& get_topic_spec(size_t index) {
   static const TopicSpec* const specs[] = {&topics::kRobotDescription, &topics::kRobotState, &topics::kContactForces,
-                                           &topics::kSensorData, &topics::kContactSet, &topics::kJointCommands};
+                                           &topics::kSensorData, &topics::kContactSet, &topics::kJointCommands,
+                                           &topics::kPictures};
   return *specs[index];
 }
-constexpr size_t kTopicCount = 6;
+constexpr size_t kTopicCount = 7, kPicturesTopic = 6;
 
 // Who fills a topic, for messages.
 const char* find_role(const std::string& topic) {
   if (topic == topics::kRobotDescription.name) return "model_parser";
   if (topic == topics::kContactSet.name) return "collision_checker";
   if (topic == topics::kJointCommands.name) return "controller";
+  if (topic == topics::kPictures.name) return "vision";
   return "dynamics";
 }
 
@@ -114,8 +117,15 @@ void LoggerNode::handle_decode_error(const std::string& topic, const std::string
 
 void LoggerNode::make_endpoints() {
   NodeBase::make_endpoints();
-  if (!raw_readers_.empty()) return;  // called again and again
-  for (size_t topic = 0; topic < kTopicCount; ++topic) listen_raw(topic);
+  if (raw_readers_.empty()) {  // called again and again
+    for (size_t topic = 0; topic < kPicturesTopic; ++topic) listen_raw(topic);
+  }
+  if (raw_readers_.size() < kTopicCount && logs_pictures()) listen_raw(kPicturesTopic);
+}
+
+bool LoggerNode::logs_pictures() {
+  std::lock_guard<std::recursive_mutex> lock(bus().mutex());
+  return logs_pictures_;
 }
 
 void LoggerNode::drop_endpoints() {
@@ -152,6 +162,7 @@ void LoggerNode::take_description(Bytes sample) {
   const std::string& word = options_.compression.empty() ? scenario.logging.compression : options_.compression;
   holds_ = scenario.controller.on_fault == "hold";
   watch_events(robot, scenario);
+  watch_pictures(scenario);
   log_.set_description(sample.data, sample.size, scenario.control_period, mcap::parse_compression(word));
   report_progress();
 }
@@ -168,6 +179,16 @@ void LoggerNode::watch_events(const msg::RobotDescription& robot, const Scenario
   event_finder_ = std::make_unique<EventFinder>(description, scenario);
   log_.set_events({topics::kEvents.name, topics::kEvents.type_name, find_schema_text(topics::kEvents.type_name)},
                   [this](const auto& state, const auto& forces) { return event_finder_->find(state, forces); });
+}
+
+// Whoever reads pictures makes the vision server take them, so only when they are asked for.
+void LoggerNode::watch_pictures(const Scenario& scenario) {
+  logs_pictures_ = scenario.logging.pictures && scenario.sensors.has_vision();
+  if (!logs_pictures_) return;
+  const auto is_due = [sensors = scenario.sensors, time_step = scenario.time_step, period = scenario.control_period](uint64_t step) {
+    return !find_looking_sensors(sensors.cameras, sensors.lidars, step, time_step, period).empty();
+  };
+  log_.set_parcels(is_due, unpack_pictures);
 }
 
 void LoggerNode::take_sample(size_t topic, Bytes sample) {

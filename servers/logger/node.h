@@ -45,6 +45,8 @@ class LoggerNode : public NodeBase {
   std::string find_wrong_end(const msg::StepGrant& grant) const;
   void take_description(Bytes sample);
   void watch_events(const msg::RobotDescription& robot, const Scenario& scenario);
+  void watch_pictures(const Scenario& scenario);
+  bool logs_pictures();
   void take_sample(size_t topic, Bytes sample);
   // Does the work; what it throws becomes the fault of this server, with the last step of the log.
   void attempt(const std::function<void()>& work);
@@ -62,6 +64,7 @@ class LoggerNode : public NodeBase {
   uint64_t last_next_step_ = 0;
   int quiet_looks_ = 0;       // in a row, in which nothing had come
   int late_looks_ = 0;        // in a row, in which the oldest step was late and no step was written
+  bool logs_pictures_ = false;
   bool holds_ = false;        // a controller may leave out commands
   bool any_last_ = false;     // last_epoch_ and last_step_ hold what a grant said
   bool last_known_ = false;   // the scheduler has said which step is the last one

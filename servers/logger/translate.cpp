@@ -4,6 +4,9 @@
 #include <cstring>
 
 #include "common/messages/cdr.h"
+#include "common/messages/reflection/schema.h"
+#include "common/messages/ros_topics.h"
+#include "hrp_idl/vision.h"
 
 namespace hrp {
 namespace {
@@ -24,6 +27,22 @@ bool read_start(const std::vector<uint8_t>& state, StateStart* start) {
 }
 
 }  // namespace
+
+std::vector<LogWriter::Part> unpack_pictures(const std::vector<uint8_t>& sample) {
+  msg::Pictures pictures;
+  decode({sample.data(), sample.size()}, &pictures);
+  std::vector<LogWriter::Part> parts;
+  for (msg::ViewSample& each : pictures.samples()) {
+    const TopicSpec* known = topics::find_any_topic(each.topic());
+    if (known == nullptr) continue;
+    LogTopic topic;
+    topic.name = each.topic();
+    topic.type_name = known->type_name;
+    topic.schema_text = find_schema_text(known->type_name);
+    parts.push_back({topic, std::move(each.bytes())});
+  }
+  return parts;
+}
 
 const std::vector<uint8_t>* EventFinder::find(const std::vector<uint8_t>& state, const std::vector<uint8_t>& forces) {
   StateStart start;

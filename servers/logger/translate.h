@@ -7,6 +7,7 @@
 
 #include "common/messages/convert.h"
 #include "common/robot/fall_watch.h"
+#include "servers/logger/log_writer.h"
 
 namespace hrp {
 
@@ -25,5 +26,8 @@ class EventFinder {
   ContactForces forces_;
   std::vector<uint8_t> event_;
 };
+
+// The samples of an encoded Pictures, each for its own topic of ROS 2.
+std::vector<LogWriter::Part> unpack_pictures(const std::vector<uint8_t>& sample);
 
 }  // namespace hrp

@@ -16,6 +16,7 @@
 #include "servers/model_parser/sdf/sdf_world.h"
 #include "servers/model_parser/urdf_scan.h"
 #include "servers/model_parser/urdf_tree.h"
+#include "servers/model_parser/urdf_visuals.h"
 
 namespace hrp {
 namespace {
@@ -131,6 +132,7 @@ RobotDescription parse_robot(const std::string& text, const std::string& path, c
   throw_errors(diagnostics);
   load_surfaces(scenario, &robot, &diagnostics);
   throw_errors(diagnostics);
+  if (scenario.sensors.has_vision()) robot.visuals = read_visuals(urdf.text, robot);
   insert_foot_bushes(scenario, &robot);
   merge_loops(loops, scenario, path, &robot, &diagnostics);
   throw_errors(diagnostics);

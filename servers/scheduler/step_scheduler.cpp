@@ -4,19 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
+#include <iterator>
 
 namespace hrp {
 namespace {
 
-constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
-// Grants stay within this many windows of what is on disk; writers keep more samples than that.
-constexpr uint64_t kLogWindows = 8;
+// Those that the run waits for when they are among its roles: their step says what they have done with.
+constexpr const char* kFollowers[] = {"logger", "vision"};
+// Grants stay within this many windows of what is on disk, or has been seen; writers keep more samples than that.
+constexpr uint64_t kFollowWindows = 8;
 // Dynamics says something every quarter of a second in any case: this long without a word is silence.
 constexpr auto kSilence = std::chrono::milliseconds(600);
 // Nobody leaves before the log has the last step, so that what got lost on its way can be sent again; but a logger that
 // stays silent for this long is not waited for. It then says itself what its file misses.
-constexpr auto kLogPatience = std::chrono::seconds(20);
+constexpr auto kFollowPatience = std::chrono::seconds(20);
 // A run that is stopped does the steps that were granted, and its log gets them. It is over after this time in any case.
 constexpr auto kStopPatience = std::chrono::seconds(2);
 
@@ -123,7 +124,8 @@ void StepScheduler::request_stop(const std::string& reason) {
 
 // What was granted cannot be taken back: its last step is the last one of the run, as if it had been planned so.
 void StepScheduler::request_end(Clock::time_point now) {
-  const bool somebody_missing = !late_.empty() && late_ != "logger";
+  const bool follower = std::find(std::begin(kFollowers), std::end(kFollowers), late_) != std::end(kFollowers);
+  const bool somebody_missing = !late_.empty() && !follower;
   if (stopping_ || !started_ || grant_.through_step == 0 || somebody_missing) return request_stop("");
   stopping_ = true;
   stop_time_ = now;
@@ -148,15 +150,21 @@ bool StepScheduler::is_ready() {
   return true;
 }
 
-uint64_t StepScheduler::find_log_limit() const {
-  if (!is_waited_for("logger")) return kNoLimit;
-  const auto found = reports_.find("logger");
-  const bool known = found != reports_.end() && found->second.epoch == grant_.epoch;
-  return (known ? found->second.step : 0) + kLogWindows * options_.window;
+std::vector<StepScheduler::Follower> StepScheduler::find_followers() const {
+  std::vector<Follower> followers;
+  for (const char* role : kFollowers) {
+    if (!is_waited_for(role)) continue;
+    const auto found = reports_.find(role);
+    const bool known = found != reports_.end() && found->second.epoch == grant_.epoch;
+    const uint64_t step = known ? found->second.step : 0;
+    followers.push_back({role, step, step + kFollowWindows * options_.window});
+  }
+  return followers;
 }
 
 uint64_t StepScheduler::find_limit(Clock::time_point now) const {
-  uint64_t limit = std::min(step_ + 2 * options_.window, find_log_limit());
+  uint64_t limit = step_ + 2 * options_.window;
+  for (const Follower& follower : find_followers()) limit = std::min(limit, follower.limit);
   if (end_step_ > 0) limit = std::min(limit, end_step_);
   if (paused_) return std::min(limit, paused_at_);
   if (speed_ > 0.0 && pace_started_) {
@@ -179,7 +187,9 @@ std::string StepScheduler::find_late(Clock::time_point now) const {
       if (found == reports_.end() || found->second.state != ServerState::kReady) return role;
     }
   }
-  if (step_ >= find_log_limit() || (at_end_ && now - end_time_ > kSilence)) return "logger";
+  for (const Follower& follower : find_followers()) {
+    if (step_ >= follower.limit || (at_end_ && now - end_time_ > kSilence && follower.step < end_step_)) return follower.role;
+  }
   return "";
 }
 
@@ -187,9 +197,9 @@ bool StepScheduler::is_over(Clock::time_point now) {
   if (end_step_ == 0 || !started_ || step_ < end_step_) return false;
   if (!at_end_) end_time_ = now;
   at_end_ = true;
-  if (!is_waited_for("logger") || now - end_time_ > kLogPatience) return true;
-  const ServerReport& logger = reports_.at("logger");
-  return logger.epoch == grant_.epoch && logger.step >= end_step_;
+  if (now - end_time_ > kFollowPatience) return true;
+  const std::vector<Follower> followers = find_followers();
+  return std::all_of(followers.begin(), followers.end(), [this](const Follower& follower) { return follower.step >= end_step_; });
 }
 
 void StepScheduler::update(Clock::time_point now) {

@@ -87,7 +87,13 @@ class StepScheduler {
   void restart_pace(Clock::time_point now);
   bool is_ready();
   uint64_t find_limit(Clock::time_point now) const;
-  uint64_t find_log_limit() const;
+  // A role that the run waits for, with how far the others may go for it.
+  struct Follower {
+    std::string role;
+    uint64_t step = 0;  // of this epoch that it has done with
+    uint64_t limit = 0;
+  };
+  std::vector<Follower> find_followers() const;
   std::string find_late(Clock::time_point now) const;
   // The last step has been reached, and it is on disk when the run is logged (or was waited for long enough).
   bool is_over(Clock::time_point now);

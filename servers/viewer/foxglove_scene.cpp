@@ -15,14 +15,16 @@ struct FoxgloveScene::Robot {
     arrow_scale = foxglove::calc_arrow_scale(Model(robot.tree).mass());
     std::vector<std::string> unread;  // meshes that cannot be read are shown by nobody
     shapes = foxglove::make_robot(robot, frames, 0.0, &unread);
-    fixed = foxglove::make_transforms(frames.make_fixed(), 0.0);
+    SensorsSpec sensors;
     try {
       const Scenario scenario = parse_scenario(robot.scenario, robot.scenario_path);
+      sensors = scenario.sensors;
       ground = make_ground_plane(scenario.ground);
       world = foxglove::make_world(robot, scenario, frames, 0.0);
     } catch (const std::exception&) {
       // A robot without a scenario that we understand still moves.
     }
+    fixed = foxglove::make_transforms(frames.make_fixed(sensors), 0.0);
   }
   FrameTree frames;
   GroundPlane ground;

@@ -5,18 +5,27 @@
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/logged_description.h"
-#include "common/messages/topics.h"
+#include "common/messages/ros_topics.h"
 #include "hrp_idl/dynamics.h"
 #include "servers/viewer/recording.h"
 
 namespace hrp {
 namespace {
 
+// The page shows none, and all of a log's would fill the memory.
+bool is_picture(const std::string& type) {
+  return type == topics::make_color_image_topic("").type_name || type == topics::make_points_topic("").type_name;
+}
+
 void add_topics(const mcap::Reader& reader, Recording* recording) {
   for (const auto& [id, channel] : reader.channels()) {
     const auto schema = reader.schemas().find(channel.schema_id);
     if (schema == reader.schemas().end() || schema->second.encoding != "omgidl" || channel.message_encoding != "cdr") {
       recording->add_note(channel.topic + " is no CDR with an omgidl schema: left out");
+      continue;
+    }
+    if (is_picture(schema->second.name)) {
+      recording->add_note(channel.topic + " is not shown: hrp-log image, rosbag or foxglove makes pictures of it");
       continue;
     }
     try {

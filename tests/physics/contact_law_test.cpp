@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "common/base/noise.h"
 #include "servers/dynamics/contact_law.h"
 #include "servers/dynamics/sensors.h"
 #include "servers/dynamics/twist_projection.h"

@@ -14,6 +14,9 @@ TEST(RosTypeHash, IsThatOfRos2) {
   EXPECT_EQ(calc_ros_type_hash("trajectory_msgs/msg/JointTrajectory"), "RIHS01_179b33eba59d676f6d967ac71fe35e7ca2f64b2f3928f4a018cec115e213796e");
   EXPECT_EQ(calc_ros_type_hash("std_msgs/msg/Float64MultiArray"), "RIHS01_1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f");
   EXPECT_EQ(calc_ros_type_hash("tf2_msgs/msg/TFMessage"), "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087");
+  EXPECT_EQ(calc_ros_type_hash("sensor_msgs/msg/Image"), "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47");
+  EXPECT_EQ(calc_ros_type_hash("sensor_msgs/msg/CameraInfo"), "RIHS01_b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275");
+  EXPECT_EQ(calc_ros_type_hash("sensor_msgs/msg/PointCloud2"), "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5");
   EXPECT_EQ(calc_ros_type_hash("std_srvs/srv/SetBool_Request"), "RIHS01_c62fbb99d94e1b25e8ef9e109f9581956bb1b3361a45a4e5810c36a90d29932e");
   EXPECT_EQ(calc_ros_type_hash("std_srvs/srv/SetBool_Response"), "RIHS01_d0814e7f7b4880ab77e9c57426c7aa1562ab69f11eef8e2e968812f9cbd0b059");
 }

@@ -168,13 +168,13 @@ TEST(SurfaceMessage, OneThatCannotBeIsRefused) {
   EXPECT_THROW(from_message(message), InputError);
 }
 
-TEST(LoggedDescription, OfBeforeThereWereSurfacesIsRead) {
+TEST(LoggedDescription, OfBeforeThereWereSurfacesOrVisualsIsRead) {
   msg::RobotDescription message, back;
   message.name("robot");
   message.warnings({"a", "bcd"});
   std::vector<char> buffer;
   const Bytes whole = encode(message, &buffer);
-  decode_logged({whole.data, whole.size - 4}, &back);  // without the number of surfaces
+  decode_logged({whole.data, whole.size - 8}, &back);  // without the numbers of surfaces and visuals
   EXPECT_EQ(back.name(), "robot");
   EXPECT_THAT(back.warnings(), ElementsAre("a", "bcd"));
   EXPECT_TRUE(back.surfaces().empty());
@@ -182,6 +182,10 @@ TEST(LoggedDescription, OfBeforeThereWereSurfacesIsRead) {
   message.surfaces()[1].obstacle("land");
   decode_logged(encode(message, &buffer), &back);
   ASSERT_EQ(back.surfaces().size(), 2u);
+  const Bytes with_surfaces = encode(message, &buffer);
+  decode_logged({with_surfaces.data, with_surfaces.size - 4}, &back);  // without the number of visuals
+  ASSERT_EQ(back.surfaces().size(), 2u);
+  EXPECT_TRUE(back.visuals().empty());
   EXPECT_EQ(back.surfaces()[1].obstacle(), "land");
   EXPECT_THROW(decode_logged({whole.data, 8}, &back), DecodeError);
 }

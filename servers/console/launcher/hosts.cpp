@@ -19,7 +19,7 @@
 namespace hrp {
 namespace {
 
-const std::vector<std::string> kMovable{"dynamics", "collision_checker", "controller"};
+const std::vector<std::string> kMovable{"dynamics", "collision_checker", "controller", "vision"};
 const std::vector<std::string> kKeys{"address", "user", "programs", "secure"};
 
 [[noreturn]] void refuse(const std::string& file, int line, const std::string& message) {
@@ -34,12 +34,12 @@ const std::vector<std::string> kKeys{"address", "user", "programs", "secure"};
 void check_role(const std::string& role, const std::string& file, int line) {
   if (std::find(kMovable.begin(), kMovable.end(), role) != kMovable.end()) return;
   if (role == "model_parser" || role == "scheduler" || role == "logger") {
-    refuse(file, line, role + " stays on the launcher's machine, where scenario, robot and log are; dynamics, collision_checker "
-                       "and controller can go to others");
+    refuse(file, line, role + " stays on the launcher's machine, where scenario, robot and log are; dynamics, collision_checker, "
+                       "controller and vision can go to others");
   }
   const std::string nearest = find_nearest(role, kMovable);
   refuse(file, line, "there is no server '" + role + "' that can go to another machine" +
-                         (nearest.empty() ? ": dynamics, collision_checker, controller" : "; did you mean " + nearest + "?"));
+                         (nearest.empty() ? ": dynamics, collision_checker, controller, vision" : "; did you mean " + nearest + "?"));
 }
 
 // A name that begins with '-' would be an option of ssh.

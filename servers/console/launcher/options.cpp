@@ -97,7 +97,7 @@ void check_hosts(const LaunchOptions& options) {
 
 const std::vector<std::string>& get_roles() {
   static const std::vector<std::string> roles{"model_parser", "scheduler",  "logger",
-                                              "dynamics",     "collision_checker", "controller"};
+                                              "dynamics",     "collision_checker", "controller", "vision"};
   return roles;
 }
 

@@ -13,6 +13,7 @@
 #include "servers/logger/node.h"
 #include "servers/model_parser/node.h"
 #include "servers/scheduler/node.h"
+#include "servers/vision/node.h"
 
 namespace hrp {
 
@@ -23,6 +24,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate", ""}; };
   SchedulerOptions scheduling;
   scheduling.roles = {"dynamics", "logger"};
+  if (scenario.sensors.every_picture && scenario.sensors.has_vision()) scheduling.roles.push_back("vision");
   scheduling.speed = options.speed;
   scheduling.paused = options.paused;
   SchedulerNode scheduler(context("scheduler"), scheduling, options.duration);
@@ -34,12 +36,16 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
   CollisionCheckerNode collision_checker(context("collision_checker"));
   ControllerNode controller(context("controller"), make_scenario_controller);
+  std::unique_ptr<VisionNode> vision;
+  if (scenario.sensors.has_vision()) vision = std::make_unique<VisionNode>(context("vision"));
   ModelParserNode model_parser(context("model_parser"), options.scenario, options.verbose);
 
   ProgressLine progress(options.quiet);
   auto first_step = Clock::now();
   bool stepped = false;
-  run_in_process({&scheduler, &logger, &dynamics, &collision_checker, &controller, &model_parser}, bus, &scheduler, [&] {
+  std::vector<Node*> nodes{&scheduler, &logger, &dynamics, &collision_checker, &controller, &model_parser};
+  if (vision) nodes.push_back(vision.get());
+  run_in_process(nodes, bus, &scheduler, [&] {
     const msg::RunStatus status = monitor.run_status();
     if (!stepped && status.step() > 0) first_step = Clock::now();
     stepped = stepped || status.step() > 0;

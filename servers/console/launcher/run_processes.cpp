@@ -50,6 +50,7 @@ const char* get_default_program(const std::string& role) {
   if (role == "logger") return "hrp-logger";
   if (role == "dynamics") return "hrp-dynamics";
   if (role == "collision_checker") return "hrp-collision-checker";
+  if (role == "vision") return "hrp-vision";
   return "hrp-controller";
 }
 
@@ -91,6 +92,8 @@ class ProcessRun {
   bool is_left_out(const std::string& role) const {
     return std::find(options_.without.begin(), options_.without.end(), role) != options_.without.end();
   }
+  // Nobody looks where there are no cameras and no lidars.
+  bool is_needed(const std::string& role) const { return role != "vision" || scenario_.sensors.has_vision(); }
   std::vector<std::string> make_role_arguments(const std::string& role) const;
   ChildSpec make_child(const std::string& role) const;
   std::vector<std::string> find_files_of(const std::string& role) const;
@@ -161,7 +164,9 @@ std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role
   if (role == "logger" && options_.force) arguments.push_back("--force");
   if (role == "logger" && options_.durable) arguments.push_back("--durable");
   if (role != "scheduler") return arguments;
-  arguments.insert(arguments.end(), {"--wait-for", is_left_out("logger") ? "dynamics" : "dynamics,logger"});
+  std::string waited_for = is_left_out("logger") ? "dynamics" : "dynamics,logger";
+  if (scenario_.sensors.every_picture && is_needed("vision")) waited_for += ",vision";
+  arguments.insert(arguments.end(), {"--wait-for", waited_for});
   arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
   if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", std::to_string(options_.duration)});
   if (options_.paused) arguments.push_back("--paused");
@@ -199,9 +204,12 @@ std::vector<std::string> ProcessRun::find_files_of(const std::string& role) cons
   if (role == "controller") return scenario_.controller.type == "motion" ? std::vector<std::string>{scenario_.controller.motion} : std::vector<std::string>{};
   if (role == "dynamics" && options_.programs.count(role) == 0) return {};
   std::vector<std::string> files;
-  for (const CollisionShape& shape : load_robot(scenario_).shapes) {
+  const RobotDescription robot = load_robot(scenario_);
+  const auto add = [&files](const CollisionShape& shape) {
     if (!shape.mesh.empty()) files.push_back(shape.mesh);
-  }
+  };
+  if (role != "vision") std::for_each(robot.shapes.begin(), robot.shapes.end(), add);
+  else for (const VisualShape& visual : robot.visuals) add(visual.shape);
   return files;
 }
 
@@ -268,7 +276,7 @@ void ProcessRun::start_all() {
   claim_.describe(entry);
   // Children first: this process has no threads yet.
   for (const std::string& role : get_roles()) {
-    if (is_left_out(role)) continue;
+    if (is_left_out(role) || !is_needed(role)) continue;
     if (options_.on.count(role) > 0) {
       start_remote(role);
     } else {

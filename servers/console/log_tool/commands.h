@@ -13,6 +13,11 @@ struct CatOptions {
   double from = 0.0, to = -1.0;  // [s] to < 0: until the end
 };
 
+struct ImageOptions {
+  std::string file, topic, out;
+  double at = 0.0;  // [s] the first one at or after this simulated time
+};
+
 struct ConvertOptions {
   std::string file, out;
   double rate = 100.0;  // [Hz] samples a second of simulated time, 0: every one
@@ -21,6 +26,7 @@ struct ConvertOptions {
 
 int show_info(const std::string& file);
 int show_messages(const CatOptions& options);
+int write_image(const ImageOptions& options);
 int write_csv(const std::string& file, const std::string& out);
 int write_plot(const std::string& file, const std::vector<std::string>& signals, const std::string& out);
 int show_hashes(const std::string& file);

@@ -61,6 +61,15 @@ int main(int argc, char** argv) {
   pictures->add_option("--count", look.count, "how many")->check(CLI::Range(1, 40));
   pictures->add_option("--azimuth", look.azimuth, "where the camera stands: 0 in front, pi/2 on the robot's left [rad]");
   pictures->add_option("--elevation", look.elevation, "of the camera [rad]");
+  hrp::ImageOptions image;
+  CLI::App* picture = add("image", "what a camera saw, as PNG: colours, or depth in millimetres of 16 bits", [&] {
+    hrp::check_output(file, out, force);
+    image.file = file, image.out = out;
+    return hrp::write_image(image);
+  });
+  picture->add_option("topic", image.topic, "head/image_raw, head/depth/image_raw")->required();
+  picture->add_option("--at", image.at, "simulated time [s]: the first one at or after it")->capture_default_str();
+  add_output(picture, "PNG file");
   hrp::ConvertOptions convert;
   const auto add_converter = [&](const char* name, const char* text, const char* out_text, int (*work)(const hrp::ConvertOptions&)) {
     CLI::App* command = add(name, text, [&, work] {

@@ -42,16 +42,23 @@ RosTopic& RosTopics::find_topic(const std::string& name, const std::string& type
 
 template <typename Message>
 void RosTopics::write(const std::string& topic, const char* type, const Message& message, const LogPlace& place, bool latched) {
-  RosTopic& at = find_topic(topic, type, latched);
-  const Bytes sample = encode(message, &buffer_);
+  write_sample(encode(message, &buffer_), place, &find_topic(topic, type, latched));
+}
+
+void RosTopics::write_sample(Bytes sample, const LogPlace& place, RosTopic* topic) {
   mcap::Message out;
-  out.channel_id = at.channel;
+  out.channel_id = topic->channel;
   out.sequence = place.sequence;
   out.log_time = out.publish_time = place.log_time;
   out.data = sample.data;
   out.size = sample.size;
   writer_.add_message(out);
-  ++at.count;
+  ++topic->count;
+}
+
+void RosTopics::on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) {
+  if (find_ros_definition(type) == nullptr) return;
+  write_sample(sample, place, &find_topic(topic.substr(2), type, false));
 }
 
 void RosTopics::write_frames(const std::vector<NamedTransform>& frames, const LogPlace& place, bool fixed) {
@@ -72,7 +79,7 @@ void RosTopics::on_robot(const RobotDescription& robot, const Scenario& scenario
   std_msgs::msg::dds_::String_ urdf;
   urdf.data(robot.urdf);
   write("/robot_description", "std_msgs/msg/String", urdf, place, true);
-  if (frames_ == Frames::kTf) write_frames(tree_->make_fixed(), place, true);
+  if (frames_ == Frames::kTf) write_frames(tree_->make_fixed(scenario.sensors), place, true);
 }
 
 void RosTopics::on_step(const State& state, const ContactForces& forces, const LogPlace& place) {

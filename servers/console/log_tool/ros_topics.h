@@ -37,12 +37,14 @@ class RosTopics final : public RunListener {
   void on_step(const State& state, const ContactForces& forces, const LogPlace& place) override;
   void on_sensors(const msg::SensorData& sensors, const LogPlace& place) override;
   void on_commands(const msg::JointCommands& commands, const LogPlace& place) override;
+  void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) override;
   const std::vector<RosTopic>& topics() const { return topics_; }
 
  private:
   // Channels are made with their first message.
   template <typename Message>
   void write(const std::string& topic, const char* type, const Message& message, const LogPlace& place, bool latched = false);
+  void write_sample(Bytes sample, const LogPlace& place, RosTopic* topic);
   RosTopic& find_topic(const std::string& name, const std::string& type, bool latched);
   void write_frames(const std::vector<NamedTransform>& frames, const LogPlace& place, bool fixed);
   void write_forces(const ContactForces& forces, const LogPlace& place);

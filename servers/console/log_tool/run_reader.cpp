@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/base/printable.h"
+#include "common/base/ros_definitions.h"
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
 #include "common/messages/convert_robot.h"
@@ -36,12 +37,13 @@ class Pass {
  public:
   Pass(double rate, RunListener* listener) : steps_(rate), sensors_(rate), commands_(rate), listener_(*listener) {}
 
-  void take(const std::string& topic, const mcap::Message& message) {
+  void take(const std::string& topic, const std::string& type, const mcap::Message& message) {
     listener_.on_message(message);
     const Bytes sample{message.data, message.size};
     place_ = {message.log_time, message.sequence, static_cast<double>(message.log_time) * 1e-9};
     if (topic == topics::kRobotDescription.name) return take_robot(sample);
     if (!has_robot_) return;
+    if (topic.rfind("rt/", 0) == 0) return listener_.on_picture(topic, find_ros_name(type), sample, place_);
     if (topic == topics::kRobotState.name) return take_state(sample);
     if (topic == topics::kContactForces.name) return take_forces(sample);
     if (topic == topics::kSensorData.name && sensors_.take(place_.time)) {
@@ -105,7 +107,9 @@ class Pass {
 int read_run(mcap::Reader* log, double rate, RunListener* listener) {
   Pass pass(rate, listener);
   log->read_messages([&](const mcap::Message& message) {
-    pass.take(log->channels().at(message.channel_id).topic, message);
+    const mcap::Channel& channel = log->channels().at(message.channel_id);
+    const auto schema = log->schemas().find(channel.schema_id);
+    pass.take(channel.topic, schema == log->schemas().end() ? "" : schema->second.name, message);
     return true;
   });
   if (!pass.has_robot()) throw std::runtime_error(log->path() + ": no log of a simulation: it has no robot");

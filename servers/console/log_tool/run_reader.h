@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "common/bus/bus.h"
 #include "common/mcap/reader.h"
 #include "common/multibody/state.h"
 #include "common/robot/robot_description.h"
@@ -30,6 +31,10 @@ class RunListener {
   virtual void on_step(const State& state, const ContactForces& forces, const LogPlace& place) = 0;
   virtual void on_sensors(const msg::SensorData& sensors, const LogPlace& place) = 0;
   virtual void on_commands(const msg::JointCommands& commands, const LogPlace& place) = 0;
+  // A picture or a scan ("rt/<camera>/image_raw") of this type of ROS 2, as it was sent, whatever the rate.
+  virtual void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) {
+    (void)topic, (void)type, (void)sample, (void)place;
+  }
   // Every message as it stands in the log, whatever the rate.
   virtual void on_message(const mcap::Message&) {}
 };

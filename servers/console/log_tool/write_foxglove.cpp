@@ -33,7 +33,7 @@ class FoxgloveFile final : public RunListener {
     urdf_ = robot.urdf;
     scenario_ = robot.scenario;
     ros_.on_robot(robot, scenario, place);
-    write(fixed_, foxglove::make_transforms(tree_->make_fixed(), place.time), place);
+    write(fixed_, foxglove::make_transforms(tree_->make_fixed(scenario.sensors), place.time), place);
     write(robot_, foxglove::make_robot(robot, *tree_, place.time, &notes_), place);
     write(world_, foxglove::make_world(robot, scenario, *tree_, place.time), place);
   }
@@ -45,9 +45,14 @@ class FoxgloveFile final : public RunListener {
   }
   void on_sensors(const msg::SensorData& sensors, const LogPlace& place) override { ros_.on_sensors(sensors, place); }
   void on_commands(const msg::JointCommands& commands, const LogPlace& place) override { ros_.on_commands(commands, place); }
+  void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) override {
+    ros_.on_picture(topic, type, sample, place);
+  }
   void on_message(const mcap::Message& message) override {
+    const auto channel = channels_.find(message.channel_id);
+    if (channel == channels_.end()) return;  // a picture: on_picture() writes it
     mcap::Message copy = message;
-    copy.channel_id = channels_.at(message.channel_id);
+    copy.channel_id = channel->second;
     writer_.add_message(copy);
     if (writer_.open_chunk_size() > kChunkSize) writer_.write_chunk();
   }
@@ -62,6 +67,7 @@ class FoxgloveFile final : public RunListener {
     std::map<uint16_t, uint16_t> schemas;
     for (const auto& [id, schema] : log.schemas()) schemas[id] = writer_.add_schema(schema.name, schema.encoding, schema.text);
     for (const auto& [id, channel] : log.channels()) {
+      if (channel.topic.rfind("rt/", 0) == 0) continue;
       channels_[id] = writer_.add_channel(channel.topic, schemas.at(channel.schema_id), channel.message_encoding);
     }
   }

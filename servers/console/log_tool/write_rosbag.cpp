@@ -39,6 +39,10 @@ class BagFileListener final : public RunListener {
     ros_.on_commands(commands, place);
     take(place);
   }
+  void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) override {
+    ros_.on_picture(topic, type, sample, place);
+    take(place);
+  }
   const std::vector<RosTopic>& topics() const { return ros_.topics(); }
   uint64_t begin() const { return begin_; }
   uint64_t duration() const { return end_ - begin_; }

@@ -95,6 +95,50 @@ std::vector<std::pair<int, uint32_t>> read_steps(const std::string& path) {
   return steps;
 }
 
+constexpr size_t kParcels = kTopicCount;
+constexpr uint64_t kParcelPeriod = 20;
+
+// The run of make_options() with a topic whose samples come every 20 steps and hold two of others.
+std::string write_run_with_parcels(const std::string& path, const std::vector<Sample>& samples, bool wanted) {
+  LogOptions options = make_options(path);
+  options.topics.push_back({"parcels", "t::P", "struct P {};", LogTopic::Rate::kWhenDue, true});
+  LogWriter log(options);
+  if (wanted) {
+    log.set_parcels([](uint64_t step) { return step % kParcelPeriod == 0; }, [](const std::vector<uint8_t>& sample) {
+      const LogTopic one{"one", "t::A", "struct A {};"}, other{"other", "t::B", "struct B {};"};
+      return std::vector<LogWriter::Part>{{one, {sample.begin(), sample.begin() + 20}}, {other, sample}};
+    });
+  }
+  describe(&log);
+  take_all(&log, samples);
+  log.close();
+  return read_file(path);
+}
+
+TEST(LogWriter, TakesParcelsApartAndWaitsForThoseThatAreDue) {
+  TemporaryFile file("parcels.mcap");
+  std::vector<Sample> run = make_run(1, 100), late = run;
+  std::vector<Sample> parcels;
+  for (uint64_t step = 0; step <= 100; step += kParcelPeriod) parcels.push_back(make_sample(kParcels, 1, step));
+  run.insert(run.begin(), parcels.begin(), parcels.end());
+  late.insert(late.end(), parcels.begin(), parcels.end());
+  const std::string expected = write_run_with_parcels(file.path(), run, true);
+  std::map<std::string, int> counts;
+  mcap::Reader reader(file.path());
+  reader.read_messages([&](const mcap::Message& message) { return ++counts[reader.channels().at(message.channel_id).topic] > 0; });
+  EXPECT_EQ(counts["one"], 5) << "none of the last step, whose answers nobody used";
+  EXPECT_EQ(counts["other"], 5);
+  EXPECT_EQ(counts["parcels"], 0);
+  EXPECT_EQ(write_run_with_parcels(file.path(), late, true), expected) << "however late they come";
+}
+
+TEST(LogWriter, WithoutParcelsTheFileIsAsIfThereWereNone) {
+  TemporaryFile file("no_parcels.mcap");
+  const std::vector<Sample> run = make_run(1, 100);
+  const std::string expected = write_run(file.path(), run);
+  EXPECT_EQ(write_run_with_parcels(file.path(), run, false), expected);
+}
+
 TEST(LogWriter, FileDoesNotDependOnTheOrderOfArrival) {
   TemporaryFile file("order.mcap");
   const std::vector<Sample> run = make_run(1, 200);

@@ -14,6 +14,7 @@
 #include "hrp_idl/ros_views.h"
 #include "hrp_idl/scheduling.h"
 #include "hrp_idl/view.h"
+#include "hrp_idl/vision.h"
 
 namespace hrp {
 
@@ -47,6 +48,10 @@ inline const std::vector<MessageCase>& find_every_message() {
       {"hrp::msg::RunControl", encode_again<msg::RunControl>},
       {"hrp::msg::RunStatus", encode_again<msg::RunStatus>},
       {"hrp::msg::View", encode_again<msg::View>},
+      {"hrp::msg::Pictures", encode_again<msg::Pictures>},
+      {"sensor_msgs::msg::dds_::Image_", encode_again<::sensor_msgs::msg::dds_::Image_>},
+      {"sensor_msgs::msg::dds_::CameraInfo_", encode_again<::sensor_msgs::msg::dds_::CameraInfo_>},
+      {"sensor_msgs::msg::dds_::PointCloud2_", encode_again<::sensor_msgs::msg::dds_::PointCloud2_>},
       {"sensor_msgs::msg::dds_::JointState_", encode_again<::sensor_msgs::msg::dds_::JointState_>},
       {"sensor_msgs::msg::dds_::Imu_", encode_again<::sensor_msgs::msg::dds_::Imu_>},
       {"geometry_msgs::msg::dds_::WrenchStamped_", encode_again<::geometry_msgs::msg::dds_::WrenchStamped_>},

@@ -104,16 +104,17 @@ TEST(Steps, NoneOrBillionsAreRefused) {
 
 // A run with a logger, whose reports the test gives.
 struct LoggedRun {
-  StepScheduler scheduler{[] {
-    SchedulerOptions options;
-    options.roles = {"dynamics", "logger"};
-    return options;
-  }()};
+  StepScheduler scheduler;
   StepScheduler::Clock::time_point now{std::chrono::seconds(1000)};
-  LoggedRun() {
-    scheduler.set_run(0.001, 0);
+  explicit LoggedRun(const std::string& follower = "logger", uint64_t end = 0) : scheduler(make_options(follower)) {
+    scheduler.set_run(0.001, end);
     report("dynamics", 0);
-    report("logger", 0);
+    report(follower, 0);
+  }
+  static SchedulerOptions make_options(const std::string& follower) {
+    SchedulerOptions options;
+    options.roles = {"dynamics", follower};
+    return options;
   }
   void report(const std::string& role, uint64_t step) {
     ServerReport report;
@@ -139,6 +140,25 @@ TEST(Stop, TheStepsThatWereGrantedAreDoneAndLoggedBeforeTheRunEnds) {
   run.report("logger", granted);
   EXPECT_EQ(run.scheduler.state(), RunState::kFinished);
   EXPECT_EQ(run.scheduler.step(), granted);
+}
+
+TEST(Vision, ThatARunWaitsForIsNeverFarBehindIt) {
+  LoggedRun run("vision", 1000);
+  for (uint64_t step = 0; step < 1000; step = std::min<uint64_t>(1000, run.scheduler.grant().through_step)) {
+    if (step == run.scheduler.step() && step > 0) break;
+    run.report("dynamics", step);
+  }
+  EXPECT_EQ(run.scheduler.grant().through_step, 512u) << "eight windows beyond what was seen";
+  EXPECT_EQ(run.scheduler.late(), "vision");
+  run.report("vision", 500);
+  run.report("dynamics", 640);
+  run.report("dynamics", 768);
+  run.report("dynamics", 896);
+  run.report("vision", 700);
+  run.report("dynamics", 1000);
+  EXPECT_EQ(run.scheduler.state(), RunState::kRunning) << "the last pictures are not there";
+  run.report("vision", 1000);
+  EXPECT_EQ(run.scheduler.state(), RunState::kFinished);
 }
 
 TEST(Stop, ALoggerThatSaysNothingDoesNotKeepTheRun) {

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "servers/vision/visible_world.h"
+
+#include <map>
+#include <stdexcept>
+
+#include "common/base/diagnostics.h"
+#include "common/multibody/kinematics.h"
+#include "common/robot/ground_plane.h"
+#include "common/robot/mesh.h"
+
+namespace hrp {
+namespace {
+
+const Vector3d kFloorColor(0.62, 0.62, 0.58);
+
+VisibleKind find_kind(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::kBox: return VisibleKind::kBox;
+    case ShapeKind::kSphere: return VisibleKind::kSphere;
+    case ShapeKind::kCylinder: return VisibleKind::kCylinder;
+    case ShapeKind::kMesh: return VisibleKind::kMesh;
+  }
+  return VisibleKind::kBox;
+}
+
+VisibleKind find_kind(const std::string& shape) {
+  return shape == "sphere" ? VisibleKind::kSphere : shape == "cylinder" ? VisibleKind::kCylinder : VisibleKind::kBox;
+}
+
+// Links on both sides of a robot often share a file.
+class MeshStore {
+ public:
+  // nullptr after a note.
+  std::shared_ptr<const Mesh> load(const CollisionShape& shape, std::vector<std::string>* notes) {
+    std::string key = shape.mesh;
+    for (const double factor : shape.scale) key += " " + std::to_string(factor);
+    const auto found = meshes_.find(key);
+    if (found != meshes_.end()) return found->second;
+    std::shared_ptr<const Mesh>& mesh = meshes_[key];
+    try {
+      mesh = std::make_shared<Mesh>(load_mesh(shape.mesh, shape.scale));
+    } catch (const InputError& error) {
+      notes->push_back(error.what());
+    }
+    return mesh;
+  }
+
+ private:
+  std::map<std::string, std::shared_ptr<const Mesh>> meshes_;
+};
+
+}  // namespace
+
+VisibleWorld::VisibleWorld(const RobotDescription& robot, const Scenario& scenario)
+    : model_(robot.tree, scenario.gravity_W), data_(model_), num_objects_(scenario.objects.size()) {
+  add_robot(robot);
+  if (scenario.ground.present) add_ground(scenario.ground);
+  for (const ObstacleSpec& obstacle : scenario.obstacles) add_obstacle(robot, obstacle);
+  for (size_t i = 0; i < scenario.objects.size(); ++i) add_object(scenario.objects[i], static_cast<int>(i));
+  poses_.resize(shapes_.size());
+}
+
+void VisibleWorld::add_robot(const RobotDescription& robot) {
+  MeshStore meshes;
+  for (const VisualShape& visual : robot.visuals) {
+    VisibleShape shape;
+    shape.body = visual.shape.link;
+    shape.kind = find_kind(visual.shape.kind);
+    shape.X_BG = visual.shape.X_LG;
+    shape.size = visual.shape.size;
+    shape.color = visual.color;
+    if (shape.kind == VisibleKind::kMesh) shape.mesh = meshes.load(visual.shape, &notes_);
+    if (shape.kind != VisibleKind::kMesh || shape.mesh) shapes_.push_back(shape);
+  }
+}
+
+void VisibleWorld::add_ground(const GroundSpec& ground) {
+  const GroundPlane plane = make_ground_plane(ground);
+  VisibleShape shape;
+  shape.kind = VisibleKind::kPlane;
+  shape.X_BG = {Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), plane.n_W).toRotationMatrix(), plane.offset * plane.n_W};
+  shape.color = kFloorColor;
+  shape.chequered = true;
+  shapes_.push_back(shape);
+}
+
+void VisibleWorld::add_obstacle(const RobotDescription& robot, const ObstacleSpec& obstacle) {
+  VisibleShape shape;
+  shape.X_BG = obstacle.X_WG;
+  shape.size = obstacle.size;
+  shape.color = obstacle.color;
+  shape.kind = find_kind(obstacle.shape);
+  if (!obstacle.is_surface()) return shapes_.push_back(shape);
+  shape.kind = VisibleKind::kMesh;
+  for (const auto& surface : robot.surfaces) {
+    if (surface->obstacle != obstacle.name) continue;
+    shape.mesh = std::make_shared<Mesh>(make_triangles(*surface));
+    shapes_.push_back(shape);
+  }
+}
+
+void VisibleWorld::add_object(const ObjectSpec& object, int index) {
+  VisibleShape shape;
+  shape.body = make_object_index(index);
+  shape.kind = find_kind(object.shape);
+  shape.size = object.size;
+  shape.color = object.color;
+  shapes_.push_back(shape);
+}
+
+Transform VisibleWorld::find_body_pose(int body, const ObjectStates& objects) const {
+  if (body == kGround) return {};
+  return is_object(body) ? objects[static_cast<size_t>(body - kFirstObject)].X_WB() : get_pose(data_, body);
+}
+
+void VisibleWorld::update(const State& state, const ObjectStates& objects) {
+  if (state.q.size() != model_.num_joints() || objects.size() != num_objects_) {
+    throw std::invalid_argument("a state of " + std::to_string(state.q.size()) + " joints and " + std::to_string(objects.size()) +
+                                " objects, the scenario has " + std::to_string(model_.num_joints()) + " and " +
+                                std::to_string(num_objects_));
+  }
+  update_kinematics(model_, state, &data_);
+  for (size_t i = 0; i < shapes_.size(); ++i) poses_[i] = find_body_pose(shapes_[i].body, objects) * shapes_[i].X_BG;
+}
+
+Transform VisibleWorld::find_mount_pose(const std::string& link, const Transform& X_LC) const {
+  if (link.empty()) return X_LC;
+  const int frame = model_.spec().find_frame(link);
+  if (frame < 0) throw std::invalid_argument("the robot has no link '" + link + "'");
+  return calc_frame_pose(model_, data_, frame) * X_LC;
+}
+
+}  // namespace hrp
