@@ -13,6 +13,8 @@ namespace {
 constexpr auto kReadersPeriod = std::chrono::milliseconds(10);
 // Progress is reported at least this often while the run waits for pictures: a quarter of the scheduler's window.
 constexpr uint64_t kReportSteps = 16;
+// A run that stands still before its first step repeats it every 50 ms; pictures are large.
+constexpr auto kRepeatPeriod = std::chrono::milliseconds(200);
 // The scheduler lets a run that waits get this far ahead: eight windows, and what was granted on top of them.
 constexpr uint64_t kMostAhead = 1024;
 
@@ -174,6 +176,9 @@ void VisionNode::take_repeat(const msg::RobotState& message) {
 
 // On topics of ROS 2 only what came before their readers did: a picture is large.
 void VisionNode::repeat_last() {
+  const auto now = Clock::now();
+  if (now - last_sent_ < kRepeatPeriod) return;
+  last_sent_ = now;
   if (pictures_wanted_) pictures_publisher_.publish(last_);
   if (last_.header().step() != 0) return;
   for (const msg::ViewSample& sample : last_.samples()) {
@@ -229,6 +234,7 @@ void VisionNode::publish(const LookDone& done) {
     }
   }
   if (pictures_wanted_) pictures_publisher_.publish(last_);
+  last_sent_ = Clock::now();
 }
 
 void VisionNode::handle_idle(Clock::time_point now) {

@@ -80,6 +80,7 @@ class VisionNode : public NodeBase {
   uint64_t seen_step_ = 0;      // the newest one at the last look at progress
   bool any_state_ = false;
   msg::Pictures last_;          // that were sent
+  Clock::time_point last_sent_;
   std::vector<size_t> last_sensors_;  // whose they are; empty: none was sent in this epoch
   uint64_t taken_ = 0, dropped_ = 0;  // pictures
 };

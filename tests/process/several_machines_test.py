@@ -191,6 +191,18 @@ class Launched(unittest.TestCase):
                     self.assertIn("warning: this run leaves the machine without encryption", said)
                     self.check_same(log, DURATION)
 
+    def test_pictures_of_a_vision_server_on_another_machine_have_the_bytes_of_one_here(self):
+        scenario = str(SOURCE / "models/scenarios/cameras.yaml")
+        run(str(BIN / "hrp-simulate"), scenario, "--in-process", "--duration", DURATION, "--log", str(self.folder / "here.mcap"), "--no-plot")
+        for vendor in ("cyclone", "fast"):
+            with Cable() as cable:
+                words = [scenario, "--on", "vision=desk", "--duration", DURATION, "--dds", vendor]
+                status, said = self.finish(self.start(cable, words, f"{vendor}.mcap"))
+                self.assertEqual(status, 0, said)
+            compared = subprocess.run([str(BIN / "hrp-log"), "compare", str(self.folder / f"{vendor}.mcap"), str(self.folder / "here.mcap")],
+                                      capture_output=True, text=True)
+            self.assertIn("every payload the same", compared.stdout, compared.stderr)
+
     def test_delay_and_loss_change_no_byte(self):
         if not os.path.exists("/dev/net/tun"):
             self.skipTest("SKIPPED: no /dev/net/tun to make a slow cable of")
