@@ -148,6 +148,18 @@ void doubt_findings(Json* report) {
   if (verdict == "explained" || verdict == "mostly_explained") (*report)["verdict"] = "partly_explained";
 }
 
+// Nothing tells what drives do, and no attitude was recorded: only bodies, soles and sensors can be judged. The equations
+// of feet know flat feet that stand and every IMU. The standing robot's engine integrates one gyroscope, and what that
+// attitude errs by looked like a late IMU, or like a force.
+bool is_of_bodies_alone(const Experiment& e) {
+  if (!e.scenario.floating_base || e.scenario.drive != "motion") return false;
+  return std::none_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) {
+    const bool effort = std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kEffort); });
+    const bool attitude = std::any_of(r.other.begin(), r.other.end(), [](const auto& c) { return c.first.find("/orientation/") != std::string::npos; });
+    return effort || attitude;
+  });
+}
+
 // In whatever schema the engine speaks.
 Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   Reports reports;
@@ -156,6 +168,8 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   // The standing robot's engine takes no landing for what it is: it would name something for it.
   const bool walks = judge_legged(e, progress, true, &walked);
   if (walks) return walked;
+  Reports bodies;
+  if (is_of_bodies_alone(e) && judge_legged(e, progress, false, &bodies) && (is_settled(bodies) || !bodies.report["findings"].empty())) return bodies;
   if (standing::diagnose_standing(problem, progress, &reports)) {
     Reports stood;
     const bool open = !is_settled(reports) && judge_legged(e, progress, false, &stood);

@@ -147,11 +147,13 @@ class Lister {
     gain.low = -0.9, gain.high = 4, gain.least = kSmallScale;
   }
 
-  // One factor, or one zero, of all force sensors: they often share an amplifier or a calibration.
+  // One factor, or one zero, of all force sensors: they often share an amplifier or a calibration. The factor is of their
+  // moments, too: as much as if all masses were wrong by it.
   void add_all_sensors() {
     Terms scale, zero;
     for (int s = 0; s < at_.sensors; ++s) {
       scale.emplace_back(at_.sensor(s, kForceScaleColumn), 1.0), zero.emplace_back(at_.sensor(s, kForceBiasColumn + 2), 1.0);
+      if (log_.sensors[static_cast<size_t>(s)].has_wrench()) scale.emplace_back(at_.sensor(s, kTorqueScaleColumn), 1.0);
     }
     if (at_.sensors < 2) return;
     Candidate& all = add(EffectId::kSensorScale, {{"sensor", "/wrench"}}, -1, {scale});
