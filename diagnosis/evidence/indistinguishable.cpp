@@ -17,6 +17,7 @@ constexpr double kBeyondRipple = 2.0;
 // [rad] Ripples of motors behind gears have periods below a third of this; within one they look like a bias.
 constexpr double kManyPeriods = 0.5;
 const char* const kMotion = "constant speeds from the slowest on, in both directions";
+const char* const kWarmth = "the same motion cold and warm: an asymmetry changes with the friction, a constant torque does not";
 const char* const kCommands = "record the commands and the servo's gains, or weigh the effort at rest with a known mass";
 
 Where make_log_place(const Experiment& e, int joint) { return {{"sensor", e.signal_name(joint, Quantity::kEffort)}}; }
@@ -31,6 +32,24 @@ std::vector<Estimate> make_curve(const DryCurve& curve) {
           make_ranged("stribeck_velocity", "rad/s", curve.velocity, 0.0)};
 }
 
+// Friction of level x (1 +- asymmetry) is one of that level beside a torque of level x asymmetry. It cannot turn its sign.
+void add_asymmetry(const Where& joint, const GradedTerm& constant, const GradedTerm& level, std::vector<Alternative>* list) {
+  const double c = level.parameters[0], share = constant.parameters[0] / c;
+  if (!(c > 0.0) || std::abs(share) > 1.0) return;
+  const double width = std::hypot(constant.width[0], share * level.width[0]) / c;
+  list->push_back(make_alternative(EffectId::kCoulomb, joint, {{"level", "N m", {c}, {level.width[0]}, false},
+                                                               {"asymmetry", "1", {share}, {width}, false}}, kWarmth));
+}
+
+// With a torque constant of 1 + mu, friction of mu times the load either way costs nothing logged while lifting, and
+// while lowering (1 - mu) / (1 + mu) of the load: all that a gear shows that loses r = 2 mu / (1 + mu) backwards.
+void add_even_gear(const Where& joint, const GradedTerm& gear, std::vector<Alternative>* list) {
+  const EffectInfo& even = *find_term_row(&TermRow::by_load).effect;
+  const double r = gear.parameters[0], mu = r / (2.0 - r), slope = 2.0 / ((2.0 - r) * (2.0 - r));
+  list->push_back({even.name, get_family_name(even.family), joint, {{"ratio", "1", {mu}, {slope * gear.width[0]}, false}},
+                   "a known mass lifted: the torque constant is " + number(1.0 + mu, 3) + " times that of a gear that loses backwards only"});
+}
+
 }  // namespace
 
 Estimate make_ranged(const char* name, const std::string& unit, const Range& r, double deviation) {
@@ -38,7 +57,8 @@ Estimate make_ranged(const char* name, const std::string& unit, const Range& r, 
   return {name, unit, {r.value}, {std::hypot(reach, deviation)}, false};
 }
 
-std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& g, const GradedTerm* excess) {
+std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& g, const GradedTerm* excess,
+                                                const GradedTerm* level) {
   std::vector<Alternative> alternatives;
   const Experiment& e = *data.experiment;
   const int j = g.term.place;
@@ -55,6 +75,8 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
   if (g.term.row->is_constant() && !driven && !data.feet.empty() && e.robot.tree.joint(j).kind == JointKind::kPrismatic)
     alternatives.push_back(make_alternative(EffectId::kSensorBias, {{"sensor", "/wrench/" + data.feet[0].sensor + "/force"}},
                               {{"value", "N", {std::abs(g.parameters[0])}, {g.width[0]}, false}}, "the foot lifted off the sensor"));
+  if (g.term.row->backwards) add_even_gear(joint, g, &alternatives);
+  if (g.term.row->is_constant() && level) add_asymmetry(joint, g, *level, &alternatives);
   if (g.term.row->level && excess && excess->grade == Grade::kAmbiguous)
     alternatives.push_back(make_alternative(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
   if (g.term.row->level && !excess && g.curve.there && g.curve.level.value > 0.0 &&

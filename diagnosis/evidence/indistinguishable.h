@@ -10,8 +10,11 @@ namespace hrp::diagnosis {
 // - A wrong torque constant is a wrong scale of the effort's log, a constant torque its bias: told only where the log
 //   follows the servo's law.
 // - A level of dry friction may be larger at rest by what the curve's likelihood allows.
-// `excess`: that of a Stribeck curve, or null.
-std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess);
+// - A constant torque is the mean of dry friction that holds more in one direction, moving and at rest.
+// - A gear that loses backwards is one that loses either way, beside a torque constant that makes up for it in lifting.
+// `excess`: that of a Stribeck curve, or null; `level`: of the joint's dry friction, or null.
+std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess,
+                                                const GradedTerm* level);
 
 // The gear beside which nothing is wrong with the mass (torque_gears.h); `friction`: the load-dependent friction of the joint that alone
 // carries the link of `mass`.

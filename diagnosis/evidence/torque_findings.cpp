@@ -79,9 +79,10 @@ class Judge {
     }
   }
 
-  const GradedTerm* find_level(const GradedTerm& excess) const {
+  // Of dry friction at the joint of another term.
+  const GradedTerm* find_level(const GradedTerm& other) const {
     for (const GradedTerm& g : graded_) {
-      if (g.term.row->level && g.place.joint == excess.place.joint && g.named) return &g;
+      if (g.term.row->level && g.place.joint == other.place.joint && g.named) return &g;
     }
     return nullptr;
   }
@@ -107,7 +108,7 @@ class Judge {
       }
       if (g.term.row->excess) continue;  // with its level
       const GradedTerm* excess = g.term.row->level ? find_excess(g) : nullptr;
-      std::vector<Alternative> alternatives = list_indistinguishable(*design_.data, g, excess);
+      std::vector<Alternative> alternatives = list_indistinguishable(*design_.data, g, excess, find_level(g));
       if (const GradedTerm* gear = find_gear(design_, g, &graded_)) alternatives.insert(alternatives.begin(), make_gear_alternative(*design_.data, g, *gear));
       out->evidence.findings.push_back(make_finding(e_, g, excess, alternatives));
       const bool of_drive = g.term.row->of_motor_and_gear;
