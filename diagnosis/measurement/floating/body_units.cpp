@@ -8,6 +8,7 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/sensor_frames.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -55,7 +56,8 @@ class Finder {
     }
     const double g = log_.experiment->scenario.gravity_W.norm(), size = sum.norm() / std::max(1.0, count) / g;
     if (count < 1.0 || std::abs(sum.z()) < kUpright * sum.norm()) return;
-    const double sign = sum.z() < 0.0 ? -1.0 : 1.0, unit = is_near(size, 1.0 / g) ? 1.0 / g : is_near(size, 1000.0 / g) ? 1000.0 / g : 1.0;
+    const double unit = is_near(size, 1.0 / g) ? 1.0 / g : is_near(size, 1000.0 / g) ? 1000.0 / g : 1.0;
+    const double sign = sum.z() < 0.0 && !is_upside_down(log_, i, unit) ? -1.0 : 1.0;
     if (unit == 1.0 && (sign > 0.0 || !is_near(size, 1.0))) return;
     const std::string in = unit == 1.0 ? "" : unit < 1.0 ? "in g" : "in thousandths of g";
     out_.push_back({get_imu(i, "linear_acceleration"), sign * unit,

@@ -110,13 +110,13 @@ struct Expected {
   Vector3d force, rate;
 };
 
-SensorFrame find_imu(const LeggedLog& log, size_t imu) {
+// At each moment; empty where nothing else tells the motion.
+std::vector<Expected> list_expected(const LeggedLog& log, size_t imu) {
   LeggedLog others = log;
   others.imus.clear();
-  SensorFrame none;
-  if (!log.imus[imu].gyro || BodyMotion::find_force_source(others) == MotionSource::kNone) return none;
-  const ImuSensor& sensor = log.imus[imu];
   std::vector<Expected> expected;
+  if (!log.imus[imu].gyro || BodyMotion::find_force_source(others) == MotionSource::kNone) return expected;
+  const ImuSensor& sensor = log.imus[imu];
   size_t clip_index = 0;
   for (const Clip& own : log.clips) {
     others.clips = {log.clips[clip_index++]};
@@ -127,17 +127,29 @@ SensorFrame find_imu(const LeggedLog& log, size_t imu) {
                           R_IB * get_velocity(motion->data(), sensor.link).head<3>()});
     });
   }
-  if (expected.size() < kLeast) return none;
-  return find_best("/imu/" + sensor.name, [&](const Matrix3d& R, const Clock& clock) {
+  if (expected.size() < kLeast) expected.clear();
+  return expected;
+}
+
+// `per_unit`: what the accelerometer reads of a specific force of 1 m/s^2.
+Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Expected>& expected) {
+  return [&log, &expected, imu, per_unit](const Matrix3d& R, const Clock& clock) {
+    const ImuSensor& sensor = log.imus[imu];
     double sum = 0.0;
     for (const Expected& e : expected) {
       const size_t k = shift(e.k, clock, *e.clip, log);
-      if (sensor.accelerometer) sum += (R * get(e.clip->imus[imu].accelerometer, k) - e.force).squaredNorm() / (kTilt * kTilt);
+      if (sensor.accelerometer) sum += (R * get(e.clip->imus[imu].accelerometer, k) / per_unit - e.force).squaredNorm() / (kTilt * kTilt);
       sum += (R * get(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRate * kRate);
     }
     // What is expected is no better known than that: so much is left of a sensor that is mounted as it should be.
     return sum / static_cast<double>(expected.size()) + 1.0;
-  });
+  };
+}
+
+SensorFrame find_imu(const LeggedLog& log, size_t imu) {
+  const std::vector<Expected> expected = list_expected(log, imu);
+  if (expected.empty()) return {};
+  return find_best("/imu/" + log.imus[imu].name, measure_imu(log, imu, 1.0, expected));
 }
 
 // What the motion asks of the ground, and what each sensor's wrench adds: [moment / arm; force] about the base, base axes.
@@ -247,6 +259,17 @@ void shift_columns(const std::string& sensor, double late, Recording* r) {
 }
 
 }  // namespace
+
+bool is_upside_down(const LeggedLog& log, size_t imu, double per_unit) {
+  const std::vector<Expected> expected = list_expected(log, imu);
+  if (expected.empty()) return false;
+  const Left as_read = measure_imu(log, imu, per_unit, expected), reversed = measure_imu(log, imu, -per_unit, expected);
+  double turned = 1e300, counted = 1e300;
+  for (const Matrix3d& R : list_quarter_turns()) {
+    turned = std::min(turned, as_read(R, {})), counted = std::min(counted, reversed(R, {}));
+  }
+  return turned < counted;
+}
 
 std::vector<SensorFrame> find_sensor_frames(const Experiment& e) {
   if (!e.scenario.floating_base || e.num_joints() == 0 || e.scenario.feet.empty()) return {};

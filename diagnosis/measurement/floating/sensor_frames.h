@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diagnosis/data/recording.h"
+#include "diagnosis/measurement/floating/legged_log.h"
 
 namespace hrp::diagnosis::floating {
 
@@ -17,6 +18,10 @@ struct SensorFrame {
   double left = 1.0;                       // share of the error, in squares, that is left without both
   bool is_turned() const { return !R.isIdentity(1e-9); }
 };
+
+// Whether an accelerometer that sees the vertical upside down is turned with its gyroscope, rather than counting gravity
+// the other way: a turned IMU turns its rates as well. `per_unit`: what it reads of 1 m/s^2.
+bool is_upside_down(const LeggedLog& log, size_t imu, double per_unit);
 
 // Of a floating base whose recordings tell. What is expected of an IMU comes from the base's pose, else from feet that
 // stand; of force sensors, from the balance of the whole body.

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/sensor_frames.h"
 #include "test_places.h"
 
 namespace hrp::diagnosis::floating {
@@ -50,6 +51,23 @@ TEST_P(OfAWalk, AnAccelerometerInGAndOneWithTheSignOfGravityAreToldAndTakenBack)
     EXPECT_NEAR(units[0].scale, factor, 1e-12);
     EXPECT_TRUE(find_body_units(convert_body_units(other, units)).empty());
   }
+}
+
+// Turned by half a turn about x as a whole: y and z of both its sensors change their sign.
+TEST_P(OfAWalk, AnImuThatHangsUpsideDownIsTurnedAndCountsGravityRightly) {
+  if (!e_.scenario.sensors.base_pose) GTEST_SKIP() << "nothing else tells how the body turns";
+  const std::string imu = "/imu/" + e_.scenario.sensors.imus[0].name;
+  for (Recording& r : e_.recordings) {
+    for (const char* column : {"/linear_acceleration/y", "/linear_acceleration/z", "/angular_velocity/y", "/angular_velocity/z"}) {
+      for (double& x : r.other.at(imu + column)) x = -x;
+    }
+  }
+  const std::vector<BodyUnit> units = find_body_units(e_);
+  EXPECT_TRUE(units.empty()) << units[0].sensor << " " << units[0].meaning;
+  const std::vector<SensorFrame> frames = find_sensor_frames(e_);
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_EQ(frames[0].sensor, imu);
+  EXPECT_TRUE(frames[0].R.isApprox(Vector3d(1, -1, -1).asDiagonal().toDenseMatrix(), 1e-9));
 }
 
 TEST_P(OfAWalk, AGyroscopeInDegreesIsTold) {
