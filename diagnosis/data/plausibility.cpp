@@ -40,10 +40,13 @@ struct Pair {
 };
 using Pairs = std::vector<Pair>;  // by joint
 
+// From the first value on, so that what never changes leaves exactly nothing: rounding of a sum would look like motion.
 void remove_mean(std::vector<double>* values) {
+  if (values->empty()) return;
+  const double first = values->front();
   double sum = 0.0;
-  for (double v : *values) sum += v;
-  for (double& v : *values) v -= sum / static_cast<double>(values->size());
+  for (double v : *values) sum += v - first;
+  for (double& v : *values) v = (v - first) - sum / static_cast<double>(values->size());
 }
 
 Pair without_means(Pair pair) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -102,8 +103,8 @@ TEST(Smoothing, GivesDerivativesOfACubicExactlyOnIrregularStamps) {
   }
 }
 
-// An elbow whose logged effort is `sign` times its servo's law (1 N m at rest and `swing` about it) and `shift` on top.
-std::string load_effort(const std::string& name, double swing, double sign, double shift) {
+// What loading recordings of an elbow says; `columns` and `write_rows` are the files' contents.
+std::string load_elbow(const std::string& name, const std::string& columns, const std::function<void(std::ostream*)>& write_rows) {
   const std::string folder = (std::filesystem::temp_directory_path() / ("hrp_diagnosis_" + name)).string() + "/";
   std::filesystem::create_directories(folder);
   std::ofstream(folder + "robot.urdf") << R"(<robot name="arm"><link name="base"/><link name="fore"><inertial>
@@ -113,15 +114,10 @@ std::string load_effort(const std::string& name, double swing, double sign, doub
   std::ofstream(folder + "experiment.yaml")
       << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 0, effort_limit: 50}}\n"
          "recordings:\n- {file: a.csv, role: train}\n- {file: b.csv, role: validate}\n";
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal(0.0, 0.03);
   for (const char* file : {"a.csv", "b.csv"}) {
     std::ofstream csv(folder + file);
-    csv << "time,/joint_commands/elbow/position,/joint_states/elbow/position,/joint_states/elbow/effort\n";
-    for (int k = 0; k < 1000; ++k) {
-      const double effort = -1.0 + swing * std::sin(0.02 * k);
-      csv << 0.005 * k << "," << 0.5 << "," << 0.5 - effort / 100 << "," << sign * effort + shift + normal(random) << "\n";
-    }
+    csv << "time,/joint_commands/elbow/position,/joint_states/elbow/position" << columns << "\n";
+    write_rows(&csv);
   }
   try {
     load_experiment(folder + "experiment.yaml");
@@ -131,9 +127,28 @@ std::string load_effort(const std::string& name, double swing, double sign, doub
   return "";
 }
 
+// An elbow whose logged effort is `sign` times its servo's law (1 N m at rest and `swing` about it) and `shift` on top.
+std::string load_effort(const std::string& name, double swing, double sign, double shift) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, 0.03);
+  return load_elbow(name, ",/joint_states/elbow/effort", [&](std::ostream* csv) {
+    for (int k = 0; k < 1000; ++k) {
+      const double effort = -1.0 + swing * std::sin(0.02 * k);
+      *csv << 0.005 * k << "," << 0.5 << "," << 0.5 - effort / 100 << "," << sign * effort + shift + normal(random) << "\n";
+    }
+  });
+}
+
 TEST(Suspicions, AShiftedEffortOfAJointAtRestIsNoTurnedSign) {
   EXPECT_EQ(load_effort("shifted", 0.0, 1.0, 1.95), "");
   EXPECT_THAT(load_effort("turned", 0.5, -1.0, 0.0), testing::HasSubstr("sign turned"));
+}
+
+// What never changes has no slope: the sum of a thousand equal numbers is rounded, and its mean is not the number.
+TEST(Suspicions, ACommandThatStaysWhileTheJointRestsIsNoTurnedSign) {
+  EXPECT_EQ(load_elbow("still", "", [](std::ostream* csv) {
+    for (int k = 0; k < 3001; ++k) *csv << 0.005 * k << ",1.21,1.174141\n";
+  }), "");
 }
 
 // An arm of two joints with a finger, and a recording of two joints of these names.
