@@ -104,7 +104,8 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   for (size_t j = 0; j < data.source.size(); ++j) {
     const int joint = static_cast<int>(j);
     const bool known = std::any_of(units->begin(), units->end(), [&](const EffortUnit& u) { return u.joint == joint; });
-    if (!known && data.source[j] == data.source[static_cast<size_t>(units->front().joint)])
+    const bool driven = data.experiment->robot.tree.joint(joint).actuated;  // else it has no effort in any unit
+    if (driven && !known && data.source[j] == data.source[static_cast<size_t>(units->front().joint)])
       others.push_back({joint, scale, scale, scale, true, units->front().of_gains});
   }
   units->insert(units->end(), others.begin(), others.end());

@@ -59,6 +59,13 @@ TEST(EffortUnits, AHeavyLoadIsNoUnit) {
   EXPECT_TRUE(find_units(make_logged("units_load", hidden, {1.0, 1.0})).empty());
 }
 
+// A joint without a motor takes no unit from its neighbours.
+TEST(EffortUnits, AJointWithoutADriveHasNoUnit) {
+  Experiment e = make_logged("units_passive", make_drives(), {8.0, 1.0});
+  e.robot.tree.links[static_cast<size_t>(kFore)].joint.actuated = false;
+  for (const EffortUnit& u : find_units(e)) EXPECT_EQ(u.joint, kShoulder);
+}
+
 TEST(EffortUnits, ACountOfOneTenthAtBothJointsIsAUnit) {
   EXPECT_EQ(find_units(make_logged("units_count", make_drives(), {0.1, 0.1})).size(), 2u);
 }
