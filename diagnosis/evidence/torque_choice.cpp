@@ -310,15 +310,6 @@ bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen
   return term.row->allows(p, find_reach(*design.data, term));
 }
 
-double calc_likelihood(const TorqueDesign& design, const Choice& choice) {
-  double costs = 0.0;
-  for (size_t i = 0; i < design.joints.size(); ++i) {
-    for (size_t term : choice.model.own[i]) costs += design.joints[i].terms[term].row->cost;
-  }
-  for (size_t term : choice.model.whole) costs += design.whole[term].row->cost;
-  return choice.fit.evidence + costs;
-}
-
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing) { return Chooser(design, jobs, timing).run(); }
 
 }  // namespace hrp::diagnosis

@@ -8,7 +8,6 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/free_model.h"
-#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
@@ -61,17 +60,14 @@ class Judge {
   }
 
  private:
-  // A servo that damps by kd gives a late command the look of a rotor kd T0, and the look of friction kp T0. One delay in
-  // the place of both at each joint makes the model smaller, but only a delay that is told from none takes their place:
-  // what every drive has must predict less without it, whatever its parameters cost.
+  // A servo that damps by kd gives a late command the look of a rotor kd T0, and the look of friction. One delay in the
+  // place of a rotor at each joint makes the model smaller, but only a delay that is told from none takes their place.
   void drop_untold_delay(int jobs) {
-    const auto is_delay = [](const GradedTerm& g) { return g.term.row->is_of_bus(); };
-    const auto delay = std::find_if(graded_.begin(), graded_.end(), is_delay);
-    if (delay == graded_.end()) return;
-    Choice without = choose_torque_model(design_, jobs, Timing::kAsRecorded);
-    const bool told = calc_likelihood(design_, choice_) > calc_likelihood(design_, without) + kOdds;
-    if (delay->grade == Grade::kSupported && told) return;
-    choice_ = std::move(without);
+    const bool untold = std::any_of(graded_.begin(), graded_.end(), [](const GradedTerm& g) {
+      return g.term.row->is_of_bus() && g.grade != Grade::kSupported;
+    });
+    if (!untold) return;
+    choice_ = choose_torque_model(design_, jobs, Timing::kAsRecorded);
     fit_ = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
   }

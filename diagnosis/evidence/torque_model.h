@@ -76,8 +76,6 @@ struct Choice {
 };
 // Whether commands may be late.
 enum class Timing { kFree, kAsRecorded };
-// [nats] Evidence without what its terms cost: how well it predicts.
-double calc_likelihood(const TorqueDesign& design, const Choice& choice);
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing = Timing::kFree);
 
 }  // namespace hrp::diagnosis
