@@ -41,15 +41,6 @@ void add_asymmetry(const Where& joint, const GradedTerm& constant, const GradedT
                                                                {"asymmetry", "1", {share}, {width}, false}}, kWarmth));
 }
 
-// With a torque constant of 1 + mu, friction of mu times the load either way costs nothing logged while lifting, and
-// while lowering (1 - mu) / (1 + mu) of the load: all that a gear shows that loses r = 2 mu / (1 + mu) backwards.
-void add_even_gear(const Where& joint, const GradedTerm& gear, std::vector<Alternative>* list) {
-  const EffectInfo& even = *find_term_row(&TermRow::by_load).effect;
-  const double r = gear.parameters[0], mu = r / (2.0 - r), slope = 2.0 / ((2.0 - r) * (2.0 - r));
-  list->push_back({even.name, get_family_name(even.family), joint, {{"ratio", "1", {mu}, {slope * gear.width[0]}, false}},
-                   "a known mass lifted: the torque constant is " + number(1.0 + mu, 3) + " times that of a gear that loses backwards only"});
-}
-
 }  // namespace
 
 Estimate make_ranged(const char* name, const std::string& unit, const Range& r, double deviation) {
@@ -75,7 +66,6 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
   if (g.term.row->is_constant() && !driven && !data.feet.empty() && e.robot.tree.joint(j).kind == JointKind::kPrismatic)
     alternatives.push_back(make_alternative(EffectId::kSensorBias, {{"sensor", "/wrench/" + data.feet[0].sensor + "/force"}},
                               {{"value", "N", {std::abs(g.parameters[0])}, {g.width[0]}, false}}, "the foot lifted off the sensor"));
-  if (g.term.row->backwards) add_even_gear(joint, g, &alternatives);
   if (g.term.row->is_constant() && level) add_asymmetry(joint, g, *level, &alternatives);
   if (g.term.row->level && excess && excess->grade == Grade::kAmbiguous)
     alternatives.push_back(make_alternative(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));

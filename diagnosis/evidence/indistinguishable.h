@@ -11,7 +11,6 @@ namespace hrp::diagnosis {
 //   follows the servo's law.
 // - A level of dry friction may be larger at rest by what the curve's likelihood allows.
 // - A constant torque is the mean of dry friction that holds more in one direction, moving and at rest.
-// - A gear that loses backwards is one that loses either way, beside a torque constant that makes up for it in lifting.
 // `excess`: that of a Stribeck curve, or null; `level`: of the joint's dry friction, or null.
 std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess,
                                                 const GradedTerm* level);

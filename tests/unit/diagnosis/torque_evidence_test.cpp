@@ -191,23 +191,6 @@ TEST(TorqueEvidence, AGearThatTheLoadHardlyTurnsIsNamedWithItsLossAndIsNoWrongMa
   }
 }
 
-// (1 + 0.25) / 1.25 of the load lifting, (1 - 0.25) / 1.25 lowering: a gear that loses 0.4 backwards, and no wrong constant.
-TEST(TorqueEvidence, AGearThatLosesBackwardsIsAmongOthersALargerTorqueConstantBesideFrictionOfTheLoad) {
-  Hypothesis hidden = make_drives();
-  hidden.push_back({EffectId::kLoadFriction, kElbow, {0.25, 5e-4}});
-  hidden.push_back({EffectId::kTorqueConstant, kElbow, {1.25}});
-  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_even_gear", kArm, kJoints, hidden), 1);
-  const Finding* gear = find(verdict, "backdriving_friction", "elbow");
-  ASSERT_NE(gear, nullptr);
-  const std::string friction = get_effect(EffectId::kLoadFriction).name;
-  const auto& list = gear->alternatives;
-  const auto other = std::find_if(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == friction; });
-  ASSERT_NE(other, list.end()) << gear->statement;
-  const Estimate& ratio = other->parameters[0];
-  EXPECT_NEAR(ratio.value[0], 0.25, 1.96 * ratio.std[0]) << gear->statement;
-  EXPECT_LT(ratio.std[0], 0.1);
-}
-
 // A wrong mass with load-dependent friction and a gear that the load hardly turns take the same torque both ways.
 TEST(TorqueEvidence, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
   const double s = 0.54, mu = 0.37, r = calc_backward_loss(mu), k = 1.0 / (s * (1.0 + mu));
