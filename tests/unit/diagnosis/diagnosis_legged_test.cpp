@@ -437,9 +437,9 @@ TEST(LeggedLeans, MassesThatAreWrongByOneFactorAreListedBesideTheScaleOfAllForce
   ASSERT_EQ(e.findings.size(), 1u);
   const Finding& f = e.findings[0];
   EXPECT_EQ(f.grade, Grade::kAmbiguous);
-  bool scale = is_effect(f.effect, EffectId::kSensorScale) && f.where.at("sensor") == "/wrench", mass = f.family == "mass and its place";
+  bool scale = f.effect == "sensor_scale" && f.where.at("sensor") == "/wrench", mass = f.family == "mass and its place";
   for (const Alternative& a : f.alternatives) {
-    scale = scale || (is_effect(a.effect, EffectId::kSensorScale) && a.where.at("sensor") == "/wrench");
+    scale = scale || (a.effect == "sensor_scale" && a.where.at("sensor") == "/wrench");
     mass = mass || a.family == "mass and its place";
   }
   EXPECT_TRUE(scale) << f.statement;
