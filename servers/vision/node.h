@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vision server on a bus. It publishes what cameras and lidars see of the robot's states, while somebody reads that. Nobody waits for it, unless the scenario says so (sensors.every_picture, logging.pictures).
+// The vision server on a bus. It publishes what cameras and lidars see of the robot's states, while somebody reads that.
+// Nobody waits for it, unless the scenario says so (sensors.every_picture, logging.pictures).
 #pragma once
 
 #include <chrono>
