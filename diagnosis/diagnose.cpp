@@ -169,10 +169,11 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   const bool walks = judge_legged(e, progress, true, &walked);
   if (walks) return walked;
   Reports bodies;
-  if (is_of_bodies_alone(e) && judge_legged(e, progress, false, &bodies) && (is_settled(bodies) || !bodies.report["findings"].empty())) return bodies;
+  const bool judged = is_of_bodies_alone(e) && judge_legged(e, progress, false, &bodies);
+  if (judged && (is_settled(bodies) || !bodies.report["findings"].empty())) return bodies;
   if (standing::diagnose_standing(problem, progress, &reports)) {
     Reports stood;
-    const bool open = !is_settled(reports) && judge_legged(e, progress, false, &stood);
+    const bool open = !judged && !is_settled(reports) && judge_legged(e, progress, false, &stood);  // not twice
     if (open && !stood.report["findings"].empty() && reports.report["findings"].empty()) {
       if (is_exact_elsewhere(e, reports.report)) doubt_findings(&stood.report);
       reports = stood;
