@@ -16,6 +16,7 @@ struct JointDesign {
   std::vector<Term> terms;
   Columns first;        // by term: its first column
   long own_width = 0;   // columns of the joint's terms
+  std::vector<const TermRow*> barred;  // whose terms are in no model
   std::vector<Gram> train, held;  // by fold; by held-out recording
   Gram total;                     // of `train`
   double spread = 0.0;            // [N m] standard deviation of the effort, held-out recordings

@@ -11,6 +11,7 @@
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
+#include "diagnosis/evidence/torque_misleading.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_words.h"
 #include "diagnosis/search/relation.h"
@@ -37,6 +38,7 @@ class Judge {
     }
     choice_ = choose_torque_model(design_, jobs);
     for (int i = 0; i < kPlacings && place_loads(choice_.model, &design_); ++i) choice_ = choose_torque_model(design_, jobs);
+    drop_misleading_terms(jobs, Timing::kFree, &design_, &choice_);
     fit_ = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);
@@ -68,6 +70,7 @@ class Judge {
     });
     if (!untold) return;
     choice_ = choose_torque_model(design_, jobs, Timing::kAsRecorded);
+    drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &choice_);
     fit_ = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
   }

@@ -108,24 +108,28 @@ class SubsetSearch {
     return (k - 1.0) * (other_k - 1.0) > 0.0 && std::abs(k - other_k) < kBracket * std::abs(middle - 1.0);
   }
 
+  bool is_barred(const TermRow& row) const {
+    return std::find(joint_.barred.begin(), joint_.barred.end(), &row) != joint_.barred.end();
+  }
+
   // Of rows with several shapes the one that helps most beside the usual terms. A gear that is hard to turn backwards only
   // if it is worth its cost beside all of these: load-dependent friction says much of it, too.
   Terms list_pool() const {
     Terms pool, base;
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
       const TermRow& row = *joint_.terms[t].row;
-      if (row.scanned || row.scales_model || row.backwards || (row.scales_effort && !joint_.loaded)) continue;
+      if (is_barred(row) || row.scanned || row.scales_model || row.backwards || (row.scales_effort && !joint_.loaded)) continue;
       pool.push_back(t);
       if (row.usual || row.is_constant()) base.push_back(t);
     }
     Terms all = base;
     for (const TermRow& row : list_term_rows()) {
-      if (!row.scanned || (row.late && timing_ == Timing::kAsRecorded)) continue;
+      if (is_barred(row) || !row.scanned || (row.late && timing_ == Timing::kAsRecorded)) continue;
       add_best(row, base, 1e300, &pool, &all);
     }
     const TermRow& gear = find_term_row(&TermRow::backwards);
     const double without = cross_validate(folds_, total_, list_own(joint_, all));
-    add_best(gear, all, without * calc_worth(gear), &pool, &all);
+    if (!is_barred(gear)) add_best(gear, all, without * calc_worth(gear), &pool, &all);
     return pool;
   }
 

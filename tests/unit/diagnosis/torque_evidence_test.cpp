@@ -414,35 +414,6 @@ TEST(TorqueEvidence, ADelayThatIsNotToldFromNoneLeavesTheRotorsOfARealRobot) {
   }
 }
 
-// Every fourth sample: a log that holds commands for 20 ms delays them by 10. A delay of 18 ms of every joint took the place
-// of friction and rotors, supported.
-TEST(TorqueEvidence, OfARealRobotLoggedSlowlyNoDelayOfOnePeriodIsSupportedAndRotorsStay) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/go2_hanging/experiment.yaml";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
-  constexpr size_t kKept = 4;
-  Experiment e = load_experiment(path.string());
-  for (Recording& r : e.recordings) {
-    const size_t size = r.time.size();
-    const auto thin = [size](std::vector<double>* column) {
-      if (column->size() != size) return;
-      for (size_t k = 0; k < size; k += kKept) (*column)[k / kKept] = (*column)[k];
-      column->resize((size + kKept - 1) / kKept);
-    };
-    for (JointColumns& joint : r.joints) {
-      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) thin(column);
-    }
-    thin(&r.time);
-  }
-  e.sample_time *= kKept;
-  const TorqueVerdict verdict = judge_torque(e, 1);
-  int rotors = 0;
-  for (const Finding& f : verdict.evidence.findings) {
-    rotors += f.effect == "rotor_inertia" ? 1 : 0;
-    EXPECT_FALSE(f.effect == "command_delay" && f.grade == Grade::kSupported) << f.statement;
-  }
-  EXPECT_GE(rotors, 3);  // one with the delay in their place; 9 at the full rate
-}
-
 const char* const kCart = R"(<robot name="cart"><link name="base"/>
     <link name="cart"><inertial><mass value="5"/>
       <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
