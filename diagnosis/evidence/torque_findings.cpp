@@ -12,6 +12,7 @@
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/evidence/torque_misleading.h"
+#include "diagnosis/evidence/torque_possible.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_words.h"
 #include "diagnosis/search/relation.h"
@@ -33,7 +34,7 @@ constexpr int kFew = 3;      // effects of drives that sets of a few have at mos
 class Judge {
  public:
   Judge(const Experiment& e, TorqueDesign&& design, int jobs)
-      : e_(e), design_(std::move(design)) {
+      : e_(e), jobs_(jobs), design_(std::move(design)) {
     for (int i = 0; i < kPlacings && place_each_load(&design_); ++i) {
     }
     choice_ = choose_torque_model(design_, jobs);
@@ -55,6 +56,8 @@ class Judge {
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     add_remaining(&out);
+    // In an exact world what is not needed is not there.
+    if (out.exact == 0 && !out.evidence.findings.empty()) add_possible(&out);
     sort_findings(&out.evidence.findings);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
     out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
@@ -119,6 +122,11 @@ class Judge {
       if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint), ++out->drive_terms;
     }
     out->with_drives = static_cast<int>(with_drives.size()), out->any_drives = static_cast<int>(any_drives.size());
+  }
+
+  void add_possible(TorqueVerdict* out) const {
+    for (const GradedTerm& g : list_possible_terms(design_, choice_, graded_, jobs_))
+      out->evidence.findings.push_back(make_finding(e_, g, nullptr, list_indistinguishable(*design_.data, g, nullptr)));
   }
 
   // Told by the servo's own law, beside whatever acts on the joint.
@@ -275,6 +283,7 @@ class Judge {
   }
 
   const Experiment& e_;
+  const int jobs_;
   TorqueDesign design_;
   Choice choice_;
   TorqueFit fit_;

@@ -41,6 +41,16 @@ class Grader {
       for (size_t t = 0; t < choice_.model.own[i].size(); ++t) add({static_cast<int>(i), t});
     }
     for (size_t t = 0; t < choice_.model.whole.size(); ++t) add({-1, t});
+    return grade();
+  }
+
+  GradedTerm run(const TermPlace& place) {
+    add(place);
+    return grade()[0];
+  }
+
+ private:
+  std::vector<GradedTerm> grade() {
     find_agreement();
     find_widths();
     find_shares();
@@ -51,7 +61,6 @@ class Grader {
     return graded_;
   }
 
- private:
   void add(const TermPlace& place) {
     GradedTerm g;
     g.place = place;
@@ -336,6 +345,10 @@ double calc_nominal_held(const JointDesign& joint) {
 
 std::vector<GradedTerm> grade_terms(const TorqueDesign& design, const Choice& choice, int jobs) {
   return Grader(design, choice, jobs).run();
+}
+
+GradedTerm grade_term(const TorqueDesign& design, const Choice& choice, const TermPlace& place) {
+  return Grader(design, choice, 1).run(place);
 }
 
 }  // namespace hrp::diagnosis

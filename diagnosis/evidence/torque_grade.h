@@ -40,6 +40,8 @@ struct GradedTerm {
 };
 
 std::vector<GradedTerm> grade_terms(const TorqueDesign& design, const Choice& choice, int jobs);
+// One of them.
+GradedTerm grade_term(const TorqueDesign& design, const Choice& choice, const TermPlace& place);
 
 // By joint: mean square of the missing torque on held-out recordings, nothing added.
 double calc_nominal_held(const JointDesign& joint);
