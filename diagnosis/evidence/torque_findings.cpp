@@ -72,6 +72,7 @@ class Judge {
       return g.term.row->is_of_bus() && g.grade != Grade::kSupported;
     });
     if (!untold) return;
+    for (JointDesign& joint : design_.joints) joint.barred.clear();  // what misled beside the delay need not without it
     choice_ = choose_torque_model(design_, jobs, Timing::kAsRecorded);
     drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &choice_);
     fit_ = fit_torque(design_, choice_.model);
@@ -126,7 +127,7 @@ class Judge {
 
   void add_possible(TorqueVerdict* out) const {
     for (const GradedTerm& g : list_possible_terms(design_, choice_, graded_, jobs_))
-      out->evidence.findings.push_back(make_finding(e_, g, nullptr, list_indistinguishable(*design_.data, g, nullptr)));
+      out->evidence.findings.push_back(make_finding(e_, g, nullptr, list_indistinguishable(*design_.data, g, nullptr, find_level(g))));
   }
 
   // Told by the servo's own law, beside whatever acts on the joint.
