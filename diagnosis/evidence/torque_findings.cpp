@@ -27,6 +27,8 @@ constexpr double kNothing = 0.02;
 constexpr double kSmall = 0.1, kFollows = 0.2;
 // Share of what a model without physics predicts that laws must reach to be supported.
 constexpr double kLaw = 0.7;
+// Held-out mean square over that of friction and rotors below which a delay is told from them: half of what they leave.
+constexpr double kTells = 0.25;
 constexpr int kPlacings = 2;  // of a load, whose inertia follows from where it hangs
 constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one effect of a clean world
 constexpr int kFew = 3;      // effects of drives that sets of a few have at most
@@ -66,17 +68,30 @@ class Judge {
 
  private:
   // A servo that damps by kd gives a late command the look of a rotor kd T0, and the look of friction. One delay in the
-  // place of a rotor at each joint makes the model smaller, but only a delay that is told from none takes their place.
+  // place of a rotor at each joint makes the model smaller, but only a delay that is told from them takes their place.
   void drop_untold_delay(int jobs) {
-    const bool untold = std::any_of(graded_.begin(), graded_.end(), [](const GradedTerm& g) {
-      return g.term.row->is_of_bus() && g.grade != Grade::kSupported;
-    });
-    if (!untold) return;
+    const auto delay = std::find_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->is_of_bus(); });
+    if (delay == graded_.end()) return;
+    const TorqueDesign with = design_;
     for (JointDesign& joint : design_.joints) joint.barred.clear();  // what misled beside the delay need not without it
-    choice_ = choose_torque_model(design_, jobs, Timing::kAsRecorded);
-    drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &choice_);
-    fit_ = fit_torque(design_, choice_.model);
+    Choice drives = choose_torque_model(design_, jobs, Timing::kAsRecorded);
+    drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &drives);
+    if (delay->grade == Grade::kSupported &&
+        calc_held_left(with, fit_) < kTells * calc_held_left(design_, fit_torque(design_, drop_timing(drives.model)))) {
+      design_ = with;
+      return;
+    }
+    choice_ = drives, fit_ = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
+  }
+
+  // A model without the joints' lags, which say the same as a delay.
+  TorqueModel drop_timing(TorqueModel model) const {
+    for (size_t i = 0; i < model.own.size(); ++i) {
+      const auto is_timing = [&](size_t t) { return design_.joints[i].terms[t].effect().family == EffectFamily::kTiming; };
+      model.own[i].erase(std::remove_if(model.own[i].begin(), model.own[i].end(), is_timing), model.own[i].end());
+    }
+    return model;
   }
 
   // A Stribeck curve without a level to exceed is no law.

@@ -268,12 +268,7 @@ class Grader {
     const TorqueModel rest = without(g->place);
     const TorqueFit alone = fit_torque(design_, rest);
     g->gain = fit_.evidence - alone.evidence;
-    double with = 0.0, bare = 0.0;
-    for (size_t i = 0; i < design_.joints.size(); ++i) {
-      const double scale = 1.0 / std::max(1e-300, design_.joints[i].spread * design_.joints[i].spread);
-      with += fit_.held[i] * scale, bare += alone.held[i] * scale;
-    }
-    g->helps_held = bare > with;
+    g->helps_held = calc_held_left(design_, alone) > calc_held_left(design_, fit_);
     g->rivals = list_rivals(design_, {choice_.model, fit_, rest, alone}, find_judge(*g), *g);
   }
 
@@ -306,8 +301,9 @@ class Grader {
     const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
     const double size = value.norm();
     const bool told = size > kDeviations * over(g->std), clear = told && size > kNinetyFive * over(g->width);
+    // A small share that no held-out recording confirms is none.
     const double enough = g->term.row->usual ? kExpected : kOverwhelming;
-    const bool overwhelming = g->gain > enough && g->share > kLeastShare;
+    const bool overwhelming = g->gain > enough && g->share > kLeastShare && (design_.has_held || g->term.row->usual);
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
@@ -315,7 +311,9 @@ class Grader {
     // Parts of the recordings that differ by more than the value itself give no value that could be reported, unless much
     // of what is missing goes with it: that is said, with how little is known of its size.
     const bool sized = size >= over(g->width), much = told && g->share > kMuch;
-    g->named = (sized && (holds || usual)) || (holds && much);
+    // What takes much of what is missing on held-out data is listed, though few independent samples say how much it is.
+    const bool likely = g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
+    g->named = (sized && (holds || usual || likely)) || (holds && much);
     const bool sure = g->probability >= kProbable && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;

@@ -2,6 +2,7 @@
 #include "diagnosis/evidence/torque_misleading.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "diagnosis/search/problem.h"
 
@@ -16,9 +17,13 @@ struct Suspect {
   double held = 0.0;             // without it
 };
 
+// Share of a joint's effort that smoothing leaves of a perfect model, or nearly: nothing misleads there.
+constexpr double kExact = 0.01;
+
 // The joint's term without which its held-out recordings are predicted best, all others fitted again.
 Suspect find_misleading(const TorqueDesign& design, const Choice& choice, size_t i) {
   Suspect worst{nullptr, kMisleads * choice.fit.held[i]};
+  if (worst.held < std::pow(kExact * design.joints[i].spread, 2)) return worst;
   for (size_t t = 0; t < choice.model.own[i].size(); ++t) {
     TorqueModel rest = choice.model;
     rest.own[i].erase(rest.own[i].begin() + static_cast<long>(t));
@@ -52,11 +57,19 @@ bool allow_again(const Choice& before, const Choice& after, const std::vector<si
   return any;
 }
 
-bool is_better(const TorqueDesign& design, const Choice& after, const Choice& before) {
-  double change = 0.0;
-  for (size_t i = 0; i < design.joints.size(); ++i)
-    change += (after.fit.held[i] - before.fit.held[i]) / std::max(1e-300, design.joints[i].spread * design.joints[i].spread);
-  return change < 0.0;
+// [nats] Log-likelihood of what a choice predicts: of training stretches that it was not fitted to, less the costs of its
+// terms, and of the held-out recordings, whose independent samples are as dense as those of training.
+double calc_score(const TorqueDesign& design, const Choice& choice) {
+  double score = choice.fit.evidence;
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    const JointDesign& joint = design.joints[i];
+    double held = 0.0;
+    for (const Gram& recording : joint.held) held += recording.n;
+    const double independent = joint.effective * held / std::max(1.0, joint.total.n);
+    const double floor = kFloor * joint.spread * joint.spread;
+    score -= 0.5 * independent * std::log(std::max({choice.fit.held[i], floor, 1e-300}));
+  }
+  return score;
 }
 
 }  // namespace
@@ -69,7 +82,7 @@ void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice
     Choice with = choose_torque_model(*design, jobs, timing);
     const bool undone = allow_again(*choice, with, barred, design);
     if (undone) with = choose_torque_model(*design, jobs, timing);
-    if (is_better(*design, with, *choice)) *choice = with;
+    if (calc_score(*design, with) > calc_score(*design, *choice)) *choice = with;
     else for (size_t i = 0; i < barred.size(); ++i) design->joints[i].barred.resize(barred[i]);
     if (undone) return;
   }

@@ -168,6 +168,13 @@ class Fitter {
 
 double calc_factor_cost(double factor) { return 0.5 * std::pow(std::log(std::max(1e-3, factor)) / kFactorSpread, 2); }
 
+double calc_held_left(const TorqueDesign& design, const TorqueFit& fit) {
+  double left = 0.0;
+  for (size_t i = 0; i < design.joints.size(); ++i)
+    left += fit.held[i] / std::max(1e-300, design.joints[i].spread * design.joints[i].spread);
+  return left;
+}
+
 double calc_per_effort(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
   if (!scales_effort(joint, terms)) return 1.0;
   const double k = std::clamp(find_gain(joint, terms, theta), 1e-3, 1.0);

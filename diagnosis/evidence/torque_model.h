@@ -36,6 +36,9 @@ Slots list_slots(const TorqueDesign& design, const TorqueModel& model);
 
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance = false);
 
+// Held-out mean square that a fit leaves, summed over the joints, each over the spread of its effort.
+double calc_held_left(const TorqueDesign& design, const TorqueFit& fit);
+
 // A gain k of the effort moves the recorded effort to the left of the equation: what is left is k times what it would be
 // in units of the effort, and a small k would fit anything. Factor that takes a mean square of `terms` (columns of the
 // joint, with the parameters theta) back to the effort's units; 1 without a gain, and where k is over one.

@@ -10,6 +10,7 @@
 
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "test_places.h"
 
 namespace hrp::diagnosis {
 namespace {
