@@ -15,32 +15,33 @@
 int main(int argc, char** argv) {
   using namespace hrp::diagnosis;
   CLI::App app{
-      "Compares recordings of a robot with simulation, says which physics or sensor fault was left out, fits it,\n"
-      "and writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
-      "Exit status: 0 a verdict was reached, 2 bad input (file, line and column are named), 1 a fault of the tool."};
+      "Compares recordings of a robot with its model. Finds and fits the physics and sensor faults that the model lacks.\n"
+      "Writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
+      "Example: hrp-diagnose models/experiments/arm --out diagnosed\n"
+      "Exit status: 0 a verdict was reached, 2 bad input (the message has file, line and column), 1 a fault of the tool."};
   app.set_version_flag("--version", hrp::get_version_text("hrp-diagnose"));
   std::string experiment_path, out;
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
   double patience = 1.0;
   bool quiet = false, check = false, next = false;
   NextOptions motions;
-  app.add_option("experiment", experiment_path, "the experiment.yaml, or its folder")->required();
-  app.add_option("--out", out, "folder for the report (made when missing); needed but for --check");
-  app.add_flag("--check", check, "only looks at the recordings: rates, gaps, clocks, motion, and what it can tell");
-  app.add_option("--jobs", jobs, "threads to use; the report does not depend on it")->check(CLI::Range(1, 256));
+  app.add_option("experiment", experiment_path, "experiment.yaml, or its folder")->required();
+  app.add_option("--out", out, "DIR, the folder for the report; required, except with --check");
+  app.add_flag("--check", check, "only checks the recordings: rates, gaps, clocks, motion, and which effects this motion can show");
+  app.add_option("--jobs", jobs, "number of threads; the report does not depend on it")->check(CLI::Range(1, 256));
   app.add_option("--patience", patience,
-                 "times the usual work of a search on a fixed base (about two minutes of two cores), for sets of\n"
-                 "effects that a report says were not all tried; the report depends on it")
+                 "factor on the work of a search on a fixed base; 1 is about two minutes of two cores. Raise it if the\n"
+                 "report says that not all sets of effects were tried. The report depends on it")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
   app.add_flag("--next", next,
-               "also proposes motions that would tell what is still open, safe under every explanation: DIR/next/*.csv,\n"
-               "next.json, next.html (on a fixed base, and on the feet)");
+               "also proposes motions that decide between the remaining explanations, and are safe under all of them.\n"
+               "For fixed bases and standing robots. Writes DIR/next/*.csv, next.json, next.html");
   app.add_option("--limit", motions.limits,
-                 "tightens the limits of those motions: speed=0.5, effort=20, reach=0.6, elbow.upper=1, or a YAML file")
+                 "tightens a limit of these motions (SI units): speed=0.5, effort=20, reach=0.6, elbow.upper=1, or a YAML file")
       ->needs("--next");
-  app.add_option("--seconds", motions.seconds, "length of each of those motions")->check(CLI::Range(4.0, 20.0))->capture_default_str();
-  app.add_option("--motions", motions.count, "how many, best first: every second one is to be held out")
+  app.add_option("--seconds", motions.seconds, "[s] length of each of these motions")->check(CLI::Range(4.0, 20.0))->capture_default_str();
+  app.add_option("--motions", motions.count, "number of motions, best first; every second one is meant as a held-out recording")
       ->check(CLI::Range(1, 12))
       ->capture_default_str();
   app.add_flag("--quiet", quiet, "no progress on the terminal");

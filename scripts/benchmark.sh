@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/benchmark.sh [--short] [--out FILE]
 #
-# Measures speed beside MuJoCo and DART as Debian packages them: forward dynamics, mass matrix, inverse dynamics, whole steps,
-# 1000 robots in one process, the server set. Prints one table with machine and versions. Medians of processor time; the
-# engines take turns, because machines drift. docs/performance.md holds the last table and explains it. No pass or fail.
+# Compares the speed with Debian's MuJoCo and DART: forward dynamics, mass matrix, inverse dynamics, whole steps,
+# 1000 robots in one process, the server set. Prints one table of median processor times, with machine and versions. The
+# engines take turns, because the speed of a machine drifts. docs/performance.md explains the table. No pass or fail.
 #   --short     a quarter of the repetitions, and no server set
-#   --out FILE  the table into FILE, too
+#   --out FILE  also writes the table to FILE
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 short="" out=""

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/build.sh [--tests | --run] [TARGET ...]
 #
-# Builds all programs (Release) into build/bin; only what changed is built again. HRP_BUILD_DIR names another folder.
-# Installs the packages that are missing for it.
+# Builds all programs (Release) into build/bin, and rebuilds only what changed. HRP_BUILD_DIR sets another folder.
+# Installs missing packages first.
 #
-#   --tests   the tests and benchmarks, too
+#   --tests   also the tests and benchmarks
 #   --run     only what a run needs: the servers and the tools that join a run; no viewer, MuJoCo server, diagnosis
-#   TARGET    only these targets, in place of all programs (beside the programs of --run)
+#   TARGET    only these targets; with --run, these targets and the programs of --run
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

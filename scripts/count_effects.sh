@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/count_effects.sh [COMMIT]
 #
-# Counts how far effects are spread over the code (docs/effects.md), in the commit (default: HEAD).
+# Counts how often code outside the table of effects mentions single effects, in the commit (default: HEAD). The results
+# are in docs/effects.md.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 commit=${1:-HEAD}

@@ -2,23 +2,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/diagnose.sh [EXPERIMENT.yaml] [--out DIR] [options]
 #
-# Finds what a simulation left out. Installs what is missing, builds the tool, compares the experiment's recordings with
-# its model, and writes DIR/report.html (logs/diagnosis/NAME when no folder is named). Without an experiment it runs on
-# models/experiments/arm, in which something is hidden, and says where the answer is.
+# Finds the physics that a simulation leaves out. Installs missing packages, builds the tool, compares the recordings of
+# the experiment with its model, and writes DIR/report.html (default DIR: logs/diagnosis/NAME). Without an experiment, it
+# runs on models/experiments/arm, which has a hidden effect, and prints where the answer is.
 #
-#   --resimulate servers|process   also runs the nominal and the updated scenario, through the server set or in one
-#                                  process, and compares both with a recording that nothing was fitted to
-#   --resimulate mujoco            the same two models on MuJoCo: DIR/updated/export/mujoco.yaml, as far as MJCF holds it
-#   --controller PROGRAM           with --resimulate servers: closes the loop with the controller that walked, instead of
-#                                  the recorded commands. PROGRAM joins over DDS: 'my-controller --option', with
-#                                  `--domain N` added or N in the place of {domain}; hrp-controller, ours, by the section
-#                                  `controller:` of the experiment; SCENARIO.yaml: ours, by that scenario's settings
+#   --resimulate servers|process   also simulates the nominal and the updated scenario, with the server set or in one
+#                                  process, and compares both with a held-out recording
+#   --resimulate mujoco            the same on MuJoCo, with what MJCF can express: DIR/updated/export/mujoco.yaml
+#   --controller PROGRAM           with --resimulate servers: closes the loop with this controller, instead of replaying
+#                                  the recorded commands. PROGRAM is one of
+#                                    'my-controller --option'   joins over DDS; gets `--domain N`, or N for {domain}
+#                                    hrp-controller             ours, with the section `controller:` of the experiment
+#                                    SCENARIO.yaml              ours, with the settings of that scenario
 #   --wait S                       seconds without an answer after which that controller counts as silent (30)
-#   --next                         also proposes motions that would tell what is still open: DIR/next/*.csv, next.html
-#   --rounds N --against REALITY   plays N rounds of such motions unattended: diagnose, propose, play, add the recordings,
-#                                  diagnose again. REALITY is a SCENARIO.yaml with something in its effects (in-process
-#                                  simulator), or a program that is called as PROGRAM COMMANDS.csv RECORDING.csv
-#   --check                        only looks at the recordings: rates, gaps, clocks, motion, and what it can tell
+#   --next                         also proposes motions that decide between the remaining explanations:
+#                                  DIR/next/*.csv, next.html
+#   --rounds N --against REALITY   runs N rounds without a person: diagnose, propose, play, add the recordings, diagnose
+#                                  again. REALITY is a SCENARIO.yaml with `effects` (simulated in process), or a program
+#                                  that is called as PROGRAM COMMANDS.csv RECORDING.csv
+#   --check                        only checks the recordings: rates, gaps, clocks, motion, and which effects it can show
 # All other options go to hrp-diagnose, such as --jobs N, --patience F, --quiet.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/diagnose_open_cases.sh [FOLDER OF CASES] [OUT]
 #
-# Runs the tool on every case of a folder whose truths are known, and prints what it said beside the truth. The cases are
-# those of ../shared/cases/open when no folder is named; the reports go to OUT, else to a temporary folder.
+# Runs the tool on every case of a folder with known truths, and prints answer and truth side by side. The default folder
+# is ../shared/cases/open. The reports go to OUT; default: a temporary folder.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 cases=${1:-$ROOT/../shared/cases/open}

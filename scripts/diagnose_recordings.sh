@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/diagnose_recordings.sh [--out DIR] [--jobs J] [FOLDER ...]
 #
-# Runs hrp-diagnose over folders of real recordings (all in ../shared/recordings when none is named). Beside it stand the
-# nominal model, plain least squares of friction and rotor inertia, the model that the authors published
-# (models/published/NAME.yaml) and the plain baseline of ../shared/baselines, each where there is one. All are judged alike
-# on recordings that nothing was fitted to. Prints tables and, for the folders of ../shared/recordings, puts them between
-# the marks in docs/recordings.md.
+# Runs hrp-diagnose on folders of real recordings (default: all in ../shared/recordings), and prints tables. The tables
+# compare its model on held-out recordings with
+#   - the nominal model,
+#   - plain least squares of friction and rotor inertia,
+#   - the model that the authors published (models/published/NAME.yaml), if any,
+#   - the plain baseline of ../shared/baselines, if any.
+# For the folders of ../shared/recordings, it also writes the tables between the marks in docs/recordings.md.
 #   --out DIR   one folder of answers for each recording (out/recordings)
 #   --jobs J    threads of the tool (all cores)
 set -euo pipefail

@@ -7,8 +7,8 @@
 # build-fuzz, beside the usual build. Status 1 when there is a finding; the input lies in build-fuzz/findings.
 #
 #   --runs N      executions of each target, default 1000000
-#   --seconds N   at most so long for each, default no limit
-#   --seed N      default 1; inputs that reached new code are kept in build-fuzz/corpus and go on from there
+#   --seconds N   time limit of each target, default none
+#   --seed N      default 1. build-fuzz/corpus keeps inputs that reached new code; the next call starts from them
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

@@ -3,20 +3,21 @@
 # Identifies the rubber in the feet (Mikami et al. 2014) and writes a report.
 #
 #   identify_foot.sh [SCENARIO.yaml] [--out DIR] [--in-process]
-#       makes the motions for the robot (default: models/scenarios/paper_b/foot.yaml), checks them, runs each through
-#       the server set, identifies. --in-process: without servers, a few times faster, the same numbers.
-#       --rubber hardening | hysteresis: the robot gets rubber that hardens or remembers instead of the scenario's linear
-#       one, to see whether that is found.
-#       --motions rich | paper: our eighteen motions (default), or the fourteen of the paper: its five sways are fitted, the
-#       others validate.
-#       --improve N: adds motions that tell what is least known, from the machine of `diagnose.sh --next`; N of each
-#       family are tried.
+#       Makes motions for the robot (default: models/scenarios/paper_b/foot.yaml), checks them, simulates each with the
+#       server set, and identifies the rubber.
+#       --in-process: without servers, a few times faster, the same numbers.
+#       --rubber hardening | hysteresis: simulates rubber that hardens, or has hysteresis, instead of the scenario's
+#       linear one. The report says whether the fit detects this.
+#       --motions rich | paper: our 18 motions (default), or the 14 of the paper: its five sways for the fit, the others
+#       for validation.
+#       --improve N: adds motions for the least known parameters, as `diagnose.sh --next` does; tries N of each family.
 #   identify_foot.sh --coverage N [SCENARIO.yaml] [--out DIR]
-#       how often the 95 % intervals hold the truth: N seeds of the sensors' noise, in process; a table.
+#       Counts how often the 95 % intervals contain the truth, over N seeds of the sensor noise, in process. Prints a
+#       table.
 #   identify_foot.sh EXPERIMENT.yaml --out DIR
-#       the same from recordings of one's own: an experiment with the key `recordings` (docs/identification.md).
+#       Identifies from recordings of a robot: an experiment with the key `recordings` (docs/identification.md).
 #
-# Afterwards: DIR/report.html, and DIR/identified.yaml, which scripts/simulate.sh runs.
+# Results: DIR/report.html, and DIR/identified.yaml, which scripts/simulate.sh runs.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 bin="$BUILD/bin"

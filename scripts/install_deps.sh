@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/install_deps.sh [--run | --tests] [--viewer] [--list]
 #
-# Installs the Debian 12 packages that the project needs; does nothing when all of them are there (well under a second).
-# As root or with sudo it installs them itself, else it prints the one line to run and ends with status 1.
+# Installs the Debian 12 packages that the project needs. If all are installed, it ends within a second.
+# As root or with sudo, it installs them itself. Otherwise it prints the line to run, and ends with status 1.
 #
-#   --run     only what a run needs (scripts/simulate.sh): not what the viewer, diagnosis and the Python
-#             package need
+#   --run     only what a run needs (scripts/simulate.sh), without viewer, diagnosis and the Python package
 #   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2,
 #             pandas, matplotlib and Dask; and lld and ccache, which make builds of the whole tree faster
 #   --viewer  also what the page of the viewer is built with: Node with npm

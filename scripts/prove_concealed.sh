@@ -2,20 +2,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/prove_concealed.sh [--cases N] [--seed S] [--jobs J] [--out DIR] [--family F | --effect E] [--stage STAGE] ...
 #
-# The blind trial of hrp-diagnose. A separate program makes N cases with MuJoCo as reality and hides physics in them; the
-# truths go into a sealed archive whose SHA-256 is printed before the tool sees a case; the tool answers all; its answers
-# are hashed too; only then is the archive opened and everything counted. Prints the tables and writes DIR/proof.html.
-#   --cases N    how many (60)               --seed S   the same seed gives the same cases (the clock's second, printed)
-#   --jobs J     tools at a time (all cores) --out DIR  where to work (out/proof-SEED)
-#   --family F   only these families, a comma list such as stand,pair (hrp-make-cases --help lists them); dirty:
-#                worlds like reality, with friction and rotors in every joint
-#   --urdf F     the robot of all cases (else drawn)
-#   --sensors S  what arms have behind their gears, a comma list: joint_torque, link_encoder, imu, wrench
-#   --effect E   only this effect            --limit T  seconds after which a run counts as no answer (600)
-#   --cluster A  answer on a cluster of Dask, as scripts/sweep.sh does: "local", or the address of its scheduler
+# The blind trial of hrp-diagnose. Prints tables and writes DIR/proof.html. Stages:
+#   make    a separate program simulates N cases with hidden physics on MuJoCo. The truths go into a sealed archive, and
+#           the script prints its SHA-256
+#   answer  the tool answers every case. The script prints a hash of the answers
+#   open    the script opens the archive and counts
+# Options (defaults in parentheses):
+#   --cases N    number of cases (60)
+#   --seed S     the same seed gives the same cases (seconds of the clock; printed)
+#   --jobs J     tools that run at the same time (all cores)
+#   --out DIR    working folder (out/proof-SEED)
+#   --family F   only these families, a comma list such as stand,pair (hrp-make-cases --help lists them). dirty: robots
+#                with friction and a rotor in every joint, as real ones
+#   --effect E   only this effect
+#   --urdf F     robot of all cases (random robots)
+#   --sensors S  sensors of arms behind their gears, a comma list: joint_torque, link_encoder, imu, wrench
+#   --limit T    seconds after which a run counts as no answer (600)
+#   --cluster A  answers on a Dask cluster, as scripts/sweep.sh: "local", or the address of its scheduler
 #   --duration D seconds of the longest recordings (10)
-#   --stage X    make (cases and seal), answer (goes on where it was stopped), open (count), or all (the default)
-#   --readme F   also rewrite the proof's block in this file (docs/diagnosis_proof.md)
+#   --stage X    make, answer (continues where it was stopped), open, or all (all)
+#   --readme F   also rewrites the proof's block in this file (docs/diagnosis_proof.md)
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

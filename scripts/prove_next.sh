@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/prove_next.sh [--cases N] [--seed S] [--jobs J] [--out DIR] [--family F] [--poor T] [--seconds T] [--stage STAGE]
 #
-# The trial of hrp-diagnose --next. Another engine makes N cases with poor first recordings: short, slow, small, one joint
-# still. Cases that are not answered rightly, or that leave more than one explanation, get one round of the motions that
-# the tool proposes and, apart from that, one round of multisines as long; robot, hidden physics and noise are the same.
-# Prints the table and writes DIR/next.json.
-#   --cases N    how many (20)               --seed S     the same seed gives the same cases (the clock's second, printed)
-#   --jobs J     tools at a time (all cores) --out DIR    where to work (out/next-SEED); a stopped trial goes on there
-#   --family F   families of hrp-make-cases, a comma list (joint,link,pair,pair_same_joint); arm_dirty: friction and rotors
-#                in every joint; stand_joint,stand_link,stand_foot,stand_pair: on the feet
-#   --poor T     seconds of the first recordings (2)       --seconds T  of a proposed motion (6)
+# The trial of hrp-diagnose --next. Prints the table and writes DIR/next.json.
+#
+# Another engine makes N cases with poor first recordings: short, slow, small, one joint still. A case is open if the
+# answer is wrong or leaves more than one explanation. An open case gets one round of the motions that the tool proposes.
+# For comparison, it gets one round of multisines of the same length instead. Robot, hidden physics and noise are the same.
+# Options (defaults in parentheses):
+#   --cases N    number of cases (20)
+#   --seed S     the same seed gives the same cases (seconds of the clock; printed)
+#   --jobs J     tools that run at the same time (all cores)
+#   --out DIR    working folder (out/next-SEED); a stopped trial continues there
+#   --family F   families of hrp-make-cases, a comma list (joint,link,pair,pair_same_joint). arm_dirty: friction and rotors
+#                in every joint; stand_joint,stand_link,stand_foot,stand_pair: standing robots
+#   --poor T     seconds of the first recordings (2)
+#   --seconds T  seconds of a proposed motion (6)
 #   --limit T    seconds after which a run counts as no answer (900)
-#   --stage X    table: only counts what there is; all (the default)
+#   --stage X    table: only counts existing answers; all (all)
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/sanitize.sh [address|undefined|thread|address,undefined ...] [--tests REGEX]
 #
-# Builds with sanitizers and runs the tests that make sense under them: of address and undefined those of one process
-# (label unit), of thread those of what has threads (bus, logger, scheduler, viewer, parallel loops). Without names: address and
-# undefined in one build, then thread. Each build has its own folder, build-address-undefined or build-thread.
+# Builds with sanitizers and runs tests:
+#   address, undefined   tests of one process (label unit)
+#   thread               tests of code with threads (bus, logger, scheduler, viewer, parallel loops)
+# Without names: address and undefined in one build, then thread. Each build has its own folder, build-address-undefined
+# or build-thread.
 #
-#   --tests REGEX   only tests whose names fit; of thread also those of the label conformance
+#   --tests REGEX   only tests whose names fit; with thread, also tests with the label conformance
 #
-# A finding ends its test with the place in the source. docs/robustness.md has the counts;
-# scripts/robustness/thread_sanitizer.supp what is suppressed of the vendors' libraries, and why.
+# A finding ends its test with the place in the source. docs/robustness.md has the counts.
+# scripts/robustness/thread_sanitizer.supp lists what is suppressed in the vendors' libraries, and why.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/secure.sh DIR [--days N] [--add NAME --may command|look] [--revoke NAME]
 #
-# Makes what DDS Security needs, with openssl: an authority (DIR/ca), and a folder for each identity with its certificate,
-# key and signed permissions. Without options it makes DIR/command (may steer and take part in a run) and DIR/look (may
-# only read). Both DDS vendors read the files; every program takes them: --secure DIR.
+# Makes the files for DDS Security with openssl: an authority (DIR/ca), and a folder for each identity with certificate,
+# key and signed permissions. Without options, it makes DIR/command (may steer and take part in a run) and DIR/look (may
+# only read). Both DDS vendors read these files. Every program takes them with --secure DIR.
 #
-#   --days N                 validity of new certificates, default 365
-#   --add NAME --may WHAT    one more identity; WHAT is command or look
-#   --revoke NAME            its certificate counts no more for programs that start from now on
+#   --days N                 validity of new certificates in days, default 365
+#   --add NAME --may WHAT    adds an identity; WHAT is command or look
+#   --revoke NAME            programs that start from now on refuse this identity
 #
-# Whoever holds DIR/ca/key.pem can make identities: keep DIR/ca on one machine. To another machine or person give one
-# identity's folder (DIR/look, say); programs take that folder, too. After --revoke, hand out the new crl.pem.
+# Whoever has DIR/ca/key.pem can make identities: keep DIR/ca on one machine. Give other machines or persons the folder of
+# one identity only, such as DIR/look. After --revoke, hand out the new crl.pem.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

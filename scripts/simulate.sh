@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/simulate.sh [SCENARIO.yaml] [options]
 #
-# Installs what is missing, builds what a run needs, and runs the server set on a scenario (models/scenarios/default.yaml
-# when none is named: the HRP-2P-like robot walks). Ends with the place of the log, a plot of the contact forces, a summary
-# and the command that plays the log back. All options go to hrp-simulate:
+# Installs missing packages, builds what a run needs, and runs a scenario. The default scenario is
+# models/scenarios/default.yaml: the HRP-2P-like robot walks. At the end, it prints where the log and a plot of the contact
+# forces are, a summary, and the command that plays the log back. All options go to hrp-simulate:
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/soak.sh [--steps N] [--dds cyclone|fast] [--out FILE.csv] [--every SECONDS]
 #
-# Lets the server set run for long and looks at its processes meanwhile: memory, threads, open files, steps a second. At
-# the end it compares the last third with the middle third. Status 1 when memory grows by more than 2 %, or threads or
-# files by one.
+# Runs the server set for a long time and measures its processes: memory, threads, open files, steps per second. At the
+# end, it compares the last third with the middle third. Status 1 if memory grows by more than 2 %, or threads or files by
+# one.
 #
-#   --steps N   default 10000000: most of an hour
-#   --out FILE  a row for each server and look
-#   --every S   default 5
+#   --steps N   steps of the run, default 10000000: most of an hour
+#   --out FILE  CSV file with one row for each server and measurement
+#   --every S   seconds between measurements, default 5
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 [ -x "$BUILD/bin/hrp-simulate" ] || "$ROOT/scripts/build.sh" >&2

@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/sweep.sh SWEEP.yaml [--out DIR] [--jobs N] [--cluster ADDRESS|local] [--limit S]
 #
-# Runs a scenario many times: every combination of scenarios, robots, controllers, parameters and seeds that the file names
-# (docs/tutorials/sweep.md), without bus and log. Writes DIR/table.csv and DIR/report.html (default logs/NAME). A sweep that
-# was stopped or killed goes on with the same command.
-#   --jobs N            runs at a time (default: as many as cores that it may use)
-#   --cluster ADDRESS   on the workers of a Dask scheduler (Debian's python3-distributed); local: one of this machine's cores
-#   --limit S           seconds that one run may take (default 600)
-# Exit status 1 when a run could not be done.
+# Runs every combination of the scenarios, robots, controllers, parameters and seeds in a file (docs/tutorials/sweep.md),
+# without bus and log. Writes DIR/table.csv and DIR/report.html (default DIR: logs/NAME). The same command continues a
+# sweep that was stopped or killed.
+#   --jobs N            runs at the same time (default: number of available cores)
+#   --cluster ADDRESS   runs on the workers of a Dask scheduler (Debian's python3-distributed); local: starts a cluster on
+#                       the cores of this machine
+#   --limit S           time limit of one run in seconds (default 600)
+# Example: scripts/sweep.sh models/sweeps/friction_and_slope.yaml --out swept
+# Exit status 1 if a run could not be done.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

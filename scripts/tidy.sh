@@ -5,12 +5,12 @@
 # Static analysis: clang-tidy with the checks of .clang-tidy. Prints each finding, and a table of the folders; status 1 when there
 # is a finding. Without names: sources that differ from the branch main, or that include a header which does.
 #
-#   FOLDER, FILE  these sources, and those below
-#   --all         all sources: half an hour of two cores at the first time, an hour without clang's headers
-#   --jobs N      so many at a time, default the cores
+#   FOLDER, FILE  these sources, and those in these folders
+#   --all         all sources: the first time half an hour of two cores, an hour without clang's headers
+#   --jobs N      sources at the same time, default the number of cores
 #
-# A source without a finding is not looked at again until it, a header or a check has changed. It needs clang and clang-tidy
-# (apt-get install clang clang-tidy) and works in build-tidy, beside the usual build. With clang's headers, too
+# The script skips a source without findings until it, a header or a check changes. It needs clang and clang-tidy
+# (apt-get install clang clang-tidy) and works in build-tidy, beside the usual build. With clang's headers
 # (libclang-14-dev), it takes half of the time: scripts/robustness/own_sources.cpp.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"

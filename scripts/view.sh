@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/view.sh [RUN.mcap [RUN2.mcap] | EXPERIMENT] [options]
 #
-# Opens the viewer; prints the address of its page. RUN.mcap is the log of a run, two of them are shown side by side (the
-# second robot as a ghost, its lines dashed). EXPERIMENT is a folder with experiment.yaml and CSV recordings. With no file
-# it joins the run that goes on. All options go to hrp-viewer:
+# Starts the viewer and prints the address of its page. RUN.mcap is the log of a run. With two logs, the second robot is a
+# ghost, and its lines are dashed. EXPERIMENT is a folder with experiment.yaml and CSV recordings. Without a file, the viewer
+# joins the live run. All options go to hrp-viewer:
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

@@ -89,10 +89,10 @@ bool is_asked_on_terminal(const RunChoice& choice) {
 }  // namespace
 
 void add_join_options(CLI::App& app, JoinOptions* options) {
-  auto* run = app.add_option("--run", options->run, "process id of the run to join, as listed; default: the only run of this machine")
+  auto* run = app.add_option("--run", options->run, "process id of the run to join (see hrp-run list); default: the only run of this machine")
                   ->check(CLI::PositiveNumber);
   app.add_option("--domain", options->domain, "DDS domain of the run to join")->check(CLI::Range(0, kHighestDomain))->excludes(run);
-  app.add_option("--dds", options->vendor, "DDS of this program, it talks to both; default: the run's")
+  app.add_option("--dds", options->vendor, "DDS of this program, which can talk to both; default: the run's")
       ->check(CLI::IsMember({"cyclone", "fast"}));
   app.add_option("--secure", options->secure, "folder of the identity to join with (scripts/secure.sh makes it)")->check(CLI::ExistingDirectory);
 }

@@ -29,13 +29,13 @@ struct CommonOptions {
 void add_common_options(CLI::App& app, CommonOptions* options) {
   add_join_options(app, &options->join);
   app.add_option("--network-interface", options->bus.network_interface,
-                 "IPv4 address of the interface to use; without it nothing leaves the machine. ADDRESS,PEER,... asks these\n"
-                 "machines for others in the place of multicast");
+                 "IPv4 address of the interface to use; default: loopback only. ADDRESS,PEER,... looks for other programs at\n"
+                 "these peers instead of by multicast");
   app.add_option("--dds-config", options->bus.config_file,
                  "file in the DDS vendor's own format that replaces all network settings");
   app.add_option("--role", options->role, "name under which this server reports")->capture_default_str();
   app.add_option("--parent", options->parent, "process id: end when this parent ends (used by hrp-simulate)");
-  app.add_flag("--far-launcher", options->far_launcher, "the launcher is on another machine and speaks through standard input (used by hrp-simulate --on)");
+  app.add_flag("--far-launcher", options->far_launcher, "the launcher is on another machine and talks to this server through standard input (used by hrp-simulate --on)");
 }
 
 // Ends a node whose run has gone without a word: its launcher was killed.

@@ -93,7 +93,7 @@ int run_jobs(const std::vector<Job>& jobs, const fs::path& out, const CaseOption
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "hrp-make-cases: recordings of simulated robots (MuJoCo) in which physics is hidden.\n"
+      "Makes recordings of simulated robots (MuJoCo) with hidden physics, for blind trials of hrp-diagnose.\n"
       "Writes OUT/cases/NAME (experiment, URDF, CSV) and OUT/truths/NAME.json."};
   app.set_version_flag("--version", hrp::get_version_text("hrp-make-cases"));
   std::string out = "cases-out", effect, family, played, only;
@@ -102,36 +102,37 @@ int main(int argc, char** argv) {
   CaseOptions options;
   bool clean = false;
   app.add_option("--out", out, "folder to write to")->capture_default_str();
-  app.add_option("--cases", count, "how many")->check(CLI::Range(1, 100000))->capture_default_str();
+  app.add_option("--cases", count, "number of cases")->check(CLI::Range(1, 100000))->capture_default_str();
   app.add_option("--seed", seed, "the same seed gives the same cases")->capture_default_str();
-  app.add_option("--jobs", jobs, "threads")->check(CLI::Range(1, 256))->capture_default_str();
-  app.add_option("--duration", options.duration, "seconds of each recording")
+  app.add_option("--jobs", jobs, "number of threads")->check(CLI::Range(1, 256))->capture_default_str();
+  app.add_option("--duration", options.duration, "[s] length of each recording")
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();
-  app.add_option("--effect", effect, "only this: an effect, two joined by '+', 'none', 'arm:EFFECT', 'stand:EFFECT' for a biped, or 'walk:EFFECT'");
+  app.add_option("--effect", effect, "hides only this: an effect, two joined by '+', or 'none'; 'arm:EFFECT', 'stand:EFFECT' or 'walk:EFFECT' chooses the robot, too");
   app.add_option(
       "--family", family,
-      "only these, a comma list: arm, stand, single; none, joint, link, sensor, pair, pair_same_joint, triple, "
-      "unknown; stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown; dirty, arm_dirty, "
-      "stand_dirty; walk, or walk_none, walk_foot, walk_sensor, walk_joint, walk_link, walk_pair, walk_unknown");
+      "only these families, a comma list. Groups: arm, stand, single, dirty, walk.\n"
+      "Arms: none, joint, link, sensor, pair, pair_same_joint, triple, unknown, arm_dirty.\n"
+      "Standing: stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown, stand_dirty.\n"
+      "Walks: walk_none, walk_foot, walk_sensor, walk_joint, walk_link, walk_pair, walk_unknown");
   app.add_option("--urdf", options.urdf,
-                 "the robot of the cases, held by its root link or on its feet (else arms and bipeds are drawn)")
+                 "robot of all cases, held by its root link or on its feet; default: random arms and bipeds")
       ->check(CLI::ExistingFile);
   app.add_option("--sensors", options.sensors,
-                 "what arms have behind their gears, a comma list: joint_torque, link_encoder, imu, wrench")
+                 "sensors of arms behind their gears, a comma list: joint_torque, link_encoder, imu, wrench")
       ->delimiter(',')
       ->check(CLI::IsMember({"joint_torque", "link_encoder", "imu", "wrench"}));
-  app.add_option("--models", options.models, "folder of robots that walk (default: the installed one)")
+  app.add_option("--models", options.models, "folder with the models of walking robots; default: the installed one")
       ->check(CLI::ExistingDirectory);
   app.add_option("--poor", options.poor,
-                 "arms: first recordings of so many seconds that tell little: slow, small, one joint still")
+                 "[s] for arms: short recordings of this length with little information: slow, small, one joint still")
       ->check(CLI::Range(1.0, 20.0));
   app.add_option("--play", played,
-                 "further recordings of the same robots: the commands in FOLDER/NAME/next/*.csv; those whose name begins\n"
+                 "adds recordings of the same robots, which play the commands in DIR/NAME/next/*.csv; files whose names begin\n"
                  "with validate are held out")
       ->check(CLI::ExistingDirectory);
-  app.add_flag("--multisines", options.multisines, "with --play: multisines of as many seconds in the place of those commands");
-  app.add_option("--only", only, "only the case of this name, such as case-003, of the whole plan");
+  app.add_flag("--multisines", options.multisines, "with --play: plays multisines of the same length instead of those commands");
+  app.add_option("--only", only, "makes only the case of this name, such as case-003");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
   CLI11_PARSE(app, argc, argv);
   options.noise_scale = clean ? 0 : 1;

@@ -155,35 +155,35 @@ int main(int argc, char** argv) {
   double scale = 1.0;
   int seeds = 100;
   bool in_process = false;
-  CLI::App* make = app.add_subcommand("make", "writes scenarios of all motions, checked for stability and excitation");
-  make->add_option("scenario", scenario, "robot with its bush")->required();
-  make->add_option("folder", folder, "where scenarios and motions go")->required();
-  make->add_option("--improve", tries, "propose more motions on the feet that tell what is least known: this many of each family are tried");
+  CLI::App* make = app.add_subcommand("make", "writes a scenario for each motion, and checks stability and excitation");
+  make->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
+  make->add_option("folder", folder, "folder for scenarios and motions")->required();
+  make->add_option("--improve", tries, "proposes more motions on the feet for the least known parameters; tries this many of each family");
   Rubber rubber = Rubber::kAsGiven;
-  make->add_option("--rubber", rubber, "other rubber than the scenario's: hardening, hysteresis")
+  make->add_option("--rubber", rubber, "replaces the scenario's rubber by one with hardening or hysteresis")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{
           {"given", Rubber::kAsGiven}, {"hardening", Rubber::kHardening}, {"hysteresis", Rubber::kHysteresis}}));
   MotionSet set = MotionSet::kRich;
-  make->add_option("--motions", set, "rich: our eighteen; paper: the fourteen of Mikami et al. 2014")
+  make->add_option("--motions", set, "rich: our 18 motions; paper: the 14 of Mikami et al. 2014")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, MotionSet>{{"rich", MotionSet::kRich}, {"paper", MotionSet::kPaper}}));
-  make->add_option("--scale", scale, "motions this much shorter or longer");
+  make->add_option("--scale", scale, "factor on the length of the motions (1)");
   CLI::App* fit =
-      app.add_subcommand("fit", "identifies from the runs of a folder that `make` wrote (NAME.mcap beside NAME.yaml)");
-  fit->add_option("scenario", scenario, "robot with its bush")->required();
-  fit->add_option("folder", folder, "what `make` wrote")->required();
-  fit->add_option("--out", out, "for report.html and identified.yaml")->required();
-  fit->add_flag("--in-process", in_process, "run the scenarios here instead of reading their logs");
+      app.add_subcommand("fit", "identifies from the logs of the runs: NAME.mcap in the folder of `make`, for each NAME.yaml");
+  fit->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
+  fit->add_option("folder", folder, "folder that `make` wrote")->required();
+  fit->add_option("--out", out, "folder for report.html and identified.yaml")->required();
+  fit->add_flag("--in-process", in_process, "runs the scenarios in this process instead of reading their logs");
   CLI::App* experiment = app.add_subcommand("experiment", "identifies from an experiment's recordings (CSV or MCAP)");
   experiment
       ->add_option("experiment", scenario, "experiment.yaml; a recording named 'hanging' zeroes the force sensors")
       ->required();
-  experiment->add_option("--out", out, "for report.html and identified.yaml")->required();
+  experiment->add_option("--out", out, "folder for report.html and identified.yaml")->required();
   CLI::App* coverage =
-      app.add_subcommand("coverage", "how often the intervals hold the truth, over many seeds of the sensors' noise");
-  coverage->add_option("scenario", scenario, "robot with its bush")->required();
-  coverage->add_option("folder", folder, "what `make` wrote")->required();
-  coverage->add_option("--seeds", seeds, "how many")->check(CLI::Range(1, 100000));
+      app.add_subcommand("coverage", "counts how often the 95 % intervals contain the truth, over many seeds of the sensor noise");
+  coverage->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
+  coverage->add_option("folder", folder, "folder that `make` wrote")->required();
+  coverage->add_option("--seeds", seeds, "number of seeds (100)")->check(CLI::Range(1, 100000));
   CLI11_PARSE(app, argc, argv);
   try {
     if (*make) return make_scenarios(scenario, folder, rubber, tries, scale, set);

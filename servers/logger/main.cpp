@@ -10,11 +10,11 @@ int main(int argc, char** argv) {
       argc, argv, {"logger", "hrp-logger", "Writes every step of a run to an MCAP file."},
       [&](const hrp::NodeContext& context) { return std::make_unique<hrp::LoggerNode>(context, options); },
       [&](CLI::App& app) {
-        app.add_option("--log", options.path, "file to write; later epochs get a number before its ending")
+        app.add_option("--log", options.path, "file to write; after a reset, the next file gets a number before its extension")
             ->capture_default_str();
-        app.add_option("--compression", options.compression, "instead of the scenario's")
+        app.add_option("--compression", options.compression, "compression of the log; default: the scenario's")
             ->check(CLI::IsMember({"none", "lz4", "zstd"}));
-        app.add_flag("--force", options.force, "overwrite a log that is there");
-        app.add_flag("--durable", options.durable, "bring each part of the log to the disk: a power cut loses no step that is said to be there");
+        app.add_flag("--force", options.force, "overwrite an existing log");
+        app.add_flag("--durable", options.durable, "flush each part of the log to the disk: a power cut loses no step that counts as logged");
       });
 }

@@ -28,21 +28,21 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options* options) {
-  app.footer("Without files it joins the run that goes on. Examples:\n"
+  app.footer("Without files, it joins the live run. Examples:\n"
              "  hrp-viewer                            a live run\n"
              "  hrp-viewer run.mcap                   a recorded one\n"
-             "  hrp-viewer run.mcap other.mcap        two, side by side\n"
+             "  hrp-viewer run.mcap other.mcap        two, the second as a ghost\n"
              "  hrp-viewer experiment/                CSV recordings of an experiment folder\n"
              "Foxglove connects to the same address with ws in the place of http, token included.");
   app.add_option("FILES", options->files, "logs (MCAP), or experiment folders");
   hrp::add_join_options(app, &options->join);
-  app.add_option("--port", options->web.port, "0 = a free one")->capture_default_str();
-  app.add_option("--address", options->web.address, "address to listen at; default: this machine only")
+  app.add_option("--port", options->web.port, "port of the page; 0 = a free port")->capture_default_str();
+  app.add_option("--address", options->web.address, "address to listen on; default: this machine only")
       ->capture_default_str();
-  app.add_option("--token", options->web.access.token, "what those who connect must know; default: a random one");
-  app.add_flag("--read-only", options->read_only, "no run control: pages only look");
+  app.add_option("--token", options->web.access.token, "token that a browser must send; default: a random one");
+  app.add_flag("--read-only", options->read_only, "pages cannot steer the run");
   app.add_option("--page", options->viewer.page_folder, "folder of the page; default: ../share/viewer beside this program");
-  app.add_option("--then", options->viewer.log_after, "log of the live run, shown when the run is over");
+  app.add_option("--then", options->viewer.log_after, "log of the live run, shown after the run has ended");
 }
 
 void show_files(const std::vector<std::string>& files, hrp::Viewer* viewer) {
@@ -90,7 +90,7 @@ int serve(Options options) {
 int main(int argc, char** argv) {
   // First of all: who starts a viewer and changes his mind at once gets a clean end, too.
   hrp::handle_stop_signals();
-  CLI::App app("The online viewer: a run, its contact forces and charts in the browser. It never slows or changes the run.",
+  CLI::App app("Shows a run, its contact forces and charts in the browser. It never slows or changes the run.",
                "hrp-viewer");
   app.set_version_flag("--version", hrp::get_version_text("hrp-viewer"));
   Options options;

@@ -44,22 +44,22 @@ hrp::Findings look_into(const hrp::JoinedRun& run, const hrp::JoinOptions& join,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Why is nothing seen? Looks at this machine, this session and one run, and says one line a check: ok, or the\n"
-               "problem with its mend. It changes nothing in the run. It takes about five seconds.", "hrp-doctor");
+  CLI::App app("Finds out why a program sees no run or no data. Checks this machine, this session and one run. Prints one line\n"
+               "per check: ok, or the problem and how to solve it. Does not change the run. Takes about five seconds.", "hrp-doctor");
   app.set_version_flag("--version", hrp::get_version_text("hrp-doctor"));
   app.footer("What is checked:\n"
              "  folder         the list of runs is in a folder that only you can enter\n"
-             "  run            there is a run, and it is clear which one is meant\n"
-             "  interface      loopback, or the one of --network-interface, is there and up\n"
+             "  run            there is a run, and only one fits the options\n"
+             "  interface      loopback, or the one of --network-interface, exists and is up\n"
              "  multicast      discovery packets come back (--network-interface only)\n"
-             "  vendor         each DDS, and each with the other, brings a message over loopback\n"
-             "  shared memory  nothing of dead Fast DDS programs lies in /dev/shm\n"
-             "  environment    ROS_DOMAIN_ID, CYCLONEDDS_URI, FASTRTPS_DEFAULT_PROFILES_FILE lead to the run\n"
-             "  clock          it does not jump; on several machines it is set from outside\n"
-             "  files          a process may open enough of them\n"
+             "  vendor         a message over loopback arrives with each DDS, and between them\n"
+             "  shared memory  /dev/shm has no files of dead Fast DDS programs\n"
+             "  environment    ROS_DOMAIN_ID, CYCLONEDDS_URI, FASTRTPS_DEFAULT_PROFILES_FILE fit the run\n"
+             "  clock          it does not jump; with several machines, it is synchronized\n"
+             "  files          a process may open enough files\n"
              "  domain         the domain of the run has room for one more participant\n"
-             "  discovery      participants are seen there, of which vendor\n"
-             "  phase          the run goes on: it is not paused and waits for nobody\n"
+             "  discovery      participants of the domain, and their vendors\n"
+             "  phase          the run is not paused and does not wait for a server\n"
              "  qos            no reader asks for more than a writer offers, or misses the last sample\n"
              "  types, names   topics have the types and names of idl/\n"
              "Exit status: 0 no problem, 1 a problem, 2 wrong command line.\n"
@@ -71,8 +71,8 @@ int main(int argc, char** argv) {
   join.only_looks = true;
   hrp::BusOptions options;
   hrp::add_join_options(app, &join);
-  app.add_option("--network-interface", options.network_interface, "IPv4 address of the interface that the run uses; without it loopback");
-  app.add_option("--dds-config", options.config_file, "file in the DDS vendor's own format, as the servers got it")->check(CLI::ExistingFile);
+  app.add_option("--network-interface", options.network_interface, "IPv4 address of the interface that the run uses; default: loopback");
+  app.add_option("--dds-config", options.config_file, "file in the DDS vendor's own format, the same as for the servers")->check(CLI::ExistingFile);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

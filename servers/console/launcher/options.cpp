@@ -22,9 +22,9 @@ const char kFooter[] = R"(Examples:
   hrp-simulate models/scenarios/default.yaml
   hrp-simulate S.yaml --dds fast --duration 5 --log run.mcap
   hrp-simulate S.yaml --dds-for controller=fast          one server on the other vendor
-  hrp-simulate S.yaml --view                             and watch it in the browser
-  hrp-simulate S.yaml --without controller               leaves the place to a controller of your own
-  hrp-simulate S.yaml --controller "python3 python/examples/my_controller.py"     a controller of your own in the set
+  hrp-simulate S.yaml --view                             shows the run in the browser
+  hrp-simulate S.yaml --without controller               waits for a controller of your own
+  hrp-simulate S.yaml --controller "python3 python/examples/my_controller.py"     starts a controller of your own
   hrp-simulate S.yaml --on controller=robot              the controller on another machine, over ssh
   hrp-simulate S.yaml --program dynamics=hrp-dynamics-mujoco
 
@@ -102,7 +102,7 @@ const std::vector<std::string>& get_roles() {
 }
 
 bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* exit_code) {
-  CLI::App app("Runs a scenario: starts the server set, shows its progress, says what went wrong, ends with the log.",
+  CLI::App app("Runs a scenario: starts the servers, shows progress and errors, and prints where the log is.",
                "hrp-simulate");
   app.set_version_flag("--version", get_version_text("hrp-simulate"));
   app.footer(kFooter);
@@ -117,31 +117,31 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's")
       ->check([](const std::string& word) { return find_duration_fault(std::strtod(word.c_str(), nullptr)); });
   app.add_flag("--in-process", options->in_process, "all servers in one process and thread, without DDS");
-  app.add_flag("--realtime", realtime, "not faster than real time (= --speed 1)");
-  app.add_option("--speed", options->speed, "not faster than this many simulated seconds per second; 0 = no limit")
+  app.add_flag("--realtime", realtime, "at most real time (= --speed 1)");
+  app.add_option("--speed", options->speed, "at most this many simulated seconds per second; 0 = no limit")
       ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
-  app.add_option("--ros-rate", options->ros_rate, "/joint_states and /tf for ROS 2 in a simulated second; 0 = every control period")
+  app.add_option("--ros-rate", options->ros_rate, "[Hz of simulated time] rate of /joint_states and /tf for ROS 2; 0 = every control period")
       ->check([](const std::string& word) { return find_ros_rate_fault(std::strtod(word.c_str(), nullptr)); });
-  app.add_flag("--ros-services", options->ros_services, "services of ROS 2 /run/pause, /run/resume, /run/step, /run/reset: for anybody who reaches the domain");
+  app.add_flag("--ros-services", options->ros_services, "offers the ROS 2 services /run/pause, /run/resume, /run/step, /run/reset to anybody who reaches the domain");
   app.add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
-  app.add_flag("--force", options->force, "overwrite a log that is there");
-  app.add_flag("--durable", options->durable, "bring each part of the log to the disk: a power cut loses no step that is said to be there");
-  app.add_option("--without", options->without, "leave this server out: somebody else starts it; may be repeated")
+  app.add_flag("--force", options->force, "overwrite an existing log");
+  app.add_flag("--durable", options->durable, "flush each part of the log to the disk: a power cut loses no step that counts as logged");
+  app.add_option("--without", options->without, "do not start this server: you start it yourself; may be repeated")
       ->check(CLI::IsMember(get_roles()));
-  app.add_option("--program", programs, "SERVER=PROGRAM: another program in the place of a server; may be repeated");
-  app.add_option("--controller", controller, "command of a controller in the place of ours: my-controller, \"python3 python/examples/my_controller.py\"");
+  app.add_option("--program", programs, "SERVER=PROGRAM: replaces a server by another program; may be repeated");
+  app.add_option("--controller", controller, "command that replaces our controller, such as my-controller or \"python3 python/examples/my_controller.py\"");
   app.add_option("--on", on, "SERVER=[USER@]HOST: start this server on another machine, over ssh; may be repeated");
-  app.add_option("--hosts", hosts, "file with a line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" a server on another machine")
+  app.add_option("--hosts", hosts, "file with one line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" per server on another machine")
       ->check(CLI::ExistingFile);
-  app.add_option("--ssh", ssh, "command that runs a program on another machine in the place of ssh: \"ssh -p 2222\", \"ip netns exec\"")
+  app.add_option("--ssh", ssh, "command that runs a program on another machine, such as \"ssh -p 2222\" or \"ip netns exec\"")
       ->capture_default_str();
   app.add_flag("--paused", options->paused, "wait for hrp-run before the first step");
-  app.add_flag("--keep-going", options->keep_going, "start a server again that died, instead of ending the run");
+  app.add_flag("--keep-going", options->keep_going, "restart a server that died, instead of ending the run");
   app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
-  app.add_option("--secure", options->secure, "folder of identities (scripts/secure.sh makes it): only they may join")->check(CLI::ExistingDirectory);
-  app.add_flag("--no-pin", no_pin, "leave it to the kernel which server runs on which core");
+  app.add_option("--secure", options->secure, "folder of identities (scripts/secure.sh makes it): only these may join")->check(CLI::ExistingDirectory);
+  app.add_flag("--no-pin", no_pin, "let the kernel choose the core of each server");
   app.add_flag("--no-plot", no_plot, "no plot of the contact forces at the end");
-  app.add_flag("--view", options->view, "watch the run in a browser: prints the address; real time unless --speed is given");
+  app.add_flag("--view", options->view, "prints the address of a page that shows the run; real time unless --speed is given");
   app.add_option("--view-port", options->view_port, "port of the page; default: a free one")->check(CLI::Range(0, 65535));
   app.add_flag("--verbose", options->verbose, "every warning about the robot in full");
   app.add_flag("--quiet", options->quiet, "no progress line");

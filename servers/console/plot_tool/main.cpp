@@ -51,9 +51,9 @@ int main(int argc, char** argv) {
   std::string data, out;
   app.add_option("data", data, "CSV file with a header")->required();
   app.add_option("--out", out, "SVG file")->required();
-  app.add_option("--title", plot.title);
-  app.add_option("--x", plot.x_label, "label with unit");
-  app.add_option("--y", plot.y_label, "label with unit");
+  app.add_option("--title", plot.title, "title of the plot");
+  app.add_option("--x", plot.x_label, "label of the x axis, with unit");
+  app.add_option("--y", plot.y_label, "label of the y axis, with unit");
   CLI11_PARSE(app, argc, argv);
   try {
     read(data, &plot);

@@ -33,15 +33,15 @@ int main(int argc, char** argv) {
   std::optional<double> speed;
   unsigned long long steps = 1;
   bool follow = false;
-  add_request(app, "pause", "hold the run after the steps that are granted", hrp::msg::REQUEST_PAUSE, &control);
-  add_request(app, "run", "go on", hrp::msg::REQUEST_RUN, &control)
-      ->add_option("--speed", speed, "simulated seconds per second, 0 = as fast as it goes; without it at the pace it had");
-  add_request(app, "step", "make N steps and hold again", hrp::msg::REQUEST_STEP, &control)->add_option("N", steps, "how many")->check(CLI::Range(1, 1000000));
-  add_request(app, "reset", "begin again at step 0", hrp::msg::REQUEST_RESET, &control);
-  add_request(app, "stop", "end the run; the log is closed", hrp::msg::REQUEST_STOP, &control);
-  CLI::App* status = app.add_subcommand("status", "say where the run is");
-  status->add_flag("--follow", follow, "until it ends");
-  CLI::App* list = app.add_subcommand("list", "say which runs there are on this machine: scenario, process, domain, log");
+  add_request(app, "pause", "pause the run after the steps that are granted already", hrp::msg::REQUEST_PAUSE, &control);
+  add_request(app, "run", "resume the run", hrp::msg::REQUEST_RUN, &control)
+      ->add_option("--speed", speed, "at most this many simulated seconds per second; 0 = no limit; default: unchanged");
+  add_request(app, "step", "make N steps and pause again", hrp::msg::REQUEST_STEP, &control)->add_option("N", steps, "number of steps")->check(CLI::Range(1, 1000000));
+  add_request(app, "reset", "start the run again at step 0", hrp::msg::REQUEST_RESET, &control);
+  add_request(app, "stop", "end the run and close the log", hrp::msg::REQUEST_STOP, &control);
+  CLI::App* status = app.add_subcommand("status", "print phase, step and time of the run");
+  status->add_flag("--follow", follow, "print until the run ends");
+  CLI::App* list = app.add_subcommand("list", "list the runs of this machine: scenario, process, domain, log");
   CLI::App* domain = app.add_subcommand("domain", "print the run's DDS domain, for programs of your own");
   for (CLI::App* command : {status, list, domain}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);

@@ -25,7 +25,7 @@ int look(const hrp::JoinOptions& join, const std::function<int(const hrp::ToolCo
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Looks into a running simulation, and sends it commands. Reads best-effort: looking never slows or changes the run.", "hrp-topic");
+  CLI::App app("Shows the topics of a run, and sends it commands. It reads best-effort, so it never slows or changes the run.", "hrp-topic");
   app.set_version_flag("--version", hrp::get_version_text("hrp-topic"));
   app.footer("Examples:\n"
              "  hrp-topic list\n"
@@ -43,24 +43,24 @@ int main(int argc, char** argv) {
   std::string name;
   hrp::EchoOptions echo;
   CLI::App* list = app.add_subcommand("list", "topics with types, writers, readers and measured rates");
-  list->add_option("--seconds", seconds, "how long rates are measured")->capture_default_str();
-  list->add_flag("--json", echo.json, "one JSON object a line");
-  CLI::App* show = app.add_subcommand("echo", "print what is sent on a topic, until Ctrl-C or the end of the run");
-  show->add_option("TOPIC", echo.topic, "as in the list; the end of the name will do")->required();
-  show->add_flag("--json", echo.json, "one JSON object a line, exact numbers");
-  show->add_option("--count", echo.count, "stop after so many samples");
-  show->add_option("--field", echo.fields, "print only this part, as pairs[0].total.force.z; may be given again");
-  show->add_option("--rate", echo.rate, "at most so many samples a second");
+  list->add_option("--seconds", seconds, "[s] time for measuring the rates")->capture_default_str();
+  list->add_flag("--json", echo.json, "one JSON object per line");
+  CLI::App* show = app.add_subcommand("echo", "print the samples of a topic, until Ctrl-C or the end of the run");
+  show->add_option("TOPIC", echo.topic, "name as in the list, or its last part")->required();
+  show->add_flag("--json", echo.json, "one JSON object per line, with exact numbers");
+  show->add_option("--count", echo.count, "stop after this number of samples");
+  show->add_option("--field", echo.fields, "print only this part, such as pairs[0].total.force.z; may be repeated");
+  show->add_option("--rate", echo.rate, "at most this many samples per second");
   CLI::App* hz = app.add_subcommand("hz", "print rate, size and longest gap of a topic every second");
-  hz->add_option("TOPIC", name, "as in the list; the end of the name will do")->required();
-  hz->add_option("--count", lines, "stop after so many lines");
+  hz->add_option("TOPIC", name, "name as in the list, or its last part")->required();
+  hz->add_option("--count", lines, "stop after this number of lines");
   CLI::App* type = app.add_subcommand("type", "print the IDL of a type, or of a topic's type, with units");
-  type->add_option("NAME", name, "hrp/robot_state, RobotState or hrp::msg::RobotState")->required();
+  type->add_option("NAME", name, "topic or type, such as hrp/robot_state, RobotState or hrp::msg::RobotState")->required();
   std::string text;
   bool only_print = false;
   CLI::App* pub = app.add_subcommand("pub", "send one message to hrp-controller-ros, as ros2 topic pub --once does");
   pub->add_option("TOPIC", name, "joint_trajectory or position_commands")->required();
-  pub->add_option("MESSAGE", text, "fields and values in YAML or JSON; those left out are zero or empty")->required();
+  pub->add_option("MESSAGE", text, "fields and values in YAML or JSON; other fields are zero or empty")->required();
   pub->add_flag("--print", only_print, "print the message as JSON and send nothing");
   for (CLI::App* command : {list, show, hz, type, pub}) command->fallthrough();
   CLI11_PARSE(app, argc, argv);

@@ -68,14 +68,14 @@ void print(const std::string& name, const hrp::Trial& trial, const hrp::TrialRes
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Runs scenarios in this process, without bus and log; prints one line of JSON each.", "hrp-trial");
+  CLI::App app("Runs scenarios in this process, without bus and log. Prints one line of JSON per scenario.", "hrp-trial");
   app.set_version_flag("--version", hrp::get_version_text("hrp-trial"));
   std::vector<std::string> paths;
   std::string csv;
   bool to_the_end = false;
   app.add_option("scenario", paths, "scenario files")->required();
-  app.add_option("--csv", csv, "table of the (last) run: forces, force sensors, base");
-  app.add_flag("--to-the-end", to_the_end, "go on after a fall, as the server set does");
+  app.add_option("--csv", csv, "CSV table of the last run: contact forces, force sensors, base");
+  app.add_flag("--to-the-end", to_the_end, "continue after a fall, as the server set does");
   CLI11_PARSE(app, argc, argv);
   try {
     for (const std::string& path : paths) {
