@@ -320,7 +320,9 @@ class Reporter {
     for (Finding& f : out_.findings) {
       const EffectInfo* row = find_effect(f.effect);
       const bool alone = f.share >= kAlone;  // its own equation is right: what is left elsewhere has a cause of its own
-      if (alone || (row && is_expected(row->id)) || f.grade == Grade::kAmbiguous) continue;
+      // Friction and rotors have shapes of their own. A zero has none: the mean of any unknown force is one.
+      const bool shaped = row && is_expected(row->id) && row->family != EffectFamily::kZero;
+      if (alone || shaped || f.grade == Grade::kAmbiguous) continue;
       f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, 0.5);
       f.statement += " Most of what stands out is left beside it: another cause may be behind both.";
     }

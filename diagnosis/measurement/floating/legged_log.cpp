@@ -187,8 +187,9 @@ class ClipMaker {
       for (size_t k = 0; k < fresh.size(); ++k) any_fresh_[k] |= fresh[k];
     };
     for (const auto& [name, columns] : find_groups(r_)) {
-      fresh_[name] = find_new_samples(columns);
-      merge(fresh_[name]);
+      const std::vector<char> changes = find_new_samples(columns);
+      fresh_[name] = find_readings(columns, changes);
+      merge(changes);
       note_held(name, fresh_[name], *columns[0]);
       add_period(fresh_[name]);
       add_blanks(columns[0], &blank);

@@ -26,6 +26,7 @@ constexpr double kSure = 2.0;         // standard errors, with what recordings d
 constexpr double kHalf = 0.5;         // of an equation's mismatch: what leaves more and takes less may stand in for another cause
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
 constexpr double kStrong = 3;         // times the gain of what was chosen
+constexpr long kPlaces = 6;           // of one effect that are listed beside what was chosen
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
 
 // A spread of few values is known badly itself: Student's 97.5 % over that of a normal error.
@@ -419,7 +420,9 @@ class Searcher {
       const size_t at = t.fit.effects.size() - 1;
       const double gain = t.gain + t.held + calc_cost(t.fit.effects[at]);
       if (gain < limit || (t.fit.effects[at].effect == f->effect.effect && t.fit.effects[at].where == f->effect.where)) continue;
-      if (f->rivals.size() >= 6) break;
+      // Links that move alike share a load in many places: they must not crowd out what is no load.
+      const auto alike = std::count_if(f->rivals.begin(), f->rivals.end(), [&](const Rival& r) { return r.effect.effect == t.fit.effects[at].effect; });
+      if (alike >= kPlaces) continue;
       f->rivals.push_back({t.fit.effects[at], t.fit.get(at), find_deviation(t.fit, at, nullptr), f->gain - gain});
     }
   }

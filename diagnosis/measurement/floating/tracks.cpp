@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+
+#include "diagnosis/data/quantile.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -49,6 +52,49 @@ std::vector<char> find_new_samples(const std::vector<const std::vector<double>*>
     }
   }
   return fresh;
+}
+
+namespace {
+
+constexpr double kQuickest = 0.05;  // quantile of the samples between two changes that is the sensor's period
+
+// Samples from one change of a sensor's reading to the next, and the reading.
+struct Run {
+  size_t begin = 0, end = 0;
+  std::vector<double> reading;
+};
+
+std::vector<Run> list_runs(const std::vector<const std::vector<double>*>& columns, const std::vector<char>& fresh) {
+  std::vector<Run> runs;
+  for (size_t k = 0; k < fresh.size(); ++k) {
+    if (!fresh[k]) continue;
+    if (!runs.empty()) runs.back().end = k;
+    runs.push_back({k, fresh.size(), {}});
+    for (const std::vector<double>* c : columns) runs.back().reading.push_back((*c)[k]);
+  }
+  return runs;
+}
+
+}  // namespace
+
+std::vector<char> find_readings(const std::vector<const std::vector<double>*>& columns, const std::vector<char>& fresh) {
+  const std::vector<Run> runs = list_runs(columns, fresh);
+  std::map<std::vector<double>, int> count;
+  std::vector<double> lengths, before;
+  for (const Run& run : runs) {
+    const bool whole = std::all_of(run.reading.begin(), run.reading.end(), [](double v) { return std::isfinite(v); });
+    if (!whole || run.reading == before) continue;  // a blank within a held reading begins no other one
+    ++count[run.reading], lengths.push_back(static_cast<double>(run.end - run.begin)), before = run.reading;
+  }
+  std::vector<char> out = fresh;
+  if (lengths.empty()) return out;
+  const auto period = static_cast<size_t>(std::max(1.0, std::round(find_quantile(lengths, kQuickest))));
+  for (const Run& run : runs) {
+    const auto at = count.find(run.reading);
+    if (at == count.end() || at->second < 2) continue;
+    for (size_t k = run.begin; k < run.end; k += period) out[k] = 1;
+  }
+  return out;
 }
 
 std::vector<Span> find_spans(const std::vector<double>& time, const std::vector<char>& fresh, double longest,

@@ -263,11 +263,23 @@ class WeightChecker {
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
     f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
     out_.findings.push_back(f);
-    if (!level.swings || std::abs(level.air) < level.air_spread) return;
+    if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
     Finding zero = make_finding(EffectId::kSensorBias, f.where, {make_one("value", "N", level.air, level.air_spread)});
     zero.grade = f.grade, zero.probability = f.probability, zero.share = f.share, zero.weight = 0.5;
     zero.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
     out_.findings.push_back(std::move(zero));
+  }
+
+  // Whether swings are longer than the kernel reaches to both sides: else what it brings in of the stance before and after
+  // passes for a zero.
+  bool is_clear_of_stance(int sensor) const {
+    std::vector<double> kernels;
+    for (const Contact& spell : contacts_.spells) {
+      const Clip& clip = log_.clips[spell.clip];
+      const bool swings = log_.feet[spell.foot].sensor == sensor && !spell.loaded;
+      if (swings) kernels.push_back(static_cast<double>(spell.end - spell.begin) / static_cast<double>(2 * clip.edge));
+    }
+    return find_median(kernels) > 1;
   }
 
   const LeggedLog& log_;
