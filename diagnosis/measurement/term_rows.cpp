@@ -22,9 +22,7 @@ using R = TorqueRecording;
 
 constexpr double kMostLoss = 0.6;    // of the load: no transmission loses so much
 constexpr double kMostHeld = 0.8;    // of the load: a gear that holds more is not seen to be turned back by it
-// Beyond a factor of e an effort counts as one of another unit (effort_units.h), where its two bounds are beyond, too:
-// they may be apart by half of |ln|.
-constexpr double kLeastGain = 0.25, kMostGain = 4.0;
+constexpr double kLeastGain = 0.5, kMostGain = 2.0;
 
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
 constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};

@@ -52,19 +52,6 @@ TEST(EffortUnits, AJointWithoutADriveHasNoEffortInAnyUnit) {
   EXPECT_EQ(e.robot.tree.joint(units[0].joint).name, "shoulder");
 }
 
-// Between a gain of two and another unit there is no gap in which links and rotors have to stand for it.
-TEST(EffortUnits, AFactorOfThreeIsAGainOrAUnitAtEveryJoint) {
-  const Experiment e = make_logged("units_three", make_drives(), {2.6, 2.6});
-  const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
-  int found = 0;
-  for (const Json& f : reports.report["findings"]) {
-    if (f["effect"] != "torque_constant_error") continue;
-    ++found;
-    EXPECT_NEAR(f["parameters"]["scale"]["value"].get<double>(), 2.6, 0.15 * 2.6);  // as far as the bracket reaches
-  }
-  EXPECT_EQ(found, 2) << reports.report["findings"].dump(1);
-}
-
 TEST(EffortUnits, EffortsInNewtonMetresHaveNoUnitToFind) {
   EXPECT_TRUE(find_units(make_logged("units_torque", make_drives(), {1.0, 1.0})).empty());
 }
