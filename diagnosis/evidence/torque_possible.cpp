@@ -29,15 +29,14 @@ class Lister {
 
   std::vector<Candidate> run() {
     for (size_t i = 0; i < design_.joints.size(); ++i) add_of_joint(i);
-    add_of_robot();
     return list_;
   }
 
  private:
-  // In the model, or a rival of what is: at a joint, or (-1) anywhere.
+  // In the model, or a rival of what is, at a joint.
   bool is_listed(EffectFamily family, int joint) const {
     const auto is_it = [&](const Term& t) {
-      return t.effect().family == family && (joint < 0 || t.whole() || t.place == joint);
+      return t.effect().family == family && (t.whole() || t.place == joint);
     };
     return std::any_of(graded_.begin(), graded_.end(), [&](const GradedTerm& g) {
       const bool rival = std::any_of(g.rivals.begin(), g.rivals.end(), [&](const Rival& r) { return is_it(r.term); });
@@ -71,43 +70,19 @@ class Lister {
     if (is_sensible(design_.joints[i], own)) list_.push_back(std::move(c));
   }
 
-  // A term of the whole robot pays for all that could have been in its place: that much less, and it is possible. Of a
-  // family the one that adds most.
-  void add_of_robot() {
-    const double least = std::log(std::max(1.0, static_cast<double>(design_.whole.size())));
-    std::vector<Candidate> best;
-    for (size_t t = 0; t < design_.whole.size(); ++t) {
-      const Term& term = design_.whole[t];
-      if (term.row->is_of_bus() || is_listed(term.effect().family, -1)) continue;
-      Candidate c{choice_, {-1, choice_.model.whole.size()}, 0.0};
-      c.choice.model.whole.push_back(t);
-      const double gain = fit_torque(design_, c.choice.model).evidence - choice_.fit.evidence;
-      if (gain < least) continue;
-      c.probability = 1.0 / (1.0 + std::exp(kWholeGain - gain));
-      const auto same = std::find_if(best.begin(), best.end(), [&](const Candidate& b) {
-        return design_.whole[b.choice.model.whole.back()].effect().family == term.effect().family;
-      });
-      if (same == best.end()) best.push_back(std::move(c));
-      else if (c.probability > same->probability) *same = std::move(c);
-    }
-    list_.insert(list_.end(), best.begin(), best.end());
-  }
-
   const TorqueDesign& design_;
   const Choice& choice_;
   const std::vector<GradedTerm>& graded_;
   std::vector<Candidate> list_;
 };
 
-bool is_physical_term(const TorqueDesign& design, const GradedTerm& g) {
-  return g.term.whole() ? is_whole_physical(design, g.term, g.parameters) : g.term.row->allows(g.parameters);
-}
-
 // What any finding has to show, but for the evidence.
-bool is_worth_listing(const TorqueDesign& design, const GradedTerm& g) {
-  const bool told = g.parameters.norm() > kNinetyFive * (g.parameters.array() != 0.0).select(g.std, 0.0).norm();
+bool is_worth_listing(const GradedTerm& g) {
+  const double size = g.parameters.norm();
+  const auto over = [&](const Eigen::VectorXd& std) { return (g.parameters.array() != 0.0).select(std, 0.0).norm(); };
+  const bool told = size > kNinetyFive * over(g.std) && size > over(g.width);  // parts of the recordings give one sign
   return told && g.helps_held && g.share > kLeast && g.agreement >= kMostSame &&
-         g.parameters.norm() >= g.term.row->material && !g.term.row->excess && is_physical_term(design, g);
+         size >= g.term.row->material && !g.term.row->excess && g.term.row->allows(g.parameters);
 }
 
 }  // namespace
@@ -122,7 +97,7 @@ std::vector<GradedTerm> list_possible_terms(const TorqueDesign& design, const Ch
     all[static_cast<size_t>(i)].probability = c.probability;
   });
   for (GradedTerm& g : all) {
-    if (!is_worth_listing(design, g)) continue;
+    if (!is_worth_listing(g)) continue;
     g.named = true, g.grade = Grade::kAmbiguous;
     list.push_back(std::move(g));
   }
