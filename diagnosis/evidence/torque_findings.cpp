@@ -72,15 +72,12 @@ class Judge {
   void drop_untold_delay(int jobs) {
     const auto delay = std::find_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->is_of_bus(); });
     if (delay == graded_.end()) return;
-    const TorqueDesign with = design_;
     for (JointDesign& joint : design_.joints) joint.barred.clear();  // what misled beside the delay need not without it
     Choice drives = choose_torque_model(design_, jobs, Timing::kAsRecorded);
     drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &drives);
-    if (delay->grade == Grade::kSupported &&
-        calc_held_left(with, fit_) < kTells * calc_held_left(design_, fit_torque(design_, drop_timing(drives.model)))) {
-      design_ = with;
-      return;
-    }
+    const TorqueFit friction_and_rotors = fit_torque(design_, drop_timing(drives.model));
+    const bool told = calc_held_left(design_, fit_) < kTells * calc_held_left(design_, friction_and_rotors);
+    if (delay->grade == Grade::kSupported && told) return;
     choice_ = drives, fit_ = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
   }
