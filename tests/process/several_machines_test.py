@@ -234,8 +234,9 @@ class Launched(unittest.TestCase):
                 words = [SCENARIO, "--on", "controller=desk", "--duration", "5", "--realtime", "--dds", vendor]
                 runs.append((cable, vendor, self.start(cable, words, f"cut-{vendor}.mcap")))
             for cable, _, process in runs:
-                for line in process.stdout:  # progress, every two seconds
-                    if line.startswith("running"):
+                for line in process.stdout:  # progress, every two seconds; on a busy machine the first one comes at 0.03 s
+                    running = re.match(r"running +t = +([\d.]+) s", line)
+                    if running and float(running[1]) > 0.5:
                         break
                 cable.cut()
             self.assertEqual(self.kill_a_launcher(), "", "processes that are left on the host")
