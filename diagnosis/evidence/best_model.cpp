@@ -22,10 +22,10 @@ constexpr int kWholeIterations = 3, kWindowIterations = 8;
 // be worth a quarter in the other.
 constexpr double kWorse = 4.0;
 
-// Faults of logs are told by the servo's own law, whatever else is in a model.
+// Scales and biases of logs are told by the servo's own law, whatever else is in a model; how late a log is, is not.
 Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
   for (const Effect& e : of) {
-    if (e.place.kind == PlaceKind::kSensor && !contains(model, e.id, e.place)) model.push_back(e);
+    if (e.place.kind == PlaceKind::kSensor && e.id != EffectId::kSensorDelay && !contains(model, e.id, e.place)) model.push_back(e);
   }
   return model;
 }

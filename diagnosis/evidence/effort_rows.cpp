@@ -38,7 +38,7 @@ CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vect
   const auto calc_left = [bodies = bodies_](const Plant& plant, bool moved, size_t recording, int j) {
     const TorqueRecording& r = bodies->data->recordings[recording];
     const Eigen::VectorXd tau = (moved ? calc_bodies(*bodies->data, plant, r) : bodies->tau[recording]).col(j);
-    return calc_torque_left(*bodies->data, r, plant.laws[static_cast<size_t>(j)], tau, j);
+    return calc_torque_left(*bodies->data, r, plant, tau, j);
   };
   const auto is_moved = [](const Hypothesis& h) { return std::any_of(h.begin(), h.end(), moves_bodies); };
   // Each joint's efforts over what `at` leaves of them; together as much as it leaves of the simulation.

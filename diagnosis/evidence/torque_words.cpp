@@ -23,6 +23,7 @@ std::string get_place_name(const Experiment& e, const Term& term) {
 bool is_of_link(const Term& term) { return term.row->place != PlaceKind::kJoint; }
 
 Where make_place(const Experiment& e, const Term& term) {
+  if (term.row->of_log) return {{"sensor", e.signal_name(term.place, Quantity::kEffort)}};
   return {{is_of_link(term) ? "link" : "joint", get_place_name(e, term)}};
 }
 
@@ -117,6 +118,7 @@ std::optional<Effect> make_effect(const GradedTerm& g, const GradedTerm* excess)
   if (excess && g.curve.there) values = {g.curve.level.value, g.curve.rest.value, g.curve.velocity.value};
   else if (excess) values = {values[0], values[0] + excess->parameters[0], excess->term.shape};
   while (values.size() < row.parameters.size()) values.push_back(row.parameters[values.size()].value);
+  if (g.term.row->of_log) return Effect{row.id, at_sensor(g.term.place, Reading::kEffort), values};
   return Effect{row.id, g.term.place, values};
 }
 

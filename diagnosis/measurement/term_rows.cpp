@@ -78,6 +78,12 @@ Matrix calc_late_command(const TorqueData&, const R& r, const Term& t) {
   return out;
 }
 
+Matrix calc_late_log(const TorqueData&, const R& r, const Term& t) {
+  Matrix out(r.kept(), 1);
+  for (long k = 0; k < r.kept(); ++k) out(k, 0) = -calc_coming(r, t.place, r.full_row(k), t.shape);
+  return out;
+}
+
 Matrix calc_ripple(const TorqueData& data, const R& r, const Term& t) {
   Matrix out(r.kept(), 2);
   out.col(0) = data.condition(r, (t.shape * r.q.col(t.place).array()).sin().matrix());
@@ -112,6 +118,10 @@ std::vector<double> list_springs(const TorqueData& data, int) {
 
 std::vector<double> list_own_delays(const TorqueData& data, int joint) {
   return data.source[static_cast<size_t>(joint)] == EffortSource::kServoLaw ? list_delays() : std::vector<double>{};
+}
+
+std::vector<double> list_log_delays(const TorqueData& data, int joint) {
+  return data.source[static_cast<size_t>(joint)] == EffortSource::kRecorded ? list_delays() : std::vector<double>{};
 }
 
 // The coefficient is 1 - k.
@@ -163,6 +173,8 @@ std::vector<TermRow> make_joint_rows() {
           .is(&T::needs_drive).is(&T::scales_model),
       Row("constant_torque", 2.0, kSweeps).column(&calc_smooth).constant_in(0),
       Row("actuator_lag", 3.0, kReversals).column(&calc_smooth).within(0.0, kLongest).is(&T::needs_drive),
+      Row("sensor_delay", 3.0, kReversals).column(&calc_late_log).shapes(&list_log_delays).within(0.0, kLongest)
+          .is(&T::needs_drive).is(&T::scanned).is(&T::of_log),
       Row("parallel_spring", 3.0, kSweeps).column(&calc_smooth, 2).shapes(&list_springs).positive()
           .parameters(&make_spring, &take_spring).constant_in(1),
       Row("command_delay", 3.0, kReversals).column(&calc_late_command).shapes(&list_own_delays).within(0.0, kLongest)

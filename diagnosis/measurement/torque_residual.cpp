@@ -33,14 +33,17 @@ Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const To
   return calc_efforts(add_by_hand(plant, data.experiment->recordings[r.index].spec), take_offsets(plant, r.q), r.v, r.a);
 }
 
-std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const JointLaws& laws,
+std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const Plant& plant,
                                      const Eigen::VectorXd& tau, int j) {
+  const JointLaws& laws = plant.laws[static_cast<size_t>(j)];
+  const double log_delay = plant.faults[static_cast<size_t>(get_signal(at_sensor(j, Reading::kEffort)))].delay;
   const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau, data.calc_sign(r, j), j));
   std::vector<double> left;
   for (long k = 0; k < r.kept(); ++k) {
     if (!r.use(k, j)) continue;
     const long row = r.full_row(k);
-    const double effort = r.effort(row, j) - laws.command_delay * calc_late(r, j, row, laws.command_delay) - laws.lag * r.effort_rate(row, j);
+    const double effort = r.effort(row, j) - laws.command_delay * calc_late(r, j, row, laws.command_delay) -
+                          laws.lag * r.effort_rate(row, j) + log_delay * calc_coming(r, j, row, log_delay);
     left.push_back((calc_given_torque(laws, effort, r.v(row, j)) - tau[row] - taken[k]) / laws.torque_scale);
   }
   return left;
@@ -55,7 +58,7 @@ std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& p
     for (size_t i = 0; i < n; ++i) {
       const int j = static_cast<int>(i);
       if (!data.is_judged(j)) continue;
-      for (double left : calc_torque_left(data, r, plant.laws[i], tau.col(j), j)) square[i] += left * left, count[i] += 1.0;
+      for (double left : calc_torque_left(data, r, plant, tau.col(j), j)) square[i] += left * left, count[i] += 1.0;
     }
   }
   std::vector<double> rms;

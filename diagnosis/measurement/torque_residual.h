@@ -8,8 +8,8 @@
 namespace hrp::diagnosis {
 
 // Effort [N m or N] that a model leaves at the samples in use of a recording, one joint: effort x scale, with late commands
-// allowed for, less what the joint's laws and the bodies take, over the scale. `tau`: by the bodies, full grid.
-std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& recording, const JointLaws& laws,
+// and a late log allowed for, less what the joint's laws and the bodies take, over the scale. `tau`: by the bodies, full grid.
+std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& recording, const Plant& plant,
                                      const Eigen::VectorXd& tau, int joint);
 
 // Torques of the bodies along a recording's motion, full grid x joint.

@@ -35,6 +35,15 @@ double calc_late(const TorqueRecording& r, long joint, long k, double delay) {
   return sum / samples;
 }
 
+double calc_coming(const TorqueRecording& r, long joint, long k, double delay) {
+  const long last = r.effort.rows() - 1;
+  const double end = std::min(static_cast<double>(k) + delay / r.step, static_cast<double>(last));
+  const long low = static_cast<long>(end), high = std::min(low + 1, last);
+  if (!(end > static_cast<double>(k))) return r.effort_rate(k, joint);
+  const double y = r.effort(low, joint) + (end - static_cast<double>(low)) * (r.effort(high, joint) - r.effort(low, joint));
+  return (y - r.effort(k, joint)) / ((end - static_cast<double>(k)) * r.step);
+}
+
 std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
   std::vector<Term> terms;
   if (!data.is_judged(joint) || find_fast_speed(data, joint) <= 0.0) return terms;

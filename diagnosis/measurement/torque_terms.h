@@ -6,7 +6,7 @@
 //   backwards mu |tau| s where tau s < 0; Stribeck (f_s - f_c) exp(-(v / v_s)^2) s; rotor J a;
 //   true torque k times the effort: (1 - k) y, or (1/k - 1) tau; constant; spring k (q - rest); lag or delay T dy/dt;
 //   late commands T (c(t) - c(t - T0)) / T0 with c = kp r + kd r', for several T0, of which the one nearest to T fits
-//   best; cogging A sin(p q + phase).
+//   best; an effort that is logged T late -T (y(t + T0) - y(t)) / T0; cogging A sin(p q + phase).
 // The factor k by either column: errors of tau (accelerations) draw the second one down, physics that is left out draws
 // the first one up; the truth is between the two (errors in variables, Frisch's bounds).
 // Of the whole robot, in every row: mass, centre of mass and load of a link (regressor of inverse dynamics), a constant
@@ -67,6 +67,7 @@ struct TermRow {
   bool of_motor_and_gear = false;  // losses and rotors: where they are known the drive is
   bool scanned = false;        // of several shapes in one joint one is tried
   bool late = false;           // commands that come late
+  bool of_log = false;         // a fault of the recorded effort, not of the joint
   bool factor = false;         // 1 + coefficient multiplies: far from one is unlikely
   bool level = false;          // dry friction while the joint moves, whatever the load
   bool by_load = false;        // dry friction that grows with the load
@@ -93,6 +94,8 @@ const TermRow& find_term_row(bool TermRow::*property);
 
 // (c(t) - c(t - T0)) / T0 at sample k of the full grid: the mean of c' over the last T0.
 double calc_late(const TorqueRecording& recording, long joint, long k, double delay);
+// (y(t + T0) - y(t)) / T0 [N m/s] at sample k of the full grid: what a log that comes late has still to tell.
+double calc_coming(const TorqueRecording& recording, long joint, long k, double delay);
 
 // Everything that is tried: terms of each joint that is judged, and terms of the whole robot.
 std::vector<Term> list_joint_terms(const TorqueData& data, int joint);

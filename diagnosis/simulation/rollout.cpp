@@ -171,7 +171,8 @@ class Rollout {
     if (plant_.effort_driven) {
       free_[j] = 1;
       const auto& effort = smooth_.effort[index(j)];
-      return effort.empty() ? 0.0 : interpolate(recording_.time, effort, t, near_);
+      const double late = plant_.faults[static_cast<size_t>(get_signal(at_sensor(j, Reading::kEffort)))].delay;
+      return effort.empty() ? 0.0 : interpolate(recording_.time, effort, t + late, near_);
     }
     free_[j] = 0;
     if (columns.command.empty()) return 0.0;
