@@ -23,6 +23,7 @@ constexpr double kMuch = 0.3;             // of its place's mismatch
 constexpr double kLeastShare = 0.001;     // but not none
 constexpr double kExpected = 6.0;         // [nats] the same for what every drive has: viscous and dry friction, a rotor
 constexpr double kUnequal = 3.0;          // times its deviation: parts of one joint's rows say little of a term of the whole robot
+constexpr double kHarms = 1.05;           // of a held-out recording's mean square: less is the chance of its motion
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
 
 bool is_same_family(const Term& a, const Term& b) { return a.effect().family == b.effect().family; }
@@ -269,7 +270,18 @@ class Grader {
     const TorqueFit alone = fit_torque(design_, rest);
     g->gain = fit_.evidence - alone.evidence;
     g->helps_held = calc_held_left(design_, alone) > calc_held_left(design_, fit_);
+    g->harms_one = harms_one(*g, alone);
     g->rivals = list_rivals(design_, {choice_.model, fit_, rest, alone}, find_judge(*g), *g);
+  }
+
+  // Whether a held-out recording is predicted worse with the term, at the joint that says most of it.
+  bool harms_one(const GradedTerm& g, const TorqueFit& alone) const {
+    const std::vector<double>& with = fit_.each_held[find_judge(g)];
+    const std::vector<double>& without = alone.each_held[find_judge(g)];
+    for (size_t r = 0; design_.has_held && r < with.size(); ++r) {
+      if (with[r] > kHarms * without[r]) return true;
+    }
+    return false;
   }
 
   // Whether a joint's term is more than a small part of the joint's effort.
@@ -285,10 +297,10 @@ class Grader {
     return g.parameters.norm() >= g.term.row->material;
   }
 
-  // A log that holds commands between its samples, or writes them a cycle before or after its readings, shifts them by up
-  // to a period: a delay that may be less is its own.
+  // A log that holds commands or efforts between its samples, or writes them a cycle before or after its readings, shifts
+  // them by up to a period: a delay that may be less is its own.
   bool is_of_sampling(const GradedTerm& g) const {
-    return g.term.row->late && g.parameters[0] - kNinetyFive * g.width[0] < design_.data->experiment->sample_time;
+    return (g.term.row->late || g.term.row->of_log) && g.parameters[0] - kNinetyFive * g.width[0] < design_.data->experiment->sample_time;
   }
 
   void decide(GradedTerm* g) const {
@@ -314,7 +326,9 @@ class Grader {
     // What takes much of what is missing on held-out data is listed, though few independent samples say how much it is.
     const bool likely = g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
     g->named = (sized && (holds || usual || likely)) || (holds && much);
-    const bool sure = g->probability >= kProbable && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
+    // What not every drive has is told from what no list holds by recordings that it was not fitted to, by each of them.
+    const bool confirmed = g->term.row->usual || (design_.has_held && !g->harms_one);
+    const bool sure = confirmed && g->probability >= kProbable && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }

@@ -34,6 +34,7 @@ struct GradedTerm {
   std::vector<double> joint_share, joint_weight;  // of the whole robot's: the same by joint of the design
   double agreement = 0.0;  // share of stretches that give its first parameter the same sign
   bool helps_held = true;  // held-out recordings together are predicted worse without it
+  bool harms_one = false;  // of them is predicted worse with it
   std::vector<Rival> rivals;
   bool named = false;      // else it only helps to predict
   Grade grade = Grade::kAmbiguous;

@@ -378,6 +378,68 @@ TEST(TorqueEvidence, ALagBesideFrictionIsFoundThroughTheJointsSimulation) {
   EXPECT_NEAR(lag->p[0], 0.02, 0.004);  // a delay of as many milliseconds does nearly the same below 5 Hz
 }
 
+// A bus or a filter brings efforts late: in fast motions that looks like friction, and hides the rotors.
+TEST(TorqueEvidence, EffortsThatAreLoggedLateAreNoFriction) {
+  const Hypothesis hidden = make_drives();
+  Experiment e = make_simulated_experiment("torque_late_log", kArm, kJoints, hidden);
+  constexpr size_t kLate = 4;  // samples of 5 ms
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) {
+      std::vector<double>& effort = joint.signal[2];
+      std::rotate(effort.rbegin(), effort.rbegin() + kLate, effort.rend());
+      std::fill(effort.begin(), effort.begin() + kLate, effort[kLate]);
+      joint.command.clear(), joint.command_rate.clear();
+    }
+  }
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  expect_drives(verdict, hidden);
+  for (const std::string& joint : kJoints) {
+    const Finding* f = find(verdict, "sensor_delay", "/joint_states/" + joint + "/effort");
+    ASSERT_NE(f, nullptr) << joint;
+    // Slow friction hardly changes in 20 ms: the interval says how little the elbow tells, and is a third of its delay.
+    EXPECT_NEAR(f->parameters[0].value[0], 0.02, 2.0 * f->parameters[0].std[0]) << f->statement;
+    EXPECT_LT(f->parameters[0].std[0], 0.007) << f->statement;
+  }
+}
+
+void add_spring(double stiffness, Recording* r) {
+  JointColumns& elbow = r->joints[kElbow];
+  for (size_t k = 0; k < r->size(); ++k) elbow.signal[2][k] += stiffness * elbow.signal[0][k];
+  for (JointColumns& joint : r->joints) joint.command.clear(), joint.command_rate.clear();  // no servo tells it is the log
+}
+
+// Held-out recordings together are predicted better with the spring, the last one worse: it is no property of the joint.
+TEST(TorqueEvidence, ASpringThatOneHeldOutRecordingDeniesIsNotSupported) {
+  Experiment e = make_simulated_experiment("torque_denied", kArm, kJoints, make_drives());
+  e.recordings.push_back(e.recordings[2]);
+  add_spring(5.0, &e.recordings[0]), add_spring(5.0, &e.recordings[1]);
+  Experiment agreed = e;
+  add_spring(8.0, &e.recordings[2]), add_spring(-1.0, &e.recordings[3]);
+  add_spring(5.0, &agreed.recordings[2]), add_spring(5.0, &agreed.recordings[3]);
+  const TorqueVerdict denied = judge_torque(e, 1), confirmed = judge_torque(agreed, 1);
+  const Finding* f = find(denied, "parallel_spring", "elbow");
+  if (f) EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
+  const Finding* true_one = find(confirmed, "parallel_spring", "elbow");
+  ASSERT_NE(true_one, nullptr);
+  EXPECT_EQ(true_one->grade, Grade::kSupported) << true_one->statement;
+}
+
+// What not every drive has needs a recording that it was not fitted to.
+TEST(TorqueEvidence, WithoutAHeldOutRecordingALoadIsAmbiguousAndFrictionIsSupported) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.8, 0.3, 0.0, 0.0, 0.0}});
+  Experiment e = make_simulated_experiment("torque_single", kArm, kJoints, hidden);
+  add_texture(0.1, &e);
+  for (Recording& r : e.recordings) r.spec.train = true;
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* load = find(verdict, "payload", "fore");
+  ASSERT_NE(load, nullptr);
+  EXPECT_EQ(load->grade, Grade::kAmbiguous) << load->statement;
+  const Finding* dry = find(verdict, "coulomb_friction", "shoulder");
+  ASSERT_NE(dry, nullptr);
+  EXPECT_EQ(dry->grade, Grade::kSupported) << dry->statement;
+}
+
 // Without efforts a delay T looks much like viscous friction kp T and a rotor kd T. What differs shows where the drive
 // turns around, unless the joint sticks there: such stretches are left out.
 TEST(TorqueEvidence, LateCommandsOfPositionLogsAreNoViscousFrictionAndNoRotor) {
