@@ -253,7 +253,8 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     design.joints.push_back(std::move(joint));
   }
   for (JointDesign& joint : design.joints) {
-    if (joint.held.empty()) joint.held = joint.train;
+    joint.confirmed = !joint.held.empty();
+    if (!joint.confirmed) joint.held = joint.train;
   }
   return design;
 }

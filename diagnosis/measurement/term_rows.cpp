@@ -173,7 +173,8 @@ std::vector<TermRow> make_joint_rows() {
           .is(&T::needs_drive).is(&T::scales_model),
       Row("constant_torque", 2.0, kSweeps).column(&calc_smooth).constant_in(0),
       Row("actuator_lag", 3.0, kReversals).column(&calc_smooth).within(0.0, kLongest).is(&T::needs_drive),
-      Row("sensor_delay", 3.0, kReversals).column(&calc_late_log).shapes(&list_log_delays).within(0.0, kLongest)
+      // A bus or a filter that is late is so at all joints: one joint alone rarely is.
+      Row("sensor_delay", 6.0, kReversals).column(&calc_late_log).shapes(&list_log_delays).within(0.0, kLongest)
           .is(&T::needs_drive).is(&T::scanned).is(&T::of_log),
       Row("parallel_spring", 3.0, kSweeps).column(&calc_smooth, 2).shapes(&list_springs).positive()
           .parameters(&make_spring, &take_spring).constant_in(1),
