@@ -12,8 +12,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Share of the held-out squares above the noise that goes away.
+// Share of the held-out squares above the noise that goes away with the findings.
 double find_explained(const Json& report) {
+  if (report["findings"].empty()) return 0.0;
   const Json& fit = report["fit"]["validate"];
   const double before = fit.value("before", 0.0), after = fit.value("after", 0.0);
   const double above = before * before - 1.0;
