@@ -105,14 +105,14 @@ void add_spells(size_t clip, const std::vector<std::vector<char>>& loaded, Conta
 
 }  // namespace
 
+// A foot's axis along the leg carries the load; what it leaves out is second order in its tilt. A sensor that hangs upside
+// down in the model, as those of the iCub do, reads a foot that is pressed as negative along its own z axis.
 double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k) {
   const ForceSensor& s = log.sensors[sensor];
-  if (s.axis[2] && (s.world || !s.has_force())) return clip.force[6 * sensor + 2].value[k];
-  if (s.has_force()) {
-    // A foot's axis along the leg carries the load; what it leaves out is second order in its tilt.
-    return clip.force[6 * sensor + 2].value[k];
-  }
-  return 0;
+  const auto read = [&](size_t axis) { return clip.force[6 * sensor + axis].value[k]; };
+  if (s.world) return s.axis[2] ? read(2) : 0;
+  if (s.has_force()) return s.X_LS.R.row(2).dot(Vector3d(read(0), read(1), read(2)));
+  return s.axis[2] ? std::copysign(1.0, s.X_LS.R(2, 2)) * read(2) : 0;
 }
 
 int Contacts::find_phase(size_t clip, size_t k) const {

@@ -30,7 +30,7 @@ struct Contacts {
   const char* find_phase_name(int phase) const;
 };
 
-// Reading of a sensor along the vertical, [N] or its own unit.
+// Reading of a sensor along its foot's z axis, positive where the ground presses, [N] or its own unit.
 double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k);
 
 Contacts find_contacts(const LeggedLog& log);
