@@ -147,18 +147,22 @@ class Lister {
     gain.low = -0.9, gain.high = 4, gain.least = kSmallScale;
   }
 
-  // One factor, or one zero, of all force sensors: they often share an amplifier or a calibration. The factor is of their
-  // moments, too: as much as if all masses were wrong by it.
+  // One factor, one zero or one delay of all force sensors: they often share an amplifier, a calibration or a bus. The
+  // factor is of their moments, too: as much as if all masses were wrong by it. Where the weight goes from foot to foot, one
+  // sensor that is late alone would miss some of it, and all together miss none.
   void add_all_sensors() {
-    Terms scale, zero;
+    Terms scale, zero, late;
     for (int s = 0; s < at_.sensors; ++s) {
       scale.emplace_back(at_.sensor(s, kForceScaleColumn), 1.0), zero.emplace_back(at_.sensor(s, kForceBiasColumn + 2), 1.0);
+      late.emplace_back(at_.sensor(s, kWrenchDelayColumn), 1.0);
       if (log_.sensors[static_cast<size_t>(s)].has_wrench()) scale.emplace_back(at_.sensor(s, kTorqueScaleColumn), 1.0);
     }
     if (at_.sensors < 2) return;
     Candidate& all = add(EffectId::kSensorScale, {{"sensor", "/wrench"}}, -1, {scale});
     all.low = -0.9, all.high = 4, all.least = kSmallScale;
     add(EffectId::kSensorBias, {{"sensor", "/wrench"}}, -1, {zero}).unit = "N";
+    Candidate& delay = add(EffectId::kSensorDelay, {{"sensor", "/wrench"}}, -1, {late});
+    delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
   }
 
   void add_imu(int i) {
