@@ -256,6 +256,15 @@ LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
   return out;
 }
 
+std::pair<Eigen::VectorXd, Eigen::MatrixXd> LeggedFitter::fit_without(const std::vector<Candidate>& effects, size_t channel) {
+  const double weight = weight_[channel];
+  weight_[channel] = 0;
+  const LeggedFit rest = fit(effects);
+  std::pair<Eigen::VectorXd, Eigen::MatrixXd> out{rest.x, rest.x.allFinite() ? calc_covariance(rest) : Eigen::MatrixXd()};
+  weight_[channel] = weight;
+  return out;
+}
+
 double LeggedFitter::calc_gain(Part part, size_t c, const LeggedFit& a, const LeggedFit& b) const {
   const auto p = static_cast<size_t>(part);
   if (count(part, c) == 0) return 0;

@@ -49,6 +49,8 @@ class LeggedFitter {
   void update_weights(const LeggedFit& fit);
   // Fits; not finite where the effects cannot be told apart at all.
   LeggedFit fit(const std::vector<Candidate>& effects) const;
+  // The same coefficients from all equations but one: values, and their deviations by blocks (sandwich, fitted rows).
+  std::pair<Eigen::VectorXd, Eigen::MatrixXd> fit_without(const std::vector<Candidate>& effects, size_t channel);
   // n log of what is left in `a` over what is left in `b`, over all channels: how much better b is. Where even and odd
   // samples differ by more than what is left, noise was less than that: both are counted from the lower one.
   double calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const;

@@ -13,6 +13,8 @@ constexpr double kToldSize = 0.2;  // that tells its size
 constexpr double kMost = 2;        // of a size: laws harden, other effects are beside
 constexpr double kFlat = 0.8;      // least size for a sole that lies flat: nothing beside it excuses less
 constexpr double kDeviations = 3;
+const char* const kLittle = "the foot bears little";
+const char* const kMuch = "the foot bears much";
 
 // Products of a row: what the effect predicts there, times itself and times what the fit leaves, without noise's square.
 struct Product {
@@ -20,6 +22,7 @@ struct Product {
   double zz = 0, zr = 0, size = 0;  // size: of what the effect predicts, in the unit of the row
   int block = 0, phase = 0;
   double roughness = 0;
+  double bears = -1;         // [N] of the sensor whose zero or scale it is; -1: of none
   double load = 0, arm = 0;  // [N, m] of a sole: its force, and how far from its middle it presses
 };
 
@@ -41,6 +44,10 @@ class Splitter {
  public:
   Splitter(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout)
       : fitter_(fitter), layout_(layout) {
+    const Candidate& c = fit.effects[effect];
+    const bool of_force = (c.effect == EffectId::kSensorBias || c.effect == EffectId::kSensorScale) && c.place >= 0 && c.place < layout.sensors &&
+                          c.where.dump().find("/wrench/") != std::string::npos;
+    if (of_force) reading_ = layout.sensor(c.place, kForceScaleColumn);
     for (size_t c = 0; c < fitter.channels().size(); ++c) add_channel(c, fit, effect);
   }
 
@@ -52,6 +59,7 @@ class Splitter {
     add("calm", calm);
     add("rough", take(all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
     add_soles();
+    add_bearing();
     return std::move(out_);
   }
 
@@ -76,14 +84,34 @@ class Splitter {
     if (rows.rows() == 0 || z.isZero(0)) return;
     const Eigen::VectorXd n = fitter_.calc_columns(c, one, true) * x;
     const std::pair<int, int> press = find_press(rows);
+    const int reading = find_reading(rows);
     const std::vector<double> r = fitter_.calc_residuals(fit, c), e = fitter_.calc_residuals(fit, c, true);
     for (size_t i = 0; i < rows.rows(); ++i) {
       const auto k = static_cast<long>(i);
       const double w = fitter_.get_weight(c, i);
       Product p{c, i, w * (z(k) * z(k) - n(k) * n(k)), w * (z(k) * r[i] - n(k) * e[i]), std::abs(z(k)), rows.block[i], rows.phase[i], rows.roughness[i]};
       if (press.first >= 0) p.load = rows.row(i)[press.first], p.arm = std::abs(rows.row(i)[press.second]) / std::max(1e-9, p.load);
+      if (reading >= 0) p.bears = std::abs(rows.row(i)[reading]);
       all_.push_back(p);
     }
+  }
+
+  // Place of a sensor's reading in the rows of the feet's sum of vertical forces; -1: none.
+  int find_reading(const ChannelRows& rows) const {
+    if (reading_ < 0 || (rows.info.kind != "weight" && rows.info.kind != "balance, force z")) return -1;
+    const auto at = std::find(rows.columns.begin(), rows.columns.end(), reading_);
+    return at == rows.columns.end() ? -1 : static_cast<int>(at - rows.columns.begin());
+  }
+
+  // A zero is the same whatever the foot bears, and a scale grows with it: one is not the other where the load changes.
+  void add_bearing() {
+    std::vector<Product> felt;
+    for (const Product& p : all_) {
+      if (p.bears >= 0) felt.push_back(p);
+    }
+    if (felt.empty()) return;
+    const auto by_load = [](const Product& p) { return p.bears; };
+    add(kLittle, take(felt, by_load, 0, 0.25)), add(kMuch, take(felt, by_load, 0.75, 1));
   }
 
   // The rows between two shares of the information, in the order of a key.
@@ -130,6 +158,7 @@ class Splitter {
 
   const LeggedFitter& fitter_;
   const ColumnLayout& layout_;
+  int reading_ = -1;  // column of the reading of the sensor whose zero or scale it is
   std::vector<Product> all_;
   std::vector<Regime> out_;
 };
@@ -147,6 +176,9 @@ std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fi
 }
 
 bool is_steady(const std::vector<Regime>& regimes) {
+  const auto little = std::find_if(regimes.begin(), regimes.end(), [](const Regime& r) { return r.name == kLittle; });
+  const auto much = std::find_if(regimes.begin(), regimes.end(), [](const Regime& r) { return r.name == kMuch; });
+  if (little != regimes.end() && much != regimes.end() && are_apart(*little, *much)) return false;
   return std::none_of(regimes.begin(), regimes.end(), [](const Regime& r) {
     const bool far = r.size < r.least || r.size > kMost, by_chance = std::abs(r.size - 1) <= kDeviations * r.std;
     if (r.least == kFlat) return far && r.std < kToldSize;

@@ -28,6 +28,7 @@ constexpr double kRival = 0.1;        // share of the gain by which a rival may 
 constexpr double kStrong = 3;         // times the gain of what was chosen
 constexpr long kPlaces = 6;           // of one effect that are listed beside what was chosen
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
+constexpr double kConfirmed = 0.25;   // deviation of a size of one: then it is neither none nor twice as large by chance
 
 // A spread of few values is known badly itself: Student's 97.5 % over that of a normal error.
 double find_widening(size_t values) {
@@ -339,8 +340,28 @@ class Searcher {
       const LeggedFit alone = fit({f.effect});
       f.share = std::clamp(0.5 * (calc_share(rest, chosen_, f.channel) + calc_share(out_.nominal, alone, f.channel)), 0.0, 1.0);
       find_rivals(rest, &f);
+      f.sums_up = is_one_zero_of_many(f.effect) && !is_confirmed_elsewhere(i, f.channel);
       out_.effects.push_back(std::move(f));
     }
+  }
+
+  // Of one of several force sensors.
+  bool is_one_zero_of_many(const Candidate& c) const {
+    const bool of_force = c.effect == EffectId::kSensorBias && c.place >= 0 && layout_.sensors > 1 && !c.terms.empty() && !c.terms[0].empty();
+    const int first = layout_.sensor(std::max(0, c.place), kForceBiasColumn);
+    return of_force && c.terms[0][0].first >= first && c.terms[0][0].first < first + 3;
+  }
+
+  // Whether all equations but the one that tells an effect most ask for it in the same size: from half to twice. The feet's
+  // forces add up, so their sum tells how large a zero is and not whose; their moments about the base tell whose.
+  bool is_confirmed_elsewhere(size_t i, size_t channel) {
+    const Eigen::VectorXd x = chosen_.get(i);
+    const auto [all, covariance] = fitter_.fit_without(chosen_.effects, channel);
+    if (!all.allFinite() || !covariance.allFinite() || !(x.squaredNorm() > 0)) return false;
+    const auto first = static_cast<long>(chosen_.find_first(i)), n = x.size();
+    const double size = x.dot(all.segment(first, n)) / x.squaredNorm();
+    const double std = std::sqrt(std::max(0.0, x.dot(covariance.block(first, first, n, n) * x))) / x.squaredNorm();
+    return size > 0.5 && size < 2 && std < kConfirmed;
   }
 
   // A law has one size in all regimes. Takes out the effect that has not and helps least, for good; others may take its

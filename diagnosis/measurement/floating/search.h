@@ -23,6 +23,7 @@ struct FoundEffect {
   double spread = 0;           // of the parts' values over the value
   size_t channel = 0;          // the equation that tells it most
   std::vector<Rival> rivals;
+  bool sums_up = false;        // a zero that only the sum of all feet's forces tells: any other foot may have it
 };
 
 struct LeggedOutcome {
