@@ -12,6 +12,7 @@
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations.h"
+#include "diagnosis/measurement/floating/imu_rows.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
@@ -30,6 +31,7 @@ constexpr double kRemains = 0.9, kMain = 0.3;
 // With so little explained of all equations, and so much of the held-out error left, another cause may pass for what was found.
 constexpr double kLittle = 0.25, kMuchLeft = 0.8;
 constexpr double kAlone = 0.8;  // share of an equation's mismatch that a cause takes which nothing else is behind
+constexpr double kTurning = 0.5;  // of a gyroscope's spread: feet that turn so much do not stand
 constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
@@ -95,8 +97,12 @@ class Reporter {
                     format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + fitter_.channels()[f.channel].info.kind +
                     "' away.";
     if (gives) out.statement += " A link beside it that bends about the same axis would look the same.";
+    if (f.sums_up) add_other_zeros(f.effect.place, &out);
+    if (f.effect.effect == EffectId::kGroundSlope) add_zeros_for_slope(&out);
+    if (f.effect.effect == EffectId::kJointOffset) add_slope_for_zero(f.effect.place, &out);
     add_load_at_centre(log_, &out);
     add_give_for_lean(fitter_.channels()[f.channel].info, &out);
+    add_give_for_rate(fitter_.channels()[f.channel].info, &out);
     if (!out.alternatives.empty()) {
       out.statement += " As well explained by ";
       for (size_t i = 0; i < out.alternatives.size() && i < 3; ++i) {
@@ -134,6 +140,61 @@ class Reporter {
     const int imu = BodyMotion::find_main_imu(log_);
     if (imu >= 0) lean->alternatives.push_back(make_alternative(EffectId::kSensorMisalignment, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name}}, {}, "the body leaned to known angles"));
     lean->grade = Grade::kAmbiguous;
+  }
+
+  void add_alternative(EffectId effect, const Where& where, const char* motion, Finding* f) const {
+    const std::string name = get_effect(effect).name;
+    const bool there = std::any_of(f->alternatives.begin(), f->alternatives.end(), [&](const Alternative& a) { return a.effect == name && a.where == where; });
+    if (!there) f->alternatives.push_back(make_alternative(effect, where, {}, motion));
+    f->grade = Grade::kAmbiguous;
+  }
+
+  // Only the sum of the feet's forces tells it: another foot's zero, that of all, or a mass does the same.
+  void add_other_zeros(int sensor, Finding* zero) const {
+    constexpr const char* kMotion = "each foot in the air once; the robot on a scale";
+    for (size_t s = 0; s < log_.sensors.size(); ++s) {
+      if (static_cast<int>(s) != sensor) add_alternative(EffectId::kSensorBias, {{"sensor", "/wrench/" + log_.sensors[s].name + "/force"}}, kMotion, zero);
+    }
+    add_alternative(EffectId::kSensorBias, {{"sensor", "/wrench"}}, kMotion, zero);
+    add_alternative(EffectId::kMassError, {{"link", log_.tree.links[0].name}}, kMotion, zero);
+  }
+
+  bool is_above_foot(int link, const Foot& foot) const {
+    for (int l = foot.link; l >= 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
+      if (l == link) return true;
+    }
+    return false;
+  }
+
+  // Feet that stay where they are see a slope as a constant. So they do an IMU that is screwed on askew, and zeros of all
+  // legs together: none of them is told from the others before the feet have turned on the ground.
+  void add_zeros_for_slope(Finding* slope) const {
+    if (contacts_.walks) return;
+    constexpr const char* kMotion = "the feet set down again after a quarter turn";
+    const int imu = BodyMotion::find_main_imu(log_);
+    if (imu >= 0) add_alternative(EffectId::kSensorMisalignment, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name}}, kMotion, slope);
+    for (const Foot& foot : log_.feet) {
+      if (foot.flat && foot.link > 0) add_alternative(EffectId::kJointOffset, {{"joint", log_.tree.joint(foot.link - 1).name}}, kMotion, slope);
+    }
+  }
+
+  // Two feet tell two tilts. Where a slope is found, too, the zero of a joint of one leg is only the difference of both: the
+  // other leg's zero and no slope are the same.
+  void add_slope_for_zero(int joint, Finding* zero) const {
+    const bool slopes = std::any_of(o_.effects.begin(), o_.effects.end(), [](const FoundEffect& f) { return f.effect.effect == EffectId::kGroundSlope; });
+    if (contacts_.walks || !slopes) return;
+    for (const Foot& foot : log_.feet) {
+      if (foot.flat && foot.link > 0 && !is_above_foot(joint + 1, foot)) add_alternative(EffectId::kJointOffset, {{"joint", log_.tree.joint(foot.link - 1).name}}, "the robot on ground that is level", zero);
+    }
+  }
+
+  // A scale or a turn of a gyroscope that only encoders and feet that stand tell: joints that give under what they bear
+  // let the body turn by more than its encoders say, in step with them. A zero or a delay is no such thing.
+  void add_give_for_rate(const ChannelInfo& told_by, Finding* turned) const {
+    const bool in_step = is_effect(turned->effect, EffectId::kSensorScale) || is_effect(turned->effect, EffectId::kSensorMisalignment);
+    if (!in_step || told_by.kind.rfind(kOverFeet, 0) != 0) return;
+    turned->alternatives.push_back(make_alternative(EffectId::kElasticity, {{"link", log_.tree.links[0].name}}, {}, "the same motion, recorded by motion capture or an attitude"));
+    turned->grade = Grade::kAmbiguous;
   }
 
   // A link that is too heavy, and a load where its mass is, are one in the balance of forces.
@@ -403,11 +464,24 @@ nlohmann::ordered_json make_series(const Experiment& e, const LeggedFitter& fitt
 
 namespace {
 
+// Takes all rows out of an equation.
+void empty(ChannelRows* c) { *c = ChannelRows{c->info, c->columns, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, c->mean, c->scale}; }
+
 // Forces in an unknown unit tell nothing of masses and torques.
 void drop_forces(std::vector<ChannelRows>* channels) {
   for (ChannelRows& c : *channels) {
     const bool forces = c.info.kind == "weight" || c.info.kind == "joint" || c.info.kind.rfind("balance", 0) == 0;
-    if (forces) c = ChannelRows{c.info, c.columns, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, c.mean, c.scale};
+    if (forces) empty(&c);
+  }
+}
+
+// Feet that turn half as much as the gyroscope does not stand: they tell nothing of it.
+void drop_moving_feet(std::vector<ChannelRows>* channels) {
+  for (ChannelRows& c : *channels) {
+    if (c.info.kind.rfind(kOverFeet, 0) != 0) continue;
+    double square = 0;
+    for (double y : c.y) square += y * y;
+    if (square > std::pow(kTurning * c.scale, 2) * static_cast<double>(c.rows())) empty(&c);
   }
 }
 
@@ -441,6 +515,7 @@ std::vector<ChannelRows> make_channels(LeggedLog even, LeggedLog odd, const Cont
   a.add_back(about), b.add_back(about);
   std::vector<ChannelRows> out = merge_halves(a, b);
   if (raw_counts) drop_forces(&out);
+  drop_moving_feet(&out);
   return out;
 }
 
@@ -453,6 +528,7 @@ LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const
   if (only_walks && !contacts.walks) return out;
   const RowTable rows = make_equations(even, contacts), others = make_equations(odd, contacts);
   std::vector<ChannelRows> channels = merge_halves(rows, others);
+  drop_moving_feet(&channels);
   out.walks = contacts.walks;
   out.judged = std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= 8; });
   out.evidence.missing = even.missing, out.evidence.warnings = even.notes;

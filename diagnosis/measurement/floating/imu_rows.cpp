@@ -23,6 +23,20 @@ Vector3d get_rate(const Track* xyz, size_t k) {
   return v;
 }
 
+// d/dt of the ground's moment about a sole's centre, foot axes [N m/s]; zero where it is not recorded.
+Vector3d get_moment_rate(const LeggedLog& log, const Foot& foot, const Clip& clip, size_t k) {
+  if (foot.sensor < 0) return Vector3d::Zero();
+  const auto s = static_cast<size_t>(foot.sensor);
+  const ForceSensor& sensor = log.sensors[s];
+  if (!sensor.has_wrench() || sensor.world) return Vector3d::Zero();
+  const Vector3d force = sensor.X_LS.R * get_rate(&clip.force[6 * s], k);
+  return sensor.X_LS.R * get_rate(&clip.force[6 * s + 3], k) + (sensor.X_LS.p - foot.p_LC).cross(force);
+}
+
+bool has_flat_foot(const LeggedLog& log) {
+  return std::any_of(log.feet.begin(), log.feet.end(), [](const Foot& f) { return f.flat; });
+}
+
 }  // namespace
 
 ImuRows::ImuRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table)
@@ -41,6 +55,8 @@ ImuRows::ImuRows(const LeggedLog& log, const Contacts& contacts, const ColumnLay
       const ChannelInfo gyro{"gyroscope " + axis, base + "/angular_velocity", "rad/s", "sensor", base + "/angular_velocity"};
       const ChannelInfo force{"accelerometer " + axis, base + "/linear_acceleration", "m/s^2", "sensor", base + "/linear_acceleration"};
       if (imu.gyro && other) c.gyro[a] = table->add_channel(gyro, columns(i, kGyroScaleColumn, kImuColumns));
+      c.over_feet = imu.gyro && first && !other && log.tree.floating_base && !contacts.walks && has_flat_foot(log);
+      if (c.over_feet) c.gyro[a] = table->add_channel({kOverFeet + axis, gyro.signal, gyro.unit, gyro.place, gyro.name}, list_over_feet(i));
       const bool two = log.base_pose || (!first && main_ >= 0 && log.imus[static_cast<size_t>(main_)].accelerometer);
       if (imu.accelerometer && two) c.accelerometer[a] = table->add_channel(force, columns(i, 0, kGyroScaleColumn));
     }
@@ -50,6 +66,14 @@ ImuRows::ImuRows(const LeggedLog& log, const Contacts& contacts, const ColumnLay
     }
     channels_.push_back(c);
   }
+}
+
+// Of a gyroscope over feet that stand: its own, and what soles give.
+std::vector<int> ImuRows::list_over_feet(size_t imu) const {
+  std::vector<int> out;
+  for (int c = kGyroScaleColumn; c < kAttitudeTurnColumn; ++c) out.push_back(layout_.imu(static_cast<int>(imu), c));
+  for (int f = 0; f < layout_.feet; ++f) out.push_back(layout_.foot(f, kRollGiveColumn)), out.push_back(layout_.foot(f, kPitchGiveColumn));
+  return out;
 }
 
 // reading = R(turn)^T (scale expected + bias), late by a delay: how the difference changes with each.
@@ -93,6 +117,37 @@ void ImuRows::add_gyro(size_t i, const Clip& clip, size_t k, BodyMotion* motion)
   }
 }
 
+// Flat feet that stand do not turn, but for soles that give: w_WF = -give dM/dt about their axes x and y, M what the ground
+// does to the foot. Feet count by what they bear.
+void ImuRows::add_gyro_over_feet(size_t i, size_t c, size_t k, BodyMotion* motion) {
+  const Clip& clip = log_.clips[c];
+  const ImuSensor& imu = log_.imus[i];
+  const Matrix3d R_IB = (get_pose(motion->data(), imu.link).R * imu.R_LI).transpose();
+  std::vector<double> share(log_.feet.size(), 0.0);
+  double total = 0;
+  for (size_t f = 0; f < share.size(); ++f) {
+    if (!log_.feet[f].flat || !contacts_.loaded[c][f][k]) continue;
+    const int s = log_.feet[f].sensor;
+    const bool felt = s >= 0 && log_.sensors[static_cast<size_t>(s)].axis[2];
+    share[f] = felt ? std::max(0.0, calc_vertical_force(log_, clip, static_cast<size_t>(s), k)) : 1.0;
+    total += share[f];
+  }
+  if (total <= 0) return;
+  Vector3d turns = Vector3d::Zero();  // of the feet, as gyroscope and encoders have it; IMU axes [rad/s]
+  for (size_t f = 0; f < share.size(); ++f) turns += share[f] / total * (R_IB * get_velocity(motion->data(), log_.feet[f].link).head<3>());
+  const Vector3d reading = get(clip.imus[i].gyro, k);
+  put(channels_[i].gyro, kGyroScaleColumn, static_cast<int>(i), reading, get_rate(clip.imus[i].gyro, k), reading - turns);
+  for (size_t f = 0; f < share.size(); ++f) {
+    if (share[f] <= 0) continue;
+    const Matrix3d R_IF = R_IB * get_pose(motion->data(), log_.feet[f].link).R;
+    const Vector3d rate = get_moment_rate(log_, log_.feet[f], clip, k);
+    for (int a = 0; a < 3; ++a) {
+      table_.add(channels_[i].gyro[a], layout_.foot(static_cast<int>(f), kRollGiveColumn), -share[f] / total * R_IF(a, 0) * rate.x());
+      table_.add(channels_[i].gyro[a], layout_.foot(static_cast<int>(f), kPitchGiveColumn), -share[f] / total * R_IF(a, 1) * rate.y());
+    }
+  }
+}
+
 void ImuRows::add_accelerometer(size_t i, const Clip& clip, size_t k, BodyMotion* motion) {
   if (channels_[i].accelerometer[0] < 0) return;
   const ImuSensor& imu = log_.imus[i];
@@ -128,7 +183,7 @@ void ImuRows::add_gravity(size_t i, size_t c, size_t k, BodyMotion*) {
 
 void ImuRows::add(size_t clip, size_t k, BodyMotion* motion) {
   for (size_t i = 0; i < log_.imus.size(); ++i) {
-    add_gyro(i, log_.clips[clip], k, motion);
+    channels_[i].over_feet ? add_gyro_over_feet(i, clip, k, motion) : add_gyro(i, log_.clips[clip], k, motion);
     add_accelerometer(i, log_.clips[clip], k, motion);
     add_gravity(i, clip, k, motion);
   }

@@ -8,6 +8,9 @@
 
 namespace hrp::diagnosis::floating {
 
+// The equation of a gyroscope that only encoders and feet that stand can be compared with, and an axis.
+constexpr const char* kOverFeet = "gyroscope over standing feet, ";
+
 class ImuRows {
  public:
   ImuRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);
@@ -17,8 +20,11 @@ class ImuRows {
  private:
   struct Channels {
     int gyro[3] = {-1, -1, -1}, accelerometer[3] = {-1, -1, -1}, gravity = -1, level[3] = {-1, -1, -1};
+    bool over_feet = false;  // nothing else tells the gyroscope's rate
   };
+  std::vector<int> list_over_feet(size_t imu) const;
   void add_gyro(size_t imu, const Clip& clip, size_t k, BodyMotion* motion);
+  void add_gyro_over_feet(size_t imu, size_t clip, size_t k, BodyMotion* motion);
   void add_accelerometer(size_t imu, const Clip& clip, size_t k, BodyMotion* motion);
   void add_gravity(size_t imu, size_t clip, size_t k, BodyMotion* motion);
   void put(const int* channels, int scale_column, int imu, const Vector3d& reading, const Vector3d& rate, const Vector3d& expected);

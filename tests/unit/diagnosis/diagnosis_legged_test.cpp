@@ -485,6 +485,45 @@ TEST(LeggedLeans, SmallTurnOfASensorIsListedBesideItsAnklesZero) {
   EXPECT_NEAR(turned.parameters[0].value[1], 0.06, 0.006);  // 10 %: a turn is as large as its sine to 1 %
 }
 
+// Readings of all columns that begin so are `samples` behind those of the encoders.
+void delay_columns(const std::string& begin, long samples, Experiment* e) {
+  for (Recording& r : e->recordings) {
+    for (auto& [name, column] : r.other) {
+      if (name.rfind(begin, 0) != 0) continue;
+      std::rotate(column.begin(), column.end() - samples, column.end());
+      std::fill(column.begin(), column.begin() + samples, column[static_cast<size_t>(samples)]);
+    }
+  }
+}
+
+// On a bus that is late all force sensors are: one delay, not one of each.
+TEST(Legged, ForceSensorsThatAreLateTogetherHaveOneDelay) {
+  Recorded recorded;
+  recorded.effort = false;
+  Experiment e = Maker({}, recorded).run();
+  delay_columns("/wrench/", 7, &e);
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_EQ(found.findings.size(), 1u);
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_delay");
+  EXPECT_EQ(f.where.at("sensor"), "/wrench");
+  EXPECT_NEAR(f.parameters[0].value[0], 7 * 0.004, 0.0014);  // 5 %: of first order in the delay
+}
+
+// Nothing but encoders and feet that stand tells how the body turns.
+TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
+  Recorded recorded = kLeans;
+  recorded.imu = true;
+  Experiment e = Maker({}, recorded).run();
+  delay_columns("/imu/", 3, &e);
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_FALSE(found.findings.empty());
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_delay");
+  EXPECT_EQ(f.where.at("sensor").get<std::string>().rfind("/imu/waist", 0), 0u);
+  EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0012);  // a tenth of it: 1 ms is a quarter of a sample
+}
+
 // The weight rests on the one foot that is felt while the other swings.
 TEST(Legged, OneFootsForceTellsTheWeightWhileTheOtherSwings) {
   Recorded recorded;
