@@ -166,8 +166,8 @@ class Reporter {
     return false;
   }
 
-  // Feet that stay where they are see a slope as a constant. So they do an IMU that is screwed on askew, and zeros of all
-  // legs together: none of them is told from the others before the feet have turned on the ground.
+  // Feet that stay in their places see a slope, a misaligned IMU, and zeros of all legs together as the same constant. Only
+  // feet that have turned on the ground tell them apart.
   void add_zeros_for_slope(Finding* slope) const {
     if (contacts_.walks) return;
     constexpr const char* kMotion = "the feet set down again after a quarter turn";
@@ -178,8 +178,8 @@ class Reporter {
     }
   }
 
-  // Two feet tell two tilts. Where a slope is found, too, the zero of a joint of one leg is only the difference of both: the
-  // other leg's zero and no slope are the same.
+  // Two feet tell two tilts. Beside a slope, the zero of a joint of one leg is only the difference of the two tilts: the other
+  // leg's zero without a slope is the same.
   void add_slope_for_zero(int joint, Finding* zero) const {
     const bool slopes = std::any_of(o_.effects.begin(), o_.effects.end(), [](const FoundEffect& f) { return f.effect.effect == EffectId::kGroundSlope; });
     if (contacts_.walks || !slopes) return;
