@@ -153,7 +153,7 @@ void send_step(MemoryBus* bus, uint64_t step) {
 
 int make_log(const std::string& path, const std::string& compression) {
   MemoryBus bus;
-  LoggerNode logger({&bus, "logger", "hrp-logger"}, {path, compression});
+  LoggerNode logger({&bus, "logger", "hrp-logger", {}}, {path, compression});
   logger.make_endpoints();
   send(&bus, topics::kRobotDescription, make_description());
   for (uint64_t step = 0; step <= kSteps; ++step) send_step(&bus, step);
