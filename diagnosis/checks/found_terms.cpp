@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/checks/found_terms.h"
 
+#include "diagnosis/report/json.h"
+
 namespace hrp::diagnosis {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 const TermRow* find_row(const std::string& effect) {
   for (const TermRow& row : list_term_rows()) {
@@ -59,15 +59,6 @@ Eigen::MatrixXd predict_links(const TorqueData& data, const TorqueRecording& r, 
   return out;
 }
 
-// The joint of a finding, or of the log of its effort; -1: it is of neither.
-int find_joint(const Experiment& e, const TermRow& row, const Json& where) {
-  if (!row.of_log) return where.contains("joint") ? e.robot.tree.find_joint(where["joint"].get<std::string>()) : -1;
-  for (int j = 0; j < e.num_joints(); ++j) {
-    if (where.value("sensor", "") == e.signal_name(j, Quantity::kEffort)) return j;
-  }
-  return -1;
-}
-
 }  // namespace
 
 Eigen::MatrixXd predict_found(const TorqueData& data, const TorqueRecording& r, const std::vector<FoundTerm>& found) {
@@ -84,15 +75,10 @@ std::vector<FoundTerm> list_found_terms(const Experiment& e, const Json& finding
     const Json& finding = findings[f];
     const TermRow* row = find_row(finding["effect"]);
     if (!row || finding["parameters"].empty()) continue;
-    const Json& where = finding["where"];
-    const int joint = row->whole ? -1 : find_joint(e, *row, where);
-    if (joint >= 0) {
-      add_term(*row, joint, f, finding, &joints);
-    } else if (where.contains("link")) {
-      for (size_t i = 1; i < e.robot.tree.links.size(); ++i) {
-        if (e.robot.tree.links[i].name == where["link"].get<std::string>()) add_term(*row, static_cast<int>(i), f, finding, &links);
-      }
-    }
+    const Place place = find_place(e, *row->effect, finding["where"]);
+    const bool of_joint = row->of_log ? place.reading == Reading::kEffort : place.kind == PlaceKind::kJoint;
+    if (of_joint && !row->whole && place.index >= 0) add_term(*row, place.index, f, finding, &joints);
+    if (place.kind == PlaceKind::kLink && place.index > 0) add_term(*row, place.index, f, finding, &links);
   }
   joints.insert(joints.end(), links.begin(), links.end());
   return joints;

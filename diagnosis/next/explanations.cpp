@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/report/json.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/trial.h"
 
@@ -26,19 +27,6 @@ double find_value(const Json& parameters, const EffectParameter& info) {
   const double value = read_value(parameters, info);
   if (std::isfinite(value)) return value;
   return (info.stated && !info.required) || !std::isfinite(info.neutral) ? info.value : info.neutral;
-}
-
-// Index -1: there is no such place.
-Place find_place(const Experiment& e, EffectId id, const Json& where) {
-  const EffectInfo& row = get_effect(id);
-  const PlaceKind kind = row.place;
-  if (kind == PlaceKind::kSensor && row.family == EffectFamily::kTiming && !row.change.any()) return at_all();  // one clock
-  if (kind == PlaceKind::kJoint && where.contains("joint")) return at_joint(e.robot.tree.find_joint(where["joint"].get<std::string>()));
-  if (kind == PlaceKind::kLink && where.contains("link")) return at_link(e.robot.tree.find_link(where["link"].get<std::string>()));
-  for (int c = 0; kind == PlaceKind::kSensor && where.contains("sensor") && c < e.num_joints() * kQuantities; ++c) {
-    if (e.signal_name(c / kQuantities, static_cast<Quantity>(c % kQuantities)) == where["sensor"].get<std::string>()) return at_signal(c);
-  }
-  return {kind, -1, Reading::kAll};
 }
 
 Hypothesis without(const Hypothesis& hypothesis, size_t at) {
@@ -206,7 +194,7 @@ bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect
   if (!info || !info->apply || !entry.contains("where")) return false;
   if (info->place != PlaceKind::kJoint && info->place != PlaceKind::kLink && info->place != PlaceKind::kSensor) return false;
   effect->id = info->id;
-  effect->place = find_place(experiment, info->id, entry["where"]);
+  effect->place = find_place(experiment, *info, entry["where"]);
   if (effect->place.index < 0) return false;
   effect->p.clear();
   const Json parameters = entry.value("parameters", Json::object());

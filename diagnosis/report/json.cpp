@@ -49,4 +49,15 @@ Json make_where(const Experiment& e, const Effect& effect) {
   }
 }
 
+Place find_place(const Experiment& e, const EffectInfo& effect, const Json& where) {
+  const PlaceKind kind = effect.place;
+  if (kind == PlaceKind::kSensor && effect.family == EffectFamily::kTiming && !effect.change.any()) return at_all();  // one clock
+  if (kind == PlaceKind::kJoint && where.contains("joint")) return at_joint(e.robot.tree.find_joint(where["joint"].get<std::string>()));
+  if (kind == PlaceKind::kLink && where.contains("link")) return at_link(e.robot.tree.find_link(where["link"].get<std::string>()));
+  for (int c = 0; kind == PlaceKind::kSensor && where.contains("sensor") && c < e.num_joints() * kQuantities; ++c) {
+    if (e.signal_name(c / kQuantities, static_cast<Quantity>(c % kQuantities)) == where["sensor"].get<std::string>()) return at_signal(c);
+  }
+  return {kind, -1, Reading::kAll};
+}
+
 }  // namespace hrp::diagnosis

@@ -28,5 +28,7 @@ Json make_model_entry(const Json& finding);
 
 // {"joint": ...}, {"link": ...} or {"sensor": ...}.
 Json make_where(const Experiment& e, const Effect& effect);
+// The other way round; index -1: there is no such place.
+Place find_place(const Experiment& e, const EffectInfo& effect, const Json& where);
 
 }  // namespace hrp::diagnosis
