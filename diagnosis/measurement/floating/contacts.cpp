@@ -115,6 +115,10 @@ double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor
   return s.axis[2] ? std::copysign(1.0, s.X_LS.R(2, 2)) * read(2) : 0;
 }
 
+Vector3d move_to_sole(const ForceSensor& sensor, const Foot& foot, const Vector3d& force_S, const Vector3d& moment_S) {
+  return sensor.X_LS.R * moment_S + (sensor.X_LS.p - foot.p_LC).cross(sensor.X_LS.R * force_S);
+}
+
 int Contacts::find_phase(size_t clip, size_t k) const {
   int phase = 0;
   for (size_t f = 0; f < loaded[clip].size(); ++f) phase |= loaded[clip][f][k] ? 1 << f : 0;

@@ -33,6 +33,10 @@ struct Contacts {
 // Reading of a sensor along its foot's z axis, positive where the ground presses, [N] or its own unit.
 double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k);
 
+// Moment [N m] about the centre C of a foot's sole, foot axes, of a force [N] and a moment in a sensor's own axes. Of their
+// rates: its rate.
+Vector3d move_to_sole(const ForceSensor& sensor, const Foot& foot, const Vector3d& force_S, const Vector3d& moment_S);
+
 Contacts find_contacts(const LeggedLog& log);
 
 }  // namespace hrp::diagnosis::floating

@@ -136,13 +136,17 @@ class Reporter {
     if (!leans || told_by.place != "foot") return;
     const auto foot = std::find_if(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) { return f.name == told_by.name; });
     if (foot == log_.feet.end() || (foot->sensor >= 0 && log_.sensors[static_cast<size_t>(foot->sensor)].has_wrench())) return;
-    lean->alternatives.push_back(make_alternative(EffectId::kFootCompliance, {{"foot", foot->name}}, {}, "the foot's moment, recorded"));
-    const int imu = BodyMotion::find_main_imu(log_);
-    if (imu >= 0) lean->alternatives.push_back(make_alternative(EffectId::kSensorMisalignment, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name}}, {}, "the body leaned to known angles"));
-    lean->grade = Grade::kAmbiguous;
+    add_alternative(EffectId::kFootCompliance, {{"foot", foot->name}}, "the foot's moment, recorded", lean);
+    add_misaligned_imu("the body leaned to known angles", lean);
   }
 
-  void add_alternative(EffectId effect, const Where& where, const char* motion, Finding* f) const {
+  // Of the IMU that the base's attitude comes from.
+  void add_misaligned_imu(const char* motion, Finding* f) const {
+    const int imu = BodyMotion::find_main_imu(log_);
+    if (imu >= 0) add_alternative(EffectId::kSensorMisalignment, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name}}, motion, f);
+  }
+
+  static void add_alternative(EffectId effect, const Where& where, const char* motion, Finding* f) {
     const std::string name = get_effect(effect).name;
     const bool there = std::any_of(f->alternatives.begin(), f->alternatives.end(), [&](const Alternative& a) { return a.effect == name && a.where == where; });
     if (!there) f->alternatives.push_back(make_alternative(effect, where, {}, motion));
@@ -171,8 +175,7 @@ class Reporter {
   void add_zeros_for_slope(Finding* slope) const {
     if (contacts_.walks) return;
     constexpr const char* kMotion = "the feet set down again after a quarter turn";
-    const int imu = BodyMotion::find_main_imu(log_);
-    if (imu >= 0) add_alternative(EffectId::kSensorMisalignment, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name}}, kMotion, slope);
+    add_misaligned_imu(kMotion, slope);
     for (const Foot& foot : log_.feet) {
       if (foot.flat && foot.link > 0) add_alternative(EffectId::kJointOffset, {{"joint", log_.tree.joint(foot.link - 1).name}}, kMotion, slope);
     }
@@ -193,8 +196,7 @@ class Reporter {
   void add_give_for_rate(const ChannelInfo& told_by, Finding* turned) const {
     const bool in_step = is_effect(turned->effect, EffectId::kSensorScale) || is_effect(turned->effect, EffectId::kSensorMisalignment);
     if (!in_step || told_by.kind.rfind(kOverFeet, 0) != 0) return;
-    turned->alternatives.push_back(make_alternative(EffectId::kElasticity, {{"link", log_.tree.links[0].name}}, {}, "the same motion, recorded by motion capture or an attitude"));
-    turned->grade = Grade::kAmbiguous;
+    add_alternative(EffectId::kElasticity, {{"link", log_.tree.links[0].name}}, "the same motion, recorded by motion capture or an attitude", turned);
   }
 
   // A link that is too heavy, and a load where its mass is, are one in the balance of forces.
@@ -485,6 +487,12 @@ void drop_moving_feet(std::vector<ChannelRows>* channels) {
   }
 }
 
+std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd) {
+  std::vector<ChannelRows> out = merge_halves(even, odd);
+  drop_moving_feet(&out);
+  return out;
+}
+
 // What the chosen effects say of sensors and drives, by column.
 Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(layout.count());
@@ -513,9 +521,8 @@ std::vector<ChannelRows> make_channels(LeggedLog even, LeggedLog odd, const Cont
   correct_log(layout, about, &even), correct_log(layout, about, &odd);
   RowTable a = make_equations(even, contacts), b = make_equations(odd, contacts);
   a.add_back(about), b.add_back(about);
-  std::vector<ChannelRows> out = merge_halves(a, b);
+  std::vector<ChannelRows> out = join_halves(a, b);
   if (raw_counts) drop_forces(&out);
-  drop_moving_feet(&out);
   return out;
 }
 
@@ -527,8 +534,7 @@ LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const
   const Contacts contacts = find_contacts(even);
   if (only_walks && !contacts.walks) return out;
   const RowTable rows = make_equations(even, contacts), others = make_equations(odd, contacts);
-  std::vector<ChannelRows> channels = merge_halves(rows, others);
-  drop_moving_feet(&channels);
+  std::vector<ChannelRows> channels = join_halves(rows, others);
   out.walks = contacts.walks;
   out.judged = std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= 8; });
   out.evidence.missing = even.missing, out.evidence.warnings = even.notes;

@@ -118,7 +118,7 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
   load.known = true;
   if (!sensor.has_wrench() || sensor.world) return load;
   const Vector3d force = sensor.X_LS.R * get(&c.force[6 * s], k);
-  load.moment = sensor.X_LS.R * get(&c.force[6 * s + 3], k) + (sensor.X_LS.p - foot.p_LC).cross(force);
+  load.moment = move_to_sole(sensor, foot, get(&c.force[6 * s], k), get(&c.force[6 * s + 3], k));
   load.force = force.z() + kCarried * sensor.hangs * log_.experiment->scenario.gravity_W.norm();
   load.rate = (sensor.X_LS.R * get_rate(&c.force[6 * s], k)).z(), load.whole = force;
   load.flat = load.flat && std::abs(load.moment.y()) < kInside * foot.size.x() / 2 * force.z() &&

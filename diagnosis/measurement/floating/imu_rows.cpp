@@ -29,8 +29,7 @@ Vector3d get_moment_rate(const LeggedLog& log, const Foot& foot, const Clip& cli
   const auto s = static_cast<size_t>(foot.sensor);
   const ForceSensor& sensor = log.sensors[s];
   if (!sensor.has_wrench() || sensor.world) return Vector3d::Zero();
-  const Vector3d force = sensor.X_LS.R * get_rate(&clip.force[6 * s], k);
-  return sensor.X_LS.R * get_rate(&clip.force[6 * s + 3], k) + (sensor.X_LS.p - foot.p_LC).cross(force);
+  return move_to_sole(sensor, foot, get_rate(&clip.force[6 * s], k), get_rate(&clip.force[6 * s + 3], k));
 }
 
 bool has_flat_foot(const LeggedLog& log) {
