@@ -127,14 +127,6 @@ std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector
   return left.empty() ? recordings : left;
 }
 
-// The model that predicts best, whether or not its effects can be named.
-// `searched`: that of the search; empty where it explains nothing: many effects that fit their own recordings are no model.
-void take_best_model(const Problem& problem, const Problem& whole, const TorqueVerdict& torque, const Hypothesis& searched,
-                     const Progress& progress, Outcome* outcome) {
-  outcome->chosen = choose_best_model(problem, whole, torque.model, searched, progress);
-  outcome->modelled = true;
-}
-
 }  // namespace
 
 Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
@@ -157,9 +149,11 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
     const bool confirmed = outcome.explained && !problem.validate.empty();
     if (!torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque)) {
-      if (torque.judged && outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque))
-        take_best_model(problem, whole, torque, {}, progress, &outcome);
-      if (outcome.modelled && outcome.chosen.rms > outcome.nominal.rms) outcome.modelled = false;
+      // Nothing is named. The best model all the same, without that of the search: many effects that fit their own recordings.
+      if (torque.judged && outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
+        outcome.chosen = choose_best_model(problem, whole, torque.model, {}, progress);
+        outcome.modelled = !(outcome.chosen.rms > outcome.nominal.rms);
+      }
       Reports reports = make_reports(whole, outcome);
       if (outcome.modelled) reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
       doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
@@ -169,8 +163,8 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     }
   }
   progress("simulation with what was found");
-  take_best_model(problem, whole, torque, outcome.best, progress, &outcome);
-  outcome.partly = false, outcome.indistinguishable.clear();
+  outcome.chosen = choose_best_model(problem, whole, torque.model, outcome.best, progress);
+  outcome.modelled = true, outcome.partly = false, outcome.indistinguishable.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
   Reports reports = make_torque_reports(whole, outcome, std::move(torque));
   warn_of_suspects(*problem.experiment, find_suspects(problem), &reports.report);

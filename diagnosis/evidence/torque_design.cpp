@@ -249,12 +249,12 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     if (!data.experiment->robot.tree.joint(j).actuated) joint.spread = calc_passive_spread(data, j);
     joint.loaded = correlate_load(data, j) > kLoaded;
     joint.effective = count_independent(data, joint, calc_left(data, joint, rows, joint.total, joint.own_width));
-    design.has_held = design.has_held || !joint.held.empty();
     design.joints.push_back(std::move(joint));
   }
   for (JointDesign& joint : design.joints) {
-    joint.confirmed = !joint.held.empty();
-    if (!joint.confirmed) joint.held = joint.train;
+    joint.has_held = !joint.held.empty();
+    design.has_held = design.has_held || joint.has_held;
+    if (!joint.has_held) joint.held = joint.train;
   }
   return design;
 }

@@ -19,7 +19,7 @@ struct JointDesign {
   std::vector<const TermRow*> barred;  // whose terms are in no model
   std::vector<Gram> train, held;  // by fold; by held-out recording
   Gram total;                     // of `train`
-  bool confirmed = true;          // held-out recordings show it; else `held` is the training data
+  bool has_held = false;          // held-out recordings show it; else `held` is the training data
   double spread = 0.0;            // [N m] standard deviation of the effort, held-out recordings
   bool loaded = false;            // the effort is mostly what the nominal motion takes: its gain shows
   double effective = 0.0;         // samples of training that are independent, from what all terms together leave
@@ -30,7 +30,7 @@ struct TorqueDesign {
   std::vector<Term> whole;
   Columns whole_first;               // by term: its first column after a joint's own
   std::vector<JointDesign> joints;   // of those that are judged and move
-  bool has_held = false;             // else `held` is the training data
+  bool has_held = false;             // of any joint
 };
 
 // `data` must have recordings.

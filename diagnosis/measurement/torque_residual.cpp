@@ -36,7 +36,7 @@ Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const To
 std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const Plant& plant,
                                      const Eigen::VectorXd& tau, int j) {
   const JointLaws& laws = plant.laws[static_cast<size_t>(j)];
-  const double log_delay = plant.faults[static_cast<size_t>(get_signal(at_sensor(j, Reading::kEffort)))].delay;
+  const double log_delay = get_effort_delay(plant, j);
   const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau, data.calc_sign(r, j), j));
   std::vector<double> left;
   for (long k = 0; k < r.kept(); ++k) {

@@ -14,6 +14,12 @@ void add_terms(const TorqueData& data, const TermRow& row, int place, std::vecto
   for (double shape : row.list_shapes ? row.list_shapes(data, place) : std::vector<double>{0.0}) terms->push_back({&row, place, shape});
 }
 
+// A signal of the full grid at sample i, between samples by a straight line.
+double read_between(const Eigen::MatrixXd& signal, long joint, double i) {
+  const long low = static_cast<long>(i), high = std::min(low + 1, signal.rows() - 1);
+  return signal(low, joint) + (i - static_cast<double>(low)) * (signal(high, joint) - signal(low, joint));
+}
+
 }  // namespace
 
 int Term::columns() const { return row->columns; }
@@ -24,24 +30,18 @@ double calc_late(const TorqueRecording& r, long joint, long k, double delay) {
   const double samples = std::min(delay / r.step, static_cast<double>(k));
   const long whole = static_cast<long>(samples);
   if (samples <= 0.0) return r.command_rate(k, joint);
-  const auto at = [&](double i) {  // between samples
-    const long low = static_cast<long>(i), high = std::min(low + 1, k);
-    return r.command_rate(low, joint) + (i - static_cast<double>(low)) * (r.command_rate(high, joint) - r.command_rate(low, joint));
-  };
   double sum = 0.0;  // trapezia, the last one a part
   for (long i = 0; i < whole; ++i) sum += 0.5 * (r.command_rate(k - i, joint) + r.command_rate(k - i - 1, joint));
   const double rest = samples - static_cast<double>(whole), end = static_cast<double>(k) - samples;
-  sum += 0.5 * rest * (at(end) + at(static_cast<double>(k - whole)));
+  sum += 0.5 * rest * (read_between(r.command_rate, joint, end) + r.command_rate(k - whole, joint));
   return sum / samples;
 }
 
 double calc_coming(const TorqueRecording& r, long joint, long k, double delay) {
   const long last = r.effort.rows() - 1;
   const double end = std::min(static_cast<double>(k) + delay / r.step, static_cast<double>(last));
-  const long low = static_cast<long>(end), high = std::min(low + 1, last);
   if (!(end > static_cast<double>(k))) return r.effort_rate(k, joint);
-  const double y = r.effort(low, joint) + (end - static_cast<double>(low)) * (r.effort(high, joint) - r.effort(low, joint));
-  return (y - r.effort(k, joint)) / ((end - static_cast<double>(k)) * r.step);
+  return (read_between(r.effort, joint, end) - r.effort(k, joint)) / ((end - static_cast<double>(k)) * r.step);
 }
 
 std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {

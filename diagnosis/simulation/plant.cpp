@@ -110,6 +110,10 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   return plant;
 }
 
+double get_effort_delay(const Plant& plant, int joint) {
+  return plant.faults[static_cast<size_t>(get_signal(at_sensor(joint, Reading::kEffort)))].delay;
+}
+
 Plant add_by_hand(Plant plant, const RecordingSpec& recording) {
   for (const SteadyForce& pull : list_pulls(recording, plant.tree)) plant.forces.push_back(pull);
   if (recording.loads.empty()) return plant;

@@ -45,6 +45,9 @@ struct Plant {
 
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis);
 
+// [s] by which a joint's recorded effort is behind its true time.
+double get_effort_delay(const Plant& plant, int joint);
+
 // The same with what hung on it and what pulled at it in one recording. Whatever else a plant has stays as it is: effects are
 // of the robot, not of what somebody hangs on it.
 Plant add_by_hand(Plant plant, const RecordingSpec& recording);

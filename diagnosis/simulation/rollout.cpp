@@ -171,8 +171,7 @@ class Rollout {
     if (plant_.effort_driven) {
       free_[j] = 1;
       const auto& effort = smooth_.effort[index(j)];
-      const double late = plant_.faults[static_cast<size_t>(get_signal(at_sensor(j, Reading::kEffort)))].delay;
-      return effort.empty() ? 0.0 : interpolate(recording_.time, effort, t + late, near_);
+      return effort.empty() ? 0.0 : interpolate(recording_.time, effort, t + get_effort_delay(plant_, j), near_);
     }
     free_[j] = 0;
     if (columns.command.empty()) return 0.0;

@@ -378,6 +378,11 @@ TEST(TorqueEvidence, ALagBesideFrictionIsFoundThroughTheJointsSimulation) {
   EXPECT_NEAR(lag->p[0], 0.02, 0.004);  // a delay of as many milliseconds does nearly the same below 5 Hz
 }
 
+// Without them no servo's law tells the effort of a log.
+void forget_commands(Recording* r) {
+  for (JointColumns& joint : r->joints) joint.command.clear(), joint.command_rate.clear();
+}
+
 // A bus or a filter brings efforts late: in fast motions that looks like friction, and hides the rotors.
 TEST(TorqueEvidence, EffortsThatAreLoggedLateAreNoFriction) {
   const Hypothesis hidden = make_drives();
@@ -388,8 +393,8 @@ TEST(TorqueEvidence, EffortsThatAreLoggedLateAreNoFriction) {
       std::vector<double>& effort = joint.signal[2];
       std::rotate(effort.rbegin(), effort.rbegin() + kLate, effort.rend());
       std::fill(effort.begin(), effort.begin() + kLate, effort[kLate]);
-      joint.command.clear(), joint.command_rate.clear();
     }
+    forget_commands(&r);
   }
   const TorqueVerdict verdict = judge_torque(e, 1);
   expect_drives(verdict, hidden);
@@ -405,7 +410,7 @@ TEST(TorqueEvidence, EffortsThatAreLoggedLateAreNoFriction) {
 void add_spring(double stiffness, Recording* r) {
   JointColumns& elbow = r->joints[kElbow];
   for (size_t k = 0; k < r->size(); ++k) elbow.signal[2][k] += stiffness * elbow.signal[0][k];
-  for (JointColumns& joint : r->joints) joint.command.clear(), joint.command_rate.clear();  // no servo tells it is the log
+  forget_commands(r);
 }
 
 // Held-out recordings together are predicted better with the spring, the last one worse: it is no property of the joint.
