@@ -49,12 +49,20 @@ bool is_command(const std::string& column) { return column.rfind("/joint_command
 
 CaseOptions make_options() {
   CaseOptions options;
-  options.duration = 3, options.poor = 2;
+  options.duration = 1.2, options.poor = 1;
   return options;
 }
 
+// A biped whose joints have the names of its maker; one of the seeds that need few draws of robot and effect.
+constexpr std::uint64_t kBiped = 11;
+
+const Case& get_biped() {
+  static const Case made = make_case(parse_request("stand:foot_compliance"), kBiped, make_options());
+  return made;
+}
+
 TEST(PoorCase, ABipedsFirstRecordingsMoveItsLegsOnly) {
-  const Case made = make_case(parse_request("stand:foot_compliance"), 3, make_options());
+  const Case& made = get_biped();
   double moved = 0;
   for (const auto& [column, range] : find_ranges(made.files.at("train_1.csv"))) {
     if (!is_command(column)) continue;
@@ -74,15 +82,11 @@ std::string write_next(const std::string& name, const std::string& csv, const st
 
 // Outside the generator a biped's joints have the names of its maker.
 TEST(PoorCase, AProposedMotionIsPlayedByTheNamesOfTheCase) {
-  for (std::uint64_t seed = 1; seed < 20; ++seed) {
-    const Case first = make_case(parse_request("stand:foot_compliance"), seed, make_options());
-    if (first.files.at("train_1.csv").find("left_") != std::string::npos) continue;
-    CaseOptions options = make_options();
-    options.played = {write_next("names", first.files.at("train_1.csv"), "{\"motions\": []}")};
-    EXPECT_EQ(make_case(parse_request("stand:foot_compliance"), seed, options).files.count("next_train_1.csv"), 1u);
-    return;
-  }
-  FAIL() << "no biped with other names among 19";
+  const std::string& commands = get_biped().files.at("train_1.csv");
+  ASSERT_EQ(commands.find("left_"), std::string::npos) << "the seed no longer gives a biped with other names: choose another";
+  CaseOptions options = make_options();
+  options.played = {write_next("names", commands, "{\"motions\": []}")};
+  EXPECT_EQ(make_case(parse_request("stand:foot_compliance"), kBiped, options).files.count("next_train_1.csv"), 1u);
 }
 
 TEST(PoorCase, ALoadThatIsAskedForHangsInItsRecordingAndIsStated) {
