@@ -48,6 +48,6 @@ for folder in "${folders[@]}"; do
   [ ! -f "$answer/updated/scenario.yaml" ] || models+=("tool=$answer/updated/scenario.yaml")
   "$BUILD/bin/hrp-diagnose-baseline" "$folder/experiment.yaml" "${models[@]}" >"$answer/baseline.json" 2>"$answer/baseline.txt" || true
   floor=$ROOT/../shared/baselines/torque_evidence.py
-  [ ! -f "$floor" ] || python3 "$floor" "$folder" >"$answer/floor.txt" 2>/dev/null || true
+  [ ! -f "$floor" ] || /usr/bin/python3 "$floor" "$folder" >"$answer/floor.txt" 2>/dev/null || true
 done
 python3 "$ROOT/scripts/recordings_table.py" "$out" "${table_options[@]}" "${folders[@]}"

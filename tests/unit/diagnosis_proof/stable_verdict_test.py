@@ -47,7 +47,7 @@ def write_motion(path, phase, seconds):
     path.write_text("\n".join(rows) + "\n")
 
 
-def make_case(folder, laws, noise, seconds=3.0):
+def make_case(folder, laws, noise, seconds=2.0):
     """Recordings of our own simulator with `laws` in it, and an experiment that knows nothing of them. Steps of 0.1 ms:
     the simulator's are of first order, and from 0.5 ms on that shows above the noise."""
     made = folder.parent / (folder.name + "_made")
