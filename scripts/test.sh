@@ -16,4 +16,5 @@ case "${1:-}" in -h | --help) print_help; exit 0 ;; esac
 "$ROOT/tests/browser/install.sh"
 "$ROOT/scripts/build_page.sh"
 cd "$BUILD"
-exec ctest --output-on-failure -j 2 "$@"
+# One more than there are cores: many tests wait for processes most of the time.
+exec ctest --output-on-failure -j "$(($(nproc) + 1))" "$@"

@@ -2,6 +2,7 @@
 #include "controller/ros/ros_controller.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/diagnostics.h"
 #include "common/messages/ros_topics.h"
@@ -13,6 +14,8 @@ namespace {
 // Somebody may send a thousand a second: so many lines about refused messages wait at most, and this long in between.
 constexpr size_t kMostLines = 4;
 constexpr auto kBetweenLines = std::chrono::milliseconds(250);  // of wall clock
+// Messages kept until the robot is known: more is no command that somebody gave once.
+constexpr size_t kMostEarly = 16;
 
 // All arrays with one number a joint.
 JointCommand fill(JointCommand command) {
@@ -82,6 +85,7 @@ RosControllerNode::RosControllerNode(const NodeContext& context)
     : ControllerNode(context, [this](const Robot& robot) {
         auto controller = std::make_unique<RosController>(robot, make_scenario_controller(robot));
         controller_ = controller.get();
+        for (const auto& take_message : std::exchange(early_, {})) take_message();
         return controller;
       }) {
   listen_for<RosJointTrajectory>(topics::kRosJointTrajectory);
@@ -91,13 +95,19 @@ RosControllerNode::RosControllerNode(const NodeContext& context)
 template <typename Message>
 void RosControllerNode::listen_for(const TopicSpec& topic) {
   listen<Message>(topic, [this, name = topic.name](const Message& message) {
-    if (!controller_) return note_refused(name + ": came before the robot was known; send it again");
-    try {
-      controller_->take(message);
-    } catch (const InputError& error) {
-      note_refused(error.what());
-    }
+    if (controller_) return take(message);
+    if (early_.size() == kMostEarly) return note_refused(name + ": came before the robot was known, after " + std::to_string(kMostEarly) + " others; send it again");
+    early_.push_back([this, message] { take(message); });
   });
+}
+
+template <typename Message>
+void RosControllerNode::take(const Message& message) {
+  try {
+    controller_->take(message);
+  } catch (const InputError& error) {
+    note_refused(error.what());
+  }
 }
 
 // Others can send what they like on these topics; that ends no run.

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "controller/node.h"
 #include "controller/ros/command_input.h"
@@ -50,9 +52,12 @@ class RosControllerNode : public ControllerNode {
  private:
   template <typename Message>
   void listen_for(const TopicSpec& topic);
+  template <typename Message>
+  void take(const Message& message);
   void note_refused(const std::string& reason);
 
   RosController* controller_ = nullptr;  // of the base; none until the robot is known
+  std::vector<std::function<void()>> early_;  // take what came before that, in its order
   std::deque<std::string> refused_;      // lines to be said
   uint64_t num_refused_ = 0;
   Clock::time_point said_{};

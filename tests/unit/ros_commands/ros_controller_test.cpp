@@ -514,9 +514,29 @@ TEST_F(RosNode, BytesThatAreNoMessageEndNoRun) {
   EXPECT_EQ(answers_.size(), 2u);
 }
 
-TEST_F(RosNode, SaysThatAMessageCameBeforeTheRobotWasKnown) {
+// Whoever starts a run and sends a command at once: the robot does it, even if the node did not know the robot yet.
+TEST_F(RosNode, DoesWhatCameBeforeTheRobotWasKnown) {
   tell(make_good_message());
-  EXPECT_THAT(said_, testing::HasSubstr("rt/joint_trajectory: came before the robot was known; send it again"));
+  describe();
+  ask(0);
+  ask(500);
+  ASSERT_EQ(answers_.size(), 2u);
+  EXPECT_NEAR(answers_[1].positions()[0], 0.25, kExact);
+}
+
+TEST_F(RosNode, RefusesWhatIsWrongOfAnEarlyMessageWhenTheRobotIsKnown) {
+  RosJointTrajectory message = make_good_message();
+  message.joint_names()[0] = "hop";
+  tell(message);
+  describe();
+  node_.on_idle(std::chrono::steady_clock::now());
+  bus_.dispatch_all();
+  EXPECT_THAT(said_, testing::HasSubstr("rt/joint_trajectory: error: joint_names[0]: 'hop'"));
+}
+
+TEST_F(RosNode, SaysThatTooManyMessagesCameBeforeTheRobotWasKnown) {
+  for (int i = 0; i < 17; ++i) tell(make_good_message());
+  EXPECT_THAT(said_, testing::HasSubstr("rt/joint_trajectory: came before the robot was known, after 16 others; send it again"));
 }
 
 }  // namespace
