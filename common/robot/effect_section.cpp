@@ -77,11 +77,12 @@ struct Place {
   std::string joint, link, foot, sensor;
 };
 
-// Reading groups of a sensor's path: "/wrench/NAME/torque" is one group, "/wrench/NAME" or "NAME" both.
+// Reading groups of a sensor's path: "/wrench/NAME/torque" is one group, "/wrench/NAME" or "NAME" both, "/wrench" those of
+// all force sensors.
 std::vector<SensorErrors*> find_sensor(const std::string& path, Scenario* scenario) {
   const auto matches = [&](const char* kind, const std::string& name, const char* group) {
-    const std::string all = "/" + std::string(kind) + "/" + name;
-    return path == name || path == all || path == all + "/" + group;
+    const std::string of_kind = "/" + std::string(kind), all = of_kind + "/" + name;
+    return path == name || path == of_kind || path == all || path == all + "/" + group;
   };
   std::vector<SensorErrors*> found;
   for (ImuSpec& imu : scenario->sensors.imus) {

@@ -122,6 +122,12 @@ TEST(NamedEffects, AreAllThatAScenarioMayState) {
   }
 }
 
+TEST(NamedEffects, ADelayOfWrenchIsThatOfEveryForceSensor) {
+  const std::string delay = ", parameters: {delay: 0.012}}\n", begin = "effects:\n";
+  const auto late = [&](const char* path) { return std::string("  - {effect: sensor_delay, where: {sensor: ") + path + "}" + delay; };
+  EXPECT_EQ(record(read_stand() + begin + late("/wrench")), record(read_stand() + begin + late("/wrench/left_foot") + late("/wrench/right_foot")));
+}
+
 // ---- links ----------------------------------------------------------------------------------------------------------
 
 struct Stood {

@@ -25,5 +25,19 @@ TEST(UpdatedScenario, KeepsTheStartThatTheExperimentStatesWhereItIsTheSame) {
   EXPECT_TRUE(write_updated("updated_same", 0.0).initial_joints.empty());
 }
 
+// The robot's servo reads its own sensors in time; only the file is late.
+TEST(UpdatedScenario, SaysThatALateLogIsNoFaultOfTheRobot) {
+  const Experiment e = make_simulated_experiment("updated_late", kArm, {"shoulder", "elbow"}, {});
+  Reports reports = make_empty_reports(make_problem(e, 1), "a test");
+  reports.report["findings"] = {{{"effect", "sensor_delay"}, {"where", {{"sensor", "/joint_states/elbow/effort"}}},
+                                 {"parameters", {{"delay", {{"value", 0.01}}}}}}};
+  const std::string folder = (std::filesystem::temp_directory_path() / "updated_late_out").string();
+  write_reports(e, folder, reports);
+  std::ifstream in(folder + "/updated/scenario.yaml");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_NE(text.find("# not simulated: sensor_delay at /joint_states/elbow/effort: a fault of the log, not of the robot; see report.json\n"),
+            std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
