@@ -45,7 +45,7 @@ void read_command(const std::vector<double>& time, const JointColumns& joint, do
   const double da = h * joint.command_rate[m.k], db = h * joint.command_rate[m.k + 1];
   const double c2 = 3.0 * (b - a) - 2.0 * da - db, c3 = 2.0 * (a - b) + da + db;
   *position = a + s * (da + s * (c2 + s * c3));
-  *rate = (da + s * (2.0 * c2 + 3.0 * s * c3)) / h;
+  *rate = joint.rough_command ? m.of(joint.command_rate) : (da + s * (2.0 * c2 + 3.0 * s * c3)) / h;
 }
 
 }  // namespace hrp::diagnosis

@@ -21,7 +21,7 @@ Moment find_moment(const std::vector<double>& time, double t, size_t near);
 
 // Cubic Hermite interpolation of a joint's command; linear where no rate was recorded or where the rate is no derivative
 // of the position (a drive that is always told to stand, on its way through a staircase of positions); held beyond the ends; 0 where
-// there is no command.
+// there is no command. The rate is the cubic's, or linear between recorded ones where the command is rough.
 void read_command(const std::vector<double>& time, const JointColumns& joint, double t, size_t near, double* position,
                   double* rate);
 

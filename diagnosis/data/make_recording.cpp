@@ -111,6 +111,20 @@ bool has_separate_rate(const std::vector<double>& time, const JointColumns& join
   return apart > kSeparate * moved;
 }
 
+// Stamps that jitter, or positions of few digits, put more into the cubic between two samples than the motion's own
+// curvature does: a mean rate off by r'' dt^2 / 12, as squares over the recording.
+bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
+  constexpr double kRough = 9.0;
+  const std::vector<double>& rate = joint.command_rate;
+  double apart = 0.0, curved = 0.0;
+  for (size_t k = 1; k + 1 < rate.size() && k + 1 < joint.command.size(); ++k) {
+    const double mean = (joint.command[k] - joint.command[k - 1]) / (time[k] - time[k - 1]);
+    const double bend = (rate[k + 1] - 2.0 * rate[k] + rate[k - 1]) / 12.0;
+    apart += std::pow(mean - 0.5 * (rate[k] + rate[k - 1]), 2), curved += bend * bend;
+  }
+  return apart > kRough * curved;
+}
+
 void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, JointColumns* joint,
                 std::set<std::string>* used, const std::string& file, std::vector<std::string>* warnings) {
   const auto column = [&](const std::string& key, std::vector<double>* values) {
@@ -182,6 +196,7 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
                spec.name, warnings);
     JointColumns& joint = recording.joints[static_cast<size_t>(j)];
     joint.separate_rate = has_separate_rate(recording.time, joint);
+    joint.rough_command = is_rough(recording.time, joint);
     if (joint.separate_rate)
       warnings->push_back(spec.name + ": /joint_commands/" + experiment.robot.tree.joint(j).name +
                           "/velocity is not the derivative of the commanded positions; the servo gets it as recorded");

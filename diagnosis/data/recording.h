@@ -22,6 +22,7 @@ struct JointColumns {
   std::vector<double> command, command_rate;  // complete (gaps interpolated)
   std::vector<double> signal[kQuantities];
   bool separate_rate = false;  // the recorded rate of commands is not the derivative of their positions
+  bool rough_command = false;  // it is, but positions or stamps are too rough to differentiate
   bool has(Quantity q) const { return !signal[static_cast<int>(q)].empty(); }
 };
 

@@ -128,7 +128,7 @@ Recording cut_recording(const Recording& r, size_t begin, size_t end) {
     JointColumns own;
     own.command = cut(joint.command, begin, end), own.command_rate = cut(joint.command_rate, begin, end);
     for (int q = 0; q < kQuantities; ++q) own.signal[q] = cut(joint.signal[q], begin, end);
-    own.separate_rate = joint.separate_rate;
+    own.separate_rate = joint.separate_rate, own.rough_command = joint.rough_command;
     out.joints.push_back(std::move(own));
   }
   for (const auto& [name, values] : r.other) out.other[name] = cut(values, begin, end);

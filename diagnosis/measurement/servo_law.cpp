@@ -84,6 +84,31 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
   return n > 0.0 ? sum / n : 0.0;
 }
 
+// The same beside the scale and bias of the log that fit best: a log of another scale asks for another delay.
+double calc_missed_by_line(const ServoLog& log, double delay) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  log.walk(delay, true, [&](double law, double effort) {
+    law = std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit);
+    if (!std::isfinite(law + effort)) return;
+    n += 1.0, x += law, y += effort, xx += law * law, xy += law * effort, yy += effort * effort;
+  });
+  if (!(n > 0.0)) return 0.0;
+  const double var = xx - x * x / n, both = xy - x * y / n;
+  return (yy - y * y / n - (var > 0.0 ? both * both / var : 0.0)) / n;
+}
+
+// Least of f on a grid from 0 to `end`, then the vertex of the parabola through it and its neighbours.
+template <typename F>
+double find_least(const F& f, double step, double end) {
+  double best = f(0.0), at = 0.0;
+  for (double d = step; d <= end; d += step) {
+    const double m = f(d);
+    if (m < best) best = m, at = d;
+  }
+  const double left = f(at - step), right = f(at + step), bend = left - 2.0 * best + right;
+  return bend > 0.0 ? at + std::clamp(0.5 * step * (left - right) / bend, -step, step) : at;
+}
+
 double calc_spread(const Experiment& e, size_t j) {
   Spread spread;
   for (const Recording& r : e.recordings) {
@@ -192,17 +217,9 @@ std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
     const ServoLog log(e, j, plant.laws[j]);
-    const auto missed = [&](double delay) { return calc_missed(log, delay, true); };
-    const double none = missed(0.0);
-    double best = none, delay = 0.0;
-    for (double d = kScan; d <= kLongest; d += kScan) {
-      const double m = missed(d);
-      if (m < best) best = m, delay = d;
-    }
-    if (!(none > kBetter * kBetter * best) || std::sqrt(best) > kFollows * calc_spread(e, j)) continue;
-    // The vertex of the parabola through the best delay and its neighbours.
-    const double left = missed(delay - kScan), right = missed(delay + kScan), bend = left - 2.0 * best + right;
-    if (bend > 0.0) delay += std::clamp(0.5 * kScan * (left - right) / bend, -kScan, kScan);
+    const double delay = find_least([&](double d) { return calc_missed_by_line(log, d); }, kScan, kLongest);
+    const double best = calc_missed(log, delay, true);
+    if (!(calc_missed(log, 0.0, true) > kBetter * kBetter * best) || std::sqrt(best) > kFollows * calc_spread(e, j)) continue;
     ServoDelay found{static_cast<int>(j), delay, 0.5 * std::min(kScan, e.sample_time), 0.0, 0.0};
     found.before = std::sqrt(calc_missed(log, 0.0, !held));
     found.after = std::sqrt(calc_missed(log, delay, !held));

@@ -27,6 +27,8 @@ constexpr double kFastestMotion = 10.0;  // [Hz] that a drive follows on purpose
 constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
 // Noise of inertia x acceleration, as a share of the effort's spread, that a cutoff may leave.
 constexpr double kNoiseShare = 0.05;
+// The same noise as a share of the missing torque's spread: above it, accelerations hide what is missing.
+constexpr double kMissingShare = 0.3;
 // [s] between kept samples: a fifth of the cutoff's period, so that nothing is lost and little is kept twice.
 constexpr double kPerPeriod = 5.0;
 // [s] left out at both ends, where derivatives are one-sided.
@@ -135,7 +137,9 @@ class Maker {
     const double limit = std::max(kLeastLimit, kOfMotion * find_motion_frequency());
     for (double cutoff : kCutoffs) {
       data_.cutoff = cutoff;
-      if (cutoff <= limit && make_motions() <= kNoiseShare) break;
+      if (cutoff > limit) continue;
+      const double noise_share = make_motions();
+      if (noise_share <= kNoiseShare && find_missing_share() <= kMissingShare) break;
     }
     find_slow();
     for (TorqueRecording& r : data_.recordings) finish(&r);
@@ -163,6 +167,40 @@ class Maker {
                        std::sqrt(std::min(1.0, torque / effort)));
     }
     return find_median(std::move(shares));
+  }
+
+  // The same noise as a share of the missing torque, effort less tau: of a heavy arm whose encoders are coarse it may be the
+  // whole. Median over joints; 0 where the torques are not those of bodies on a fixed base.
+  double find_missing_share() const {
+    if (bodies_ || data_.recordings.empty()) return 0.0;
+    const Eigen::VectorXd noise = calc_torque_noise(data_.recordings[0]);
+    std::vector<double> shares;
+    for (long j = 0; j < noise.size(); ++j) {
+      double missing = 0.0, rows = 0.0;
+      for (const TorqueRecording& r : data_.recordings) {
+        const long inner = std::max(0L, r.q.rows() - 2 * r.trim);
+        const Eigen::ArrayXd x = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
+        missing += (x - x.mean()).square().sum(), rows += static_cast<double>(inner);
+      }
+      if (data_.is_judged(static_cast<int>(j)) && missing > 0.0) shares.push_back(noise[j] / std::sqrt(missing / rows));
+    }
+    return find_median(std::move(shares));
+  }
+
+  // [N m] of every joint, from the noise of all accelerations through the mass matrix; root mean square over some poses.
+  Eigen::VectorXd calc_torque_noise(const TorqueRecording& r) const {
+    constexpr long kPoses = 20;
+    const long n = r.q.cols(), poses = std::min(kPoses, r.q.rows()), stride = std::max(1L, r.q.rows() / poses);
+    Eigen::MatrixXd q(poses, n);
+    for (long k = 0; k < poses; ++k) q.row(k) = r.q.row(k * stride);
+    const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(poses, n), weight = calc_efforts(plant_, q, rest, rest);
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(n);
+    for (long j = 0; j < n; ++j) {
+      Eigen::MatrixXd a = rest;
+      a.col(j).setConstant(scale_noise(noise_[static_cast<size_t>(j)], r.step, data_.cutoff, 2));
+      squares += (calc_efforts(plant_, q, rest, a) - weight).array().square().colwise().mean().matrix().transpose();
+    }
+    return squares.cwiseSqrt();
   }
 
   // [Hz] median over joints and recordings, of the smoothed velocities: frequencies by low-passing them.

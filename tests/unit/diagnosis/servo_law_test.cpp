@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Late commands are read from the servo's law alone, whatever the log's stamps, digits and scale are.
+#include "diagnosis/measurement/servo_law.h"
+
+#include <random>
+
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kKp = 200.0, kKd = 10.0;        // of every servo of the experiment
+constexpr double kDelay = 0.019, kScale = 0.957;  // [s] of the commands, of the logged effort
+
+double calc_command(double t) { return 0.5 * std::sin(3.0 * t) + 0.2 * std::sin(7.0 * t); }
+double calc_command_rate(double t) { return 1.5 * std::cos(3.0 * t) + 1.4 * std::cos(7.0 * t); }
+
+// Two recordings at 1 kHz of an elbow that lags; its servo gets commands late. Stamps are off by `jitter` [s].
+Experiment make_late(const std::string& name, double jitter) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_servo_law_" + name);
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "robot.urdf") << kArm;
+  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10, effort_limit: 80}}\n"
+      "recordings:\n- {file: train.csv, role: train}\n- {file: validate.csv, role: validate}\n";
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (const char* file : {"train.csv", "validate.csv"}) {
+    std::ofstream csv(folder / file);
+    csv.precision(10);
+    csv << "time,/joint_commands/elbow/position,/joint_commands/elbow/velocity,/joint_states/elbow/position,/joint_states/elbow/velocity,"
+           "/joint_states/elbow/effort,/joint_commands/shoulder/position,/joint_states/shoulder/position\n";
+    const double from = file[0] == 't' ? 0.0 : 20.0;
+    for (int k = 0; k < 6000; ++k) {
+      const double t = 1e-3 * k, at = from + t, q = 0.9 * calc_command(at - 0.03), v = 0.9 * calc_command_rate(at - 0.03);
+      const double effort = kScale * (kKp * (calc_command(at - kDelay) - q) + kKd * (calc_command_rate(at - kDelay) - v));
+      csv << t + jitter * normal(random) << "," << calc_command(at) << "," << calc_command_rate(at) << "," << q << "," << v << ","
+          << effort + 0.05 * normal(random) << ",0,0\n";
+    }
+  }
+  return load_experiment((folder / "experiment.yaml").string());
+}
+
+void expect_delay_and_scale(const Experiment& e) {
+  const std::vector<ServoDelay> delays = find_servo_delays(e);
+  ASSERT_EQ(delays.size(), 1u);
+  EXPECT_EQ(e.robot.tree.joint(delays[0].joint).name, "elbow");
+  EXPECT_NEAR(delays[0].delay, kDelay, 2e-4);  // a fifth of the sampling time
+  const ServoReading reading = find_servo_readings(e, delays)[static_cast<size_t>(delays[0].joint)];
+  ASSERT_TRUE(reading.follows);
+  EXPECT_NEAR(reading.scale, kScale, 0.005);  // the design's bar for a sensor's scale is 5 %
+}
+
+TEST(ServoLaw, ALogOfAnotherScaleDoesNotMoveTheDelay) { expect_delay_and_scale(make_late("scale", 0.0)); }
+
+// The difference of two commands over the time between two such stamps is off by a tenth of the rate.
+TEST(ServoLaw, StampsThatJitterDoNotHideADelay) { expect_delay_and_scale(make_late("jitter", 1e-4)); }
+
+}  // namespace
+}  // namespace hrp::diagnosis
