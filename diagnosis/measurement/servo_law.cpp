@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "diagnosis/data/command_reader.h"
@@ -161,6 +162,30 @@ double calc_mean(const std::vector<double>& x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(std::max<size_t>(1, x.size()));
 }
 
+// Slope of effort over law with the law of some samples before as the instrument: what noise of the encoders puts into the
+// law is forgotten by then, so it neither flattens nor steepens the line. Standard deviation by stretches.
+struct Slope {
+  double value = 1.0, std = 0.0;
+};
+
+Slope find_slope(const Pairs& pairs) {
+  const double law = calc_mean(pairs.law), effort = calc_mean(pairs.effort);
+  std::vector<double> top(kStretches, 0.0), bottom(kStretches, 0.0);
+  for (size_t k = kLater; k < pairs.law.size(); ++k) {
+    const size_t stretch = k * kStretches / pairs.law.size();
+    const double z = pairs.law[k - kLater] - law;
+    top[stretch] += z * (pairs.effort[k] - effort), bottom[stretch] += z * (pairs.law[k] - law);
+  }
+  const double sum = std::accumulate(bottom.begin(), bottom.end(), 0.0);
+  if (!(sum > 0.0)) return {1.0, std::numeric_limits<double>::infinity()};
+  Slope slope;
+  slope.value = std::accumulate(top.begin(), top.end(), 0.0) / sum;
+  double square = 0.0;
+  for (size_t s = 0; s < top.size(); ++s) square += std::pow(top[s] - slope.value * bottom[s], 2);
+  slope.std = std::sqrt(square * kStretches / (kStretches - 1)) / sum;
+  return slope;
+}
+
 double calc_rms(const Pairs& pairs, double scale, double bias) {
   double sum = 0.0;
   for (size_t k = 0; k < pairs.law.size(); ++k) sum += std::pow(pairs.effort[k] - scale * pairs.law[k] - bias, 2);
@@ -178,18 +203,20 @@ double calc_wavers(const Pairs& pairs, double scale, double bias) {
 ServoReading read_servo(const Pairs& pairs, double spread) {
   ServoReading out;
   if (pairs.law.size() < 100) return out;
-  const Line forth = fit_line(pairs.law, pairs.effort), back = fit_line(pairs.effort, pairs.law);
-  const double scale = forth.theta[0], other = 1.0 / back.theta[0], off = 0.5 * (scale + other) - 1.0;
-  out.before = calc_rms(pairs, 1.0, 0.0), out.after = calc_rms(pairs, scale, forth.theta[1]);
-  out.wavers = calc_wavers(pairs, scale, forth.theta[1]);
-  if (!(out.after < kFollows * spread) || !(scale > 0.5 && scale < 2.0)) return out;
+  const Line line = fit_line(pairs.law, pairs.effort);
+  const Slope slope = find_slope(pairs);
+  const double off = slope.value - 1.0;
+  out.before = calc_rms(pairs, 1.0, 0.0);
+  out.after = calc_rms(pairs, slope.value, calc_mean(pairs.effort) - slope.value * calc_mean(pairs.law));
+  out.wavers = calc_wavers(pairs, line.theta[0], line.theta[1]);
+  if (!(out.after < kFollows * spread) || !(slope.value > 0.5 && slope.value < 2.0)) return out;
   out.follows = true;
-  if (std::abs(off) > std::max(kLeast, kCertain * forth.std[0]) && std::abs(scale - other) < kBracket * std::abs(off))
-    out.scale = 1.0 + off, out.scale_std = std::hypot(std::hypot(forth.std[0], 0.5 * (scale - other)), kExact);
+  if (std::abs(off) > std::max(kLeast, kCertain * slope.std))
+    out.scale = slope.value, out.scale_std = std::hypot(slope.std, kExact);
   // Beside the scale that is believed: noise of the law flattens a line and would make a bias of it.
   const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
-  if (std::abs(bias) > std::max(kLeast * spread, kCertain * forth.std[1]))
-    out.bias = bias, out.bias_std = std::hypot(forth.std[1], kExact * spread);
+  if (std::abs(bias) > std::max(kLeast * spread, kCertain * line.std[1]))
+    out.bias = bias, out.bias_std = std::hypot(line.std[1], kExact * spread);
   return out;
 }
 

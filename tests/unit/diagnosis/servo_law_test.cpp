@@ -15,8 +15,9 @@ constexpr double kDelay = 0.019, kScale = 0.957;  // [s] of the commands, of the
 double calc_command(double t) { return 0.5 * std::sin(3.0 * t) + 0.2 * std::sin(7.0 * t); }
 double calc_command_rate(double t) { return 1.5 * std::cos(3.0 * t) + 1.4 * std::cos(7.0 * t); }
 
-// Two recordings at 1 kHz of an elbow that lags; its servo gets commands late. Stamps are off by `jitter` [s].
-Experiment make_late(const std::string& name, double jitter) {
+// Two recordings at 1 kHz of an elbow that lags; its servo gets commands late. Stamps are off by `jitter` [s], recorded
+// rates by `noise` [rad/s].
+Experiment make_late(const std::string& name, double jitter, double noise, double delay = kDelay) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_servo_law_" + name);
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kArm;
@@ -32,8 +33,8 @@ Experiment make_late(const std::string& name, double jitter) {
     const double from = file[0] == 't' ? 0.0 : 20.0;
     for (int k = 0; k < 6000; ++k) {
       const double t = 1e-3 * k, at = from + t, q = 0.9 * calc_command(at - 0.03), v = 0.9 * calc_command_rate(at - 0.03);
-      const double effort = kScale * (kKp * (calc_command(at - kDelay) - q) + kKd * (calc_command_rate(at - kDelay) - v));
-      csv << t + jitter * normal(random) << "," << calc_command(at) << "," << calc_command_rate(at) << "," << q << "," << v << ","
+      const double effort = kScale * (kKp * (calc_command(at - delay) - q) + kKd * (calc_command_rate(at - delay) - v));
+      csv << t + jitter * normal(random) << "," << calc_command(at) << "," << calc_command_rate(at) << "," << q << "," << v + noise * normal(random) << ","
           << effort + 0.05 * normal(random) << ",0,0\n";
     }
   }
@@ -50,10 +51,20 @@ void expect_delay_and_scale(const Experiment& e) {
   EXPECT_NEAR(reading.scale, kScale, 0.005);  // the design's bar for a sensor's scale is 5 %
 }
 
-TEST(ServoLaw, ALogOfAnotherScaleDoesNotMoveTheDelay) { expect_delay_and_scale(make_late("scale", 0.0)); }
+TEST(ServoLaw, ALogOfAnotherScaleDoesNotMoveTheDelay) { expect_delay_and_scale(make_late("scale", 0.0, 0.0)); }
 
 // The difference of two commands over the time between two such stamps is off by a tenth of the rate.
-TEST(ServoLaw, StampsThatJitterDoNotHideADelay) { expect_delay_and_scale(make_late("jitter", 1e-4)); }
+TEST(ServoLaw, StampsThatJitterDoNotHideADelay) { expect_delay_and_scale(make_late("jitter", 1e-4, 0.0)); }
+
+// A law from noisy rates is noisy, too: least squares make its line flatter by 5 %, which an instrument does not.
+TEST(ServoLaw, NoiseOfTheRateDoesNotFlattenTheScale) {
+  const Experiment e = make_late("noise", 0.0, 0.3, 0.0);
+  const int elbow = e.robot.tree.find_joint("elbow");
+  const ServoReading reading = find_servo_readings(e, {})[static_cast<size_t>(elbow)];
+  ASSERT_TRUE(reading.follows);
+  EXPECT_LT(reading.scale_std, 0.005);
+  EXPECT_NEAR(reading.scale, kScale, 3.0 * reading.scale_std);
+}
 
 }  // namespace
 }  // namespace hrp::diagnosis
