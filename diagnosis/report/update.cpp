@@ -69,9 +69,19 @@ void complete_sole(Json* parameters) {
   if (!parameters->contains("cz")) (*parameters)["cz"] = 2 * std::sqrt((*parameters)["kz"].get<double>() * 2.0);
 }
 
+// Two encoders tell how a transmission gives; the rotor behind it is a finding of its own at the same joint.
+void complete_transmission(const nlohmann::json& finding, const nlohmann::json& list, Json* parameters) {
+  if (parameters->contains("rotor_inertia")) return;
+  for (const nlohmann::json& other : list) {
+    if (other.at("effect") != "rotor_inertia" || other.at("where") != finding.at("where")) continue;
+    const nlohmann::json& inertia = other.at("parameters").at("inertia");
+    (*parameters)["rotor_inertia"] = inertia.is_object() ? inertia.at("value") : inertia;
+  }
+}
+
 // A finding without its intervals, as an element of `effects`. JSON is YAML, too, and quotes every name. What cannot
 // be, such as a negative damping that noise left over, is cut to 0.
-std::string make_effect_line(const nlohmann::json& finding) {
+std::string make_effect_line(const nlohmann::json& finding, const nlohmann::json& list) {
   Json parameters = Json::object();
   for (const auto& [name, p] : finding.at("parameters").items()) {
     Json value = p.is_object() && p.contains("value") ? p.at("value") : p;
@@ -81,6 +91,7 @@ std::string make_effect_line(const nlohmann::json& finding) {
     parameters[name] = value;
   }
   if (finding.at("where").contains("foot")) complete_sole(&parameters);
+  if (finding.at("effect") == "joint_elasticity") complete_transmission(finding, list, &parameters);
   return "  - " +
          Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump() +
          "\n";
@@ -154,7 +165,7 @@ std::string make_effects(const std::string& scenario, const std::string& before,
       notes += make_note(effect, "a fault of the log, not of the robot");
       continue;
     }
-    const std::string line = make_effect_line(effect);
+    const std::string line = make_effect_line(effect, list);
     try {
       check_simulated(scenario + "effects:\n" + effects + line, tree, path);
       const std::string grade = effect.value("grade", "");

@@ -25,18 +25,33 @@ TEST(UpdatedScenario, KeepsTheStartThatTheExperimentStatesWhereItIsTheSame) {
   EXPECT_TRUE(write_updated("updated_same", 0.0).initial_joints.empty());
 }
 
-// The robot's servo reads its own sensors in time; only the file is late.
-TEST(UpdatedScenario, SaysThatALateLogIsNoFaultOfTheRobot) {
-  const Experiment e = make_simulated_experiment("updated_late", kArm, {"shoulder", "elbow"}, {});
+std::string write_updated(const std::string& name, const Json& findings) {
+  const Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {});
   Reports reports = make_empty_reports(make_problem(e, 1), "a test");
-  reports.report["findings"] = {{{"effect", "sensor_delay"}, {"where", {{"sensor", "/joint_states/elbow/effort"}}},
-                                 {"parameters", {{"delay", {{"value", 0.01}}}}}}};
-  const std::string folder = (std::filesystem::temp_directory_path() / "updated_late_out").string();
+  reports.report["findings"] = findings;
+  const std::string folder = (std::filesystem::temp_directory_path() / (name + "_out")).string();
   write_reports(e, folder, reports);
   std::ifstream in(folder + "/updated/scenario.yaml");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The robot's servo reads its own sensors in time; only the file is late.
+TEST(UpdatedScenario, SaysThatALateLogIsNoFaultOfTheRobot) {
+  const std::string text = write_updated("updated_late", {{{"effect", "sensor_delay"}, {"where", {{"sensor", "/joint_states/elbow/effort"}}},
+                                                           {"parameters", {{"delay", {{"value", 0.01}}}}}}});
   EXPECT_NE(text.find("# not simulated: sensor_delay at /joint_states/elbow/effort: a fault of the log, not of the robot; see report.json\n"),
             std::string::npos) << text;
+}
+
+// Two encoders tell stiffness and damping of a transmission, the torque tells the rotor: the simulator needs all three.
+TEST(UpdatedScenario, HasAnElasticTransmissionWithTheRotorThatWasFoundThere) {
+  const Json rotor = {{"effect", "rotor_inertia"}, {"where", {{"joint", "elbow"}}}, {"parameters", {{"inertia", {{"value", 0.02}}}}}};
+  const Json give = {{"effect", "joint_elasticity"}, {"where", {{"joint", "elbow"}}},
+                     {"parameters", {{"stiffness", {{"value", 300.0}}}, {"damping", {{"value", 0.5}}}}}};
+  const std::string text = write_updated("updated_elastic", Json{rotor, give});
+  EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"rotor_inertia\":0.02"), std::string::npos) << text;
+  EXPECT_NE(write_updated("updated_no_rotor", Json::array({give})).find("not simulated: joint_elasticity at elbow"), std::string::npos);
 }
 
 }  // namespace
