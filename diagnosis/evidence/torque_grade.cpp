@@ -326,8 +326,9 @@ class Grader {
     // What takes much of what is missing on held-out data is listed, though few independent samples say how much it is.
     const bool likely = g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
     g->named = (sized && (holds || usual || likely)) || (holds && much);
-    // What not every drive has is told from what no list holds by recordings that it was not fitted to, by each of them.
-    const bool confirmed = g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one);
+    // What not every drive has is told from what no list holds by recordings that it was not fitted to, by each of them, and
+    // by a share that details of friction do not make.
+    const bool confirmed = g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one && g->share >= kSupportedShare);
     const bool sure = confirmed && g->probability >= kProbable && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;

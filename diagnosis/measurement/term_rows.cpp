@@ -7,6 +7,7 @@
 
 #include "common/base/check.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/measurement/ripple.h"
 
 namespace hrp::diagnosis {
 
@@ -30,7 +31,6 @@ constexpr double kFast = 0.9;
 // [s] A delay's torque is linear in the delay near one of these: with r'' of 10 rad/s^2 and 200 N m/rad, the square of
 // 12 ms is 0.14 N m.
 constexpr double kDelays[] = {0.003, 0.006, 0.012, 0.024, 0.048};
-constexpr double kCoggingPeriods[] = {1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40};
 
 const char* const kSpeeds = "constant speeds, slow and fast, in both directions, in postures of different load";
 
@@ -100,18 +100,6 @@ std::vector<double> list_stribeck_velocities(const TorqueData& data, int joint) 
   return list;
 }
 
-// A ripple is told from a spring or gravity by several periods.
-std::vector<double> list_periods(const TorqueData& data, int joint) {
-  double low = 1e300, high = -1e300;
-  for (const R& r : data.recordings)
-    low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
-  std::vector<double> list;
-  for (double periods : kCoggingPeriods) {
-    if (periods * (high - low) > 3.0 * 2.0 * M_PI) list.push_back(periods);
-  }
-  return list;
-}
-
 std::vector<double> list_springs(const TorqueData& data, int) {
   return data.behind_gears ? std::vector<double>{} : std::vector<double>{0.0};
 }
@@ -137,11 +125,11 @@ TermValues make_spring(const Term&, const Vector& x, const Vector& s) {
 }
 Vector take_spring(const std::vector<double>& p) { return Eigen::Vector2d(p[0], -p[0] * p[1]); }
 
-// A cos(phase) sin(N q) + A sin(phase) cos(N q)
+// The ripple acts on the joint, so as much is missing the other way: -A cos(phase) sin(N q) - A sin(phase) cos(N q).
 TermValues make_cogging(const Term& t, const Vector& x, const Vector& s) {
-  return {{x.norm(), t.shape, std::atan2(x[1], x[0])}, {s[0], 0.1 * t.shape, s[0] / std::max(1e-12, x.norm())}};
+  return {{x.norm(), t.shape, std::atan2(-x[1], -x[0])}, {s[0], 0.1 * t.shape, s[0] / std::max(1e-12, x.norm())}};
 }
-Vector take_cogging(const std::vector<double>& p) { return Eigen::Vector2d(p[0] * std::cos(p[2]), p[0] * std::sin(p[2])); }
+Vector take_cogging(const std::vector<double>& p) { return Eigen::Vector2d(-p[0] * std::cos(p[2]), -p[0] * std::sin(p[2])); }
 
 }  // namespace
 
@@ -181,7 +169,7 @@ std::vector<TermRow> make_joint_rows() {
       Row("command_delay", 3.0, kReversals).column(&calc_late_command).shapes(&list_own_delays).within(0.0, kLongest)
           .is(&T::scanned).is(&T::late),
       Row("stribeck_friction", 2.0, kSpeeds).column(&calc_excess).shapes(&list_stribeck_velocities).positive().shaped_by(2).is(&T::excess),
-      Row("cogging", 3.0, kSweeps).column(&calc_ripple, 2).shapes(&list_periods).parameters(&make_cogging, &take_cogging)
+      Row("cogging", 3.0, kSweeps).column(&calc_ripple, 2).shapes(&find_ripples).parameters(&make_cogging, &take_cogging)
           .shaped_by(1).is(&T::needs_drive)};
 }
 

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/ripple.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "diagnosis/data/quantile.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kLeastPeriods = 1.5;  // within the joint's travel
+constexpr double kPassed = 0.7;        // of the cutoff: slower ripples pass the filter
+constexpr double kPasses = 0.3;        // of the samples are slow enough for the fastest ripple that is looked for
+constexpr double kStep = 0.25;         // of a period more within the travel: four points on the main lobe's half
+constexpr double kLeastShare = 0.25;   // of what friction, rotor and load leave: what repeats with a motion takes less
+constexpr size_t kMostPeaks = 3;
+constexpr long kMostRows = 4000;
+constexpr long kStretches = 16;  // of all samples: what the rest of a stretch repeats is no ripple
+constexpr double kAgree = 8.0;  // coherence of stretches: by chance e^-8, half of what stretches that agree have
+
+// Training samples of a joint: position, speed, and what friction, rotor, load and a constant leave of the missing torque.
+struct Rest {
+  Eigen::VectorXd q, speed, torque;
+  double travel() const { return q.maxCoeff() - q.minCoeff(); }
+};
+
+Rest find_rest(const TorqueData& data, int joint) {
+  long rows = 0;
+  for (const TorqueRecording& r : data.recordings) rows += r.train ? r.use.col(joint).count() : 0;
+  const long stride = std::max(1L, rows / kMostRows), n = rows / stride;
+  Rest rest;
+  if (n < 50) return rest;
+  const double slow = std::max(1e-9, data.slow[static_cast<size_t>(joint)]);
+  Eigen::MatrixXd columns(n, 6);
+  rest.q.resize(n), rest.speed.resize(n), rest.torque.resize(n);
+  long seen = 0, at = 0;
+  for (const TorqueRecording& r : data.recordings) {
+    for (long k = 0; k < r.kept() && r.train; ++k) {
+      if (!r.use(k, joint) || seen++ % stride != 0 || at == n) continue;
+      const long row = r.full_row(k);
+      const double v = r.v(row, joint), sign = std::tanh(v / slow), load = r.tau(row, joint);
+      columns.row(at) << v, sign, r.a(row, joint), load, std::abs(load) * sign, 1.0;
+      rest.q[at] = r.q(row, joint), rest.speed[at] = std::abs(v), rest.torque[at++] = r.missing(k, joint);
+    }
+  }
+  rest.torque -= columns * columns.colPivHouseholderQr().solve(rest.torque).eval();
+  return rest;
+}
+
+// Share of the rest that a ripple takes, and how far stretches agree on its phase: the square of their sum over the sum of
+// their squares (Rayleigh's test of stretches), from 1 by chance to kStretches.
+struct Peak {
+  double share = 0.0, coherence = 0.0, periods = 0.0;
+};
+
+// A ripple of N periods a radian, where it passes the filter.
+Peak calc_peak(const Rest& rest, double periods, double fastest) {
+  double n = 0.0, whole = 0.0, squares = 0.0;
+  std::complex<double> sum = 0.0, stretch = 0.0;
+  const long rows = rest.q.size();
+  for (long k = 0; k < rows; ++k) {
+    whole += rest.torque[k] * rest.torque[k];
+    if (rest.speed[k] * periods <= fastest) stretch += std::polar(rest.torque[k], periods * rest.q[k]), n += 1.0;
+    if (k + 1 < rows && k * kStretches / rows == (k + 1) * kStretches / rows) continue;
+    sum += stretch, squares += std::norm(stretch), stretch = 0.0;
+  }
+  if (!(n > 0.0) || !(squares > 0.0)) return {};
+  return {2.0 * std::norm(sum) / n / whole, std::norm(sum) / squares, periods};
+}
+
+}  // namespace
+
+std::vector<double> find_ripples(const TorqueData& data, int joint) {
+  const Rest rest = find_rest(data, joint);
+  if (rest.q.size() == 0 || !(rest.travel() > 0.0)) return {};
+  const double fastest = 2.0 * M_PI * kPassed * data.cutoff, period = 2.0 * M_PI / rest.travel(), step = kStep * period;
+  const double last = fastest / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses));
+  std::vector<Peak> tried;
+  for (double periods = kLeastPeriods * period; periods < last; periods += step) tried.push_back(calc_peak(rest, periods, fastest));
+  std::vector<Peak> peaks;
+  for (size_t i = 1; i + 1 < tried.size(); ++i) {
+    const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share, bend = before - 2.0 * here + after;
+    if (here < kLeastShare || here < before || here <= after || tried[i].coherence < kAgree) continue;
+    peaks.push_back(tried[i]);
+    if (bend < 0.0) peaks.back().periods += step * std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
+  }
+  std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.share > b.share; });
+  std::vector<double> found;
+  for (size_t i = 0; i < std::min(peaks.size(), kMostPeaks); ++i) found.push_back(peaks[i].periods);
+  return found;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A torque that ripples with a joint's position is found whatever its period, beside friction and rotors.
+#include "diagnosis/measurement/ripple.h"
+
+#include "diagnosis/evidence/torque_findings.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::vector<std::string> kJoints{"shoulder", "elbow"};
+constexpr double kAmplitude = 1.2, kPeriods = 36.6, kPhase = 1.0;  // [N m], [1/rad] as of no number of poles, [rad]
+
+Experiment make_arm(const std::string& name, bool ripples) {
+  Hypothesis hidden{{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+                    {EffectId::kViscous, kElbow, {0.4}}, {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
+                    {EffectId::kRotorInertia, kElbow, {0.3}}};
+  if (ripples) hidden.push_back({EffectId::kCogging, kElbow, {kAmplitude, kPeriods, kPhase}});
+  return make_simulated_experiment(name, kArm, kJoints, hidden);
+}
+
+TEST(Ripples, HaveThePeriodsThatTheMissingTorqueShows) {
+  const TorqueData data = make_torque_data(make_arm("ripple_periods", true));
+  const std::vector<double> found = find_ripples(data, kElbow);
+  ASSERT_FALSE(found.empty());
+  // The elbow travels 1.2 rad: a tenth of a period more within it.
+  EXPECT_NEAR(found[0], kPeriods, 0.5);
+  EXPECT_TRUE(find_ripples(data, kShoulder).empty());
+}
+
+TEST(Ripples, AreNoneWhereFrictionAndRotorsAreAll) {
+  const TorqueData data = make_torque_data(make_arm("ripple_none", false));
+  EXPECT_TRUE(find_ripples(data, kElbow).empty());
+}
+
+TEST(Ripples, AreReportedWithTheAmplitudeAndPhaseOfTheSimulatorsLaw) {
+  const Experiment e = make_arm("ripple_named", true);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  bool named = false;
+  for (const Finding& f : verdict.evidence.findings) {
+    if (f.effect != "cogging") continue;
+    named = true;
+    EXPECT_EQ(f.where.at("joint"), "elbow");
+    EXPECT_NEAR(f.parameters[0].value[0], kAmplitude, 0.1 * kAmplitude);  // smoothing takes up to a tenth of what changes fast
+    const double off = f.parameters[2].value[0] - kPhase;
+    EXPECT_NEAR(off - 2.0 * M_PI * std::round(off / (2.0 * M_PI)), 0.0, 0.3);  // half a period of 0.5 1/rad off over 1.2 rad
+  }
+  EXPECT_TRUE(named);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
