@@ -43,6 +43,26 @@ void add_texture(double amplitude, Experiment* e) {
   }
 }
 
+// Cutoff of the torque stage for an arm whose encoders have steps of 1.5 mrad, 4096 a turn [Hz].
+double find_coarse_cutoff(const std::string& name, const Hypothesis& hidden) {
+  Experiment e = make_simulated_experiment(name, kArm, kJoints, hidden);
+  constexpr double kCount = 2.0 * M_PI / 4096.0;
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) {
+      for (double& q : joint.signal[0]) q = kCount * std::round(q / kCount);
+    }
+  }
+  return make_torque_data(e).cutoff;
+}
+
+// Noise of the accelerations must be small against what is missing, not only against the effort.
+TEST(TorqueEvidence, LittleMissingTorqueBehindCoarseEncodersIsLookedForAtLowerFrequencies) {
+  const double much = find_coarse_cutoff("coarse_much", {{EffectId::kViscous, kShoulder, {2.0}}, {EffectId::kCoulomb, kShoulder, {3.0, 0.0, 5e-4}},
+                                                         {EffectId::kViscous, kElbow, {1.0}}, {EffectId::kCoulomb, kElbow, {2.0, 0.0, 5e-4}}});
+  const double little = find_coarse_cutoff("coarse_little", {{EffectId::kViscous, kShoulder, {0.02}}, {EffectId::kViscous, kElbow, {0.01}}});
+  EXPECT_LT(little, much);
+}
+
 Hypothesis make_drives() {
   return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
           {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
