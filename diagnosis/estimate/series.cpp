@@ -32,4 +32,9 @@ double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series) {
   return time;
 }
 
+double calc_vertex(double left, double middle, double right) {
+  if (!((left - middle) * (right - middle) > 0.0)) return 0.0;
+  return 0.5 * (left - right) / (left - 2.0 * middle + right);
+}
+
 }  // namespace hrp::diagnosis

@@ -16,6 +16,10 @@ class Spread {
   double sum_ = 0.0, square_ = 0.0, n_ = 0.0;
 };
 
+// Where between them three samples at equal steps have their extreme, by a parabola: in steps from the middle one, at most a
+// half; 0 where that one is not the extreme.
+double calc_vertex(double left, double middle, double right);
+
 // Independent looks at what a model leaves in one half-cycle of a motion: at its ends and its middle.
 constexpr double kLooks = 3.0;
 

@@ -6,6 +6,7 @@
 #include <complex>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/series.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -32,16 +33,16 @@ Rest find_rest(const TorqueData& data, int joint) {
   const long stride = std::max(1L, rows / kMostRows), n = rows / stride;
   Rest rest;
   if (n < 50) return rest;
-  const double slow = std::max(1e-9, data.slow[static_cast<size_t>(joint)]);
   Eigen::MatrixXd columns(n, 6);
   rest.q.resize(n), rest.speed.resize(n), rest.torque.resize(n);
   long seen = 0, at = 0;
   for (const TorqueRecording& r : data.recordings) {
+    const Eigen::VectorXd sign = data.calc_sign(r, joint);
     for (long k = 0; k < r.kept() && r.train; ++k) {
       if (!r.use(k, joint) || seen++ % stride != 0 || at == n) continue;
       const long row = r.full_row(k);
-      const double v = r.v(row, joint), sign = std::tanh(v / slow), load = r.tau(row, joint);
-      columns.row(at) << v, sign, r.a(row, joint), load, std::abs(load) * sign, 1.0;
+      const double v = r.v(row, joint), load = r.tau(row, joint);
+      columns.row(at) << v, sign[row], r.a(row, joint), load, std::abs(load) * sign[row], 1.0;
       rest.q[at] = r.q(row, joint), rest.speed[at] = std::abs(v), rest.torque[at++] = r.missing(k, joint);
     }
   }
@@ -57,17 +58,16 @@ struct Peak {
 
 // A ripple of N periods a radian, where it passes the filter.
 Peak calc_peak(const Rest& rest, double periods, double fastest) {
-  double n = 0.0, whole = 0.0, squares = 0.0;
+  double n = 0.0, squares = 0.0;
   std::complex<double> sum = 0.0, stretch = 0.0;
   const long rows = rest.q.size();
   for (long k = 0; k < rows; ++k) {
-    whole += rest.torque[k] * rest.torque[k];
     if (rest.speed[k] * periods <= fastest) stretch += std::polar(rest.torque[k], periods * rest.q[k]), n += 1.0;
     if (k + 1 < rows && k * kStretches / rows == (k + 1) * kStretches / rows) continue;
     sum += stretch, squares += std::norm(stretch), stretch = 0.0;
   }
   if (!(n > 0.0) || !(squares > 0.0)) return {};
-  return {2.0 * std::norm(sum) / n / whole, std::norm(sum) / squares, periods};
+  return {2.0 * std::norm(sum) / n / rest.torque.squaredNorm(), std::norm(sum) / squares, periods};
 }
 
 }  // namespace
@@ -81,10 +81,10 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
   for (double periods = kLeastPeriods * period; periods < last; periods += step) tried.push_back(calc_peak(rest, periods, fastest));
   std::vector<Peak> peaks;
   for (size_t i = 1; i + 1 < tried.size(); ++i) {
-    const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share, bend = before - 2.0 * here + after;
+    const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share;
     if (here < kLeastShare || here < before || here <= after || tried[i].coherence < kAgree) continue;
     peaks.push_back(tried[i]);
-    if (bend < 0.0) peaks.back().periods += step * std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
+    peaks.back().periods += step * calc_vertex(before, here, after);
   }
   std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.share > b.share; });
   std::vector<double> found;

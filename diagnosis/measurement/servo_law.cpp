@@ -87,15 +87,11 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
 
 // The same beside the scale and bias of the log that fit best: a log of another scale asks for another delay.
 double calc_missed_by_line(const ServoLog& log, double delay) {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  Gram gram(2);
   log.walk(delay, true, [&](double law, double effort) {
-    law = std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit);
-    if (!std::isfinite(law + effort)) return;
-    n += 1.0, x += law, y += effort, xx += law * law, xy += law * effort, yy += effort * effort;
+    if (std::isfinite(law + effort)) gram.add_row(Eigen::Vector2d(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), 1.0), effort);
   });
-  if (!(n > 0.0)) return 0.0;
-  const double var = xx - x * x / n, both = xy - x * y / n;
-  return (yy - y * y / n - (var > 0.0 ? both * both / var : 0.0)) / n;
+  return gram.n > 0.0 ? calc_rest(gram, {0, 1}, solve(gram, {0, 1})) / gram.n : 0.0;
 }
 
 // Least of f on a grid from 0 to `end`, then the vertex of the parabola through it and its neighbours.
@@ -106,8 +102,7 @@ double find_least(const F& f, double step, double end) {
     const double m = f(d);
     if (m < best) best = m, at = d;
   }
-  const double left = f(at - step), right = f(at + step), bend = left - 2.0 * best + right;
-  return bend > 0.0 ? at + std::clamp(0.5 * step * (left - right) / bend, -step, step) : at;
+  return at + step * calc_vertex(f(at - step), best, f(at + step));
 }
 
 double calc_spread(const Experiment& e, size_t j) {

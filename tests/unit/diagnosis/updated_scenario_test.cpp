@@ -7,12 +7,22 @@
 namespace hrp::diagnosis {
 namespace {
 
-Scenario write_updated(const std::string& name, double moved) {
+// Path of the scenario for a report with these findings; the shoulder's held-out positions are `moved` [rad].
+std::string write_updated(const std::string& name, double moved, const Json& findings) {
   Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {});
   for (double& q : e.recordings.back().joints[0].signal[0]) q += moved;
+  Reports reports = make_empty_reports(make_problem(e, 1), "a test");
+  reports.report["findings"] = findings;
   const std::string folder = (std::filesystem::temp_directory_path() / (name + "_out")).string();
-  write_reports(e, folder, make_empty_reports(make_problem(e, 1), "a test"));
-  return load_scenario(folder + "/updated/scenario.yaml");
+  write_reports(e, folder, reports);
+  return folder + "/updated/scenario.yaml";
+}
+
+Scenario write_updated(const std::string& name, double moved) { return load_scenario(write_updated(name, moved, Json::array())); }
+
+std::string write_updated(const std::string& name, const Json& findings) {
+  std::ifstream in(write_updated(name, 0.0, findings));
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TEST(UpdatedScenario, BeginsAtTheFirstSampleOfWhatItReplays) {
@@ -23,16 +33,6 @@ TEST(UpdatedScenario, BeginsAtTheFirstSampleOfWhatItReplays) {
 
 TEST(UpdatedScenario, KeepsTheStartThatTheExperimentStatesWhereItIsTheSame) {
   EXPECT_TRUE(write_updated("updated_same", 0.0).initial_joints.empty());
-}
-
-std::string write_updated(const std::string& name, const Json& findings) {
-  const Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {});
-  Reports reports = make_empty_reports(make_problem(e, 1), "a test");
-  reports.report["findings"] = findings;
-  const std::string folder = (std::filesystem::temp_directory_path() / (name + "_out")).string();
-  write_reports(e, folder, reports);
-  std::ifstream in(folder + "/updated/scenario.yaml");
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 // The robot's servo reads its own sensors in time; only the file is late.
