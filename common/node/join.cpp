@@ -140,6 +140,15 @@ std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Join
   }
 }
 
+std::string find_token(const JoinedRun& run) {
+  const bool is_elsewhere = !run.registered && !run.entry.token.empty();  // on another machine, with HRP_RUN_TOKEN
+  if (is_elsewhere) return run.entry.token;
+  for (const RunEntry& entry : find_runs()) {
+    if (entry.domain == run.entry.domain && !entry.token.empty()) return entry.token;
+  }
+  return run.entry.token;
+}
+
 BusOptions make_join_bus_options(const JoinedRun& run, const JoinOptions& join, BusOptions options) {
   if (run.registered && run.entry.secured && join.secure.empty()) {
     throw BusError("the run on " + describe_place(run) + " is secured: --secure DIR with an identity of its authority is needed");

@@ -60,6 +60,10 @@ struct Joiner {
 // joiner does not wait. Empty when a stop signal came while it waited.
 std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Joiner& joiner);
 
+// Token of the run that holds the domain now; else the one that `run` was joined with. Who joins a domain before its run is
+// registered learns the token later: ask when a request is signed.
+std::string find_token(const JoinedRun& run);
+
 // Why a secured run has one vendor.
 inline const char* const kNoSecureMix =
     "a secured run has one DDS: Fast DDS 2.9 offers its Diffie-Hellman key as plain bytes, Cyclone DDS 0.10 reads it as ASN.1, so "

@@ -16,6 +16,8 @@ constexpr size_t kMostThinned = 256;   // between two ticks, so that a stall of 
 constexpr size_t kMostWhole = 1024;
 // A server that shows a topic at all says something four times a second.
 constexpr auto kViewPatience = std::chrono::seconds(2);
+constexpr auto kRepeatPeriod = std::chrono::milliseconds(100);
+constexpr auto kRequestTime = std::chrono::seconds(1);  // discovery of a writer that is known to its readers takes less
 
 }  // namespace
 
@@ -34,8 +36,7 @@ struct LiveRun::Topic {
   std::unique_ptr<Reader> reader;   // none while views have it
 };
 
-LiveRun::LiveRun(Bus& bus, bool read_only, std::string token)
-    : bus_(bus), read_only_(read_only), token_(std::move(token)) {
+LiveRun::LiveRun(Bus& bus, bool read_only, JoinedRun run) : bus_(bus), read_only_(read_only), run_(std::move(run)) {
   if (!read_only) control_ = Publisher<msg::RunControl>(bus, topics::kRunControl);
 }
 
@@ -168,16 +169,36 @@ std::map<std::string, Arrivals> LiveRun::take() {
   return taken;
 }
 
-bool LiveRun::believes(const msg::RunStatus& heard, const msg::RunStatus& news) const { return may_believe(token_, heard, news); }
+bool LiveRun::believes(const msg::RunStatus& heard, const msg::RunStatus& news) const {
+  return may_believe(run_.entry.token, heard, news);
+}
 
-bool LiveRun::request(const msg::RunControl& control) {
-  if (read_only_ || !control_.has_readers()) return false;
-  msg::RunControl signed_control = control;
-  signed_control.nonce(make_nonce());
-  sign(token_, topics::kRunControl.type_name, &signed_control);
-  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
-  control_.publish(signed_control);
-  return true;
+void LiveRun::request(const msg::RunControl& control) {
+  if (read_only_) return;
+  run_.entry.token = find_token(run_);
+  Request request;
+  request.message = control;
+  request.message.nonce(make_nonce());
+  sign(run_.entry.token, topics::kRunControl.type_name, &request.message);
+  request.asked = request.next = Clock::now();
+  requests_.push_back(std::move(request));
+}
+
+bool LiveRun::send_requests() {
+  const auto now = Clock::now();
+  bool nobody = false;
+  for (Request& request : requests_) {
+    if (now < request.next || !control_.has_readers()) continue;
+    std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+    control_.publish(request.message);
+    request.sent = true;
+    request.next = now + kRepeatPeriod;
+  }
+  while (!requests_.empty() && now - requests_.front().asked > kRequestTime) {
+    nobody = nobody || !requests_.front().sent;
+    requests_.pop_front();
+  }
+  return nobody;
 }
 
 }  // namespace hrp

@@ -14,6 +14,7 @@
 
 #include "common/messages/pubsub.h"
 #include "common/messages/reflection/schema.h"
+#include "common/node/join.h"
 #include "hrp_idl/scheduling.h"
 #include "hrp_idl/view.h"
 
@@ -32,8 +33,7 @@ struct Arrivals {
 
 class LiveRun {
  public:
-  // token: of the run (common/node/run_token.h), for requests.
-  LiveRun(Bus& bus, bool read_only, std::string token = "");
+  LiveRun(Bus& bus, bool read_only, JoinedRun run = {});
   ~LiveRun();
 
   // Which topics to read from now on; those in `whole` with every sample, the others from the servers' views where these
@@ -42,8 +42,11 @@ class LiveRun {
   // Topics that somebody offers and whose type is ours: name -> type.
   std::map<std::string, std::string> find_topics();
   std::map<std::string, Arrivals> take();
-  // False when run control is switched off or the run has nobody who listens.
-  bool request(const msg::RunControl& control);
+  // Signs the request and keeps it until it was sent several times: a scheduler that is being discovered may miss the first
+  // one, and takes each only once. Ignored when run control is switched off.
+  void request(const msg::RunControl& control);
+  // Sends what is due. True when a request was given up because nobody listens.
+  bool send_requests();
   bool has_control() const { return !read_only_; }
   // Of what comes on run_status: an end is believed when it is signed.
   bool believes(const msg::RunStatus& heard, const msg::RunStatus& news) const;
@@ -51,6 +54,11 @@ class LiveRun {
  private:
   struct Topic;
   using Clock = std::chrono::steady_clock;
+  struct Request {
+    msg::RunControl message;
+    Clock::time_point asked, next;
+    bool sent = false;
+  };
   Topic* find_or_add(const std::string& name);
   void keep(Topic* topic, Bytes sample, bool thinned);
   void take_view(const msg::View& view);
@@ -60,7 +68,8 @@ class LiveRun {
   std::unique_ptr<Reader> make_reader(const std::string& name, Topic* topic);
   Bus& bus_;
   bool read_only_;
-  std::string token_;
+  JoinedRun run_;
+  std::deque<Request> requests_;
   Publisher<msg::RunControl> control_;
   std::map<std::string, std::unique_ptr<Topic>> topics_;
   bool has_view_ = false;

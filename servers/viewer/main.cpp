@@ -66,7 +66,7 @@ int serve(Options options) {
     if (!run) return hrp::kExitInterrupted;
     options.join.only_looks = options.read_only;
     bus = hrp::make_bus(hrp::make_join_bus_options(*run, options.join));
-    viewer.show(std::make_unique<hrp::LiveRun>(*bus, options.read_only, run->entry.token));
+    viewer.show(std::make_unique<hrp::LiveRun>(*bus, options.read_only, *run));
   } else {
     show_files(options.files, &viewer);
   }

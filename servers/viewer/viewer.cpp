@@ -34,6 +34,9 @@ constexpr auto kPeekTime = std::chrono::seconds(5);
 // A logger that closes a large file takes some time after the end of the run.
 constexpr auto kLogPatience = std::chrono::seconds(8);
 
+const char kNobodyListens[] =
+    "{\"op\":\"error\",\"message\":\"no scheduler listens: the run is over or has not begun\",\"id\":-1}";
+
 Bytes get_bytes(const SampleBytes& sample) { return {sample.data(), sample.size()}; }
 
 std::string get_kind(const Field& field) {
@@ -207,6 +210,7 @@ void Viewer::peek(const std::string& topic) {
 void Viewer::tick() {
   if (!live_) return;
   if (Clock::now() >= next_refresh_) refresh_topics();
+  if (live_->send_requests()) send_pages(kNobodyListens, Urgency::kNeeded);
   update_readers();
   const std::map<std::string, Arrivals> arrivals = live_->take();
   const auto description = arrivals.find(topics::kRobotDescription.name);

@@ -73,8 +73,6 @@ bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, con
 }  // namespace
 
 int send_request(Bus& bus, const JoinedRun& run, msg::RunControl control) {
-  control.nonce(make_nonce());
-  sign(run.entry.token, topics::kRunControl.type_name, &control);
   WaitVoice voice("hrp-run", run);
   Publisher<msg::RunControl> publisher(bus, topics::kRunControl);
   msg::RunStatus status;
@@ -89,6 +87,8 @@ int send_request(Bus& bus, const JoinedRun& run, msg::RunControl control) {
   if (!wait_for(bus, kPatience, &voice, kScheduler, [&] { return heard && publisher.has_readers(); })) return say_no_scheduler(run);
   const msg::RunStatus before = status;
   refused.clear();
+  control.nonce(make_nonce());
+  sign(find_token(run), topics::kRunControl.type_name, &control);
   publisher.publish(control);
   const bool taken = wait_for(bus, kPatience, &voice, "the run to show the request",
                               [&] { return !refused.empty() || has_taken(control, before, status); });

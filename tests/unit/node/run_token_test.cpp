@@ -132,6 +132,31 @@ TEST(Request, WithTheTokenThatCannotBeIsRefusedWithASignature) {
   EXPECT_TRUE(believed);
 }
 
+// Who steers may send a request again until it is heard.
+TEST(Request, ThatIsSentThreeTimesIsTakenOnce) {
+  for (const std::string token : {"", kToken}) {
+    FakeRunOptions options;
+    options.token = token;
+    size_t answers = 0;
+    options.join = [&](Bus& bus) -> std::shared_ptr<Reader> {
+      return subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+        answers += m.refused().empty() ? 0 : 1;
+      });
+    };
+    msg::RunControl impossible;  // as each that is taken is refused, refusals count them
+    impossible.request(msg::REQUEST_RUN);
+    impossible.change_speed(true);
+    impossible.speed(-1.0);
+    impossible.nonce(make_nonce());
+    sign(token, topics::kRunControl.type_name, &impossible);
+    options.on_state = [&](const msg::RobotState& m, Publisher<msg::RunControl>& control) {
+      if (m.header().step() == 100 || m.header().step() == 150 || m.header().step() == 200) control.publish(impossible);
+    };
+    run_fake_set(options);
+    EXPECT_EQ(answers, 1u) << "with token '" << token << "'";
+  }
+}
+
 // Aloud, and unsigned: the owner of the run must not take it for an answer to a request of his own.
 TEST(Request, WithoutTheTokenIsRefusedAloud) {
   FakeRunOptions options;
