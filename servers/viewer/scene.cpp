@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/messages/cdr.h"
 #include "common/messages/convert_robot.h"
 #include "common/robot/experiment_keys.h"
 #include "common/robot/scenario.h"
@@ -158,20 +159,48 @@ Json find_meshes(const Scene& scene) {
   return found;
 }
 
+// What a page needs to draw a robot.
+Json make_model(const msg::RobotDescription& description, Scene* scene) {
+  for (const auto& joint : description.joints()) scene->joints.push_back(joint.name());
+  scene->urdf_path = description.urdf_path();
+  scene->urdf = description.urdf();
+  return {{"name", description.name()},
+          {"urdf", description.urdf()},
+          {"floating", static_cast<bool>(description.floating_base())},
+          {"joints", make_joints(description)},
+          {"meshes", find_meshes(*scene)}};
+}
+
+void add_robot(const msg::OtherRobotDescription& other, Json* json, Scene* scene) {
+  msg::RobotDescription description;
+  try {
+    decode(Bytes{other.description().data(), other.description().size()}, &description);
+  } catch (const DecodeError&) {
+    return;  // anybody can send a description: what makes no sense is not drawn
+  }
+  Scene own;
+  own.name = other.name();
+  Json model = make_model(description, &own);
+  model["name"] = other.name();
+  (*json)["robots"].push_back(std::move(model));
+  scene->robots.push_back(std::move(own));
+}
+
 }  // namespace
+
+const Scene* find_robot_scene(const Scene& scene, const std::string& name) {
+  if (name.empty()) return &scene;
+  const auto found = std::find_if(scene.robots.begin(), scene.robots.end(), [&](const Scene& robot) { return robot.name == name; });
+  return found == scene.robots.end() ? nullptr : &*found;
+}
 
 Scene make_scene(const msg::RobotDescription& description) {
   Scene scene;
-  for (const auto& joint : description.joints()) scene.joints.push_back(joint.name());
-  scene.urdf_path = description.urdf_path();
-  scene.urdf = description.urdf();
-  Json json{{"name", description.name()},
-            {"urdf", description.urdf()},
-            {"floating", static_cast<bool>(description.floating_base())},
-            {"joints", make_joints(description)},
-            {"warnings", description.warnings()},
-            {"meshes", find_meshes(scene)},
-            {"scenario", fs::path(description.scenario_path()).filename().string()}};
+  Json json = make_model(description, &scene);
+  json["warnings"] = description.warnings();
+  json["scenario"] = fs::path(description.scenario_path()).filename().string();
+  json["robots"] = Json::array();
+  for (const msg::OtherRobotDescription& other : description.robots()) add_robot(other, &json, &scene);
   add_scenario(description, &json, &scene);
   scene.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   return scene;
