@@ -153,6 +153,8 @@ bool is_topic_word(const std::string& name) {
   return !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0 && std::all_of(name.begin(), name.end(), is_good);
 }
 
+constexpr size_t kMostOtherRobots = 12;  // of whom the logger keeps topics of their own
+
 void read_placement(YamlMap& map, RobotPlacement* robot) {
   if (!is_topic_word(robot->name)) {
     map.error("", "'" + robot->name + "' is no name of a robot, expected a letter, then letters, digits and underscores");
@@ -322,6 +324,9 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
     map.error("objects", "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
   }
   map.named("robots", &scenario->robots, read_placement);
+  if (scenario->robots.size() > kMostOtherRobots) {
+    map.error("robots", "names " + std::to_string(scenario->robots.size()) + " robots, expected at most " + std::to_string(kMostOtherRobots));
+  }
   if (!scenario->robots.empty() && scenario->contact.model == "impulse") {
     map.error("robots", "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
   }

@@ -84,22 +84,35 @@ Json make_obstacles(const msg::RobotDescription& description, const Scenario& sc
   return obstacles;
 }
 
+// A robot without a scenario that we understand still moves: then what is empty.
+Scenario read_scenario(const msg::RobotDescription& description) {
+  try {
+    return parse_scenario(description.scenario(), description.scenario_path());
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+// Names as contact forces have them: `prefix` in front of those of another robot.
+Json make_feet(const msg::RobotDescription& description, const Scenario& scenario, const std::string& prefix) {
+  Json feet = Json::array();
+  for (const std::string& foot : scenario.feet) feet.push_back({{"name", prefix + foot}, {"link", prefix + find_moving_link(description, foot)}});
+  return feet;
+}
+
 void add_scenario(const msg::RobotDescription& description, Json* json, Scene* scene) {
-  Scenario scenario;
+  const Scenario scenario = read_scenario(description);
   ExperimentKeys keys;
   try {
-    scenario = parse_scenario(description.scenario(), description.scenario_path());
     keys = parse_experiment_keys(description.scenario(), description.scenario_path());
-  } catch (const std::exception&) {
-    // A robot without a scenario that we understand still moves.
+  } catch (const std::exception&) {  // of no experiment
   }
-  Json feet = Json::array(), wrenches = Json::array();
-  for (const std::string& foot : scenario.feet) feet.push_back({{"name", foot}, {"link", find_moving_link(description, foot)}});
+  Json wrenches = Json::array();
   for (const WrenchSpec& wrench : scenario.sensors.wrenches) {
     const auto frame = keys.wrench_frame.find(wrench.name);
     wrenches.push_back({{"name", wrench.name}, {"link", wrench.link}, {"frame", frame == keys.wrench_frame.end() ? "link" : frame->second}});
   }
-  (*json)["feet"] = feet;
+  (*json)["feet"] = make_feet(description, scenario, "");
   (*json)["wrenches"] = wrenches;
   (*json)["obstacles"] = make_obstacles(description, scenario);
   (*json)["objects"] = Json::array();
@@ -182,6 +195,7 @@ void add_robot(const msg::OtherRobotDescription& other, Json* json, Scene* scene
   own.name = other.name();
   Json model = make_model(description, &own);
   model["name"] = other.name();
+  model["feet"] = make_feet(description, read_scenario(description), other.name() + "/");
   (*json)["robots"].push_back(std::move(model));
   scene->robots.push_back(std::move(own));
 }

@@ -201,7 +201,7 @@ export class Stage {
     const contacts = topics["hrp/contact_forces"];
     this.zmp = null;
     if (contacts) {
-      this.feet = sumFeet(contacts, scene.feet);
+      this.feet = sumFeet(contacts, [...scene.feet, ...(scene.robots ?? []).flatMap((robot) => robot.feet)]);
       this.zmp = calcZmp(contacts, this.plane);
     } else {
       this.feet = this.readWrenches(topics["hrp/sensor_data"]);
