@@ -45,9 +45,10 @@ Robot make_robot(const RobotDescription& description, const Scenario& scenario) 
 }
 
 ControllerNode::ControllerNode(const NodeContext& context, ControllerMaker make_controller)
-    : NodeBase(context), make_controller_(std::move(make_controller)), publisher_(bus(), topics::kJointCommands), view_(bus()) {
-  listen<msg::SensorData>(topics::kSensorData, [this](const msg::SensorData& m) { take_sensors(m); });
-  listen<msg::RobotDescription>(topics::kRobotDescription,
+    : NodeBase(context), make_controller_(std::move(make_controller)),
+      commands_(topics::of_robot(topics::kJointCommands, context.robot)), publisher_(bus(), commands_), view_(bus()) {
+  listen<msg::SensorData>(topics::of_robot(topics::kSensorData, context.robot), [this](const msg::SensorData& m) { take_sensors(m); });
+  listen<msg::RobotDescription>(topics::of_robot(topics::kRobotDescription, context.robot),
                                 [this](const msg::RobotDescription& m) { take_description(m); });
 }
 
@@ -76,7 +77,7 @@ void ControllerNode::take_sensors(const msg::SensorData& message) {
   to_message(controller_->control(sensors_, robot_), &answer_);
   answer_.header(message.header());
   last_answer_ = publisher_.publish(answer_);
-  if (view_.is_due()) view_.add(topics::kJointCommands.name, last_answer_);
+  if (view_.is_due()) view_.add(commands_.name, last_answer_);
   questions_.note_answered(epoch, step);
   set_phase(msg::SERVER_READY);
 }
@@ -87,7 +88,7 @@ std::string ControllerNode::find_missing() const {
 }
 
 void ControllerNode::handle_idle(Clock::time_point now) {
-  if (view_.update(now)) view_.add(topics::kJointCommands.name, last_answer_);
+  if (view_.update(now)) view_.add(commands_.name, last_answer_);
 }
 
 }  // namespace hrp

@@ -39,6 +39,7 @@ class ControllerNode : public NodeBase {
   SensorData sensors_;
   msg::JointCommands answer_;
   Bytes last_answer_;
+  TopicSpec commands_;  // of its robot
   Publisher<msg::JointCommands> publisher_;
   ViewWriter view_;
 };

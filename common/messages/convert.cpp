@@ -2,6 +2,7 @@
 #include "common/messages/convert.h"
 
 #include "common/base/check.h"
+#include "common/robot/movers.h"
 
 namespace hrp {
 namespace {
@@ -81,11 +82,13 @@ PointForce get(const msg::PointForce& m) {
 
 }  // namespace
 
-BodyNames::BodyNames(const TreeSpec& tree, const Scenario& scenario) {
-  for (const LinkSpec& link : tree.links) links_.push_back(link.name);
+BodyNames::BodyNames(const RobotDescription& robot, const Scenario& scenario) {
+  for (const LinkSpec& link : robot.tree.links) links_.push_back(link.name);
   others_.push_back("ground");
   for (const ObstacleSpec& obstacle : scenario.obstacles) others_.push_back(obstacle.name);
-  for (const ObjectSpec& object : scenario.objects) objects_.push_back(object.name);
+  for (const Mover& mover : make_movers(robot, scenario)) {
+    for (int link = 0; link < mover.num_bodies(); ++link) objects_.push_back(mover.name_body(link));
+  }
 }
 
 bool BodyNames::contains(int body) const {
@@ -143,24 +146,49 @@ void from_message(const msg::RobotState& message, State* state) {
   get(message.velocities(), &state->qd);
 }
 
-void to_message(const ObjectStates& states, const std::vector<ObjectSpec>& objects, msg::RobotState* message) {
-  message->objects().resize(states.size());
-  for (size_t i = 0; i < states.size(); ++i) {
+void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& efforts, const Scenario& scenario, msg::RobotState* message) {
+  const size_t objects = scenario.objects.size(), robots = scenario.robots.size();
+  HRP_CHECK(states.empty() || (states.size() == objects + robots && efforts.size() == robots),
+            states.size() << " states, " << objects << " objects, " << robots << " robots");
+  message->objects().resize(states.empty() ? 0 : objects);
+  for (size_t i = 0; i < message->objects().size(); ++i) {
     msg::ObjectState& m = message->objects()[i];
-    m.name() = objects[i].name;
+    m.name() = scenario.objects[i].name;
     set(states[i].R_WB, &m.X_WO().rotation());
     set(states[i].p_WB, &m.X_WO().translation());
     set(states[i].V_WB, &m.V_WO());
   }
+  message->robots().resize(states.empty() ? 0 : robots);
+  for (size_t i = 0; i < message->robots().size(); ++i) {
+    const State& state = states[objects + i];
+    msg::OtherRobotState& m = message->robots()[i];
+    m.name() = scenario.robots[i].name;
+    set(state.R_WB, &m.X_WB().rotation());
+    set(state.p_WB, &m.X_WB().translation());
+    set(state.V_WB, &m.V_WB());
+    set(state.q, &m.positions());
+    set(state.qd, &m.velocities());
+    set(efforts[i], &m.efforts());
+  }
 }
 
 void from_message(const msg::RobotState& message, ObjectStates* states) {
-  states->resize(message.objects().size());
-  for (size_t i = 0; i < states->size(); ++i) {
+  const size_t objects = message.objects().size();
+  states->resize(objects + message.robots().size());
+  for (size_t i = 0; i < objects; ++i) {
     const msg::ObjectState& m = message.objects()[i];
     (*states)[i].R_WB = from_message(m.X_WO().rotation());
     (*states)[i].p_WB = from_message(m.X_WO().translation());
     (*states)[i].V_WB = get(m.V_WO());
+  }
+  for (size_t i = 0; i < message.robots().size(); ++i) {
+    const msg::OtherRobotState& m = message.robots()[i];
+    State& state = (*states)[objects + i];
+    state.R_WB = from_message(m.X_WB().rotation());
+    state.p_WB = from_message(m.X_WB().translation());
+    state.V_WB = get(m.V_WB());
+    get(m.positions(), &state.q);
+    get(m.velocities(), &state.qd);
   }
 }
 

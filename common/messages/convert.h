@@ -17,18 +17,18 @@
 
 namespace hrp {
 
-// Names of bodies by the index that contacts use: links, the ground (-1), obstacles (-2 - k), objects.
+// Names of bodies by the index that contacts use: links, the ground (-1), obstacles (-2 - k), objects, links of other robots.
 class BodyNames {
  public:
   BodyNames() = default;
-  BodyNames(const TreeSpec& tree, const Scenario& scenario);
+  BodyNames(const RobotDescription& robot, const Scenario& scenario);
   bool contains(int body) const;
   const std::string& get(int body) const;
 
  private:
   std::vector<std::string> links_;
   std::vector<std::string> others_;  // ground, then obstacles
-  std::vector<std::string> objects_;
+  std::vector<std::string> objects_;  // and links of other robots
 };
 
 msg::Vector3 to_message(const Vector3d& v);
@@ -42,8 +42,8 @@ Transform from_message(const msg::Pose& pose);
 void to_message(const State& state, const Eigen::VectorXd& efforts, unsigned long long hash, msg::RobotState* message);
 void from_message(const msg::RobotState& message, State* state);
 
-// The scenario's objects, which name them.
-void to_message(const ObjectStates& states, const std::vector<ObjectSpec>& objects, msg::RobotState* message);
+// The scenario names them: first its objects, then its other robots. `efforts`: of each of these robots.
+void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& efforts, const Scenario& scenario, msg::RobotState* message);
 void from_message(const msg::RobotState& message, ObjectStates* states);
 
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message);

@@ -2,6 +2,7 @@
 #include "common/messages/convert_robot.h"
 
 #include "common/base/diagnostics.h"
+#include "common/messages/cdr.h"
 #include "common/messages/convert.h"
 
 namespace hrp {
@@ -158,6 +159,30 @@ void check_references(const RobotDescription& robot) {
   }
 }
 
+void set_other_robot(const OtherRobot& other, msg::OtherRobotDescription* m) {
+  msg::RobotDescription description;
+  to_message(other.description, &description);
+  std::vector<char> buffer;
+  const Bytes bytes = encode(description, &buffer);
+  m->name(other.name);
+  m->description().assign(bytes.data, bytes.data + bytes.size);
+}
+
+// Depth is bounded: of a robot within a robot no further ones are read.
+OtherRobot get_other_robot(const msg::OtherRobotDescription& m) {
+  msg::RobotDescription description;
+  try {
+    decode({m.description().data(), m.description().size()}, &description);
+  } catch (const DecodeError& error) {
+    refuse("robot '" + m.name() + "'", std::string("its description cannot be read: ") + error.what());
+  }
+  description.robots().clear();
+  OtherRobot other;
+  other.name = m.name();
+  from_message(description, &other.description);
+  return other;
+}
+
 }  // namespace
 
 Surface from_message(const msg::SurfaceDescription& m) {
@@ -203,6 +228,8 @@ void to_message(const RobotDescription& robot, msg::RobotDescription* message) {
   message->visuals().resize(robot.visuals.size());
   for (size_t i = 0; i < robot.visuals.size(); ++i) set_visual(robot.visuals[i], &message->visuals()[i]);
   message->warnings() = robot.warnings;
+  message->robots().resize(robot.robots.size());
+  for (size_t i = 0; i < robot.robots.size(); ++i) set_other_robot(robot.robots[i], &message->robots()[i]);
 }
 
 void from_message(const msg::RobotDescription& message, RobotDescription* robot) {
@@ -229,6 +256,8 @@ void from_message(const msg::RobotDescription& message, RobotDescription* robot)
   robot->visuals.clear();
   for (const msg::VisualShape& visual : message.visuals()) robot->visuals.push_back(get_visual(visual));
   robot->warnings = message.warnings();
+  robot->robots.clear();
+  for (const msg::OtherRobotDescription& other : message.robots()) robot->robots.push_back(get_other_robot(other));
   check_references(*robot);
 }
 

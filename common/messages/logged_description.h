@@ -10,13 +10,13 @@
 
 namespace hrp {
 
-// A description of before there were surfaces or visuals ends where their number would stand, and a state of before there
-// were objects likewise. Four zero bytes behind it are an empty list; behind a whole one nobody reads them. Throws
+// A description of before there were surfaces, visuals or other robots ends where their number would stand, and a state of
+// before there were objects or other robots likewise. Four zero bytes are an empty list; behind a whole one nobody reads them. Throws
 // DecodeError as decode() does. Message: RobotDescription or RobotState.
 template <typename Message>
 void decode_logged(Bytes sample, Message* message) {
   std::vector<uint8_t> bytes(sample.data, sample.data + sample.size);
-  bytes.resize(bytes.size() + 8, 0);
+  bytes.resize(bytes.size() + 16, 0);
   decode(Bytes{bytes.data(), bytes.size()}, message);
 }
 

@@ -30,8 +30,17 @@ inline const TopicSpec kRosJointStates{"rt/joint_states", "sensor_msgs::msg::dds
 inline const TopicSpec kRosImu{"rt/imu", "sensor_msgs::msg::dds_::Imu_"};
 inline const TopicSpec kRosWrench{"rt/wrench", "geometry_msgs::msg::dds_::WrenchStamped_"};
 
+// Of one robot where a scenario has several: "hrp/partner/sensor_data" for robot "partner", the plain name for "".
+inline TopicSpec of_robot(TopicSpec topic, const std::string& robot) {
+  if (!robot.empty()) topic.name = "hrp/" + robot + "/" + topic.name.substr(topic.name.find('/') + 1);
+  return topic;
+}
+
+// Topics that each robot has of its own.
+inline const TopicSpec* const kOfRobot[] = {&kRobotDescription, &kSensorData, &kJointCommands};
+
 // The topic of a name as we publish it: nullptr for names that are not ours. For the ROS views with a name of their own
-// (rt/imu/<name>, rt/wrench/<name>) it is the one that they are made from.
+// (rt/imu/<name>, rt/wrench/<name>), and topics of other robots (hrp/<robot>/sensor_data), it is the one that they are made from.
 inline const TopicSpec* find_known_topic(const std::string& name) {
   static const TopicSpec* const kAll[] = {&kRobotDescription, &kModelRefused, &kRobotState,   &kSensorData,
                                           &kContactSet,       &kContactForces, &kJointCommands, &kServerStatus,
@@ -42,6 +51,10 @@ inline const TopicSpec* find_known_topic(const std::string& name) {
   }
   if (name.rfind(kRosImu.name + "/", 0) == 0) return &kRosImu;
   if (name.rfind(kRosWrench.name + "/", 0) == 0) return &kRosWrench;
+  for (const TopicSpec* topic : kOfRobot) {
+    const size_t first = name.find('/'), last = name.rfind('/');
+    if (first != last && name.find('/', first + 1) == last && of_robot(*topic, name.substr(first + 1, last - first - 1)).name == name) return topic;
+  }
   return nullptr;
 }
 

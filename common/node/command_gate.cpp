@@ -24,8 +24,8 @@ std::string format_seconds(double seconds) {
 
 }  // namespace
 
-CommandGate::CommandGate(const TreeSpec& tree, const ControllerSpec& controller)
-    : hold_(controller.on_fault == "hold"), timeout_(controller.timeout) {
+CommandGate::CommandGate(const TreeSpec& tree, const ControllerSpec& controller, const std::string& role)
+    : role_(role), hold_(controller.on_fault == "hold"), timeout_(controller.timeout) {
   for (int i = 0; i < tree.num_joints(); ++i) joints_.push_back(tree.joint(i).name);
 }
 
@@ -125,7 +125,7 @@ std::string CommandGate::find_wrong_array(const std::vector<double>& values, con
 }
 
 bool CommandGate::judge(const std::string& reason) {
-  const std::string text = "controller " + reason;
+  const std::string text = role_ + " " + reason;
   if (!hold_) {
     fault_ = text;
     return false;

@@ -19,7 +19,8 @@ class CommandGate {
   using Clock = std::chrono::steady_clock;
 
   CommandGate() = default;
-  CommandGate(const TreeSpec& tree, const ControllerSpec& controller);
+  // `role`: of the controller, for messages.
+  CommandGate(const TreeSpec& tree, const ControllerSpec& controller, const std::string& role = "controller");
 
   // Step 0 of an epoch: nothing is asked yet, `initial_q` is what is held when no good command ever comes.
   void reset(uint64_t epoch, const Eigen::VectorXd& initial_q);
@@ -55,6 +56,7 @@ class CommandGate {
   bool take_old(const msg::JointCommands& message);
   bool judge(const std::string& reason);
 
+  std::string role_ = "controller";
   std::vector<std::string> joints_;
   bool hold_ = false;
   double timeout_ = 0.0;  // [s] 0 = none

@@ -3,12 +3,14 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "common/base/diagnostics.h"
 #include "common/messages/convert_robot.h"
 #include "common/messages/topics.h"
+#include "common/robot/movers.h"
 
 namespace hrp {
 namespace {
@@ -40,11 +42,28 @@ void DynamicsLoop::take_description(const msg::RobotDescription& message) {
   if (engine_) return;  // a restarted model parser says the same again
   from_message(message, &robot_);
   scenario_ = parse_scenario(robot_.scenario, robot_.scenario_path);
-  names_ = BodyNames(robot_.tree, scenario_);
+  names_ = BodyNames(robot_, scenario_);
   gate_ = CommandGate(robot_.tree, scenario_.controller);
   engine_ = make_engine();
+  add_other_robots();
   fall_watch_.emplace(robot_, scenario_);
   if (in_epoch_) start_epoch(epoch_);
+}
+
+void DynamicsLoop::add_other_robots() {
+  if (engine_->num_other_robots() != scenario_.robots.size()) {
+    throw InputError(scenario_.make_diagnostic("robots", "this dynamics server simulates no other robots; use hrp-dynamics"));
+  }
+  for (const Mover& mover : make_movers(robot_, scenario_)) {
+    if (!mover.is_robot) continue;
+    auto other = std::make_unique<Other>();
+    other->name = mover.name;
+    other->role = "controller." + mover.name;
+    other->sensors = mover.scenario.sensors;
+    other->gate = CommandGate(mover.robot.tree, mover.scenario.controller, other->role);
+    others_.push_back(std::move(other));
+  }
+  other_efforts_.resize(others_.size());
 }
 
 // What a scheduler that counts right cannot say; empty when it can.
@@ -102,6 +121,7 @@ void DynamicsLoop::start_epoch(uint64_t epoch) {
   step_ = 0;
   have_contacts_ = false;
   gate_.reset(epoch, engine_->state().q);
+  for (size_t k = 0; k < others_.size(); ++k) others_[k]->gate.reset(epoch, engine_->objects()[scenario_.objects.size() + k].q);
   set_phase(msg::SERVER_STARTING);
   publish_step();
   report(epoch_, step_, find_missing());
@@ -144,6 +164,22 @@ void DynamicsLoop::take_commands(const msg::JointCommands& message) {
   advance();
 }
 
+void DynamicsLoop::take_commands(size_t other, const msg::JointCommands& message) {
+  if (!is_active() || !in_epoch_) return;
+  CommandGate& gate = others_[other]->gate;
+  if (!gate.take(message)) return fail(gate.fault());
+  say_warning();
+  advance();
+}
+
+bool DynamicsLoop::have_answers() const {
+  return gate_.has_answer() && std::all_of(others_.begin(), others_.end(), [](const auto& other) { return other->gate.has_answer(); });
+}
+
+void DynamicsLoop::command_others() {
+  for (size_t k = 0; k < others_.size(); ++k) engine_->command_other(k, others_[k]->gate.command());
+}
+
 void DynamicsLoop::handle_decode_error(const std::string& topic, const std::string& reason) {
   // Whoever writes what is no grant has not signed it either.
   if (topic == topics::kStepGrant.name && !context().token.empty()) return say_unauthorized(topic);
@@ -155,6 +191,7 @@ void DynamicsLoop::handle_decode_error(const std::string& topic, const std::stri
 void DynamicsLoop::advance() {
   if (!engine_ || !in_epoch_) return;
   while (can_step()) {
+    if (is_control_step()) command_others();
     const std::string fault = engine_->step(contacts_, gate_.command());
     if (!fault.empty()) return fail("step " + std::to_string(step_) + ": " + fault);
     ++step_;
@@ -162,7 +199,7 @@ void DynamicsLoop::advance() {
     publish_step();
     if (step_ % kReportPeriod == 0 || step_ == granted_) report(epoch_, step_);
   }
-  if (step_ == 0 && have_contacts_ && gate_.has_answer()) set_phase(msg::SERVER_READY);
+  if (step_ == 0 && have_contacts_ && have_answers()) set_phase(msg::SERVER_READY);
 }
 
 msg::Header DynamicsLoop::make_header() const {
@@ -177,7 +214,8 @@ msg::Header DynamicsLoop::make_header() const {
 void DynamicsLoop::publish_step() {
   state_message_.header(make_header());
   to_message(engine_->state(), engine_->joint_efforts(), engine_->state_hash(), &state_message_);
-  to_message(engine_->objects(), scenario_.objects, &state_message_);
+  for (size_t k = 0; k < others_.size(); ++k) other_efforts_[k] = engine_->other_efforts(k);
+  to_message(engine_->objects(), other_efforts_, scenario_, &state_message_);
   last_state_ = state_publisher_.publish(state_message_);
   if (is_control_step()) publish_sensors();
   forces_message_.header(state_message_.header());
@@ -222,6 +260,17 @@ void DynamicsLoop::publish_sensors() {
   gate_.note_asked(step_, Clock::now());
   last_sensors_ = sensors_publisher_.publish(sensors_message_);
   ros_views_.publish(sensors_message_, engine_->state());
+  publish_other_sensors();
+}
+
+void DynamicsLoop::publish_other_sensors() {
+  for (size_t k = 0; k < others_.size(); ++k) {
+    Other& other = *others_[k];
+    other.message.header(state_message_.header());
+    to_message(engine_->other_sensors(k), other.sensors, &other.message);
+    other.gate.note_asked(step_, Clock::now());
+    other.last = other.publisher.publish(other.message);
+  }
 }
 
 void DynamicsLoop::repeat_last() {
@@ -229,19 +278,57 @@ void DynamicsLoop::repeat_last() {
   forces_publisher_.publish_bytes(last_forces_);
   gate_.note_asked(sensors_message_.header().step(), Clock::now());
   sensors_publisher_.publish_bytes(last_sensors_);
+  for (const auto& other : others_) {
+    other->gate.note_asked(other->message.header().step(), Clock::now());
+    other->publisher.publish_bytes(other->last);
+  }
 }
 
 std::string DynamicsLoop::find_missing() const {
   if (!engine_) return "model_parser";
   if (!in_epoch_) return "scheduler";
   if (!have_contacts_) return "collision_checker";
-  return gate_.has_answer() ? "" : "controller";
+  if (!gate_.has_answer()) return "controller";
+  for (const auto& other : others_) {
+    if (!other->gate.has_answer()) return other->role;
+  }
+  return "";
 }
 
 void DynamicsLoop::say_warning() {
-  if (gate_.warning() == warning_said_) return;
-  warning_said_ = gate_.warning();
+  std::string warning = gate_.warning();
+  for (const auto& other : others_) {
+    if (!other->gate.warning().empty()) warning += (warning.empty() ? "" : "\n") + other->gate.warning();
+  }
+  if (warning == warning_said_) return;
+  warning_said_ = warning;
   say(warning_said_);
+}
+
+// Once it is known which other robots there are. Nobody has asked their controllers for anything before.
+void DynamicsLoop::make_other_endpoints() {
+  for (size_t k = 0; k < others_.size(); ++k) {
+    Other& other = *others_[k];
+    Publisher<msg::SensorData> publisher(bus(), topics::of_robot(topics::kSensorData, other.name));
+    auto reader = subscribe<msg::JointCommands>(
+        bus(), topics::of_robot(topics::kJointCommands, other.name), Delivery::kReliable,
+        [this, k](const msg::JointCommands& m) { guard([&] { take_commands(k, m); }); },
+        [this, k](const DecodeError& error) { take_garbage(k, error.what()); });
+    std::lock_guard<std::recursive_mutex> lock(bus().mutex());
+    other.publisher = std::move(publisher);
+    other.reader = std::move(reader);
+    if (in_epoch_) other.last = other.publisher.publish(other.message);
+  }
+}
+
+void DynamicsLoop::take_garbage(size_t other, const std::string& reason) {
+  CommandGate& gate = others_[other]->gate;
+  if (is_active() && !gate.take_garbage("sent a message that is none: " + reason)) fail(gate.fault());
+}
+
+void DynamicsLoop::drop_endpoints() {
+  for (const auto& other : others_) other->reader.reset();
+  NodeBase::drop_endpoints();
 }
 
 void DynamicsLoop::make_endpoints() {
@@ -251,6 +338,7 @@ void DynamicsLoop::make_endpoints() {
     std::lock_guard<std::recursive_mutex> lock(bus().mutex());
     if (!engine_) return;
   }
+  make_other_endpoints();
   // Robot and scenario do not change once there is an engine.
   RosViews views(bus(), robot_, scenario_.sensors, ros_rate_);
   std::lock_guard<std::recursive_mutex> lock(bus().mutex());
@@ -265,11 +353,14 @@ void DynamicsLoop::handle_idle(Clock::time_point now) {
   ros_views_.update_readers();
   if (view_.update(now)) show_step();
   if (!gate_.check_silence(now)) return fail(gate_.fault());
+  for (const auto& other : others_) {
+    if (!other->gate.check_silence(now)) return fail(other->gate.fault());
+  }
   advance();
   if (!is_active()) return;
   say_warning();
   const bool moved = step_ != idle_step_ || epoch_ != idle_epoch_;
-  const bool waiting = !have_contacts_ || !gate_.has_answer() || granted_ == 0;
+  const bool waiting = !have_contacts_ || !have_answers() || granted_ == 0;
   idle_step_ = step_;
   idle_epoch_ = epoch_;
   if (moved || !waiting) return repeat_timer_.restart(now);

@@ -30,11 +30,17 @@ class DynamicsEngine {
   virtual const Eigen::VectorXd& joint_efforts() const = 0;  // [N m or N]
   virtual const ContactForces& contact_forces() const = 0;
   virtual const SensorSample& sensors() const = 0;
-  // Of the scenario's objects; empty where an engine has none.
+  // Of the scenario's objects, then of its other robots; empty where an engine has none.
   virtual const ObjectStates& objects() const {
     static const ObjectStates kNone;
     return kNone;
   }
+  // Other robots of the scenario; engines that simulate none keep these as they are.
+  virtual size_t num_other_robots() const { return 0; }
+  // Command of other robot `k` (in the order of the scenario) from the next step on.
+  virtual void command_other(size_t k, const JointCommand& command) { (void)k, (void)command; }
+  virtual const SensorSample& other_sensors(size_t k) const { return (void)k, sensors(); }
+  virtual const Eigen::VectorXd& other_efforts(size_t k) const { return (void)k, joint_efforts(); }  // [N m or N]
   virtual const std::vector<double>& foot_forces() const = 0;  // [N] vertical, in the order of Scenario::feet
 };
 
@@ -47,6 +53,7 @@ class DynamicsLoop : public NodeBase {
   // `ros_rate`: see RosViews.
   DynamicsLoop(const NodeContext& context, EngineFactory make_engine, double ros_rate = 0.0);
   void make_endpoints() override;
+  void drop_endpoints() override;
   std::string find_missing() const override;
 
  protected:
@@ -60,19 +67,37 @@ class DynamicsLoop : public NodeBase {
   std::string find_wrong_grant(const msg::StepGrant& grant) const;
   void take_contacts(const msg::ContactSet& message);
   void take_commands(const msg::JointCommands& message);
+  void add_other_robots();
+  void make_other_endpoints();
+  void take_commands(size_t other, const msg::JointCommands& message);
+  void take_garbage(size_t other, const std::string& reason);
   std::unique_ptr<DynamicsEngine> make_engine() const;
   void start_epoch(uint64_t epoch);
   void advance();
-  bool can_step() const { return in_epoch_ && have_contacts_ && gate_.has_answer() && step_ < granted_; }
+  bool can_step() const { return in_epoch_ && have_contacts_ && have_answers() && step_ < granted_; }
+  bool have_answers() const;
+  void command_others();
   bool is_control_step() const { return step_ % static_cast<uint64_t>(scenario_.control_period) == 0; }
   bool check_contacts(const ContactSet& contacts);
   void publish_step();
   void publish_sensors();
+  void publish_other_sensors();
   void watch_fall();
   void show_step();
   void repeat_last();
   void say_warning();
   msg::Header make_header() const;
+
+  // What is sent to, and asked of, the controller of another robot.
+  struct Other {
+    std::string name, role;  // "partner", "controller.partner"
+    SensorsSpec sensors;
+    CommandGate gate;
+    Publisher<msg::SensorData> publisher;
+    std::unique_ptr<Reader> reader;  // none: its ends are not made yet
+    msg::SensorData message;
+    Bytes last;                      // in the publisher's buffer
+  };
 
   EngineFactory make_engine_;
   RobotDescription robot_;
@@ -102,6 +127,8 @@ class DynamicsLoop : public NodeBase {
   bool have_contacts_ = false;
   ContactSet contacts_;
   CommandGate gate_;
+  std::vector<std::unique_ptr<Other>> others_;
+  std::vector<Eigen::VectorXd> other_efforts_;
   RepeatTimer repeat_timer_;
   uint64_t idle_epoch_ = 0;   // (epoch, step) at the last handle_idle(): silence is measured from there
   uint64_t idle_step_ = 0;

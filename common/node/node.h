@@ -15,6 +15,7 @@ struct NodeContext {
   std::string role;     // "dynamics"
   std::string program;  // "hrp-dynamics"
   std::string token;    // of the run (run_token.h), empty when it has none
+  std::string robot = {};  // of a controller: its robot where a scenario has several, empty for the scenario's first one
 };
 
 enum class NodeOutcome { kRunning, kFinished, kFailed };

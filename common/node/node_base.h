@@ -85,9 +85,10 @@ class NodeBase : public Node {
   const msg::ServerStatus& status() const { return status_; }
   // As last heard from the scheduler.
   const msg::RunStatus& run_status() const { return run_status_; }
+  // What `work` throws becomes a fault.
+  void guard(const std::function<void()>& work);
 
  private:
-  void guard(const std::function<void()>& work);
   void take_run_status(const msg::RunStatus& status);
 
   NodeContext context_;

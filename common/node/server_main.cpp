@@ -22,18 +22,20 @@ struct CommonOptions {
   JoinOptions join;
   BusOptions bus;
   std::string role;
+  std::string robot;
   long parent = 0;
   bool far_launcher = false;
 };
 
-void add_common_options(CLI::App& app, CommonOptions* options) {
+void add_common_options(CLI::App& app, const std::string& role, CommonOptions* options) {
   add_join_options(app, &options->join);
   app.add_option("--network-interface", options->bus.network_interface,
                  "IPv4 address of the interface to use; default: loopback only. ADDRESS,PEER,... looks for other programs at\n"
                  "these peers instead of by multicast");
   app.add_option("--dds-config", options->bus.config_file,
                  "file in the DDS vendor's own format that replaces all network settings");
-  app.add_option("--role", options->role, "name under which this server reports")->capture_default_str();
+  app.add_option("--role", options->role, "name under which this server reports; default: " + role);
+  if (role == "controller") app.add_option("--robot", options->robot, "name of the robot to control, where the scenario has other 'robots'; default: its first one");
   app.add_option("--parent", options->parent, "process id: end when this parent ends (used by hrp-simulate)");
   app.add_flag("--far-launcher", options->far_launcher, "the launcher is on another machine and talks to this server through standard input (used by hrp-simulate --on)");
 }
@@ -76,12 +78,14 @@ DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program, bo
 int run(const ServerProgram& program, const CommonOptions& options, const NodeMaker& make_node) {
   handle_stop_signals();
   if (!end_with_parent(options.parent)) return kExitFailed;
-  auto joined = options.far_launcher ? join_far_run(options.join) : find_run_to_join(options.join, {program.program, program.role, /*waits=*/true});
+  const std::string place = program.role + (options.robot.empty() ? "" : "." + options.robot);
+  auto joined = options.far_launcher ? join_far_run(options.join) : find_run_to_join(options.join, {program.program, place, /*waits=*/true});
   if (!joined) return kExitInterrupted;
   const DomainClaim claim = claim_by_hand(*joined, program, !options.join.secure.empty());
   const std::unique_ptr<Bus> bus = make_bus(make_join_bus_options(*joined, options.join, options.bus));
   const bool has_token = options.far_launcher || joined->registered;
-  const std::unique_ptr<Node> node = make_node({bus.get(), options.role, program.program, has_token ? joined->entry.token : claim.entry().token});
+  const std::unique_ptr<Node> node = make_node({bus.get(), options.role.empty() ? place : options.role, program.program,
+                                                has_token ? joined->entry.token : claim.entry().token, options.robot});
   // The launcher speaks for its own children, and the system ends them with it.
   if (options.far_launcher) end_with_far_launcher(program.program);
   if (options.far_launcher || joined->is_launched_by_it()) return run_process(*node, *bus, program.program);
@@ -102,8 +106,7 @@ int run_server(int argc, char** argv, const ServerProgram& program, const NodeMa
   CLI::App app(program.description, program.program);
   app.set_version_flag("--version", get_version_text(program.program));
   CommonOptions options;
-  options.role = program.role;
-  add_common_options(app, &options);
+  add_common_options(app, program.role, &options);
   if (add_options) add_options(app);
   try {
     app.parse(argc, argv);

@@ -30,6 +30,8 @@ struct VisualShape {
   Vector3d color{0.75, 0.78, 0.82};       // red, green, blue, 0 to 1
 };
 
+struct OtherRobot;
+
 struct RobotDescription {
   TreeSpec tree;
   std::vector<CollisionShape> shapes;
@@ -40,6 +42,13 @@ struct RobotDescription {
   std::string scenario_path;
   std::string scenario;               // YAML text, parsed by parse_scenario() wherever it is needed
   std::vector<std::string> warnings;  // "file:line: warning: ..."
+  std::vector<OtherRobot> robots;     // the scenario's other robots, in its order
+};
+
+// Another robot of the scenario. It has no others of its own.
+struct OtherRobot {
+  std::string name;
+  RobotDescription description;
 };
 
 }  // namespace hrp

@@ -92,6 +92,7 @@ void resolve_paths(Scenario* scenario) {
   scenario->controller.motion = make_absolute(scenario->controller.motion, folder);
   scenario->world = make_absolute(scenario->world, folder);
   for (ObstacleSpec& obstacle : scenario->obstacles) obstacle.file = make_absolute(obstacle.file, folder);
+  for (RobotPlacement& robot : scenario->robots) robot.scenario = make_absolute(robot.scenario, folder);
 }
 
 void check_file(const Scenario& scenario, const std::string& key, const std::string& path, Diagnostics* diagnostics) {
@@ -181,6 +182,7 @@ Scenario load_scenario(const std::string& path) {
   check_file(scenario, "robot", scenario.robot, &diagnostics);
   check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
   check_file(scenario, "world", scenario.world, &diagnostics);
+  for (const RobotPlacement& robot : scenario.robots) check_file(scenario, "robots." + robot.name + ".scenario", robot.scenario, &diagnostics);
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
     check_file(scenario, "obstacles." + obstacle.name + ".file", obstacle.file, &diagnostics);
   }

@@ -51,6 +51,15 @@ struct ObjectSpec {
   Vector3d color{0.80, 0.55, 0.30};  // red, green, blue, 0 to 1
 };
 
+// Another robot in the world of the scenario. What it is and how it is driven stands in a scenario of its own; of that
+// file's world (ground, obstacles, objects, gravity, contact, steps) nothing counts.
+struct RobotPlacement {
+  std::string name;
+  std::string scenario;                  // YAML file, absolute after loading
+  Vector3d position = Vector3d::Zero();  // [m] added to the start pose of that file, after the turn
+  double yaw = 0.0;                      // [rad] turn of that start pose about the world's vertical axis
+};
+
 struct ImuSpec {
   std::string name, link;     // link: any URDF link
   Vector3d p_LS = Vector3d::Zero();  // [m]
@@ -191,6 +200,7 @@ struct Scenario {
   std::map<std::string, std::vector<std::string>> no_contact;  // link, obstacle or "ground" -> those that it never touches, or "all"
   std::vector<ObstacleSpec> obstacles;
   std::vector<ObjectSpec> objects;
+  std::vector<RobotPlacement> robots;  // other robots
   std::string world;             // SDF file whose static models become obstacles, absolute after loading; empty: none
   std::map<std::string, SoleSpec> soles;  // by foot link
   int max_sole_points = 4;       // contact points kept per sole and plane, 3 to 16

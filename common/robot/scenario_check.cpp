@@ -41,11 +41,9 @@ class Checker {
     bodies.insert(bodies.end(), {"ground", "all"});
     for (const ObstacleSpec& obstacle : scenario_.obstacles) bodies.push_back(obstacle.name);
     for (const ObjectSpec& object : scenario_.objects) bodies.push_back(object.name);
-    for (size_t k = 0; k < scenario_.objects.size(); ++k) {
-      const std::string& name = scenario_.objects[k].name;
-      if (std::count(bodies.begin(), bodies.end(), name) == 1) continue;
-      diagnostics_->add_error(scenario_.make_diagnostic("objects." + name, "a link, an obstacle or the ground has this name, too"));
-    }
+    for (const RobotPlacement& robot : scenario_.robots) bodies.push_back(robot.name);
+    for (const ObjectSpec& object : scenario_.objects) check_unique("objects." + object.name, object.name, bodies);
+    for (const RobotPlacement& robot : scenario_.robots) check_unique("robots." + robot.name, robot.name, bodies);
     for (const auto& [name, others] : scenario_.no_contact) {
       const std::string key = "no_contact." + name;
       check(key, name, bodies, "link, and the scenario no obstacle");
@@ -64,6 +62,10 @@ class Checker {
   }
 
  private:
+  void check_unique(const std::string& key, const std::string& name, const std::vector<std::string>& bodies) {
+    if (std::count(bodies.begin(), bodies.end(), name) == 1) return;
+    diagnostics_->add_error(scenario_.make_diagnostic(key, "a link, an obstacle, an object or the ground has this name, too"));
+  }
   void check(const std::string& key, const std::string& name, const std::vector<std::string>& names,
              const std::string& kind) {
     if (std::find(names.begin(), names.end(), name) != names.end()) return;

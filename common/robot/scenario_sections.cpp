@@ -147,6 +147,24 @@ void read_object(YamlMap& map, ObjectSpec* object) {
   map.vector3("color", &object->color, Bound::kUnitInterval, "");
 }
 
+// Names stand in topics and in names of bodies.
+bool is_topic_word(const std::string& name) {
+  const auto is_good = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  return !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0 && std::all_of(name.begin(), name.end(), is_good);
+}
+
+constexpr size_t kMostOtherRobots = 12;  // of whom the logger keeps topics of their own
+
+void read_placement(YamlMap& map, RobotPlacement* robot) {
+  if (!is_topic_word(robot->name)) {
+    map.error("", "'" + robot->name + "' is no name of a robot, expected a letter, then letters, digits and underscores");
+  }
+  map.require("scenario", "the scenario file of this robot");
+  map.text("scenario", &robot->scenario);
+  map.vector3("position", &robot->position, Bound::kAny, "m");
+  map.number("yaw", &robot->yaw, Bound::kAny, "rad");
+}
+
 void read_loop(YamlMap& map, LoopSpec* loop) {
   map.choice("kind", &loop->kind, {"ball", "pin", "weld"});
   map.require("link_a", "the name of a link");
@@ -305,7 +323,13 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   if (!scenario->objects.empty() && scenario->contact.model == "impulse") {
     map.error("objects", "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
   }
-  refuse(map, {{"robots", "a scenario has one 'robot': several in one world are not simulated"}});
+  map.named("robots", &scenario->robots, read_placement);
+  if (scenario->robots.size() > kMostOtherRobots) {
+    map.error("robots", "names " + std::to_string(scenario->robots.size()) + " robots, expected at most " + std::to_string(kMostOtherRobots));
+  }
+  if (!scenario->robots.empty() && scenario->contact.model == "impulse") {
+    map.error("robots", "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
+  }
 }
 
 void read_joint_sections(YamlMap& map, Scenario* scenario) {

@@ -14,11 +14,12 @@ namespace hrp {
 
 constexpr int kGround = -1;                                       // body index of the ground
 constexpr int make_obstacle_index(int k) { return -2 - k; }       // body index of obstacle k
+// Everything that moves beside the robot (movers.h): the scenario's objects, then the links of its other robots.
 constexpr int kFirstObject = 1000000;
 constexpr int make_object_index(int k) { return kFirstObject + k; }  // body index of object k
 constexpr bool is_object(int body) { return body >= kFirstObject; }
 
-// Of the scenario's objects, in its order: trees of one link.
+// Of the scenario's objects (trees of one link), then of its other robots, in its order.
 using ObjectStates = std::vector<State>;
 
 struct ContactPoint {
@@ -28,8 +29,8 @@ struct ContactPoint {
 };
 
 struct ContactPair {
-  int body_a = 0;                      // link index (>= 0) or an object
-  int body_b = kGround;                // link index, kGround, an obstacle or an object
+  int body_a = 0;                      // link index (>= 0), an object or a link of another robot
+  int body_b = kGround;                // the same, kGround or an obstacle
   std::vector<ContactPoint> points;
   Vector3d separation = Vector3d::Zero();       // [m] smallest translation of A that ends the overlap, world axes
   Vector3d separation_turn = Vector3d::Zero();  // [rad] small rotation of A about p_WR that levels the patch

@@ -165,6 +165,9 @@ Experiment load_experiment(const std::string& path) {
     throw InputError(e.scenario.make_diagnostic(
         "loops", "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
   }
+  if (!e.scenario.robots.empty()) {
+    throw InputError(e.scenario.make_diagnostic("robots", "the diagnosis knows one robot; expected no others"));
+  }
   if (!e.scenario.objects.empty()) {
     throw InputError(e.scenario.make_diagnostic("objects", "the diagnosis knows no movable objects; expected none"));
   }

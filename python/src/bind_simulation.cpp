@@ -78,7 +78,7 @@ class Simulation {
   Simulation(const std::string& path, const py::object& controller)
       : scenario_(load_as_servers(path)), law_(find_law(controller)), given_(std::make_shared<JointCommand>()),
         trial_(scenario_, [&](const Robot& robot) { return make_controller(controller, robot); }),
-        robot_(std::make_shared<PyRobot>(trial_.robot(), scenario_.gravity_W)), names_(trial_.robot().tree, trial_.scenario()),
+        robot_(std::make_shared<PyRobot>(trial_.robot(), scenario_.gravity_W)), names_(trial_.robot(), trial_.scenario()),
         drive_(scenario_.drive) {}
 
   // Throws as Python sees it when the controller cannot start.

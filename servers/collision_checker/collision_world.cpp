@@ -5,7 +5,6 @@
 #include <cmath>
 #include <set>
 
-#include "common/robot/object_tree.h"
 #include "servers/collision_checker/sole_contact.h"
 
 namespace hrp {
@@ -42,15 +41,15 @@ bool are_neighbours(const TreeSpec& tree, int a, int b) {
 CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& scenario)
     : robot_(robot), scenario_(scenario), model_(robot.tree, scenario.gravity_W), data_(model_),
       start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)),
-      filter_(robot.tree, scenario), surfaces_(robot, scenario, filter_) {
+      movers_(make_movers(robot, scenario)), filter_(robot.tree, scenario, movers_), surfaces_(robot, scenario, filter_) {
   ground_.margin = scenario.contact.margin;
   if (scenario.ground.present) add_soles();
   if (scenario.ground.present && scenario.ground.all_touch && robot.tree.floating_base) add_falling_links();
   update_kinematics(model_, start_, &data_);
   surfaces_.leave_out_start(robot, data_, &in_ground_);
-  if (scenario.self_collision || has_solids(scenario) || !scenario.objects.empty()) add_bodies();
+  if (scenario.self_collision || has_solids(scenario) || !movers_.empty()) add_bodies();
   if (scenario.self_collision) add_self_pairs();
-  add_objects();
+  add_movers();
 }
 
 void CollisionWorld::add_soles() {
@@ -114,25 +113,31 @@ void CollisionWorld::sort_pairs(std::vector<std::pair<int, int>>* pairs) const {
   });
 }
 
-// With ground and obstacles each object is a robot of one link; here they meet the robot and each other.
-void CollisionWorld::add_objects() {
-  first_object_ = bodies_.size();
-  for (size_t k = 0; k < scenario_.objects.size(); ++k) {
-    const ObjectSpec& object = scenario_.objects[k];
-    Body body;
-    body.link = make_object_index(static_cast<int>(k));
-    body.shape = narrow_.add_shape(make_object_shape(object));
-    body.radius = narrow_.get_radius(body.shape);
-    body.friction = object.friction;
-    bodies_.push_back(body);
-    const int last = static_cast<int>(bodies_.size()) - 1;
-    for (int i = 0; i < last; ++i) {
-      const bool moves = static_cast<size_t>(i) < num_robot_bodies_ || static_cast<size_t>(i) >= first_object_;
-      if (moves && filter_.may_touch(bodies_[size_t(i)].link, body.link)) object_pairs_.emplace_back(i, last);
-    }
-    object_worlds_.push_back(std::make_unique<CollisionWorld>(make_object_robot(object, robot_), make_object_scenario(object, scenario_)));
+// With ground, obstacles and itself each mover has a world of its own; here movers meet the robot and each other.
+void CollisionWorld::add_movers() {
+  first_mover_ = bodies_.size();
+  for (const Mover& mover : movers_) {
+    for (const CollisionShape& shape : mover.robot.shapes) add_mover_body(mover, shape);
+    mover_worlds_.push_back(std::make_unique<CollisionWorld>(mover.robot, mover.scenario));
   }
-  sort_pairs(&object_pairs_);
+  sort_pairs(&mover_pairs_);
+}
+
+void CollisionWorld::add_mover_body(const Mover& mover, const CollisionShape& shape) {
+  Body body;
+  body.link = mover.first_body + shape.link;
+  body.shape = narrow_.add_shape(shape);
+  body.X_LG = shape.X_LG;
+  body.radius = narrow_.get_radius(body.shape);
+  body.friction = mover.friction;
+  bodies_.push_back(body);
+  const size_t last = bodies_.size() - 1;
+  for (size_t i = 0; i < last; ++i) {
+    const bool moves = i < num_robot_bodies_ || i >= first_mover_;
+    if (moves && !mover.has(bodies_[i].link) && filter_.may_touch(bodies_[i].link, body.link)) {
+      mover_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(last));
+    }
+  }
 }
 
 void CollisionWorld::add_self_pairs() {
@@ -249,29 +254,36 @@ void CollisionWorld::calc_body_contacts(const std::vector<std::pair<int, int>>& 
   }
 }
 
-Matrix3d CollisionWorld::get_rotation(int link) const {
-  return is_object(link) ? bodies_[first_object_ + size_t(link - kFirstObject)].X_WG.R : get_pose(data_, link).R;
+Transform CollisionWorld::get_mover_pose(int body) const {
+  size_t k = 0;
+  while (!movers_[k].has(body)) ++k;
+  return get_pose(mover_worlds_[k]->data_, body - movers_[k].first_body);
 }
 
-void CollisionWorld::update_objects(const ObjectStates& objects) {
-  for (size_t k = 0; k < objects.size(); ++k) {
-    Body& body = bodies_[first_object_ + k];
-    body.X_WG = objects[k].X_WB();
+Matrix3d CollisionWorld::get_rotation(int link) const { return is_object(link) ? get_mover_pose(link).R : get_pose(data_, link).R; }
+
+void CollisionWorld::update_mover_poses() {
+  for (size_t i = first_mover_; i < bodies_.size(); ++i) {
+    Body& body = bodies_[i];
+    body.X_WG = get_mover_pose(body.link) * body.X_LG;
     body.center_W = body.X_WG * narrow_.get_center(body.shape);
   }
 }
 
-void CollisionWorld::calc_object_contacts(const ObjectStates& objects) {
-  update_objects(objects);
-  calc_body_contacts(object_pairs_);
-  for (size_t k = 0; k < objects.size(); ++k) {
-    for (const ContactPair& found : object_worlds_[k]->calc_contacts(objects[k])) {
-      ContactPair* pair = open_pair(make_object_index(static_cast<int>(k)), found.body_b);
-      const int body_a = pair->body_a;
+void CollisionWorld::calc_mover_contacts(const ObjectStates& states) {
+  for (size_t k = 0; k < states.size(); ++k) {
+    const int first = movers_[k].first_body;
+    for (const ContactPair& found : mover_worlds_[k]->calc_contacts(states[k])) {
+      const int body_a = first + found.body_a, body_b = found.body_b < 0 ? found.body_b : first + found.body_b;
+      if (!filter_.may_touch(body_a, body_b)) continue;
+      ContactPair* pair = open_pair(body_a, body_b);
       *pair = found;
       pair->body_a = body_a;
+      pair->body_b = body_b;
     }
   }
+  update_mover_poses();
+  calc_body_contacts(mover_pairs_);
 }
 
 const ContactSet& CollisionWorld::calc_contacts(const State& state, const ObjectStates& objects) {
@@ -282,7 +294,7 @@ const ContactSet& CollisionWorld::calc_contacts(const State& state, const Object
   calc_surface_contacts();
   calc_body_contacts(obstacle_pairs_);
   calc_body_contacts(self_pairs_);
-  if (!objects.empty() && objects.size() == object_worlds_.size()) calc_object_contacts(objects);
+  if (!objects.empty() && objects.size() == mover_worlds_.size()) calc_mover_contacts(objects);
   std::sort(contacts_.begin(), contacts_.end(), [](const ContactPair& a, const ContactPair& b) {
     return a.body_a != b.body_a ? a.body_a < b.body_a : a.body_b < b.body_b;
   });

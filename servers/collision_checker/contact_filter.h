@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/multibody/tree_spec.h"
+#include "common/robot/movers.h"
 #include "common/robot/scenario.h"
 
 namespace hrp {
@@ -15,8 +16,8 @@ namespace hrp {
 class ContactFilter {
  public:
   // Names that are no link, obstacle, "ground" or "all" are left out: check_scenario() has refused them.
-  ContactFilter(const TreeSpec& tree, const Scenario& scenario);
-  // Bodies as in ContactPair: link, kGround or an obstacle's index.
+  ContactFilter(const TreeSpec& tree, const Scenario& scenario, const std::vector<Mover>& movers);
+  // Bodies as in ContactPair. The name of another robot stands for all its links.
   bool may_touch(int body_a, int body_b) const;
 
  private:

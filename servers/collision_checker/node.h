@@ -3,6 +3,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "common/messages/convert.h"
 #include "common/node/lockstep.h"
@@ -26,6 +28,7 @@ class CollisionCheckerNode : public NodeBase {
  private:
   void take_description(const msg::RobotDescription& message);
   void take_state(const msg::RobotState& message);
+  std::string find_wrong_movers() const;
 
   RobotDescription robot_;
   BodyNames names_;
@@ -33,7 +36,7 @@ class CollisionCheckerNode : public NodeBase {
   QuestionFilter questions_;
   State state_;
   ObjectStates objects_;
-  size_t num_objects_ = 0;
+  std::vector<Eigen::Index> movers_;  // joints of each: none of an object
   msg::ContactSet answer_;
   Bytes last_answer_;
   Publisher<msg::ContactSet> publisher_;

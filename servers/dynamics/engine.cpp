@@ -51,15 +51,15 @@ std::string SimulatorEngine::describe_blow_up(const JointCommand& command) const
 
 SimulatorEngine::SimulatorEngine(const RobotDescription& robot, const Scenario& scenario)
     : scenario_(scenario), simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)),
-      objects_(robot, scenario), pushes_(robot, vary_scenario(robot, scenario)) {}
+      others_(robot, scenario), pushes_(robot, vary_scenario(robot, scenario)) {}
 
 std::string SimulatorEngine::step(const ContactSet& contacts, const JointCommand& command) {
   const ExternalWrenches& pushes = pushes_.find(simulator_.time(), simulator_.state());
-  if (objects_.empty()) return describe(simulator_.step(contacts, command, pushes), command);
+  if (others_.empty()) return describe(simulator_.step(contacts, command, pushes), command);
   std::string fault;
-  const ExternalWrenches& all = objects_.start(contacts, simulator_.state(), pushes, &fault);
-  if (fault.empty()) fault = describe(simulator_.step(objects_.robot_contacts(), command, all), command);
-  return fault.empty() ? objects_.finish(simulator_.contact_forces()) : fault;
+  const ExternalWrenches& all = others_.start(contacts, simulator_.state(), pushes, &fault);
+  if (fault.empty()) fault = describe(simulator_.step(others_.robot_contacts(), command, all), command);
+  return fault.empty() ? others_.finish(simulator_.contact_forces()) : fault;
 }
 
 std::string SimulatorEngine::describe(StepStatus status, const JointCommand& command) const {

@@ -4,7 +4,7 @@
 
 #include "common/node/dynamics_loop.h"
 #include "servers/dynamics/disturbance.h"
-#include "servers/dynamics/movable_objects.h"
+#include "servers/dynamics/other_bodies.h"
 #include "servers/dynamics/simulator.h"
 
 namespace hrp {
@@ -14,30 +14,34 @@ class SimulatorEngine : public DynamicsEngine {
   SimulatorEngine(const RobotDescription& robot, const Scenario& scenario);
   void reset() override {
     simulator_.reset();
-    objects_.reset();
+    others_.reset();
   }
   std::string step(const ContactSet& contacts, const JointCommand& command) override;
   const State& state() const override { return simulator_.state(); }
   unsigned long long state_hash() const override {
-    return objects_.empty() ? simulator_.state_hash() : objects_.calc_hash(simulator_.state_hash());
+    return others_.empty() ? simulator_.state_hash() : others_.calc_hash(simulator_.state_hash());
   }
   const Eigen::VectorXd& joint_efforts() const override { return simulator_.joint_efforts(); }
   const ContactForces& contact_forces() const override {
-    return objects_.empty() ? simulator_.contact_forces() : objects_.contact_forces();
+    return others_.empty() ? simulator_.contact_forces() : others_.contact_forces();
   }
-  const ObjectStates& objects() const override { return objects_.states(); }
+  const ObjectStates& objects() const override { return others_.states(); }
+  size_t num_other_robots() const override { return others_.num_robots(); }
+  void command_other(size_t k, const JointCommand& command) override { others_.command(k, command); }
+  const SensorSample& other_sensors(size_t k) const override { return others_.robot(k).sensors(); }
+  const Eigen::VectorXd& other_efforts(size_t k) const override { return others_.robot(k).joint_efforts(); }
   const SensorSample& sensors() const override { return simulator_.sensors(); }
   const std::vector<double>& foot_forces() const override { return simulator_.foot_forces(); }
   // Everything that decides the future: kept to go back to it. Pushes and hands depend on time and state alone.
   const Simulator& simulator() const { return simulator_; }
-  const MovableObjects& movable_objects() const { return objects_; }
-  void restore(const Simulator& kept, const MovableObjects& objects) {
+  const OtherBodies& other_bodies() const { return others_; }
+  void restore(const Simulator& kept, const OtherBodies& others) {
     simulator_ = kept;
-    objects_ = objects;
+    others_ = others;
   }
   // Step 0 at this state. False when it does not fit the robot.
   [[nodiscard]] bool reset_to(const State& state) {
-    objects_.reset();
+    others_.reset();
     return simulator_.reset(state);
   }
 
@@ -47,7 +51,7 @@ class SimulatorEngine : public DynamicsEngine {
 
   Scenario scenario_;
   Simulator simulator_;
-  MovableObjects objects_;
+  OtherBodies others_;
   Pushes pushes_;
 };
 

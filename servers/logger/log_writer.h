@@ -101,7 +101,7 @@ class LogWriter {
   const std::vector<std::string>& files() const { return files_; }
 
  private:
-  static constexpr size_t kMaxTopics = 8;
+  static constexpr size_t kMaxTopics = 32;  // bits of Slot::present
   static constexpr size_t kStateTopic = 1;
   static constexpr uint64_t kSlots = 2048;  // more than the scheduler grants beyond the log
 

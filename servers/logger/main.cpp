@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
             ->capture_default_str();
         app.add_option("--compression", options.compression, "compression of the log; default: the scenario's")
             ->check(CLI::IsMember({"none", "lz4", "zstd"}));
+        app.add_option("--robots", options.robots, "names of the scenario's other robots, whose sensor data and commands are logged, too")->delimiter(',');
         app.add_flag("--force", options.force, "overwrite an existing log");
         app.add_flag("--durable", options.durable, "flush each part of the log to the disk: a power cut loses no step that counts as logged");
       });

@@ -27,35 +27,41 @@ constexpr int kLostLooks = 1000;
 // At the end of a run: nothing has come between so many looks, so nothing is on its way.
 constexpr int kQuietLooks = 20;
 
-std::vector<LogTopic> make_log_topics() {
+// In the order in which they stand in the log within a step.
+std::vector<TopicSpec> list_topics(const LoggerOptions& options) {
+  std::vector<TopicSpec> list{topics::kRobotDescription, topics::kRobotState, topics::kContactForces, topics::kSensorData,
+                              topics::kContactSet, topics::kJointCommands};
+  for (const std::string& robot : options.robots) {
+    list.push_back(topics::of_robot(topics::kSensorData, robot));
+    list.push_back(topics::of_robot(topics::kJointCommands, robot));
+  }
+  list.push_back(topics::kPictures);
+  return list;
+}
+
+bool is_type(const TopicSpec& topic, const TopicSpec& type) { return topic.type_name == type.type_name; }
+
+LogTopic make_log_topic(const TopicSpec& topic) {
   using Rate = LogTopic::Rate;
-  const auto make = [](const TopicSpec& topic, Rate rate, bool answers_state) {
-    return LogTopic{topic.name, topic.type_name, find_schema_text(topic.type_name), rate, answers_state};
-  };
-  return {make(topics::kRobotDescription, Rate::kOnce, false),
-          make(topics::kRobotState, Rate::kEveryStep, false),
-          make(topics::kContactForces, Rate::kEveryStep, false),
-          make(topics::kSensorData, Rate::kEveryControlStep, false),
-          make(topics::kContactSet, Rate::kEveryStep, true),
-          make(topics::kJointCommands, Rate::kEveryControlStep, true),
-          make(topics::kPictures, Rate::kWhenDue, true)};
+  const bool control = is_type(topic, topics::kSensorData) || is_type(topic, topics::kJointCommands);
+  const Rate rate = is_type(topic, topics::kRobotDescription) ? Rate::kOnce
+                    : is_type(topic, topics::kPictures)       ? Rate::kWhenDue
+                    : control                                 ? Rate::kEveryControlStep
+                                                              : Rate::kEveryStep;
+  const bool answers = is_type(topic, topics::kContactSet) || is_type(topic, topics::kJointCommands) || is_type(topic, topics::kPictures);
+  return {topic.name, topic.type_name, find_schema_text(topic.type_name), rate, answers};
 }
 
-const TopicSpec& get_topic_spec(size_t index) {
-  static const TopicSpec* const specs[] = {&topics::kRobotDescription, &topics::kRobotState, &topics::kContactForces,
-                                           &topics::kSensorData, &topics::kContactSet, &topics::kJointCommands,
-                                           &topics::kPictures};
-  return *specs[index];
-}
-constexpr size_t kTopicCount = 7, kPicturesTopic = 6;
-
-// Who fills a topic, for messages.
-const char* find_role(const std::string& topic) {
+// Who fills a topic, for messages: "controller.partner" for hrp/partner/joint_commands.
+std::string find_role(const std::string& topic) {
   if (topic == topics::kRobotDescription.name) return "model_parser";
   if (topic == topics::kContactSet.name) return "collision_checker";
   if (topic == topics::kJointCommands.name) return "controller";
   if (topic == topics::kPictures.name) return "vision";
-  return "dynamics";
+  const TopicSpec* const known = topics::find_known_topic(topic);
+  if (known != &topics::kJointCommands) return "dynamics";
+  const size_t first = topic.find('/') + 1;
+  return "controller." + topic.substr(first, topic.rfind('/') - first);
 }
 
 LogOptions make_log_options(const LoggerOptions& options) {
@@ -63,7 +69,7 @@ LogOptions make_log_options(const LoggerOptions& options) {
   log.path = options.path;
   log.existing = options.force ? mcap::Existing::kReplace : mcap::Existing::kRefuse;
   log.durable = options.durable;
-  log.topics = make_log_topics();
+  for (const TopicSpec& topic : list_topics(options)) log.topics.push_back(make_log_topic(topic));
   return log;
 }
 
@@ -82,7 +88,7 @@ LogWriter make_log(const LoggerOptions& options) {
 }  // namespace
 
 LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
-    : NodeBase(context), options_(options), log_(make_log(options)) {
+    : NodeBase(context), options_(options), topics_(list_topics(options)), log_(make_log(options)) {
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& grant) {
     if (!is_authorized(topics::kStepGrant, grant)) return;
     if (!grant.last()) return;
@@ -118,9 +124,9 @@ void LoggerNode::handle_decode_error(const std::string& topic, const std::string
 void LoggerNode::make_endpoints() {
   NodeBase::make_endpoints();
   if (raw_readers_.empty()) {  // called again and again
-    for (size_t topic = 0; topic < kPicturesTopic; ++topic) listen_raw(topic);
+    for (size_t topic = 0; topic + 1 < topics_.size(); ++topic) listen_raw(topic);
   }
-  if (raw_readers_.size() < kTopicCount && logs_pictures()) listen_raw(kPicturesTopic);
+  if (raw_readers_.size() < topics_.size() && logs_pictures()) listen_raw(topics_.size() - 1);
 }
 
 bool LoggerNode::logs_pictures() {
@@ -136,7 +142,7 @@ void LoggerNode::drop_endpoints() {
 LoggerNode::~LoggerNode() = default;
 
 void LoggerNode::listen_raw(size_t topic) {
-  raw_readers_.push_back(bus().make_reader(get_topic_spec(topic), Delivery::kReliable, [this, topic](Bytes sample) {
+  raw_readers_.push_back(bus().make_reader(topics_[topic], Delivery::kReliable, [this, topic](Bytes sample) {
     if (!is_active()) return;
     attempt([&] { topic == 0 ? take_description(sample) : take_sample(topic, sample); });
   }));
@@ -236,7 +242,7 @@ void LoggerNode::handle_idle(Clock::time_point) {
 bool LoggerNode::misses_what_was_sent() const {
   const std::vector<std::string> missing = log_.find_missing();
   return std::any_of(missing.begin(), missing.end(), [this](const std::string& topic) {
-    return !holds_ || topic != topics::kJointCommands.name;
+    return !holds_ || topics::find_known_topic(topic) != &topics::kJointCommands;
   });
 }
 

@@ -20,6 +20,7 @@ struct LoggerOptions {
   std::string path = "run.mcap";
   std::string compression;  // none, lz4, zstd; empty: as the scenario says
   bool force = false;       // overwrite a file that holds something
+  std::vector<std::string> robots = {};  // the scenario's other robots, whose sensor data and commands are logged, too
   bool durable = false;     // a step counts as logged when a power cut does not lose it
 };
 
@@ -58,6 +59,7 @@ class LoggerNode : public NodeBase {
   void report_progress();
 
   LoggerOptions options_;
+  std::vector<TopicSpec> topics_;  // in the order of the log; pictures are the last
   std::unique_ptr<EventFinder> event_finder_;
   LogWriter log_;
   uint64_t last_sample_count_ = 0;

@@ -50,6 +50,7 @@ void ModelParserNode::load(const std::string& scenario_path, bool verbose) {
     const RobotDescription robot = load_robot(load_scenario(scenario_path));
     msg::RobotDescription message;
     to_message(robot, &message);
+    for (const OtherRobot& other : robot.robots) publish_other(other);
     description_publisher_.publish(message);
     const std::string warnings = join_warnings(robot.warnings, verbose);
     if (!warnings.empty()) say(warnings);
@@ -58,6 +59,14 @@ void ModelParserNode::load(const std::string& scenario_path, bool verbose) {
     refused_publisher_.publish(make_refusal(error));
     fail(std::string("model refused\n") + error.what());
   }
+}
+
+// For the controller of that robot.
+void ModelParserNode::publish_other(const OtherRobot& other) {
+  msg::RobotDescription message;
+  to_message(other.description, &message);
+  other_publishers_.emplace_back(bus(), topics::of_robot(topics::kRobotDescription, other.name));
+  other_publishers_.back().publish(message);
 }
 
 }  // namespace hrp

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/node/node_base.h"
+#include "common/robot/robot_description.h"
 #include "hrp_idl/model.h"
 
 namespace hrp {
@@ -17,9 +19,11 @@ class ModelParserNode : public NodeBase {
 
  private:
   void load(const std::string& scenario_path, bool verbose);
+  void publish_other(const OtherRobot& other);
 
   Publisher<msg::RobotDescription> description_publisher_;
   Publisher<msg::ModelRefused> refused_publisher_;
+  std::vector<Publisher<msg::RobotDescription>> other_publishers_;  // of the scenario's other robots
 };
 
 }  // namespace hrp

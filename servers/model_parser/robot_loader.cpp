@@ -7,6 +7,7 @@
 
 #include "common/base/read_file.h"
 #include "common/robot/foot_bush.h"
+#include "common/robot/movers.h"
 #include "common/robot/scenario_check.h"
 #include "common/robot/surface_file.h"
 #include "controller/motion/motion.h"
@@ -117,6 +118,18 @@ std::vector<LoopScan> read_tree(const UrdfText& urdf, const Scenario& scenario, 
   return scan.loops;
 }
 
+// Its warnings go with those of the first robot.
+void load_other_robot(const RobotPlacement& placement, const Scenario& world, RobotDescription* robot) {
+  OtherRobot other;
+  other.name = placement.name;
+  const Scenario own = load_scenario(placement.scenario);
+  other.description = parse_robot(read_file(own.robot), own.robot, own);
+  if (world.sensors.has_vision()) other.description.visuals = read_visuals(other.description.urdf, other.description);
+  other.description.surfaces.clear();  // of its own world
+  for (const std::string& warning : other.description.warnings) robot->warnings.push_back(placement.name + ": " + warning);
+  robot->robots.push_back(std::move(other));
+}
+
 }  // namespace
 
 RobotDescription parse_robot(const std::string& text, const std::string& path, const Scenario& scenario) {
@@ -145,7 +158,10 @@ RobotDescription parse_robot(const std::string& text, const std::string& path, c
 
 RobotDescription load_robot(const Scenario& scenario) {
   const Scenario in_world = read_world(scenario);
-  return parse_robot(read_file(in_world.robot), in_world.robot, in_world);
+  RobotDescription robot = parse_robot(read_file(in_world.robot), in_world.robot, in_world);
+  for (const RobotPlacement& placement : in_world.robots) load_other_robot(placement, in_world, &robot);
+  if (!in_world.robots.empty()) make_movers(robot, in_world);  // throws where robots do not go together
+  return robot;
 }
 
 }  // namespace hrp

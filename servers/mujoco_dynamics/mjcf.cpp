@@ -24,6 +24,7 @@ void check_supported(const Scenario& scenario) {
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
     if (obstacle.is_surface()) refuse(scenario, "obstacles." + obstacle.name, std::string("a surface of triangles") + hint);
   }
+  if (!scenario.robots.empty()) refuse(scenario, "robots." + scenario.robots[0].name, std::string("another robot") + hint);
   if (!scenario.objects.empty()) refuse(scenario, "objects." + scenario.objects[0].name, std::string("a movable object") + hint);
   if (!scenario.no_contact.empty()) refuse(scenario, "no_contact", std::string("a filter of contacts") + hint);
   if (!scenario.hands.empty()) refuse(scenario, "hands", std::string("a hand") + hint);

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/messages/cdr.h"
 #include "common/messages/convert_robot.h"
 #include "common/robot/experiment_keys.h"
 #include "common/robot/scenario.h"
@@ -83,22 +84,35 @@ Json make_obstacles(const msg::RobotDescription& description, const Scenario& sc
   return obstacles;
 }
 
+// A robot without a scenario that we understand still moves: then what is empty.
+Scenario read_scenario(const msg::RobotDescription& description) {
+  try {
+    return parse_scenario(description.scenario(), description.scenario_path());
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+// Names as contact forces have them: `prefix` in front of those of another robot.
+Json make_feet(const msg::RobotDescription& description, const Scenario& scenario, const std::string& prefix) {
+  Json feet = Json::array();
+  for (const std::string& foot : scenario.feet) feet.push_back({{"name", prefix + foot}, {"link", prefix + find_moving_link(description, foot)}});
+  return feet;
+}
+
 void add_scenario(const msg::RobotDescription& description, Json* json, Scene* scene) {
-  Scenario scenario;
+  const Scenario scenario = read_scenario(description);
   ExperimentKeys keys;
   try {
-    scenario = parse_scenario(description.scenario(), description.scenario_path());
     keys = parse_experiment_keys(description.scenario(), description.scenario_path());
-  } catch (const std::exception&) {
-    // A robot without a scenario that we understand still moves.
+  } catch (const std::exception&) {  // of no experiment
   }
-  Json feet = Json::array(), wrenches = Json::array();
-  for (const std::string& foot : scenario.feet) feet.push_back({{"name", foot}, {"link", find_moving_link(description, foot)}});
+  Json wrenches = Json::array();
   for (const WrenchSpec& wrench : scenario.sensors.wrenches) {
     const auto frame = keys.wrench_frame.find(wrench.name);
     wrenches.push_back({{"name", wrench.name}, {"link", wrench.link}, {"frame", frame == keys.wrench_frame.end() ? "link" : frame->second}});
   }
-  (*json)["feet"] = feet;
+  (*json)["feet"] = make_feet(description, scenario, "");
   (*json)["wrenches"] = wrenches;
   (*json)["obstacles"] = make_obstacles(description, scenario);
   (*json)["objects"] = Json::array();
@@ -158,20 +172,49 @@ Json find_meshes(const Scene& scene) {
   return found;
 }
 
+// What a page needs to draw a robot.
+Json make_model(const msg::RobotDescription& description, Scene* scene) {
+  for (const auto& joint : description.joints()) scene->joints.push_back(joint.name());
+  scene->urdf_path = description.urdf_path();
+  scene->urdf = description.urdf();
+  return {{"name", description.name()},
+          {"urdf", description.urdf()},
+          {"floating", static_cast<bool>(description.floating_base())},
+          {"joints", make_joints(description)},
+          {"meshes", find_meshes(*scene)}};
+}
+
+void add_robot(const msg::OtherRobotDescription& other, Json* json, Scene* scene) {
+  msg::RobotDescription description;
+  try {
+    decode(Bytes{other.description().data(), other.description().size()}, &description);
+  } catch (const DecodeError&) {
+    return;  // anybody can send a description: what makes no sense is not drawn
+  }
+  Scene own;
+  own.name = other.name();
+  Json model = make_model(description, &own);
+  model["name"] = other.name();
+  model["feet"] = make_feet(description, read_scenario(description), other.name() + "/");
+  (*json)["robots"].push_back(std::move(model));
+  scene->robots.push_back(std::move(own));
+}
+
 }  // namespace
+
+const Scene* find_robot_scene(const Scene& scene, const std::string& name) {
+  if (name.empty()) return &scene;
+  const auto found = std::find_if(scene.robots.begin(), scene.robots.end(), [&](const Scene& robot) { return robot.name == name; });
+  return found == scene.robots.end() ? nullptr : &*found;
+}
 
 Scene make_scene(const msg::RobotDescription& description) {
   Scene scene;
-  for (const auto& joint : description.joints()) scene.joints.push_back(joint.name());
-  scene.urdf_path = description.urdf_path();
-  scene.urdf = description.urdf();
-  Json json{{"name", description.name()},
-            {"urdf", description.urdf()},
-            {"floating", static_cast<bool>(description.floating_base())},
-            {"joints", make_joints(description)},
-            {"warnings", description.warnings()},
-            {"meshes", find_meshes(scene)},
-            {"scenario", fs::path(description.scenario_path()).filename().string()}};
+  Json json = make_model(description, &scene);
+  json["warnings"] = description.warnings();
+  json["scenario"] = fs::path(description.scenario_path()).filename().string();
+  json["robots"] = Json::array();
+  for (const msg::OtherRobotDescription& other : description.robots()) add_robot(other, &json, &scene);
   add_scenario(description, &json, &scene);
   scene.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   return scene;

@@ -115,7 +115,8 @@ std::optional<WebFile> Viewer::find_file(const std::string& target) {
     const std::string source = find_query_value(target, "source");
     const bool number = !source.empty() && source.size() < 6 && source.find_first_not_of("0123456789") == std::string::npos;
     const Scene* scene = number ? find_scene(std::stoul(source)) : nullptr;
-    return scene ? read_mesh(*scene, find_query_value(target, "file")) : std::nullopt;
+    const Scene* robot = scene ? find_robot_scene(*scene, find_query_value(target, "robot")) : nullptr;
+    return robot ? read_mesh(*robot, find_query_value(target, "file")) : std::nullopt;
   }
   // The page is a flat folder: a name with a slash or a dot in front is none of its files.
   const std::string name = path == "/" ? "index.html" : path.substr(1);

@@ -53,19 +53,23 @@ class MeshStore {
 }  // namespace
 
 VisibleWorld::VisibleWorld(const RobotDescription& robot, const Scenario& scenario)
-    : model_(robot.tree, scenario.gravity_W), data_(model_), num_objects_(scenario.objects.size()) {
-  add_robot(robot);
+    : model_(robot.tree, scenario.gravity_W), data_(model_), movers_(make_movers(robot, scenario)) {
+  add_visuals(robot, 0);
   if (scenario.ground.present) add_ground(scenario.ground);
   for (const ObstacleSpec& obstacle : scenario.obstacles) add_obstacle(robot, obstacle);
-  for (size_t i = 0; i < scenario.objects.size(); ++i) add_object(scenario.objects[i], static_cast<int>(i));
+  for (const Mover& mover : movers_) {
+    add_visuals(mover.robot, mover.first_body);
+    mover_models_.emplace_back(mover.robot.tree, scenario.gravity_W);
+    mover_poses_.resize(mover_poses_.size() + mover.robot.tree.links.size());
+  }
   poses_.resize(shapes_.size());
 }
 
-void VisibleWorld::add_robot(const RobotDescription& robot) {
+void VisibleWorld::add_visuals(const RobotDescription& robot, int first_body) {
   MeshStore meshes;
   for (const VisualShape& visual : robot.visuals) {
     VisibleShape shape;
-    shape.body = visual.shape.link;
+    shape.body = first_body + visual.shape.link;
     shape.kind = find_kind(visual.shape.kind);
     shape.X_BG = visual.shape.X_LG;
     shape.size = visual.shape.size;
@@ -100,28 +104,33 @@ void VisibleWorld::add_obstacle(const RobotDescription& robot, const ObstacleSpe
   }
 }
 
-void VisibleWorld::add_object(const ObjectSpec& object, int index) {
-  VisibleShape shape;
-  shape.body = make_object_index(index);
-  shape.kind = find_kind(object.shape);
-  shape.size = object.size;
-  shape.color = object.color;
-  shapes_.push_back(shape);
+Transform VisibleWorld::find_body_pose(int body) const {
+  if (body == kGround) return {};
+  return is_object(body) ? mover_poses_[static_cast<size_t>(body - kFirstObject)] : get_pose(data_, body);
 }
 
-Transform VisibleWorld::find_body_pose(int body, const ObjectStates& objects) const {
-  if (body == kGround) return {};
-  return is_object(body) ? objects[static_cast<size_t>(body - kFirstObject)].X_WB() : get_pose(data_, body);
+void VisibleWorld::update_mover_poses(const ObjectStates& states) {
+  for (size_t k = 0; k < movers_.size(); ++k) {
+    Data data(mover_models_[k]);
+    update_kinematics(mover_models_[k], states[k], &data);
+    for (int link = 0; link < movers_[k].num_bodies(); ++link) {
+      mover_poses_[static_cast<size_t>(movers_[k].first_body - kFirstObject + link)] = get_pose(data, link);
+    }
+  }
 }
 
 void VisibleWorld::update(const State& state, const ObjectStates& objects) {
-  if (state.q.size() != model_.num_joints() || objects.size() != num_objects_) {
+  if (state.q.size() != model_.num_joints() || objects.size() != movers_.size()) {
     throw std::invalid_argument("a state of " + std::to_string(state.q.size()) + " joints and " + std::to_string(objects.size()) +
-                                " objects, the scenario has " + std::to_string(model_.num_joints()) + " and " +
-                                std::to_string(num_objects_));
+                                " objects and other robots, the scenario has " + std::to_string(model_.num_joints()) + " and " +
+                                std::to_string(movers_.size()));
+  }
+  for (size_t k = 0; k < movers_.size(); ++k) {
+    if (objects[k].q.size() != mover_models_[k].num_joints()) throw std::invalid_argument("a state of another robot than '" + movers_[k].name + "'");
   }
   update_kinematics(model_, state, &data_);
-  for (size_t i = 0; i < shapes_.size(); ++i) poses_[i] = find_body_pose(shapes_[i].body, objects) * shapes_[i].X_BG;
+  update_mover_poses(objects);
+  for (size_t i = 0; i < shapes_.size(); ++i) poses_[i] = find_body_pose(shapes_[i].body) * shapes_[i].X_BG;
 }
 
 Transform VisibleWorld::find_mount_pose(const std::string& link, const Transform& X_LC) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What there is to see in a run: the robot as it is drawn, ground, obstacles, movable objects.
+// What there is to see in a run: robots as they are drawn, ground, obstacles, movable objects.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/multibody/model.h"
+#include "common/robot/movers.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
 #include "common/robot/signals.h"
@@ -16,7 +17,7 @@ namespace hrp {
 enum class VisibleKind { kBox, kSphere, kCylinder, kMesh, kPlane };
 
 struct VisibleShape {
-  int body = kGround;                  // link, object (make_object_index), or kGround: all that is fixed to the world
+  int body = kGround;                  // as in ContactPair; kGround: all that is fixed to the world
   VisibleKind kind = VisibleKind::kBox;
   Transform X_BG;                      // geometry frame G in the body
   Vector3d size = Vector3d::Zero();    // [m] as CollisionShape::size
@@ -40,17 +41,19 @@ class VisibleWorld {
   Transform find_mount_pose(const std::string& link, const Transform& X_LC) const;
 
  private:
-  void add_robot(const RobotDescription& robot);
+  void add_visuals(const RobotDescription& robot, int first_body);
   void add_ground(const GroundSpec& ground);
   void add_obstacle(const RobotDescription& robot, const ObstacleSpec& obstacle);
-  void add_object(const ObjectSpec& object, int index);
-  Transform find_body_pose(int body, const ObjectStates& objects) const;
+  void update_mover_poses(const ObjectStates& states);
+  Transform find_body_pose(int body) const;
 
   std::vector<VisibleShape> shapes_;
   std::vector<std::string> notes_;
   Model model_;
   Data data_;
-  size_t num_objects_;
+  std::vector<Mover> movers_;
+  std::vector<Model> mover_models_;
+  std::vector<Transform> mover_poses_;  // of their bodies
   std::vector<Transform> poses_;
 };
 

@@ -124,6 +124,24 @@ async function checkTerrain(browser) {
   await viewer.end();
 }
 
+// Other robots of the scenario are drawn where their states say.
+async function checkRobots(browser) {
+  const log = await makeLog("several", "0.1", join(root, "models/scenarios/several_robots.yaml"));
+  const viewer = await startViewer([log]);
+  const page = await openPage(browser, viewer.url);
+  const others = await waitFor("the other robots", async () => {
+    const found = (await page.describe()).others;
+    return found.length === 2 && found.every((robot) => robot.visible) && found;
+  });
+  const states = (await readLog(log, "hrp/robot_state"))[0].robots;
+  others.forEach((robot, i) => {
+    const { x, y, z } = states[i].X_WB.translation;
+    check(robot.links > 20 && Math.hypot(robot.position[0] - x, robot.position[1] - y, robot.position[2] - z) < 1e-3, `${states[i].name} is drawn where it is`);
+  });
+  check(page.faults.length === 0, `and nothing went wrong ${page.faults.join("; ")}`);
+  await viewer.end();
+}
+
 run(async () => {
   const log = await makeLog("first", "1");
   const browser = await startBrowser();
@@ -150,5 +168,6 @@ run(async () => {
   await checkComparison(browser, log, await makeLog("second", "1"));
   await checkExperiment(browser, "hinge");
   await checkTerrain(browser);
+  await checkRobots(browser);
   await browser.close();
 });

@@ -17,8 +17,8 @@ namespace {
 class OddController : public NodeBase {
  public:
   OddController(const NodeContext& context, const std::string& mode, uint64_t from)
-      : NodeBase(context), mode_(mode), from_(from), publisher_(bus(), topics::kJointCommands) {
-    listen<msg::SensorData>(topics::kSensorData, [this](const msg::SensorData& m) { take(m); });
+      : NodeBase(context), mode_(mode), from_(from), publisher_(bus(), topics::of_robot(topics::kJointCommands, context.robot)) {
+    listen<msg::SensorData>(topics::of_robot(topics::kSensorData, context.robot), [this](const msg::SensorData& m) { take(m); });
   }
 
  private:

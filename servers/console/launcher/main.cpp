@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
     const hrp::Scenario scenario = hrp::load_scenario(options.scenario);
     const hrp::LogName name(hrp::choose_log_file(options, scenario));
     const std::string& log = name.path();
-    if (scenario.controller.type == "none") options.without.push_back("controller");
+    hrp::check_robots(options, scenario);
+    hrp::leave_out_absent_controllers(scenario, &options);
     const hrp::RunOutcome outcome = options.in_process ? hrp::run_in_this_process(options, scenario, log)
                                                        : hrp::run_as_processes(options, scenario, log);
     if (outcome.exit_code != hrp::kExitBadInput) hrp::print_summary(options, outcome, log);  // nothing has run

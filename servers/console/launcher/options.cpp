@@ -25,6 +25,7 @@ const char kFooter[] = R"(Examples:
   hrp-simulate S.yaml --view                             shows the run in the browser
   hrp-simulate S.yaml --without controller               waits for a controller of your own
   hrp-simulate S.yaml --controller "python3 python/examples/my_controller.py"     starts a controller of your own
+  hrp-simulate S.yaml --controller-of partner=my-controller      the same for another robot of the scenario
   hrp-simulate S.yaml --on controller=robot              the controller on another machine, over ssh
   hrp-simulate S.yaml --program dynamics=hrp-dynamics-mujoco
 
@@ -35,6 +36,16 @@ While it runs, from a second terminal:
 Exit status: 0 the run ended as planned or was stopped (Ctrl-C, hrp-run stop); 1 a server failed; 2 scenario, model or
 command line cannot be used.)";
 
+const std::vector<std::string> kRoles{"model_parser", "scheduler",  "logger",
+                                      "dynamics",     "collision_checker", "controller", "vision"};
+const std::string kOfRobot = "controller.";
+
+// Which robots there are is known when the scenario is read: check_robots().
+std::string find_role_fault(const std::string& role) {
+  if (std::find(kRoles.begin(), kRoles.end(), role) != kRoles.end() || !find_robot_of(role).empty()) return "";
+  return "there is no server '" + role + "'; the servers are " + CLI::detail::join(kRoles, ", ") + ", and controller.ROBOT of other robots";
+}
+
 // "role=value" for a known role.
 std::map<std::string, std::string> split_pairs(const std::vector<std::string>& words, const std::string& option) {
   std::map<std::string, std::string> pairs;
@@ -44,10 +55,8 @@ std::map<std::string, std::string> split_pairs(const std::vector<std::string>& w
       throw CLI::ValidationError(option, "'" + word + "' is not SERVER=VALUE");
     }
     const std::string role = word.substr(0, equals);
-    const auto& roles = get_roles();
-    if (std::find(roles.begin(), roles.end(), role) == roles.end()) {
-      throw CLI::ValidationError(option, "there is no server '" + role + "'; the servers are " + CLI::detail::join(roles, ", "));
-    }
+    const std::string fault = find_role_fault(role);
+    if (!fault.empty()) throw CLI::ValidationError(option, fault);
     pairs[role] = word.substr(equals + 1);
   }
   return pairs;
@@ -84,8 +93,8 @@ void check_hosts(const LaunchOptions& options) {
   const auto refuse = [](const std::string& why) { throw CLI::ValidationError("--on", why); };
   if (options.in_process) refuse("excludes --in-process: all servers are in one process");
   if (options.keep_going) refuse("excludes --keep-going: a server on another machine is not started again");
-  if (options.on.count("controller") > 0 && !options.controller.empty()) {
-    refuse("controller: excludes --controller, whose command knows nothing of a launcher on another machine");
+  for (const auto& [role, words] : options.commands) {
+    if (options.on.count(role) > 0) refuse(role + ": excludes a command in its place, which knows nothing of a launcher on another machine");
   }
   for (const auto& [role, host] : options.on) {
     const auto& without = options.without;
@@ -95,10 +104,37 @@ void check_hosts(const LaunchOptions& options) {
 
 }  // namespace
 
-const std::vector<std::string>& get_roles() {
-  static const std::vector<std::string> roles{"model_parser", "scheduler",  "logger",
-                                              "dynamics",     "collision_checker", "controller", "vision"};
+std::vector<std::string> list_roles(const Scenario& scenario) {
+  std::vector<std::string> roles;
+  for (const std::string& role : kRoles) {
+    roles.push_back(role);
+    if (role != "controller") continue;
+    for (const RobotPlacement& robot : scenario.robots) roles.push_back(kOfRobot + robot.name);
+  }
   return roles;
+}
+
+std::string find_robot_of(const std::string& role) { return role.rfind(kOfRobot, 0) == 0 ? role.substr(kOfRobot.size()) : ""; }
+
+void check_robots(const LaunchOptions& options, const Scenario& scenario) {
+  const std::vector<std::string> roles = list_roles(scenario);
+  const auto check = [&](const std::string& option, const std::string& role) {
+    if (std::find(roles.begin(), roles.end(), role) != roles.end()) return;
+    throw InputError(scenario.make_diagnostic("robots", "has no robot '" + find_robot_of(role) + "', which " + option + " names" +
+                                                            (scenario.robots.empty() ? "; the scenario has one robot" : "")));
+  };
+  for (const auto& [role, program] : options.programs) check("--program", role);
+  for (const auto& [role, words] : options.commands) check("--controller-of", role);
+  for (const auto& [role, vendor] : options.dds_for) check("--dds-for", role);
+  for (const auto& [role, host] : options.on) check("--on", role);
+  for (const std::string& role : options.without) check("--without", role);
+}
+
+void leave_out_absent_controllers(const Scenario& scenario, LaunchOptions* options) {
+  if (scenario.controller.type == "none") options->without.push_back("controller");
+  for (const RobotPlacement& robot : scenario.robots) {
+    if (load_scenario(robot.scenario).controller.type == "none") options->without.push_back(kOfRobot + robot.name);
+  }
 }
 
 bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* exit_code) {
@@ -107,7 +143,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.set_version_flag("--version", get_version_text("hrp-simulate"));
   app.footer(kFooter);
   bool realtime = false, no_pin = false, no_plot = false;
-  std::vector<std::string> dds_for, programs;
+  std::vector<std::string> dds_for, programs, controllers;
   std::string controller, hosts, ssh = "ssh";
   std::vector<std::string> on;
   app.add_option("SCENARIO", options->scenario, "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
@@ -127,9 +163,10 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
   app.add_flag("--force", options->force, "overwrite an existing log");
   app.add_flag("--durable", options->durable, "flush each part of the log to the disk: a power cut loses no step that counts as logged");
   app.add_option("--without", options->without, "do not start this server: you start it yourself; may be repeated")
-      ->check(CLI::IsMember(get_roles()));
+      ->check(find_role_fault);
   app.add_option("--program", programs, "SERVER=PROGRAM: replaces a server by another program; may be repeated");
   app.add_option("--controller", controller, "command that replaces our controller, such as my-controller or \"python3 python/examples/my_controller.py\"");
+  app.add_option("--controller-of", controllers, "ROBOT=COMMAND: the same for another robot of the scenario; may be repeated");
   app.add_option("--on", on, "SERVER=[USER@]HOST: start this server on another machine, over ssh; may be repeated");
   app.add_option("--hosts", hosts, "file with one line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" per server on another machine")
       ->check(CLI::ExistingFile);
@@ -150,7 +187,11 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     options->scenario = find_scenario_file(options->scenario);
     options->dds_for = split_pairs(dds_for, "--dds-for");
     options->programs = split_pairs(programs, "--program");
-    if (!controller.empty()) options->controller = split_command(controller, "--controller");
+    if (!controller.empty()) options->commands["controller"] = split_command(controller, "--controller");
+    for (const std::string& word : controllers) {
+      const auto [role, command] = *split_pairs({kOfRobot + word}, "--controller-of").begin();
+      options->commands[role] = split_command(command, "--controller-of");
+    }
     if (!hosts.empty()) options->on = read_hosts(hosts);
     for (const std::string& words : on) {
       const auto [role, host] = parse_on(words);
@@ -158,9 +199,10 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     }
     options->ssh = make_ssh_command(split_command(ssh, "--ssh"));
     check_hosts(*options);
-    const auto left_out = std::find(options->without.begin(), options->without.end(), "controller");
-    if (!controller.empty() && (options->programs.count("controller") > 0 || left_out != options->without.end())) {
-      throw CLI::ValidationError("--controller", "excludes --without controller and --program controller=...");
+    for (const auto& [role, words] : options->commands) {
+      const bool left_out = std::find(options->without.begin(), options->without.end(), role) != options->without.end();
+      if (!left_out && options->programs.count(role) == 0) continue;
+      throw CLI::ValidationError(role == "controller" ? "--controller" : "--controller-of", "excludes --without " + role + " and --program " + role + "=...");
     }
     for (const auto& [role, vendor] : options->dds_for) {
       if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
@@ -183,8 +225,8 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     if (options->in_process && options->view) {
       throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");
     }
-    if (options->in_process && !(options->without.empty() && programs.empty() && dds_for.empty() && controller.empty())) {
-      throw CLI::ValidationError("--in-process", "excludes --without, --program, --controller and --dds-for: there is nobody to join");
+    if (options->in_process && !(options->without.empty() && programs.empty() && dds_for.empty() && options->commands.empty())) {
+      throw CLI::ValidationError("--in-process", "excludes --without, --program, --controller, --controller-of and --dds-for: there is nobody to join");
     }
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error) == 0 ? kExitOk : kExitBadInput;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/robot/scenario.h"
 #include "servers/console/launcher/hosts.h"
 
 namespace hrp {
@@ -15,7 +16,7 @@ struct LaunchOptions {
   std::string dds = "cyclone";
   std::map<std::string, std::string> dds_for;   // role -> vendor
   std::map<std::string, std::string> programs;  // role -> program in place of ours
-  std::vector<std::string> controller;          // words of a command in place of our controller; empty: none
+  std::map<std::string, std::vector<std::string>> commands;  // role of a controller -> words of a command in its place
   std::vector<std::string> without;             // roles that somebody else starts
   std::map<std::string, Host> on;               // role -> machine, of those that are not on this one
   std::vector<std::string> ssh;                 // words of the command that reaches a machine
@@ -42,7 +43,17 @@ struct LaunchOptions {
 // Returns true when the run may start; else `exit_code` is what the program ends with (help, wrong option).
 [[nodiscard]] bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* exit_code);
 
-// Roles of a set, in the order they are started.
-const std::vector<std::string>& get_roles();
+// Roles of a set, in the order they are started; controllers of other robots come after that of the first one.
+std::vector<std::string> list_roles(const Scenario& scenario);
+
+// "partner" of "controller.partner", the controller of that robot; empty for all other roles.
+std::string find_robot_of(const std::string& role);
+inline bool is_controller(const std::string& role) { return role == "controller" || !find_robot_of(role).empty(); }
+
+// Adds to `without` the controllers of robots whose scenarios say `controller: {type: none}`.
+void leave_out_absent_controllers(const Scenario& scenario, LaunchOptions* options);
+
+// Throws InputError: an option names the controller of a robot that the scenario has not.
+void check_robots(const LaunchOptions& options, const Scenario& scenario);
 
 }  // namespace hrp

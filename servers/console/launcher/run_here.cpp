@@ -21,7 +21,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   using Clock = std::chrono::steady_clock;
   MemoryBus bus;
   RunMonitor monitor(bus);
-  const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate", ""}; };
+  const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate", "", ""}; };
   SchedulerOptions scheduling;
   scheduling.roles = {"dynamics", "logger"};
   if (scenario.sensors.every_picture && scenario.sensors.has_vision()) scheduling.roles.push_back("vision");
@@ -32,10 +32,18 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   logging.path = log;
   logging.force = options.force;
   logging.durable = options.durable;
+  for (const RobotPlacement& robot : scenario.robots) logging.robots.push_back(robot.name);
   LoggerNode logger(context("logger"), logging);
   DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
   CollisionCheckerNode collision_checker(context("collision_checker"));
   ControllerNode controller(context("controller"), make_scenario_controller);
+  std::vector<std::unique_ptr<ControllerNode>> others;
+  for (const RobotPlacement& robot : scenario.robots) {
+    NodeContext own = context("controller");
+    own.role += "." + robot.name;
+    own.robot = robot.name;
+    others.push_back(std::make_unique<ControllerNode>(own, make_scenario_controller));
+  }
   std::unique_ptr<VisionNode> vision;
   if (scenario.sensors.has_vision()) vision = std::make_unique<VisionNode>(context("vision"));
   ModelParserNode model_parser(context("model_parser"), options.scenario, options.verbose);
@@ -44,6 +52,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   auto first_step = Clock::now();
   bool stepped = false;
   std::vector<Node*> nodes{&scheduler, &logger, &dynamics, &collision_checker, &controller, &model_parser};
+  for (const auto& other : others) nodes.push_back(other.get());
   if (vision) nodes.push_back(vision.get());
   run_in_process(nodes, bus, &scheduler, [&] {
     const msg::RunStatus status = monitor.run_status();

@@ -14,6 +14,7 @@
 
 #include "common/bus/domain.h"
 #include "common/bus/make_bus.h"
+#include "common/messages/topics.h"
 #include "common/node/run_token.h"
 #include "common/node/runner.h"
 #include "servers/console/launcher/child_process.h"
@@ -81,6 +82,22 @@ std::string find_command(const std::string& name) {
 
 std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
+std::string join_robots(const Scenario& scenario) {
+  std::string names;
+  for (const RobotPlacement& robot : scenario.robots) names += (names.empty() ? "" : ",") + robot.name;
+  return names;
+}
+
+std::vector<std::string> list_meshes(const RobotDescription& robot, bool visible) {
+  std::vector<std::string> files;
+  const auto add = [&files](const CollisionShape& shape) {
+    if (!shape.mesh.empty()) files.push_back(shape.mesh);
+  };
+  if (!visible) std::for_each(robot.shapes.begin(), robot.shapes.end(), add);
+  else for (const VisualShape& visual : robot.visuals) add(visual.shape);
+  return files;
+}
+
 class ProcessRun {
  public:
   ProcessRun(const LaunchOptions& options, const Scenario& scenario, const std::string& log)
@@ -97,6 +114,7 @@ class ProcessRun {
   std::vector<std::string> make_role_arguments(const std::string& role) const;
   ChildSpec make_child(const std::string& role) const;
   std::vector<std::string> find_files_of(const std::string& role) const;
+  std::vector<std::string> find_motion(const std::string& robot) const;
   void start_remote(const std::string& role);
   void look_at_remotes();
   const RemoteServer* find_remote(const std::string& role) const;
@@ -146,7 +164,7 @@ std::vector<int> ProcessRun::find_cores_of(const std::string& role) const {
   const std::vector<int> cores = find_cores();
   if (!options_.pin || cores.size() < 2) return {};
   const size_t loop_core = static_cast<size_t>(claim_.domain()) % cores.size();  // runs side by side spread out
-  const bool in_loop = role == "dynamics" || role == "collision_checker" || role == "controller";
+  const bool in_loop = role == "dynamics" || role == "collision_checker" || is_controller(role);
   std::vector<int> chosen;
   for (size_t i = 0; i < cores.size(); ++i) {
     if ((i == loop_core) == in_loop) chosen.push_back(cores[i]);
@@ -161,6 +179,8 @@ std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role
   if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
   if (role == "dynamics" && options_.ros_rate > 0.0) arguments.insert(arguments.end(), {"--ros-rate", std::to_string(options_.ros_rate)});
   if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
+  if (role == "logger" && !scenario_.robots.empty()) arguments.insert(arguments.end(), {"--robots", join_robots(scenario_)});
+  if (!find_robot_of(role).empty()) arguments.insert(arguments.end(), {"--robot", find_robot_of(role)});
   if (role == "logger" && options_.force) arguments.push_back("--force");
   if (role == "logger" && options_.durable) arguments.push_back("--durable");
   if (role != "scheduler") return arguments;
@@ -179,10 +199,11 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
   const auto vendor = options_.dds_for.find(role);
   ChildSpec child;
   child.role = role;
-  const bool is_command = role == "controller" && !options_.controller.empty();
+  const auto command = options_.commands.find(role);
+  const bool is_command = command != options_.commands.end();
   auto& arguments = child.arguments;
   if (is_command) {
-    arguments = options_.controller;
+    arguments = command->second;
     arguments[0] = find_command(arguments[0]);
   } else {
     arguments = {find_program(program == options_.programs.end() ? get_default_program(role) : program->second)};
@@ -201,16 +222,23 @@ ChildSpec ProcessRun::make_child(const std::string& role) const {
 
 // Robot and scenario come over the bus. What comes from files are meshes and the motion that a controller plays.
 std::vector<std::string> ProcessRun::find_files_of(const std::string& role) const {
-  if (role == "controller") return scenario_.controller.type == "motion" ? std::vector<std::string>{scenario_.controller.motion} : std::vector<std::string>{};
+  if (is_controller(role)) return find_motion(find_robot_of(role));
   if (role == "dynamics" && options_.programs.count(role) == 0) return {};
-  std::vector<std::string> files;
   const RobotDescription robot = load_robot(scenario_);
-  const auto add = [&files](const CollisionShape& shape) {
-    if (!shape.mesh.empty()) files.push_back(shape.mesh);
-  };
-  if (role != "vision") std::for_each(robot.shapes.begin(), robot.shapes.end(), add);
-  else for (const VisualShape& visual : robot.visuals) add(visual.shape);
+  std::vector<std::string> files = list_meshes(robot, role == "vision");
+  for (const OtherRobot& other : robot.robots) {
+    for (const std::string& file : list_meshes(other.description, role == "vision")) files.push_back(file);
+  }
   return files;
+}
+
+// The file that a controller plays: of another robot, or of the first one (""). None or one.
+std::vector<std::string> ProcessRun::find_motion(const std::string& robot) const {
+  Scenario scenario = scenario_;
+  for (const RobotPlacement& placement : scenario_.robots) {
+    if (placement.name == robot) scenario = load_scenario(placement.scenario);
+  }
+  return scenario.controller.type == "motion" ? std::vector<std::string>{scenario.controller.motion} : std::vector<std::string>{};
 }
 
 void ProcessRun::start_remote(const std::string& role) {
@@ -275,7 +303,7 @@ void ProcessRun::start_all() {
   entry.secured = !options_.secure.empty();
   claim_.describe(entry);
   // Children first: this process has no threads yet.
-  for (const std::string& role : get_roles()) {
+  for (const std::string& role : list_roles(scenario_)) {
     if (is_left_out(role) || !is_needed(role)) continue;
     if (options_.on.count(role) > 0) {
       start_remote(role);
@@ -306,7 +334,7 @@ void ProcessRun::start_viewer() {
 // A command line that takes a free place, whatever else runs on this machine.
 std::string ProcessRun::make_join_command(const std::string& role) const {
   // The template of the tree: with our own controller there would have been no need to leave the place free.
-  std::string command = find_own_folder() + "/" + (role == "controller" ? "my-controller" : get_default_program(role));
+  std::string command = find_own_folder() + "/" + (is_controller(role) ? "my-controller" : get_default_program(role));
   if (access(command.c_str(), X_OK) != 0) command = "scripts/build.sh " + get_file_name(command) + " && " + command;
   command += " --run " + std::to_string(getpid());
   if (!options_.secure.empty()) command += " --secure " + quote_word(options_.secure);
@@ -318,9 +346,11 @@ void ProcessRun::say_what_is_missing() {
   for (const std::string& role : options_.without) {
     std::printf("The place of %s is free, on DDS domain %d (%s). To join from another terminal:\n  %s\n", role.c_str(),
                 claim_.domain(), options_.dds.c_str(), make_join_command(role).c_str());
-    if (role == "controller") {
-      std::printf("  source: controller/template/my_controller.cpp; any program that reads hrp/sensor_data and answers each\n"
-                  "  sample with hrp/joint_commands of the same epoch and step will do (docs/client_in_c.md)\n");
+    if (is_controller(role)) {
+      std::printf("  source: controller/template/my_controller.cpp; any program that reads %s and answers each\n"
+                  "  sample with %s of the same epoch and step will do (docs/client_in_c.md)\n",
+                  topics::of_robot(topics::kSensorData, find_robot_of(role)).name.c_str(),
+                  topics::of_robot(topics::kJointCommands, find_robot_of(role)).name.c_str());
     }
   }
   std::fflush(stdout);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/robot/closed_chains.h"
+#include "common/robot/movers.h"
 #include "common/robot/world_text.h"
 #include "controller/node.h"
 #include "servers/model_parser/robot_loader.h"
@@ -27,45 +28,70 @@ Trial::Trial(const Scenario& scenario, const ControllerMaker& make_controller)
     : robot_(load_robot(scenario)), scenario_(adopt_loops(adopt_world(scenario, robot_.scenario), robot_.scenario)), world_(robot_, scenario_),
       engine_(std::make_unique<SimulatorEngine>(robot_, scenario_)), controlled_(make_robot(robot_, scenario_)),
       controller_(make_controller(controlled_)) {
+  for (const Mover& mover : make_movers(robot_, scenario_)) {
+    if (!mover.is_robot) continue;
+    const Robot robot = make_robot(mover.robot, mover.scenario);
+    others_.push_back({robot, make_scenario_controller(robot)});
+  }
+  start_controllers();
+}
+
+void Trial::start_controllers() {
   controller_->start(controlled_);
+  for (Driver& other : others_) other.controller->start(other.robot);
 }
 
 void Trial::reset() {
   engine_->reset();
   step_ = 0;
   fault_.clear();
-  controller_->start(controlled_);
+  start_controllers();
 }
 
 bool Trial::reset_to(const State& state) {
   if (!engine_->reset_to(state)) return false;
   step_ = 0;
   fault_.clear();
-  controller_->start(controlled_);
+  start_controllers();
   return true;
 }
 
-TrialState Trial::save() const { return {engine_->simulator(), engine_->movable_objects(), controller_->clone(), command_, step_}; }
+TrialState Trial::save() const {
+  TrialState state{engine_->simulator(), engine_->other_bodies(), controller_->clone(), {}, command_, step_};
+  for (const Driver& other : others_) state.other_controllers.push_back(other.controller->clone());
+  return state;
+}
 
 void Trial::restore(const TrialState& kept) {
-  engine_->restore(kept.simulator, kept.objects);
+  engine_->restore(kept.simulator, kept.others);
   if (kept.controller) controller_ = kept.controller->clone();
+  for (size_t k = 0; k < kept.other_controllers.size(); ++k) {
+    if (kept.other_controllers[k]) others_[k].controller = kept.other_controllers[k]->clone();
+  }
   command_ = kept.command;
   step_ = kept.step;
   fault_.clear();
 }
 
-void Trial::ask_controller() {
+SensorData Trial::make_sensors(const SensorSample& sample) const {
   SensorData sensors;
-  static_cast<SensorSample&>(sensors) = engine_->sensors();
+  static_cast<SensorSample&>(sensors) = sample;
   sensors.time = time();
   sensors.step = static_cast<unsigned long long>(step_);
+  return sensors;
+}
+
+void Trial::ask_controllers() {
+  SensorData sensors = make_sensors(engine_->sensors());
   if (tamper) tamper(&sensors);
   command_ = controller_->control(sensors, controlled_);
+  for (size_t k = 0; k < others_.size(); ++k) {
+    engine_->command_other(k, others_[k].controller->control(make_sensors(engine_->other_sensors(k)), others_[k].robot));
+  }
 }
 
 bool Trial::step() {
-  if (step_ % scenario_.control_period == 0) ask_controller();
+  if (step_ % scenario_.control_period == 0) ask_controllers();
   fault_ = engine_->step(world_.calc_contacts(engine_->state(), engine_->objects()), command_);
   if (fault_.empty()) ++step_;
   return fault_.empty();

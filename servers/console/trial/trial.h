@@ -30,15 +30,16 @@ struct TrialResult {
 // What decides the future of a run: physics with all memories, the command that acts, the controller's memory.
 struct TrialState {
   Simulator simulator;
-  MovableObjects objects;
+  OtherBodies others;
   std::shared_ptr<const Controller> controller;  // none: it cannot be copied
+  std::vector<std::shared_ptr<const Controller>> other_controllers;  // of the other robots, likewise
   JointCommand command;
   long step = 0;
 };
 
 class Trial {
  public:
-  // With the scenario's controller, or another one. Throws InputError.
+  // With the scenario's controller, or another one; its other robots have those of their own scenarios. Throws InputError.
   explicit Trial(const Scenario& scenario, const ControllerMaker& make_controller = make_scenario_controller);
   // Stands between dynamics and the controller: what it changes is what the controller sees.
   std::function<void(SensorData*)> tamper;
@@ -70,7 +71,13 @@ class Trial {
   const Scenario& scenario() const { return scenario_; }
 
  private:
-  void ask_controller();
+  struct Driver {
+    Robot robot;
+    std::unique_ptr<Controller> controller;
+  };
+  SensorData make_sensors(const SensorSample& sample) const;
+  void start_controllers();
+  void ask_controllers();
 
   RobotDescription robot_;
   Scenario scenario_;  // as given, with the loops of the robot's description
@@ -78,6 +85,7 @@ class Trial {
   std::unique_ptr<SimulatorEngine> engine_;
   Robot controlled_;
   std::unique_ptr<Controller> controller_;
+  std::vector<Driver> others_;  // of the other robots
   JointCommand command_;
   long step_ = 0;
   std::string fault_;

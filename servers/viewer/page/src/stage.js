@@ -29,6 +29,7 @@ export class Stage {
     this.note = note;
     this.layers = { total: true, spring: false, damper: false, friction: false, points: false, polygon: true, zmp: true, ghost: true };
     this.robots = [null, null];
+    this.others = [];  // other robots of the scenario
     this.scenes = [null, null];
     this.frames = [null, null];
     this.largestForce = 0;  // [N] seen so far: scales the arrows
@@ -87,6 +88,7 @@ export class Stage {
   setScene(slot, scene, source) {
     this.robots[slot]?.dispose();
     this.robots[slot] = null;
+    if (slot === 0) this.setOthers(scene?.robots ?? [], source);
     this.scenes[slot] = scene;
     this.frames[slot] = null;
     this.dirty = true;
@@ -102,6 +104,16 @@ export class Stage {
       return;
     }
     if (slot === 0) this.setGround(scene);
+  }
+
+  setOthers(models, source) {
+    this.others.forEach((robot) => robot.dispose());
+    this.others = models.map((model) => {
+      const robot = new Robot(model, `${source}&robot=${encodeURIComponent(model.name)}`, null, () => { this.dirty = true; });
+      robot.model.visible = false;
+      this.world.add(robot.model);
+      return robot;
+    });
   }
 
   setGround(scene) {
@@ -170,6 +182,10 @@ export class Stage {
     if (slot === 1) return;
     this.note.textContent = "";
     this.moveObjects(state.objects);
+    this.others.forEach((other, i) => {
+      other.model.visible = Boolean(state.robots?.[i]);
+      if (state.robots?.[i]) other.show(state.robots[i]);
+    });
     this.calcForces(topics);
     if (first) this.lookAtRobot();
   }
@@ -185,7 +201,7 @@ export class Stage {
     const contacts = topics["hrp/contact_forces"];
     this.zmp = null;
     if (contacts) {
-      this.feet = sumFeet(contacts, scene.feet);
+      this.feet = sumFeet(contacts, [...scene.feet, ...(scene.robots ?? []).flatMap((robot) => robot.feet)]);
       this.zmp = calcZmp(contacts, this.plane);
     } else {
       this.feet = this.readWrenches(topics["hrp/sensor_data"]);
@@ -339,6 +355,8 @@ export class Stage {
       robots: this.robots.map((robot) => robot && { visible: robot.model.visible, links: Object.keys(robot.model.links).length,
                                                      joints: Object.keys(robot.model.joints).length, position: robot.model.position.toArray(),
                                                      missing: [...robot.missing] }),
+      others: this.others.map((robot) => ({ visible: robot.model.visible, links: Object.keys(robot.model.links).length,
+                                            position: robot.model.position.toArray() })),
       arrows: this.drawn ?? [],
       forceScale: this.forceScale,
       obstacles: (this.groundScene?.obstacles ?? []).map(({ name, shape, triangles }) => ({ name, shape, triangles: (triangles?.length ?? 0) / 3 })),

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "common/robot/movers.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "common/base/diagnostics.h"
+#include "common/spatial/rpy.h"
+
+namespace hrp {
+namespace {
+
+// Of even density: about its middle, along its axes.
+LinkInertia calc_object_inertia(const ObjectSpec& object) {
+  LinkInertia inertia;
+  inertia.mass = object.mass;
+  const Vector3d s = object.size.cwiseProduct(object.size);
+  Vector3d moments;
+  if (object.shape == "box") {
+    moments = object.mass / 12.0 * Vector3d(s.y() + s.z(), s.z() + s.x(), s.x() + s.y());
+  } else if (object.shape == "sphere") {
+    moments.setConstant(0.4 * object.mass * s.x());
+  } else {  // radius and length along z
+    const double across = object.mass * (3.0 * s.x() + s.y()) / 12.0;
+    moments = {across, across, 0.5 * object.mass * s.x()};
+  }
+  inertia.I_LLcm_L = moments.asDiagonal();
+  return inertia;
+}
+
+CollisionShape make_object_shape(const ObjectSpec& object) {
+  CollisionShape shape;
+  shape.name = object.name;
+  shape.size = object.size;
+  shape.kind = object.shape == "sphere" ? ShapeKind::kSphere : object.shape == "cylinder" ? ShapeKind::kCylinder : ShapeKind::kBox;
+  shape.sole = true;
+  return shape;
+}
+
+RobotDescription make_object_robot(const ObjectSpec& object, const RobotDescription& robot) {
+  RobotDescription result;
+  LinkSpec link;
+  link.name = object.name;
+  link.inertia = calc_object_inertia(object);
+  result.tree.name = object.name;
+  result.tree.links.push_back(link);
+  result.tree.frames.push_back({object.name, 0, Transform(), link.inertia});
+  result.shapes.push_back(make_object_shape(object));
+  result.visuals.push_back({result.shapes.back(), object.color});
+  result.surfaces = robot.surfaces;
+  return result;
+}
+
+// What all that moves in a scenario shares.
+void set_world(const Scenario& world, Scenario* scenario) {
+  scenario->gravity_W = world.gravity_W;
+  scenario->time_step = world.time_step;
+  scenario->control_period = world.control_period;
+  scenario->contact = world.contact;
+  scenario->ground = world.ground;
+  scenario->obstacles = world.obstacles;
+  scenario->objects.clear();
+  scenario->robots.clear();
+}
+
+// Of two coefficients of friction the smaller one.
+Scenario make_object_scenario(const ObjectSpec& object, const Scenario& world) {
+  Scenario result;
+  result.path = world.path;
+  result.marks = world.marks;
+  set_world(world, &result);
+  result.integrator = world.integrator;
+  result.contact.model = "spring_damper";
+  result.no_contact = world.no_contact;
+  result.max_sole_points = world.max_sole_points;
+  result.feet = {object.name};
+  result.initial_position = object.X_WO.p;
+  result.initial_height_given = true;
+  result.initial_rpy = calc_rpy(object.X_WO.R);
+  result.ground.friction = std::min(world.ground.friction, object.friction);
+  for (ObstacleSpec& obstacle : result.obstacles) obstacle.friction = std::min(obstacle.friction, object.friction);
+  return result;
+}
+
+Mover make_object(const ObjectSpec& object, const RobotDescription& robot, const Scenario& scenario) {
+  Mover mover;
+  mover.name = object.name;
+  mover.robot = make_object_robot(object, robot);
+  mover.scenario = make_object_scenario(object, scenario);
+  mover.friction = object.friction;
+  mover.V_WB = object.V_WO;
+  return mover;
+}
+
+[[noreturn]] void refuse(const Scenario& scenario, const std::string& key, const std::string& message) {
+  throw InputError(scenario.make_diagnostic(key, message));
+}
+
+std::string format_period(double seconds) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%g s", seconds);
+  return text;
+}
+
+// All robots step together, and are asked for commands together.
+void check_fits(const Scenario& own, const RobotPlacement& placement, const Scenario& world) {
+  const std::string key = "robots." + placement.name + ".scenario";
+  const auto check = [&](const char* name, double its, double expected) {
+    if (its == expected) return;
+    refuse(world, key, "'" + own.path + "' has steps." + name + " " + format_period(its) + ", expected " + format_period(expected) +
+                           " as in this scenario: all robots step together");
+  };
+  check("time_step", own.time_step, world.time_step);
+  check("control_period", own.time_step * own.control_period, world.time_step * world.control_period);
+  if (!own.robots.empty()) refuse(world, key, "'" + own.path + "' has robots of its own; name all of them in this scenario");
+  if (own.sensors.has_vision()) refuse(world, key, "'" + own.path + "' has cameras or lidars, which only the first robot may have");
+}
+
+Mover make_other_robot(const OtherRobot& other, const RobotPlacement& placement, const RobotDescription& robot, const Scenario& scenario) {
+  const Scenario own = parse_scenario(other.description.scenario, other.description.scenario_path);
+  check_fits(own, placement, scenario);
+  Mover mover;
+  mover.name = other.name;
+  mover.is_robot = true;
+  mover.robot = other.description;
+  mover.robot.surfaces = robot.surfaces;
+  mover.scenario = place_in_world(own, placement, scenario);
+  mover.friction = scenario.ground.friction;
+  return mover;
+}
+
+}  // namespace
+
+std::string Mover::name_body(int link) const {
+  return is_robot ? name + "/" + robot.tree.links[static_cast<size_t>(link)].name : name;
+}
+
+Scenario place_in_world(const Scenario& own, const RobotPlacement& placement, const Scenario& world) {
+  Scenario placed = own;
+  set_world(world, &placed);
+  placed.initial_rpy.z() += placement.yaw;
+  placed.initial_position = make_rotation_from_rpy({0.0, 0.0, placement.yaw}) * own.initial_position + placement.position;
+  return placed;
+}
+
+std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& scenario) {
+  std::vector<Mover> movers;
+  for (const ObjectSpec& object : scenario.objects) movers.push_back(make_object(object, robot, scenario));
+  if (robot.robots.size() != scenario.robots.size()) {
+    refuse(scenario, "robots", "names " + std::to_string(scenario.robots.size()) + " robots, the description has " +
+                                   std::to_string(robot.robots.size()));
+  }
+  for (size_t i = 0; i < robot.robots.size(); ++i) movers.push_back(make_other_robot(robot.robots[i], scenario.robots[i], robot, scenario));
+  int body = kFirstObject;
+  for (Mover& mover : movers) {
+    mover.first_body = body;
+    body += mover.num_bodies();
+  }
+  return movers;
+}
+
+}  // namespace hrp

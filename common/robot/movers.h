@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Everything that moves beside the robot: the scenario's objects, then its other robots. An object is a robot of one link,
+// so that everything that is known of robots and the world holds for both.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/multibody/state.h"
+#include "common/robot/robot_description.h"
+#include "common/robot/scenario.h"
+#include "common/robot/signals.h"
+
+namespace hrp {
+
+struct Mover {
+  std::string name;
+  bool is_robot = false;
+  RobotDescription robot;
+  Scenario scenario;       // the world as this mover meets it, without other movers
+  double friction = 0.8;   // of its bodies: where two bodies meet, the smaller one counts
+  Vector6d V_WB = Vector6d::Zero();  // [rad/s; m/s] of its base at step 0
+  int first_body = kFirstObject;     // body index of its base; its other links follow
+
+  int num_bodies() const { return static_cast<int>(robot.tree.links.size()); }
+  bool has(int body) const { return body >= first_body && body < first_body + num_bodies(); }
+  // "crate" of an object, "partner/L_ANKLE_R_LINK" of a robot's link.
+  std::string name_body(int link) const;
+};
+
+// In the order of their bodies. Throws InputError: a scenario of another robot that is no scenario, or that does not go
+// with this one (another time step or control period, cameras).
+std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& scenario);
+
+// The scenario of another robot with the world of `world`, and its start pose where `placement` says.
+Scenario place_in_world(const Scenario& own, const RobotPlacement& placement, const Scenario& world);
+
+}  // namespace hrp

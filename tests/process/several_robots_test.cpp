@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Several robots in the server set: a controller process and topics of its own for each, and the bits of one process.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+
+#include "common/messages/topics.h"
+#include "test_places.h"
+#include "tests/process/server_set.h"
+
+namespace hrp::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models";
+
+// The box of test_robots beside a robot that does squats.
+std::string write_world(const std::string& name, const std::string& duration = "0.5") {
+  const std::string path = get_test_folder() + "/" + name + ".yaml";
+  std::ofstream(path) << "robot: " << kModels << "/test_robots/box.urdf\nfeet: [box]\ninitial: {position: [3, 0, 0.1]}\n"
+                      << "robots:\n  partner: {scenario: " << kModels << "/scenarios/squat.yaml, yaw: 0.5}\n"
+                      << "controller: {type: hold}\nsteps: {duration: " << duration << "}\n";
+  return path;
+}
+
+std::map<std::string, TopicDigest> run(const std::string& name, std::vector<std::string> options) {
+  options.insert(options.begin(), {write_world("robots"), "--force"});
+  ServerSet set(name, options);
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  return digest_log(set.log());
+}
+
+TEST(Robots, HaveTheSameBitsInOneProcessAndInSeven) {
+  const auto reference = run("robots-one", {"--in-process"});
+  EXPECT_EQ(reference.at("hrp/robot_state").count, 501u);
+  EXPECT_EQ(reference.at("hrp/partner/sensor_data").count, 101u);
+  EXPECT_EQ(reference.at("hrp/partner/joint_commands").count, 100u);
+  EXPECT_EQ(run("robots-cyclone", {"--dds", "cyclone"}), reference);
+  EXPECT_EQ(run("robots-fast", {"--dds", "fast"}), reference);
+  EXPECT_EQ(run("robots-mixed", {"--dds-for", "controller.partner=fast"}), reference);
+}
+
+TEST(Robots, AControllerOfOnesOwnDrivesOneOfThem) {
+  ServerSet set("robots-own", {write_world("own"), "--controller-of", "partner=my-controller"});
+  EXPECT_EQ(set.wait(), 0) << set.output();
+  EXPECT_EQ(find_last_step(set.log()), 500);
+}
+
+TEST(Robots, TheirPlacesAreFilledByTheCommandThatTheRunPrints) {
+  ServerSet set("robots-place", {write_world("place"), "--without", "controller.partner"});
+  ASSERT_TRUE(wait_until([&] { return set.output().find("--robot partner") != std::string::npos || set.has_ended(); })) << set.output();
+  EXPECT_THAT(set.output(), HasSubstr("hrp/partner/sensor_data"));
+  Program controller({"my-controller", "--run", std::to_string(set.process_id()), "--robot", "partner"});
+  EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
+  EXPECT_EQ(controller.wait(), 0) << controller.output();
+}
+
+TEST(Robots, TheControllerThatDiesIsNamed) {
+  ServerSet set("robots-dies", {write_world("dies", "0"), "--controller-of", "partner=my-controller"});
+  ASSERT_TRUE(set.wait_for_step(50)) << set.output();
+  kill(set.find_server("my-controller"), SIGKILL);
+  EXPECT_EQ(set.wait(), 1);
+  EXPECT_THAT(set.output(), HasSubstr("controller.partner (my-controller"));
+}
+
+TEST(Robots, ACommandThatCannotBeIsBlamedOnItsController) {
+  ServerSet set("robots-nan", {write_world("nan"), "--program", "controller.partner=hrp-odd-controller-nan"});
+  EXPECT_EQ(set.wait(), 1);
+  EXPECT_THAT(set.output(), HasSubstr("controller.partner sent NaN"));
+}
+
+TEST(Robots, ARobotThatIsNotThereIsSaid) {
+  ServerSet set("robots-none", {write_world("none"), "--without", "controller.walker"});
+  EXPECT_EQ(set.wait(), 2);
+  EXPECT_THAT(set.output(), HasSubstr("has no robot 'walker', which --without names"));
+}
+
+TEST(Robots, AnEngineThatSimulatesOneRobotRefuses) {
+  ServerSet set("robots-mujoco", {write_world("mujoco"), "--program", "dynamics=hrp-dynamics-mujoco"});
+  EXPECT_NE(set.wait(), 0);
+  EXPECT_THAT(set.output(), HasSubstr("another robot is not in the MuJoCo dynamics server"));
+}
+
+}  // namespace
+}  // namespace hrp::test
