@@ -121,7 +121,7 @@ TEST(Scenario, BadInputIsNamedWithLineKeyValueAndExpectation) {
       {"robot: a.urdf\nobstacles: {b: {shape: height_field, file: a.csv, spacing: 0}}", "obstacles.b.spacing: is '0'"},
       {"robot: a.urdf\nobstacles: {b: {shape: mesh, file: a.obj, spacing: 1}}", "obstacles.b.spacing: unknown key"},
       {"robot: a.urdf\nobstacles: {b: {shape: sphere, radius: 1, mass: 2}}", "2:49: error: obstacles.b.mass: obstacles are fixed"},
-      {"robot: a.urdf\nrobots: [b.urdf, c.urdf]", "robots: a scenario has one 'robot'"},
+      {"robot: a.urdf\nrobots: [b.urdf, c.urdf]", "robots: is a list of 2, expected a mapping"},
       {"robot: a.urdf\nobjects: {ball: {shape: sphere, radius: 1, position: [0, 0, 1]}}", "objects.ball.mass: is missing"},
       {"robot: a.urdf\ncontact: {model: impulse}\nobjects: {ball: {shape: sphere, radius: 1, mass: 1, position: [0, 0, 1]}}", "objects: do not go with"},
       {"robot: a.urdf\nground: {type: mesh}", "ground.type: is 'mesh', expected plane or none; give an obstacle of shape mesh"},
