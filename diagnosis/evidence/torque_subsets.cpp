@@ -112,32 +112,52 @@ class SubsetSearch {
     return std::find(joint_.barred.begin(), joint_.barred.end(), &row) != joint_.barred.end();
   }
 
-  // Of rows with several shapes the one that helps most beside the usual terms. A gear that is hard to turn backwards only
-  // if it is worth its cost beside all of these: load-dependent friction says much of it, too.
+  // Of rows with several shapes the one that helps most beside the usual terms. A gear that is hard to turn backwards, and
+  // hysteresis, only if they are worth their cost beside all of these: friction says much of them, too.
   Terms list_pool() const {
     Terms pool, base;
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
       const TermRow& row = *joint_.terms[t].row;
-      if (is_barred(row) || row.scanned || row.scales_model || row.backwards || (row.scales_effort && !joint_.loaded)) continue;
+      if (is_barred(row) || row.scanned || row.scales_model || row.only_beside_all || (row.scales_effort && !joint_.loaded)) continue;
       pool.push_back(t);
       if (row.usual || row.is_constant()) base.push_back(t);
     }
     Terms all = base;
     for (const TermRow& row : list_term_rows()) {
-      if (is_barred(row) || !row.scanned || (row.late && timing_ == Timing::kAsRecorded)) continue;
+      if (is_barred(row) || !row.scanned || row.only_beside_all || (row.late && timing_ == Timing::kAsRecorded)) continue;
       add_best(row, base, 1e300, &pool, &all);
     }
-    const TermRow& gear = find_term_row(&TermRow::backwards);
     const double without = cross_validate(folds_, total_, list_own(joint_, all));
-    if (!is_barred(gear)) add_best(gear, all, without * calc_worth(gear), &pool, &all);
+    for (const TermRow& row : list_term_rows()) {
+      if (row.whole || !row.only_beside_all || is_barred(row)) continue;
+      const double least = row.memory ? std::min(without, calc_pre_sliding(row, all)) : without;
+      add_best(row, all, least * calc_worth(row), &pool, &all);
+    }
     return pool;
+  }
+
+  // Mean square with all dry friction of constant level acting through a memory: friction that bends before it slips. Only
+  // hysteresis beside a level that acts at once leaves less.
+  double calc_pre_sliding(const TermRow& memory, const Terms& all) const {
+    Terms beside;
+    for (size_t t : all) {
+      if (!joint_.terms[t].row->level) beside.push_back(t);
+    }
+    double least = 1e300;
+    for (size_t t = 0; t < joint_.terms.size(); ++t) {
+      if (joint_.terms[t].row != &memory) continue;
+      Terms with = beside;
+      with.push_back(t);
+      least = std::min(least, cross_validate(folds_, total_, list_own(joint_, with)));
+    }
+    return least;
   }
 
   // The joint's term of a row that leaves least beside given ones, if that is less than `least`.
   void add_best(const TermRow& row, const Terms& beside, double least, Terms* pool, Terms* all) const {
     size_t chosen = joint_.terms.size();
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
-      if (joint_.terms[t].row != &row) continue;
+      if (joint_.terms[t].row != &row || joint_.terms[t].shape < row.least_shape) continue;
       Terms with = beside;
       with.push_back(t);
       const double cross = cross_validate(folds_, total_, list_own(joint_, with));
@@ -156,13 +176,14 @@ class SubsetSearch {
 
 }  // namespace
 
-// A Stribeck curve is an excess over a level, a spring has a constant of its own, a lag and a delay look alike. A gear
+// A Stribeck curve is an excess over a level, hysteresis stands beside one (pre-sliding looks like it), a spring has a constant of its own, a lag and a delay look alike. A gear
 // with the loss 2 mu backwards and a gain of 1 + mu are load-dependent friction mu in two terms.
 bool is_sensible(const JointDesign& joint, const std::vector<size_t>& terms) {
   const auto count = [&](const auto& is) {
     return std::count_if(terms.begin(), terms.end(), [&](size_t t) { return is(*joint.terms[t].row); });
   };
-  if (has(joint, terms, &TermRow::excess) && count([](const TermRow& r) { return r.is_dry(); }) == 0) return false;
+  const bool needs_level = has(joint, terms, &TermRow::excess) || has(joint, terms, &TermRow::memory);
+  if (needs_level && count([](const TermRow& r) { return r.is_dry(); }) == 0) return false;
   if (has(joint, terms, &TermRow::backwards) && has(joint, terms, &TermRow::scales_effort)) return false;
   return count([](const TermRow& r) { return r.effect->family == EffectFamily::kTiming; }) < 2 &&
          count([](const TermRow& r) { return r.constant >= 0; }) < 2;

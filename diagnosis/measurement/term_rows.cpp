@@ -27,6 +27,9 @@ constexpr double kLeastGain = 0.5, kMostGain = 2.0;
 
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
 constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};
+// Yield angles [rad] by factors of kYieldStep to a fifth of the joint's range; half a step is what the next one would fit
+// as well. Below kFirstYield it is what dry friction does before it slips.
+constexpr double kFirstPreSliding = 0.001, kFirstYield = 0.004, kYieldStep = 1.4, kYieldTravel = 0.2, kYieldStd = 0.25;
 constexpr double kFast = 0.9;
 // [s] A delay's torque is linear in the delay near one of these: with r'' of 10 rad/s^2 and 200 N m/rad, the square of
 // 12 ms is 0.14 N m.
@@ -84,6 +87,13 @@ Matrix calc_late_log(const TorqueData&, const R& r, const Term& t) {
   return out;
 }
 
+// From rest in the middle of its range: what was before the recording is forgotten after a few yield angles.
+Matrix calc_memory(const TorqueData& data, const R& r, const Term& t) {
+  Vector z = Vector::Zero(r.q.rows());
+  for (long k = 1; k < z.size(); ++k) z[k] = t.effect().torque.advance(z[k - 1], r.q(k, t.place) - r.q(k - 1, t.place), &t.shape);
+  return data.condition(r, z);
+}
+
 Matrix calc_ripple(const TorqueData& data, const R& r, const Term& t) {
   Matrix out(r.kept(), 2);
   out.col(0) = data.condition(r, (t.shape * r.q.col(t.place).array()).sin().matrix());
@@ -97,6 +107,15 @@ std::vector<double> list_stribeck_velocities(const TorqueData& data, int joint) 
   for (double share : kStribeckShares) {
     if (share * fast > data.slow[static_cast<size_t>(joint)]) list.push_back(share * fast);
   }
+  return list;
+}
+
+// Those that the joint passes: behind a larger one it is a spring.
+std::vector<double> list_yield_angles(const TorqueData& data, int joint) {
+  double low = 1e300, high = -1e300;
+  for (const R& r : data.recordings) low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
+  std::vector<double> list;
+  for (double yield = kFirstPreSliding; yield < kYieldTravel * (high - low); yield *= kYieldStep) list.push_back(yield);
   return list;
 }
 
@@ -131,6 +150,12 @@ TermValues make_cogging(const Term& t, const Vector& x, const Vector& s) {
 }
 Vector take_cogging(const std::vector<double>& p) { return Eigen::Vector2d(-p[0] * std::cos(p[2]), -p[0] * std::sin(p[2])); }
 
+// The coefficient is the torque of the element that has yielded: stiffness times yield angle.
+TermValues make_hysteresis(const Term& t, const Vector& x, const Vector& s) {
+  return {{x[0] / t.shape, t.shape}, {std::hypot(s[0], kYieldStd * x[0]) / t.shape, kYieldStd * t.shape}};
+}
+Vector take_hysteresis(const std::vector<double>& p) { return Vector::Constant(1, p[0] * p[1]); }
+
 }  // namespace
 
 double find_fast_speed(const TorqueData& data, int joint) {
@@ -152,7 +177,7 @@ std::vector<TermRow> make_joint_rows() {
       Row("coulomb_friction", 0.5, kSpeeds).column(&calc_direction).positive().is(&T::usual).is(&T::of_motor_and_gear).is(&T::level),
       Row("load_dependent_friction", 2.0, kSpeeds).column(&calc_load).within(0.0, kMostLoss).is(&T::of_motor_and_gear).is(&T::by_load),
       Row("backdriving_friction", 2.0, kSpeeds).column(&calc_backwards).within(0.0, kMostHeld).is(&T::needs_drive)
-          .is(&T::of_motor_and_gear).is(&T::backwards),
+          .is(&T::of_motor_and_gear).is(&T::backwards).is(&T::only_beside_all),
       Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::needs_drive).is(&T::usual).is(&T::of_motor_and_gear),
       // ln 2: as many torque constants are off as right; by how much costs, too.
       Row("torque_constant_error", 0.7, kPostures).column(&calc_smooth).within(1.0 - kMostGain, 1.0 - kLeastGain)
@@ -170,7 +195,10 @@ std::vector<TermRow> make_joint_rows() {
           .is(&T::scanned).is(&T::late),
       Row("stribeck_friction", 2.0, kSpeeds).column(&calc_excess).shapes(&list_stribeck_velocities).positive().shaped_by(2).is(&T::excess),
       Row("cogging", 3.0, kSweeps).column(&calc_ripple, 2).shapes(&find_ripples).parameters(&make_cogging, &take_cogging)
-          .shaped_by(1).is(&T::needs_drive)};
+          .shaped_by(1).is(&T::needs_drive),
+      Row("hysteresis", 3.0, kReversals).column(&calc_memory).shapes(&list_yield_angles).positive()
+          .parameters(&make_hysteresis, &take_hysteresis).shaped_by(1).shape_from(kFirstYield)
+          .is(&T::memory).is(&T::only_beside_all)};
 }
 
 bool TermRow::allows(const Vector& coefficients, double reach) const {

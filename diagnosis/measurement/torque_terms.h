@@ -5,6 +5,7 @@
 //   viscous b v; dry c s; growing with load mu |tau| s; of a gear that the load drives
 //   backwards mu |tau| s where tau s < 0; Stribeck (f_s - f_c) exp(-(v / v_s)^2) s; rotor J a;
 //   true torque k times the effort: (1 - k) y, or (1/k - 1) tau; constant; spring k (q - rest); lag or delay T dy/dt;
+//   hysteresis k q_y z, z the state of a Bouc-Wen element along the recorded motion, for several yield angles q_y;
 //   late commands T (c(t) - c(t - T0)) / T0 with c = kp r + kd r', for several T0, of which the one nearest to T fits
 //   best; an effort that is logged T late -T (y(t + T0) - y(t)) / T0; cogging A sin(p q + phase).
 // The factor k by either column: errors of tau (accelerations) draw the second one down, physics that is left out draws
@@ -26,7 +27,7 @@ class WholeColumns;  // measurement/whole_columns.cpp
 struct Term {
   const TermRow* row = nullptr;
   int place = 0;       // joint, or link
-  double shape = 0.0;  // Stribeck velocity [rad/s], cogging [1/rad], delay T0 [s]
+  double shape = 0.0;  // Stribeck velocity [rad/s], cogging [1/rad], delay T0 [s], yield angle [rad]
 
   int columns() const;
   bool whole() const;  // rows of every joint, else of `place` alone
@@ -66,12 +67,15 @@ struct TermRow {
   bool usual = false;          // every drive has it
   bool of_motor_and_gear = false;  // losses and rotors: where they are known the drive is
   bool scanned = false;        // of several shapes in one joint one is tried
+  bool only_beside_all = false;  // tried only where it pays beside all other terms: they say much of it, too
   bool late = false;           // commands that come late
   bool of_log = false;         // a fault of the recorded effort, not of the joint
   bool factor = false;         // 1 + coefficient multiplies: far from one is unlikely
   bool level = false;          // dry friction while the joint moves, whatever the load
   bool by_load = false;        // dry friction that grows with the load
   bool excess = false;         // friction at rest above a level: no law without one, reported with it
+  bool memory = false;         // follows where the joint has been: beside dry friction, whose pre-sliding looks like it
+  double least_shape = 0.0;    // terms of a smaller shape are for comparison only
   bool backwards = false;      // of a gear while the load drives it
   bool scales_effort = false;  // the drive's gain by the recorded effort; its column by the model follows in the list
   bool scales_model = false;   // the drive's gain by the model's torque: the other bound

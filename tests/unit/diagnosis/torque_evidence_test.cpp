@@ -89,6 +89,35 @@ TEST(TorqueEvidence, FrictionAndRotorsOfEveryJointComeOutBesideTextureOfNoList) 
   expect_drives(verdict, hidden);
 }
 
+// Before, friction took its place: three times too large, and a rotor too small by a fifth.
+TEST(TorqueEvidence, HysteresisIsNamedAndLeavesFrictionAndRotorTheirSizes) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kHysteresis, kShoulder, {60.0, 0.02}});
+  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_hysteresis", kArm, kJoints, hidden), 1);
+  const Finding* f = find(verdict, "hysteresis", "shoulder");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+  // Yield angles are tried by factors of 1.5, and the filter rounds the element's corners.
+  EXPECT_NEAR(f->parameters[0].value[0] * f->parameters[1].value[0], 1.2, 0.3) << f->statement;
+  EXPECT_NEAR(f->parameters[1].value[0], 0.02, 0.01) << f->statement;
+  EXPECT_EQ(find(verdict, "hysteresis", "elbow"), nullptr);
+  for (const Effect& truth : make_drives()) {
+    const Finding* drive = find(verdict, get_effect(truth.id).name, kJoints[static_cast<size_t>(truth.place.index)]);
+    ASSERT_NE(drive, nullptr) << get_effect(truth.id).name;
+    EXPECT_NEAR(drive->parameters[0].value[0], truth.p[0], 0.2 * truth.p[0]) << drive->statement;
+  }
+}
+
+// Bristles bend by 3 mrad before they slip, six times what the tool assumes: all friction has that memory.
+TEST(TorqueEvidence, PreSlidingOfDryFrictionIsNoHysteresis) {
+  Hypothesis hidden = make_drives();
+  for (Effect& effect : hidden) {
+    if (effect.id == EffectId::kCoulomb) effect.p[2] = 3e-3;
+  }
+  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_presliding", kArm, kJoints, hidden), 1);
+  for (const std::string& joint : kJoints) EXPECT_EQ(find(verdict, "hysteresis", joint), nullptr) << joint;
+}
+
 TEST(TorqueEvidence, NothingHiddenGivesNoFinding) {
   const Experiment e = make_simulated_experiment("torque_none", kArm, kJoints, {});
   const TorqueVerdict verdict = judge_torque(e, 1);
