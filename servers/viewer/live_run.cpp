@@ -35,7 +35,7 @@ struct LiveRun::Topic {
 };
 
 LiveRun::LiveRun(Bus& bus, bool read_only, std::string token)
-    : bus_(bus), read_only_(read_only), token_(std::move(token)) {
+    : bus_(bus), read_only_(read_only), token_(std::move(token)), pictures_(bus) {
   if (!read_only) control_ = Publisher<msg::RunControl>(bus, topics::kRunControl);
 }
 

@@ -16,6 +16,7 @@
 #include "common/messages/reflection/schema.h"
 #include "hrp_idl/scheduling.h"
 #include "hrp_idl/view.h"
+#include "servers/viewer/live_pictures.h"
 
 namespace hrp {
 
@@ -45,6 +46,7 @@ class LiveRun {
   // False when run control is switched off or the run has nobody who listens.
   bool request(const msg::RunControl& control);
   bool has_control() const { return !read_only_; }
+  LivePictures& pictures() { return pictures_; }
   // Of what comes on run_status: an end is believed when it is signed.
   bool believes(const msg::RunStatus& heard, const msg::RunStatus& news) const;
 
@@ -62,6 +64,7 @@ class LiveRun {
   bool read_only_;
   std::string token_;
   Publisher<msg::RunControl> control_;
+  LivePictures pictures_;
   std::map<std::string, std::unique_ptr<Topic>> topics_;
   bool has_view_ = false;
   std::unique_ptr<Reader> view_;

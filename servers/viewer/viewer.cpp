@@ -162,14 +162,17 @@ std::map<std::string, std::string> Viewer::find_topics() const {
   std::map<std::string, std::string> found;
   if (recordings_.empty()) return found;
   for (const auto& [name, topic] : recordings_[0]->topics()) found[name] = topic.type->name;
+  if (recordings_[0]->pictures()) found.merge(recordings_[0]->pictures()->topics());
   return found;
 }
 
 std::string Viewer::find_schema(const std::string& topic) const {
-  const auto topics = find_topics();
-  const auto found = topics.find(topic);
-  if (found == topics.end()) return "";
-  return live_ ? find_schema_text(found->second) : recordings_[0]->topics().at(topic).schema_text;
+  if (!live_) {
+    const auto recorded = recordings_.empty() ? nullptr : &recordings_[0]->topics();
+    return recorded && recorded->count(topic) ? recorded->at(topic).schema_text : "";
+  }
+  const auto found = live_topics_.find(topic);
+  return found == live_topics_.end() ? "" : find_schema_text(found->second);
 }
 
 void Viewer::show_time(double time) {
@@ -201,10 +204,11 @@ bool Viewer::reads_foxglove(const std::string& topic) const {
 }
 
 void Viewer::peek(const std::string& topic) {
-  if (live_ && live_topics_.count(topic)) peeks_[topic] = Clock::now() + kPeekTime;
+  if (live_ && live_topics_.count(topic) && !is_picture_topic(topic)) peeks_[topic] = Clock::now() + kPeekTime;
 }
 
 void Viewer::tick() {
+  send_pictures();
   if (!live_) return;
   if (Clock::now() >= next_refresh_) refresh_topics();
   update_readers();
@@ -242,10 +246,13 @@ void Viewer::update_readers() {
     }
   }
   for (PageClient* page : pages_) {
-    for (const std::string& signal : page->signals()) wanted.insert(signal.substr(0, signal.find(':')));
+    for (const std::string& signal : page->signals()) {
+      const std::string topic = signal.substr(0, signal.find(':'));
+      if (!is_picture_topic(topic)) wanted.insert(topic);
+    }
   }
   for (const auto& [topic, type] : live_topics_) {
-    if (reads_foxglove(topic)) whole.insert(topic);
+    if (!is_picture(type) && reads_foxglove(topic)) whole.insert(topic);
   }
   // Pictures need no sample of each step.
   for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
@@ -253,6 +260,7 @@ void Viewer::update_readers() {
   }
   wanted.insert(whole.begin(), whole.end());
   live_->read_topics(wanted, whole);
+  read_pictures();
 }
 
 void Viewer::take_description(const Arrivals& arrivals) {
@@ -406,6 +414,9 @@ void Viewer::watch_end() {
     return;
   }
   live_.reset();
+  payloads_.clear();
+  for (PageClient* page : pages_) page->pictures().forget();
+  for (FoxgloveClient* client : foxgloves_) client->pictures().forget();
   send_pages(make_hello(), Urgency::kNeeded);
 }
 
