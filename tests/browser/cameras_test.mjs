@@ -14,6 +14,7 @@ feet: [box]
 initial: {position: [1, 0, 0.6], rpy: [0.4, 0.3, 0.2]}
 sensors:
   camera: {eye: {xyz: [-1, 0, 0.8], rpy: [0, 0.3, 0], width: 32, height: 24, rate: 20}}
+  lidar: {scan: {link: box, xyz: [0, 0, 0.5], columns: 24, rows: 4, elevation: [-1, 0.2], rate: 20}}
 controller: {type: hold}
 steps: {duration: 2}
 logging: {pictures: true}
@@ -57,6 +58,20 @@ function checkPixels(views, logged, what) {
     const expected = paint(image), wrong = views[title].pixels.filter((value, i) => value !== expected[i]).length;
     check(wrong === 0 && views[title].pixels.length === expected.length, `${what}: all ${image.width} x ${image.height} pixels of ${title} at ${views[title].time} s are those of the log`);
   }
+}
+
+// Points that the lidar saw, in its frame; the page has hung them on its link.
+async function checkScan(page, log) {
+  await page.check("#scan-box");
+  const shown = await waitFor("the points of the lidar", () => page.evaluate(() => {
+    const points = window.hrpViewer.stage.scans.shown.get("rt/scan/points");
+    return points && { numbers: [...points.geometry.attributes.position.array], z: points.position.z, link: points.parent.name };
+  }));
+  const scan = atTime(await readLog(log, "rt/scan/points"), 0.05);
+  const numbers = new Float32Array(scan.data.slice().buffer), expected = [];
+  for (let i = 0; i < numbers.length; i += 4) if (Number.isFinite(numbers[i])) expected.push(...numbers.slice(i, i + 3));
+  check(expected.length > 30 && shown.numbers.join() === expected.join(), `${expected.length / 3} points of the lidar are those of the log`);
+  check(shown.link === "box" && shown.z === 0.5, "and they hang on its link");
 }
 
 function checkFoxglove(reader, logged) {
@@ -109,6 +124,7 @@ run(async () => {
     await waitFor(`the picture of ${time} s`, async () => showsTime(await readViews(page), Math.floor(time * 20 + 1e-9) / 20));
     checkPixels(await readViews(page), logged, "recorded");
   }
+  await checkScan(page, simulation.log);
   check(page.faults.length === 0, `the page made no mistake ${page.faults.join("; ")}`);
   await browser.close();
   check((await viewer.end()) === 0, "the viewer ends cleanly");

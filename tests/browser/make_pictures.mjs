@@ -32,6 +32,14 @@ async function makeCameras(browser) {
   await shown.uncheck("[data-camera='rt/beside/image_raw']");
   await shown.check("#scan-box");
   await seek(shown, 5);
+  await shown.evaluate(() => {
+    const { stage } = window.hrpViewer;
+    stage.camera.position.set(-1.6, -3.6, 2.6);
+    stage.controls.target.set(2, 0, 0.5);
+    stage.controls.update();
+  });
+  await waitFor("the points", () => shown.evaluate(() => window.hrpViewer.stage.scans.shown.size > 0));
+  await new Promise((done) => setTimeout(done, 1500));
   await shoot(shown, "viewer_cameras.png");
   await player.end();
 }

@@ -101,7 +101,7 @@ export class CameraPanel {
 
   // Topics by name with their types. The first camera is chosen, others by people.
   setTopics(topics) {
-    const found = Object.keys(topics).filter((topic) => isImage(topics[topic])).sort();
+    const found = Object.keys(topics).filter((topic) => isImage(topics[topic])).sort((a, b) => makeName(a).localeCompare(makeName(b)));
     if (found.join() === this.topics.join()) return;
     this.topics = found;
     this.box.hidden = found.length === 0;
