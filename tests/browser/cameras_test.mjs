@@ -125,6 +125,9 @@ run(async () => {
     checkPixels(await readViews(page), logged, "recorded");
   }
   await checkScan(page, simulation.log);
+  await page.evaluate((topic) => window.hrpViewer.takePicture({ source: 0, topic, error: "the picture's width is 0" }), color);
+  const broken = (await readViews(page)).eye;
+  check(broken.problem === "the picture's width is 0" && broken.pixels.length === 0, "what is wrong with a picture is said in its place");
   check(page.faults.length === 0, `the page made no mistake ${page.faults.join("; ")}`);
   await browser.close();
   check((await viewer.end()) === 0, "the viewer ends cleanly");
