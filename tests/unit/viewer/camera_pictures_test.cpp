@@ -318,7 +318,7 @@ TEST_F(LivePage, FoxgloveReadsTheSameCameraByItsNameInRos2) {
 
 // Ten pictures, one each 0.1 s, in chunks of three, the n-th one with the value n.
 std::string make_log(const std::string& name) {
-  const std::string path = (std::filesystem::path(testing::TempDir()) / name).string();
+  std::string path = (std::filesystem::path(testing::TempDir()) / name).string();
   mcap::Writer writer(mcap::ClaimedFile(path, mcap::Existing::kReplace), mcap::Compression::kZstd);
   const std::string type = topics::make_color_image_topic("").type_name;
   const uint16_t schema = writer.add_schema(type, "omgidl", find_schema_text(type));
