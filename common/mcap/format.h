@@ -65,6 +65,7 @@ struct Message {
   uint64_t publish_time = 0;  // [ns]
   const uint8_t* data = nullptr;
   size_t size = 0;
+  size_t chunk = 0;           // of a message that was read: number of its chunk in the file
 };
 
 // CRC-32 as in zlib (polynomial 0xEDB88320), continued from `crc`; starts at 0.

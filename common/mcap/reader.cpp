@@ -246,6 +246,12 @@ uint64_t Reader::read_messages(const Visit& visit, const std::set<std::string>& 
   return count;
 }
 
+uint64_t Reader::read_chunk(size_t chunk, const Visit& visit) {
+  uint64_t count = 0;
+  if (chunk < chunks_.size()) read_chunk(chunks_[chunk], visit, nullptr, &count);
+  return count;
+}
+
 bool Reader::read_chunk(const Chunk& chunk, const Visit& visit, const std::set<uint16_t>* wanted, uint64_t* count) {
   if (chunk.length < kRecordHead || !read_at(chunk.offset, chunk.length, &packed_)) {
     return find_damage(chunk.offset, "a chunk lies outside of the file");
@@ -294,6 +300,7 @@ bool Reader::read_records(Cursor cursor, const Chunk& chunk, const Visit& visit,
       return find_damage(chunk.offset, "a message without a channel, or too short, in a chunk");
     }
     if (wanted != nullptr && wanted->count(message.channel_id) == 0) continue;
+    message.chunk = static_cast<size_t>(&chunk - chunks_.data());
     ++*count;
     if (!visit(message)) return false;
   }

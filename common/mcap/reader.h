@@ -40,6 +40,8 @@ class Reader {
   // damage, having visited everything before it. Returns the number of messages visited.
   using Visit = std::function<bool(const Message&)>;
   uint64_t read_messages(const Visit& visit, const std::set<std::string>& topics = {});
+  // The messages of one chunk (Message::chunk), for those who noted where something stands.
+  uint64_t read_chunk(size_t chunk, const Visit& visit);
 
  private:
   struct Chunk {

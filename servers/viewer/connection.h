@@ -24,6 +24,7 @@ inline Payload make_payload(std::string text) { return std::make_shared<const st
 
 enum class Urgency {
   kDroppable,  // pictures and samples: a page that is slow misses some
+  kPicture,    // of a camera, large: sent when little else waits
   kStream,     // single samples for Foxglove: many small ones may wait, then some are missed
   kNeeded      // answers: a client that asks and does not read is cut off
 };
@@ -32,7 +33,8 @@ enum class Urgency {
 class Connection {
  public:
   virtual ~Connection() = default;
-  virtual void send(Payload payload, bool binary, Urgency urgency) = 0;
+  // False: it was dropped.
+  virtual bool send(Payload payload, bool binary, Urgency urgency) = 0;
 };
 
 // Lives as long as its connection.

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/ros_definitions.h"
 #include "common/scene/foxglove.h"
 #include "servers/viewer/foxglove_scene.h"
 
@@ -37,10 +38,29 @@ uint32_t get_id(const Json& value) {
   return value.get<uint32_t>();
 }
 
+// "rt/head/image_raw" -> "/head/image_raw".
+std::string find_ros_topic(const std::string& topic) { return topic.rfind("rt/", 0) == 0 ? topic.substr(2) : topic; }
+
+// Pictures by the names of ROS 2, or the Image panel and the 3D panel would not know them.
+Json describe(const std::string& topic, const std::string& type, const std::string& schema) {
+  if (!is_of_camera(type)) return {{"topic", topic}, {"encoding", "cdr"}, {"schemaName", type}, {"schema", schema}, {"schemaEncoding", "omgidl"}};
+  const std::string name = find_ros_name(type);
+  return {{"topic", find_ros_topic(topic)}, {"encoding", "cdr"}, {"schemaName", name}, {"schema", make_ros_schema(name)}, {"schemaEncoding", "ros2msg"}};
+}
+
 // [s] -> [ns]. A page may ask for any time: what no clock can show is the first or the last moment of one.
 uint64_t make_nanoseconds(double time) {
   constexpr double kLast = 9.2e9;  // [s], nearly 2^63 ns
   return std::isfinite(time) ? static_cast<uint64_t>(std::llround(std::clamp(time, 0.0, kLast) * 1e9)) : 0;
+}
+
+// A sample for a subscription, as the protocol has it.
+Payload make_data(uint32_t subscription, Bytes sample, double time) {
+  std::string message(1, kMessageData);
+  append(&message, subscription);
+  append(&message, make_nanoseconds(time));
+  message.append(reinterpret_cast<const char*>(sample.data), sample.size);
+  return make_payload(std::move(message));
 }
 
 }  // namespace
@@ -60,21 +80,20 @@ FoxgloveClient::~FoxgloveClient() { viewer_.leave(this); }
 
 void FoxgloveClient::advertise() {
   Json added = Json::array();
-  const auto add = [&](const std::string& topic, const std::string& type, const std::string& schema, bool json) {
+  const auto add = [&](const std::string& topic, Json described) {
     if (channels_.count(topic)) return;
     Channel& channel = channels_[topic];
     channel.id = next_id_++;
-    added.push_back({{"id", channel.id},
-                     {"topic", topic},
-                     {"encoding", json ? "json" : "cdr"},
-                     {"schemaName", type},
-                     {"schema", schema},
-                     {"schemaEncoding", json ? "jsonschema" : "omgidl"}});
+    channel.picture = is_picture(described["schemaName"]);
+    described["id"] = channel.id;
+    added.push_back(std::move(described));
   };
   const auto topics = viewer_.find_topics();
-  for (const auto& [topic, type] : topics) add(topic, type, viewer_.find_schema(topic), false);
+  for (const auto& [topic, type] : topics) add(topic, describe(topic, type, viewer_.find_schema(topic)));
   for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
-    if (topics.count(channel.source)) add(channel.topic, channel.type, foxglove::find_schema(channel.type), true);
+    if (!topics.count(channel.source)) continue;
+    add(channel.topic, {{"topic", channel.topic}, {"encoding", "json"}, {"schemaName", channel.type},
+                        {"schema", foxglove::find_schema(channel.type)}, {"schemaEncoding", "jsonschema"}});
   }
   if (added.empty()) return;
   connection_.send(make_payload(dump({{"op", "advertise"}, {"channels", added}})), false, Urgency::kNeeded);
@@ -105,6 +124,7 @@ void FoxgloveClient::subscribe(const Json& request) {
     }
     if (!found) send_status(kError, "there is no channel " + std::to_string(channel_id));
   }
+  update_pictures();
   viewer_.show_time(viewer_.shown_time());
 }
 
@@ -114,6 +134,16 @@ void FoxgloveClient::unsubscribe(const Json& request) {
     for (auto& [topic, channel] : channels_) removed += channel.subscriptions.erase(get_id(id));
     if (removed == 0) send_status(kWarning, "there is no subscription " + std::to_string(get_id(id)));
   }
+  update_pictures();
+}
+
+void FoxgloveClient::update_pictures() {
+  std::set<PictureKey> keys;
+  for (const auto& [topic, channel] : channels_) {
+    if (channel.picture && !channel.subscriptions.empty()) keys.insert({0, topic});
+  }
+  pictures_.show(keys);
+  pictures_.forget();  // a subscription that is new has none yet
 }
 
 void FoxgloveClient::send_status(int level, const std::string& text) {
@@ -130,13 +160,18 @@ void FoxgloveClient::send(const std::string& topic, Bytes sample, double time, b
   if (found == channels_.end()) return;
   for (auto& [id, sent] : found->second.subscriptions) {
     if (sent && !again) continue;
-    std::string message(1, kMessageData);
-    append(&message, id);
-    append(&message, make_nanoseconds(time));
-    message.append(reinterpret_cast<const char*>(sample.data), sample.size);
-    connection_.send(make_payload(std::move(message)), true, Urgency::kStream);
+    connection_.send(make_data(id, sample, time), true, Urgency::kStream);
     sent = true;
   }
+}
+
+bool FoxgloveClient::send_picture(const std::string& topic, Bytes sample) {
+  bool any = false;
+  for (auto& [id, sent] : channels_.at(topic).subscriptions) {
+    sent = connection_.send(make_data(id, sample, read_stamp(sample)), true, Urgency::kPicture);
+    any = any || sent;
+  }
+  return any;
 }
 
 }  // namespace hrp

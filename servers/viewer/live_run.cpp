@@ -36,7 +36,8 @@ struct LiveRun::Topic {
   std::unique_ptr<Reader> reader;   // none while views have it
 };
 
-LiveRun::LiveRun(Bus& bus, bool read_only, JoinedRun run) : bus_(bus), read_only_(read_only), run_(std::move(run)) {
+LiveRun::LiveRun(Bus& bus, bool read_only, JoinedRun run)
+    : bus_(bus), read_only_(read_only), run_(std::move(run)), pictures_(bus) {
   if (!read_only) control_ = Publisher<msg::RunControl>(bus, topics::kRunControl);
 }
 

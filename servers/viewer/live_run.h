@@ -17,6 +17,7 @@
 #include "common/node/join.h"
 #include "hrp_idl/scheduling.h"
 #include "hrp_idl/view.h"
+#include "servers/viewer/live_pictures.h"
 
 namespace hrp {
 
@@ -48,6 +49,7 @@ class LiveRun {
   // Sends what is due. True when a request was given up because nobody listens.
   bool send_requests();
   bool has_control() const { return !read_only_; }
+  LivePictures& pictures() { return pictures_; }
   // Of what comes on run_status: an end is believed when it is signed.
   bool believes(const msg::RunStatus& heard, const msg::RunStatus& news) const;
 
@@ -71,6 +73,7 @@ class LiveRun {
   JoinedRun run_;
   std::deque<Request> requests_;
   Publisher<msg::RunControl> control_;
+  LivePictures pictures_;
   std::map<std::string, std::unique_ptr<Topic>> topics_;
   bool has_view_ = false;
   std::unique_ptr<Reader> view_;

@@ -14,6 +14,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr size_t kMostSignals = 64;
+constexpr size_t kMostPictures = 16;
 constexpr size_t kLongestSignal = 256;
 constexpr double kMostSteps = 1e6;
 
@@ -25,6 +26,20 @@ double get_number(const Json& request, const char* key, double otherwise) {
 std::string get_text(const Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+// A list of at most so many names. Throws ProtocolError.
+std::set<std::string> get_names(const Json& request, const char* key, size_t most) {
+  const auto list = request.find(key);
+  if (list == request.end() || !list->is_array() || list->size() > most) {
+    throw ProtocolError("expected at most " + std::to_string(most) + " " + key);
+  }
+  std::set<std::string> names;
+  for (const Json& name : *list) {
+    if (!name.is_string() || name.get_ref<const std::string&>().size() > kLongestSignal) throw ProtocolError(std::string("expected names of ") + key);
+    names.insert(name.get<std::string>());
+  }
+  return names;
 }
 
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -73,6 +88,7 @@ void PageClient::on_message(const std::string& message, bool binary) {
   const std::string op = get_text(request, "op");
   if (op == "open") return open(request);
   if (op == "subscribe") return subscribe(request);
+  if (op == "pictures") return show_pictures(request);
   if (op == "control") return control(request);
   if (op == "at") return go_to(request);
   if (op == "series") return send_series(request);
@@ -89,16 +105,21 @@ void PageClient::open(const Json& request) {
   answer("{\"op\":\"scene\",\"source\":" + std::to_string(static_cast<size_t>(source)) + ",\"scene\":" + scene->json + "}");
 }
 
-void PageClient::subscribe(const Json& request) {
-  const auto signals = request.find("signals");
-  if (signals == request.end() || !signals->is_array() || signals->size() > kMostSignals) {
-    throw ProtocolError("expected at most " + std::to_string(kMostSignals) + " signals");
+void PageClient::subscribe(const Json& request) { signals_ = get_names(request, "signals", kMostSignals); }
+
+// {"op":"pictures","topics":["rt/head/image_raw"]}: those that are on the screen, and no others.
+void PageClient::show_pictures(const Json& request) {
+  picture_topics_ = get_names(request, "topics", kMostPictures);
+  update_pictures();
+  pictures_.forget();  // the page has forgotten what it had
+}
+
+void PageClient::update_pictures() {
+  std::set<PictureKey> keys;
+  for (const size_t source : sources_) {
+    for (const std::string& topic : picture_topics_) keys.insert({source, topic});
   }
-  signals_.clear();
-  for (const Json& signal : *signals) {
-    if (!signal.is_string() || signal.get_ref<const std::string&>().size() > kLongestSignal) throw ProtocolError("expected names of signals");
-    signals_.insert(signal.get<std::string>());
-  }
+  pictures_.show(keys);
 }
 
 void PageClient::control(const Json& request) {
@@ -141,6 +162,9 @@ void PageClient::go_to(const Json& request) {
     text += (i ? "," : "") + recording.make_frame(recording.begin() + time);
   }
   answer(text + "]}");
+  sources_ = sources;
+  time_ = time;
+  update_pictures();
   viewer_.show_time(first.begin() + time);
 }
 

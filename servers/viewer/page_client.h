@@ -4,6 +4,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -20,12 +21,18 @@ class PageClient final : public Client {
   Connection& connection() { return connection_; }
   // Charted signals of a live run: "topic:path".
   const std::set<std::string>& signals() const { return signals_; }
+  // Pictures that the page shows, and the time of recordings that it has gone to.
+  PictureFeed& pictures() { return pictures_; }
+  const std::set<std::string>& picture_topics() const { return picture_topics_; }
+  double time_in(const Recording& recording) const { return recording.begin() + time_; }
 
  private:
   void answer(const std::string& text);
   void answer_error(const std::string& text, int64_t id);
   void open(const nlohmann::json& request);
   void subscribe(const nlohmann::json& request);
+  void show_pictures(const nlohmann::json& request);
+  void update_pictures();
   void control(const nlohmann::json& request);
   void go_to(const nlohmann::json& request);
   void send_series(const nlohmann::json& request);
@@ -33,6 +40,10 @@ class PageClient final : public Client {
   Connection& connection_;
   Viewer& viewer_;
   std::set<std::string> signals_;
+  std::set<std::string> picture_topics_;
+  PictureFeed pictures_;
+  std::vector<size_t> sources_{0};  // recordings that it shows; a live run is source 0
+  double time_ = 0.0;               // [s] from their begins
 };
 
 }  // namespace hrp

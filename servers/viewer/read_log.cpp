@@ -5,27 +5,24 @@
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/logged_description.h"
-#include "common/messages/ros_topics.h"
+#include "common/messages/topics.h"
 #include "hrp_idl/dynamics.h"
 #include "servers/viewer/recording.h"
 
 namespace hrp {
 namespace {
 
-// The page shows none, and all of a log's would fill the memory.
-bool is_picture(const std::string& type) {
-  return type == topics::make_color_image_topic("").type_name || type == topics::make_points_topic("").type_name;
-}
-
-void add_topics(const mcap::Reader& reader, Recording* recording) {
+void add_topics(const mcap::Reader& reader, Recording* recording, PictureLog* pictures) {
   for (const auto& [id, channel] : reader.channels()) {
     const auto schema = reader.schemas().find(channel.schema_id);
-    if (schema == reader.schemas().end() || schema->second.encoding != "omgidl" || channel.message_encoding != "cdr") {
-      recording->add_note(channel.topic + " is no CDR with an omgidl schema: left out");
+    const bool known = schema != reader.schemas().end() && channel.message_encoding == "cdr";
+    // As our logger writes them, and as hrp-log and ROS 2 do: the bytes are the same.
+    if (known && is_picture(schema->second.name)) {
+      pictures->add_topic(id, channel.topic, schema->second.name);
       continue;
     }
-    if (is_picture(schema->second.name)) {
-      recording->add_note(channel.topic + " is not shown: hrp-log image, rosbag or foxglove makes pictures of it");
+    if (!known || schema->second.encoding != "omgidl") {
+      recording->add_note(channel.topic + " is no CDR with an omgidl schema: left out");
       continue;
     }
     try {
@@ -55,9 +52,11 @@ std::string describe_fall(Bytes sample) {
 }  // namespace
 
 std::unique_ptr<Recording> read_log(const std::string& path) {
-  mcap::Reader reader(path);
+  const auto file = std::make_shared<mcap::Reader>(path);  // the pictures stay in it
+  mcap::Reader& reader = *file;
   auto recording = std::make_unique<Recording>(std::filesystem::path(path).filename().string());
-  add_topics(reader, recording.get());
+  auto pictures = std::make_unique<PictureLog>(file);
+  add_topics(reader, recording.get(), pictures.get());
   std::map<uint16_t, std::pair<std::string, SampleTime>> known;
   for (const auto& [id, channel] : reader.channels()) {
     const auto topic = recording->topics().find(channel.topic);
@@ -65,7 +64,10 @@ std::unique_ptr<Recording> read_log(const std::string& path) {
   }
   reader.read_messages([&](const mcap::Message& message) {
     const auto found = known.find(message.channel_id);
-    if (found == known.end()) return true;
+    if (found == known.end()) {
+      pictures->add(message);
+      return true;
+    }
     const auto& [topic, time] = found->second;
     const Bytes sample{message.data, message.size};
     if (topic == topics::kRobotDescription.name) {
@@ -80,6 +82,7 @@ std::unique_ptr<Recording> read_log(const std::string& path) {
     return true;
   });
   if (!reader.damage().empty()) recording->add_note("the file was cut short: " + reader.damage());
+  if (!pictures->topics().empty()) recording->set_pictures(std::move(pictures));
   recording->finish();
   return recording;
 }

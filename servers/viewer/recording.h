@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/messages/reflection/schema.h"
+#include "servers/viewer/picture_log.h"
 #include "servers/viewer/scene.h"
 #include "servers/viewer/signal.h"
 
@@ -45,6 +46,7 @@ class Recording {
   void add(const std::string& topic, double time, Bytes sample);
   void add_note(const std::string& note) { notes_.push_back(note); }
   void set_scene(Scene scene) { scene_ = std::move(scene); }
+  void set_pictures(std::unique_ptr<PictureLog> pictures) { pictures_ = std::move(pictures); }
   // After the last sample: notes, first and last time.
   void finish();
 
@@ -52,6 +54,8 @@ class Recording {
   const Scene& scene() const { return scene_; }
   const std::vector<std::string>& notes() const { return notes_; }
   const std::map<std::string, Topic>& topics() const { return topics_; }
+  // nullptr when there are none.
+  PictureLog* pictures() const { return pictures_.get(); }
   double begin() const { return begin_; }
   double end() const { return end_; }
 
@@ -71,6 +75,7 @@ class Recording {
   Scene scene_;
   std::vector<std::unique_ptr<Schema>> schemas_;
   std::map<std::string, Topic> topics_;
+  std::unique_ptr<PictureLog> pictures_;
   std::vector<std::string> notes_;
   size_t bytes_ = 0;
   int stride_ = 1;                          // one sample of so many is kept

@@ -100,6 +100,20 @@ Json make_feet(const msg::RobotDescription& description, const Scenario& scenari
   return feet;
 }
 
+// Where the points of a lidar lie: in its mount, which is fixed to a link (none: to the world).
+Json make_lidars(const Scenario& scenario) {
+  Json lidars = Json::array();
+  for (const LidarSpec& lidar : scenario.sensors.lidars) {
+    const Vector3d& p = lidar.X_LC.p;
+    const Eigen::Quaterniond q(lidar.X_LC.R);
+    lidars.push_back({{"name", lidar.name},
+                      {"link", lidar.link},
+                      {"position", {p.x(), p.y(), p.z()}},
+                      {"quaternion", {q.w(), q.x(), q.y(), q.z()}}});
+  }
+  return lidars;
+}
+
 void add_scenario(const msg::RobotDescription& description, Json* json, Scene* scene) {
   const Scenario scenario = read_scenario(description);
   ExperimentKeys keys;
@@ -114,6 +128,7 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
   }
   (*json)["feet"] = make_feet(description, scenario, "");
   (*json)["wrenches"] = wrenches;
+  (*json)["lidars"] = make_lidars(scenario);
   (*json)["obstacles"] = make_obstacles(description, scenario);
   (*json)["objects"] = Json::array();
   for (const ObjectSpec& object : scenario.objects) {

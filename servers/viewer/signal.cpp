@@ -208,7 +208,9 @@ double Signal::find(Bytes sample) const {
 
 SampleTime::SampleTime(const StructType& type) : type_(&type) {
   if (type.fields.empty()) return;
-  if (type.fields[0].type.structure && type.fields[0].type.structure->name == "hrp::msg::Header") kind_ = Kind::kHeader;
+  const StructType* first = type.fields[0].type.structure;
+  if (first && first->name == "hrp::msg::Header") kind_ = Kind::kHeader;
+  if (first && first->name == "std_msgs::msg::dds_::Header_") kind_ = Kind::kStamp;
   for (const Field& field : type.fields) {
     if (kind_ == Kind::kNone && field.name == "time") kind_ = Kind::kField;
   }
@@ -216,6 +218,7 @@ SampleTime::SampleTime(const StructType& type) : type_(&type) {
 
 double SampleTime::find(Bytes sample) const {
   if (kind_ == Kind::kHeader) return read_header(sample).time;
+  if (kind_ == Kind::kStamp) return read_stamp(sample);
   return find_number(*type_, sample, FieldPath(*type_, "time")).value_or(kNoValue);
 }
 
@@ -227,6 +230,16 @@ HeaderWords read_header(Bytes sample) {
   std::memcpy(&header.step, sample.data + kEncapsulation + 8, 8);
   std::memcpy(&header.time, sample.data + kEncapsulation + 16, 8);
   return header;
+}
+
+double read_stamp(Bytes sample) {
+  constexpr size_t kEncapsulation = 4;
+  int32_t sec = 0;
+  uint32_t nanosec = 0;
+  if (sample.size < kEncapsulation + 8) return 0.0;
+  std::memcpy(&sec, sample.data + kEncapsulation, 4);
+  std::memcpy(&nanosec, sample.data + kEncapsulation + 4, 4);
+  return sec + 1e-9 * nanosec;
 }
 
 }  // namespace hrp

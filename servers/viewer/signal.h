@@ -51,7 +51,8 @@ class Signal {
   double height_ = 0.0;
 };
 
-// Simulated time [s] of a sample: its header's, else its own field `time`; nothing when the type has neither.
+// Simulated time [s] of a sample: its header's (ours or that of ROS 2), else its own field `time`; nothing when the type has
+// none of these.
 class SampleTime {
  public:
   explicit SampleTime(const StructType& type);
@@ -60,7 +61,7 @@ class SampleTime {
   bool has_header() const { return kind_ == Kind::kHeader; }
 
  private:
-  enum class Kind { kNone, kHeader, kField };
+  enum class Kind { kNone, kHeader, kStamp, kField };
   const StructType* type_;
   Kind kind_ = Kind::kNone;
 };
@@ -73,5 +74,7 @@ struct HeaderWords {
 };
 // All zero when the sample is too short.
 HeaderWords read_header(Bytes sample);
+// [s] of the std_msgs/Header that a message of ROS 2 begins with; 0 when the sample is too short.
+double read_stamp(Bytes sample);
 
 }  // namespace hrp

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/viewer/viewer.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -166,49 +165,25 @@ std::map<std::string, std::string> Viewer::find_topics() const {
   std::map<std::string, std::string> found;
   if (recordings_.empty()) return found;
   for (const auto& [name, topic] : recordings_[0]->topics()) found[name] = topic.type->name;
+  if (recordings_[0]->pictures()) found.merge(recordings_[0]->pictures()->topics());
   return found;
 }
 
 std::string Viewer::find_schema(const std::string& topic) const {
-  const auto topics = find_topics();
-  const auto found = topics.find(topic);
-  if (found == topics.end()) return "";
-  return live_ ? find_schema_text(found->second) : recordings_[0]->topics().at(topic).schema_text;
-}
-
-void Viewer::show_time(double time) {
-  if (live_ || recordings_.empty()) return;
-  shown_time_ = time;
-  for (const auto& [name, topic] : recordings_[0]->topics()) {
-    const Recording::Sample* sample = recordings_[0]->find_sample(topic, time);
-    if (!sample) continue;
-    for (FoxgloveClient* client : foxgloves_) client->send(name, sample->get(), sample->time);
+  if (!live_) {
+    const auto recorded = recordings_.empty() ? nullptr : &recordings_[0]->topics();
+    return recorded && recorded->count(topic) ? recorded->at(topic).schema_text : "";
   }
-  show_foxglove_scene(time);
-}
-
-void Viewer::show_foxglove_scene(double time) {
-  for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
-    const auto source = recordings_[0]->topics().find(channel.source);
-    if (!reads_foxglove(channel.topic) || source == recordings_[0]->topics().end()) continue;
-    const Recording::Sample* sample = recordings_[0]->find_sample(source->second, time);
-    if (!sample) continue;
-    const std::string json = foxglove_scene_.make(channel, sample->time, sample->get());
-    if (json.empty()) continue;
-    const Bytes bytes{reinterpret_cast<const uint8_t*>(json.data()), json.size()};
-    for (FoxgloveClient* client : foxgloves_) client->send(channel.topic, bytes, sample->time);
-  }
-}
-
-bool Viewer::reads_foxglove(const std::string& topic) const {
-  return std::any_of(foxgloves_.begin(), foxgloves_.end(), [&](auto* client) { return client->reads(topic); });
+  const auto found = live_topics_.find(topic);
+  return found == live_topics_.end() ? "" : find_schema_text(found->second);
 }
 
 void Viewer::peek(const std::string& topic) {
-  if (live_ && live_topics_.count(topic)) peeks_[topic] = Clock::now() + kPeekTime;
+  if (live_ && live_topics_.count(topic) && !is_picture_topic(topic)) peeks_[topic] = Clock::now() + kPeekTime;
 }
 
 void Viewer::tick() {
+  send_pictures();
   if (!live_) return;
   if (Clock::now() >= next_refresh_) refresh_topics();
   if (live_->send_requests()) send_pages(kNobodyListens, Urgency::kNeeded);
@@ -247,10 +222,13 @@ void Viewer::update_readers() {
     }
   }
   for (PageClient* page : pages_) {
-    for (const std::string& signal : page->signals()) wanted.insert(signal.substr(0, signal.find(':')));
+    for (const std::string& signal : page->signals()) {
+      const std::string topic = signal.substr(0, signal.find(':'));
+      if (!is_picture_topic(topic)) wanted.insert(topic);
+    }
   }
   for (const auto& [topic, type] : live_topics_) {
-    if (reads_foxglove(topic)) whole.insert(topic);
+    if (!is_picture(type) && reads_foxglove(topic)) whole.insert(topic);
   }
   // Pictures need no sample of each step.
   for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
@@ -258,6 +236,7 @@ void Viewer::update_readers() {
   }
   wanted.insert(whole.begin(), whole.end());
   live_->read_topics(wanted, whole);
+  read_pictures();
 }
 
 void Viewer::take_description(const Arrivals& arrivals) {
@@ -357,37 +336,6 @@ void Viewer::send_frame(const std::map<std::string, Arrivals>& arrivals) {
   send_pages(frame_, Urgency::kDroppable);
 }
 
-void Viewer::send_foxglove(const std::map<std::string, Arrivals>& arrivals) {
-  if (foxgloves_.empty()) return;
-  send_foxglove_scene(arrivals);
-  for (const auto& [name, topic] : arrivals) {
-    const SampleTime time(*topic.type);
-    for (FoxgloveClient* client : foxgloves_) {
-      for (const SampleBytes& sample : topic.all) {
-        client->send(name, get_bytes(sample), time.known() ? time.find(get_bytes(sample)) : run_status_.time());
-      }
-      // What is kept for late comers comes once, to each who subscribes.
-      if (topic.latest.empty()) continue;
-      client->send(name, get_bytes(topic.latest), time.known() ? time.find(get_bytes(topic.latest)) : run_status_.time(), false);
-    }
-  }
-}
-
-void Viewer::send_foxglove_scene(const std::map<std::string, Arrivals>& arrivals) {
-  for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
-    const auto source = arrivals.find(channel.source);
-    if (!reads_foxglove(channel.topic) || source == arrivals.end() || source->second.latest.empty()) continue;
-    const SampleTime sample_time(*source->second.type);
-    const Bytes sample = get_bytes(source->second.latest);
-    const double time = sample_time.known() ? sample_time.find(sample) : run_status_.time();
-    const std::string json = foxglove_scene_.make(channel, time, sample);
-    if (json.empty()) continue;
-    const Bytes bytes{reinterpret_cast<const uint8_t*>(json.data()), json.size()};
-    // To those who have come since, also when nothing is new.
-    for (FoxgloveClient* client : foxgloves_) client->send(channel.topic, bytes, time, source->second.fresh);
-  }
-}
-
 void Viewer::send_pages(const std::string& text, Urgency urgency) {
   if (pages_.empty()) return;
   const Payload payload = make_payload(text);
@@ -411,6 +359,9 @@ void Viewer::watch_end() {
     return;
   }
   live_.reset();
+  payloads_.clear();
+  for (PageClient* page : pages_) page->pictures().forget();
+  for (FoxgloveClient* client : foxgloves_) client->pictures().forget();
   send_pages(make_hello(), Urgency::kNeeded);
 }
 

@@ -12,6 +12,7 @@
 #include "servers/viewer/connection.h"
 #include "servers/viewer/foxglove_scene.h"
 #include "servers/viewer/live_run.h"
+#include "servers/viewer/picture_feed.h"
 #include "servers/viewer/recording.h"
 
 namespace hrp {
@@ -48,9 +49,11 @@ class Viewer final : public WebApplication {
   std::string make_hello() const;
   // Everything that a page that has just come needs to show the present state of a live run.
   void send_present(Connection& connection) const;
-  // Topic -> type of everything that can be seen.
+  // Topic -> type of everything that can be seen, pictures included.
   std::map<std::string, std::string> find_topics() const;
   std::string find_schema(const std::string& topic) const;
+  // Where a recording (a live run: 0) has its pictures; nullptr: it has none.
+  PictureSource* find_pictures(size_t source) const;
   // Foxglove clients get what recorded runs hold at the time that a page has gone to.
   void show_time(double time);
   double shown_time() const { return shown_time_; }
@@ -66,6 +69,11 @@ class Viewer final : public WebApplication {
   void take_run_status(const Arrivals& arrivals);
   void send_samples(const std::map<std::string, Arrivals>& arrivals);
   void send_frame(const std::map<std::string, Arrivals>& arrivals);
+  void read_pictures();
+  void send_pictures();
+  void send_pictures(PageClient* page);
+  void send_pictures(FoxgloveClient* client);
+  Payload find_payload(const PictureKey& key, uint64_t number);
   void send_foxglove(const std::map<std::string, Arrivals>& arrivals);
   void send_foxglove_scene(const std::map<std::string, Arrivals>& arrivals);
   void show_foxglove_scene(double time);
@@ -83,6 +91,8 @@ class Viewer final : public WebApplication {
   Clock::time_point next_refresh_{};
   Scene scene_;                                      // of the live run
   FoxgloveScene foxglove_scene_;                     // of the live run, else of the first recording
+  // Messages for pages, by what is in them: two pages get the same one.
+  std::map<PictureKey, std::pair<uint64_t, Payload>> payloads_;
   SampleBytes description_;
   std::string frame_, status_;                       // last that was sent
   std::string run_text_ = "null";                    // last status of the run

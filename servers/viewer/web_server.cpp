@@ -31,6 +31,8 @@ constexpr size_t kLargestBody = 1024;
 // Pictures wait behind few others: a page that is slow shows the newest soon, not a film of the past.
 constexpr size_t kDroppableDepth = 8;
 constexpr size_t kDroppableBytes = 4 << 20;
+// One picture of a camera under way is enough: the next one is newer.
+constexpr size_t kPictureBytes = 1 << 20;
 constexpr size_t kStreamDepth = 8192;
 constexpr size_t kStreamBytes = 32 << 20;
 // Answers are as large as series of charts; 64 of them unread is nobody reading.
@@ -106,15 +108,17 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
     });
   }
 
-  void send(Payload payload, bool binary, Urgency urgency) override {
-    if (closing_) return;
-    const bool full = is_full(urgency);
-    if (full && urgency != Urgency::kNeeded) return;
-    if (full) return abort();
+  bool send(Payload payload, bool binary, Urgency urgency) override {
+    if (closing_) return false;
+    if (is_full(urgency)) {
+      if (urgency == Urgency::kNeeded) abort();
+      return false;
+    }
     queued_needed_ += urgency == Urgency::kNeeded ? 1 : 0;
     queued_bytes_ += payload->size();
     queue_.push_back({std::move(payload), binary, urgency == Urgency::kNeeded});
     if (queue_.size() == 1) write();
+    return true;
   }
 
  private:
@@ -126,6 +130,7 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
 
   bool is_full(Urgency urgency) const {
     if (urgency == Urgency::kNeeded) return queued_needed_ >= kNeededDepth || queued_bytes_ >= kNeededBytes;
+    if (urgency == Urgency::kPicture) return queued_bytes_ >= kPictureBytes;
     const bool stream = urgency == Urgency::kStream;
     return queue_.size() >= (stream ? kStreamDepth : kDroppableDepth) || queued_bytes_ >= (stream ? kStreamBytes : kDroppableBytes);
   }

@@ -1,51 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Conformance with the protocol of Foxglove: its own client connects by both names of the protocol, reads live topics and
 // recorded ones, and finds the numbers of the log.
-import foxglove from "@foxglove/ws-protocol";
-import { parseIDL } from "@foxglove/omgidl-parser";
-import { MessageReader } from "@foxglove/omgidl-serialization";
 import WebSocket from "ws";
+import { Reader } from "./foxglove_reader.mjs";
 import { check, readLog, run, startRun, startViewer, waitFor } from "./lib.mjs";
 
-const { FoxgloveClient } = foxglove;
 const topics = ["hrp/robot_state", "hrp/contact_forces", "hrp/sensor_data", "hrp/joint_commands"];
 const scene = ["/transforms", "/transforms/fixed", "/scene/robot", "/scene/world", "/scene/contacts"];
 const text = (message) => JSON.stringify(message, (_, value) => (typeof value === "bigint" ? Number(value) : value));
-
-// A client that decodes what it gets by what the server said of it.
-class Reader {
-  constructor(url, protocol) {
-    const socket = new WebSocket(url, [protocol]);
-    Object.assign(this, { channels: new Map(), messages: [], statuses: [], decoders: new Map(), subscriptions: new Map() });
-    socket.binaryType = "arraybuffer";
-    this.socket = socket;
-    this.client = new FoxgloveClient({ ws: socket });
-    this.client.on("serverInfo", (info) => { this.info = info; });
-    this.client.on("status", (status) => this.statuses.push(status));
-    this.client.on("error", (error) => { this.error = error; });
-    this.client.on("close", () => { this.closed = true; });
-    this.client.on("advertise", (channels) => channels.forEach((channel) => this.channels.set(channel.topic, channel)));
-    this.client.on("message", (message) => this.take(message));
-  }
-
-  subscribe(topic) {
-    const channel = this.channels.get(topic);
-    const id = this.client.subscribe(channel.id);
-    const json = { readMessage: (data) => JSON.parse(new TextDecoder().decode(data)) };
-    const reader = channel.encoding === "json" ? json : new MessageReader(channel.schemaName, parseIDL(channel.schema));
-    this.decoders.set(id, { topic, reader });
-    this.subscriptions.set(topic, id);
-  }
-
-  take({ subscriptionId, timestamp, data }) {
-    const { topic, reader } = this.decoders.get(subscriptionId);
-    this.messages.push({ topic, timestamp, message: reader.readMessage(data) });
-  }
-
-  of(topic) {
-    return this.messages.filter((each) => each.topic === topic);
-  }
-}
 
 // What the 3D panel is sent is the run: the base where it was, an arrow for each foot that was pressed.
 async function checkScene(reader, log) {

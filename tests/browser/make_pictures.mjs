@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes the pictures of the viewer in docs/images: the default run live and recorded, and beside a run with softer arms.
+// Makes the pictures of the viewer in docs/images: the default run live and recorded, and beside a run with softer arms; what
+// cameras see. With the word "cameras" only that.
 // HRP_BIN=build/bin HRP_CHROMIUM=$(command -v chromium) HRP_TEST_FOLDER=$(mktemp -d) node tests/browser/make_pictures.mjs
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -18,10 +19,42 @@ async function seek(page, time) {
   await new Promise((done) => setTimeout(done, 1500));
 }
 
+// The panel alone: it is in two documents.
+async function makeCameras(browser) {
+  const walk = await startRun("cameras", ["--duration", "6"], join(root, "models", "scenarios", "cameras.yaml"));
+  await walk.ended;
+  const player = await startViewer([walk.log]);
+  const shown = await openPage(browser, player.url);
+  await waitFor("a robot", async () => (await shown.describe()).robots[0]?.visible);
+  await shown.click("#cameras-box summary");
+  await shown.check("[data-camera='rt/head/image_raw']");
+  await shown.check("[data-camera='rt/head/depth/image_raw']");
+  await shown.uncheck("[data-camera='rt/beside/image_raw']");
+  await shown.check("#scan-box");
+  await seek(shown, 5);
+  await shown.evaluate(() => {
+    const { stage } = window.hrpViewer;
+    stage.camera.position.set(-1.6, -3.6, 2.6);
+    stage.controls.target.set(2, 0, 0.5);
+    stage.controls.update();
+  });
+  await waitFor("the points", () => shown.evaluate(() => window.hrpViewer.stage.scans.shown.size > 0));
+  await new Promise((done) => setTimeout(done, 1500));
+  await shoot(shown, "viewer_cameras.png");
+  await player.end();
+}
+
 run(async () => {
+  const onlyCameras = process.argv.includes("cameras");
+  const browser = await startBrowser();
+  await makeCameras(browser);
+  if (!onlyCameras) await makeRuns(browser);
+  await browser.close();
+});
+
+async function makeRuns(browser) {
   const live = await startRun("walk", ["--paused", "--duration", "0"], scenario);
   const viewer = await startViewer(["--domain", String(live.domain)]);
-  const browser = await startBrowser();
   const page = await openPage(browser, viewer.url);
   await waitFor("the scheduler", () => page.evaluate(() => window.hrpViewer.run?.phase === "RUN_PAUSED" && window.hrpViewer.charts.length > 0));
   await page.selectOption("#speed", "0.5");
@@ -62,5 +95,4 @@ run(async () => {
     await shoot(shown, name);
     await player.end();
   }
-  await browser.close();
-});
+}

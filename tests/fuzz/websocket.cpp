@@ -8,8 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/bus/memory/memory_bus.h"
-#include "common/messages/topics.h"
+#include "common/messages/ros_topics.h"
 #include "hrp_idl/dynamics.h"
+#include "hrp_idl/ros_views.h"
 #include "servers/viewer/viewer.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -17,12 +18,14 @@ namespace {
 
 using namespace hrp;
 
+using Image = ::sensor_msgs::msg::dds_::Image_;
 enum Shown { kLive, kReadOnly, kRecordings, kNothing };
 
 class Strict final : public Connection {
  public:
-  void send(Payload payload, bool binary, Urgency) override {
+  bool send(Payload payload, bool binary, Urgency) override {
     if (answers && !binary && !nlohmann::json::accept(*payload)) std::abort();
+    return true;
   }
   bool answers = false;  // the greeting is always the same, and long
 };
@@ -45,6 +48,17 @@ msg::ContactForces make_forces(uint64_t step) {
   forces.header(make_state(step).header());
   forces.pairs().push_back(pair);
   return forces;
+}
+
+// Every other one makes no sense.
+Image make_image(uint8_t number) {
+  Image image;
+  image.encoding("mono8");
+  image.width(number % 2);
+  image.height(1);
+  image.step(1);
+  image.data({number});
+  return image;
 }
 
 template <typename Message>
@@ -77,6 +91,7 @@ struct World {
     } else if (shown != kNothing) {
       states = Publisher<msg::RobotState>(bus, topics::kRobotState);
       forces = Publisher<msg::ContactForces>(bus, topics::kContactForces);
+      eye = Publisher<Image>(bus, topics::make_color_image_topic("eye"));
       scheduler = subscribe<msg::RunControl>(bus, topics::kRunControl, Delivery::kReliable, [](const msg::RunControl&) {});
       viewer.show(std::make_unique<LiveRun>(bus, shown == kReadOnly));
     }
@@ -85,12 +100,14 @@ struct World {
     if (!scheduler) return;
     states.publish(make_state(++steps));
     forces.publish(make_forces(steps));
+    eye.publish(make_image(static_cast<uint8_t>(steps)));
     bus.dispatch_all();
     viewer.tick();
   }
   MemoryBus bus;
   Publisher<msg::RobotState> states;
   Publisher<msg::ContactForces> forces;
+  Publisher<Image> eye;
   std::unique_ptr<Reader> scheduler;
   Viewer viewer{{}};
   uint64_t steps = 0;

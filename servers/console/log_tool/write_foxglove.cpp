@@ -47,6 +47,7 @@ class FoxgloveFile final : public RunListener {
   void on_commands(const msg::JointCommands& commands, const LogPlace& place) override { ros_.on_commands(commands, place); }
   void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) override {
     ros_.on_picture(topic, type, sample, place);
+    has_pictures_ = true;
   }
   void on_message(const mcap::Message& message) override {
     const auto channel = channels_.find(message.channel_id);
@@ -61,6 +62,7 @@ class FoxgloveFile final : public RunListener {
     writer_.add_attachment("scenario.yaml", "application/yaml", scenario_);
   }
   const std::vector<std::string>& notes() const { return notes_; }
+  const char* find_layout() const { return has_pictures_ ? "foxglove/cameras.json" : "foxglove/robot.json"; }
 
  private:
   void copy_channels(const mcap::Reader& log) {
@@ -90,6 +92,7 @@ class FoxgloveFile final : public RunListener {
   GroundPlane ground_;
   double scale_ = 0.0;  // [m/N]
   std::vector<NamedTransform> frames_;
+  bool has_pictures_ = false;
   std::string urdf_, scenario_;
   std::vector<std::string> notes_;
 };
@@ -107,7 +110,7 @@ int write_foxglove(const ConvertOptions& options) {
   writer.close();
   for (const std::string& note : file.notes()) std::fprintf(stderr, "%s\n", note.c_str());
   std::printf("%s: %.1f MB; open it in Foxglove with the layout %s\n", options.out.c_str(),
-              static_cast<double>(writer.file_size()) * 1e-6, find_shared_file("foxglove/robot.json").c_str());
+              static_cast<double>(writer.file_size()) * 1e-6, find_shared_file(file.find_layout()).c_str());
   return status;
 }
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """pictures_test.py BIN SOURCE: pictures and scans of a walk as a node of ROS 2 uses them: depth image, camera_info, frames and points of
 a bag, read by a small reader of our own, lie on the ground and on the wall of the scenario."""
+import json
 import pathlib
 import subprocess
 import sys
@@ -96,6 +97,22 @@ class PicturesTest(unittest.TestCase):
             seen = numbers[np.isfinite(numbers[:, 0]), :3]
             points = (poses[time][cloud["header"]["frame_id"]] @ np.c_[seen, np.ones(len(seen))].T)[:3].T
             self.check(points, np.linalg.norm(seen, axis=1), 0.8)
+
+    def test_the_layout_of_foxglove_shows_pictures_of_the_log(self):
+        out = self.folder / "foxglove.mcap"
+        said = run(BIN / "hrp-log", "foxglove", self.folder / "run.mcap", "--out", out, "--rate", 4)
+        self.assertIn("cameras.json", said)
+        file, layout = plain_mcap.File(out), json.loads((SOURCE / "share/foxglove/cameras.json").read_text())
+        shown = {panel["imageMode"]["imageTopic"] for name, panel in layout["configById"].items() if name.startswith("Image!")}
+        self.assertEqual(shown, {"/head/image_raw", "/head/depth/image_raw"})
+        for topic in shown:
+            schema = file.find_channel(topic)["schema"]
+            self.assertEqual((schema["name"], schema["encoding"]), ("sensor_msgs/msg/Image", "ros2msg"))
+            ours, bags = ([data for _, data in each.topic(topic)] for each in (file, self.file))
+            self.assertEqual(ours, bags, "the pictures that other tests look at")
+        topics = {channel["topic"] for channel in file.channels.values()}
+        self.assertLessEqual({panel["imageMode"]["calibrationTopic"] for name, panel in layout["configById"].items() if name.startswith("Image!")}, topics)
+        self.assertLessEqual(set(layout["configById"]["3D!robot"]["topics"]), topics)
 
     def test_an_image_is_written_as_png(self):
         for topic, kind in (("head/image_raw", 2), ("head/depth/image_raw", 0)):

@@ -114,7 +114,10 @@ TEST(Series, SubtractAtTheTimesOfTheFirstAlignedAtTheirBegins) {
 
 class Answers final : public Connection {
  public:
-  void send(Payload payload, bool, Urgency) override { last = *payload; }
+  bool send(Payload payload, bool, Urgency) override {
+    last = *payload;
+    return true;
+  }
   std::string last;
 };
 

@@ -1,5 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The WebSocket to the server: JSON messages with an `op`, and answers to questions by their id. Comes back by itself.
+
+// A binary message: the length of a JSON text, the text, and what belongs to it as `bytes`.
+function readBinary(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const message = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  return { ...message, bytes: new Uint8Array(buffer, 4 + length) };
+}
+
 export class ServerConnection {
   // `take` is called with each message, `lost` when the server has gone.
   constructor(take, lost) {
@@ -12,7 +20,8 @@ export class ServerConnection {
     url.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     url.search = location.search;
     this.socket = new WebSocket(url);
-    this.socket.onmessage = (event) => this.handle(JSON.parse(event.data));
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onmessage = ({ data }) => this.handle(typeof data === "string" ? JSON.parse(data) : readBinary(data));
     this.socket.onclose = () => {
       for (const done of this.waiting.values()) done({ error: "the connection was lost" });
       this.waiting.clear();

@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { calcSupportPolygon, calcZmp, makeGround, norm, parts, sumFeet, toVector } from "./forces.js";
 import { Robot } from "./robot.js";
+import { Scans } from "./scans.js";
 
 import { ArrowPool } from "./arrow.js";
 
@@ -44,6 +45,7 @@ export class Stage {
     this.camera.position.set(2.4, -2.2, 1.5);
     this.addLights();
     this.arrows = new ArrowPool(this.world);
+    this.scans = new Scans(this.world);
     this.addMarks();
     try {
       this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawsInSoftware(), alpha: true });
@@ -92,7 +94,10 @@ export class Stage {
     this.scenes[slot] = scene;
     this.frames[slot] = null;
     this.dirty = true;
-    if (slot === 0) this.largestForce = 0;
+    if (slot === 0) {
+      this.largestForce = 0;
+      this.scans.clear();
+    }
     if (!scene) return;
     try {
       const robot = new Robot(scene, source, slot === 1 ? this.color("ghost") : null, () => { this.dirty = true; });
@@ -188,6 +193,17 @@ export class Stage {
     });
     this.calcForces(topics);
     if (first) this.lookAtRobot();
+  }
+
+  // Points of a lidar.
+  setScan(message) {
+    this.scans.take(message, this.scenes[0]?.lidars ?? [], (link) => this.robots[0]?.find(link), this.color("scan"));
+    this.dirty = true;
+  }
+
+  clearScans() {
+    this.scans.clear();
+    this.dirty = true;
   }
 
   // Joint positions to draw in the place of those that come; null: no longer.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The page: puts stage, charts and controls together.
+import { CameraPanel } from "./cameras.js";
 import { Chart } from "./charts.js";
 import { ServerConnection } from "./connection.js";
 import { norm } from "./forces.js";
@@ -8,6 +9,7 @@ import { PoseEditor } from "./pose.js";
 import { Recorder, saveAs } from "./recorder.js";
 import { chooseCharts, chooseUnit, listSignals } from "./signals.js";
 import { SignalDialog } from "./signal_dialog.js";
+import { isScan } from "./scans.js";
 import { Stage } from "./stage.js";
 
 const $ = (id) => document.getElementById(id);
@@ -33,6 +35,7 @@ class Page {
     this.pose = new PoseEditor(this.stage, () => this.findPose());
     this.player = new Player((time, steps) => this.connection.send({ op: "at", time, steps, sources: this.sources() }));
     this.dialog = new SignalDialog(() => this.findSignals(), (topic) => this.connection.send({ op: "peek", topic }), () => Object.keys(this.topics));
+    this.cameras = new CameraPanel(() => this.askPictures());
     this.listen();
     this.connection = new ServerConnection((message) => this.take(message), () => this.lose());
     this.lastDraw = 0;
@@ -85,7 +88,7 @@ class Page {
 
   take(message) {
     const handler = { hello: "takeHello", scene: "takeScene", frame: "takeFrame", frames: "takeFrames", status: "takeStatus",
-                      samples: "takeSamples", topics: "takeTopics", error: "takeError" }[message.op];
+                      samples: "takeSamples", topics: "takeTopics", picture: "takePicture", error: "takeError" }[message.op];
     if (handler) this[handler](message);
   }
 
@@ -111,7 +114,25 @@ class Page {
     for (const chart of this.charts.splice(0)) chart.element.remove();
     this.scenes = [null, null];
     this.stage.setScene(1, null);
+    this.showTopics();
+    this.cameras.setSources([{ source: 0, name: "" }]);
     if (!this.live) this.openRecordings();
+  }
+
+  // Tells the server which pictures are on the screen.
+  askPictures() {
+    const scans = $("scan-box").checked && !document.hidden ? Object.keys(this.topics).filter((topic) => isScan(this.topics[topic])) : [];
+    this.connection.send({ op: "pictures", topics: [...this.cameras.asked, ...scans.slice(0, 4)] });
+  }
+
+  takePicture(message) {
+    if (!isScan(this.topics[message.topic] ?? "")) this.cameras.take(message);
+    else if (message.source === (this.live ? 0 : this.chosen[0]) && $("scan-box").checked) this.stage.setScan(message);
+  }
+
+  showScans() {
+    this.stage.clearScans();
+    this.askPictures();
   }
 
   openRecordings() {
@@ -138,6 +159,7 @@ class Page {
       item.textContent = `${recording.name}: ${note}`;
       return item;
     })));
+    this.cameras.setSources(this.sources().map((source) => ({ source, name: shown.length > 1 ? this.recordings[source].name : "" })));
     this.scenes = [null, null];
     this.stage.setScene(1, null);
     for (const source of this.sources()) this.connection.send({ op: "open", source });
@@ -191,12 +213,18 @@ class Page {
 
   takeTopics({ topics }) {
     this.topics = topics;
+    this.showTopics();
     // Foot forces may be offered a moment after the robot.
     if (this.live && this.scenes[0] && !this.charts.some((chart) => chart.title === "Vertical foot forces") && topics["hrp/contact_forces"] && !this.sawForces) {
       this.sawForces = true;
       for (const chart of this.charts.splice(0)) chart.element.remove();
       this.makeCharts(chooseCharts(this.scenes[0], topics));
     }
+  }
+
+  showTopics() {
+    $("scan-layer").hidden = !Object.values(this.topics).some(isScan);
+    this.cameras.setTopics(this.topics);
   }
 
   takeFrame({ topics }) {
@@ -342,6 +370,7 @@ class Page {
     for (const box of document.querySelectorAll("[data-layer]")) {
       box.onchange = () => { this.stage.layers[box.dataset.layer] = box.checked; this.stage.dirty = true; };
     }
+    $("scan-box").onchange = () => this.showScans();
     addEventListener("keydown", (event) => this.takeKey(event));
     let theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
     try { theme = localStorage.getItem("theme") ?? theme; } catch { /* a browser that keeps nothing */ }
