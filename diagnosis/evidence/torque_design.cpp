@@ -60,12 +60,22 @@ double count_half_cycles(const TorqueData& data, int joint) {
   return count;
 }
 
-// What the first `width` columns, fitted to `fitted`, leave: by recording and kept sample; NaN where a row is not used.
-std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows, const Gram& fitted, long width) {
-  Columns all;
-  for (long c = 0; c < width; ++c) all.push_back(c);
+// Of what most joints may have: columns with a memory follow any slow error of a motion.
+Columns list_common_columns(const JointDesign& joint, long whole_width) {
+  Columns list;
+  for (size_t t = 0; t < joint.terms.size(); ++t) {
+    if (joint.terms[t].row->memory) continue;
+    for (long c : list_columns(joint, t)) list.push_back(c);
+  }
+  for (long c = 0; c < whole_width; ++c) list.push_back(joint.own_width + c);
+  return list;
+}
+
+// What these columns, fitted to `fitted`, leave: by recording and kept sample; NaN where a row is not used.
+std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows, const Gram& fitted, const Columns& columns) {
   Eigen::VectorXd theta = Eigen::VectorXd::Zero(joint.own_width + rows.whole[0].cols());
-  theta.head(width) = solve(fitted, all);
+  const Eigen::VectorXd found = solve(fitted, columns);
+  for (size_t c = 0; c < columns.size(); ++c) theta[columns[c]] = found[static_cast<long>(c)];
   const auto own = theta.head(joint.own_width), whole = theta.tail(rows.whole[0].cols());
   std::vector<std::vector<double>> left;
   for (size_t r = 0; r < data.recordings.size(); ++r) {
@@ -102,7 +112,7 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
   const long width = joint.own_width + rows.whole[0].cols();
   Gram everything = sum(joint.held, width);
   everything.add(joint.total, 1.0);
-  const std::vector<std::vector<double>> left = calc_left(*data, joint, rows, everything, width);
+  const std::vector<std::vector<double>> left = calc_left(*data, joint, rows, everything, list_common_columns(joint, rows.whole[0].cols()));
   std::vector<double> size;
   for (const std::vector<double>& recording : left) {
     for (double x : recording) {
@@ -248,7 +258,7 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     if (joint.total.n < kFewestSamples) continue;
     if (!data.experiment->robot.tree.joint(j).actuated) joint.spread = calc_passive_spread(data, j);
     joint.loaded = correlate_load(data, j) > kLoaded;
-    joint.effective = count_independent(data, joint, calc_left(data, joint, rows, joint.total, joint.own_width));
+    joint.effective = count_independent(data, joint, calc_left(data, joint, rows, joint.total, list_common_columns(joint, 0)));
     design.joints.push_back(std::move(joint));
   }
   for (JointDesign& joint : design.joints) {

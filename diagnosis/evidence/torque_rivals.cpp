@@ -87,6 +87,8 @@ class RivalSearch {
       if (std::find(have.begin(), have.end(), term) != have.end() || contains(*other.row, *g_.term.row) ||
           other.row->effect == g_.term.row->effect)
         continue;
+      // What dry friction does before it slips is no other effect.
+      if (other.row->memory && g_.term.row->is_dry()) continue;
       // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
       const bool of_drive = g_.place.joint >= 0;
       if (other.row->scales_model && of_drive) continue;

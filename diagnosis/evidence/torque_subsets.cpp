@@ -157,7 +157,7 @@ class SubsetSearch {
   void add_best(const TermRow& row, const Terms& beside, double least, Terms* pool, Terms* all) const {
     size_t chosen = joint_.terms.size();
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
-      if (joint_.terms[t].row != &row || joint_.terms[t].shape < row.least_shape) continue;
+      if (joint_.terms[t].row != &row || (row.least_shape > 0.0 && joint_.terms[t].shape <= row.least_shape)) continue;
       Terms with = beside;
       with.push_back(t);
       const double cross = cross_validate(folds_, total_, list_own(joint_, with));

@@ -28,8 +28,8 @@ constexpr double kLeastGain = 0.5, kMostGain = 2.0;
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
 constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};
 // Yield angles [rad] by factors of kYieldStep to a fifth of the joint's range; half a step is what the next one would fit
-// as well. Below kFirstYield it is what dry friction does before it slips.
-constexpr double kFirstPreSliding = 0.001, kFirstYield = 0.004, kYieldStep = 1.4, kYieldTravel = 0.2, kYieldStd = 0.25;
+// as well. The smallest one, or less, is what dry friction does before it slips.
+constexpr double kFirstYield = 0.004, kYieldStep = 1.4, kYieldTravel = 0.2, kYieldStd = 0.25;
 constexpr double kFast = 0.9;
 // [s] A delay's torque is linear in the delay near one of these: with r'' of 10 rad/s^2 and 200 N m/rad, the square of
 // 12 ms is 0.14 N m.
@@ -115,7 +115,7 @@ std::vector<double> list_yield_angles(const TorqueData& data, int joint) {
   double low = 1e300, high = -1e300;
   for (const R& r : data.recordings) low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
   std::vector<double> list;
-  for (double yield = kFirstPreSliding; yield < kYieldTravel * (high - low); yield *= kYieldStep) list.push_back(yield);
+  for (double yield = kFirstYield; yield < kYieldTravel * (high - low); yield *= kYieldStep) list.push_back(yield);
   return list;
 }
 
@@ -197,7 +197,7 @@ std::vector<TermRow> make_joint_rows() {
       Row("cogging", 3.0, kSweeps).column(&calc_ripple, 2).shapes(&find_ripples).parameters(&make_cogging, &take_cogging)
           .shaped_by(1).is(&T::needs_drive),
       Row("hysteresis", 3.0, kReversals).column(&calc_memory).shapes(&list_yield_angles).positive()
-          .parameters(&make_hysteresis, &take_hysteresis).shaped_by(1).shape_from(kFirstYield)
+          .parameters(&make_hysteresis, &take_hysteresis).shaped_by(1).shape_above(kFirstYield)
           .is(&T::memory).is(&T::only_beside_all)};
 }
 

@@ -38,7 +38,7 @@ struct Row : TermRow {
   Row& worth_saying_from(double size) { return material = size, *this; }
   Row& is(bool TermRow::*property) { return this->*property = true, *this; }
   Row& constant_in(int column) { return constant = column, *this; }
-  Row& shape_from(double least) { return least_shape = least, *this; }
+  Row& shape_above(double least) { return least_shape = least, *this; }
   Row& shaped_by(int parameter) { return shape_parameter = parameter, scanned = true, *this; }
 };
 

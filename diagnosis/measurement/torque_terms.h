@@ -75,7 +75,7 @@ struct TermRow {
   bool by_load = false;        // dry friction that grows with the load
   bool excess = false;         // friction at rest above a level: no law without one, reported with it
   bool memory = false;         // follows where the joint has been: beside dry friction, whose pre-sliding looks like it
-  double least_shape = 0.0;    // terms of a smaller shape are for comparison only
+  double least_shape = 0.0;    // a term of this shape or a smaller one is for comparison only
   bool backwards = false;      // of a gear while the load drives it
   bool scales_effort = false;  // the drive's gain by the recorded effort; its column by the model follows in the list
   bool scales_model = false;   // the drive's gain by the model's torque: the other bound
