@@ -116,9 +116,10 @@ function(hrp_test_places target)
   target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/test_places)
 endfunction()
 
-# hrp_test(NAME LABEL unit LINK x ...): builds NAME.cpp of this folder with GoogleTest and registers it.
+# hrp_test(NAME LABEL unit LINK x ...): builds NAME.cpp of this folder with GoogleTest and registers it. COST: seconds that it
+# takes, of the longest ones: they start first, so that the last test does not run alone.
 function(hrp_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "LINK;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;COST" "LINK;SOURCES" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 600) # only ends a test that hangs; a busy machine may take several times as long
   endif()
@@ -132,4 +133,7 @@ function(hrp_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABEL}" TIMEOUT ${ARG_TIMEOUT})
+  if(ARG_COST)
+    set_tests_properties(${name} PROPERTIES COST ${ARG_COST})
+  endif()
 endfunction()
