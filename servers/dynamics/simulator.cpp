@@ -105,6 +105,7 @@ Simulator::Impl::Impl(const RobotDescription& robot, const Scenario& given, Tree
   wrenches.resize(tree.links.size(), Vector6d::Zero());
   push_wrenches = wrenches;
   impedances.reserve(tree.links.size());
+  loaded.resize(tree.links.size());
   for (auto* vector : {&effort, &inertia_extra, &joint_efforts, &servo_efforts}) vector->setZero(n);
   for (auto* vector : {&vdot, &v, &v_end, &v_free}) vector->setZero(nv);
   stage_v.assign(6, Eigen::VectorXd::Zero(nv));
