@@ -24,6 +24,7 @@ void TwistProjector::add_point(const Vector3d& r, const Vector3d& n) {
   if (num_ == kMaxProjectionPoints) return;
   a_[num_] << r.cross(-n) / length_, -n;
   square_[num_] = a_[num_].squaredNorm();
+  size_[num_] = std::sqrt(square_[num_]);
   ++num_;
 }
 
@@ -33,21 +34,23 @@ double TwistProjector::calc_pressing_speed(int i, const Vector6d& x) const {
 
 // [H03 eq. 2]
 TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, double tolerance) {
-  x0_ = x_ = scale_rotation(twist, length_);
+  x0_ = scale_rotation(twist, length_);
+  Vector6d x = x0_;  // each point waits for the one before: x stays in registers
   std::fill(lambda_, lambda_ + num_, 0.0);
   TwistProjection result;
   for (; result.sweeps < max_sweeps; ++result.sweeps) {
     result.residual = 0.0;
     for (int i = 0; i < num_; ++i) {
-      const double step = std::max(-a_[i].dot(x_) / square_[i], -lambda_[i]);
+      const double step = std::max(-a_[i].dot(x) / square_[i], -lambda_[i]);
       if (step == 0.0) continue;
       lambda_[i] += step;
-      x_ += step * a_[i];
-      result.residual = std::max(result.residual, std::abs(step) * std::sqrt(square_[i]));
+      x += step * a_[i];
+      result.residual = std::max(result.residual, std::abs(step) * size_[i]);
     }
     if (result.residual <= tolerance) break;
   }
-  result.x = scale_rotation(x_, 1.0 / length_);
+  x_ = x;
+  result.x = scale_rotation(x, 1.0 / length_);
   return result;
 }
 

@@ -48,7 +48,7 @@ class TwistProjector {
   double length_ = 0.1;
   int num_ = 0;
   Vector6d a_[kMaxProjectionPoints];
-  double square_[kMaxProjectionPoints];
+  double square_[kMaxProjectionPoints], size_[kMaxProjectionPoints];  // |a_i|^2, |a_i|
   double lambda_[kMaxProjectionPoints];
   Vector6d x0_ = Vector6d::Zero();
   Vector6d x_ = Vector6d::Zero();
