@@ -104,11 +104,16 @@ void start_links(const Model& model, Data* data) {
   }
 }
 
-// Marked links as start_links leaves them; data->motion has what does not change.
+// Marked links as start_links leaves them; their motion and its forces are still there.
 void restart_links(const Model& model, const std::vector<char>& marks, Data* data) {
-  const LinkConstants* links = model.links().data();
   for (size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i]) start_link(links[i], data->kinematics[i], &data->motion[i], &data->articulated[i]);
+    if (!marks[i]) continue;
+    const LinkConstants& L = model.links()[i];
+    const LinkKinematics& k = data->kinematics[i];
+    LinkArticulated* A = &data->articulated[i];
+    start_inertia(k, k.R * L.h, calc_turned_inertia(L, k.R), L.mass, A);
+    A->n = data->motion[i].n;
+    A->f = data->motion[i].f;
   }
 }
 
