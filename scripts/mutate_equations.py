@@ -47,7 +47,7 @@ MUTATIONS = (
     ('H03 eq. 4', WRENCH, 'return spring + damper;', 'return spring;'),
     ('H03 eq. 5', WRENCH, 'Matrix6d::Identity() - n * n.transpose() / square;', 'Matrix6d::Identity();'),
     ('H03 eq. 5', WRENCH, 'return -calc_tangential_slope(law, normal) * V;', 'return calc_tangential_slope(law, normal) * V;'),
-    ('H03 eq. 5', POINTS, 'slip + parameters.tangential_damping * velocity', 'slip - parameters.tangential_damping * velocity'),
+    ('H03 eq. 5', 'servers/dynamics/contact_law.h', 'slip + parameters.tangential_damping * velocity', 'slip - parameters.tangential_damping * velocity'),
     ('H03 eq. 5', SPRING, 'const Vector3d tangential = remove_normal(point.n, v);\n  return calc_tangential_force(', 'const Vector3d tangential = v;\n  return calc_tangential_force('),
     ('H03 eq. 6', WRENCH, 'const double limit = friction * calc_wrench_norm(length, normal);', 'const double limit = calc_wrench_norm(length, normal);'),
     ('H03 eq. 6', WRENCH, '*tangential *= limit / size;', '*tangential *= 0.5 * limit / size;'),
