@@ -323,6 +323,7 @@ const Eigen::VectorXd& Simulator::joint_efforts() const { return impl_->joint_ef
 const Eigen::VectorXd& Simulator::servo_efforts() const { return impl_->servo_efforts; }
 const std::vector<double>& Simulator::foot_forces() const { return impl_->foot_forces; }
 const SensorSample& Simulator::sensors() const { return impl_->sensors.sample(); }
+int Simulator::solves() const { return impl_->solves; }
 const TreeSpec& Simulator::tree() const { return impl_->model.spec(); }
 
 unsigned long long Simulator::state_hash() const {
