@@ -13,6 +13,8 @@ import sys
 
 MULTIBODY = (('forward dynamics', 'forward_dynamics', ('ours', 'mujoco', 'dart')), ('mass matrix', 'mass_matrix', ('ours', 'mujoco', 'dart')),
              ('inverse dynamics', 'inverse_dynamics', ('ours', 'mujoco', 'dart')))
+STEPS = (('ours, contacts given', 'our_step', (0, 4, 8, 16, 32, 64)),
+         ('ours, contacts given, margin 1 mm', 'our_quiet_step', (8, 32, 64)))
 OPTIONS = ('elliptic cones, implicit', 'default', 'default, one iteration')
 PACKAGES = ('libmujoco-dev', 'libdart-dev', 'libeigen3-dev', 'cyclonedds-dev', 'libfastrtps-dev')
 
@@ -63,16 +65,20 @@ def print_multibody(runs):
     print()
 
 
+def print_step(runs, title, name):
+    print_row(title, show(find_counter(runs, name, 'contacts'), '%d'), show(find_counter(runs, name, 'solves'), '%.1f'),
+              show(find_time(runs, name)))
+
+
 def print_steps(runs):
-    print_head('whole step [us]', 'contacts', 'time')
-    search = find_time(runs, 'our_search/0')
-    for points in (0, 4, 8, 16, 32, 64):
-        name = 'our_step/%d' % points
-        print_row('ours, contacts given', show(find_counter(runs, name, 'contacts'), '%d'), show(find_time(runs, name)))
-    print_row('ours, search of contacts', '', show(search))
+    print_head('whole step [us]', 'contacts', 'solves', 'time')
+    for title, kind, rows in STEPS:
+        for points in rows:
+            print_step(runs, title, '%s/%d' % (kind, points))
+    print_row('ours, search of contacts', '', '', show(find_time(runs, 'our_search/0')))
     for i, options in enumerate(OPTIONS):
         name = 'mujoco_step/%d' % i
-        print_row('MuJoCo, %s, with search' % options, show(find_counter(runs, name, 'contacts'), '%d'), show(find_time(runs, name)))
+        print_row('MuJoCo, %s, with search' % options, show(find_counter(runs, name, 'contacts'), '%d'), '', show(find_time(runs, name)))
     print()
     print_head('1000 robots in one process, with search', 'robot steps per second of processor')
     print_row('ours', show(find_counter(runs, 'our_batch', 'robot_steps'), '%.0f'))

@@ -104,12 +104,35 @@ void start_links(const Model& model, Data* data) {
   }
 }
 
+// Marked links as start_links leaves them; their motion and its forces are still there.
+void restart_links(const Model& model, const std::vector<char>& marks, Data* data) {
+  for (size_t i = 0; i < marks.size(); ++i) {
+    if (!marks[i]) continue;
+    const LinkConstants& L = model.links()[i];
+    const LinkKinematics& k = data->kinematics[i];
+    LinkArticulated* A = &data->articulated[i];
+    start_inertia(k, k.R * L.h, calc_turned_inertia(L, k.R), L.mass, A);
+    A->n = data->motion[i].n;
+    A->f = data->motion[i].f;
+  }
+}
+
+inline void subtract_wrench(const Vector6d& F, LinkArticulated* A) {
+  A->n -= small::load(F.data());
+  A->f -= small::load(F.data() + 3);
+}
+
 void subtract_wrenches(const Model& model, const LinkWrenches* wrenches, Data* data) {
   if (wrenches == nullptr || wrenches->empty()) return;
   HRP_CHECK(static_cast<int>(wrenches->size()) == model.num_links(), "one wrench per link, got " << wrenches->size());
-  for (size_t i = 0; i < wrenches->size(); ++i) {
-    data->articulated[i].n -= small::load((*wrenches)[i].data());
-    data->articulated[i].f -= small::load((*wrenches)[i].data() + 3);
+  for (size_t i = 0; i < wrenches->size(); ++i) subtract_wrench((*wrenches)[i], &data->articulated[i]);
+}
+
+void subtract_marked_wrenches(const std::vector<char>& marks, const LinkWrenches* wrenches, Data* data) {
+  if (wrenches == nullptr || wrenches->empty()) return;
+  HRP_CHECK(wrenches->size() == marks.size(), "one wrench per link, got " << wrenches->size());
+  for (size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i]) subtract_wrench((*wrenches)[i], &data->articulated[i]);
   }
 }
 
@@ -139,23 +162,52 @@ void add_impedance_force(const Model& model, const LinkImpedances* impedances, D
   }
 }
 
+const double* get_inertia_extra(const ImplicitTerms& implicit) {
+  return implicit.joint_inertia_extra != nullptr ? implicit.joint_inertia_extra->data() : nullptr;
+}
+
+inline double calc_joint_inertia(const LinkConstants& L, const double* extra, int link) {
+  return L.rotor_inertia + (extra != nullptr ? extra[link - 1] : 0.0);
+}
+
 // Inward with or without forces. Returns false when some joint or the base cannot be accelerated.
 template <bool with_forces>
 bool gather(const Model& model, const ImplicitTerms& implicit, const double* effort, Data* data) {
   const LinkConstants* links = model.links().data();
   const LinkKinematics* k = data->kinematics.data();
   LinkArticulated* A = data->articulated.data();
-  const double* extra = implicit.joint_inertia_extra != nullptr ? implicit.joint_inertia_extra->data() : nullptr;
+  const double* extra = get_inertia_extra(implicit);
   const bool floating = model.floating();
   bool positive = true;
   for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
     const int i = *it;
     const int p = links[i].parent;
     const bool slide = slides(links[i]);
-    const double inertia = links[i].rotor_inertia + (extra != nullptr ? extra[i - 1] : 0.0);
-    positive = articulated::project(slide, k[i].axis, inertia, A + i) && positive;
+    positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
     if (p > 0 || floating) articulated::pass_inertia(A[i], k[i].r, A + p);
     if (with_forces) articulated::pass_force(slide, k[i].axis, k[i].r, effort[i - 1], A + i, A + p);
+  }
+  return (!floating || articulated::factor_base(A[0], &data->base_factor)) && positive;
+}
+
+// gather<true> for marked links. What others pass to a marked link is the same as before, added in the same order.
+bool regather(const Model& model, const std::vector<char>& marks, const ImplicitTerms& implicit, const double* effort,
+              Data* data) {
+  const LinkConstants* links = model.links().data();
+  const LinkKinematics* k = data->kinematics.data();
+  LinkArticulated* A = data->articulated.data();
+  const double* extra = get_inertia_extra(implicit);
+  const bool floating = model.floating();
+  bool positive = true;
+  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
+    const int i = *it, p = links[i].parent;
+    if (!marks[static_cast<size_t>(p)]) continue;
+    const bool slide = slides(links[i]);
+    if (marks[static_cast<size_t>(i)]) {
+      positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
+    }
+    if (p > 0 || floating) articulated::pass_inertia(A[i], k[i].r, A + p);
+    articulated::pass_force(slide, k[i].axis, k[i].r, effort[i - 1], A + i, A + p);
   }
   return (!floating || articulated::factor_base(A[0], &data->base_factor)) && positive;
 }
@@ -182,6 +234,12 @@ void check_terms(const Model& model, const ImplicitTerms& implicit) {
   HRP_CHECK(extra == nullptr || extra->size() == model.num_joints(), "joint_inertia_extra has " << extra->size());
 }
 
+Status finish_solve(const Model& model, bool positive, Data* data, Eigen::VectorXd* vdot) {
+  spread(model, data, vdot->data());
+  if (!std::isfinite(vdot->sum())) return positive ? Status::kNotFinite : Status::kSingular;
+  return positive ? Status::kOk : Status::kSingular;
+}
+
 void load_right_side(const Model& model, const Eigen::VectorXd* tau, const LinkWrenches* wrenches, Data* data) {
   for (LinkArticulated& A : data->articulated) A.n = A.f = {0, 0, 0};
   subtract_wrenches(model, wrenches, data);
@@ -201,10 +259,26 @@ Status calc_forward_dynamics(const Model& model, const Eigen::VectorXd& effort, 
   subtract_wrenches(model, wrenches, data);
   add_impedance_inertia(model, implicit.impedances, data);
   add_impedance_force(model, implicit.impedances, data);
-  const bool positive = gather<true>(model, implicit, effort.data(), data);
-  spread(model, data, vdot->data());
-  if (!std::isfinite(vdot->sum())) return positive ? Status::kNotFinite : Status::kSingular;
-  return positive ? Status::kOk : Status::kSingular;
+  return finish_solve(model, gather<true>(model, implicit, effort.data(), data), data, vdot);
+}
+
+void mark_path(const Model& model, int link, std::vector<char>* marks) {
+  for (int i = link; i > 0; i = model.parent(i)) (*marks)[static_cast<size_t>(i)] = 1;
+  (*marks)[0] = 1;
+}
+
+Status recalc_forward_dynamics(const Model& model, const std::vector<char>& marks, const Eigen::VectorXd& effort,
+                               const LinkWrenches* wrenches, const ImplicitTerms& implicit, Data* data,
+                               Eigen::VectorXd* vdot) {
+  HRP_CHECK(effort.size() == model.num_joints() && vdot->size() == model.nv(),
+            "sizes " << effort.size() << ", " << vdot->size());
+  HRP_CHECK(static_cast<int>(marks.size()) == model.num_links(), "one mark per link, got " << marks.size());
+  check_terms(model, implicit);
+  restart_links(model, marks, data);
+  subtract_marked_wrenches(marks, wrenches, data);
+  add_impedance_inertia(model, implicit.impedances, data);
+  add_impedance_force(model, implicit.impedances, data);
+  return finish_solve(model, regather(model, marks, implicit, effort.data(), data), data, vdot);
 }
 
 Status update_articulated_inertia(const Model& model, const ImplicitTerms& implicit, Data* data) {

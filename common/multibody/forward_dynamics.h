@@ -31,6 +31,15 @@ struct ImplicitTerms {
 Status calc_forward_dynamics(const Model& model, const Eigen::VectorXd& effort, const LinkWrenches* wrenches,
                              const ImplicitTerms& implicit, Data* data, Eigen::VectorXd* vdot);
 
+// Marks `link` and every link that carries it, down to the base. marks: by link.
+void mark_path(const Model& model, int link, std::vector<char>* marks);
+
+// The same bits as calc_forward_dynamics, at less cost: since that (or this) function has seen `data`, nothing may have
+// changed but wrenches and impedances of links for which mark_path() was called. Gathers marked links only.
+Status recalc_forward_dynamics(const Model& model, const std::vector<char>& marks, const Eigen::VectorXd& effort,
+                               const LinkWrenches* wrenches, const ImplicitTerms& implicit, Data* data,
+                               Eigen::VectorXd* vdot);
+
 // Only the factorisation, which does not depend on velocities. Needs update_kinematics.
 Status update_articulated_inertia(const Model& model, const ImplicitTerms& implicit, Data* data);
 

@@ -44,6 +44,10 @@ inline V3 operator*(const S3& A, V3 v) {
 inline S3 operator+(const S3& A, const S3& B) {
   return {A.xx + B.xx, A.xy + B.xy, A.xz + B.xz, A.yy + B.yy, A.yz + B.yz, A.zz + B.zz};
 }
+inline S3 operator-(const S3& A, const S3& B) {
+  return {A.xx - B.xx, A.xy - B.xy, A.xz - B.xz, A.yy - B.yy, A.yz - B.yz, A.zz - B.zz};
+}
+inline S3 operator*(double s, const S3& A) { return {s * A.xx, s * A.xy, s * A.xz, s * A.yy, s * A.yz, s * A.zz}; }
 // R A R^T.
 inline S3 rotate(const M3& R, const S3& A) {
   const V3 a = R * V3{A.xx, A.xy, A.xz}, b = R * V3{A.xy, A.yy, A.yz}, c = R * V3{A.xz, A.yz, A.zz};

@@ -31,12 +31,6 @@ double calc_damper_coefficient(const PointContactParameters& parameters, double 
   return parameters.lambda * (parameters.exponent == 1.0 ? depth : std::pow(depth, parameters.exponent));
 }
 
-// [H03 eq. 5]
-Vector3d calc_tangential_force(const PointContactParameters& parameters, const Vector3d& slip,
-                               const Vector3d& velocity) {
-  return -(parameters.tangential_stiffness * slip + parameters.tangential_damping * velocity);
-}
-
 // [H03 eq. 6]
 bool clip_to_cone(double normal_force, double friction, Vector3d* tangential) {
   const double limit = friction * (normal_force > 0.0 ? normal_force : 0.0);

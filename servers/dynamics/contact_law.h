@@ -41,8 +41,10 @@ inline double calc_lambda(double alpha, double stiffness) { return 1.5 * alpha *
 
 // Tangential force before clipping: damper of [H03 eq. 5] and the sticking spring. slip: displacement of A against B
 // since it stuck; velocity: relative velocity of A at the point. Both without normal part.
-Vector3d calc_tangential_force(const PointContactParameters& parameters, const Vector3d& slip,
-                               const Vector3d& velocity);
+inline Vector3d calc_tangential_force(const PointContactParameters& parameters, const Vector3d& slip,
+                                      const Vector3d& velocity) {
+  return -(parameters.tangential_stiffness * slip + parameters.tangential_damping * velocity);
+}
 
 // [H03 eq. 6] for one point: no force of more than friction x normal along the surface. Returns true when it clipped.
 bool clip_to_cone(double normal_force, double friction, Vector3d* tangential);

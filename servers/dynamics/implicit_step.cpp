@@ -5,6 +5,8 @@
 //   (M + dt diag(b) + sum J^T Z J) vdot = a - b v - h + J^T F0,   v' = v + dt vdot
 //
 // one articulated-body pass. Regimes (limits, friction, gaps, open and sliding contacts) are settled by repeating it.
+#include <algorithm>
+
 #include "common/multibody/kinematics.h"
 #include "servers/dynamics/simulator_impl.h"
 
@@ -22,14 +24,38 @@ void Simulator::Impl::start_wrenches() {
   impedances.clear();
 }
 
+void Simulator::Impl::add_contacts() {
+  if (by_pair) {
+    wrench.add(data, &wrenches, &impedances);
+  } else {
+    spring.add(data, &wrenches, &impedances);
+  }
+}
+
 StepStatus Simulator::Impl::solve_once(const State& at, bool with_contact) {
   joints.linearise(at, &effort, &inertia_extra);
   start_wrenches();
-  if (with_contact && by_pair) wrench.add(data, &wrenches, &impedances);
-  if (with_contact && !by_pair) spring.add(data, &wrenches, &impedances);
+  if (with_contact) add_contacts();
   const ImplicitTerms implicit{&inertia_extra, &impedances};
   if (loops.rows() > 0) return convert(solve_loops(at, implicit));
   return convert(calc_forward_dynamics(model, effort, &wrenches, implicit, &data, &vdot));
+}
+
+StepStatus Simulator::Impl::solve_again() {
+  if (loops.rows() > 0) return solve_once(state, true);  // the loops' forces are in the efforts
+  start_wrenches();
+  add_contacts();
+  const ImplicitTerms implicit{&inertia_extra, &impedances};
+  return convert(recalc_forward_dynamics(model, loaded, effort, &wrenches, implicit, &data, &vdot));
+}
+
+void Simulator::Impl::mark_contacts(const ContactSet& contacts) {
+  std::fill(loaded.begin(), loaded.end(), 0);
+  for (const ContactPair& pair : contacts) {
+    for (const int body : {pair.body_a, pair.body_b}) {
+      if (body >= 0) mark_path(model, body, &loaded);
+    }
+  }
 }
 
 // The forces that keep chains closed, then once more with them as efforts and a wrench on the base, so that contacts
@@ -45,17 +71,18 @@ Status Simulator::Impl::solve_loops(const State& at, const ImplicitTerms& implic
 
 StepStatus Simulator::Impl::solve_regimes() {
   const double* qdd = vdot.data() + model.num_base();
+  bool joints_changed = true;
   for (solves = 1;; ++solves) {
-    const StepStatus status = solve_once(state, true);
+    const StepStatus status = joints_changed ? solve_once(state, true) : solve_again();
     if (status != StepStatus::kOk) return status;
     if (solves == kMaxSolves) break;
-    const bool joints_changed = joints.resolve(state, qdd);
+    joints_changed = joints.resolve(state, qdd);
     if (!resolve_contacts() && !joints_changed) break;
   }
   // Rarely regimes go round in circles, mostly while a foot lands on an edge. The third time everything is held.
   for (int round = 0; round < 3 && hold_contacts(round == 2); ++round) {
     ++solves;
-    const StepStatus status = solve_once(state, true);
+    const StepStatus status = solve_again();
     if (status != StepStatus::kOk) return status;
   }
   return StepStatus::kOk;
@@ -84,6 +111,7 @@ StepStatus Simulator::Impl::advance_implicit(const ContactSet& contacts) {
   } else {
     spring.start(contacts, model, data, dt, dt);
   }
+  mark_contacts(contacts);
   const StepStatus status = solve_regimes();
   if (status != StepStatus::kOk) return status;
   report.start(contacts);

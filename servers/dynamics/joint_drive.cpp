@@ -33,11 +33,15 @@ double get_motor_v(const JointLaws& laws, const DriveMemory& memory, const Drive
   return laws.elastic ? memory.motor_v : step.in.v;
 }
 
-AffineEffort calc_servo(const JointLaws& laws, double motor_q, const DriveStep& step) {
-  if (step.regime.servo != 0) return {step.regime.servo * laws.effort_limit, 0.0};
-  const DriveInput& in = step.in;
+// Before its limit.
+AffineEffort calc_free_servo(const JointLaws& laws, double motor_q, const DriveInput& in) {
   const double error = in.reference - (motor_q + laws.joint_offset);
   return {calc_servo_effort(laws, error, in.rate, in.forward), laws.kp * in.horizon + laws.kd};
+}
+
+AffineEffort calc_servo(const JointLaws& laws, double motor_q, const DriveStep& step) {
+  if (step.regime.servo != 0) return {step.regime.servo * laws.effort_limit, 0.0};
+  return calc_free_servo(laws, motor_q, step.in);
 }
 
 // What the motor gets from the servo's effort: first-order lag, torque constant.
@@ -147,11 +151,9 @@ bool change(signed char now, signed char* regime) {
 }
 
 bool resolve_limits(const JointLaws& laws, const DriveMemory& memory, double motor_v, DriveStep* step) {
-  DriveStep free = *step;
-  free.regime.servo = 0;
-  const double motor_q = calc_motor_q(laws, memory, *step);
-  const double servo = calc_servo(laws, motor_q, free).at(motor_v);
-  bool changed = change(find_limit_side(servo, laws.effort_limit), &step->regime.servo);
+  const bool limited = step->regime.servo != 0;
+  const AffineEffort servo = limited ? calc_free_servo(laws, calc_motor_q(laws, memory, *step), step->in) : step->servo;
+  bool changed = change(find_limit_side(servo.at(motor_v), laws.effort_limit), &step->regime.servo);
   const double drive = calc_drive(laws, memory, step->servo, step->in.horizon).at(motor_v);
   changed |= change(find_limit_side(drive, laws.saturation), &step->regime.saturation);
   return changed;
@@ -211,8 +213,9 @@ void start_drive(const JointLaws& laws, const DriveMemory& memory, const DriveIn
   DriveRegime& regime = step->regime;
   const double motor_q = calc_motor_q(laws, memory, *step);
   const double motor_v = get_motor_v(laws, memory, *step);
-  regime.servo = find_limit_side(calc_servo(laws, motor_q, *step).at(motor_v), laws.effort_limit);
-  step->servo = calc_servo(laws, motor_q, *step);
+  step->servo = calc_free_servo(laws, motor_q, in);
+  regime.servo = find_limit_side(step->servo.at(motor_v), laws.effort_limit);
+  if (regime.servo != 0) step->servo = calc_servo(laws, motor_q, *step);
   const double drive = calc_drive(laws, memory, step->servo, in.horizon).at(motor_v);
   regime.saturation = find_limit_side(drive, laws.saturation);
   step->load = std::clamp(drive, -laws.saturation, laws.saturation);

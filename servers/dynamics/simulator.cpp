@@ -105,6 +105,7 @@ Simulator::Impl::Impl(const RobotDescription& robot, const Scenario& given, Tree
   wrenches.resize(tree.links.size(), Vector6d::Zero());
   push_wrenches = wrenches;
   impedances.reserve(tree.links.size());
+  loaded.resize(tree.links.size());
   for (auto* vector : {&effort, &inertia_extra, &joint_efforts, &servo_efforts}) vector->setZero(n);
   for (auto* vector : {&vdot, &v, &v_end, &v_free}) vector->setZero(nv);
   stage_v.assign(6, Eigen::VectorXd::Zero(nv));
@@ -322,6 +323,7 @@ const Eigen::VectorXd& Simulator::joint_efforts() const { return impl_->joint_ef
 const Eigen::VectorXd& Simulator::servo_efforts() const { return impl_->servo_efforts; }
 const std::vector<double>& Simulator::foot_forces() const { return impl_->foot_forces; }
 const SensorSample& Simulator::sensors() const { return impl_->sensors.sample(); }
+int Simulator::solves() const { return impl_->solves; }
 const TreeSpec& Simulator::tree() const { return impl_->model.spec(); }
 
 unsigned long long Simulator::state_hash() const {

@@ -75,6 +75,9 @@ class Simulator {
   // Readings in the state reached by the last step, with the sensor errors of the scenario.
   const SensorSample& sensors() const;
 
+  // Passes of the articulated-body algorithm that the last implicit step took: more than one when regimes switched.
+  int solves() const;
+
   const TreeSpec& tree() const;  // after effects that change masses or inertias
 
  private:

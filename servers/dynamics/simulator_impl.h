@@ -36,7 +36,10 @@ struct Simulator::Impl {
   bool hold_contacts(bool all) { return by_pair ? wrench.hold(data) : spring.freeze_violators(data, all); }
   StepStatus solve_impulses(const ContactSet& contacts);
   StepStatus solve_once(const State& at, bool with_contact);
+  StepStatus solve_again();  // after solve_once() of the same state, when only contacts have changed since
+  void mark_contacts(const ContactSet& contacts);
   void start_wrenches();
+  void add_contacts();
   void finish_joints();
   void integrate(const Eigen::VectorXd* correction);
 
@@ -78,6 +81,7 @@ struct Simulator::Impl {
   Eigen::VectorXd loop_forces;      // J^T lambda
   LinkWrenches wrenches, push_wrenches;
   LinkImpedances impedances;
+  std::vector<char> loaded;  // by link: contacts act on it, or on what it carries
   Eigen::VectorXd effort, inertia_extra, vdot, v, v_end, v_free;
   Eigen::VectorXd joint_efforts, servo_efforts;
   std::vector<Eigen::VectorXd> stage_v, stage_a;  // Runge-Kutta

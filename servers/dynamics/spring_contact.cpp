@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace hrp {
 namespace {
@@ -11,47 +12,65 @@ constexpr int kMaxChanges = 6;              // of one point's regimes within a s
 constexpr double kLimitTolerance = 1e-7;    // relative: sliding friction has settled
 constexpr double kCoupledShare = 0.25;      // explicit stability of link against link: k dt^2 and c dt over the mass
 
-Vector3d remove_normal(const Vector3d& n, const Vector3d& v) { return v - n * n.dot(v); }
+// What a point needs in every solve is inline: calls cost a tenth of a step on many contacts.
+inline Vector3d remove_normal(const Vector3d& n, const Vector3d& v) { return v - n * n.dot(v); }
 
-// What an impedance feels (add_impedance_force): the part that vdot makes, and the part that velocities alone make, which
-// is kept as an accelerometer measures it, without gravity.
-Vector3d calc_acceleration(const Data& data, const Vector3d& gravity_W, int body, const Vector3d& p) {
-  if (body < 0) return Vector3d::Zero();
+// Acceleration of a body as an impedance feels it (add_impedance_force): the part that vdot makes, and the part that
+// velocities alone make, which is kept as an accelerometer measures it, without gravity. Zero for ground and obstacles.
+struct BodyAcceleration {
+  Vector3d alpha = Vector3d::Zero(), acc = Vector3d::Zero(), origin = Vector3d::Zero();
+  Vector3d calc_at(const Vector3d& p) const { return acc + alpha.cross(p - origin); }
+};
+
+BodyAcceleration find_acceleration(const Data& data, const Vector3d& gravity_W, int body) {
+  if (body < 0) return {};
   const LinkArticulated& A = data.articulated[static_cast<size_t>(body)];
   const LinkMotion& m = data.motion[static_cast<size_t>(body)];
-  const Vector3d r = p - small::to_eigen(data.kinematics[static_cast<size_t>(body)].p);
-  return small::to_eigen(A.acc) + small::to_eigen(m.acc) + gravity_W +
-         (small::to_eigen(A.alpha) + small::to_eigen(m.alpha)).cross(r);
+  return {small::to_eigen(A.alpha) + small::to_eigen(m.alpha), small::to_eigen(A.acc) + small::to_eigen(m.acc) + gravity_W,
+          small::to_eigen(data.kinematics[static_cast<size_t>(body)].p)};
 }
 
-void add_force(const Data& data, int body, const Vector3d& p, const Vector3d& f, LinkWrenches* wrenches) {
+inline void add_force(const Data& data, int body, const Vector3d& p, const Vector3d& f, LinkWrenches* wrenches) {
   if (body < 0) return;
   Vector6d& F = (*wrenches)[static_cast<size_t>(body)];
   F.head<3>() += (p - small::to_eigen(data.kinematics[static_cast<size_t>(body)].p)).cross(f);
   F.tail<3>() += f;
 }
 
-LinkImpedance& find_impedance(int link, LinkImpedances* impedances) {
-  for (LinkImpedance& impedance : *impedances) {
-    if (impedance.link == link) return impedance;
-  }
-  LinkImpedance impedance;
-  impedance.link = link;
-  impedances->push_back(impedance);  // reserved by the caller
-  return impedances->back();
-}
-
-// P^T z P with P = [-skew(r), 1], the map from the link's acceleration to the point's.
-void add_point_impedance(const Matrix3d& z, const Vector3d& r, Matrix6d* Z) {
-  const Matrix3d S = skew(r);
-  const Matrix3d Sz = S * z;
-  Z->topLeftCorner<3, 3>() -= Sz * S;
-  Z->topRightCorner<3, 3>() += Sz;
-  Z->bottomLeftCorner<3, 3>() += Sz.transpose();
-  Z->bottomRightCorner<3, 3>() += z;
+small::S3 make_square(const Vector3d& a) {
+  return {a.x() * a.x(), a.x() * a.y(), a.x() * a.z(), a.y() * a.y(), a.y() * a.z(), a.z() * a.z()};
 }
 
 }  // namespace
+
+// Of all points of a link: Z = [J H; H^T M]. J is symmetric but for rounding.
+struct PointImpedances {
+  small::M3 J{}, H{};
+  small::S3 M{};
+  bool any = false;
+
+  // P^T z P with P = [-skew(r), 1], the map from the link's acceleration to the point's.
+  void add(const small::S3& z, small::V3 r) {
+    any = true;
+    const small::M3 K{cross(r, small::V3{z.xx, z.xy, z.xz}), cross(r, small::V3{z.xy, z.yy, z.yz}),
+                      cross(r, small::V3{z.xz, z.yz, z.zz})};
+    J.x -= K.y * r.z - K.z * r.y;
+    J.y -= K.z * r.x - K.x * r.z;
+    J.z -= K.x * r.y - K.y * r.x;
+    H.x += K.x, H.y += K.y, H.z += K.z;
+    M = M + z;
+  }
+
+  LinkImpedance make(int link) const {
+    LinkImpedance impedance;
+    impedance.link = link;
+    impedance.Z.topLeftCorner<3, 3>() = small::to_eigen(J);
+    impedance.Z.topRightCorner<3, 3>() = small::to_eigen(H);
+    impedance.Z.bottomLeftCorner<3, 3>() = small::to_eigen(H).transpose();
+    impedance.Z.bottomRightCorner<3, 3>() << M.xx, M.xy, M.xz, M.xy, M.yy, M.yz, M.xz, M.yz, M.zz;
+    return impedance;
+  }
+};
 
 SpringContact::SpringContact(const ContactSpec& spec, const Model& model)
     : spec_(spec), law_(make_point_parameters(spec)), gravity_W_(model.gravity_W()) {
@@ -74,7 +93,8 @@ void SpringContact::start(const ContactSet& contacts, const Model& model, const 
   dt_ = dt;
   sort_contact_points(contacts, &order_);
   start_pairs(contacts);
-  for (const PairWork& pair : pairs_) {
+  for (PairWork& pair : pairs_) {
+    start_pair(data, &pair);
     for (int i = pair.first; i < pair.first + pair.count; ++i) {
       PointWork& point = points_[static_cast<size_t>(i)];
       start_point(pair, contacts, data, &point);
@@ -108,18 +128,33 @@ void SpringContact::start_pairs(const ContactSet& contacts) {
   }
 }
 
+// Anchors lie in the order of their points, which is that of bodies.
+void SpringContact::start_pair(const Data& data, PairWork* pair) const {
+  const Transform X_WB = get_body_pose(data, pair->body_b);
+  pair->R_WB = X_WB.R;
+  pair->X_AW = get_body_pose(data, pair->body_a).inverse();
+  pair->X_BW = X_WB.inverse();
+  const auto comes_before = [](const ContactAnchor& anchor, const PairWork& of) {
+    return std::tie(anchor.body_a, anchor.body_b) < std::tie(of.body_a, of.body_b);
+  };
+  const auto begin = std::lower_bound(anchors_.begin(), anchors_.end(), *pair, comes_before);
+  const auto other = [&](const ContactAnchor& anchor) { return anchor.body_a != pair->body_a || anchor.body_b != pair->body_b; };
+  pair->first_anchor = static_cast<size_t>(begin - anchors_.begin());
+  pair->end_anchor = static_cast<size_t>(std::find_if(begin, anchors_.end(), other) - anchors_.begin());
+}
+
 // The displacement that this point had at the end of the last step; none for a new one.
-void SpringContact::recall_anchor(const PairWork& pair, const Matrix3d& R_WB, PointWork* point) {
-  point->slip = Vector3d::Zero();
+void SpringContact::recall_anchor(const PairWork& pair, PointWork* point) const {
+  const ContactAnchor* found = nullptr;
   double nearest = kSamePoint * kSamePoint;
-  for (const ContactAnchor& anchor : anchors_) {
-    if (anchor.body_a != pair.body_a || anchor.body_b != pair.body_b) continue;
-    const double distance = (anchor.p_A - point->p_A).squaredNorm();
+  for (size_t i = pair.first_anchor; i < pair.end_anchor; ++i) {
+    const double distance = (anchors_[i].p_A - point->p_A).squaredNorm();
     if (distance >= nearest) continue;
     nearest = distance;
-    point->slip = remove_normal(point->n, R_WB * anchor.slip_B);
-    point->was_sliding = anchor.sliding;
+    found = &anchors_[i];
   }
+  point->slip = found ? remove_normal(point->n, pair.R_WB * found->slip_B) : Vector3d(Vector3d::Zero());
+  point->was_sliding = found && found->sliding;
   point->slip0 = point->slip;
 }
 
@@ -130,9 +165,8 @@ void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts
   point->p = contact.p_WC;
   point->n = contact.n_BA_W;
   point->depth = point->depth0 = contact.depth;
-  const Transform X_WB = get_body_pose(data, pair.body_b);
-  point->p_A = get_body_pose(data, pair.body_a).inverse() * contact.p_WC;
-  point->p_B = X_WB.inverse() * contact.p_WC;
+  point->p_A = pair.X_AW * contact.p_WC;
+  point->p_B = pair.X_BW * contact.p_WC;
   point->law = law_;
   point->spring = calc_normal_spring(law_, point->depth);
   // Near the ground, not on it: the same line, which is negative here. The implicit step asks for its end only.
@@ -142,7 +176,7 @@ void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts
   point->damping = calc_damper_coefficient(law_, point->depth);
   point->v = calc_body_point_velocity(data, pair.body_a, point->p) -
              calc_body_point_velocity(data, pair.body_b, point->p);
-  recall_anchor(pair, X_WB.R, point);
+  recall_anchor(pair, point);
   point->direction = Vector3d::Zero();
 }
 
@@ -197,39 +231,40 @@ void SpringContact::start_regimes(const PairWork& pair) {
     while (resolve_normal(point.v, &point)) {
     }
     point.changes = 0;
+    if (horizon_ != 0.0 && !pair.coupled && !point.was_sliding) continue;
     const double limit = pair.friction * calc_pressing_force(point, point.v);
     const Vector3d trial = calc_trial(point, point.v);
-    const bool guess_slide = horizon_ == 0.0 || pair.coupled || point.was_sliding;
-    if (guess_slide && trial.norm() > limit) start_sliding(limit, trial, &point);
+    if (trial.norm() > limit) start_sliding(limit, trial, &point);
   }
 }
 
-Vector3d SpringContact::calc_end_velocity(const Data& data, const PointWork& point) const {
-  const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
-  if (horizon_ == 0.0 || pair.coupled) return point.v;
-  return point.v + dt_ * calc_acceleration(data, gravity_W_, pair.body_a, point.p);
+// Spring and damper along the normal in the point's regime, at velocity v.
+inline NormalForce SpringContact::calc_normal_force(const PointWork& point, const Vector3d& v) const {
+  if (point.frozen) return point.fixed.normal;
+  NormalForce force;
+  if (point.normal == NormalRegime::kOpen) return force;
+  const double pressing = -point.n.dot(v);
+  force.spring = point.spring.force + point.spring.slope * horizon_ * pressing;
+  if (point.normal == NormalRegime::kSpringDamper) force.damper = point.damping * (pressing + point.pressing_offset);
+  return force;
 }
 
-// Spring and damper along the normal, without regime, at velocity v.
-double SpringContact::calc_pressing_force(const PointWork& point, const Vector3d& v) const {
-  const PointForceParts parts = calc_parts(point, v);
-  return std::max(0.0, parts.spring + parts.damper);
+inline double SpringContact::calc_pressing_force(const PointWork& point, const Vector3d& v) const {
+  return std::max(0.0, calc_normal_force(point, v).sum());
 }
 
 // Tangential force before clipping [H03 eq. 5] at the end of the step.
-Vector3d SpringContact::calc_trial(const PointWork& point, const Vector3d& v) const {
+inline Vector3d SpringContact::calc_trial(const PointWork& point, const Vector3d& v) const {
   const Vector3d tangential = remove_normal(point.n, v);
   return calc_tangential_force(point.law, point.slip + horizon_ * tangential, tangential);
 }
 
-PointForceParts SpringContact::calc_parts(const PointWork& point, const Vector3d& v) const {
+inline PointForceParts SpringContact::calc_parts(const PointWork& point, const Vector3d& v) const {
   if (point.frozen) return point.fixed;
   PointForceParts parts;
   parts.clipped = point.tangent == TangentRegime::kSlide || point.normal == NormalRegime::kOpen;
   if (point.normal == NormalRegime::kOpen) return parts;
-  const double pressing = -point.n.dot(v);
-  parts.spring = point.spring.force + point.spring.slope * horizon_ * pressing;
-  if (point.normal == NormalRegime::kSpringDamper) parts.damper = point.damping * (pressing + point.pressing_offset);
+  parts.normal = calc_normal_force(point, v);
   const Vector3d trial = calc_trial(point, v);
   if (point.tangent == TangentRegime::kStick) {
     parts.friction = trial;
@@ -240,48 +275,59 @@ PointForceParts SpringContact::calc_parts(const PointWork& point, const Vector3d
   return parts;
 }
 
-Matrix3d SpringContact::calc_point_impedance(const PointWork& point) const {
-  if (point.frozen) return Matrix3d::Zero();
+inline small::S3 SpringContact::calc_point_impedance(const PointWork& point) const {
+  if (point.frozen) return {};
   const double along = dt_ * (point.spring.slope * horizon_ +
                               (point.normal == NormalRegime::kSpringDamper ? point.damping : 0.0));
   const double across = dt_ * (point.law.tangential_stiffness * horizon_ + point.law.tangential_damping);
-  const Matrix3d nn = point.n * point.n.transpose();
-  Matrix3d tangential = Matrix3d::Identity() - nn;
+  const small::S3 nn = make_square(point.n);
+  small::S3 tangential = small::S3{1, 0, 0, 1, 0, 1} - nn;
   if (point.tangent == TangentRegime::kSlide) {
-    tangential = point.sideways * (tangential - point.direction * point.direction.transpose());
+    tangential = point.sideways * (tangential - make_square(point.direction));
   }
   return along * nn + across * tangential;
 }
 
 void SpringContact::add(const Data& data, LinkWrenches* wrenches, LinkImpedances* impedances) const {
-  for (const PointWork& point : points_) {
+  PointImpedances sum;
+  for (size_t i = 0; i < pairs_.size(); ++i) {
+    const PairWork& pair = pairs_[i];
+    add_pair(pair, data, wrenches, &sum);
+    if (i + 1 < pairs_.size() && pairs_[i + 1].body_a == pair.body_a) continue;
+    if (sum.any) impedances->push_back(sum.make(pair.body_a));  // reserved by the caller
+    sum = {};
+  }
+}
+
+void SpringContact::add_pair(const PairWork& pair, const Data& data, LinkWrenches* wrenches, PointImpedances* sum) const {
+  const bool implicit = horizon_ != 0.0 && !pair.coupled;
+  const small::V3 origin = data.kinematics[static_cast<size_t>(pair.body_a)].p;
+  for (int i = pair.first; i < pair.first + pair.count; ++i) {
+    const PointWork& point = points_[static_cast<size_t>(i)];
     if (point.normal == NormalRegime::kOpen) continue;
-    const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
     const PointForceParts parts = calc_parts(point, point.v);
-    const Vector3d f = point.n * (parts.spring + parts.damper) + parts.friction;
+    const Vector3d f = point.n * parts.normal.sum() + parts.friction;
     add_force(data, pair.body_a, point.p, f, wrenches);
     add_force(data, pair.body_b, point.p, -f, wrenches);
-    if (horizon_ == 0.0 || pair.coupled) continue;
-    const Vector3d r = point.p - small::to_eigen(data.kinematics[static_cast<size_t>(pair.body_a)].p);
-    add_point_impedance(calc_point_impedance(point), r, &find_impedance(pair.body_a, impedances).Z);
+    if (implicit) sum->add(calc_point_impedance(point), small::from_eigen(point.p) - origin);
   }
 }
 
 // A point never pulls along its normal: the damper ends where it would pull (one-sided), the contact where it would.
-bool SpringContact::resolve_normal(const Vector3d& v, PointWork* point) const {
+inline bool SpringContact::resolve_normal(const Vector3d& v, PointWork* point) const {
   if (point->normal == NormalRegime::kOpen) {
     // Not touching yet: closes within the step if it would be in the ground at its end.
     if (point->depth > 0.0 || !(point->depth - horizon_ * point->n.dot(v) > 0.0)) return false;
     point->normal = NormalRegime::kSpring;
     return true;
   }
-  const PointForceParts parts = calc_parts(*point, v);
-  if (parts.spring < 0.0 || parts.spring + parts.damper < 0.0) {
+  const NormalForce force = calc_normal_force(*point, v);
+  if (force.spring < 0.0 || force.sum() < 0.0) {
     point->normal = NormalRegime::kOpen;
     return true;
   }
   if (law_.two_sided) return false;
-  if (point->normal == NormalRegime::kSpringDamper && parts.damper < 0.0) {
+  if (point->normal == NormalRegime::kSpringDamper && force.damper < 0.0) {
     point->normal = NormalRegime::kSpring;
     point->pressing_offset = 0.0;
     return true;
@@ -304,7 +350,7 @@ void SpringContact::start_sliding(double limit, const Vector3d& trial, PointWork
 
 // [H03 eq. 6] at the end of the step. Linearised about the last answer: length fixed at the limit, direction turning
 // with the velocity, so that the linear system stays symmetric.
-bool SpringContact::resolve_tangent(const Vector3d& v, PointWork* point) const {
+inline bool SpringContact::resolve_tangent(const Vector3d& v, PointWork* point) const {
   if (point->normal == NormalRegime::kOpen) return false;
   const double limit = pairs_[static_cast<size_t>(point->pair)].friction * calc_pressing_force(*point, v);
   const Vector3d trial = calc_trial(*point, v);
@@ -327,36 +373,50 @@ bool SpringContact::resolve_tangent(const Vector3d& v, PointWork* point) const {
 bool SpringContact::resolve(const Data& data) {
   if (horizon_ == 0.0) return false;
   bool changed = false;
-  for (PointWork& point : points_) {
-    if (pairs_[static_cast<size_t>(point.pair)].coupled || point.changes >= kMaxChanges) continue;
-    const Vector3d v = calc_end_velocity(data, point);
-    const bool moved = resolve_normal(v, &point) || resolve_tangent(v, &point);
-    point.changes += moved;
-    changed |= moved;
+  for (const PairWork& pair : pairs_) {
+    if (pair.coupled) continue;
+    const BodyAcceleration a = find_acceleration(data, gravity_W_, pair.body_a);
+    for (int i = pair.first; i < pair.first + pair.count; ++i) {
+      PointWork& point = points_[static_cast<size_t>(i)];
+      if (point.changes >= kMaxChanges) continue;
+      const Vector3d v = point.v + dt_ * a.calc_at(point.p);
+      const bool moved = resolve_normal(v, &point) || resolve_tangent(v, &point);
+      point.changes += moved;
+      changed |= moved;
+    }
   }
   return changed;
 }
 
 bool SpringContact::freeze_violators(const Data& data, bool all) {
   bool any = false;
-  for (PointWork& point : points_) {
-    const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
-    if (pair.coupled || point.frozen || point.normal == NormalRegime::kOpen) continue;
-    PointForceParts parts = calc_parts(point, calc_end_velocity(data, point));
-    const double normal = parts.spring + parts.damper;
-    const double excess = parts.friction.norm() - pair.friction * std::max(0.0, normal);
-    const bool violates = normal < 0.0 || excess > 10.0 * kLimitTolerance * normal;
-    any |= violates;
-    if (!violates && !all) continue;
-    if (normal < 0.0) parts.spring = parts.damper = 0.0;
-    if (clip_to_cone(std::max(0.0, normal), pair.friction, &parts.friction)) {
-      parts.clipped = true;
-      point.tangent = TangentRegime::kSlide;
+  for (const PairWork& pair : pairs_) {
+    if (pair.coupled) continue;
+    const BodyAcceleration a = find_acceleration(data, gravity_W_, pair.body_a);
+    for (int i = pair.first; i < pair.first + pair.count; ++i) {
+      PointWork& point = points_[static_cast<size_t>(i)];
+      if (point.frozen || point.normal == NormalRegime::kOpen) continue;
+      const Vector3d v = horizon_ == 0.0 ? point.v : point.v + dt_ * a.calc_at(point.p);
+      any |= freeze_violator(pair, calc_parts(point, v), all, &point);
     }
-    point.fixed = parts;
-    point.frozen = true;
   }
   return any;
+}
+
+// True when the force leaves the cone [H03 eq. 6] or pulls.
+bool SpringContact::freeze_violator(const PairWork& pair, PointForceParts parts, bool always, PointWork* point) {
+  const double normal = parts.normal.sum();
+  const double excess = parts.friction.norm() - pair.friction * std::max(0.0, normal);
+  const bool violates = normal < 0.0 || excess > 10.0 * kLimitTolerance * normal;
+  if (!violates && !always) return false;
+  if (normal < 0.0) parts.normal = {};
+  if (clip_to_cone(std::max(0.0, normal), pair.friction, &parts.friction)) {
+    parts.clipped = true;
+    point->tangent = TangentRegime::kSlide;
+  }
+  point->fixed = parts;
+  point->frozen = true;
+  return violates;
 }
 
 void SpringContact::move(const Data& data) {
@@ -381,26 +441,33 @@ void SpringContact::move(const Data& data) {
 }
 
 void SpringContact::finish(const Data& data, ContactReport* report) {
-  for (const PointWork& point : points_) {
-    PointForce& force = report->point(point.index);
-    const Vector3d v = calc_end_velocity(data, point);
-    const PointForceParts parts = calc_parts(point, v);
-    force.spring = point.n * parts.spring;
-    force.damper = point.n * parts.damper;
-    force.friction = parts.friction;
-    force.slip = remove_normal(point.n, v);
-    force.clipped = parts.clipped;
-    keep_anchor(data, point, v);
+  for (const PairWork& pair : pairs_) {
+    const bool implicit = horizon_ != 0.0 && !pair.coupled;
+    const BodyAcceleration a = find_acceleration(data, gravity_W_, pair.body_a);
+    for (int i = pair.first; i < pair.first + pair.count; ++i) {
+      const PointWork& point = points_[static_cast<size_t>(i)];
+      const Vector3d v = implicit ? Vector3d(point.v + dt_ * a.calc_at(point.p)) : point.v;
+      finish_point(point, v, &report->point(point.index));
+      keep_anchor(pair, point, v);
+    }
   }
   report->finish();
 }
 
+void SpringContact::finish_point(const PointWork& point, const Vector3d& v, PointForce* force) const {
+  const PointForceParts parts = calc_parts(point, v);
+  force->spring = point.n * parts.normal.spring;
+  force->damper = point.n * parts.normal.damper;
+  force->friction = parts.friction;
+  force->slip = remove_normal(point.n, v);
+  force->clipped = parts.clipped;
+}
+
 // Where the point's anchor is at the end of the step: left behind while sticking; while sliding so near that spring and
 // damper together just hold what friction can.
-void SpringContact::keep_anchor(const Data& data, const PointWork& point, const Vector3d& v) {
+void SpringContact::keep_anchor(const PairWork& pair, const PointWork& point, const Vector3d& v) {
   const double stiffness = point.law.tangential_stiffness;
   if (stiffness <= 0.0 || point.normal == NormalRegime::kOpen) return;
-  const PairWork& pair = pairs_[static_cast<size_t>(point.pair)];
   const Vector3d tangential = remove_normal(point.n, v);
   ContactAnchor anchor;
   anchor.body_a = pair.body_a;
@@ -415,7 +482,7 @@ void SpringContact::keep_anchor(const Data& data, const PointWork& point, const 
     const double elastic = length + point.law.tangential_damping * tangential.dot(along);
     slip = -along * (std::max(0.0, elastic) / stiffness);
   }
-  anchor.slip_B = get_body_pose(data, pair.body_b).R.transpose() * slip;
+  anchor.slip_B = pair.R_WB.transpose() * slip;
   next_anchors_.push_back(anchor);
 }
 

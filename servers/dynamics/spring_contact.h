@@ -21,8 +21,14 @@ namespace hrp {
 enum class NormalRegime : signed char { kOpen, kSpring, kSpringDamper };
 enum class TangentRegime : signed char { kStick, kSlide };
 
+// [N] along the normal.
+struct NormalForce {
+  double spring = 0.0, damper = 0.0;
+  double sum() const { return spring + damper; }
+};
+
 struct PointForceParts {
-  double spring = 0.0, damper = 0.0;  // [N] along the normal
+  NormalForce normal;
   Vector3d friction = Vector3d::Zero();
   bool clipped = false;
 };
@@ -56,7 +62,12 @@ struct PairWork {
   double friction = 0.0;
   bool coupled = false;            // both bodies move: treated explicitly, see docs/physics.md
   int first = 0, count = 0;        // points
+  Matrix3d R_WB = Matrix3d::Identity();  // at the start of the step
+  Transform X_AW, X_BW;
+  size_t first_anchor = 0, end_anchor = 0;  // of the last step
 };
+
+struct PointImpedances;
 
 class SpringContact {
  public:
@@ -84,20 +95,24 @@ class SpringContact {
 
  private:
   void start_pairs(const ContactSet& contacts);
+  void start_pair(const Data& data, PairWork* pair) const;
   void start_point(const PairWork& pair, const ContactSet& contacts, const Data& data, PointWork* point);
   void limit_coupled_stiffness(const Model& model, const PairWork& pair, PointWork* point) const;
   void project_velocities(const PairWork& pair, const ContactSet& contacts, const Data& data);
   void start_regimes(const PairWork& pair);
-  void recall_anchor(const PairWork& pair, const Matrix3d& R_WB, PointWork* point);
-  Vector3d calc_end_velocity(const Data& data, const PointWork& point) const;
+  void recall_anchor(const PairWork& pair, PointWork* point) const;
+  void add_pair(const PairWork& pair, const Data& data, LinkWrenches* wrenches, PointImpedances* sum) const;
+  NormalForce calc_normal_force(const PointWork& point, const Vector3d& v) const;
   double calc_pressing_force(const PointWork& point, const Vector3d& v) const;
   Vector3d calc_trial(const PointWork& point, const Vector3d& v) const;
   PointForceParts calc_parts(const PointWork& point, const Vector3d& v) const;
-  Matrix3d calc_point_impedance(const PointWork& point) const;
+  small::S3 calc_point_impedance(const PointWork& point) const;
   bool resolve_normal(const Vector3d& v, PointWork* point) const;
   bool resolve_tangent(const Vector3d& v, PointWork* point) const;
   void start_sliding(double limit, const Vector3d& trial, PointWork* point) const;
-  void keep_anchor(const Data& data, const PointWork& point, const Vector3d& v);
+  static bool freeze_violator(const PairWork& pair, PointForceParts parts, bool always, PointWork* point);
+  void finish_point(const PointWork& point, const Vector3d& v, PointForce* force) const;
+  void keep_anchor(const PairWork& pair, const PointWork& point, const Vector3d& v);
 
   ContactSpec spec_;
   PointContactParameters law_;

@@ -13,6 +13,34 @@ Vector6d scale_rotation(const Vector6d& x, double length) {
   return scaled;
 }
 
+// Rows divided by their lengths. Their products with each other are found when one is asked for: few points hold.
+class UnitRows {
+ public:
+  UnitRows(const Vector6d* a, const double* square, int num) : num_(num) {
+    for (int i = 0; i < num; ++i) {
+      rows_[i] = a[i] / std::sqrt(square[i]);
+      known_[i] = false;
+    }
+  }
+  const Vector6d& get(int i) const { return rows_[i]; }
+  // What a step along row i adds to the speeds along all rows.
+  void add_step(int i, double step, double* speed) {
+    if (!known_[i]) find_products(i);
+    for (int j = 0; j < num_; ++j) speed[j] += step * products_[i][j];
+  }
+
+ private:
+  void find_products(int i) {
+    for (int j = 0; j < num_; ++j) products_[i][j] = rows_[j].dot(rows_[i]);
+    known_[i] = true;
+  }
+
+  int num_;
+  bool known_[kMaxProjectionPoints];
+  Vector6d rows_[kMaxProjectionPoints];
+  double products_[kMaxProjectionPoints][kMaxProjectionPoints];
+};
+
 }  // namespace
 
 void TwistProjector::reset(double length_scale) {
@@ -31,21 +59,33 @@ double TwistProjector::calc_pressing_speed(int i, const Vector6d& x) const {
   return a_[i].dot(scale_rotation(x, length_));
 }
 
-// [H03 eq. 2]
+// [H03 eq. 2], with rows of length 1. A step along one of them changes the speeds along all by their products with it: a
+// point waits for one product and one sum of the point before it, not for a whole dot product.
 TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, double tolerance) {
-  x0_ = x_ = scale_rotation(twist, length_);
-  std::fill(lambda_, lambda_ + num_, 0.0);
+  x0_ = scale_rotation(twist, length_);
+  UnitRows rows(a_, square_, num_);
+  double speed[kMaxProjectionPoints], push[kMaxProjectionPoints];
+  for (int i = 0; i < num_; ++i) {
+    speed[i] = rows.get(i).dot(x0_);
+    push[i] = 0.0;
+  }
   TwistProjection result;
   for (; result.sweeps < max_sweeps; ++result.sweeps) {
-    result.residual = 0.0;
+    double residual = 0.0;
     for (int i = 0; i < num_; ++i) {
-      const double step = std::max(-a_[i].dot(x_) / square_[i], -lambda_[i]);
+      const double step = std::max(-speed[i], -push[i]);
       if (step == 0.0) continue;
-      lambda_[i] += step;
-      x_ += step * a_[i];
-      result.residual = std::max(result.residual, std::abs(step) * std::sqrt(square_[i]));
+      push[i] += step;
+      rows.add_step(i, step, speed);
+      residual = std::max(residual, std::abs(step));
     }
-    if (result.residual <= tolerance) break;
+    result.residual = residual;
+    if (residual <= tolerance) break;
+  }
+  x_ = x0_;
+  for (int i = 0; i < num_; ++i) {
+    x_ += push[i] * rows.get(i);
+    lambda_[i] = push[i] / std::sqrt(square_[i]);
   }
   result.x = scale_rotation(x_, 1.0 / length_);
   return result;

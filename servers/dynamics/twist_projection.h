@@ -6,7 +6,8 @@
 //
 // d_i points into the penetration, r_i from the reference point of the pair. Metric (the paper is silent): squared
 // speed plus squared angular velocity times l^2, l = ContactSpec::length_scale. Method: Hildreth's, that is projected
-// Gauss-Seidel on the dual; one sweep costs O(M) for M points. Started from zero multipliers: equal inputs, equal bits.
+// Gauss-Seidel on the dual, with the products of the rows; one sweep costs O(M) for M points and O(M) more for each that
+// holds. Started from zero multipliers: equal inputs, equal bits.
 #pragma once
 
 #include "common/spatial/transform.h"

@@ -110,6 +110,30 @@ TEST_P(Trees, ImpedancesAndExtraInertiaEqualTheDenseSolve) {
   EXPECT_LT(relative_error(A * vdot, right), kTolerance);
 }
 
+// The contacts of a step switch between its solves: only the loaded links are gathered again.
+TEST_P(Trees, OnlyWhatChangedAgainGivesTheSameBits) {
+  LinkWrenches wrenches = make_wrenches();
+  const Eigen::VectorXd effort = random.values(model.num_joints(), 20);
+  const Eigen::VectorXd extra = random.values(model.num_joints(), 1).cwiseAbs();
+  LinkImpedances impedances(1);
+  impedances[0].link = random.index(model.num_links());
+  const int pushed = random.index(model.num_links());
+  std::vector<char> marks(static_cast<size_t>(model.num_links()), 0);
+  for (const int link : {impedances[0].link, pushed}) mark_path(model, link, &marks);
+  Eigen::VectorXd vdot(model.nv()), again(model.nv());
+  ASSERT_EQ(calc_forward_dynamics(model, effort, &wrenches, {&extra, &impedances}, &data, &again), Status::kOk);
+  for (int round = 0; round < 3; ++round) {
+    const Eigen::MatrixXd B = random.values(36, 3).reshaped(6, 6);
+    impedances[0].Z = B * B.transpose();
+    wrenches[static_cast<size_t>(pushed)] *= -1.5;
+    const ImplicitTerms implicit{&extra, &impedances};
+    ASSERT_EQ(recalc_forward_dynamics(model, marks, effort, &wrenches, implicit, &data, &again), Status::kOk);
+    Data fresh = data;
+    ASSERT_EQ(calc_forward_dynamics(model, effort, &wrenches, implicit, &fresh, &vdot), Status::kOk);
+    EXPECT_EQ(again, vdot);
+  }
+}
+
 TEST_P(Trees, ResponsesSolveWithTheMassMatrix) {
   ASSERT_EQ(update_articulated_inertia(model, {}, &data), Status::kOk);
   const Eigen::MatrixXd B = random.values(3 * model.nv(), 5).reshaped(model.nv(), 3);
