@@ -472,7 +472,9 @@ TEST(TorqueEvidence, ASpringThatOneHeldOutRecordingDeniesIsNotSupported) {
   add_spring(5.0, &agreed.recordings[2]), add_spring(5.0, &agreed.recordings[3]);
   const TorqueVerdict denied = judge_torque(e, 1), confirmed = judge_torque(agreed, 1);
   const Finding* f = find(denied, "parallel_spring", "elbow");
-  if (f) EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
+  if (f != nullptr) {
+    EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
+  }
   const Finding* true_one = find(confirmed, "parallel_spring", "elbow");
   ASSERT_NE(true_one, nullptr);
   EXPECT_EQ(true_one->grade, Grade::kSupported) << true_one->statement;
