@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cstdio>
 
 #include "common/base/printable.h"
@@ -39,11 +40,14 @@ int show_info(const std::string& file) {
   });
   std::printf("%s: %.1f MB, %zu chunks, %s\n", file.c_str(), static_cast<double>(log.reader().file_size()) * 1e-6,
               log.reader().chunk_count(), log.reader().indexed() ? "closed and indexed" : "not closed");
-  std::printf("%-24s %-28s %10s %10s %10s %10s %12s\n", "topic", "type", "messages", "MB", "first step", "last step",
+  size_t longest = 24;
+  for (const auto& [id, topic] : log.topics()) longest = std::max(longest, topic.topic.size());
+  const int width = static_cast<int>(std::min<size_t>(longest, 60));
+  std::printf("%-*s %-28s %10s %10s %10s %10s %12s\n", width, "topic", "type", "messages", "MB", "first step", "last step",
               "last time/s");
   for (const auto& [id, topic] : log.topics()) {
     const TopicCount& count = counts[id];
-    std::printf("%-24s %-28s %10llu %10.2f %10llu %10llu %12.4f\n", make_printable_line(topic.topic).c_str(),
+    std::printf("%-*s %-28s %10llu %10.2f %10llu %10llu %12.4f\n", width, make_printable_line(topic.topic).c_str(),
                 topic.type != nullptr ? topic.type->name.c_str() : "?",
                 static_cast<unsigned long long>(count.messages), static_cast<double>(count.bytes) * 1e-6,
                 static_cast<unsigned long long>(count.first_step), static_cast<unsigned long long>(count.last_step),
