@@ -117,22 +117,16 @@ void restart_links(const Model& model, const std::vector<char>& marks, Data* dat
   }
 }
 
-inline void subtract_wrench(const Vector6d& F, LinkArticulated* A) {
-  A->n -= small::load(F.data());
-  A->f -= small::load(F.data() + 3);
-}
-
-void subtract_wrenches(const Model& model, const LinkWrenches* wrenches, Data* data) {
+// Of marked links; of all without marks.
+void subtract_wrenches(const Model& model, const LinkWrenches* wrenches, Data* data, const std::vector<char>* marks = nullptr) {
   if (wrenches == nullptr || wrenches->empty()) return;
   HRP_CHECK(static_cast<int>(wrenches->size()) == model.num_links(), "one wrench per link, got " << wrenches->size());
-  for (size_t i = 0; i < wrenches->size(); ++i) subtract_wrench((*wrenches)[i], &data->articulated[i]);
-}
-
-void subtract_marked_wrenches(const std::vector<char>& marks, const LinkWrenches* wrenches, Data* data) {
-  if (wrenches == nullptr || wrenches->empty()) return;
-  HRP_CHECK(wrenches->size() == marks.size(), "one wrench per link, got " << wrenches->size());
-  for (size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i]) subtract_wrench((*wrenches)[i], &data->articulated[i]);
+  for (size_t i = 0; i < wrenches->size(); ++i) {
+    if (marks != nullptr && !(*marks)[i]) continue;
+    const Vector6d& F = (*wrenches)[i];
+    LinkArticulated& A = data->articulated[i];
+    A.n -= small::load(F.data());
+    A.f -= small::load(F.data() + 3);
   }
 }
 
@@ -170,44 +164,29 @@ inline double calc_joint_inertia(const LinkConstants& L, const double* extra, in
   return L.rotor_inertia + (extra != nullptr ? extra[link - 1] : 0.0);
 }
 
-// Inward with or without forces. Returns false when some joint or the base cannot be accelerated.
-template <bool with_forces>
-bool gather(const Model& model, const ImplicitTerms& implicit, const double* effort, Data* data) {
+// What is gathered: a whole tree, or only its marked links: what others pass to a marked link is then the same as before,
+// added in the same order.
+enum class Reach { kAll, kMarked };
+
+// Inward with or without forces. `marks`: by link, of Reach::kMarked only. Returns false when some joint or the base cannot
+// be accelerated.
+template <bool with_forces, Reach reach = Reach::kAll>
+bool gather(const Model& model, const ImplicitTerms& implicit, const double* effort, Data* data, const char* marks = nullptr) {
   const LinkConstants* links = model.links().data();
   const LinkKinematics* k = data->kinematics.data();
   LinkArticulated* A = data->articulated.data();
   const double* extra = get_inertia_extra(implicit);
   const bool floating = model.floating();
+  const auto is_gathered = [marks](int link) { return reach == Reach::kAll || marks[link] != 0; };
   bool positive = true;
   for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
     const int i = *it;
     const int p = links[i].parent;
+    if (!is_gathered(p)) continue;
     const bool slide = slides(links[i]);
-    positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
+    if (is_gathered(i)) positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
     if (p > 0 || floating) articulated::pass_inertia(A[i], k[i].r, A + p);
     if (with_forces) articulated::pass_force(slide, k[i].axis, k[i].r, effort[i - 1], A + i, A + p);
-  }
-  return (!floating || articulated::factor_base(A[0], &data->base_factor)) && positive;
-}
-
-// gather<true> for marked links. What others pass to a marked link is the same as before, added in the same order.
-bool regather(const Model& model, const std::vector<char>& marks, const ImplicitTerms& implicit, const double* effort,
-              Data* data) {
-  const LinkConstants* links = model.links().data();
-  const LinkKinematics* k = data->kinematics.data();
-  LinkArticulated* A = data->articulated.data();
-  const double* extra = get_inertia_extra(implicit);
-  const bool floating = model.floating();
-  bool positive = true;
-  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
-    const int i = *it, p = links[i].parent;
-    if (!marks[static_cast<size_t>(p)]) continue;
-    const bool slide = slides(links[i]);
-    if (marks[static_cast<size_t>(i)]) {
-      positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
-    }
-    if (p > 0 || floating) articulated::pass_inertia(A[i], k[i].r, A + p);
-    articulated::pass_force(slide, k[i].axis, k[i].r, effort[i - 1], A + i, A + p);
   }
   return (!floating || articulated::factor_base(A[0], &data->base_factor)) && positive;
 }
@@ -227,6 +206,10 @@ void spread(const Model& model, Data* data, double* x) {
   for (int i : model.order()) {
     x[nb + i - 1] = articulated::pass_acceleration(slides(links[i]), k[i].axis, k[i].r, A[links[i].parent], A + i);
   }
+}
+
+void check_sizes(const Model& model, const Eigen::VectorXd& effort, const Eigen::VectorXd& vdot) {
+  HRP_CHECK(effort.size() == model.num_joints() && vdot.size() == model.nv(), "sizes " << effort.size() << ", " << vdot.size());
 }
 
 void check_terms(const Model& model, const ImplicitTerms& implicit) {
@@ -252,8 +235,7 @@ void load_right_side(const Model& model, const Eigen::VectorXd* tau, const LinkW
 
 Status calc_forward_dynamics(const Model& model, const Eigen::VectorXd& effort, const LinkWrenches* wrenches,
                              const ImplicitTerms& implicit, Data* data, Eigen::VectorXd* vdot) {
-  HRP_CHECK(effort.size() == model.num_joints() && vdot->size() == model.nv(),
-            "sizes " << effort.size() << ", " << vdot->size());
+  check_sizes(model, effort, *vdot);
   check_terms(model, implicit);
   start_links(model, data);
   subtract_wrenches(model, wrenches, data);
@@ -270,15 +252,14 @@ void mark_path(const Model& model, int link, std::vector<char>* marks) {
 Status recalc_forward_dynamics(const Model& model, const std::vector<char>& marks, const Eigen::VectorXd& effort,
                                const LinkWrenches* wrenches, const ImplicitTerms& implicit, Data* data,
                                Eigen::VectorXd* vdot) {
-  HRP_CHECK(effort.size() == model.num_joints() && vdot->size() == model.nv(),
-            "sizes " << effort.size() << ", " << vdot->size());
+  check_sizes(model, effort, *vdot);
   HRP_CHECK(static_cast<int>(marks.size()) == model.num_links(), "one mark per link, got " << marks.size());
   check_terms(model, implicit);
   restart_links(model, marks, data);
-  subtract_marked_wrenches(marks, wrenches, data);
+  subtract_wrenches(model, wrenches, data, &marks);
   add_impedance_inertia(model, implicit.impedances, data);
   add_impedance_force(model, implicit.impedances, data);
-  return finish_solve(model, regather(model, marks, implicit, effort.data(), data), data, vdot);
+  return finish_solve(model, gather<true, Reach::kMarked>(model, implicit, effort.data(), data, marks.data()), data, vdot);
 }
 
 Status update_articulated_inertia(const Model& model, const ImplicitTerms& implicit, Data* data) {
