@@ -66,6 +66,26 @@ void set(const PointForce& point, msg::PointForce* m) {
   m->clipped(point.clipped);
 }
 
+// Pose, velocity and joints of a RobotState or an OtherRobotState.
+template <typename Message>
+void set_state(const State& state, const Eigen::VectorXd& efforts, Message* m) {
+  set(state.R_WB, &m->X_WB().rotation());
+  set(state.p_WB, &m->X_WB().translation());
+  set(state.V_WB, &m->V_WB());
+  set(state.q, &m->positions());
+  set(state.qd, &m->velocities());
+  set(efforts, &m->efforts());
+}
+
+template <typename Message>
+void get_state(const Message& m, State* state) {
+  state->R_WB = from_message(m.X_WB().rotation());
+  state->p_WB = from_message(m.X_WB().translation());
+  state->V_WB = get(m.V_WB());
+  get(m.positions(), &state->q);
+  get(m.velocities(), &state->qd);
+}
+
 PointForce get(const msg::PointForce& m) {
   PointForce point;
   point.p_WC = from_message(m.p_WC());
@@ -129,21 +149,12 @@ Transform from_message(const msg::Pose& pose) {
 }
 
 void to_message(const State& state, const Eigen::VectorXd& efforts, unsigned long long hash, msg::RobotState* message) {
-  set(state.R_WB, &message->X_WB().rotation());
-  set(state.p_WB, &message->X_WB().translation());
-  set(state.V_WB, &message->V_WB());
-  set(state.q, &message->positions());
-  set(state.qd, &message->velocities());
-  set(efforts, &message->efforts());
+  set_state(state, efforts, message);
   message->hash(hash);
 }
 
 void from_message(const msg::RobotState& message, State* state) {
-  state->R_WB = from_message(message.X_WB().rotation());
-  state->p_WB = from_message(message.X_WB().translation());
-  state->V_WB = get(message.V_WB());
-  get(message.positions(), &state->q);
-  get(message.velocities(), &state->qd);
+  get_state(message, state);
 }
 
 void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& efforts, const Scenario& scenario, msg::RobotState* message) {
@@ -160,15 +171,8 @@ void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& 
   }
   message->robots().resize(states.empty() ? 0 : robots);
   for (size_t i = 0; i < message->robots().size(); ++i) {
-    const State& state = states[objects + i];
-    msg::OtherRobotState& m = message->robots()[i];
-    m.name() = scenario.robots[i].name;
-    set(state.R_WB, &m.X_WB().rotation());
-    set(state.p_WB, &m.X_WB().translation());
-    set(state.V_WB, &m.V_WB());
-    set(state.q, &m.positions());
-    set(state.qd, &m.velocities());
-    set(efforts[i], &m.efforts());
+    message->robots()[i].name() = scenario.robots[i].name;
+    set_state(states[objects + i], efforts[i], &message->robots()[i]);
   }
 }
 
@@ -181,15 +185,7 @@ void from_message(const msg::RobotState& message, ObjectStates* states) {
     (*states)[i].p_WB = from_message(m.X_WO().translation());
     (*states)[i].V_WB = get(m.V_WO());
   }
-  for (size_t i = 0; i < message.robots().size(); ++i) {
-    const msg::OtherRobotState& m = message.robots()[i];
-    State& state = (*states)[objects + i];
-    state.R_WB = from_message(m.X_WB().rotation());
-    state.p_WB = from_message(m.X_WB().translation());
-    state.V_WB = get(m.V_WB());
-    get(m.positions(), &state.q);
-    get(m.velocities(), &state.qd);
-  }
+  for (size_t i = 0; i < message.robots().size(); ++i) get_state(message.robots()[i], &(*states)[objects + i]);
 }
 
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message) {

@@ -135,6 +135,17 @@ std::string Mover::name_body(int link) const {
   return is_robot ? name + "/" + robot.tree.links[static_cast<size_t>(link)].name : name;
 }
 
+std::string find_wrong_states(const std::vector<Mover>& movers, const std::vector<State>& states) {
+  if (states.size() != movers.size()) {
+    return std::to_string(states.size()) + " objects and other robots, the scenario has " + std::to_string(movers.size());
+  }
+  for (size_t k = 0; k < movers.size(); ++k) {
+    const int joints = movers[k].robot.tree.num_joints();
+    if (states[k].q.size() != joints) return std::to_string(states[k].q.size()) + " joints of '" + movers[k].name + "', which has " + std::to_string(joints);
+  }
+  return "";
+}
+
 Scenario place_in_world(const Scenario& own, const RobotPlacement& placement, const Scenario& world) {
   Scenario placed = own;
   set_world(world, &placed);

@@ -32,6 +32,9 @@ struct Mover {
 // with this one (another time step or control period, cameras).
 std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& scenario);
 
+// "" when there is a state for each mover with as many joints as it has, else how many there are and were expected.
+std::string find_wrong_states(const std::vector<Mover>& movers, const std::vector<State>& states);
+
 // The scenario of another robot with the world of `world`, and its start pose where `placement` says.
 Scenario place_in_world(const Scenario& own, const RobotPlacement& placement, const Scenario& world);
 

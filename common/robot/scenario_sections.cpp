@@ -320,16 +320,15 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.named("obstacles", &scenario->obstacles, read_obstacle);
   map.text("world", &scenario->world);
   map.named("objects", &scenario->objects, read_object);
-  if (!scenario->objects.empty() && scenario->contact.model == "impulse") {
-    map.error("objects", "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
-  }
   map.named("robots", &scenario->robots, read_placement);
   if (scenario->robots.size() > kMostOtherRobots) {
     map.error("robots", "names " + std::to_string(scenario->robots.size()) + " robots, expected at most " + std::to_string(kMostOtherRobots));
   }
-  if (!scenario->robots.empty() && scenario->contact.model == "impulse") {
-    map.error("robots", "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
-  }
+  const auto refuse_with_impulses = [&](const char* key, bool any) {
+    if (any && scenario->contact.model == "impulse") map.error(key, "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
+  };
+  refuse_with_impulses("objects", !scenario->objects.empty());
+  refuse_with_impulses("robots", !scenario->robots.empty());
 }
 
 void read_joint_sections(YamlMap& map, Scenario* scenario) {

@@ -38,6 +38,7 @@ class CollisionWorld {
   const std::vector<std::pair<std::string, std::string>>& excluded_pairs() const { return excluded_; }
   // Links that never touch the ground although their shapes could, because they reach into it at the start; by name.
   const std::vector<std::string>& links_in_ground() const { return in_ground_; }
+  const std::vector<Mover>& movers() const { return movers_; }
   // The state at step 0 (sole.h).
   const State& start_state() const { return start_; }
 

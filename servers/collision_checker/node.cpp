@@ -18,8 +18,6 @@ void CollisionCheckerNode::take_description(const msg::RobotDescription& message
   from_message(message, &robot_);
   const Scenario scenario = parse_scenario(robot_.scenario, robot_.scenario_path);
   names_ = BodyNames(robot_, scenario);
-  movers_.clear();
-  for (const Mover& mover : make_movers(robot_, scenario)) movers_.push_back(mover.robot.tree.num_joints());
   world_ = std::make_unique<CollisionWorld>(robot_, scenario);
 }
 
@@ -37,7 +35,7 @@ void CollisionCheckerNode::take_state(const msg::RobotState& message) {
     return fail("robot_state of step " + std::to_string(step) + " has " + std::to_string(state_.q.size()) +
                 " joints, the robot has " + std::to_string(robot_.tree.num_joints()));
   }
-  const std::string wrong = find_wrong_movers();
+  const std::string wrong = find_wrong_states(world_->movers(), objects_);
   if (!wrong.empty()) return fail("robot_state of step " + std::to_string(step) + " has " + wrong);
   to_message(world_->calc_contacts(state_, objects_), names_, &answer_);
   answer_.header(message.header());
@@ -45,17 +43,6 @@ void CollisionCheckerNode::take_state(const msg::RobotState& message) {
   if (view_.is_due()) view_.add(topics::kContactSet.name, last_answer_);
   questions_.note_answered(epoch, step);
   set_phase(msg::SERVER_READY);
-}
-
-std::string CollisionCheckerNode::find_wrong_movers() const {
-  if (objects_.size() != movers_.size()) {
-    return std::to_string(objects_.size()) + " objects and other robots, the scenario has " + std::to_string(movers_.size());
-  }
-  for (size_t k = 0; k < movers_.size(); ++k) {
-    if (objects_[k].q.size() == movers_[k]) continue;
-    return std::to_string(objects_[k].q.size()) + " joints of body " + std::to_string(k) + " (objects, then other robots), expected " + std::to_string(movers_[k]);
-  }
-  return "";
 }
 
 std::string CollisionCheckerNode::find_missing() const {

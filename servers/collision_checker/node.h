@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "common/messages/convert.h"
 #include "common/node/lockstep.h"
@@ -28,7 +27,6 @@ class CollisionCheckerNode : public NodeBase {
  private:
   void take_description(const msg::RobotDescription& message);
   void take_state(const msg::RobotState& message);
-  std::string find_wrong_movers() const;
 
   RobotDescription robot_;
   BodyNames names_;
@@ -36,7 +34,6 @@ class CollisionCheckerNode : public NodeBase {
   QuestionFilter questions_;
   State state_;
   ObjectStates objects_;
-  std::vector<Eigen::Index> movers_;  // joints of each: none of an object
   msg::ContactSet answer_;
   Bytes last_answer_;
   Publisher<msg::ContactSet> publisher_;

@@ -40,9 +40,7 @@ ContactSpec make_law(ContactSpec contact) {
 OtherBodies::Moving OtherBodies::make_moving(const Mover& mover, int first_link) {
   const RobotDescription varied = vary_robot(mover.robot, mover.scenario);
   const Scenario scenario = vary_scenario(mover.robot, mover.scenario);
-  const Model model(varied.tree, scenario.gravity_W);
-  Moving moving{mover.name, mover.is_robot, Simulator(varied, scenario), Pushes(varied, scenario), model, Data(model),
-                {}, {}, first_link, mover.num_bodies(), {}};
+  Moving moving{mover.name, mover.is_robot, Simulator(varied, scenario), Pushes(varied, scenario), {}, {}, first_link, mover.num_bodies(), {}};
   moving.start = moving.simulator.state();
   moving.start.V_WB = mover.V_WB;
   return moving;
@@ -111,15 +109,6 @@ void OtherBodies::split(const ContactSet& contacts) {
   }
 }
 
-void OtherBodies::update_place(Moving* moving) {
-  update_kinematics(moving->model, moving->simulator.state(), &moving->data);
-  for (int i = 0; i < moving->num_links; ++i) {
-    const LinkKinematics& from = moving->data.kinematics[static_cast<size_t>(i)];
-    LinkKinematics& to = data_.kinematics[static_cast<size_t>(moving->first_link + i)];
-    to.R = from.R, to.p = from.p, to.w = from.w, to.v = from.v;
-  }
-}
-
 void OtherBodies::update_places(const State& robot) {
   all_state_.R_WB = robot.R_WB;
   all_state_.p_WB = robot.p_WB;
@@ -127,7 +116,13 @@ void OtherBodies::update_places(const State& robot) {
   all_state_.q.head(robot.q.size()) = robot.q;
   all_state_.qd.head(robot.qd.size()) = robot.qd;
   update_kinematics(all_, all_state_, &data_);
-  for (Moving& moving : movers_) update_place(&moving);
+  for (const Moving& moving : movers_) {
+    for (int i = 0; i < moving.num_links; ++i) {
+      const LinkKinematics& from = moving.simulator.kinematics().kinematics[static_cast<size_t>(i)];
+      LinkKinematics& to = data_.kinematics[static_cast<size_t>(moving.first_link + i)];
+      to.R = from.R, to.p = from.p, to.w = from.w, to.v = from.v;
+    }
+  }
 }
 
 const ExternalWrenches& OtherBodies::start(const ContactSet& contacts, const State& robot, const ExternalWrenches& pushes,

@@ -45,8 +45,6 @@ class OtherBodies {
     bool is_robot = false;
     Simulator simulator;
     Pushes pushes;
-    Model model;        // where its links are
-    Data data;
     State start;
     JointCommand command;
     int first_link = 0; // of the tree of all
@@ -62,7 +60,6 @@ class OtherBodies {
   int find_body(int link) const;  // the other way round
   void update_states();
   void update_places(const State& robot);
-  void update_place(Moving* moving);
   std::string step(Moving* moving);
   void collect(const ContactForces& on_robot);
 

@@ -314,6 +314,7 @@ StepStatus Simulator::step(const ContactSet& contacts, const JointCommand& comma
 }
 
 const State& Simulator::state() const { return impl_->state; }
+const Data& Simulator::kinematics() const { return impl_->data; }
 long Simulator::step_number() const { return impl_->step; }
 double Simulator::time() const { return static_cast<double>(impl_->step) * impl_->dt; }
 double Simulator::time_step() const { return impl_->dt; }

@@ -19,6 +19,8 @@
 
 namespace hrp {
 
+struct Data;  // common/multibody/model.h
+
 enum class [[nodiscard]] StepStatus {
   kOk,
   kBadCommand,      // wrong number of joints, NaN or infinity
@@ -58,6 +60,7 @@ class Simulator {
   StepStatus step(const ContactSet& contacts, const JointCommand& command, const ExternalWrenches& pushes = {});
 
   const State& state() const;
+  const Data& kinematics() const;  // of state(): Data::kinematics holds
   long step_number() const;
   double time() const;       // [s] = step_number() x time step
   double time_step() const;  // [s]

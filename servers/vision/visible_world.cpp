@@ -59,7 +59,8 @@ VisibleWorld::VisibleWorld(const RobotDescription& robot, const Scenario& scenar
   for (const ObstacleSpec& obstacle : scenario.obstacles) add_obstacle(robot, obstacle);
   for (const Mover& mover : movers_) {
     add_visuals(mover.robot, mover.first_body);
-    mover_models_.emplace_back(mover.robot.tree, scenario.gravity_W);
+    const Model model(mover.robot.tree, scenario.gravity_W);
+    moving_.push_back({model, Data(model)});
     mover_poses_.resize(mover_poses_.size() + mover.robot.tree.links.size());
   }
   poses_.resize(shapes_.size());
@@ -111,8 +112,8 @@ Transform VisibleWorld::find_body_pose(int body) const {
 
 void VisibleWorld::update_mover_poses(const ObjectStates& states) {
   for (size_t k = 0; k < movers_.size(); ++k) {
-    Data data(mover_models_[k]);
-    update_kinematics(mover_models_[k], states[k], &data);
+    auto& [model, data] = moving_[k];
+    update_kinematics(model, states[k], &data);
     for (int link = 0; link < movers_[k].num_bodies(); ++link) {
       mover_poses_[static_cast<size_t>(movers_[k].first_body - kFirstObject + link)] = get_pose(data, link);
     }
@@ -120,14 +121,11 @@ void VisibleWorld::update_mover_poses(const ObjectStates& states) {
 }
 
 void VisibleWorld::update(const State& state, const ObjectStates& objects) {
-  if (state.q.size() != model_.num_joints() || objects.size() != movers_.size()) {
-    throw std::invalid_argument("a state of " + std::to_string(state.q.size()) + " joints and " + std::to_string(objects.size()) +
-                                " objects and other robots, the scenario has " + std::to_string(model_.num_joints()) + " and " +
-                                std::to_string(movers_.size()));
+  if (state.q.size() != model_.num_joints()) {
+    throw std::invalid_argument("a state of " + std::to_string(state.q.size()) + " joints, the robot has " + std::to_string(model_.num_joints()));
   }
-  for (size_t k = 0; k < movers_.size(); ++k) {
-    if (objects[k].q.size() != mover_models_[k].num_joints()) throw std::invalid_argument("a state of another robot than '" + movers_[k].name + "'");
-  }
+  const std::string wrong = find_wrong_states(movers_, objects);
+  if (!wrong.empty()) throw std::invalid_argument("a state with " + wrong);
   update_kinematics(model_, state, &data_);
   update_mover_poses(objects);
   for (size_t i = 0; i < shapes_.size(); ++i) poses_[i] = find_body_pose(shapes_[i].body) * shapes_[i].X_BG;

@@ -52,7 +52,11 @@ class VisibleWorld {
   Model model_;
   Data data_;
   std::vector<Mover> movers_;
-  std::vector<Model> mover_models_;
+  struct Moving {
+    Model model;
+    Data data;
+  };
+  std::vector<Moving> moving_;          // each mover
   std::vector<Transform> mover_poses_;  // of their bodies
   std::vector<Transform> poses_;
 };
