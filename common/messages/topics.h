@@ -36,6 +36,12 @@ inline TopicSpec of_robot(TopicSpec topic, const std::string& robot) {
   return topic;
 }
 
+// "partner" of "hrp/partner/sensor_data"; "" of a topic of the first robot.
+inline std::string find_robot(const std::string& topic) {
+  const size_t first = topic.find('/'), last = topic.rfind('/');
+  return first == last || topic.compare(0, first, "hrp") != 0 ? "" : topic.substr(first + 1, last - first - 1);
+}
+
 // Topics that each robot has of its own.
 inline const TopicSpec* const kOfRobot[] = {&kRobotDescription, &kSensorData, &kJointCommands};
 
@@ -51,9 +57,9 @@ inline const TopicSpec* find_known_topic(const std::string& name) {
   }
   if (name.rfind(kRosImu.name + "/", 0) == 0) return &kRosImu;
   if (name.rfind(kRosWrench.name + "/", 0) == 0) return &kRosWrench;
+  const std::string robot = find_robot(name);
   for (const TopicSpec* topic : kOfRobot) {
-    const size_t first = name.find('/'), last = name.rfind('/');
-    if (first != last && name.find('/', first + 1) == last && of_robot(*topic, name.substr(first + 1, last - first - 1)).name == name) return topic;
+    if (!robot.empty() && robot.find('/') == std::string::npos && of_robot(*topic, robot).name == name) return topic;
   }
   return nullptr;
 }

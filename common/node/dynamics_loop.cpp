@@ -27,15 +27,15 @@ DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine
       make_engine_(std::move(make_engine)),
       state_publisher_(bus(), topics::kRobotState),
       forces_publisher_(bus(), topics::kContactForces),
-      sensors_publisher_(bus(), topics::kSensorData),
       event_publisher_(bus(), topics::kEvents),
       ros_rate_(ros_rate),
       view_(bus()) {
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& m) { take_grant(m); });
   listen<msg::ContactSet>(topics::kContactSet, [this](const msg::ContactSet& m) { take_contacts(m); });
-  listen<msg::JointCommands>(topics::kJointCommands, [this](const msg::JointCommands& m) { take_commands(m); });
+  listen<msg::JointCommands>(topics::kJointCommands, [this](const msg::JointCommands& m) { take_commands(0, m); });
   listen<msg::RobotDescription>(topics::kRobotDescription,
                                 [this](const msg::RobotDescription& m) { take_description(m); });
+  robots_.emplace_back().publisher = Publisher<msg::SensorData>(bus(), topics::kSensorData);
 }
 
 void DynamicsLoop::take_description(const msg::RobotDescription& message) {
@@ -43,7 +43,8 @@ void DynamicsLoop::take_description(const msg::RobotDescription& message) {
   from_message(message, &robot_);
   scenario_ = parse_scenario(robot_.scenario, robot_.scenario_path);
   names_ = BodyNames(robot_, scenario_);
-  gate_ = CommandGate(robot_.tree, scenario_.controller);
+  robots_[0].sensors = scenario_.sensors;
+  robots_[0].gate = CommandGate(robot_.tree, scenario_.controller);
   engine_ = make_engine();
   add_other_robots();
   fall_watch_.emplace(robot_, scenario_);
@@ -56,14 +57,12 @@ void DynamicsLoop::add_other_robots() {
   }
   for (const Mover& mover : make_movers(robot_, scenario_)) {
     if (!mover.is_robot) continue;
-    auto other = std::make_unique<Other>();
-    other->name = mover.name;
-    other->role = "controller." + mover.name;
-    other->sensors = mover.scenario.sensors;
-    other->gate = CommandGate(mover.robot.tree, mover.scenario.controller, other->role);
-    others_.push_back(std::move(other));
+    Controlled& robot = robots_.emplace_back();
+    robot.name = mover.name;
+    robot.sensors = mover.scenario.sensors;
+    robot.gate = CommandGate(mover.robot.tree, mover.scenario.controller, make_controller_role(mover.name));
   }
-  other_efforts_.resize(others_.size());
+  other_efforts_.resize(robots_.size() - 1);
 }
 
 // What a scheduler that counts right cannot say; empty when it can.
@@ -120,8 +119,8 @@ void DynamicsLoop::start_epoch(uint64_t epoch) {
   engine_->reset();
   step_ = 0;
   have_contacts_ = false;
-  gate_.reset(epoch, engine_->state().q);
-  for (size_t k = 0; k < others_.size(); ++k) others_[k]->gate.reset(epoch, engine_->objects()[scenario_.objects.size() + k].q);
+  robots_[0].gate.reset(epoch, engine_->state().q);
+  for (size_t k = 1; k < robots_.size(); ++k) robots_[k].gate.reset(epoch, engine_->objects()[scenario_.objects.size() + k - 1].q);
   set_phase(msg::SERVER_STARTING);
   publish_step();
   report(epoch_, step_, find_missing());
@@ -157,42 +156,40 @@ bool DynamicsLoop::check_contacts(const ContactSet& contacts) {
   return true;
 }
 
-void DynamicsLoop::take_commands(const msg::JointCommands& message) {
+void DynamicsLoop::take_commands(size_t robot, const msg::JointCommands& message) {
   if (!engine_ || !in_epoch_) return;
-  if (!gate_.take(message)) return fail(gate_.fault());
-  say_warning();
-  advance();
-}
-
-void DynamicsLoop::take_commands(size_t other, const msg::JointCommands& message) {
-  if (!is_active() || !in_epoch_) return;
-  CommandGate& gate = others_[other]->gate;
+  CommandGate& gate = robots_[robot].gate;
   if (!gate.take(message)) return fail(gate.fault());
   say_warning();
   advance();
 }
 
+void DynamicsLoop::take_garbage(size_t robot, const std::string& reason) {
+  CommandGate& gate = robots_[robot].gate;
+  if (!gate.take_garbage("sent a message that is none: " + reason)) return fail(gate.fault());
+  advance();
+}
+
 bool DynamicsLoop::have_answers() const {
-  return gate_.has_answer() && std::all_of(others_.begin(), others_.end(), [](const auto& other) { return other->gate.has_answer(); });
+  return std::all_of(robots_.begin(), robots_.end(), [](const Controlled& robot) { return robot.gate.has_answer(); });
 }
 
 void DynamicsLoop::command_others() {
-  for (size_t k = 0; k < others_.size(); ++k) engine_->command_other(k, others_[k]->gate.command());
+  for (size_t k = 1; k < robots_.size(); ++k) engine_->command_other(k - 1, robots_[k].gate.command());
 }
 
 void DynamicsLoop::handle_decode_error(const std::string& topic, const std::string& reason) {
   // Whoever writes what is no grant has not signed it either.
   if (topic == topics::kStepGrant.name && !context().token.empty()) return say_unauthorized(topic);
   if (topic != topics::kJointCommands.name) return fail(topic + ": " + reason);
-  if (!gate_.take_garbage("sent a message that is none: " + reason)) return fail(gate_.fault());
-  advance();
+  take_garbage(0, reason);
 }
 
 void DynamicsLoop::advance() {
   if (!engine_ || !in_epoch_) return;
   while (can_step()) {
     if (is_control_step()) command_others();
-    const std::string fault = engine_->step(contacts_, gate_.command());
+    const std::string fault = engine_->step(contacts_, robots_[0].gate.command());
     if (!fault.empty()) return fail("step " + std::to_string(step_) + ": " + fault);
     ++step_;
     have_contacts_ = false;
@@ -214,7 +211,7 @@ msg::Header DynamicsLoop::make_header() const {
 void DynamicsLoop::publish_step() {
   state_message_.header(make_header());
   to_message(engine_->state(), engine_->joint_efforts(), engine_->state_hash(), &state_message_);
-  for (size_t k = 0; k < others_.size(); ++k) other_efforts_[k] = engine_->other_efforts(k);
+  for (size_t k = 0; k < other_efforts_.size(); ++k) other_efforts_[k] = engine_->other_efforts(k);
   to_message(engine_->objects(), other_efforts_, scenario_, &state_message_);
   last_state_ = state_publisher_.publish(state_message_);
   if (is_control_step()) publish_sensors();
@@ -243,7 +240,7 @@ void DynamicsLoop::watch_fall() {
 
 void DynamicsLoop::show_step() {
   view_.add(topics::kRobotState.name, last_state_);
-  view_.add(topics::kSensorData.name, last_sensors_);
+  view_.add(topics::kSensorData.name, robots_[0].last);
   view_.add(topics::kContactForces.name, last_forces_);
 }
 
@@ -255,32 +252,22 @@ void DynamicsLoop::handle_run_end() {
 }
 
 void DynamicsLoop::publish_sensors() {
-  sensors_message_.header(state_message_.header());
-  to_message(engine_->sensors(), scenario_.sensors, &sensors_message_);
-  gate_.note_asked(step_, Clock::now());
-  last_sensors_ = sensors_publisher_.publish(sensors_message_);
-  ros_views_.publish(sensors_message_, engine_->state());
-  publish_other_sensors();
-}
-
-void DynamicsLoop::publish_other_sensors() {
-  for (size_t k = 0; k < others_.size(); ++k) {
-    Other& other = *others_[k];
-    other.message.header(state_message_.header());
-    to_message(engine_->other_sensors(k), other.sensors, &other.message);
-    other.gate.note_asked(step_, Clock::now());
-    other.last = other.publisher.publish(other.message);
+  for (size_t k = 0; k < robots_.size(); ++k) {
+    Controlled& robot = robots_[k];
+    robot.message.header(state_message_.header());
+    to_message(get_sensors(k), robot.sensors, &robot.message);
+    robot.gate.note_asked(step_, Clock::now());
+    robot.last = robot.publisher.publish(robot.message);
   }
+  ros_views_.publish(robots_[0].message, engine_->state());
 }
 
 void DynamicsLoop::repeat_last() {
   state_publisher_.publish_bytes(last_state_);
   forces_publisher_.publish_bytes(last_forces_);
-  gate_.note_asked(sensors_message_.header().step(), Clock::now());
-  sensors_publisher_.publish_bytes(last_sensors_);
-  for (const auto& other : others_) {
-    other->gate.note_asked(other->message.header().step(), Clock::now());
-    other->publisher.publish_bytes(other->last);
+  for (Controlled& robot : robots_) {
+    robot.gate.note_asked(robot.message.header().step(), Clock::now());
+    robot.publisher.publish_bytes(robot.last);
   }
 }
 
@@ -288,17 +275,16 @@ std::string DynamicsLoop::find_missing() const {
   if (!engine_) return "model_parser";
   if (!in_epoch_) return "scheduler";
   if (!have_contacts_) return "collision_checker";
-  if (!gate_.has_answer()) return "controller";
-  for (const auto& other : others_) {
-    if (!other->gate.has_answer()) return other->role;
+  for (const Controlled& robot : robots_) {
+    if (!robot.gate.has_answer()) return make_controller_role(robot.name);
   }
   return "";
 }
 
 void DynamicsLoop::say_warning() {
-  std::string warning = gate_.warning();
-  for (const auto& other : others_) {
-    if (!other->gate.warning().empty()) warning += (warning.empty() ? "" : "\n") + other->gate.warning();
+  std::string warning;
+  for (const Controlled& robot : robots_) {
+    if (!robot.gate.warning().empty()) warning += (warning.empty() ? "" : "\n") + robot.gate.warning();
   }
   if (warning == warning_said_) return;
   warning_said_ = warning;
@@ -307,27 +293,26 @@ void DynamicsLoop::say_warning() {
 
 // Once it is known which other robots there are. Nobody has asked their controllers for anything before.
 void DynamicsLoop::make_other_endpoints() {
-  for (size_t k = 0; k < others_.size(); ++k) {
-    Other& other = *others_[k];
-    Publisher<msg::SensorData> publisher(bus(), topics::of_robot(topics::kSensorData, other.name));
+  for (size_t k = 1; k < robots_.size(); ++k) {
+    Controlled& robot = robots_[k];
+    Publisher<msg::SensorData> publisher(bus(), topics::of_robot(topics::kSensorData, robot.name));
     auto reader = subscribe<msg::JointCommands>(
-        bus(), topics::of_robot(topics::kJointCommands, other.name), Delivery::kReliable,
-        [this, k](const msg::JointCommands& m) { guard([&] { take_commands(k, m); }); },
-        [this, k](const DecodeError& error) { take_garbage(k, error.what()); });
+        bus(), topics::of_robot(topics::kJointCommands, robot.name), Delivery::kReliable,
+        [this, k](const msg::JointCommands& m) {
+          if (is_active()) guard([&] { take_commands(k, m); });
+        },
+        [this, k](const DecodeError& error) {
+          if (is_active()) take_garbage(k, error.what());
+        });
     std::lock_guard<std::recursive_mutex> lock(bus().mutex());
-    other.publisher = std::move(publisher);
-    other.reader = std::move(reader);
-    if (in_epoch_) other.last = other.publisher.publish(other.message);
+    robot.publisher = std::move(publisher);
+    robot.reader = std::move(reader);
+    if (in_epoch_) robot.last = robot.publisher.publish(robot.message);
   }
 }
 
-void DynamicsLoop::take_garbage(size_t other, const std::string& reason) {
-  CommandGate& gate = others_[other]->gate;
-  if (is_active() && !gate.take_garbage("sent a message that is none: " + reason)) fail(gate.fault());
-}
-
 void DynamicsLoop::drop_endpoints() {
-  for (const auto& other : others_) other->reader.reset();
+  for (Controlled& robot : robots_) robot.reader.reset();
   NodeBase::drop_endpoints();
 }
 
@@ -352,9 +337,8 @@ void DynamicsLoop::handle_idle(Clock::time_point now) {
   if (!engine_ || !in_epoch_) return report(epoch_, step_, find_missing());
   ros_views_.update_readers();
   if (view_.update(now)) show_step();
-  if (!gate_.check_silence(now)) return fail(gate_.fault());
-  for (const auto& other : others_) {
-    if (!other->gate.check_silence(now)) return fail(other->gate.fault());
+  for (Controlled& robot : robots_) {
+    if (!robot.gate.check_silence(now)) return fail(robot.gate.fault());
   }
   advance();
   if (!is_active()) return;

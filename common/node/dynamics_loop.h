@@ -66,11 +66,11 @@ class DynamicsLoop : public NodeBase {
   void take_grant(const msg::StepGrant& grant);
   std::string find_wrong_grant(const msg::StepGrant& grant) const;
   void take_contacts(const msg::ContactSet& message);
-  void take_commands(const msg::JointCommands& message);
   void add_other_robots();
   void make_other_endpoints();
-  void take_commands(size_t other, const msg::JointCommands& message);
-  void take_garbage(size_t other, const std::string& reason);
+  // `robot`: 0 is the scenario's first one.
+  void take_commands(size_t robot, const msg::JointCommands& message);
+  void take_garbage(size_t robot, const std::string& reason);
   std::unique_ptr<DynamicsEngine> make_engine() const;
   void start_epoch(uint64_t epoch);
   void advance();
@@ -81,23 +81,23 @@ class DynamicsLoop : public NodeBase {
   bool check_contacts(const ContactSet& contacts);
   void publish_step();
   void publish_sensors();
-  void publish_other_sensors();
   void watch_fall();
   void show_step();
   void repeat_last();
   void say_warning();
   msg::Header make_header() const;
 
-  // What is sent to, and asked of, the controller of another robot.
-  struct Other {
-    std::string name, role;  // "partner", "controller.partner"
+  // What is sent to, and asked of, the controller of a robot.
+  struct Controlled {
+    std::string name;                // "" of the first robot
     SensorsSpec sensors;
     CommandGate gate;
     Publisher<msg::SensorData> publisher;
-    std::unique_ptr<Reader> reader;  // none: its ends are not made yet
+    std::unique_ptr<Reader> reader;  // of its commands; NodeBase has that of the first robot
     msg::SensorData message;
     Bytes last;                      // in the publisher's buffer
   };
+  const SensorSample& get_sensors(size_t robot) const { return robot == 0 ? engine_->sensors() : engine_->other_sensors(robot - 1); }
 
   EngineFactory make_engine_;
   RobotDescription robot_;
@@ -108,15 +108,13 @@ class DynamicsLoop : public NodeBase {
 
   Publisher<msg::RobotState> state_publisher_;
   Publisher<msg::ContactForces> forces_publisher_;
-  Publisher<msg::SensorData> sensors_publisher_;
   Publisher<msg::RobotEvent> event_publisher_;
   RosViews ros_views_;
   double ros_rate_;
   ViewWriter view_;
   msg::RobotState state_message_;
   msg::ContactForces forces_message_;
-  msg::SensorData sensors_message_;
-  Bytes last_state_, last_forces_, last_sensors_;  // in the publishers' buffers
+  Bytes last_state_, last_forces_;  // in the publishers' buffers
 
   bool in_epoch_ = false;
   uint64_t epoch_ = 0;
@@ -126,8 +124,7 @@ class DynamicsLoop : public NodeBase {
   uint64_t last_step_ = 0;
   bool have_contacts_ = false;
   ContactSet contacts_;
-  CommandGate gate_;
-  std::vector<std::unique_ptr<Other>> others_;
+  std::vector<Controlled> robots_;  // the first one from the beginning, others when the scenario is known
   std::vector<Eigen::VectorXd> other_efforts_;
   RepeatTimer repeat_timer_;
   uint64_t idle_epoch_ = 0;   // (epoch, step) at the last handle_idle(): silence is measured from there

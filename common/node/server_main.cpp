@@ -78,7 +78,7 @@ DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program, bo
 int run(const ServerProgram& program, const CommonOptions& options, const NodeMaker& make_node) {
   handle_stop_signals();
   if (!end_with_parent(options.parent)) return kExitFailed;
-  const std::string place = program.role + (options.robot.empty() ? "" : "." + options.robot);
+  const std::string place = options.robot.empty() ? program.role : make_controller_role(options.robot);
   auto joined = options.far_launcher ? join_far_run(options.join) : find_run_to_join(options.join, {program.program, place, /*waits=*/true});
   if (!joined) return kExitInterrupted;
   const DomainClaim claim = claim_by_hand(*joined, program, !options.join.secure.empty());

@@ -56,12 +56,8 @@ LogTopic make_log_topic(const TopicSpec& topic) {
 std::string find_role(const std::string& topic) {
   if (topic == topics::kRobotDescription.name) return "model_parser";
   if (topic == topics::kContactSet.name) return "collision_checker";
-  if (topic == topics::kJointCommands.name) return "controller";
   if (topic == topics::kPictures.name) return "vision";
-  const TopicSpec* const known = topics::find_known_topic(topic);
-  if (known != &topics::kJointCommands) return "dynamics";
-  const size_t first = topic.find('/') + 1;
-  return "controller." + topic.substr(first, topic.rfind('/') - first);
+  return topics::find_known_topic(topic) == &topics::kJointCommands ? make_controller_role(topics::find_robot(topic)) : "dynamics";
 }
 
 LogOptions make_log_options(const LoggerOptions& options) {

@@ -14,6 +14,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/node/node.h"
 #include "common/base/read_file.h"
 
 namespace hrp {
@@ -32,8 +33,7 @@ const std::vector<std::string> kKeys{"address", "user", "programs", "secure"};
 }
 
 void check_role(const std::string& role, const std::string& file, int line) {
-  const bool of_other_robot = role.rfind("controller.", 0) == 0;
-  if (of_other_robot || std::find(kMovable.begin(), kMovable.end(), role) != kMovable.end()) return;
+  if (!find_robot_of(role).empty() || std::find(kMovable.begin(), kMovable.end(), role) != kMovable.end()) return;
   if (role == "model_parser" || role == "scheduler" || role == "logger") {
     refuse(file, line, role + " stays on the launcher's machine, where scenario, robot and log are; dynamics, collision_checker, "
                        "controller and vision can go to others");

@@ -11,6 +11,7 @@
 #include "common/base/version.h"
 #include "common/bus/make_bus.h"
 #include "common/node/join.h"
+#include "common/node/node.h"
 #include "common/node/ros_views.h"
 #include "common/node/runner.h"
 #include "servers/scheduler/step_scheduler.h"
@@ -38,7 +39,6 @@ command line cannot be used.)";
 
 const std::vector<std::string> kRoles{"model_parser", "scheduler",  "logger",
                                       "dynamics",     "collision_checker", "controller", "vision"};
-const std::string kOfRobot = "controller.";
 
 // Which robots there are is known when the scenario is read: check_robots().
 std::string find_role_fault(const std::string& role) {
@@ -109,12 +109,10 @@ std::vector<std::string> list_roles(const Scenario& scenario) {
   for (const std::string& role : kRoles) {
     roles.push_back(role);
     if (role != "controller") continue;
-    for (const RobotPlacement& robot : scenario.robots) roles.push_back(kOfRobot + robot.name);
+    for (const RobotPlacement& robot : scenario.robots) roles.push_back(make_controller_role(robot.name));
   }
   return roles;
 }
-
-std::string find_robot_of(const std::string& role) { return role.rfind(kOfRobot, 0) == 0 ? role.substr(kOfRobot.size()) : ""; }
 
 void check_robots(const LaunchOptions& options, const Scenario& scenario) {
   const std::vector<std::string> roles = list_roles(scenario);
@@ -133,7 +131,7 @@ void check_robots(const LaunchOptions& options, const Scenario& scenario) {
 void leave_out_absent_controllers(const Scenario& scenario, LaunchOptions* options) {
   if (scenario.controller.type == "none") options->without.push_back("controller");
   for (const RobotPlacement& robot : scenario.robots) {
-    if (load_scenario(robot.scenario).controller.type == "none") options->without.push_back(kOfRobot + robot.name);
+    if (load_scenario(robot.scenario).controller.type == "none") options->without.push_back(make_controller_role(robot.name));
   }
 }
 
@@ -189,7 +187,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     options->programs = split_pairs(programs, "--program");
     if (!controller.empty()) options->commands["controller"] = split_command(controller, "--controller");
     for (const std::string& word : controllers) {
-      const auto [role, command] = *split_pairs({kOfRobot + word}, "--controller-of").begin();
+      const auto [role, command] = *split_pairs({make_controller_role(word)}, "--controller-of").begin();
       options->commands[role] = split_command(command, "--controller-of");
     }
     if (!hosts.empty()) options->on = read_hosts(hosts);

@@ -46,10 +46,6 @@ struct LaunchOptions {
 // Roles of a set, in the order they are started; controllers of other robots come after that of the first one.
 std::vector<std::string> list_roles(const Scenario& scenario);
 
-// "partner" of "controller.partner", the controller of that robot; empty for all other roles.
-std::string find_robot_of(const std::string& role);
-inline bool is_controller(const std::string& role) { return role == "controller" || !find_robot_of(role).empty(); }
-
 // Adds to `without` the controllers of robots whose scenarios say `controller: {type: none}`.
 void leave_out_absent_controllers(const Scenario& scenario, LaunchOptions* options);
 

@@ -39,8 +39,8 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   ControllerNode controller(context("controller"), make_scenario_controller);
   std::vector<std::unique_ptr<ControllerNode>> others;
   for (const RobotPlacement& robot : scenario.robots) {
-    NodeContext own = context("controller");
-    own.role += "." + robot.name;
+    NodeContext own = context("");
+    own.role = make_controller_role(robot.name);
     own.robot = robot.name;
     others.push_back(std::make_unique<ControllerNode>(own, make_scenario_controller));
   }

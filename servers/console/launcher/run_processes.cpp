@@ -15,6 +15,7 @@
 #include "common/bus/domain.h"
 #include "common/bus/make_bus.h"
 #include "common/messages/topics.h"
+#include "common/node/node.h"
 #include "common/node/run_token.h"
 #include "common/node/runner.h"
 #include "servers/console/launcher/child_process.h"
