@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "servers/console/trial/trial.h"
 #include "test_places.h"
+#include "tests/physics/run_trial.h"
 
 namespace hrp {
 namespace {
@@ -17,10 +17,6 @@ constexpr double kGravity = 9.81;
 Trial make_trial(const std::string& yaml) {
   return Trial(parse_scenario("robot: " + kModels + "test_robots/pendulum.urdf\nbase: fixed\ncontroller: {type: hold}\n"
                               "initial: {position: [0, 50, 50]}\nservo: {default: {kp: 10, kd: 1}}\n" + yaml, kModels + "scenarios/s.yaml"));
-}
-
-void run(Trial* trial, double seconds) {
-  for (int i = 0; i < static_cast<int>(std::lround(seconds / trial->scenario().time_step)); ++i) ASSERT_TRUE(trial->step()) << trial->fault();
 }
 
 TEST(Objects, ABoxSlidesDownASlopeWithCoulombsAcceleration) {
@@ -90,12 +86,7 @@ TEST(Objects, ARobotPushesWhatStandsInItsWay) {
 TEST(Objects, ARunThatIsRestoredGoesOnWithTheSameBits) {
   Trial trial(load_scenario(kModels + "scenarios/push_box.yaml"));
   run(&trial, 0.9);
-  const TrialState kept = trial.save();
-  run(&trial, 0.5);
-  const unsigned long long hash = trial.engine().state_hash();
-  trial.restore(kept);
-  run(&trial, 0.5);
-  EXPECT_EQ(trial.engine().state_hash(), hash);
+  const unsigned long long hash = expect_same_bits_when_restored(&trial, 0.5);
   trial.reset();
   run(&trial, 1.4);
   EXPECT_EQ(trial.engine().state_hash(), hash);

@@ -9,8 +9,8 @@
 
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
-#include "servers/console/trial/trial.h"
 #include "test_places.h"
+#include "tests/physics/run_trial.h"
 
 namespace hrp {
 namespace {
@@ -44,11 +44,6 @@ class Robots : public ::testing::Test {
   }
   std::string folder_;
 };
-
-void run(Trial* trial, double seconds) {
-  const long steps = std::lround(seconds / trial->scenario().time_step);
-  for (long i = 0; i < steps; ++i) ASSERT_TRUE(trial->step()) << trial->fault();
-}
 
 bool are_equal(const State& a, const State& b) {
   return a.q == b.q && a.qd == b.qd && a.p_WB == b.p_WB && a.V_WB == b.V_WB && a.R_WB.coeffs() == b.R_WB.coeffs();
@@ -127,12 +122,7 @@ TEST_F(Robots, WalkStandAndSquatSideBySideToTheEnd) {
 TEST_F(Robots, ARunThatIsRestoredGoesOnWithTheSameBits) {
   Trial trial(load_scenario(kModels + "scenarios/several_robots.yaml"));
   run(&trial, 0.2);
-  const TrialState kept = trial.save();
-  run(&trial, 0.2);
-  const unsigned long long hash = trial.engine().state_hash();
-  trial.restore(kept);
-  run(&trial, 0.2);
-  EXPECT_EQ(trial.engine().state_hash(), hash);
+  expect_same_bits_when_restored(&trial, 0.2);
 }
 
 TEST_F(Robots, NoContactKeepsThemApart) {

@@ -12,7 +12,7 @@
 #include "common/bus/make_bus.h"
 #include "common/messages/topics.h"
 #include "test_places.h"
-#include "tests/process/server_set.h"
+#include "tests/process/run_and_digest.h"
 
 namespace hrp::test {
 namespace {
@@ -27,18 +27,9 @@ std::string make_odd_controller(const std::string& mode) {
 
 // ---- the same bits ------------------------------------------------------------------------------------------------
 
-std::map<std::string, TopicDigest> run_and_digest(const std::string& name, std::vector<std::string> options,
-                                                  const std::function<void(ServerSet&)>& during = nullptr) {
-  options.insert(options.begin(), {write_scenario("same"), "--force"});  // names come again in other suites
-  ServerSet set(name, options);
-  if (during) during(set);
-  EXPECT_EQ(set.wait(), 0) << set.output();
-  return digest_log(set.log());
-}
-
 class SameBits : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { reference_ = run_and_digest("reference", {"--in-process", "--force"}); }
+  static void SetUpTestSuite() { reference_ = run_and_digest("reference", write_scenario("same"), {"--in-process", "--force"}); }
   static std::map<std::string, TopicDigest> reference_;
 };
 std::map<std::string, TopicDigest> SameBits::reference_;
@@ -48,14 +39,14 @@ TEST_F(SameBits, TheReferenceHoldsEveryStep) {
   EXPECT_EQ(reference_["hrp/contact_set"].count, 500u);
   EXPECT_EQ(reference_["hrp/joint_commands"].count, 100u);
 }
-TEST_F(SameBits, InOneProcessAgain) { EXPECT_EQ(run_and_digest("again", {"--in-process"}), reference_); }
-TEST_F(SameBits, InSixProcessesOnCyclone) { EXPECT_EQ(run_and_digest("cyclone", {"--dds", "cyclone"}), reference_); }
-TEST_F(SameBits, InSixProcessesOnFast) { EXPECT_EQ(run_and_digest("fast", {"--dds", "fast"}), reference_); }
+TEST_F(SameBits, InOneProcessAgain) { EXPECT_EQ(run_and_digest("again", write_scenario("same"), {"--in-process"}), reference_); }
+TEST_F(SameBits, InSixProcessesOnCyclone) { EXPECT_EQ(run_and_digest("cyclone", write_scenario("same"), {"--dds", "cyclone"}), reference_); }
+TEST_F(SameBits, InSixProcessesOnFast) { EXPECT_EQ(run_and_digest("fast", write_scenario("same"), {"--dds", "fast"}), reference_); }
 TEST_F(SameBits, OnAMixOfBoth) {
-  EXPECT_EQ(run_and_digest("mix", {"--dds-for", "dynamics=fast", "--dds-for", "logger=fast"}), reference_);
+  EXPECT_EQ(run_and_digest("mix", write_scenario("same"), {"--dds-for", "dynamics=fast", "--dds-for", "logger=fast"}), reference_);
 }
 TEST_F(SameBits, WithAControllerThatSleepsAtRandom) {
-  EXPECT_EQ(run_and_digest("sleepy", {"--program", make_odd_controller("sleepy")}), reference_);
+  EXPECT_EQ(run_and_digest("sleepy", write_scenario("same"), {"--program", make_odd_controller("sleepy")}), reference_);
 }
 TEST_F(SameBits, WithTwoObserversAttached) {
   std::vector<std::unique_ptr<Bus>> buses;
@@ -71,7 +62,7 @@ TEST_F(SameBits, WithTwoObserversAttached) {
       }
     }
   };
-  EXPECT_EQ(run_and_digest("observed", {}, attach), reference_);
+  EXPECT_EQ(run_and_digest("observed", write_scenario("same"), {}, attach), reference_);
   readers.clear();
 }
 
@@ -85,7 +76,7 @@ TEST_P(StalledLogger, TheRunWaitsForItAndItsLogHoldsEveryStep) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));  // others that did not wait for it would be gone
     ASSERT_EQ(kill(set.find_server("hrp-logger"), SIGCONT), 0);
   };
-  EXPECT_EQ(run_and_digest(std::string("stalled-") + GetParam(), {"--dds", GetParam()}, stall), reference_);
+  EXPECT_EQ(run_and_digest(std::string("stalled-") + GetParam(), write_scenario("same"), {"--dds", GetParam()}, stall), reference_);
 }
 INSTANTIATE_TEST_SUITE_P(Vendors, StalledLogger, ::testing::Values("cyclone", "fast"));
 

@@ -8,7 +8,7 @@
 
 #include "common/messages/topics.h"
 #include "test_places.h"
-#include "tests/process/server_set.h"
+#include "tests/process/run_and_digest.h"
 
 namespace hrp::test {
 namespace {
@@ -26,21 +26,21 @@ std::string write_world(const std::string& name, const std::string& duration = "
   return path;
 }
 
-std::map<std::string, TopicDigest> run(const std::string& name, std::vector<std::string> options) {
-  options.insert(options.begin(), {write_world("robots"), "--force"});
-  ServerSet set(name, options);
-  EXPECT_EQ(set.wait(), 0) << set.output();
-  return digest_log(set.log());
+void expect_end(const std::string& name, std::vector<std::string> options, int status, const std::string& said) {
+  options.insert(options.begin(), write_world(name));
+  ServerSet set("robots-" + name, options);
+  EXPECT_EQ(set.wait(), status);
+  EXPECT_THAT(set.output(), HasSubstr(said));
 }
 
 TEST(Robots, HaveTheSameBitsInOneProcessAndInSeven) {
-  const auto reference = run("robots-one", {"--in-process"});
+  const auto reference = run_and_digest("robots-one", write_world("robots"), {"--in-process"});
   EXPECT_EQ(reference.at("hrp/robot_state").count, 501u);
   EXPECT_EQ(reference.at("hrp/partner/sensor_data").count, 101u);
   EXPECT_EQ(reference.at("hrp/partner/joint_commands").count, 100u);
-  EXPECT_EQ(run("robots-cyclone", {"--dds", "cyclone"}), reference);
-  EXPECT_EQ(run("robots-fast", {"--dds", "fast"}), reference);
-  EXPECT_EQ(run("robots-mixed", {"--dds-for", "controller.partner=fast"}), reference);
+  EXPECT_EQ(run_and_digest("robots-cyclone", write_world("robots"), {"--dds", "cyclone"}), reference);
+  EXPECT_EQ(run_and_digest("robots-fast", write_world("robots"), {"--dds", "fast"}), reference);
+  EXPECT_EQ(run_and_digest("robots-mixed", write_world("robots"), {"--dds-for", "controller.partner=fast"}), reference);
 }
 
 TEST(Robots, AControllerOfOnesOwnDrivesOneOfThem) {
@@ -67,15 +67,11 @@ TEST(Robots, TheControllerThatDiesIsNamed) {
 }
 
 TEST(Robots, ACommandThatCannotBeIsBlamedOnItsController) {
-  ServerSet set("robots-nan", {write_world("nan"), "--program", "controller.partner=hrp-odd-controller-nan"});
-  EXPECT_EQ(set.wait(), 1);
-  EXPECT_THAT(set.output(), HasSubstr("controller.partner sent NaN"));
+  expect_end("nan", {"--program", "controller.partner=hrp-odd-controller-nan"}, 1, "controller.partner sent NaN");
 }
 
 TEST(Robots, ARobotThatIsNotThereIsSaid) {
-  ServerSet set("robots-none", {write_world("none"), "--without", "controller.walker"});
-  EXPECT_EQ(set.wait(), 2);
-  EXPECT_THAT(set.output(), HasSubstr("has no robot 'walker', which --without names"));
+  expect_end("none", {"--without", "controller.walker"}, 2, "has no robot 'walker', which --without names");
 }
 
 TEST(Robots, AnEngineThatSimulatesOneRobotRefuses) {

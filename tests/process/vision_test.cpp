@@ -12,7 +12,7 @@
 #include "hrp_idl/ros_views.h"
 #include "hrp_idl/vision.h"
 #include "test_places.h"
-#include "tests/process/server_set.h"
+#include "tests/process/run_and_digest.h"
 
 namespace hrp::test {
 namespace {
@@ -39,16 +39,9 @@ std::string write_looking_scenario(const std::string& name, const std::string& s
   return path;
 }
 
-std::map<std::string, TopicDigest> run(const std::string& name, const std::string& scenario, std::vector<std::string> options) {
-  options.insert(options.begin(), {scenario, "--force"});
-  ServerSet set(name, options);
-  EXPECT_EQ(set.wait(), 0) << set.output();
-  return digest_log(set.log());
-}
-
 TEST(Pictures, AreLoggedWithTheSameBitsInOneProcessAndOnEitherVendor) {
   const std::string scenario = write_looking_scenario("logged", kEyes, "logging: {pictures: true}\n");
-  const auto reference = run("logged-one", scenario, {"--in-process"});
+  const auto reference = run_and_digest("logged-one", scenario, {"--in-process"});
   EXPECT_EQ(reference.at("hrp/robot_state").count, 501u);
   // Half a second, and nothing of the last step, whose answers nobody uses.
   EXPECT_EQ(reference.at("rt/head/image_raw").count, 15u);
@@ -57,22 +50,22 @@ TEST(Pictures, AreLoggedWithTheSameBitsInOneProcessAndOnEitherVendor) {
   EXPECT_EQ(reference.at("rt/beside/image_raw").count, 5u);
   EXPECT_EQ(reference.count("rt/beside/depth/image_raw"), 0u);
   EXPECT_EQ(reference.at("rt/scan/points").count, 10u);
-  EXPECT_EQ(run("logged-cyclone", scenario, {"--dds", "cyclone"}), reference);
-  EXPECT_EQ(run("logged-fast", scenario, {"--dds", "fast"}), reference);
-  EXPECT_EQ(run("logged-mix", scenario, {"--dds", "fast", "--dds-for", "vision=cyclone"}), reference);
+  EXPECT_EQ(run_and_digest("logged-cyclone", scenario, {"--dds", "cyclone"}), reference);
+  EXPECT_EQ(run_and_digest("logged-fast", scenario, {"--dds", "fast"}), reference);
+  EXPECT_EQ(run_and_digest("logged-mix", scenario, {"--dds", "fast", "--dds-for", "vision=cyclone"}), reference);
 }
 
 TEST(Pictures, LeaveTheRunAsItIsWithoutThem) {
-  auto blind = run("blind", write_scenario("blind"), {});
+  auto blind = run_and_digest("blind", write_scenario("blind"), {});
   for (const char* more : {"", "logging: {pictures: true}\n"}) {
-    auto seen = run("seen", write_looking_scenario("seen", kEyes, more), {});
+    auto seen = run_and_digest("seen", write_looking_scenario("seen", kEyes, more), {});
     for (const auto& [topic, digest] : blind) {
       if (topic == "hrp/robot_description") continue;  // it holds the scenario
       EXPECT_EQ(seen[topic], digest) << topic << " " << more;
     }
     EXPECT_EQ(seen.count("rt/head/image_raw"), *more == '\0' ? 0u : 1u) << "logged only when asked for";
   }
-  auto without = run("without", write_looking_scenario("without", kEyes), {"--without", "vision"});
+  auto without = run_and_digest("without", write_looking_scenario("without", kEyes), {"--without", "vision"});
   EXPECT_EQ(without["hrp/robot_state"], blind["hrp/robot_state"]);
 }
 
@@ -111,9 +104,9 @@ TEST_P(EachVendor, AReaderOfRosSeesTheCamera) {
 TEST_P(EachVendor, AControllerThatWaitsForPicturesGetsThemInLockstep) {
   const std::string scenario = write_looking_scenario("lockstep", kEyes);
   const std::string controller = "controller=" + std::string(HRP_BIN_DIR) + "/hrp-odd-looking-controller";
-  const auto one = run(std::string("lockstep-") + GetParam(), scenario, {"--program", controller, "--dds", GetParam()});
+  const auto one = run_and_digest(std::string("lockstep-") + GetParam(), scenario, {"--program", controller, "--dds", GetParam()});
   EXPECT_EQ(one.at("hrp/robot_state").count, 501u);
-  EXPECT_EQ(run("lockstep-reference", scenario, {"--program", controller}), one) << "what it saw moved the robot";
+  EXPECT_EQ(run_and_digest("lockstep-reference", scenario, {"--program", controller}), one) << "what it saw moved the robot";
 }
 
 TEST_P(EachVendor, NothingIsDroppedWhereTheScenarioSaysSo) {

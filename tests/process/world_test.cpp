@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "test_places.h"
-#include "tests/process/server_set.h"
+#include "tests/process/run_and_digest.h"
 
 namespace hrp::test {
 namespace {
@@ -26,18 +26,11 @@ std::string write_world() {
   return path;
 }
 
-std::map<std::string, TopicDigest> run(const std::string& name, std::vector<std::string> options) {
-  options.insert(options.begin(), {write_world(), "--force"});
-  ServerSet set(name, options);
-  EXPECT_EQ(set.wait(), 0) << set.output();
-  return digest_log(set.log());
-}
-
 TEST(World, ARunOnStairsAndHillsHasTheSameBitsInOneProcessAndInSix) {
-  const auto reference = run("world-one", {"--in-process"});
+  const auto reference = run_and_digest("world-one", write_world(), {"--in-process"});
   EXPECT_EQ(reference.at("hrp/robot_state").count, 501u);
-  EXPECT_EQ(run("world-cyclone", {"--dds", "cyclone"}), reference);
-  EXPECT_EQ(run("world-fast", {"--dds", "fast"}), reference);
+  EXPECT_EQ(run_and_digest("world-cyclone", write_world(), {"--dds", "cyclone"}), reference);
+  EXPECT_EQ(run_and_digest("world-fast", write_world(), {"--dds", "fast"}), reference);
 }
 
 TEST(World, AFieldOfTheLargestSizeReachesEveryServer) {

@@ -16,6 +16,7 @@
 #include "common/bus/domain.h"
 #include "common/messages/topics.h"
 #include "common/node/join.h"
+#include "tests/unit/run_folder.h"
 
 namespace hrp {
 namespace {
@@ -25,15 +26,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class RunFolder : public ::testing::Test {
+class RunFolder : public test::OwnRunFolder {
  protected:
-  RunFolder() {
-    char name[] = "/tmp/hrp-runs-test-XXXXXX";
-    parent_ = mkdtemp(name);
-    setenv("XDG_RUNTIME_DIR", parent_.c_str(), 1);
-    folder_ = parent_ + "/openhrp-dds";
-  }
-  ~RunFolder() override { fs::remove_all(parent_); }
   std::string find_refusal() {
     try {
       claim_free_domain("test");
@@ -42,7 +36,6 @@ class RunFolder : public ::testing::Test {
     }
     return "";
   }
-  std::string parent_, folder_;
 };
 
 int find_mode(const std::string& path) {

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Requests of a page reach the scheduler, whichever of the two was there first.
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <chrono>
-#include <filesystem>
 #include <set>
 #include <string>
 #include <thread>
@@ -15,21 +13,15 @@
 #include "common/messages/topics.h"
 #include "common/node/run_token.h"
 #include "servers/viewer/live_run.h"
+#include "tests/unit/run_folder.h"
 
 namespace hrp::test {
 namespace {
 
 const char kToken[] = "00112233445566778899aabbccddeeff";
 
-class Steering : public ::testing::Test {
+class Steering : public OwnRunFolder {
  protected:
-  Steering() {
-    char name[] = "/tmp/hrp-live-run-test-XXXXXX";
-    folder_ = mkdtemp(name);
-    setenv("XDG_RUNTIME_DIR", folder_.c_str(), 1);
-  }
-  ~Steering() override { std::filesystem::remove_all(folder_); }
-
   std::unique_ptr<Reader> listen() {
     return subscribe<msg::RunControl>(bus_, topics::kRunControl, Delivery::kReliable,
                                       [this](const msg::RunControl& m) { heard_.push_back(m); });
@@ -49,7 +41,6 @@ class Steering : public ::testing::Test {
     return given_up;
   }
 
-  std::string folder_;
   MemoryBus bus_;
   std::vector<msg::RunControl> heard_;
 };
