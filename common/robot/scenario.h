@@ -51,8 +51,8 @@ struct ObjectSpec {
   Vector3d color{0.80, 0.55, 0.30};  // red, green, blue, 0 to 1
 };
 
-// Another robot in the world of the scenario. What it is and how it is driven stands in a scenario of its own; of that
-// file's world (ground, obstacles, objects, gravity, contact, steps) nothing counts.
+// Another robot in the world of the scenario. What it is and how it is driven stands in a scenario of its own, of the same
+// steps; of that file's world (ground, obstacles, objects, gravity, contact) nothing counts.
 struct RobotPlacement {
   std::string name;
   std::string scenario;                  // YAML file, absolute after loading
