@@ -7,15 +7,14 @@
 
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
-#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/measurement/velocity_log.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kLag = 0.004;     // [s] of a velocity against its position that is worth words
 constexpr double kStill = 0.02;    // [rad] of travel: the joint hardly moved
 constexpr double kJitter = 0.5;    // of a period
 
@@ -65,20 +64,20 @@ void remark_samples(const Json& recordings, Json* remarks) {
   }
 }
 
-// The median over recordings of how late each joint's velocity is.
-void remark_lags(const Experiment& e, Json* remarks) {
-  std::vector<std::string> late;
-  for (int j = 0; j < e.num_joints(); ++j) {
-    std::vector<double> lags;
-    for (const Recording& r : e.recordings) {
-      const double lag = find_velocity_lag(r, static_cast<size_t>(j));
-      if (std::isfinite(lag)) lags.push_back(lag);
-    }
-    if (lags.empty()) continue;
-    const double lag = find_median(lags);
-    if (std::abs(lag) > kLag) late.push_back(e.robot.tree.joint(j).name + " (" + number(1e3 * lag, 2) + " ms)");
+void remark_velocities(const Experiment& e, Json* remarks) {
+  const std::vector<VelocityReading> readings = find_velocity_readings(e);
+  std::vector<std::string> late, ahead, scaled;
+  for (size_t j = 0; j < readings.size(); ++j) {
+    const std::string name = e.robot.tree.joint(static_cast<int>(j)).name;
+    const VelocityReading& log = readings[j];
+    const std::string time = name + " (" + number(1e3 * std::abs(log.late), 2) + " ms)";
+    if (log.is_late()) late.push_back(time);
+    if (log.is_position_late()) ahead.push_back(time);
+    if (log.is_scaled()) scaled.push_back(name + " (" + number(log.scale, 3) + ")");
   }
   if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));
+  if (!ahead.empty()) remarks->push_back("the recorded position is later than the velocity: " + join(ahead));
+  if (!scaled.empty()) remarks->push_back("the recorded velocity is not the rate of the position, but that times a factor: " + join(scaled));
 }
 
 void remark_motion(const Json& joints, Json* remarks) {
@@ -139,7 +138,7 @@ Json make_checks(const Experiment& e, const Experiment& searched) {
   if (!e.scenario.floating_base && e.scenario.drive != "motion") joints = make_motion_checks(searched);
   remark_warnings(e, &remarks);
   remark_samples(recordings, &remarks);
-  remark_lags(e, &remarks);
+  remark_velocities(e, &remarks);
   remark_motion(joints, &remarks);
   remarks.push_back("degrees, milliseconds, turned signs and exchanged columns: none was found");
   return {{"recordings", recordings}, {"joints", joints}, {"remarks", remarks}};

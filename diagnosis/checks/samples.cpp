@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 
@@ -18,7 +16,6 @@ constexpr double kGapPeriods = 5.0;  // without a sample
 constexpr double kHeld = 0.25;       // of the samples repeat while the joint moves: the signal changes less often
 constexpr double kNever = 0.999;     // it does not change at all: a joint without a drive, say
 constexpr size_t kMostGaps = 5;
-constexpr double kLagCutoff = 8.0;   // [Hz] of the motion that a lag is found from
 
 // Samples that repeat the one before, as a share; those of a joint that moves are asked for.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {
@@ -73,22 +70,6 @@ Json make_sample_check(const Experiment& e, const Recording& r) {
           {"lost", round_to(lost, 3)},
           {"gaps", gaps},
           {"held", list_held(e, r, rate)}};
-}
-
-// v recorded = v - lag x a, least squares along the smoothed motion.
-double find_velocity_lag(const Recording& r, size_t joint) {
-  const JointColumns& c = r.joints[joint];
-  if (!c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < 1.0) return std::numeric_limits<double>::quiet_NaN();
-  const double step = std::max(1e-3, r.duration() / static_cast<double>(r.size() - 1));
-  const long rows = static_cast<long>(r.duration() / step) + 1;
-  const Eigen::VectorXd q = low_pass(resample(r.time, c.signal[0], r.time[0], step, rows), step, kLagCutoff);
-  const Eigen::VectorXd v = differentiate(q, step), a = differentiate(v, step);
-  const Eigen::VectorXd said = low_pass(resample(r.time, c.signal[1], r.time[0], step, rows), step, kLagCutoff);
-  const double aa = a.squaredNorm(), rest = (said - v).squaredNorm();
-  if (aa <= 0.0 || v.squaredNorm() <= 0.0) return std::numeric_limits<double>::quiet_NaN();
-  const double lag = -(said - v).dot(a) / aa;
-  // A lag that explains little of the difference is none.
-  return lag * lag * aa > 0.5 * rest ? lag : 0.0;
 }
 
 }  // namespace hrp::diagnosis

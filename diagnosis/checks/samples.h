@@ -14,7 +14,4 @@ namespace hrp::diagnosis {
 //  "held": [{"signal", "rate"}]}: signals that change less often than samples come.
 nlohmann::ordered_json make_sample_check(const Experiment& experiment, const Recording& recording);
 
-// [s] by which a recorded velocity is later than the rate of the position; NaN where the motion does not tell.
-double find_velocity_lag(const Recording& recording, size_t joint);
-
 }  // namespace hrp::diagnosis

@@ -22,10 +22,12 @@ constexpr int kWholeIterations = 3, kWindowIterations = 8;
 // be worth a quarter in the other.
 constexpr double kWorse = 4.0;
 
-// Scales and biases of logs are told by the servo's own law, whatever else is in a model; how late a log is, is not.
+// Faults of logs are told by the servo's own law and by columns against each other, whatever else is in a model; how late
+// an effort is, is not.
 Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
   for (const Effect& e : of) {
-    if (e.place.kind == PlaceKind::kSensor && e.id != EffectId::kSensorDelay && !contains(model, e.id, e.place)) model.push_back(e);
+    const bool told = e.id != EffectId::kSensorDelay || e.place.reading != Reading::kEffort;
+    if (e.place.kind == PlaceKind::kSensor && told && !contains(model, e.id, e.place)) model.push_back(e);
   }
   return model;
 }

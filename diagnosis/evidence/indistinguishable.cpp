@@ -20,7 +20,7 @@ const char* const kMotion = "constant speeds from the slowest on, in both direct
 const char* const kWarmth = "the same motion cold and warm: an asymmetry changes with the friction, a constant torque does not";
 const char* const kCommands = "record the commands and the servo's gains, or weigh the effort at rest with a known mass";
 
-Where make_log_place(const Experiment& e, int joint) { return {{"sensor", e.signal_name(joint, Quantity::kEffort)}}; }
+Where make_log_place(const Experiment& e, int joint, Quantity quantity = Quantity::kEffort) { return {{"sensor", e.signal_name(joint, quantity)}}; }
 
 Alternative make_alternative(EffectId id, const Where& where, const std::vector<Estimate>& parameters, const char* motion) {
   const EffectInfo& info = get_effect(id);
@@ -39,6 +39,14 @@ void add_asymmetry(const Where& joint, const GradedTerm& constant, const GradedT
   const double width = std::hypot(constant.width[0], share * level.width[0]) / c;
   list->push_back(make_alternative(EffectId::kCoulomb, joint, {{"level", "N m", {c}, {level.width[0]}, false},
                                                                {"asymmetry", "1", {share}, {width}, false}}, kWarmth));
+}
+
+// Gear and gain: see the header.
+Alternative make_loaded_friction(const Where& joint, const GradedTerm& gear) {
+  const double r = gear.parameters[0], mu = r / (2.0 - r), slope = 2.0 / ((2.0 - r) * (2.0 - r));
+  const std::string motion = "a known mass lifted: beside such friction the torque constant is " + number(1.0 + mu, 3) + " times the stated one";
+  const EffectInfo& friction = *find_effect("load_dependent_friction");
+  return {friction.name, get_family_name(friction.family), joint, {{"ratio", "1", {mu}, {slope * gear.width[0]}, false}}, motion};
 }
 
 }  // namespace
@@ -66,6 +74,7 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
   if (g.term.row->is_constant() && !driven && !data.feet.empty() && e.robot.tree.joint(j).kind == JointKind::kPrismatic)
     alternatives.push_back(make_alternative(EffectId::kSensorBias, {{"sensor", "/wrench/" + data.feet[0].sensor + "/force"}},
                               {{"value", "N", {std::abs(g.parameters[0])}, {g.width[0]}, false}}, "the foot lifted off the sensor"));
+  if (g.term.row->backwards && of_log && g.parameters[0] > 0.0) alternatives.push_back(make_loaded_friction(joint, g));
   if (g.term.row->is_constant() && level) add_asymmetry(joint, g, *level, &alternatives);
   if (g.term.row->level && excess && excess->grade == Grade::kAmbiguous)
     alternatives.push_back(make_alternative(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
@@ -112,6 +121,43 @@ std::vector<Finding> make_log_findings(const Experiment& e, int joint, const Ser
   list.back().alternatives.push_back(make_alternative(EffectId::kCogging, {{"joint", e.robot.tree.joint(joint).name}},
                                                {{"amplitude", "N m", {std::abs(log.bias)}, {log.bias_std}, false}},
                                                "wide motions of this joint: a ripple changes its sign within them"));
+  return list;
+}
+
+std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, const std::vector<VelocityReading>& logs) {
+  const VelocityReading& log = logs[static_cast<size_t>(joint)];
+  const std::string position = e.signal_name(joint, Quantity::kPosition), velocity = e.signal_name(joint, Quantity::kVelocity);
+  std::vector<Finding> list;
+  const auto add = [&](EffectId id, Quantity of, const Estimate& estimate, const std::string& words) {
+    Finding f;
+    f.effect = get_effect(id).name, f.family = get_family_name(get_effect(id).family);
+    f.where = make_log_place(e, joint, of), f.parameters = {estimate};
+    f.grade = Grade::kSupported, f.probability = 0.99;
+    f.share = std::clamp(1.0 - std::pow(log.after / std::max(1e-300, log.before), 2), 0.0, 1.0);
+    f.weight = 0.0;  // no torque is missing for it
+    f.statement = e.robot.tree.joint(joint).name + ": " + words + ". The position's rate misses the velocity by " + number(log.after, 3) +
+                  " rad/s (root mean square) with it, by " + number(log.before, 3) + " rad/s without.";
+    list.push_back(std::move(f));
+  };
+  if (log.is_scaled()) {
+    add(EffectId::kSensorScale, Quantity::kVelocity, {"scale", "1", {log.scale}, {log.scale_std}, false},
+        "the recorded velocity is " + number(log.scale, 4) + " times the rate of the recorded position");
+    list.back().alternatives.push_back(make_alternative(EffectId::kSensorScale, make_log_place(e, joint, Quantity::kPosition),
+                                                        {{"scale", "1", {1.0 / log.scale}, {log.scale_std / (log.scale * log.scale)}, false}},
+                                                        "two positions of the joint measured by hand"));
+    if (may_be_clock(logs, log)) {
+      list.back().grade = Grade::kAmbiguous;
+      list.back().alternatives.push_back(make_alternative(EffectId::kClockSkew, make_log_place(e, joint, Quantity::kPosition),
+                                                          {{"skew", "1", {1.0 / log.scale - 1.0}, {log.scale_std / (log.scale * log.scale)}, false}},
+                                                          "one motion timed by a second clock: the stamps of all joints may be off alike"));
+    }
+  }
+  if (log.is_late())
+    add(EffectId::kSensorDelay, Quantity::kVelocity, {"delay", "s", {log.late}, {log.late_std}, false},
+        velocity + " is " + number(1e3 * log.late, 3) + " ms later than the rate of the position");
+  if (log.is_position_late())
+    add(EffectId::kSensorDelay, Quantity::kPosition, {"delay", "s", {-log.late}, {log.late_std}, false},
+        position + " is " + number(-1e3 * log.late, 3) + " ms later than the velocity");
   return list;
 }
 

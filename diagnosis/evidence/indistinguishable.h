@@ -11,6 +11,8 @@ namespace hrp::diagnosis {
 //   follows the servo's law.
 // - A level of dry friction may be larger at rest by what the curve's likelihood allows.
 // - A constant torque is the mean of dry friction that holds more in one direction, moving and at rest.
+// - A gear that loses r of the load while the load drives it is friction of mu = r / (2 - r) of the load both ways beside a
+//   torque constant 1 + mu times the stated one: both need the load to lift it, and 1 - r of it to lower it.
 // `excess`: that of a Stribeck curve, or null; `level`: of the joint's dry friction, or null.
 std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess,
                                                 const GradedTerm* level);
@@ -24,5 +26,7 @@ Estimate make_ranged(const char* name, const std::string& unit, const Range& ran
 
 // Findings of a log against the servo's law: its scale, its bias.
 std::vector<Finding> make_log_findings(const Experiment& experiment, int joint, const ServoReading& log);
+// Findings of a joint's position or velocity against each other: a scale, a delay.
+std::vector<Finding> make_velocity_findings(const Experiment& experiment, int joint, const std::vector<VelocityReading>& logs);
 
 }  // namespace hrp::diagnosis

@@ -57,6 +57,7 @@ class Judge {
     add_findings(&out);
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
+    for (size_t j = 0; j < design_.data->velocity.size(); ++j) add_velocity(static_cast<int>(j), &out);
     add_remaining(&out);
     // In an exact world what is not needed is not there.
     if (out.exact == 0 && !out.evidence.findings.empty()) add_possible(&out);
@@ -168,6 +169,16 @@ class Judge {
     const Place reading = at_sensor(joint, Reading::kEffort);
     if (log.is_scaled()) out->model.push_back({EffectId::kSensorScale, reading, {log.scale}});
     if (log.is_biased()) out->model.push_back({EffectId::kSensorBias, reading, {log.bias}});
+  }
+
+  // Faults of a joint's position or velocity, told by each other.
+  void add_velocity(int joint, TorqueVerdict* out) const {
+    const VelocityReading& log = design_.data->velocity[static_cast<size_t>(joint)];
+    for (Finding& f : make_velocity_findings(e_, joint, design_.data->velocity)) out->evidence.findings.push_back(std::move(f));
+    if (log.is_scaled()) out->model.push_back({EffectId::kSensorScale, at_sensor(joint, Reading::kVelocity), {log.scale}});
+    if (log.late == 0.0) return;
+    const Reading late = log.is_late() ? Reading::kVelocity : Reading::kPosition;
+    out->model.push_back({EffectId::kSensorDelay, at_sensor(joint, late), {std::abs(log.late)}});
   }
 
   void add_to_model(const GradedTerm& g, Hypothesis* model) const {

@@ -457,7 +457,11 @@ Eigen::VectorXd TorqueData::calc_direction(const TorqueRecording& r, int joint) 
 TorqueData make_torque_data(const Experiment& experiment) { return make_torque_data(experiment, nullptr); }
 
 TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bodies) {
-  return Maker(experiment, bodies).make();
+  const std::vector<VelocityReading> velocity = find_velocity_readings(experiment);
+  const Experiment corrected = correct_joint_logs(experiment, velocity);
+  TorqueData data = Maker(corrected, bodies).make();
+  data.experiment = &experiment, data.velocity = velocity;
+  return data;
 }
 
 }  // namespace hrp::diagnosis

@@ -18,6 +18,7 @@
 #include "diagnosis/data/recording.h"
 #include "diagnosis/measurement/foot_loads.h"
 #include "diagnosis/measurement/servo_law.h"
+#include "diagnosis/measurement/velocity_log.h"
 
 namespace hrp::diagnosis {
 
@@ -50,6 +51,7 @@ struct TorqueData {
   std::vector<LoadedFoot> feet;         // whose measured forces are in `tau`
   std::vector<ServoDelay> delays;       // of joints whose commands come late
   std::vector<ServoReading> servo;      // by joint: faults of its log against the servo's law, taken out of `effort`
+  std::vector<VelocityReading> velocity;  // by joint: faults of positions and velocities against each other, taken out of all below
   std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is not known
   std::vector<TorqueRecording> recordings;
   std::vector<size_t> frozen;           // recordings of the experiment whose log freezes

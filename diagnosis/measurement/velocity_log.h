@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A joint's recorded velocity against the rate of its recorded position. No dynamics is in it, so it tells faults of the
+// two columns from everything that acts on the joint.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis {
+
+// Recorded velocity at t = scale x rate of the recorded position at t - late. Neutral where velocities do not follow the
+// position, or no fault is certain.
+struct VelocityReading {
+  double scale = 1.0, scale_std = 0.0;
+  double late = 0.0, late_std = 0.0;  // [s] negative: the position is the late one, as no filter looks ahead
+  double ratio = 0.0, ratio_std = 0.0;  // of velocity over rate, also where it is no certain fault; 0: none
+  double before = 0.0, after = 0.0;   // [rad/s] root mean squares of what the rate misses, without these two and with them
+  bool is_scaled() const { return scale != 1.0; }
+  bool is_late() const { return late > 0.0; }
+  bool is_position_late() const { return late < 0.0; }
+};
+
+// By joint, from the recordings of training.
+std::vector<VelocityReading> find_velocity_readings(const Experiment& experiment);
+
+// Whether stamps that are as far off would do the same: all joints whose velocities follow have that scale.
+bool may_be_clock(const std::vector<VelocityReading>& readings, const VelocityReading& scaled);
+
+// Velocities over their scale and positions and velocities moved by their delays: linear between samples, held at the
+// ends.
+Experiment correct_joint_logs(const Experiment& experiment, const std::vector<VelocityReading>& readings);
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Positions and velocities of one log contradict each other where one of them is scaled or late; no dynamics is needed.
+#include "diagnosis/measurement/velocity_log.h"
+
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kScale = 0.92, kDelay = 0.0133;  // [s] no multiple of the sampling time of 5 ms
+
+// The arm of the other tests with the elbow's log as `hidden` says; 200 Hz, noise as there.
+VelocityReading read_elbow(const std::string& name, const Hypothesis& hidden) {
+  return find_velocity_readings(make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, hidden))[kElbow];
+}
+
+TEST(VelocityLog, AWrongScaleOfAVelocityIsRead) {
+  const VelocityReading log = read_elbow("velocity_scale", {{EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}}});
+  ASSERT_TRUE(log.is_scaled());
+  EXPECT_NEAR(log.scale, kScale, 0.002);  // a tenth of what a log may be off unsaid
+  EXPECT_EQ(log.late, 0.0);
+}
+
+// Stamps that are off do the same to all joints.
+TEST(VelocityLog, OneJointOfAnotherScaleIsNoFaultOfTheClock) {
+  const Effect elbow{EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}};
+  const Effect shoulder{EffectId::kSensorScale, at_sensor(kShoulder, Reading::kVelocity), {kScale}};
+  const std::vector<VelocityReading> one = find_velocity_readings(make_simulated_experiment("velocity_one", kArm, {"shoulder", "elbow"}, {elbow}));
+  const std::vector<VelocityReading> both = find_velocity_readings(make_simulated_experiment("velocity_both", kArm, {"shoulder", "elbow"}, {shoulder, elbow}));
+  EXPECT_FALSE(may_be_clock(one, one[kElbow]));
+  EXPECT_TRUE(may_be_clock(both, both[kElbow]));
+}
+
+// Servos filter their velocities.
+TEST(VelocityLog, AVelocityBehindItsPositionIsLate) {
+  const VelocityReading log = read_elbow("velocity_late", {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kVelocity), {kDelay}}});
+  EXPECT_NEAR(log.late, kDelay, 5e-4);  // a tenth of the sampling time
+  EXPECT_FALSE(log.is_scaled());
+}
+
+// No filter looks ahead.
+TEST(VelocityLog, AVelocityAheadOfItsPositionShowsALatePosition) {
+  const VelocityReading log = read_elbow("position_late", {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kPosition), {kDelay}}});
+  ASSERT_TRUE(log.is_position_late());
+  EXPECT_NEAR(-log.late, kDelay, 5e-4);
+}
+
+// A servo's filter takes a tenth away from a motion at 5 Hz, and nothing from a slow one.
+TEST(VelocityLog, AFilterThatDampsFastMotionIsNoScale) {
+  constexpr double kTime = 0.012;  // [s] of a first-order filter
+  Experiment e = make_simulated_experiment("velocity_filter", kArm, {"shoulder", "elbow"}, {});
+  for (Recording& r : e.recordings) {
+    double fast = 0.0, filtered = 0.0;
+    for (size_t k = 0; k < r.size(); ++k) {
+      JointColumns& elbow = r.joints[kElbow];
+      fast = 2.0 * M_PI * 5.0 * r.time[k];
+      elbow.signal[0][k] += 0.02 * std::sin(fast);
+      const double rate = elbow.signal[1][k] + 0.02 * 2.0 * M_PI * 5.0 * std::cos(fast);
+      filtered += (k == 0 ? 1.0 : 0.005 / (kTime + 0.005)) * (rate - filtered);
+      elbow.signal[1][k] = filtered;
+    }
+  }
+  const VelocityReading log = find_velocity_readings(e)[kElbow];
+  EXPECT_FALSE(log.is_scaled());
+  EXPECT_NEAR(log.late, kTime, 0.003);  // half a sample of the filter's own rule, and what it bends beyond the second term
+}
+
+// Losses and rotors act on both alike.
+TEST(VelocityLog, PhysicsOfTheJointIsNoFaultOfItsLog) {
+  const VelocityReading log = read_elbow("velocity_right", {{EffectId::kCoulomb, kElbow, {0.8}}, {EffectId::kRotorInertia, kElbow, {0.02}}});
+  EXPECT_FALSE(log.is_scaled());
+  EXPECT_EQ(log.late, 0.0);
+}
+
+TEST(VelocityLog, CorrectedLogsAgreeWithEachOther) {
+  const Experiment e = make_simulated_experiment("velocity_corrected", kArm, {"shoulder", "elbow"},
+                                                 {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kPosition), {kDelay}},
+                                                  {EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}}});
+  const Experiment corrected = correct_joint_logs(e, find_velocity_readings(e));
+  const VelocityReading left = find_velocity_readings(corrected)[kElbow];
+  EXPECT_FALSE(left.is_scaled());
+  EXPECT_EQ(left.late, 0.0);
+  EXPECT_EQ(corrected.recordings[0].joints[kShoulder].signal[0], e.recordings[0].joints[kShoulder].signal[0]);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
