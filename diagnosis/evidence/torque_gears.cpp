@@ -19,7 +19,7 @@ double calc_gain(const GradedTerm& mass, double mu) { return 1.0 / ((1.0 + mass.
 // [nats] before any recording is seen.
 bool is_likelier(const GradedTerm& mass, double mu) {
   const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gain(mass, mu));
-  const double as_mass = find_term_row(&TermRow::by_load).cost + mass.term.row->cost + calc_factor_cost(1.0 + mass.parameters[0]);
+  const double as_mass = find_term_row(&TermRow::by_load).cost + mass.term.row->cost + calc_mass_cost(1.0 + mass.parameters[0]);
   return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // what was measured stays where it is not absurd
 }
 

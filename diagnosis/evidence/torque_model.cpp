@@ -153,7 +153,7 @@ class Fitter {
     }
     for (size_t t = 0; t < model_.whole.size(); ++t) {
       const Term& term = design_.whole[model_.whole[t]];
-      out->evidence -= term.row->cost + (term.row->factor ? calc_factor_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
+      out->evidence -= term.row->cost + (term.row->factor ? calc_mass_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
     }
   }
 
@@ -167,6 +167,12 @@ class Fitter {
 }  // namespace
 
 double calc_factor_cost(double factor) { return 0.5 * std::pow(std::log(std::max(1e-3, factor)) / kFactorSpread, 2); }
+
+double calc_mass_cost(double factor) {
+  constexpr double kFreedom = 10.0;
+  const double x = std::log(std::max(1e-3, factor)) / kFactorSpread;
+  return 0.5 * (kFreedom + 1.0) * std::log1p(x * x / kFreedom);
+}
 
 double calc_held_left(const TorqueDesign& design, const TorqueFit& fit) {
   double left = 0.0;

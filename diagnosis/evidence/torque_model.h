@@ -55,8 +55,11 @@ constexpr double kWholeGain = 6.0;  // [nats] that a term of the whole robot mus
 // Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
 constexpr double kFloor = 1e-6;
 
-// [nats] of a log-normal prior: a drive that loses half of its torque, or a link of half its mass, is less likely than friction.
+// [nats] of a log-normal prior: a drive that loses half of its torque is less likely than friction.
 double calc_factor_cost(double factor);
+// [nats] the same for a link's mass: most are near what the model says, but some are placeholders, or a tool is missing
+// (Student's t of ten degrees of freedom: as wide at its middle, and not as sure far away).
+double calc_mass_cost(double factor);
 
 // Whether the parameters of a joint's terms are those of a real drive: friction brakes, rotors have mass, delays are
 // positive and short.

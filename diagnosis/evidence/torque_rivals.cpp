@@ -17,12 +17,12 @@ bool contains(const TermRow& larger, const TermRow& smaller) { return larger.con
 class RivalSearch {
  public:
   RivalSearch(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g)
-      : design_(design), model_(gap.model), fit_(gap.fit), rest_(gap.rest), alone_(gap.alone), i_(judge), g_(g) {}
+      : design_(design), model_(gap.model), fit_(gap.fit), rest_(gap.rest), alone_(gap.alone), slots_(list_slots(design, gap.model)), i_(judge), g_(g) {}
 
   std::vector<Rival> run() {
     compare_own();
     compare_whole();
-    if (g_.term.row->scales_effort) add_equal_mass();
+    if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
     return rivals_;
   }
 
@@ -47,11 +47,55 @@ class RivalSearch {
     }
   }
 
+  // A load that nobody stated makes every drive before it look weak: what is wrong with one mass competes with all gains
+  // together, by what the recordings say alone. Before any recording a gain is off more often than a mass.
+  void compare_masses() {
+    TorqueModel rest = rest_;
+    double costs = calc_cost(*g_.term.row, g_.parameters);
+    for (size_t i = 0; i < rest.own.size(); ++i) costs += drop_gains(i, &rest.own[i]);
+    for (size_t term = 0; term < design_.whole.size(); ++term) {
+      const Term& other = design_.whole[term];
+      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return r.term.row == other.row && r.term.place == other.place; });
+      if (!other.row->is_of_mass() || there || !is_beyond(other, i_) || has(rest.whole, term)) continue;
+      TorqueModel model = rest;
+      model.whole.push_back(term);
+      const TorqueFit fit = fit_torque(design_, model);
+      const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
+      if (fit.evidence + calc_cost(*other.row, p) - costs > fit_.evidence - kSame && is_whole_physical(design_, other, p))
+        rivals_.push_back({other, drop_unseen(design_, other, p)});
+    }
+  }
+
+  static bool has(const std::vector<size_t>& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
+
+  // Takes the gain of a joint out of its terms; [nats] that it costs.
+  double drop_gains(size_t i, std::vector<size_t>* terms) const {
+    double costs = 0.0;
+    std::vector<size_t> left;
+    for (size_t at = 0; at < model_.own[i].size(); ++at) {
+      const size_t term = model_.own[i][at];
+      if (!has(*terms, term)) continue;
+      if (design_.joints[i].terms[term].row->scales_effort)
+        costs += calc_cost(*design_.joints[i].terms[term].row, fit_.theta.segment(slots_.own[i][at], 1));
+      else
+        left.push_back(term);
+    }
+    *terms = left;
+    return costs;
+  }
+
+  // [nats] of a term with these parameters before any recording.
+  static double calc_cost(const TermRow& row, const Eigen::VectorXd& p) {
+    if (row.factor) return row.cost + calc_mass_cost(1.0 + p[0]);
+    return row.cost + (row.scales_effort ? calc_factor_cost(1.0 - p[0]) : 0.0);
+  }
+
   // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
-  // rotor that drives it.
-  bool fills(const Term& other, const TorqueFit& with) const {
-    const double costs = other.row->cost - g_.term.row->cost;
-    const bool here = !other.whole() || design_.joints.size() == 1;  // one of the whole robot helps other joints, too
+  // rotor that drives it. `p`: what it is there.
+  bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
+    const double costs = calc_cost(*other.row, p) - calc_cost(*g_.term.row, g_.parameters);
+    const bool of_one_mass = other.row->is_of_mass() && g_.term.row->is_of_mass() && other.place == g_.term.place;
+    const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;  // others of the whole robot help elsewhere, too
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
     return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
   }
@@ -97,9 +141,9 @@ class RivalSearch {
       model.own[i_].push_back(term);
       std::sort(model.own[i_].begin(), model.own[i_].end());
       const TorqueFit fit = fit_torque(design_, model);
-      if (!fills(other, fit)) continue;
       const Slots slots = list_slots(design_, model);
       const size_t at = static_cast<size_t>(std::find(model.own[i_].begin(), model.own[i_].end(), term) - model.own[i_].begin());
+      if (!fills(other, fit, fit.theta.segment(slots.own[i_][at], other.columns()))) continue;
       const Eigen::VectorXd own = fit.theta.segment(slots.own[i_][0], count_columns(i_, model.own[i_]));
       if (!is_physical(design_, i_, model.own[i_], own)) continue;
       rivals_.push_back({other, fit.theta.segment(slots.own[i_][at], other.columns())});
@@ -125,8 +169,8 @@ class RivalSearch {
       TorqueModel model = rest_;
       model.whole.push_back(term);
       const TorqueFit fit = fit_torque(design_, model);
-      if (!fills(other, fit) || is_needed_beside(term, fit)) continue;
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
+      if (!fills(other, fit, p) || is_needed_beside(term, fit)) continue;
       if (is_whole_physical(design_, other, p)) rivals_.push_back({other, drop_unseen(design_, other, p)});
     }
   }
@@ -162,6 +206,7 @@ class RivalSearch {
   const TorqueFit& fit_;
   const TorqueModel& rest_;
   const TorqueFit& alone_;
+  const Slots slots_;  // of model_
   const size_t i_;
   const GradedTerm& g_;
   std::vector<Rival> rivals_;

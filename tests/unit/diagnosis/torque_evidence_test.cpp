@@ -154,6 +154,45 @@ TEST(TorqueEvidence, ALoadFarFromTheLinksCentreOfMassHasItsMassAndPlace) {
   EXPECT_NEAR(f->parameters[1].value[0], kFar, 0.05 * kFar) << f->statement;
 }
 
+// A tool that is not on the robot any more. With a tenth of the friction in no list a force was named in its place.
+TEST(TorqueEvidence, ALinkOfTwoFifthsOfItsMassHasAWrongMassAndNoForceOnIt) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kMassError, kFore, {0.4}});
+  Experiment e = make_simulated_experiment("torque_light", kArm, kJoints, hidden);
+  add_texture(0.2, &e);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "mass_error", "fore");
+  ASSERT_NE(f, nullptr);
+  EXPECT_NEAR(f->parameters[0].value[0], 0.4, 0.02);  // a thirtieth of what is missing; texture belongs to friction
+  EXPECT_EQ(find(verdict, "external_force", "fore"), nullptr);
+}
+
+// A load that nobody stated makes every drive before it look weak: alone it does what all their gains do together.
+TEST(TorqueEvidence, GainsOfAnArmThatCarriesALoadHaveTheLoadAsTheirAlternative) {
+  std::string light = kArm;  // all that both drives carry is the forearm
+  const std::string upper = "<mass value=\"2\"/>";
+  light.replace(light.find(upper), upper.size(), "<mass value=\"0.2\"/>");
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.2, 0.15, 0.0, 0.0, 0.0}});
+  Experiment e = make_simulated_experiment("torque_gain_or_load", light, kJoints, hidden);
+  add_texture(0.1, &e);
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice = choose_torque_model(design, 1);
+  choice.model = {list_usual_terms(design), {}};
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    for (size_t t = 0; t < design.joints[i].terms.size(); ++t) {
+      if (design.joints[i].terms[t].row->scales_effort) choice.model.own[i].push_back(t);
+    }
+    std::sort(choice.model.own[i].begin(), choice.model.own[i].end());
+  }
+  choice.fit = fit_torque(design, choice.model);
+  for (const GradedTerm& g : grade_terms(design, choice, 1)) {
+    if (!g.term.row->scales_effort) continue;
+    const bool listed = std::any_of(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->is_of_mass(); });
+    EXPECT_TRUE(listed) << "gain of " << kJoints[static_cast<size_t>(g.term.place)];
+  }
+}
+
 // The first `seconds` of a recording.
 Recording take(const Recording& whole, double seconds) {
   Recording r = whole;
@@ -232,6 +271,10 @@ TEST(TorqueEvidence, AGearThatTheLoadHardlyTurnsIsNamedWithItsLossAndIsNoWrongMa
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
   EXPECT_EQ(find(verdict, "backdriving_friction", "shoulder"), nullptr);
+  // Friction of 3/7 of the load both ways beside a torque constant 10/7 times the stated one is the same torque.
+  ASSERT_FALSE(f->alternatives.empty());
+  EXPECT_EQ(f->alternatives[0].effect, "load_dependent_friction");
+  EXPECT_NEAR(f->alternatives[0].parameters[0].value[0], 3.0 / 7.0, 0.06);  // as far as the ratio's tenth moves it
   // A tenth: where the load changes sides the smoothed torque is that of neither.
   EXPECT_NEAR(f->parameters[0].value[0], 0.6, 0.06) << f->statement;
   for (const Finding& other : verdict.evidence.findings) {
