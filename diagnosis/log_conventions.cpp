@@ -198,7 +198,7 @@ Explanation explain(const Experiment& e, int jobs) {
   const Choice choice = choose_torque_model(design, jobs);
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];
-    out.cross.push_back(std::max(choice.fit.cross[i] / std::max(1e-300, joint.spread * joint.spread), kFloor));
+    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kFloor));
     out.effective.push_back(joint.effective);
     for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
   }

@@ -3,6 +3,7 @@
 // recordings, and the recordings that nothing is fitted to.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 
 #include "diagnosis/estimate/gram.h"
@@ -23,6 +24,8 @@ struct JointDesign {
   double spread = 0.0;            // [N m] standard deviation of the effort, held-out recordings
   bool loaded = false;            // the effort is mostly what the nominal motion takes: its gain shows
   double effective = 0.0;         // samples of training that are independent, from what all terms together leave
+
+  double weigh_squares() const { return 1.0 / std::max(1e-300, spread * spread); }  // [1/(N m)^2] to compare joints
 };
 
 struct TorqueDesign {

@@ -42,7 +42,7 @@ class Judge {
     choice_ = choose_torque_model(design_, jobs);
     for (int i = 0; i < kPlacings && place_loads(choice_.model, &design_); ++i) choice_ = choose_torque_model(design_, jobs);
     drop_misleading_terms(jobs, Timing::kFree, &design_, &choice_);
-    fit_ = fit_torque(design_, choice_.model);
+    choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);
   }
@@ -77,9 +77,10 @@ class Judge {
     Choice drives = choose_torque_model(design_, jobs, Timing::kAsRecorded);
     drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &drives);
     const TorqueFit friction_and_rotors = fit_torque(design_, drop_timing(drives.model));
-    const bool told = calc_held_left(design_, fit_) < kTells * calc_held_left(design_, friction_and_rotors);
+    const bool told = calc_held_left(design_, choice_.fit) < kTells * calc_held_left(design_, friction_and_rotors);
     if (delay->grade == Grade::kSupported && told) return;
-    choice_ = drives, fit_ = fit_torque(design_, choice_.model);
+    choice_ = drives;
+    choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
   }
 
@@ -246,7 +247,7 @@ class Judge {
     const Slots slots = list_slots(design_, choice_.model);
     for (size_t t = 0; t < choice_.model.own[i].size(); ++t) {
       const Term& term = design_.joints[i].terms[choice_.model.own[i][t]];
-      out += calc_joint_columns(*design_.data, r, term) * fit_.theta.segment(slots.own[i][t], term.columns());
+      out += calc_joint_columns(*design_.data, r, term) * choice_.fit.theta.segment(slots.own[i][t], term.columns());
     }
     if (choice_.model.whole.empty()) return out;
     std::vector<Term> terms;
@@ -255,7 +256,7 @@ class Judge {
       terms.push_back(design_.whole[choice_.model.whole[t]]);
       const long before = theta.size();
       theta.conservativeResize(before + terms.back().columns());
-      theta.tail(terms.back().columns()) = fit_.theta.segment(slots.whole[t], terms.back().columns());
+      theta.tail(terms.back().columns()) = choice_.fit.theta.segment(slots.whole[t], terms.back().columns());
     }
     return out + calc_whole_columns(*design_.data, r, terms)[static_cast<size_t>(design_.joints[i].joint)] * theta;
   }
@@ -284,7 +285,7 @@ class Judge {
       Remaining r;
       r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
       r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
-      r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(fit_.held[i]);
+      r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(choice_.fit.held[i]);
       if (r.after > kNothing * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
         r.depends_on = relation.names;
@@ -292,7 +293,7 @@ class Judge {
       } else {
         r.statement = make_remaining_words(e_, joint.joint, r, "");
       }
-      const double scale = 1.0 / std::max(1e-300, joint.spread * joint.spread);
+      const double scale = joint.weigh_squares();
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
       const double free = find_free_share(learn, test);
@@ -310,7 +311,6 @@ class Judge {
   const int jobs_;
   TorqueDesign design_;
   Choice choice_;
-  TorqueFit fit_;
   std::vector<GradedTerm> graded_;
 };
 

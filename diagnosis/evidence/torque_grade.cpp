@@ -237,7 +237,7 @@ class Grader {
     double whole = 0.0;  // mismatch of all joints, each over the spread of its effort
     std::vector<double> scale;
     for (const JointDesign& joint : design_.joints) {
-      scale.push_back(1.0 / std::max(1e-300, joint.spread * joint.spread));
+      scale.push_back(joint.weigh_squares());
       whole += calc_nominal_held(joint) * scale.back();
     }
     for (size_t i = 0; i < design_.joints.size(); ++i) {

@@ -177,7 +177,7 @@ double calc_mass_cost(double factor) {
 double calc_held_left(const TorqueDesign& design, const TorqueFit& fit) {
   double left = 0.0;
   for (size_t i = 0; i < design.joints.size(); ++i)
-    left += fit.held[i] / std::max(1e-300, design.joints[i].spread * design.joints[i].spread);
+    left += fit.held[i] * design.joints[i].weigh_squares();
   return left;
 }
 
