@@ -20,9 +20,14 @@ struct Group {
   std::string effect;
   std::vector<const json*> findings;
   double weight = 0.0;
+  bool sure = false;  // physics or a fault that takes something away, told from all else at one place at least
 };
 
 bool is_ambiguous(const json& finding) { return get_text(finding, "grade") == "ambiguous"; }
+
+double get_weight(const json& finding) { return std::max(0.0, get_number(finding, "weight", get_number(finding, "share", 0.0))); }
+
+bool is_of_log(const json& finding) { return get_object(finding, "where").contains("sensor"); }
 
 std::vector<Group> group_by_effect(const json& report) {
   std::vector<Group> groups;
@@ -31,9 +36,12 @@ std::vector<Group> group_by_effect(const json& report) {
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.effect == effect; });
     Group& group = same == groups.end() ? groups.emplace_back(Group{effect, {}, 0.0}) : *same;
     group.findings.push_back(&f);
-    group.weight += std::max(0.0, get_number(f, "weight", get_number(f, "share", 0.0)));
+    group.weight += get_weight(f);
+    group.sure = group.sure || (!is_ambiguous(f) && (get_weight(f) > 0.0 || !is_of_log(f)));
   }
-  std::stable_sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return a.weight > b.weight; });
+  // What is sure first: a foot that gives weighs nothing in torques.
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const Group& a, const Group& b) { return a.sure != b.sure ? a.sure : a.weight > b.weight; });
   return groups;
 }
 

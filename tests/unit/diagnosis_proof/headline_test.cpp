@@ -50,6 +50,19 @@ TEST(Headline, WhatIsOnlyAmbiguousIsSaidAsPerhaps) {
   EXPECT_THAT(join(make_leg()), HasSubstr("Perhaps command delay at 4 joints: delay 0.008 ± 0.002 s at each."));
 }
 
+TEST(Headline, WhatIsSureStandsBeforeWhatIsPerhapsThereAndFaultsOfALogLast) {
+  json report = make_leg();
+  json foot = make_finding("foot_compliance", "knee", "supported", "kz", 1900.0, 300.0, "N/m");
+  foot["where"] = {{"foot", "sole"}}, foot["weight"] = 0.0;
+  json late = make_finding("sensor_delay", "knee", "supported", "delay", 0.02, 0.001, "s");
+  late["where"] = {{"sensor", "/joint_states/knee/velocity"}}, late["weight"] = 0.0;
+  report["findings"].push_back(foot), report["findings"].push_back(late);
+  const std::string text = join(report);
+  EXPECT_LT(text.find("Coulomb friction"), text.find("Foot compliance"));
+  EXPECT_LT(text.find("Foot compliance"), text.find("Perhaps command delay"));
+  EXPECT_LT(text.find("Perhaps command delay"), text.find("ensor delay"));
+}
+
 TEST(Headline, ErrorsStandInRadiansAsRootMeanSquaresOverJoints) {
   // sqrt((0.03^2 + 0.04^2) / 2) = 0.03536.
   EXPECT_THAT(join(make_leg()), HasSubstr("Held-out errors fall: positions from 0.0354 to 0.00354 rad."));
