@@ -22,10 +22,12 @@ constexpr double kBetter = 3.0;     // times less that the law misses with the d
 constexpr double kFollows = 0.3;    // of the effort's spread that the law misses at most: else it is no such servo
 
 constexpr int kStretches = 16;      // of all training samples
+constexpr size_t kLeastSamples = 100;
 constexpr double kCertain = 4.0;    // standard deviations of a fault from none
 constexpr double kLeast = 0.01;     // of a scale from one; of a bias, over the effort's spread
 constexpr double kExact = 1e-3;     // to which a log and a law agree at best: of a scale; of a bias, over the spread
 constexpr size_t kLater = 3;        // samples after which noise is another, and what lasts is not
+constexpr size_t kCells = 24;       // of a joint's travel: shorter than half a wave of a ripple that is seen in it
 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
@@ -34,15 +36,16 @@ bool has_all(const Experiment& e, size_t j) {
   });
 }
 
-constexpr double kSmooth = 0.015;  // [s] half the window of a rate that was not recorded
+constexpr double kSmooth = 0.015;   // [s] half the window of a rate that was not recorded
+constexpr double kSmoother = 0.03;  // [s] of another one, to see what smoothing takes from the law
 
-// The velocity that the servo works with: recorded, else the rate of the smoothed position.
-std::vector<double> find_rate(const Recording& r, size_t j) {
+// The velocity that the servo works with: recorded, else the rate of the position smoothed over +- `window` [s].
+std::vector<double> find_rate(const Recording& r, size_t j, double window) {
   const JointColumns& c = r.joints[j];
   if (c.has(Quantity::kVelocity)) return c.signal[1];
   const double step = r.duration() / static_cast<double>(std::max<size_t>(2, r.size()) - 1);
   std::vector<double> value, rate, second;
-  smooth_series(r.time, fill_gaps(c.signal[0]), std::max(3, static_cast<int>(std::lround(kSmooth / step))), &value, &rate, &second);
+  smooth_series(r.time, fill_gaps(c.signal[0]), std::max(3, static_cast<int>(std::lround(window / step))), &value, &rate, &second);
   return rate;
 }
 
@@ -53,11 +56,15 @@ struct ServoLog {
   const JointLaws& laws;
   std::vector<std::vector<double>> rates;  // by recording
 
-  ServoLog(const Experiment& experiment, size_t joint, const JointLaws& of) : e(experiment), j(joint), laws(of) {
-    for (const Recording& r : e.recordings) rates.push_back(find_rate(r, j));
+  ServoLog(const Experiment& experiment, size_t joint, const JointLaws& of, double window = kSmooth) : e(experiment), j(joint), laws(of) {
+    for (const Recording& r : e.recordings) rates.push_back(find_rate(r, j, window));
   }
 
-  // Calls take(law, effort) with what the servo's law asks for, before its limit, and the recorded effort, at every
+  bool has_rates() const {
+    return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) { return r.joints[j].has(Quantity::kVelocity); });
+  }
+
+  // Calls take(law, effort, position) with what the servo's law asks for, before its limit, and the recorded effort, at every
   // sample of the recordings of training (or of the others) that commands `delay` late have reached.
   template <typename Take>
   void walk(double delay, bool train, const Take& take) const {
@@ -69,7 +76,7 @@ struct ServoLog {
         if (r.time[k] < r.time.front() + kLongest) continue;
         double given = 0.0, rate = 0.0;
         read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
-        take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k]);
+        take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k], c.signal[0][k]);
       }
     }
   }
@@ -78,7 +85,7 @@ struct ServoLog {
 // Mean square of what the law misses when commands are `delay` late.
 double calc_missed(const ServoLog& log, double delay, bool train) {
   double sum = 0.0, n = 0.0;
-  log.walk(delay, train, [&](double law, double effort) {
+  log.walk(delay, train, [&](double law, double effort, double) {
     const double missed = effort - std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit);
     if (std::isfinite(missed)) sum += missed * missed, n += 1.0;
   });
@@ -88,7 +95,7 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
 // The same beside the scale and bias of the log that fit best: a log of another scale asks for another delay.
 double calc_missed_by_line(const ServoLog& log, double delay) {
   Gram gram(2);
-  log.walk(delay, true, [&](double law, double effort) {
+  log.walk(delay, true, [&](double law, double effort, double) {
     if (std::isfinite(law + effort)) gram.add_row(Eigen::Vector2d(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), 1.0), effort);
   });
   return gram.n > 0.0 ? calc_rest(gram, {0, 1}, solve(gram, {0, 1})) / gram.n : 0.0;
@@ -124,16 +131,16 @@ double calc_travel(const Experiment& e, size_t j) {
   return std::max(0.0, high - low);
 }
 
-// Law and recorded effort, training samples at which the drive is not at its limit.
+// Law, recorded effort and position, training samples at which the drive is not at its limit.
 struct Pairs {
-  std::vector<double> law, effort;
+  std::vector<double> law, effort, position;
 };
 
 Pairs list_pairs(const ServoLog& log, double delay) {
   Pairs out;
-  log.walk(delay, true, [&](double law, double effort) {
+  log.walk(delay, true, [&](double law, double effort, double position) {
     if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
-    out.law.push_back(law), out.effort.push_back(effort);
+    out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position);
   });
   return out;
 }
@@ -157,28 +164,55 @@ double calc_mean(const std::vector<double>& x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(std::max<size_t>(1, x.size()));
 }
 
-// Slope of effort over law with the law of some samples before as the instrument: what noise of the encoders puts into the
-// law is forgotten by then, so it neither flattens nor steepens the line. Standard deviation by stretches.
+// A series less its mean, or less its mean over each cell of the position's range.
+std::vector<double> centre(std::vector<double> x, const std::vector<size_t>& cell) {
+  std::vector<double> sum(kCells, 0.0), n(kCells, 0.0);
+  for (size_t k = 0; k < x.size(); ++k) sum[cell[k]] += x[k], n[cell[k]] += 1.0;
+  for (size_t k = 0; k < x.size(); ++k) x[k] -= sum[cell[k]] / n[cell[k]];
+  return x;
+}
+
+std::vector<size_t> find_cells(const std::vector<double>& position) {
+  const auto [low, high] = std::minmax_element(position.begin(), position.end());
+  std::vector<size_t> cells;
+  for (double q : position)
+    cells.push_back(std::min(kCells - 1, static_cast<size_t>(static_cast<double>(kCells) * (q - *low) / std::max(1e-12, *high - *low))));
+  return cells;
+}
+
+// Standard deviation by stretches.
 struct Slope {
-  double value = 1.0, std = 0.0;
+  double value = 1.0, std = std::numeric_limits<double>::infinity();
 };
 
-Slope find_slope(const Pairs& pairs) {
-  const double law = calc_mean(pairs.law), effort = calc_mean(pairs.effort);
+// Slope of effort over law with the law of some samples before as the instrument: what noise of the encoders puts into the
+// law is forgotten by then, so it neither flattens nor steepens the line. All three less their means over each cell.
+Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
+  const std::vector<size_t> cells(all_cells.begin() + kLater, all_cells.end());
+  const std::vector<double> earlier = centre({pairs.law.begin(), pairs.law.end() - kLater}, cells);
+  const std::vector<double> law = centre({pairs.law.begin() + kLater, pairs.law.end()}, cells);
+  const std::vector<double> effort = centre({pairs.effort.begin() + kLater, pairs.effort.end()}, cells);
   std::vector<double> top(kStretches, 0.0), bottom(kStretches, 0.0);
-  for (size_t k = kLater; k < pairs.law.size(); ++k) {
-    const size_t stretch = k * kStretches / pairs.law.size();
-    const double z = pairs.law[k - kLater] - law;
-    top[stretch] += z * (pairs.effort[k] - effort), bottom[stretch] += z * (pairs.law[k] - law);
+  for (size_t k = 0; k < law.size(); ++k) {
+    const size_t stretch = k * kStretches / law.size();
+    top[stretch] += earlier[k] * effort[k], bottom[stretch] += earlier[k] * law[k];
   }
   const double sum = std::accumulate(bottom.begin(), bottom.end(), 0.0);
-  if (!(sum > 0.0)) return {1.0, std::numeric_limits<double>::infinity()};
+  if (!(sum > 0.0)) return {};
   Slope slope;
   slope.value = std::accumulate(top.begin(), top.end(), 0.0) / sum;
   double square = 0.0;
   for (size_t s = 0; s < top.size(); ++s) square += std::pow(top[s] - slope.value * bottom[s], 2);
   slope.std = std::sqrt(square * kStretches / (kStretches - 1)) / sum;
   return slope;
+}
+
+// Of all samples, or of those at one position: a log that ripples over position bends the line through all of them, and
+// leaves that between two motions past one place as it is. The one that stretches agree on better.
+Slope find_slope(const Pairs& pairs) {
+  const Slope of_all = find_slope(pairs, std::vector<size_t>(pairs.law.size(), 0));
+  const Slope at_places = find_slope(pairs, find_cells(pairs.position));
+  return at_places.std < of_all.std ? at_places : of_all;
 }
 
 double calc_rms(const Pairs& pairs, double scale, double bias) {
@@ -195,15 +229,17 @@ double calc_wavers(const Pairs& pairs, double scale, double bias) {
   return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
 }
 
-ServoReading read_servo(const Pairs& pairs, double spread) {
+// `smoothing`: standard deviation of a slope whose rates had to be smoothed.
+ServoReading read_servo(const Pairs& pairs, double spread, double smoothing) {
   ServoReading out;
-  if (pairs.law.size() < 100) return out;
+  if (pairs.law.size() < kLeastSamples) return out;
   const Line line = fit_line(pairs.law, pairs.effort);
-  const Slope slope = find_slope(pairs);
-  const double off = slope.value - 1.0;
+  Slope slope = find_slope(pairs);
+  slope.std = std::hypot(slope.std, smoothing);
+  const double off = slope.value - 1.0, offset = calc_mean(pairs.effort) - slope.value * calc_mean(pairs.law);
   out.before = calc_rms(pairs, 1.0, 0.0);
-  out.after = calc_rms(pairs, slope.value, calc_mean(pairs.effort) - slope.value * calc_mean(pairs.law));
-  out.wavers = calc_wavers(pairs, line.theta[0], line.theta[1]);
+  out.after = calc_rms(pairs, slope.value, offset);
+  out.wavers = calc_wavers(pairs, slope.value, offset);
   if (!(out.after < kFollows * spread) || !(slope.value > 0.5 && slope.value < 2.0)) return out;
   out.follows = true;
   if (std::abs(off) > std::max(kLeast, kCertain * slope.std))
@@ -213,6 +249,13 @@ ServoReading read_servo(const Pairs& pairs, double spread) {
   if (std::abs(bias) > std::max(kLeast * spread, kCertain * line.std[1]))
     out.bias = bias, out.bias_std = std::hypot(line.std[1], kExact * spread);
   return out;
+}
+
+// What another window changes.
+double calc_smoothing(const ServoLog& log, const Pairs& pairs, double delay) {
+  if (pairs.law.size() < kLeastSamples) return 0.0;
+  const Pairs smoother = list_pairs({log.e, log.j, log.laws, kSmoother}, delay);
+  return std::abs(find_slope(pairs).value - find_slope(smoother).value);
 }
 
 }  // namespace
@@ -225,7 +268,9 @@ std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::ve
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
     double delay = 0.0;
     for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(j) ? d.delay : delay;
-    list[j] = read_servo(list_pairs({e, j, plant.laws[j]}, delay), calc_spread(e, j));
+    const ServoLog log(e, j, plant.laws[j]);
+    const Pairs pairs = list_pairs(log, delay);
+    list[j] = read_servo(pairs, calc_spread(e, j), log.has_rates() ? 0.0 : calc_smoothing(log, pairs, delay));
     list[j].travel = calc_travel(e, j);
   }
   return list;

@@ -16,8 +16,8 @@ double calc_command(double t) { return 0.5 * std::sin(3.0 * t) + 0.2 * std::sin(
 double calc_command_rate(double t) { return 1.5 * std::cos(3.0 * t) + 1.4 * std::cos(7.0 * t); }
 
 // Two recordings at 1 kHz of an elbow that lags; its servo gets commands late. Stamps are off by `jitter` [s], recorded
-// rates by `noise` [rad/s].
-Experiment make_late(const std::string& name, double jitter, double noise, double delay = kDelay) {
+// rates by `noise` [rad/s]. The log ripples by `ripple` [N m], once in 0.6 rad.
+Experiment make_late(const std::string& name, double jitter, double noise, double delay = kDelay, double ripple = 0.0, double scale = kScale) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_servo_law_" + name);
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kArm;
@@ -33,7 +33,7 @@ Experiment make_late(const std::string& name, double jitter, double noise, doubl
     const double from = file[0] == 't' ? 0.0 : 20.0;
     for (int k = 0; k < 6000; ++k) {
       const double t = 1e-3 * k, at = from + t, q = 0.9 * calc_command(at - 0.03), v = 0.9 * calc_command_rate(at - 0.03);
-      const double effort = kScale * (kKp * (calc_command(at - delay) - q) + kKd * (calc_command_rate(at - delay) - v));
+      const double effort = ripple * std::sin(2.0 * M_PI * q / 0.6) + scale * (kKp * (calc_command(at - delay) - q) + kKd * (calc_command_rate(at - delay) - v));
       csv << t + jitter * normal(random) << "," << calc_command(at) << "," << calc_command_rate(at) << "," << q << "," << v + noise * normal(random) << ","
           << effort + 0.05 * normal(random) << ",0,0\n";
     }
@@ -64,6 +64,19 @@ TEST(ServoLaw, NoiseOfTheRateDoesNotFlattenTheScale) {
   ASSERT_TRUE(reading.follows);
   EXPECT_LT(reading.scale_std, 0.005);
   EXPECT_NEAR(reading.scale, kScale, 3.0 * reading.scale_std);
+}
+
+// The line through all samples is bent by 1 % here, and told to 1.3 %; between two motions past one place the ripple is
+// the same.
+TEST(ServoLaw, ARippleOfTheLogOverPositionHidesNoScaleAndMakesNone) {
+  constexpr double kRipple = 2.0;
+  const Experiment scaled = make_late("ripple", 0.0, 0.0, 0.0, kRipple), right = make_late("ripple_right", 0.0, 0.0, 0.0, kRipple, 1.0);
+  const size_t elbow = static_cast<size_t>(scaled.robot.tree.find_joint("elbow"));
+  const ServoReading reading = find_servo_readings(scaled, {})[elbow];
+  ASSERT_TRUE(reading.is_scaled());
+  EXPECT_LT(reading.scale_std, 0.005);
+  EXPECT_NEAR(reading.scale, kScale, 3.0 * reading.scale_std);
+  EXPECT_FALSE(find_servo_readings(right, {})[elbow].is_scaled());
 }
 
 }  // namespace
