@@ -51,16 +51,16 @@ class LogWriter {
   // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it. Topics and
   // types are on disk from then on.
   void set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression);
-  // What else to write with a step, from its samples of topics[1] and topics[2]: an encoded sample of `topic`, or nullptr.
-  // The channel is made with its first sample, so logs without any have none.
-  using FindEvent = std::function<const std::vector<uint8_t>*(const std::vector<uint8_t>&, const std::vector<uint8_t>&)>;
-  void set_events(const LogTopic& topic, FindEvent find_event);
-  // The topic of rate kWhenDue, the last one, comes at these steps. It has no channel: `unpack` finds the samples in one of
-  // its own, each with its topic, whose channel is made with its first sample. Without this call it never comes.
+  // An encoded sample with its topic, whose channel is made with its first sample: logs without any have none.
   struct Part {
     LogTopic topic;
     std::vector<uint8_t> sample;
   };
+  // What else to write with a step, from its samples of topics[1] and topics[2].
+  using FindEvents = std::function<std::vector<Part>(const std::vector<uint8_t>&, const std::vector<uint8_t>&)>;
+  void set_events(FindEvents find_events);
+  // The topic of rate kWhenDue, the last one, comes at these steps. It has no channel: `unpack` finds the parts of a sample.
+  // Without this call it never comes.
   using IsDue = std::function<bool(uint64_t step)>;
   using Unpack = std::function<std::vector<Part>(const std::vector<uint8_t>& sample)>;
   void set_parcels(IsDue is_due, Unpack unpack);
@@ -120,8 +120,7 @@ class LogWriter {
   mcap::ClaimedFile claim_next_file() const;
   void write_complete_steps();
   void write_step(bool with_answers);
-  void write_event(uint64_t step, const Slot& place);
-  void write_parcel(uint64_t step, double time, const std::vector<uint8_t>& sample);
+  void write_parts(uint64_t step, double time, const std::vector<Part>& parts);
   uint16_t find_channel(const LogTopic& topic);
   void note_chunks_on_disk();
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
@@ -133,8 +132,7 @@ class LogWriter {
   std::vector<uint8_t> description_;
   int control_period_ = 1;
   mcap::Compression compression_ = mcap::Compression::kZstd;
-  LogTopic event_topic_;
-  FindEvent find_event_;
+  FindEvents find_events_;
   IsDue is_due_;
   Unpack unpack_;
   std::map<std::string, uint16_t> late_channels_;  // of this file, by topic: those that are made with a first sample
