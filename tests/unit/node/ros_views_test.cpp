@@ -205,6 +205,24 @@ TEST_F(RosNamespaces, ShareTheWorldOfAFirstRobotThatHasALinkOfThatName) {
   EXPECT_EQ(tf->at(0).transforms()[2].header().frame_id(), "simulation_world");
 }
 
+TEST(TopicNames, OfAnotherRobotAreKnownByThoseOfTheFirst) {
+  EXPECT_EQ(topics::find_any_topic("rt/partner/joint_states"), &topics::kRosJointStates);
+  EXPECT_EQ(topics::find_any_topic("rt/partner/wrench/left_foot"), &topics::kRosWrench);
+  EXPECT_EQ(topics::find_any_topic("rt/partner/joint_trajectory"), &topics::kRosJointTrajectory);
+  EXPECT_EQ(topics::find_any_topic("hrp/partner/events"), &topics::kEvents);
+  EXPECT_EQ(topics::find_any_topic("rt/partner/clock"), nullptr) << "there is one clock";
+  EXPECT_EQ(topics::find_any_topic("hrp/partner/robot_state"), nullptr) << "and one state of all";
+}
+
+TEST(TopicNames, WithoutARobotMeanTheFirstOne) {
+  const std::vector<std::string> names{"hrp/sensor_data", "hrp/partner/sensor_data", "hrp/walker/sensor_data", "rt/imu/chest", "rt/partner/imu/chest"};
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(topics::find_meant_topics("sensor_data", names), Names{"hrp/sensor_data"});
+  EXPECT_EQ(topics::find_meant_topics("/imu/chest", names), Names{"rt/imu/chest"});
+  EXPECT_EQ(topics::find_meant_topics("partner/sensor_data", names), Names{"hrp/partner/sensor_data"});
+  EXPECT_EQ(topics::find_meant_topics("chest", names), (Names{"rt/imu/chest", "rt/partner/imu/chest"}));
+}
+
 TEST(RosRateFault, RefusesWhatIsNoRate) {
   for (const double rate : {0.0, 30.0, 1e5}) EXPECT_EQ(find_ros_rate_fault(rate), "");
   for (const double rate : {-1.0, 2e5, HUGE_VAL, std::nan("")}) EXPECT_NE(find_ros_rate_fault(rate), "") << rate;
