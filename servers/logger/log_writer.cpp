@@ -107,6 +107,10 @@ void LogWriter::take(size_t topic, const uint8_t* data, size_t size) {
   if (place.present & (1u << topic)) return;
   place.present |= 1u << topic;
   place.time = header.time;
+  if (place.samples[topic].capacity() == 0 && !spare_[topic].empty()) {
+    place.samples[topic] = std::move(spare_[topic].back());
+    spare_[topic].pop_back();
+  }
   place.samples[topic].assign(data, data + size);
   ++sample_count_;
   if (topic == kStateTopic) take_state(header.step);
@@ -186,12 +190,19 @@ void LogWriter::write_step(bool with_answers) {
     }
   }
   if (find_events_ && (wanted & kEventSources) == kEventSources) write_parts(step, place.time, find_events_(place.samples[1], place.samples[2]));
+  for (size_t i = 1; i < options_.topics.size(); ++i) keep_memory(i, &place.samples[i]);
   place.present = 0;
   ++next_step_;
   if (next_step_ % static_cast<uint64_t>(options_.chunk_steps) != 0) return;
   writer_->write_chunk();
   chunk_ends_.push_back(step);
   poll();
+}
+
+void LogWriter::keep_memory(size_t topic, std::vector<uint8_t>* sample) {
+  if (sample->capacity() == 0) return;
+  spare_[topic].push_back(std::move(*sample));
+  *sample = {};
 }
 
 void LogWriter::write_parts(uint64_t step, double time, const std::vector<Part>& parts) {

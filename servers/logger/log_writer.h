@@ -105,7 +105,7 @@ class LogWriter {
   static constexpr size_t kStateTopic = 1;
   static constexpr uint64_t kSlots = 2048;  // more than the scheduler grants beyond the log
 
-  // Samples of one step that waits to be complete. Memory is reused.
+  // Samples of one step that waits to be complete.
   struct Slot {
     std::array<std::vector<uint8_t>, kMaxTopics> samples;
     uint32_t present = 0;  // bit per topic
@@ -124,6 +124,7 @@ class LogWriter {
   uint16_t find_channel(const LogTopic& topic);
   void note_chunks_on_disk();
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
+  void keep_memory(size_t topic, std::vector<uint8_t>* sample);
   Slot& slot(uint64_t step) { return slots_[step % kSlots]; }
   const Slot& slot(uint64_t step) const { return slots_[step % kSlots]; }
 
@@ -141,6 +142,9 @@ class LogWriter {
   uint64_t chunks_seen_ = 0;         // of this file, on disk at the last look
   std::vector<std::string> files_;
   std::vector<Slot> slots_;
+  // By topic: memory of samples that are written, the last one first. A slot that had its own would come round once in kSlots
+  // steps, when the processor's caches have forgotten it.
+  std::array<std::vector<std::vector<uint8_t>>, kMaxTopics> spare_;
   bool any_epoch_ = false;
   bool closed_ = false;
   uint64_t epoch_ = 0;
