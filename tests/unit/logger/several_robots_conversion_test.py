@@ -152,6 +152,15 @@ class SeveralRobots(unittest.TestCase):
             self.assertEqual(entity["id"], "link/" + entity["frame_id"])
         self.assertEqual({entity["frame_id"].rpartition("/")[0] for entity in entities}, {"", "walker", "partner"})
 
+    def test_the_layout_for_one_robot_names_topics_that_are_there(self):
+        layout = json.loads((SOURCE / "share/foxglove/robot.json").read_text())["configById"]
+        named = set(next(panel for id, panel in layout.items() if id.startswith("3D!"))["topics"])
+        for panel in layout.values():
+            named |= {path["value"].split(".")[0] for path in panel.get("paths", [])}
+        topics = {channel["topic"] for channel in self.foxglove.channels.values()}
+        self.assertIn("/scene/contacts", named)
+        self.assertLessEqual(named, topics)
+
     def test_urdfs_are_attached_by_the_names_of_their_robots(self):
         for robot in ROBOTS:
             self.assertEqual(self.foxglove.attachments[(robot[:-1] or "robot") + ".urdf"].decode(), self.urdfs[robot])
