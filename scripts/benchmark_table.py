@@ -16,6 +16,9 @@ MULTIBODY = (('forward dynamics', 'forward_dynamics', ('ours', 'mujoco', 'dart')
 STEPS = (('ours, contacts given', 'our_step', (0, 4, 8, 16, 32, 64)),
          ('ours, contacts given, margin 1 mm', 'our_quiet_step', (8, 32, 64)))
 OPTIONS = ('elliptic cones, implicit', 'default', 'default, one iteration')
+JOINTS = (25, 50, 100, 200)
+LIMBS = ((13, 'limbs of 13 joints'), (1000, 'one limb'))
+JOINT_ROWS = (('ours', 'our_joints/%d/%d'), ('MuJoCo, elliptic cones, implicit', 'mujoco_joints/%d/%d/0'), ('MuJoCo, default', 'mujoco_joints/%d/%d/1'))
 PACKAGES = ('libmujoco-dev', 'libdart-dev', 'libeigen3-dev', 'cyclonedds-dev', 'libfastrtps-dev')
 
 
@@ -87,6 +90,14 @@ def print_steps(runs):
     print()
 
 
+def print_joints(runs):
+    print_head('step with search against joints [us]', *('%d' % joints for joints in JOINTS))
+    for limb, shape in LIMBS:
+        for title, name in JOINT_ROWS:
+            print_row('%s, %s' % (title, shape), *(show(find_time(runs, name % (joints, limb)), '%.1f') for joints in JOINTS))
+    print()
+
+
 def print_server_set(text):
     factors = {}
     for name, factor in re.findall(r'(?m)^(\S+)\s+([\d.]+) x real time', text):
@@ -103,7 +114,9 @@ def main():
     folder = pathlib.Path(sys.argv[1])
     print_machine()
     print_multibody(read(folder / 'multibody.json'))
-    print_steps(read(folder / 'step.json'))
+    steps = read(folder / 'step.json')
+    print_steps(steps)
+    print_joints(steps)
     if (folder / 'server_set.txt').exists():
         print_server_set((folder / 'server_set.txt').read_text())
     return 0

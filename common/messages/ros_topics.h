@@ -34,15 +34,21 @@ inline const ServiceSpec kRosResume{"run/resume", "std_srvs::srv::dds_::Trigger"
 inline const ServiceSpec kRosStep{"run/step", "std_srvs::srv::dds_::Trigger"};
 inline const ServiceSpec kRosReset{"run/reset", "std_srvs::srv::dds_::Trigger"};
 
+// Those above that each robot has of its own.
+inline const TopicSpec* const kRosOfRobot[] = {&kRosRobotDescription, &kRosJointTrajectory, &kRosPositionCommands};
+
 // As find_known_topic(), these included.
 inline const TopicSpec* find_any_topic(const std::string& name) {
-  for (const TopicSpec* topic : {&kRosClock, &kRosTf, &kRosTfStatic, &kRosRobotDescription, &kRosJointTrajectory, &kRosPositionCommands}) {
+  for (const TopicSpec* topic : {&kRosClock, &kRosTf, &kRosTfStatic}) {
     if (topic->name == name) return topic;
+  }
+  for (const TopicSpec* topic : kRosOfRobot) {
+    if (topic->name == name || topic->name == drop_robot(name)) return topic;
   }
   static const TopicSpec kAnyImage = make_color_image_topic("<camera>"), kAnyInfo = make_camera_info_topic("<camera>"),
                          kAnyPoints = make_points_topic("<lidar>");
   const auto ends_with = [&](const std::string& end) {
-    return name.rfind("rt/", 0) == 0 && name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
+    return !find_ros_topic(name).empty() && name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
   };
   if (ends_with("/image_raw")) return &kAnyImage;
   if (ends_with("/camera_info")) return &kAnyInfo;

@@ -30,11 +30,15 @@ inline const TopicSpec kRosJointStates{"rt/joint_states", "sensor_msgs::msg::dds
 inline const TopicSpec kRosImu{"rt/imu", "sensor_msgs::msg::dds_::Imu_"};
 inline const TopicSpec kRosWrench{"rt/wrench", "geometry_msgs::msg::dds_::WrenchStamped_"};
 
-// Of one robot where a scenario has several: "hrp/partner/sensor_data" for robot "partner", the plain name for "".
+// Of one robot where a scenario has several: "hrp/partner/sensor_data", "rt/partner/joint_states" for robot "partner", the
+// plain name for "".
 inline TopicSpec of_robot(TopicSpec topic, const std::string& robot) {
-  if (!robot.empty()) topic.name = "hrp/" + robot + "/" + topic.name.substr(topic.name.find('/') + 1);
+  if (!robot.empty()) topic.name.insert(topic.name.find('/') + 1, robot + "/");
   return topic;
 }
+
+// "rt/imu/chest" -> "/imu/chest", as tools of ROS 2 write it; "" of a topic that ROS 2 does not see.
+inline std::string find_ros_topic(const std::string& topic) { return topic.rfind("rt/", 0) == 0 ? topic.substr(2) : ""; }
 
 // "partner" of "hrp/partner/sensor_data"; "" of a topic of the first robot.
 inline std::string find_robot(const std::string& topic) {
@@ -43,7 +47,21 @@ inline std::string find_robot(const std::string& topic) {
 }
 
 // Topics that each robot has of its own.
-inline const TopicSpec* const kOfRobot[] = {&kRobotDescription, &kSensorData, &kJointCommands};
+inline const TopicSpec* const kOfRobot[] = {&kRobotDescription, &kSensorData, &kJointCommands, &kEvents, &kRosJointStates};
+
+// "rt/partner/imu/chest" -> "rt/imu/chest": the name that the first robot's topic would have. "" of a name without a robot.
+inline std::string drop_robot(const std::string& topic) {
+  const size_t first = topic.find('/'), second = first == std::string::npos ? first : topic.find('/', first + 1);
+  return second == std::string::npos ? "" : topic.substr(0, first) + topic.substr(second);
+}
+
+// The topic of the IMU or force sensor of this name, or nullptr.
+inline const TopicSpec* find_sensor_topic(const std::string& name) {
+  for (const TopicSpec* topic : {&kRosImu, &kRosWrench}) {
+    if (name.rfind(topic->name + "/", 0) == 0) return topic;
+  }
+  return nullptr;
+}
 
 // The topic of a name as we publish it: nullptr for names that are not ours. For the ROS views with a name of their own
 // (rt/imu/<name>, rt/wrench/<name>), and topics of other robots (hrp/<robot>/sensor_data), it is the one that they are made from.
@@ -55,26 +73,27 @@ inline const TopicSpec* find_known_topic(const std::string& name) {
   for (const TopicSpec* topic : kAll) {
     if (topic->name == name) return topic;
   }
-  if (name.rfind(kRosImu.name + "/", 0) == 0) return &kRosImu;
-  if (name.rfind(kRosWrench.name + "/", 0) == 0) return &kRosWrench;
-  const std::string robot = find_robot(name);
+  if (const TopicSpec* sensor = find_sensor_topic(name)) return sensor;
+  const std::string plain = drop_robot(name);
   for (const TopicSpec* topic : kOfRobot) {
-    if (!robot.empty() && robot.find('/') == std::string::npos && of_robot(*topic, robot).name == name) return topic;
+    if (topic->name == plain) return topic;
   }
-  return nullptr;
+  return find_sensor_topic(plain);
 }
 
-// Topics that people mean by `name`: the one of this name, else those that end with it (contact_forces, imu/chest). A
-// slash in front is what other tools write, and changes nothing.
+// Topics that people mean by `name`: the one of this name, else that of the run or of its first robot (sensor_data,
+// imu/chest), else those that end with it (partner/sensor_data, chest). A slash in front is what other tools write, and
+// changes nothing.
 inline std::vector<std::string> find_meant_topics(const std::string& name, const std::vector<std::string>& names) {
   const std::string plain = !name.empty() && name[0] == '/' ? name.substr(1) : name;
   const std::string end = "/" + plain;
-  std::vector<std::string> meant;
+  std::vector<std::string> meant, of_first;
   for (const std::string& each : names) {
     if (each == plain) return {each};
+    if (each == "hrp/" + plain || find_ros_topic(each) == end) of_first.push_back(each);
     if (each.size() > end.size() && each.compare(each.size() - end.size(), end.size(), end) == 0) meant.push_back(each);
   }
-  return meant;
+  return of_first.empty() ? meant : of_first;
 }
 
 }  // namespace hrp::topics

@@ -10,7 +10,6 @@
 #include "common/base/diagnostics.h"
 #include "common/messages/convert_robot.h"
 #include "common/messages/topics.h"
-#include "common/robot/movers.h"
 
 namespace hrp {
 namespace {
@@ -27,7 +26,6 @@ DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine
       make_engine_(std::move(make_engine)),
       state_publisher_(bus(), topics::kRobotState),
       forces_publisher_(bus(), topics::kContactForces),
-      event_publisher_(bus(), topics::kEvents),
       ros_rate_(ros_rate),
       view_(bus()) {
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& m) { take_grant(m); });
@@ -35,7 +33,9 @@ DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine
   listen<msg::JointCommands>(topics::kJointCommands, [this](const msg::JointCommands& m) { take_commands(0, m); });
   listen<msg::RobotDescription>(topics::kRobotDescription,
                                 [this](const msg::RobotDescription& m) { take_description(m); });
-  robots_.emplace_back().publisher = Publisher<msg::SensorData>(bus(), topics::kSensorData);
+  robots_.resize(1);
+  robots_[0].publisher = Publisher<msg::SensorData>(bus(), topics::kSensorData);
+  robots_[0].events = Publisher<msg::RobotEvent>(bus(), topics::kEvents);
 }
 
 void DynamicsLoop::take_description(const msg::RobotDescription& message) {
@@ -43,26 +43,24 @@ void DynamicsLoop::take_description(const msg::RobotDescription& message) {
   from_message(message, &robot_);
   scenario_ = parse_scenario(robot_.scenario, robot_.scenario_path);
   names_ = BodyNames(robot_, scenario_);
-  robots_[0].sensors = scenario_.sensors;
-  robots_[0].gate = CommandGate(robot_.tree, scenario_.controller);
   engine_ = make_engine();
-  add_other_robots();
-  fall_watch_.emplace(robot_, scenario_);
+  add_robots();
   if (in_epoch_) start_epoch(epoch_);
 }
 
-void DynamicsLoop::add_other_robots() {
+void DynamicsLoop::add_robots() {
   if (engine_->num_other_robots() != scenario_.robots.size()) {
     throw InputError(scenario_.make_diagnostic("robots", "this dynamics server simulates no other robots; use hrp-dynamics"));
   }
-  for (const Mover& mover : make_movers(robot_, scenario_)) {
-    if (!mover.is_robot) continue;
-    Controlled& robot = robots_.emplace_back();
-    robot.name = mover.name;
-    robot.sensors = mover.scenario.sensors;
-    robot.gate = CommandGate(mover.robot.tree, mover.scenario.controller, make_controller_role(mover.name));
+  const std::vector<Mover> bodies = make_robots(robot_, scenario_);
+  robots_.resize(bodies.size());
+  for (size_t k = 0; k < bodies.size(); ++k) {
+    const Mover& body = robots_[k].body = bodies[k];
+    robots_[k].gate = CommandGate(body.robot.tree, body.scenario.controller, make_controller_role(body.name));
+    robots_[k].fall_watch = FallWatch(body.robot, body.scenario, body.name);
   }
   other_efforts_.resize(robots_.size() - 1);
+  ros_samples_.resize(robots_.size());
 }
 
 // What a scheduler that counts right cannot say; empty when it can.
@@ -119,8 +117,7 @@ void DynamicsLoop::start_epoch(uint64_t epoch) {
   engine_->reset();
   step_ = 0;
   have_contacts_ = false;
-  robots_[0].gate.reset(epoch, engine_->state().q);
-  for (size_t k = 1; k < robots_.size(); ++k) robots_[k].gate.reset(epoch, engine_->objects()[scenario_.objects.size() + k - 1].q);
+  for (size_t k = 0; k < robots_.size(); ++k) robots_[k].gate.reset(epoch, get_state(k).q);
   set_phase(msg::SERVER_STARTING);
   publish_step();
   report(epoch_, step_, find_missing());
@@ -219,20 +216,21 @@ void DynamicsLoop::publish_step() {
   to_message(engine_->contact_forces(), names_, &forces_message_);
   last_forces_ = forces_publisher_.publish(forces_message_);
   set_foot_forces(engine_->foot_forces());
-  watch_fall();
+  for (size_t k = 0; k < robots_.size(); ++k) watch_fall(k);
   if (view_.is_due()) show_step();
 }
 
-void DynamicsLoop::watch_fall() {
-  const State& state = engine_->state();
-  if (step_ == 0) fall_watch_->reset(state.R_WB, state.p_WB);
-  if (step_ == 0 || !fall_watch_->is_due(state.R_WB, state.p_WB)) return;
-  const std::optional<FallEvent> event = fall_watch_->update(engine_->contact_forces());
+void DynamicsLoop::watch_fall(size_t robot) {
+  FallWatch& watch = robots_[robot].fall_watch;
+  const State& state = get_state(robot);
+  if (step_ == 0) watch.reset(state.R_WB, state.p_WB);
+  if (step_ == 0 || !watch.is_due(state.R_WB, state.p_WB)) return;
+  const std::optional<FallEvent> event = watch.update(find_own_forces(engine_->contact_forces(), robots_[robot].body));
   if (!event) return;
   msg::RobotEvent message;
   message.header(state_message_.header());
   to_message(*event, &message);
-  event_publisher_.publish(message);
+  robots_[robot].events.publish(message);
   char time[40];
   std::snprintf(time, sizeof time, "t = %.3f s: ", message.header().time());
   if (event->fall) say(time + event->text);
@@ -255,11 +253,12 @@ void DynamicsLoop::publish_sensors() {
   for (size_t k = 0; k < robots_.size(); ++k) {
     Controlled& robot = robots_[k];
     robot.message.header(state_message_.header());
-    to_message(get_sensors(k), robot.sensors, &robot.message);
+    to_message(get_sensors(k), robot.body.scenario.sensors, &robot.message);
     robot.gate.note_asked(step_, Clock::now());
     robot.last = robot.publisher.publish(robot.message);
+    ros_samples_[k] = {&robot.message, &get_state(k)};
   }
-  ros_views_.publish(robots_[0].message, engine_->state());
+  ros_views_.publish(ros_samples_);
 }
 
 void DynamicsLoop::repeat_last() {
@@ -276,7 +275,7 @@ std::string DynamicsLoop::find_missing() const {
   if (!in_epoch_) return "scheduler";
   if (!have_contacts_) return "collision_checker";
   for (const Controlled& robot : robots_) {
-    if (!robot.gate.has_answer()) return make_controller_role(robot.name);
+    if (!robot.gate.has_answer()) return make_controller_role(robot.body.name);
   }
   return "";
 }
@@ -295,9 +294,10 @@ void DynamicsLoop::say_warning() {
 void DynamicsLoop::make_other_endpoints() {
   for (size_t k = 1; k < robots_.size(); ++k) {
     Controlled& robot = robots_[k];
-    Publisher<msg::SensorData> publisher(bus(), topics::of_robot(topics::kSensorData, robot.name));
+    Publisher<msg::SensorData> publisher(bus(), topics::of_robot(topics::kSensorData, robot.body.name));
+    Publisher<msg::RobotEvent> events(bus(), topics::of_robot(topics::kEvents, robot.body.name));
     auto reader = subscribe<msg::JointCommands>(
-        bus(), topics::of_robot(topics::kJointCommands, robot.name), Delivery::kReliable,
+        bus(), topics::of_robot(topics::kJointCommands, robot.body.name), Delivery::kReliable,
         [this, k](const msg::JointCommands& m) {
           if (is_active()) guard([&] { take_commands(k, m); });
         },
@@ -306,6 +306,7 @@ void DynamicsLoop::make_other_endpoints() {
         });
     std::lock_guard<std::recursive_mutex> lock(bus().mutex());
     robot.publisher = std::move(publisher);
+    robot.events = std::move(events);
     robot.reader = std::move(reader);
     if (in_epoch_) robot.last = robot.publisher.publish(robot.message);
   }
@@ -325,7 +326,7 @@ void DynamicsLoop::make_endpoints() {
   }
   make_other_endpoints();
   // Robot and scenario do not change once there is an engine.
-  RosViews views(bus(), robot_, scenario_.sensors, ros_rate_);
+  RosViews views(bus(), make_robots(robot_, scenario_), ros_rate_);
   std::lock_guard<std::recursive_mutex> lock(bus().mutex());
   ros_views_ = std::move(views);
   ros_views_made_ = true;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "common/messages/convert.h"
+#include "common/robot/fall_watch.h"
+#include "common/robot/movers.h"
 #include "common/node/command_gate.h"
 #include "common/node/lockstep.h"
 #include "common/node/node_base.h"
@@ -66,7 +68,7 @@ class DynamicsLoop : public NodeBase {
   void take_grant(const msg::StepGrant& grant);
   std::string find_wrong_grant(const msg::StepGrant& grant) const;
   void take_contacts(const msg::ContactSet& message);
-  void add_other_robots();
+  void add_robots();
   void make_other_endpoints();
   // `robot`: 0 is the scenario's first one.
   void take_commands(size_t robot, const msg::JointCommands& message);
@@ -81,7 +83,7 @@ class DynamicsLoop : public NodeBase {
   bool check_contacts(const ContactSet& contacts);
   void publish_step();
   void publish_sensors();
-  void watch_fall();
+  void watch_fall(size_t robot);
   void show_step();
   void repeat_last();
   void say_warning();
@@ -89,14 +91,16 @@ class DynamicsLoop : public NodeBase {
 
   // What is sent to, and asked of, the controller of a robot.
   struct Controlled {
-    std::string name;                // "" of the first robot
-    SensorsSpec sensors;
+    Mover body;                      // its name is "" of the first robot
     CommandGate gate;
+    FallWatch fall_watch;
     Publisher<msg::SensorData> publisher;
+    Publisher<msg::RobotEvent> events;
     std::unique_ptr<Reader> reader;  // of its commands; NodeBase has that of the first robot
     msg::SensorData message;
     Bytes last;                      // in the publisher's buffer
   };
+  const State& get_state(size_t robot) const { return find_robot_state(robot, engine_->state(), engine_->objects(), scenario_); }
   const SensorSample& get_sensors(size_t robot) const { return robot == 0 ? engine_->sensors() : engine_->other_sensors(robot - 1); }
 
   EngineFactory make_engine_;
@@ -104,11 +108,9 @@ class DynamicsLoop : public NodeBase {
   Scenario scenario_;
   BodyNames names_;
   std::unique_ptr<DynamicsEngine> engine_;
-  std::optional<FallWatch> fall_watch_;
 
   Publisher<msg::RobotState> state_publisher_;
   Publisher<msg::ContactForces> forces_publisher_;
-  Publisher<msg::RobotEvent> event_publisher_;
   RosViews ros_views_;
   double ros_rate_;
   ViewWriter view_;
@@ -126,6 +128,7 @@ class DynamicsLoop : public NodeBase {
   ContactSet contacts_;
   std::vector<Controlled> robots_;  // the first one from the beginning, others when the scenario is known
   std::vector<Eigen::VectorXd> other_efforts_;
+  std::vector<RobotSample> ros_samples_;
   RepeatTimer repeat_timer_;
   uint64_t idle_epoch_ = 0;   // (epoch, step) at the last handle_idle(): silence is measured from there
   uint64_t idle_step_ = 0;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <sched.h>
+
 #include <chrono>
 #include <cstdio>
 
@@ -75,7 +77,16 @@ DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program, bo
   return claim;
 }
 
+// A server hands its step to the next one, and then waits. On few cores, one that is woken must not push one that runs off its
+// core: the logger would do so at every sample. Whoever has chosen another policy keeps it. Threads that come later inherit it.
+void let_others_finish() {
+  if (sched_getscheduler(0) != SCHED_OTHER) return;
+  const sched_param none{};
+  sched_setscheduler(0, SCHED_BATCH, &none);  // where this is refused, the run is as right, and slower
+}
+
 int run(const ServerProgram& program, const CommonOptions& options, const NodeMaker& make_node) {
+  let_others_finish();
   handle_stop_signals();
   if (!end_with_parent(options.parent)) return kExitFailed;
   const std::string place = options.robot.empty() ? program.role : make_controller_role(options.robot);

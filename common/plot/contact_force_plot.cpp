@@ -3,10 +3,11 @@
 
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
+#include "common/messages/convert_robot.h"
 #include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "common/plot/svg_plot.h"
-#include "common/robot/scenario.h"
+#include "common/robot/movers.h"
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/model.h"
 
@@ -14,26 +15,31 @@ namespace hrp {
 namespace {
 
 struct Foot {
-  std::string name;
-  int link = -1;
+  std::string name;  // "L_FOOT", of another robot "partner/L_FOOT"
+  int body = -1;
 };
 
 // A foot may be a URDF link that is lumped into the moving link which contacts name.
-std::vector<Foot> find_feet(const msg::RobotDescription& robot) {
+std::vector<Foot> find_feet(const msg::RobotDescription& message) {
+  RobotDescription robot;
+  from_message(message, &robot);
   std::vector<Foot> feet;
-  for (const std::string& name : parse_scenario(robot.scenario(), robot.scenario_path()).feet) {
-    for (const msg::FrameDescription& frame : robot.frames()) {
-      if (frame.name() == name) feet.push_back({name, frame.link()});
+  for (const Mover& each : make_robots(robot, parse_scenario(robot.scenario, robot.scenario_path))) {
+    for (const std::string& name : each.scenario.feet) {
+      const int frame = each.robot.tree.find_frame(name);
+      if (frame < 0) continue;
+      const int link = each.robot.tree.frames[static_cast<size_t>(frame)].link;
+      feet.push_back({each.name.empty() ? name : each.name + "/" + name, each.first_body + link});
     }
   }
   return feet;
 }
 
-double calc_vertical_force(const msg::ContactForces& forces, int link) {
+double calc_vertical_force(const msg::ContactForces& forces, int body) {
   double force = 0;
   for (const msg::PairForce& pair : forces.pairs()) {
-    if (pair.body_a() == link) force += pair.total().force().z();
-    if (pair.body_b() == link) force -= pair.total().force().z();
+    if (pair.body_a() == body) force += pair.total().force().z();
+    if (pair.body_b() == body) force -= pair.total().force().z();
   }
   return force;
 }
@@ -62,7 +68,7 @@ void write_contact_force_plot(const std::string& log_path, const std::string& sv
         if (forces.header().step() == 0) return true;  // nothing has acted yet
         for (size_t i = 0; i < feet.size(); ++i) {
           plot.series[i].x.push_back(forces.header().time());
-          plot.series[i].y.push_back(calc_vertical_force(forces, feet[i].link));
+          plot.series[i].y.push_back(calc_vertical_force(forces, feet[i].body));
         }
         return true;
       },

@@ -15,7 +15,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/plot/solids.h"
 #include "common/plot/svg_text.h"
-#include "common/robot/scenario.h"
+#include "common/robot/movers.h"
 #include "common/robot/sole.h"
 
 namespace hrp {
@@ -34,14 +34,26 @@ constexpr Colour kLeft{0.36, 0.62, 0.90}, kRight{0.95, 0.62, 0.33}, kMiddle{0.86
 
 struct Moment {
   double time = 0.0;  // [s]
-  State state;
+  State first;
+  ObjectStates others;
 };
 
 struct Run {
   RobotDescription robot;
   Scenario scenario;
+  std::vector<Mover> robots;
+  size_t followed = 0;        // of the robots
   std::vector<Moment> moments;  // 100 a second
 };
+
+size_t find_followed(const Run& run, const std::string& path, const std::string& name) {
+  std::string known;
+  for (size_t k = 0; k < run.robots.size(); ++k) {
+    if (run.robots[k].name == name) return k;
+    if (k > 0) known += (k > 1 ? ", " : "") + run.robots[k].name;
+  }
+  throw std::runtime_error(path + ": has no robot '" + name + "'; expected " + (known.empty() ? "none: there is one robot" : "one of " + known));
+}
 
 Run read_run(const std::string& path, const PictureOptions& options) {
   mcap::Reader log(path);
@@ -64,12 +76,15 @@ Run read_run(const std::string& path, const PictureOptions& options) {
         next = time + 0.01;
         run.moments.emplace_back();
         run.moments.back().time = time;
-        from_message(message, &run.moments.back().state);
+        from_message(message, &run.moments.back().first);
+        from_message(message, &run.moments.back().others);
         return true;
       },
       {topics::kRobotDescription.name, topics::kRobotState.name});
   if (run.robot.tree.links.empty() || run.moments.empty()) throw std::runtime_error(path + ": no run at the wanted times");
   run.scenario = parse_scenario(run.robot.scenario, run.robot.scenario_path);
+  run.robots = make_robots(run.robot, run.scenario);
+  run.followed = find_followed(run, path, options.robot);
   return run;
 }
 
@@ -77,23 +92,18 @@ Colour find_colour(double y) { return y > 0.03 ? kLeft : y < -0.03 ? kRight : kM
 
 class Painter {
  public:
-  explicit Painter(const Run& run)
-      : run_(run), model_(run.robot.tree), data_(model_), ground_(make_ground_plane(run.scenario.ground)) {
-    for (const CollisionShape& shape : run.robot.shapes) solids_.push_back(move_solid(shape.X_LG, make_solid(shape)));
-    const State start = make_start_state(run.robot, run.scenario);
-    const std::vector<Solid> placed = place(start);
-    for (size_t i = 0; i < placed.size(); ++i) {
-      solids_[i].colour = find_colour(calc_mean(placed[i]).y() - start.p_WB.y());
-      for (const Vector3d& v : placed[i].vertices) height_ = std::max(height_, calc_height(v));
-    }
+  explicit Painter(const Run& run) : run_(run), ground_(make_ground_plane(run.scenario.ground)) {
+    for (size_t k = 0; k < run.robots.size(); ++k) add_robot(run.robots[k], k == run.followed);
     for (const ObstacleSpec& obstacle : run.scenario.obstacles) add_obstacle(obstacle);
   }
 
-  // False when something other than a sole is in the ground.
-  bool stands_clear(const State& state) {
-    const std::vector<Solid> placed = place(state);
+  // False when something other than a sole of the robot that the camera follows is in the ground.
+  bool stands_clear(const Moment& moment) {
+    if (!run_.scenario.ground.present) return true;
+    const Mover& robot = run_.robots[run_.followed];
+    const std::vector<Solid> placed = place(&bodies_[run_.followed], get_state(run_.followed, moment));
     for (size_t i = 0; i < placed.size(); ++i) {
-      if (run_.robot.shapes[i].sole || !run_.scenario.ground.present) continue;
+      if (robot.robot.shapes[i].sole) continue;
       for (const Vector3d& v : placed[i].vertices) {
         if (calc_height(v) < -kSunk) return false;
       }
@@ -102,14 +112,17 @@ class Painter {
   }
 
   std::string draw(const Moment& moment, const PictureOptions& options) {
-    std::vector<Solid> placed = place(moment.state);
+    std::vector<Solid> placed;
+    for (size_t k = 0; k < bodies_.size(); ++k) {
+      for (Solid& solid : place(&bodies_[k], get_state(k, moment))) placed.push_back(std::move(solid));
+    }
     Camera camera;
     camera.azimuth = options.azimuth;
     camera.elevation = options.elevation;
     camera.scale = 0.74 * kPanelHeight / height_;
     camera.middle_x = 0.5 * kPanelWidth;
     camera.middle_y = 0.52 * kPanelHeight;
-    const Vector3d& base = moment.state.p_WB;
+    const Vector3d& base = get_state(run_.followed, moment).p_WB;
     camera.target_W = put_on_ground({base.x(), base.y(), 0.0}) + Vector3d(0, 0, 0.5 * height_);
     std::string svg;
     if (run_.scenario.ground.present) svg += draw_floor(camera) + draw_shadow(placed, camera);
@@ -118,6 +131,28 @@ class Painter {
   }
 
  private:
+  struct Body {
+    explicit Body(const Mover& mover) : robot(&mover.robot), model(mover.robot.tree), data(model) {}
+    const RobotDescription* robot;
+    Model model;
+    Data data;
+    std::vector<Solid> solids;  // link axes
+  };
+
+  const State& get_state(size_t k, const Moment& moment) const { return find_robot_state(k, moment.first, moment.others, run_.scenario); }
+
+  void add_robot(const Mover& robot, bool followed) {
+    Body& body = bodies_.emplace_back(robot);
+    for (const CollisionShape& shape : robot.robot.shapes) body.solids.push_back(move_solid(shape.X_LG, make_solid(shape)));
+    const State start = make_start_state(robot.robot, robot.scenario);
+    const std::vector<Solid> placed = place(&body, start);
+    for (size_t i = 0; i < placed.size(); ++i) {
+      body.solids[i].colour = find_colour((start.R_WB.conjugate() * (calc_mean(placed[i]) - start.p_WB)).y());
+      if (!followed) continue;
+      for (const Vector3d& v : placed[i].vertices) height_ = std::max(height_, calc_height(v));
+    }
+  }
+
   static Vector3d calc_mean(const Solid& solid) {
     Vector3d sum = Vector3d::Zero();
     for (const Vector3d& v : solid.vertices) sum += v;
@@ -138,11 +173,11 @@ class Painter {
     obstacles_.back().colour = kStone;
   }
 
-  std::vector<Solid> place(const State& state) {
-    update_kinematics(model_, state, &data_);
+  static std::vector<Solid> place(Body* body, const State& state) {
+    update_kinematics(body->model, state, &body->data);
     std::vector<Solid> placed;
-    for (size_t i = 0; i < solids_.size(); ++i) {
-      placed.push_back(move_solid(get_pose(data_, run_.robot.shapes[i].link), solids_[i]));
+    for (size_t i = 0; i < body->solids.size(); ++i) {
+      placed.push_back(move_solid(get_pose(body->data, body->robot->shapes[i].link), body->solids[i]));
     }
     return placed;
   }
@@ -182,17 +217,15 @@ class Painter {
   }
 
   const Run& run_;
-  Model model_;
-  Data data_;
   GroundPlane ground_;
-  std::vector<Solid> solids_;     // link axes
+  std::vector<Body> bodies_;      // one a robot
   std::vector<Solid> obstacles_;  // world axes
-  double height_ = 0.1;           // [m] of the robot at the start
+  double height_ = 0.1;           // [m] at the start, of the robot that the camera follows
 };
 
 std::vector<size_t> choose_moments(const Run& run, int count, Painter* painter) {
   size_t end = 1;
-  while (end < run.moments.size() && painter->stands_clear(run.moments[end].state)) ++end;
+  while (end < run.moments.size() && painter->stands_clear(run.moments[end])) ++end;
   std::vector<size_t> chosen;
   for (int i = 0; i < count; ++i) {
     const double part = count > 1 ? static_cast<double>(i) / (count - 1) : 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures of the robot at moments of a recorded run, beside each other, as SVG.
+// Pictures of the robots at moments of a recorded run, beside each other, as SVG.
 #pragma once
 
 #include <string>
@@ -11,6 +11,7 @@ struct PictureOptions {
   int count = 8;                 // pictures, evenly spaced in time
   double azimuth = -1.05;        // [rad] where the camera stands: from the front, towards the left
   double elevation = 0.2;        // [rad]
+  std::string robot;             // that the camera follows; empty: the first one
 };
 
 // Only soles touch the ground in a run, so a robot that has fallen sinks into it: the pictures end where any other part

@@ -30,7 +30,9 @@ struct FallEvent {
 // start is that at the first touch: a robot that walks downstairs has not fallen, one that walks over the edge has.
 class FallWatch {
  public:
-  FallWatch(const RobotDescription& robot, const Scenario& scenario);
+  FallWatch() = default;  // sees nothing
+  // `name`: of a robot beside others, for the text of its events.
+  FallWatch(const RobotDescription& robot, const Scenario& scenario, const std::string& name = "");
   // At step 0 of each epoch, with its state.
   void reset(const Eigen::Quaterniond& R_WB, const Vector3d& p_WB);
   // Whether contacts can make an event of this state; update() only then.
@@ -47,6 +49,7 @@ class FallWatch {
 
   bool watching_ = false;  // a floating base over a ground
   bool stands_ = true;     // the height at the start is known
+  std::string name_;
   std::vector<std::string> names_;
   std::vector<char> feet_;     // by link
   GroundPlane ground_;

@@ -146,6 +146,41 @@ std::string find_wrong_states(const std::vector<Mover>& movers, const std::vecto
   return "";
 }
 
+std::vector<std::string> list_robots(const Scenario& scenario) {
+  std::vector<std::string> names;
+  for (const RobotPlacement& robot : scenario.robots) names.push_back(robot.name);
+  return names;
+}
+
+std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario) {
+  std::vector<Mover> robots(1);
+  robots[0].is_robot = true;
+  robots[0].robot = robot;
+  robots[0].scenario = scenario;
+  robots[0].friction = scenario.ground.friction;
+  robots[0].first_body = 0;
+  for (Mover& mover : make_movers(robot, scenario)) {
+    if (mover.is_robot) robots.push_back(std::move(mover));
+  }
+  return robots;
+}
+
+const State& find_robot_state(size_t k, const State& first, const ObjectStates& others, const Scenario& scenario) {
+  return k == 0 ? first : others.at(scenario.objects.size() + k - 1);
+}
+
+ContactForces find_own_forces(const ContactForces& forces, const Mover& robot) {
+  ContactForces own;
+  for (const PairForce& pair : forces) {
+    if (!robot.has(pair.body_a)) continue;
+    own.push_back(pair);
+    own.back().body_a -= robot.first_body;
+    if (robot.has(pair.body_b)) own.back().body_b -= robot.first_body;
+    else if (pair.body_b >= 0) own.back().body_b = kFirstObject;
+  }
+  return own;
+}
+
 Scenario place_in_world(const Scenario& own, const RobotPlacement& placement, const Scenario& world) {
   Scenario placed = own;
   set_world(world, &placed);

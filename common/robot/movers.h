@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Everything that moves beside the robot: the scenario's objects, then its other robots. An object is a robot of one link,
+// Everything that moves beside the robot, and all robots of a run: the scenario's objects, then its other robots. An object is a robot of one link,
 // so that everything that is known of robots and the world holds for both.
 #pragma once
 
@@ -20,7 +20,7 @@ struct Mover {
   Scenario scenario;       // the world as this mover meets it, without other movers
   double friction = 0.8;   // of its bodies: where two bodies meet, the smaller one counts
   Vector6d V_WB = Vector6d::Zero();  // [rad/s; m/s] of its base at step 0
-  int first_body = kFirstObject;     // body index of its base; its other links follow
+  int first_body = kFirstObject;     // body index of its base; its other links follow. 0 of the first robot
 
   int num_bodies() const { return static_cast<int>(robot.tree.links.size()); }
   bool has(int body) const { return body >= first_body && body < first_body + num_bodies(); }
@@ -31,6 +31,19 @@ struct Mover {
 // In the order of their bodies. Throws InputError: a scenario of another robot that is no scenario, or that does not go
 // with this one (another time step or control period, cameras).
 std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& scenario);
+
+// Names of the scenario's other robots.
+std::vector<std::string> list_robots(const Scenario& scenario);
+
+// All robots of a run, the first one, whose name is empty, before the scenario's others. Throws as make_movers() does.
+std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario);
+
+// Where the state of the k-th of these robots stands: `first` is that of robot 0.
+const State& find_robot_state(size_t k, const State& first, const ObjectStates& others, const Scenario& scenario);
+
+// What acts on the links of one of these robots, which then have its own indices, as if it were alone: every other body that
+// moves is kFirstObject.
+ContactForces find_own_forces(const ContactForces& forces, const Mover& robot);
 
 // "" when there is a state for each mover with as many joints as it has, else how many there are and were expected.
 std::string find_wrong_states(const std::vector<Mover>& movers, const std::vector<State>& states);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/diagnostics.h"
+#include "common/multibody/model.h"
 #include "common/robot/mesh.h"
 #include "common/scene/json_text.h"
 
@@ -154,9 +155,7 @@ void put_force(const LinkForce& force, const FrameTree& frames, double metres_pe
   entity.put("force/" + frames.get_link(force.link), frames.world(), time, json);
 }
 
-}  // namespace
-
-std::string make_transforms(const std::vector<NamedTransform>& transforms, double time) {
+std::string write_transforms(const std::vector<NamedTransform>& transforms, double time) {
   JsonText json;
   json.begin('{').key("transforms").begin('[');
   for (const NamedTransform& at : transforms) {
@@ -169,7 +168,7 @@ std::string make_transforms(const std::vector<NamedTransform>& transforms, doubl
   return json.end(']').end('}').text();
 }
 
-std::string make_robot(const RobotDescription& robot, const FrameTree& frames, double time, std::vector<std::string>* notes) {
+void put_links(const RobotDescription& robot, const FrameTree& frames, double time, JsonText* json, std::vector<std::string>* notes) {
   std::vector<Entity> links(robot.tree.links.size());
   for (const CollisionShape& shape : robot.shapes) {
     Entity& entity = links[static_cast<size_t>(shape.link)];
@@ -177,16 +176,11 @@ std::string make_robot(const RobotDescription& robot, const FrameTree& frames, d
     if (shape.kind == ShapeKind::kMesh) add_mesh_shape(shape, colour, &entity, notes);
     else entity.add_solid(shape.kind, shape.X_LG, find_extent(shape.kind, shape.size), colour);
   }
-  JsonText json;
-  json.begin('{').key("deletions").begin('[').end(']').key("entities").begin('[');
   for (size_t i = 0; i < links.size(); ++i) {
     const std::string& name = frames.get_link(static_cast<int>(i));
-    links[i].put("link/" + name, name, time, &json);
+    links[i].put("link/" + name, name, time, json);
   }
-  return json.end(']').end('}').text();
 }
-
-namespace {
 
 void add_surface(const RobotDescription& robot, const ObstacleSpec& obstacle, Entity* world) {
   for (const auto& surface : robot.surfaces) {
@@ -194,50 +188,85 @@ void add_surface(const RobotDescription& robot, const ObstacleSpec& obstacle, En
   }
 }
 
-}  // namespace
-
-std::string make_world(const RobotDescription& robot, const Scenario& scenario, const FrameTree& frames, double time) {
-  Entity world;
-  if (scenario.ground.present) {
-    const GroundPlane ground = make_ground_plane(scenario.ground);
-    const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ground.n_W).toRotationMatrix();
-    world.add_solid(ShapeKind::kBox, {R, ground.n_W * (ground.offset - 0.5 * kFloorThickness)},
-                    {kFloorSize, kFloorSize, kFloorThickness}, kFloor);
-  }
-  for (const ObstacleSpec& obstacle : scenario.obstacles) {
-    if (obstacle.is_surface()) {
-      add_surface(robot, obstacle, &world);
-      continue;
-    }
-    const ShapeKind kind = obstacle.shape == "sphere"     ? ShapeKind::kSphere
-                           : obstacle.shape == "cylinder" ? ShapeKind::kCylinder
-                                                          : ShapeKind::kBox;
-    world.add_solid(kind, obstacle.X_WG, find_extent(kind, obstacle.size), kStone);
-  }
-  JsonText json;
-  json.begin('{').key("deletions").begin('[').end(']').key("entities").begin('[');
-  world.put("world", frames.world(), time, &json);
-  return json.end(']').end('}').text();
+void put_obstacle(const RobotDescription& robot, const ObstacleSpec& obstacle, Entity* world) {
+  if (obstacle.is_surface()) return add_surface(robot, obstacle, world);
+  const ShapeKind kind = obstacle.shape == "sphere"     ? ShapeKind::kSphere
+                         : obstacle.shape == "cylinder" ? ShapeKind::kCylinder
+                                                        : ShapeKind::kBox;
+  world->add_solid(kind, obstacle.X_WG, find_extent(kind, obstacle.size), kStone);
 }
 
-double calc_arrow_scale(double mass) { return kWeightLength / (kGravity * std::max(mass, 1e-3)); }
-
-std::string make_contacts(const ContactForces& forces, const FrameTree& frames, const GroundPlane& ground,
-                          double metres_per_newton, double time) {
-  JsonText json;
-  // Everything is new in each picture: an arrow of a foot that has left the ground must go.
-  put_deletion(kAll, "", time, &json.begin('{').key("deletions").begin('['));
-  json.end(']').key("entities").begin('[');
-  for (const LinkForce& force : sum_link_forces(forces)) put_force(force, frames, metres_per_newton, time, &json);
+// `forces` on this robot's links.
+void put_contacts(const ContactForces& forces, const FrameTree& frames, const GroundPlane& ground, double metres_per_newton, double time,
+                  JsonText* json) {
+  for (const LinkForce& force : sum_link_forces(forces)) put_force(force, frames, metres_per_newton, time, json);
   if (const auto polygon = calc_support_polygon(forces, ground); !polygon.empty()) {
     Entity entity;
     entity.add_loop(polygon, kPolygon);
-    entity.put("support_polygon", frames.world(), time, &json);
+    entity.put(frames.find_frame("support_polygon"), frames.world(), time, json);
   }
   if (const auto zmp = calc_ground_zmp(forces, ground)) {
     Entity entity;
     entity.add_solid(ShapeKind::kSphere, {Matrix3d::Identity(), *zmp}, Vector3d::Constant(kZmpDiameter), kZmp);
-    entity.put("zmp", frames.world(), time, &json);
+    entity.put(frames.find_frame("zmp"), frames.world(), time, json);
+  }
+}
+
+// The robot's weight is kWeightLength long.
+double calc_arrow_scale(double mass) { return kWeightLength / (kGravity * std::max(mass, 1e-3)); }
+
+}  // namespace
+
+Scene::Scene(const RobotDescription& robot, const Scenario& scenario)
+    : robots_(hrp::make_robots(robot, scenario)), frames_(make_frame_trees(robots_)), scenario_(scenario),
+      ground_(make_ground_plane(scenario.ground)), metres_per_newton_(calc_arrow_scale(Model(robot.tree).mass())) {}
+
+std::string Scene::make_fixed_transforms(double time) const {
+  std::vector<NamedTransform> all;
+  for (size_t k = 0; k < robots_.size(); ++k) {
+    const auto fixed = frames_[k].make_fixed(robots_[k].scenario.sensors);
+    all.insert(all.end(), fixed.begin(), fixed.end());
+  }
+  return write_transforms(all, time);
+}
+
+std::string Scene::make_transforms(const State& first, const ObjectStates& others, double time) const {
+  std::vector<NamedTransform> all, moving;
+  for (size_t k = 0; k < robots_.size(); ++k) {
+    frames_[k].update_moving(find_robot_state(k, first, others, scenario_), &moving);
+    all.insert(all.end(), moving.begin(), moving.end());
+  }
+  return write_transforms(all, time);
+}
+
+std::string Scene::make_robots(double time, std::vector<std::string>* notes) const {
+  JsonText json;
+  json.begin('{').key("deletions").begin('[').end(']').key("entities").begin('[');
+  for (size_t k = 0; k < robots_.size(); ++k) put_links(robots_[k].robot, frames_[k], time, &json, notes);
+  return json.end(']').end('}').text();
+}
+
+std::string Scene::make_world(double time) const {
+  Entity world;
+  if (scenario_.ground.present) {
+    const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ground_.n_W).toRotationMatrix();
+    world.add_solid(ShapeKind::kBox, {R, ground_.n_W * (ground_.offset - 0.5 * kFloorThickness)},
+                    {kFloorSize, kFloorSize, kFloorThickness}, kFloor);
+  }
+  for (const ObstacleSpec& obstacle : scenario_.obstacles) put_obstacle(robots_[0].robot, obstacle, &world);
+  JsonText json;
+  json.begin('{').key("deletions").begin('[').end(']').key("entities").begin('[');
+  world.put("world", frames_[0].world(), time, &json);
+  return json.end(']').end('}').text();
+}
+
+std::string Scene::make_contacts(const ContactForces& forces, double time) const {
+  JsonText json;
+  // Everything is new in each picture: an arrow of a foot that has left the ground must go.
+  put_deletion(kAll, "", time, &json.begin('{').key("deletions").begin('['));
+  json.end(']').key("entities").begin('[');
+  for (size_t k = 0; k < robots_.size(); ++k) {
+    put_contacts(find_own_forces(forces, robots_[k]), frames_[k], ground_, metres_per_newton_, time, &json);
   }
   return json.end(']').end('}').text();
 }

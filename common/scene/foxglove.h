@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/robot/robot_description.h"
-#include "common/robot/scenario.h"
+#include "common/robot/movers.h"
 #include "common/scene/frames.h"
 #include "common/scene/ground_contact.h"
 
@@ -19,22 +18,34 @@ inline constexpr const char* kSceneUpdate = "foxglove.SceneUpdate";
 // JSON schema of one of the two types above, self-contained.
 std::string find_schema(const std::string& type);
 
+// All robots of a run in their world. Frames and entities of robot "partner" have "partner/" before their names.
 // `time` [s]: simulated.
-std::string make_transforms(const std::vector<NamedTransform>& transforms, double time);
+class Scene {
+ public:
+  // Throws as make_movers() does.
+  Scene(const RobotDescription& robot, const Scenario& scenario);
+  const std::vector<Mover>& robots() const { return robots_; }
+  const std::vector<FrameTree>& frames() const { return frames_; }
 
-// The robot's collision shapes, one entity a link, each fixed to its link's frame. Meshes that cannot be read are named
-// in `notes`.
-std::string make_robot(const RobotDescription& robot, const FrameTree& frames, double time, std::vector<std::string>* notes);
+  // Frames that do not move against their parent, and those that do. Throws std::exception for states of other robots.
+  std::string make_fixed_transforms(double time) const;
+  std::string make_transforms(const State& first, const ObjectStates& others, double time) const;
+  // The robots' collision shapes, one entity a link ("link/<link>"), each fixed to its link's frame. Meshes that cannot be
+  // read are named in `notes`.
+  std::string make_robots(double time, std::vector<std::string>* notes) const;
+  // Ground and obstacles.
+  std::string make_world(double time) const;
+  // What presses on the robots, in world axes: an arrow for each link (entity "force/<link>"; its metadata has the numbers; the
+  // first robot's weight is 0.5 m long), of each robot the support polygon ("support_polygon") and the zero-moment point ("zmp").
+  // What is not there is deleted.
+  std::string make_contacts(const ContactForces& forces, double time) const;
 
-// Ground and obstacles. `robot` has the surfaces of those that files give.
-std::string make_world(const RobotDescription& robot, const Scenario& scenario, const FrameTree& frames, double time);
-
-// Length of a force's arrow [m/N]: the robot's weight is as long as 0.5 m.
-double calc_arrow_scale(double mass);
-
-// What presses on the robot, in world axes: an arrow for each link (entity "force/<link>"; its metadata has the numbers),
-// the support polygon ("support_polygon") and the zero-moment point ("zmp"). What is not there is deleted.
-std::string make_contacts(const ContactForces& forces, const FrameTree& frames, const GroundPlane& ground,
-                          double metres_per_newton, double time);
+ private:
+  std::vector<Mover> robots_;
+  std::vector<FrameTree> frames_;
+  Scenario scenario_;
+  GroundPlane ground_;
+  double metres_per_newton_;
+};
 
 }  // namespace hrp::foxglove

@@ -18,16 +18,31 @@ FrameTree::FrameTree(const TreeSpec& tree) : tree_(tree), world_("world") {
   if (tree.find_frame(world_) >= 0 || tree.find_link(world_) >= 0) world_ = "simulation_world";
 }
 
+FrameTree::FrameTree(const TreeSpec& tree, const std::string& robot, const std::string& world)
+    : tree_(tree), prefix_(robot.empty() ? "" : robot + "/"), world_(world) {
+  for (LinkSpec& link : tree_.links) link.name = find_frame(link.name);
+  for (FrameSpec& frame : tree_.frames) frame.name = find_frame(frame.name);
+}
+
+std::vector<FrameTree> make_frame_trees(const std::vector<Mover>& robots) {
+  std::vector<FrameTree> trees;
+  for (const Mover& robot : robots) {
+    if (trees.empty()) trees.emplace_back(robot.robot.tree);
+    else trees.emplace_back(robot.robot.tree, robot.name, trees[0].world());
+  }
+  return trees;
+}
+
 std::vector<NamedTransform> FrameTree::make_fixed(const SensorsSpec& sensors) const {
   std::vector<NamedTransform> found;
   for (const FrameSpec& frame : tree_.frames) {
     if (frame.name != get_link(frame.link)) found.push_back({get_link(frame.link), frame.name, frame.X_LF});
   }
-  const auto find_parent = [this](const std::string& link) { return link.empty() ? world_ : link; };
+  const auto find_parent = [this](const std::string& link) { return link.empty() ? world_ : find_frame(link); };
   for (const CameraSpec& camera : sensors.cameras) {
-    found.push_back({find_parent(camera.link), find_optical_frame_name(camera), camera.X_LC * make_optical_frame()});
+    found.push_back({find_parent(camera.link), find_frame(find_optical_frame_name(camera)), camera.X_LC * make_optical_frame()});
   }
-  for (const LidarSpec& lidar : sensors.lidars) found.push_back({find_parent(lidar.link), find_frame_name(lidar), lidar.X_LC});
+  for (const LidarSpec& lidar : sensors.lidars) found.push_back({find_parent(lidar.link), find_frame(find_frame_name(lidar)), lidar.X_LC});
   return found;
 }
 

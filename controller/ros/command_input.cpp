@@ -7,7 +7,6 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/printable.h"
-#include "common/messages/ros_topics.h"
 
 namespace hrp {
 namespace {
@@ -63,8 +62,8 @@ void check_position(const std::string& topic, const std::string& field, const Ro
 // One message, read field by field.
 class TrajectoryReader {
  public:
-  TrajectoryReader(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present)
-      : message_(message), robot_(robot), present_(present) {}
+  TrajectoryReader(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present, const std::string& topic)
+      : message_(message), robot_(robot), present_(present), topic_(topic) {}
 
   Trajectory read() {
     find_joints();
@@ -77,8 +76,7 @@ class TrajectoryReader {
   }
 
  private:
-  [[noreturn]] static void refuse_here(const std::string& field, const std::string& message) { refuse(topic(), field, message); }
-  static const std::string& topic() { return topics::kRosJointTrajectory.name; }
+  [[noreturn]] void refuse_here(const std::string& field, const std::string& message) const { refuse(topic_, field, message); }
 
   void find_joints() {
     std::vector<bool> named(robot_.joints.size(), false);
@@ -117,14 +115,14 @@ class TrajectoryReader {
 
   // Either all points have them or none.
   void check_optional(const std::string& field, const std::vector<double>& values, const std::vector<double>& first) const {
-    check_count(topic(), field, values.size(), first.empty() ? 0 : joints_.size(),
+    check_count(topic_, field, values.size(), first.empty() ? 0 : joints_.size(),
                 first.empty() ? ", as in the first point" : ", one a joint of joint_names");
     check_all_finite(field, values);
   }
 
   void check_all_finite(const std::string& field, const std::vector<double>& values) const {
     for (size_t k = 0; k < values.size(); ++k) {
-      check_finite(topic(), print_index(field, k), message_.joint_names()[k], values[k]);
+      check_finite(topic_, print_index(field, k), message_.joint_names()[k], values[k]);
     }
   }
 
@@ -132,12 +130,12 @@ class TrajectoryReader {
     check_time(i);
     const RosPoint &point = message_.points()[i], &first = message_.points()[0];
     const std::string field = print_index("points", i) + ".";
-    check_count(topic(), field + "positions", point.positions().size(), joints_.size(), ", one a joint of joint_names");
+    check_count(topic_, field + "positions", point.positions().size(), joints_.size(), ", one a joint of joint_names");
     check_optional(field + "velocities", point.velocities(), first.velocities());
     check_optional(field + "accelerations", point.accelerations(), first.accelerations());
     check_optional(field + "effort", point.effort(), first.effort());
     for (size_t k = 0; k < joints_.size(); ++k) {
-      check_position(topic(), print_index(field + "positions", k), robot_, joints_[k], point.positions()[k]);
+      check_position(topic_, print_index(field + "positions", k), robot_, joints_[k], point.positions()[k]);
       if (!point.effort().empty()) check_effort(print_index(field + "effort", k), joints_[k], point.effort()[k]);
     }
   }
@@ -145,7 +143,7 @@ class TrajectoryReader {
   void check_effort(const std::string& field, int joint, double value) const {
     const double limit = robot_.effort_limit[joint];
     const bool prismatic = get_joint(robot_, joint).kind == JointKind::kPrismatic;
-    check_range(topic(), field, "joint '" + robot_.joints[static_cast<size_t>(joint)] + "' is told", value, -limit, limit, prismatic ? " N" : " N m");
+    check_range(topic_, field, "joint '" + robot_.joints[static_cast<size_t>(joint)] + "' is told", value, -limit, limit, prismatic ? " N" : " N m");
   }
 
   TrajectoryPoint make_point(const RosPoint& point, const JointCommand& before) const {
@@ -185,11 +183,11 @@ class TrajectoryReader {
       const std::string unit = find_unit(robot_, joint);
       const double speed = get_joint(robot_, joint).velocity_limit;
       for (const double v : {calc_velocity_extremes(way).lowest, calc_velocity_extremes(way).highest}) {
-        check_range(topic(), print_index("points", i), what, v, -speed, speed, unit + "/s");
+        check_range(topic_, print_index("points", i), what, v, -speed, speed, unit + "/s");
       }
       for (const double q : {calc_position_extremes(way).lowest, calc_position_extremes(way).highest}) {
         // Where it begins is no choice of the message.
-        if (q != way.q0) check_range(topic(), print_index("points", i), what, q, robot_.lower[joint], robot_.upper[joint], unit);
+        if (q != way.q0) check_range(topic_, print_index("points", i), what, q, robot_.lower[joint], robot_.upper[joint], unit);
       }
     }
   }
@@ -197,17 +195,17 @@ class TrajectoryReader {
   const RosJointTrajectory& message_;
   const Robot& robot_;
   const JointCommand& present_;
+  const std::string& topic_;
   std::vector<int> joints_;  // of joint_names
 };
 
 }  // namespace
 
-Trajectory make_trajectory(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present) {
-  return TrajectoryReader(message, robot, present).read();
+Trajectory make_trajectory(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present, const std::string& topic) {
+  return TrajectoryReader(message, robot, present, topic).read();
 }
 
-Trajectory make_trajectory(const RosPositions& message, const Robot& robot) {
-  const std::string& topic = topics::kRosPositionCommands.name;
+Trajectory make_trajectory(const RosPositions& message, const Robot& robot, const std::string& topic) {
   if (message.layout().data_offset() != 0) {
     refuse(topic, "layout.data_offset", std::to_string(message.layout().data_offset()) + "; expected 0");
   }

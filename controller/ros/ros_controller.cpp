@@ -28,7 +28,11 @@ bool holds_initial_pose(const Robot& robot) { return robot.settings.type == "hol
 
 }  // namespace
 
-RosController::RosController(const Robot& robot, std::unique_ptr<Controller> other) : robot_(robot), other_(std::move(other)) { forget(); }
+RosController::RosController(const Robot& robot, std::unique_ptr<Controller> other, const std::string& name)
+    : robot_(robot), other_(std::move(other)), trajectory_topic_(topics::of_robot(topics::kRosJointTrajectory, name)),
+      positions_topic_(topics::of_robot(topics::kRosPositionCommands, name)) {
+  forget();
+}
 
 void RosController::forget() {
   command_ = fill({robot_.initial_q, {}, {}});
@@ -44,13 +48,13 @@ void RosController::begin(Trajectory trajectory) {
 }
 
 void RosController::take(const RosJointTrajectory& message) {
-  begin(make_trajectory(message, robot_, command_));
+  begin(make_trajectory(message, robot_, command_, trajectory_topic_.name));
   if (message.points().empty()) take_all_joints();
   for (const std::string& name : message.joint_names()) told_[static_cast<size_t>(robot_.find_joint(name))] = true;
 }
 
 void RosController::take(const RosPositions& message) {
-  begin(make_trajectory(message, robot_));
+  begin(make_trajectory(message, robot_, positions_topic_.name));
   take_all_joints();
 }
 
@@ -82,14 +86,14 @@ JointCommand RosController::control(const SensorData& sensors, const Robot& robo
 }
 
 RosControllerNode::RosControllerNode(const NodeContext& context)
-    : ControllerNode(context, [this](const Robot& robot) {
-        auto controller = std::make_unique<RosController>(robot, make_scenario_controller(robot));
+    : ControllerNode(context, [this, name = context.robot](const Robot& robot) {
+        auto controller = std::make_unique<RosController>(robot, make_scenario_controller(robot), name);
         controller_ = controller.get();
         for (const auto& take_message : std::exchange(early_, {})) take_message();
         return controller;
       }) {
-  listen_for<RosJointTrajectory>(topics::kRosJointTrajectory);
-  listen_for<RosPositions>(topics::kRosPositionCommands);
+  listen_for<RosJointTrajectory>(topics::of_robot(topics::kRosJointTrajectory, context.robot));
+  listen_for<RosPositions>(topics::of_robot(topics::kRosPositionCommands, context.robot));
 }
 
 template <typename Message>
@@ -112,7 +116,7 @@ void RosControllerNode::take(const Message& message) {
 
 // Others can send what they like on these topics; that ends no run.
 void RosControllerNode::handle_decode_error(const std::string& topic, const std::string& reason) {
-  if (topic == topics::kRosJointTrajectory.name || topic == topics::kRosPositionCommands.name) return note_refused(topic + ": " + reason);
+  if (!topics::find_ros_topic(topic).empty()) return note_refused(topic + ": " + reason);
   ControllerNode::handle_decode_error(topic, reason);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A controller that does what nodes of ROS 2 tell it: rt/joint_trajectory and rt/position_commands.
+// A controller that does what nodes of ROS 2 tell it: rt/joint_trajectory and rt/position_commands; of robot "partner",
+// rt/partner/joint_trajectory and rt/partner/position_commands.
 #pragma once
 
 #include <deque>
@@ -18,7 +19,8 @@ namespace hrp {
 // one that joins a run that goes on holds the measured pose.
 class RosController : public Controller {
  public:
-  RosController(const Robot& robot, std::unique_ptr<Controller> other);
+  // `name`: of the robot beside others, whose topics its errors name.
+  RosController(const Robot& robot, std::unique_ptr<Controller> other, const std::string& name = "");
   // Replaces what was to be done, from the last command on. Throws InputError and goes on as before when the message
   // cannot be.
   void take(const RosJointTrajectory& message);
@@ -34,6 +36,7 @@ class RosController : public Controller {
 
   Robot robot_;
   std::unique_ptr<Controller> other_;
+  TopicSpec trajectory_topic_, positions_topic_;
   JointCommand command_;         // the last one; all its arrays have one number a joint
   std::optional<double> time_;   // [s] when it was given
   std::vector<bool> told_;       // joints that follow the trajectory

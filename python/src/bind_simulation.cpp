@@ -119,7 +119,7 @@ class Simulation {
 
   SavedRun save() {
     TrialState state = idle().save();
-    if (!state.controller && law_ != Law::kGiven) throw SimulationFault("the controller of this scenario cannot be copied");
+    if (!state.controllers[0] && law_ != Law::kGiven) throw SimulationFault("the controller of this scenario cannot be copied");
     return {std::move(state), scenario_.text, law_, *given_, this};
   }
 

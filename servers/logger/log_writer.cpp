@@ -67,10 +67,7 @@ void LogWriter::set_description(const uint8_t* data, size_t size, int control_pe
   write_complete_steps();
 }
 
-void LogWriter::set_events(const LogTopic& topic, FindEvent find_event) {
-  event_topic_ = topic;
-  find_event_ = std::move(find_event);
-}
+void LogWriter::set_events(FindEvents find_events) { find_events_ = std::move(find_events); }
 
 void LogWriter::set_parcels(IsDue is_due, Unpack unpack) {
   is_due_ = std::move(is_due);
@@ -110,6 +107,10 @@ void LogWriter::take(size_t topic, const uint8_t* data, size_t size) {
   if (place.present & (1u << topic)) return;
   place.present |= 1u << topic;
   place.time = header.time;
+  if (place.samples[topic].capacity() == 0 && !spare_[topic].empty()) {
+    place.samples[topic] = std::move(spare_[topic].back());
+    spare_[topic].pop_back();
+  }
   place.samples[topic].assign(data, data + size);
   ++sample_count_;
   if (topic == kStateTopic) take_state(header.step);
@@ -182,13 +183,14 @@ void LogWriter::write_step(bool with_answers) {
   for (size_t i = 1; i < options_.topics.size(); ++i) {
     if (!(wanted & (1u << i))) continue;
     if (options_.topics[i].rate == LogTopic::Rate::kWhenDue) {
-      write_parcel(step, place.time, place.samples[i]);
+      write_parts(step, place.time, unpack_(place.samples[i]));
       std::vector<uint8_t>().swap(place.samples[i]);  // a picture in each slot would be gigabytes
     } else {
       write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
     }
   }
-  if (find_event_ && (wanted & kEventSources) == kEventSources) write_event(step, place);
+  if (find_events_ && (wanted & kEventSources) == kEventSources) write_parts(step, place.time, find_events_(place.samples[1], place.samples[2]));
+  for (size_t i = 1; i < options_.topics.size(); ++i) keep_memory(i, &place.samples[i]);
   place.present = 0;
   ++next_step_;
   if (next_step_ % static_cast<uint64_t>(options_.chunk_steps) != 0) return;
@@ -197,14 +199,14 @@ void LogWriter::write_step(bool with_answers) {
   poll();
 }
 
-void LogWriter::write_event(uint64_t step, const Slot& place) {
-  const std::vector<uint8_t>* event = find_event_(place.samples[1], place.samples[2]);
-  if (event == nullptr) return;
-  write_sample(find_channel(event_topic_), step, place.time, *event);
+void LogWriter::keep_memory(size_t topic, std::vector<uint8_t>* sample) {
+  if (sample->capacity() == 0) return;
+  spare_[topic].push_back(std::move(*sample));
+  *sample = {};
 }
 
-void LogWriter::write_parcel(uint64_t step, double time, const std::vector<uint8_t>& sample) {
-  for (const Part& part : unpack_(sample)) write_sample(find_channel(part.topic), step, time, part.sample);
+void LogWriter::write_parts(uint64_t step, double time, const std::vector<Part>& parts) {
+  for (const Part& part : parts) write_sample(find_channel(part.topic), step, time, part.sample);
 }
 
 uint16_t LogWriter::find_channel(const LogTopic& topic) {

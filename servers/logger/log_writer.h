@@ -51,16 +51,16 @@ class LogWriter {
   // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it. Topics and
   // types are on disk from then on.
   void set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression);
-  // What else to write with a step, from its samples of topics[1] and topics[2]: an encoded sample of `topic`, or nullptr.
-  // The channel is made with its first sample, so logs without any have none.
-  using FindEvent = std::function<const std::vector<uint8_t>*(const std::vector<uint8_t>&, const std::vector<uint8_t>&)>;
-  void set_events(const LogTopic& topic, FindEvent find_event);
-  // The topic of rate kWhenDue, the last one, comes at these steps. It has no channel: `unpack` finds the samples in one of
-  // its own, each with its topic, whose channel is made with its first sample. Without this call it never comes.
+  // An encoded sample with its topic, whose channel is made with its first sample: logs without any have none.
   struct Part {
     LogTopic topic;
     std::vector<uint8_t> sample;
   };
+  // What else to write with a step, from its samples of topics[1] and topics[2].
+  using FindEvents = std::function<std::vector<Part>(const std::vector<uint8_t>&, const std::vector<uint8_t>&)>;
+  void set_events(FindEvents find_events);
+  // The topic of rate kWhenDue, the last one, comes at these steps. It has no channel: `unpack` finds the parts of a sample.
+  // Without this call it never comes.
   using IsDue = std::function<bool(uint64_t step)>;
   using Unpack = std::function<std::vector<Part>(const std::vector<uint8_t>& sample)>;
   void set_parcels(IsDue is_due, Unpack unpack);
@@ -105,7 +105,7 @@ class LogWriter {
   static constexpr size_t kStateTopic = 1;
   static constexpr uint64_t kSlots = 2048;  // more than the scheduler grants beyond the log
 
-  // Samples of one step that waits to be complete. Memory is reused.
+  // Samples of one step that waits to be complete.
   struct Slot {
     std::array<std::vector<uint8_t>, kMaxTopics> samples;
     uint32_t present = 0;  // bit per topic
@@ -120,11 +120,11 @@ class LogWriter {
   mcap::ClaimedFile claim_next_file() const;
   void write_complete_steps();
   void write_step(bool with_answers);
-  void write_event(uint64_t step, const Slot& place);
-  void write_parcel(uint64_t step, double time, const std::vector<uint8_t>& sample);
+  void write_parts(uint64_t step, double time, const std::vector<Part>& parts);
   uint16_t find_channel(const LogTopic& topic);
   void note_chunks_on_disk();
   void write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample);
+  void keep_memory(size_t topic, std::vector<uint8_t>* sample);
   Slot& slot(uint64_t step) { return slots_[step % kSlots]; }
   const Slot& slot(uint64_t step) const { return slots_[step % kSlots]; }
 
@@ -133,8 +133,7 @@ class LogWriter {
   std::vector<uint8_t> description_;
   int control_period_ = 1;
   mcap::Compression compression_ = mcap::Compression::kZstd;
-  LogTopic event_topic_;
-  FindEvent find_event_;
+  FindEvents find_events_;
   IsDue is_due_;
   Unpack unpack_;
   std::map<std::string, uint16_t> late_channels_;  // of this file, by topic: those that are made with a first sample
@@ -143,6 +142,9 @@ class LogWriter {
   uint64_t chunks_seen_ = 0;         // of this file, on disk at the last look
   std::vector<std::string> files_;
   std::vector<Slot> slots_;
+  // By topic: memory of samples that are written, the last one first. A slot that had its own would come round once in kSlots
+  // steps, when the processor's caches have forgotten it.
+  std::array<std::vector<std::vector<uint8_t>>, kMaxTopics> spare_;
   bool any_epoch_ = false;
   bool closed_ = false;
   uint64_t epoch_ = 0;

@@ -179,8 +179,7 @@ void LoggerNode::watch_events(const msg::RobotDescription& robot, const Scenario
     return;
   }
   event_finder_ = std::make_unique<EventFinder>(description, scenario);
-  log_.set_events({topics::kEvents.name, topics::kEvents.type_name, find_schema_text(topics::kEvents.type_name)},
-                  [this](const auto& state, const auto& forces) { return event_finder_->find(state, forces); });
+  log_.set_events([this](const auto& state, const auto& forces) { return event_finder_->find(state, forces); });
 }
 
 // Whoever reads pictures makes the vision server take them, so only when they are asked for.

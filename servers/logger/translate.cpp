@@ -44,29 +44,67 @@ std::vector<LogWriter::Part> unpack_pictures(const std::vector<uint8_t>& sample)
   return parts;
 }
 
-const std::vector<uint8_t>* EventFinder::find(const std::vector<uint8_t>& state, const std::vector<uint8_t>& forces) {
+EventFinder::EventFinder(const RobotDescription& robot, const Scenario& scenario) : scenario_(scenario), robots_(make_robots(robot, scenario)) {
+  for (const Mover& each : robots_) watches_.emplace_back(each.robot, each.scenario, each.name);
+}
+
+// False when the state cannot be read.
+bool EventFinder::update_bases(const std::vector<uint8_t>& state) {
   StateStart start;
-  if (!read_start(state, &start)) return nullptr;
-  const Eigen::Quaterniond R_WB(start.w, start.x, start.y, start.z);
-  const Vector3d p_WB(start.p[0], start.p[1], start.p[2]);
-  if (!any_epoch_ || start.epoch != epoch_) {
-    any_epoch_ = true;
-    epoch_ = start.epoch;
-    watch_.reset(R_WB, p_WB);
-    return nullptr;
+  if (!read_start(state, &start)) return false;
+  bases_.resize(1);
+  bases_[0] = {Eigen::Quaterniond(start.w, start.x, start.y, start.z), Vector3d(start.p[0], start.p[1], start.p[2])};
+  if (robots_.size() == 1) return true;
+  decode({state.data(), state.size()}, &state_message_);
+  from_message(state_message_, &others_);
+  for (size_t k = 1; k < robots_.size(); ++k) {
+    const State& other = others_.at(scenario_.objects.size() + k - 1);
+    bases_.push_back({other.R_WB, other.p_WB});
   }
-  if (!watch_.is_due(R_WB, p_WB)) return nullptr;
-  decode({forces.data(), forces.size()}, &forces_message_);
-  from_message(forces_message_, &forces_);
-  const auto event = watch_.update(forces_);
-  if (!event) return nullptr;
+  return true;
+}
+
+bool EventFinder::starts_epoch(const std::vector<uint8_t>& state) {
+  StateStart start;
+  if (!read_start(state, &start) || (any_epoch_ && start.epoch == epoch_)) return false;
+  any_epoch_ = true;
+  epoch_ = start.epoch;
+  return true;
+}
+
+LogWriter::Part EventFinder::make_part(const FallEvent& event, const std::string& robot) const {
+  const TopicSpec topic = topics::of_robot(topics::kEvents, robot);
   msg::RobotEvent message;
   message.header(forces_message_.header());
-  to_message(*event, &message);
+  to_message(event, &message);
   std::vector<char> buffer;
   const Bytes bytes = encode(message, &buffer);
-  event_.assign(bytes.data, bytes.data + bytes.size);
-  return &event_;
+  LogWriter::Part part;
+  part.topic.name = topic.name;
+  part.topic.type_name = topic.type_name;
+  part.topic.schema_text = find_schema_text(topic.type_name);
+  part.sample.assign(bytes.data, bytes.data + bytes.size);
+  return part;
+}
+
+std::vector<LogWriter::Part> EventFinder::find(const std::vector<uint8_t>& state, const std::vector<uint8_t>& forces) {
+  std::vector<LogWriter::Part> parts;
+  if (!update_bases(state)) return parts;
+  const bool starts = starts_epoch(state);
+  bool decoded = false;
+  ContactForces all;
+  for (size_t k = 0; k < watches_.size(); ++k) {
+    if (starts) watches_[k].reset(bases_[k].R_WB, bases_[k].p_WB);
+    if (starts || !watches_[k].is_due(bases_[k].R_WB, bases_[k].p_WB)) continue;
+    if (!decoded) {
+      decode({forces.data(), forces.size()}, &forces_message_);
+      from_message(forces_message_, &all);
+      decoded = true;
+    }
+    const auto event = watches_[k].update(find_own_forces(all, robots_[k]));
+    if (event) parts.push_back(make_part(*event, robots_[k].name));
+  }
+  return parts;
 }
 
 }  // namespace hrp

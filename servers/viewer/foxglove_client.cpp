@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/ros_definitions.h"
+#include "common/messages/topics.h"
 #include "common/scene/foxglove.h"
 #include "servers/viewer/foxglove_scene.h"
 
@@ -38,14 +39,11 @@ uint32_t get_id(const Json& value) {
   return value.get<uint32_t>();
 }
 
-// "rt/head/image_raw" -> "/head/image_raw".
-std::string find_ros_topic(const std::string& topic) { return topic.rfind("rt/", 0) == 0 ? topic.substr(2) : topic; }
-
 // Pictures by the names of ROS 2, or the Image panel and the 3D panel would not know them.
 Json describe(const std::string& topic, const std::string& type, const std::string& schema) {
   if (!is_of_camera(type)) return {{"topic", topic}, {"encoding", "cdr"}, {"schemaName", type}, {"schema", schema}, {"schemaEncoding", "omgidl"}};
-  const std::string name = find_ros_name(type);
-  return {{"topic", find_ros_topic(topic)}, {"encoding", "cdr"}, {"schemaName", name}, {"schema", make_ros_schema(name)}, {"schemaEncoding", "ros2msg"}};
+  const std::string name = find_ros_name(type), ros_topic = topics::find_ros_topic(topic);
+  return {{"topic", ros_topic.empty() ? topic : ros_topic}, {"encoding", "cdr"}, {"schemaName", name}, {"schema", make_ros_schema(name)}, {"schemaEncoding", "ros2msg"}};
 }
 
 // [s] -> [ns]. A page may ask for any time: what no clock can show is the first or the last moment of one.

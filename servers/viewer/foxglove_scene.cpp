@@ -5,30 +5,26 @@
 #include "common/messages/convert.h"
 #include "common/messages/convert_robot.h"
 #include "common/messages/topics.h"
-#include "common/multibody/model.h"
 #include "common/scene/foxglove.h"
 
 namespace hrp {
 
 struct FoxgloveScene::Robot {
-  explicit Robot(const RobotDescription& robot) : frames(robot.tree) {
-    arrow_scale = foxglove::calc_arrow_scale(Model(robot.tree).mass());
-    std::vector<std::string> unread;  // meshes that cannot be read are shown by nobody
-    shapes = foxglove::make_robot(robot, frames, 0.0, &unread);
-    SensorsSpec sensors;
+  explicit Robot(const RobotDescription& robot) {
     try {
-      const Scenario scenario = parse_scenario(robot.scenario, robot.scenario_path);
-      sensors = scenario.sensors;
-      ground = make_ground_plane(scenario.ground);
-      world = foxglove::make_world(robot, scenario, frames, 0.0);
+      scene = std::make_unique<foxglove::Scene>(robot, parse_scenario(robot.scenario, robot.scenario_path));
+      world = scene->make_world(0.0);
     } catch (const std::exception&) {
       // A robot without a scenario that we understand still moves.
+      RobotDescription alone = robot;
+      alone.robots.clear();
+      scene = std::make_unique<foxglove::Scene>(alone, Scenario());
     }
-    fixed = foxglove::make_transforms(frames.make_fixed(sensors), 0.0);
+    std::vector<std::string> unread;  // meshes that cannot be read are shown by nobody
+    shapes = scene->make_robots(0.0, &unread);
+    fixed = scene->make_fixed_transforms(0.0);
   }
-  FrameTree frames;
-  GroundPlane ground;
-  double arrow_scale = 0.0;  // [m/N]
+  std::unique_ptr<foxglove::Scene> scene;
   std::string shapes, fixed, world;
 };
 
@@ -67,15 +63,15 @@ std::string FoxgloveScene::make(const Channel& channel, double time, Bytes sourc
       decode(source, &message);
       ContactForces forces;
       from_message(message, &forces);
-      return foxglove::make_contacts(forces, robot_->frames, robot_->ground, robot_->arrow_scale, time);
+      return robot_->scene->make_contacts(forces, time);
     }
     msg::RobotState message;
     decode_logged(source, &message);
     State state;
+    ObjectStates others;
     from_message(message, &state);
-    std::vector<NamedTransform> moving;
-    robot_->frames.update_moving(state, &moving);
-    return foxglove::make_transforms(moving, time);
+    from_message(message, &others);
+    return robot_->scene->make_transforms(state, others, time);
   } catch (const std::exception&) {
     return "";
   }

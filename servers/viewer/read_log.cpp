@@ -75,7 +75,7 @@ std::unique_ptr<Recording> read_log(const std::string& path) {
       decode_logged(sample, &description);
       recording->set_scene(make_scene(description));
     }
-    if (topic == topics::kEvents.name) {
+    if (topics::find_known_topic(topic) == &topics::kEvents) {
       if (const std::string fall = describe_fall(sample); !fall.empty()) recording->add_note(fall);
     }
     recording->add(topic, time.has_header() ? time.find(sample) : 1e-9 * static_cast<double>(message.log_time), sample);

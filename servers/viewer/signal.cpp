@@ -116,11 +116,17 @@ class Finder final : public SampleVisitor {
   double sum_ = 0.0;
 };
 
+// Whether the ground or an obstacle presses on this robot: "" is the first one.
+bool is_from_world(const msg::PairForce& pair, const std::string& robot) {
+  if (pair.body_b() >= 0) return false;
+  return robot.empty() ? !is_object(pair.body_a()) : pair.name_a().rfind(robot + "/", 0) == 0;
+}
+
 // [m] of the points that obstacles touch, weighed by the sizes of their forces.
-double find_mean_height(const msg::ContactForces& forces) {
+double find_mean_height(const msg::ContactForces& forces, const std::string& robot) {
   double sum = 0, weight = 0;
   for (const msg::PairForce& pair : forces.pairs()) {
-    if (pair.body_b() >= 0 || is_object(pair.body_a())) continue;
+    if (!is_from_world(pair, robot)) continue;
     for (const msg::PointForce& point : pair.points()) {
       const double size = std::hypot(point.total().x(), point.total().y(), point.total().z());
       sum += size * point.p_WC().z();
@@ -132,14 +138,14 @@ double find_mean_height(const msg::ContactForces& forces) {
 
 // Where the line of action of the ground's forces crosses z = height: the moment there has no horizontal part. Where there is
 // no plane (NaN), obstacles are the ground (common/scene/ground_contact.h).
-double find_zmp(Bytes sample, int axis, double height) {
+double find_zmp(Bytes sample, const std::string& robot, int axis, double height) {
   msg::ContactForces forces;
   decode(sample, &forces);
   const bool plane = !std::isnan(height);
-  if (!plane) height = find_mean_height(forces);
+  if (!plane) height = find_mean_height(forces, robot);
   double fx = 0, fy = 0, fz = 0, mx = 0, my = 0;
   for (const msg::PairForce& pair : forces.pairs()) {
-    if (is_object(pair.body_a()) || (plane ? pair.body_b() != -1 : pair.body_b() >= 0)) continue;
+    if (!is_from_world(pair, robot) || (plane && pair.body_b() != kGround)) continue;
     const auto& f = pair.total().force();
     const auto& m = pair.total().moment();
     const auto& r = pair.reference();
@@ -164,8 +170,11 @@ SignalName split_signal(const std::string& text) {
 
 Signal::Signal(const StructType& type, const std::string& path, const std::vector<std::string>& joints, double height)
     : type_(type), path_(path), height_(height) {
-  if (type.name == "hrp::msg::ContactForces" && (path == "zmp.x" || path == "zmp.y")) {
-    zmp_axis_ = path == "zmp.x" ? 0 : 1;
+  const size_t slash = path.find('/');
+  const std::string zmp = slash == std::string::npos ? path : path.substr(slash + 1);
+  if (type.name == "hrp::msg::ContactForces" && (zmp == "zmp.x" || zmp == "zmp.y")) {
+    zmp_axis_ = zmp == "zmp.x" ? 0 : 1;
+    if (slash != std::string::npos) zmp_robot_ = path.substr(0, slash);
     unit_ = "m";
     return;
   }
@@ -198,7 +207,7 @@ void Signal::resolve(const std::vector<std::string>& joints) {
 }
 
 double Signal::find(Bytes sample) const {
-  if (zmp_axis_ >= 0) return find_zmp(sample, zmp_axis_, height_);
+  if (zmp_axis_ >= 0) return find_zmp(sample, zmp_robot_, zmp_axis_, height_);
   Finder finder(steps_);
   visit_sample(type_, sample, &finder);
   // A foot in the air is in no pair, and the force on it is zero.

@@ -25,7 +25,7 @@ SignalName split_signal(const std::string& text);
 // Path as FieldPath has it ("pairs[0].total.force.z"), and beside numbers also names in the brackets: of a joint where a
 // list has one number per joint, else of the elements that have it as their `name` or `name_a` (all of them: the values
 // are added, so "pairs[L_FOOT].total.force.z" is the whole vertical force on L_FOOT). Of contact forces also "zmp.x",
-// "zmp.y" [m]: the zero-moment point of all forces from the ground, where it crosses the ground plane z = `height`.
+// "zmp.y" [m], "partner/zmp.x" of robot "partner": the zero-moment point of all forces from the ground, where it crosses the ground plane z = `height`.
 class Signal {
  public:
   // Throws InputError when the type has no such field or no joint has the name.
@@ -48,6 +48,7 @@ class Signal {
   std::vector<Step> steps_;
   std::string unit_;
   int zmp_axis_ = -1;
+  std::string zmp_robot_;
   double height_ = 0.0;
 };
 

@@ -17,7 +17,7 @@ std::string make_message(const PictureKey& key, PictureSource* source, uint64_t 
   if (!sample) return make_picture_message(key.source, key.topic, std::string("the picture cannot be read from the file"));
   try {
     const Bytes bytes{sample->data(), sample->size()};
-    return make_picture_message(key.source, key.topic, is_image(source->find_type(key.topic)) ? read_picture(bytes) : read_scan(bytes));
+    return make_picture_message(key.source, key.topic, is_image(source->find_type(key.topic)) ? read_picture(bytes, kMostPagePixels) : read_scan(bytes, kMostPagePoints));
   } catch (const PictureError& error) {
     return make_picture_message(key.source, key.topic, std::string(error.what()));
   }

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One whole step of Unitree G1 standing on eight contact points (contact, servo, integration; no collision search)
-// and that search, against MuJoCo's mj_step on the same robot, and our step against the number of contact points. No pass or fail.
+// and that search, against MuJoCo's mj_step on the same robot, and our step against the number of contact points; both on robots
+// of 25 to 200 joints that are made here. No pass or fail.
 #include <benchmark/benchmark.h>
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
 #include <deque>
 #include <filesystem>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -138,17 +141,21 @@ void set_options(MujocoOptions options, mjModel* model) {
   model->opt.iterations = 1;
 }
 
-// The same robot and scenario, its soles' spheres on a plane, as servers/mujoco_dynamics writes it.
-mjModel* load_mujoco(benchmark::State& loop, MujocoOptions options, double* height) {
-  Scenario scenario;
-  RobotDescription robot;
-  if (!load(loop, &scenario, &robot)) return nullptr;
+// Its soles' spheres on a plane, as servers/mujoco_dynamics writes it.
+mjModel* load_mujoco(benchmark::State& loop, const RobotDescription& robot, const Scenario& scenario, MujocoOptions options) {
   char error[1000] = "";
   mjModel* model = load_mujoco(make_mjcf(robot, scenario), error, sizeof error);
   if (!model) loop.SkipWithError(error);
   if (model) set_options(options, model);
-  *height = scenario.initial_position.z();
   return model;
+}
+
+mjModel* load_mujoco(benchmark::State& loop, MujocoOptions options, double* height) {
+  Scenario scenario;
+  RobotDescription robot;
+  if (!load(loop, &scenario, &robot)) return nullptr;
+  *height = scenario.initial_position.z();
+  return load_mujoco(loop, robot, scenario, options);
 }
 
 mjData* make_settled(const mjModel* model, double height) {
@@ -158,9 +165,7 @@ mjData* make_settled(const mjModel* model, double height) {
   return data;
 }
 
-void mujoco_step(benchmark::State& loop) {
-  double height = 0.0;
-  mjModel* model = load_mujoco(loop, static_cast<MujocoOptions>(loop.range(0)), &height);
+void time_mujoco(benchmark::State& loop, mjModel* model, double height) {
   if (!model) return;
   mjData* data = make_settled(model, height);
   for (auto _ : loop) mj_step(model, data);
@@ -169,7 +174,106 @@ void mujoco_step(benchmark::State& loop) {
   mj_deleteData(data);
   mj_deleteModel(model);
 }
+
+void mujoco_step(benchmark::State& loop) {
+  double height = 0.0;
+  mjModel* model = load_mujoco(loop, static_cast<MujocoOptions>(loop.range(0)), &height);
+  time_mujoco(loop, model, height);
+}
 BENCHMARK(mujoco_step)->Arg(kAsServer)->Arg(kDefault)->Arg(kFewest);
+
+// ---- robots of many joints: a base on two legs of six joints, and all others in limbs that are folded beside it. Every link
+// has a shape that may touch the ground. Both engines search for contacts in every step.
+
+constexpr int kLegJoints = 6, kLimb = 13;
+
+std::string make_link(const std::string& name, double mass, const char* box) {
+  char text[500];
+  std::snprintf(text, sizeof text,
+                "<link name='%s'><inertial><mass value='%g'/><inertia ixx='%g' iyy='%g' izz='%g' ixy='0' ixz='0' iyz='0'/></inertial>"
+                "<collision><geometry><box size='%s'/></geometry></collision></link>\n",
+                name.c_str(), mass, 0.004 * mass, 0.004 * mass, 0.004 * mass, box);
+  return text;
+}
+
+std::string make_joint(const std::string& name, const std::string& parent, const std::string& xyz, const char* axis) {
+  return "<joint name='" + name + "_joint' type='revolute'><parent link='" + parent + "'/><child link='" + name + "'/><origin xyz='" + xyz +
+         "'/><axis xyz='" + axis + "'/><limit lower='-2' upper='2' effort='1000' velocity='50'/><rotor inertia='0.1'/></joint>\n";
+}
+
+std::string make_leg(const std::string& side, const char* hip) {
+  const char* axes[kLegJoints] = {"0 0 1", "1 0 0", "0 1 0", "0 1 0", "0 1 0", "1 0 0"};
+  const char* places[kLegJoints] = {hip, "0 0 0", "0 0 0", "0 0 -0.35", "0 0 -0.35", "0 0 0"};
+  std::string text, parent = "base";
+  for (int i = 0; i < kLegJoints; ++i) {
+    const bool foot = i + 1 == kLegJoints;
+    const std::string name = side + (foot ? "_foot" : std::to_string(i));
+    text += make_link(name, 1.0, foot ? "0.24 0.12 0.06" : "0.06 0.06 0.06") + make_joint(name, parent, places[i], axes[i]);
+    parent = name;
+  }
+  return text;
+}
+
+// `limb`: joints a limb at most.
+std::string make_many_joints(int joints, int limb) {
+  std::string text = "<robot name='many_joints'>\n" + make_link("base", 10.0, "0.2 0.3 0.2") + make_leg("left", "0 0.1 0") + make_leg("right", "0 -0.1 0");
+  std::string parent = "base";
+  for (int i = 0; i < joints - 2 * kLegJoints; ++i) {
+    const std::string name = "limb" + std::to_string(i);
+    const bool first = i % limb == 0;
+    if (first) parent = "base";
+    // Folded, so that it is as wide as one link however many there are.
+    text += make_link(name, 0.1, "0.04 0.04 0.04") + make_joint(name, parent, first ? "0 0 0.1" : i % 2 == 0 ? "0 0 0.06" : "0 0 -0.06", i % 2 == 0 ? "0 1 0" : "1 0 0");
+    parent = name;
+  }
+  return text + "</robot>\n";
+}
+
+// range(0): joints; range(1): joints a limb.
+RobotDescription make_many_joints(const benchmark::State& loop, Scenario* scenario) {
+  scenario->robot = "many_joints.urdf";
+  scenario->feet = {"left_foot", "right_foot"};
+  scenario->servo_default.kp = 2000.0;
+  scenario->servo_default.kd = 20.0;
+  scenario->control_period = 5;
+  return parse_robot(make_many_joints(static_cast<int>(loop.range(0)), static_cast<int>(loop.range(1))), scenario->robot, *scenario);
+}
+
+void our_joints(benchmark::State& loop) {
+  Scenario scenario;
+  const RobotDescription robot = make_many_joints(loop, &scenario);
+  Simulator simulator(robot, scenario);
+  CollisionWorld world(robot, scenario);
+  JointCommand command;
+  command.q = simulator.state().q;
+  for (int i = 0; i < 500; ++i) {
+    if (simulator.step(world.calc_contacts(simulator.state()), command) != StepStatus::kOk) return loop.SkipWithError("settling");
+  }
+  long done = 0, solves = 0;
+  size_t points = 0;
+  for (auto _ : loop) {
+    const ContactSet& contacts = world.calc_contacts(simulator.state());
+    if (simulator.step(contacts, command) != StepStatus::kOk) return loop.SkipWithError(simulator.fault_text().c_str());
+    solves += simulator.solves();
+    ++done;
+    for (const ContactPair& pair : contacts) points += pair.points.size();
+  }
+  loop.counters["contacts"] = static_cast<double>(points) / static_cast<double>(done);
+  loop.counters["solves"] = static_cast<double>(solves) / static_cast<double>(done);
+  loop.counters["height"] = simulator.state().p_WB.z();
+}
+
+void mujoco_joints(benchmark::State& loop) {
+  Scenario scenario;
+  const RobotDescription robot = make_many_joints(loop, &scenario);
+  const double height = CollisionWorld(robot, scenario).start_state().p_WB.z();
+  mjModel* model = load_mujoco(loop, robot, scenario, static_cast<MujocoOptions>(loop.range(2)));
+  time_mujoco(loop, model, height);
+}
+
+constexpr int kOneLimb = 1000;  // all of them in one chain
+BENCHMARK(our_joints)->ArgsProduct({{25, 50, 100, 200}, {kLimb, kOneLimb}});
+BENCHMARK(mujoco_joints)->ArgsProduct({{25, 50, 100, 200}, {kLimb, kOneLimb}, {kAsServer, kDefault}});
 
 // ---- many robots in one process: each stands, with its own state; search and step, a slice of time for one robot after
 // the other, as a rollout does. Figures are per second of processor, so that others on the machine count little.

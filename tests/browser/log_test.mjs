@@ -138,6 +138,15 @@ async function checkRobots(browser) {
     const { x, y, z } = states[i].X_WB.translation;
     check(robot.links > 20 && Math.hypot(robot.position[0] - x, robot.position[1] - y, robot.position[2] - z) < 1e-3, `${states[i].name} is drawn where it is`);
   });
+  await scrub(page, 0.05);
+  const marks = await waitFor("the ZMPs of all robots", async () => {
+    const seen = await page.describe();
+    return seen.otherZmps.length === 2 && seen.otherZmps.every((zmp) => zmp) && seen.otherPolygons.every((hull) => hull.length > 2) && seen;
+  });
+  marks.otherZmps.forEach((zmp, i) => {
+    const { x, y } = states[i].X_WB.translation;
+    check(Math.hypot(zmp[0] - x, zmp[1] - y) < 0.3, `the ZMP of ${states[i].name} is below it: ${zmp}`);
+  });
   check(page.faults.length === 0, `and nothing went wrong ${page.faults.join("; ")}`);
   await viewer.end();
 }

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause
- * ros_reader DOMAIN COUNT: reads a run as a node of ROS 2 does, with idlc's types and nothing of ours, until COUNT messages of
+ * ros_reader DOMAIN COUNT [NAMESPACE]: reads a run as a node of ROS 2 does, with idlc's types and nothing of ours, until COUNT messages of
  * /tf have come and everything else at least once. One line a finding:
  *   end TOPIC TYPE USER_DATA      urdf LENGTH            fixed COUNT     clock SECONDS NANOSECONDS
- *   tf SECONDS NANOSECONDS PARENT CHILD x y z            joints COUNT    (tf: the first frame of the last message) */
+ *   tf SECONDS NANOSECONDS PARENT CHILD x y z            joints COUNT    (tf: the first frame of the last message)
+ *   root CHILD x y z                                                      (frames of that message below the same parent)
+ * NAMESPACE "partner": of robot_description and joint_states. */
 #include <dds/dds.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -54,6 +56,12 @@ static void print_last(int topic, const void* sample) {
   if (topic == kTf) {
     printf("tf %d %u %s %s %.17g %.17g %.17g\n", first->header.stamp.sec, first->header.stamp.nanosec, first->header.frame_id,
            first->child_frame_id, first->transform.translation.x, first->transform.translation.y, first->transform.translation.z);
+    for (uint32_t i = 0; i < frames->transforms._length; ++i) {
+      const geometry_msgs_msg_dds__TransformStamped_* each = &frames->transforms._buffer[i];
+      if (strcmp(each->header.frame_id, first->header.frame_id)) continue;
+      printf("root %s %.17g %.17g %.17g\n", each->child_frame_id, each->transform.translation.x, each->transform.translation.y,
+             each->transform.translation.z);
+    }
   }
   if (topic == kFixed) printf("fixed %u\n", frames->transforms._length);
   if (topic == kUrdf) printf("urdf %zu\n", strlen(((const std_msgs_msg_dds__String_*)sample)->data));
@@ -68,7 +76,10 @@ static int is_done(long count) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
+  if (argc != 3 && argc != 4) return 2;
+  char urdf[256], joints[256];
+  snprintf(urdf, sizeof urdf, "rt/%s%srobot_description", argc > 3 ? argv[3] : "", argc > 3 ? "/" : "");
+  snprintf(joints, sizeof joints, "rt/%s%sjoint_states", argc > 3 ? argv[3] : "", argc > 3 ? "/" : "");
   const long count = atol(argv[2]);
   const dds_entity_t participant = check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
   const dds_entity_t publications = check(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL), "ends");
@@ -76,8 +87,8 @@ int main(int argc, char** argv) {
       make_reader(participant, &rosgraph_msgs_msg_dds__Clock__desc, "rt/clock", 0),
       make_reader(participant, &tf2_msgs_msg_dds__TFMessage__desc, "rt/tf", 0),
       make_reader(participant, &tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", 1),
-      make_reader(participant, &std_msgs_msg_dds__String__desc, "rt/robot_description", 1),
-      make_reader(participant, &sensor_msgs_msg_dds__JointState__desc, "rt/joint_states", 0)};
+      make_reader(participant, &std_msgs_msg_dds__String__desc, urdf, 1),
+      make_reader(participant, &sensor_msgs_msg_dds__JointState__desc, joints, 0)};
   for (int done = 0; !done;) {
     dds_sleepfor(DDS_MSECS(5));
     done = is_done(count);

@@ -32,10 +32,10 @@ class Ros(unittest.TestCase):
         self.environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "CYCLONEDDS", "FASTRTPS", "HRP_"))}
         self.environment["XDG_RUNTIME_DIR"] = str(self.folder)
 
-    def run_and_read(self, vendor):
+    def run_and_read(self, vendor, scenario="squat", namespace=()):
         """Lines of ros_reader, and the states of the log by their time in ns."""
         log = self.folder / "run.mcap"
-        run = subprocess.Popen([BIN / "hrp-simulate", SOURCE / "models/scenarios/squat.yaml", "--dds", vendor, "--realtime",
+        run = subprocess.Popen([BIN / "hrp-simulate", SOURCE / f"models/scenarios/{scenario}.yaml", "--dds", vendor, "--realtime",
                                 "--duration", "0", "--no-plot", "--quiet", "--log", log],
                                env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(run.wait)
@@ -44,7 +44,7 @@ class Ros(unittest.TestCase):
         while not domain.strip().isdigit():
             self.assertLess(time.monotonic(), end, "the run does not start")
             domain = subprocess.run([BIN / "hrp-run", "domain"], env=self.environment, capture_output=True, text=True).stdout
-        reader = subprocess.run([TESTS / "ros_reader", domain.strip(), "100"], capture_output=True, text=True, timeout=LIMIT,
+        reader = subprocess.run([TESTS / "ros_reader", domain.strip(), "100", *namespace], capture_output=True, text=True, timeout=LIMIT,
                                 env={**self.environment, "CYCLONEDDS_URI": f"file://{SOURCE}/idl/example_c/cyclone.xml"})
         self.assertEqual(reader.returncode, 0, reader.stderr)
         run.terminate()
@@ -77,6 +77,32 @@ class Ros(unittest.TestCase):
             self.assertEqual([float(p) for p in position], [expected["x"], expected["y"], expected["z"]])
         for seconds, nanoseconds in said["clock"]:
             self.assertIn(int(seconds) * 10**9 + int(nanoseconds), states)
+
+    def check_several(self, vendor):
+        lines, states, _ = self.run_and_read(vendor, "several_robots", ["partner"])
+        said = {}
+        for words in lines:
+            said.setdefault(words[0], []).append(words[1:])
+        ends = {end[0]: end[1:] for end in said["end"]}
+        for topic in ("rt/joint_states", "rt/robot_description"):
+            kind, digest = EXPECTED[topic]
+            for robot in ("", "walker/", "partner/"):
+                self.assertEqual(ends["rt/" + robot + topic[3:]], [kind, f"typehash=RIHS01_{digest};"])
+        for topic in ("clock", "tf", "tf_static"):
+            self.assertEqual([end for end in ends if end.endswith("/" + topic)], ["rt/" + topic])
+        seconds, nanoseconds, *_ = said["tf"][-1]
+        state = states[int(seconds) * 10**9 + int(nanoseconds)]
+        expected = {name: robot["X_WB"]["translation"] for name, robot in
+                    [("", state), *((robot["name"] + "/", robot) for robot in state["robots"])]}
+        found = {child.rpartition("/")[0] + ("/" if "/" in child else ""): list(map(float, position))
+                 for child, *position in said["root"][-3:]}
+        self.assertEqual(found, {name: [p["x"], p["y"], p["z"]] for name, p in expected.items()})
+
+    def test_several_robots_on_cyclone(self):
+        self.check_several("cyclone")
+
+    def test_several_robots_on_fast(self):
+        self.check_several("fast")
 
     def test_cyclone(self):
         self.check("cyclone")

@@ -2,9 +2,11 @@
 // Six real processes: the same bits however they run, and failures that are said.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <signal.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -186,6 +188,23 @@ TEST(End, CtrlCEndsCleanly) {
   EXPECT_EQ(set.wait(), 0) << set.output();
   EXPECT_THAT(set.output(), HasSubstr("complete up to step"));
   EXPECT_GE(find_last_step(set.log()), 300);
+}
+
+// With the policy "batch", a thread that is woken waits until the one that runs on its core does.
+TEST(Scheduling, NoThreadOfAServerPushesAnotherOneOffItsCore) {
+  ServerSet set("scheduling", {write_scenario("scheduling", {"{type: hold}", "{duration: 0}"}), "--quiet"});
+  ASSERT_TRUE(set.wait_for_step(100)) << set.output();
+  for (const char* program : {"hrp-dynamics", "hrp-collision-checker", "hrp-controller", "hrp-logger", "hrp-scheduler"}) {
+    const std::string threads = "/proc/" + std::to_string(set.find_server(program)) + "/task";
+    size_t count = 0;
+    for (const auto& thread : std::filesystem::directory_iterator(threads)) {
+      EXPECT_EQ(sched_getscheduler(std::stoi(thread.path().filename().string())), SCHED_BATCH) << program;
+      ++count;
+    }
+    EXPECT_GT(count, 1u) << program << " has those of its DDS, too";
+  }
+  set.send_signal(SIGINT);
+  EXPECT_EQ(set.wait(), 0) << set.output();
 }
 
 TEST(SideBySide, TwoSimulationsDoNotSeeEachOther) {

@@ -74,6 +74,41 @@ TEST(Robots, ARobotThatIsNotThereIsSaid) {
   expect_end("none", {"--without", "controller.walker"}, 2, "has no robot 'walker', which --without names");
 }
 
+// A robot without servos collapses beside the box.
+TEST(Robots, TheFallOfOneIsSaidWithItsNameAndLoggedAlikeInOneProcessAndInSeven) {
+  const std::string limp = get_test_folder() + "/limp_partner.yaml", world = get_test_folder() + "/fall.yaml";
+  std::ofstream(limp) << "robot: " << kModels << "/hrp2p_like/hrp2p_like.urdf\nfeet: [L_ANKLE_R_LINK, R_ANKLE_R_LINK]\ncontroller: {type: hold}\n";
+  std::ofstream(world) << "robot: " << kModels << "/test_robots/box.urdf\nfeet: [box]\ninitial: {position: [3, 0, 0.1]}\n"
+                       << "robots: {partner: {scenario: " << limp << "}}\ncontroller: {type: hold}\nsteps: {duration: 1.5}\n";
+  ServerSet one("fall-one", {world, "--in-process"}), seven("fall-seven", {world});
+  for (ServerSet* set : {&one, &seven}) {
+    EXPECT_EQ(set->wait(), 0) << set->output();
+    EXPECT_THAT(set->output(), HasSubstr("robot 'partner' has fallen: base"));
+    EXPECT_THAT(set->output(), HasSubstr("\nfall       t = "));
+  }
+  const auto digest = digest_log(one.log());
+  ASSERT_EQ(digest.count("hrp/partner/events"), 1u);
+  EXPECT_EQ(digest.count("hrp/events"), 0u) << "the box has not fallen";
+  EXPECT_EQ(digest, digest_log(seven.log()));
+}
+
+TEST(Robots, OneFollowsTheRos2CommandsOfItsNamespace) {
+  ServerSet set("robots-ros", {write_world("ros", "0"), "--realtime", "--controller-of", "partner=hrp-controller-ros"});
+  ASSERT_TRUE(set.wait_for_step(50)) << set.output();
+  const std::string message = "{joint_names: [R_ELBOW], points: [{positions: [-1.2], time_from_start: {nanosec: 200000000}}]}";
+  Program pub({"hrp-topic", "pub", "partner/joint_trajectory", message, "--run", std::to_string(set.process_id())});
+  EXPECT_EQ(pub.wait(), 0) << pub.output();
+  std::string echoed;
+  EXPECT_TRUE(wait_until([&] {
+    Program echo({"hrp-topic", "echo", "hrp/partner/joint_commands", "--count", "1", "--json", "--run", std::to_string(set.process_id())});
+    echo.wait();
+    echoed = echo.output();
+    return echoed.find("-1.2,") != std::string::npos;
+  })) << echoed << set.output();
+  set.send_signal(SIGINT);
+  set.wait();
+}
+
 TEST(Robots, AnEngineThatSimulatesOneRobotRefuses) {
   ServerSet set("robots-mujoco", {write_world("mujoco"), "--program", "dynamics=hrp-dynamics-mujoco"});
   EXPECT_NE(set.wait(), 0);

@@ -100,7 +100,7 @@ Findings judge_names(const std::vector<EndSeen>& ends) {
   std::set<std::string> said;
   for (const EndSeen& end : ends) {
     if (topics::find_any_topic(end.topic)) continue;
-    const std::string plain = end.topic.rfind("rt/", 0) == 0 ? end.topic.substr(3) : end.topic;
+    const std::string ros_topic = topics::find_ros_topic(end.topic), plain = ros_topic.empty() ? end.topic : ros_topic.substr(1);
     std::string nearest = find_nearest(plain, list_our_names());
     if (nearest.empty()) nearest = find_nearest("hrp/" + plain, list_our_names());
     if (nearest.empty()) continue;

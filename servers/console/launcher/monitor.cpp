@@ -24,15 +24,23 @@ const char* get_phase_text(msg::RunPhase phase) {
 
 }  // namespace
 
-RunMonitor::RunMonitor(Bus& bus, std::string token)
+RunMonitor::RunMonitor(Bus& bus, std::string token, const std::vector<std::string>& robots)
     : bus_(bus), token_(std::move(token)), control_(bus, topics::kRunControl) {
   readers_.push_back(subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
                                                [this](const msg::RunStatus& status) { take(status); }));
-  readers_.push_back(subscribe<msg::RobotEvent>(bus, topics::kEvents, Delivery::kReliable, [this](const msg::RobotEvent& event) {
-    if (event.kind() == msg::EVENT_FALL) fall_ = event.header();
-  }));
+  listen_for_falls("");
+  for (const std::string& robot : robots) listen_for_falls(robot);
   readers_.push_back(subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable,
                                                   [this](const msg::ServerStatus& status) { take(status); }));
+}
+
+void RunMonitor::listen_for_falls(const std::string& robot) {
+  const TopicSpec topic = topics::of_robot(topics::kEvents, robot);
+  readers_.push_back(subscribe<msg::RobotEvent>(bus_, topic, Delivery::kReliable, [this, robot](const msg::RobotEvent& event) {
+    if (event.kind() != msg::EVENT_FALL) return;
+    fall_ = event.header();
+    fallen_ = robot;
+  }));
 }
 
 void RunMonitor::take(const msg::ServerStatus& status) {
@@ -64,7 +72,7 @@ std::string RunMonitor::find_fall() const {
   if (fall_.step() == 0 || fall_.epoch() != run_status_.epoch()) return "";
   char text[60];
   std::snprintf(text, sizeof text, "fell at t = %.3f s", fall_.time());
-  return text;
+  return fallen_.empty() ? text : fallen_ + " " + text;
 }
 
 std::vector<std::string> RunMonitor::find_logs() const {

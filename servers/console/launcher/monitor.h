@@ -17,7 +17,8 @@ namespace hrp {
 
 class RunMonitor {
  public:
-  explicit RunMonitor(Bus& bus, std::string token = "");
+  // `robots`: names of the robots beside the first one.
+  explicit RunMonitor(Bus& bus, std::string token = "", const std::vector<std::string>& robots = {});
   // Copies, safe from any thread.
   msg::RunStatus run_status() const;
   bool has_ended() const;
@@ -30,7 +31,7 @@ class RunMonitor {
   std::vector<double> find_parts() const;
   // The files that the logger has written, in their order.
   std::vector<std::string> find_logs() const;
-  // "fell at t = 3.214 s" since the last reset, else nothing.
+  // "fell at t = 3.214 s", "partner fell at t = 3.214 s" since the last reset, else nothing.
   std::string find_fall() const;
   // Empty reason: a normal end.
   void stop(const std::string& reason);
@@ -38,6 +39,7 @@ class RunMonitor {
  private:
   void take(const msg::ServerStatus& status);
   void take(const msg::RunStatus& status);
+  void listen_for_falls(const std::string& robot);
 
   Bus& bus_;
   std::string token_;  // of the run
@@ -47,7 +49,8 @@ class RunMonitor {
   std::map<std::string, msg::ServerStatus> servers_;
   std::map<uint64_t, double> part_ends_;  // [s] by epoch
   std::vector<std::string> logs_;
-  msg::Header fall_;  // of the last fall; step 0: none
+  msg::Header fall_;    // of the last fall; step 0: none
+  std::string fallen_;  // the robot
   std::set<std::string> said_;
   std::vector<std::string> messages_;
   std::vector<std::unique_ptr<Reader>> readers_;

@@ -4,6 +4,7 @@
 
 #include "common/node/dynamics_loop.h"
 #include "common/node/runner.h"
+#include "common/robot/movers.h"
 #include "controller/node.h"
 #include "controller/play.h"
 #include "servers/collision_checker/node.h"
@@ -20,7 +21,7 @@ namespace hrp {
 RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& scenario, const std::string& log) {
   using Clock = std::chrono::steady_clock;
   MemoryBus bus;
-  RunMonitor monitor(bus);
+  RunMonitor monitor(bus, "", list_robots(scenario));
   const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate", "", ""}; };
   SchedulerOptions scheduling;
   scheduling.roles = {"dynamics", "logger"};
@@ -32,7 +33,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   logging.path = log;
   logging.force = options.force;
   logging.durable = options.durable;
-  for (const RobotPlacement& robot : scenario.robots) logging.robots.push_back(robot.name);
+  logging.robots = list_robots(scenario);
   LoggerNode logger(context("logger"), logging);
   DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
   CollisionCheckerNode collision_checker(context("collision_checker"));

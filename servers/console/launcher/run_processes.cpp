@@ -18,6 +18,7 @@
 #include "common/node/node.h"
 #include "common/node/run_token.h"
 #include "common/node/runner.h"
+#include "common/robot/movers.h"
 #include "servers/console/launcher/child_process.h"
 #include "servers/console/launcher/monitor.h"
 #include "servers/console/launcher/remote_server.h"
@@ -85,7 +86,7 @@ std::string get_file_name(const std::string& path) { return path.substr(path.fin
 
 std::string join_robots(const Scenario& scenario) {
   std::string names;
-  for (const RobotPlacement& robot : scenario.robots) names += (names.empty() ? "" : ",") + robot.name;
+  for (const std::string& robot : list_robots(scenario)) names += (names.empty() ? "" : ",") + robot;
   return names;
 }
 
@@ -319,7 +320,7 @@ void ProcessRun::start_all() {
   bus.domain = claim_.domain();
   bus.network_interface = claim_.entry().network;
   bus_ = make_bus(bus);
-  monitor_ = std::make_unique<RunMonitor>(*bus_, claim_.entry().token);
+  monitor_ = std::make_unique<RunMonitor>(*bus_, claim_.entry().token, list_robots(scenario_));
 }
 
 void ProcessRun::start_viewer() {

@@ -8,6 +8,7 @@
 #include <exception>
 #include <filesystem>
 #include <numeric>
+#include <set>
 
 #include "common/base/bit_hash.h"
 #include "common/base/diagnostics.h"
@@ -29,25 +30,37 @@ struct LogEnd {
   uint64_t step = 0;
   double time = 0.0;  // [s]
   unsigned long long hash = 0;
-  std::string fall;  // in words, empty for none
+  std::vector<std::string> falls;  // in words, the first one of each robot
   std::string damage;
 };
+
+std::vector<std::string> find_falls(mcap::Reader* log) {
+  std::set<std::string> events;
+  for (const auto& [id, channel] : log->channels()) {
+    if (topics::find_known_topic(channel.topic) == &topics::kEvents) events.insert(channel.topic);
+  }
+  std::vector<std::string> falls;
+  if (events.empty()) return falls;
+  std::set<uint16_t> fallen;
+  msg::RobotEvent event;
+  log->read_messages(
+      [&](const mcap::Message& message) {
+        decode({message.data, message.size}, &event);
+        if (event.kind() != msg::EVENT_FALL || !fallen.insert(message.channel_id).second) return true;
+        char time[40];
+        std::snprintf(time, sizeof time, "t = %.3f s: ", event.header().time());
+        falls.push_back(make_printable_line(time + event.text()));
+        return fallen.size() < events.size();
+      },
+      events);
+  return falls;
+}
 
 LogEnd find_log_end(const std::string& log) {
   LogEnd end;
   mcap::Reader reader(log);
+  end.falls = find_falls(&reader);
   msg::RobotState state;
-  msg::RobotEvent event;
-  reader.read_messages(
-      [&](const mcap::Message& message) {
-        decode({message.data, message.size}, &event);
-        if (event.kind() != msg::EVENT_FALL) return true;
-        char time[40];
-        std::snprintf(time, sizeof time, "t = %.3f s: ", event.header().time());
-        end.fall = make_printable_line(time + event.text());
-        return false;
-      },
-      {topics::kEvents.name});
   reader.read_messages(
       [&](const mcap::Message& message) {
         decode({message.data, message.size}, &state);
@@ -129,7 +142,7 @@ bool print_log(const std::string& log, bool plot) {
     const LogEnd end = find_log_end(log);
     if (end.any) {
       std::printf("           complete up to step %llu, t = %.3f s\n", static_cast<unsigned long long>(end.step), end.time);
-      if (!end.fall.empty()) std::printf("fall       %s\n", end.fall.c_str());
+      for (const std::string& fall : end.falls) std::printf("fall       %s\n", fall.c_str());
       std::printf("state hash %s\n", format_hash(end.hash).c_str());
     } else {
       std::printf("           holds no step\n");

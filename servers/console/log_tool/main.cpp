@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   add_output(plot, "SVG file");
   plot->add_option("--signal", signals, "a CSV column, or topic:field, such as contact_forces:pairs[0].total.force.z");
   hrp::PictureOptions look;
-  CLI::App* pictures = add("pictures", "pictures of the robot at equal intervals, side by side, as SVG", [&] {
+  CLI::App* pictures = add("pictures", "pictures of the robots at equal intervals, side by side, as SVG", [&] {
     hrp::check_output(file, out, force);
     hrp::write_robot_pictures(file, look, out);
     return 0;
@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   add_output(pictures, "SVG file");
   pictures->add_option("--from", look.from, "simulated time of the first picture [s]");
   pictures->add_option("--to", look.to, "simulated time of the last picture [s]; default: the end");
+  pictures->add_option("--robot", look.robot, "name of the robot that the camera follows; default: the first one");
   pictures->add_option("--count", look.count, "number of pictures")->check(CLI::Range(1, 40));
   pictures->add_option("--azimuth", look.azimuth, "direction of the camera: 0 in front, pi/2 on the robot's left [rad]");
   pictures->add_option("--elevation", look.elevation, "elevation of the camera [rad]");

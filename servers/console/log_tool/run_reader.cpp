@@ -12,6 +12,7 @@
 #include "common/messages/convert_robot.h"
 #include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
+#include "common/robot/movers.h"
 
 namespace hrp {
 namespace {
@@ -35,7 +36,7 @@ class Thinner {
 
 class Pass {
  public:
-  Pass(double rate, RunListener* listener) : steps_(rate), sensors_(rate), commands_(rate), listener_(*listener) {}
+  Pass(double rate, RunListener* listener) : rate_(rate), steps_(rate), listener_(*listener) {}
 
   void take(const std::string& topic, const std::string& type, const mcap::Message& message) {
     listener_.on_message(message);
@@ -43,16 +44,12 @@ class Pass {
     place_ = {message.log_time, message.sequence, static_cast<double>(message.log_time) * 1e-9};
     if (topic == topics::kRobotDescription.name) return take_robot(sample);
     if (!has_robot_) return;
-    if (topic.rfind("rt/", 0) == 0) return listener_.on_picture(topic, find_ros_name(type), sample, place_);
+    if (!topics::find_ros_topic(topic).empty()) return listener_.on_picture(topic, find_ros_name(type), sample, place_);
     if (topic == topics::kRobotState.name) return take_state(sample);
     if (topic == topics::kContactForces.name) return take_forces(sample);
-    if (topic == topics::kSensorData.name && sensors_.take(place_.time)) {
-      decode(sample, &sensor_data_);
-      listener_.on_sensors(sensor_data_, place_);
-    }
-    if (topic == topics::kJointCommands.name && commands_.take(place_.time)) {
-      decode(sample, &joint_commands_);
-      listener_.on_commands(joint_commands_, place_);
+    for (size_t k = 0; k < robots_.size(); ++k) {
+      if (topic == robots_[k].sensors) return take_sensors(k, sample);
+      if (topic == robots_[k].commands) return take_commands(k, sample);
     }
   }
   bool has_robot() const { return has_robot_; }
@@ -65,7 +62,25 @@ class Pass {
     RobotDescription robot;
     from_message(description, &robot);
     has_robot_ = true;
-    listener_.on_robot(robot, parse_scenario(robot.scenario, robot.scenario_path), place_);
+    const Scenario scenario = parse_scenario(robot.scenario, robot.scenario_path);
+    add_robot("");
+    for (const std::string& name : list_robots(scenario)) add_robot(name);
+    listener_.on_robot(robot, scenario, place_);
+  }
+  void add_robot(const std::string& name) {
+    robots_.push_back({topics::of_robot(topics::kSensorData, name).name, topics::of_robot(topics::kJointCommands, name).name,
+                       Thinner(rate_), Thinner(rate_)});
+  }
+
+  void take_sensors(size_t robot, Bytes sample) {
+    if (!robots_[robot].sensors_rate.take(place_.time)) return;
+    decode(sample, &sensor_data_);
+    listener_.on_sensors(robot, sensor_data_, place_);
+  }
+  void take_commands(size_t robot, Bytes sample) {
+    if (!robots_[robot].commands_rate.take(place_.time)) return;
+    decode(sample, &joint_commands_);
+    listener_.on_commands(robot, joint_commands_, place_);
   }
 
   // State and forces of one step come in either order.
@@ -73,7 +88,8 @@ class Pass {
     state_wanted_ = steps_.take(place_.time);
     if (!state_wanted_) return;
     decode_logged(sample, &robot_state_);
-    from_message(robot_state_, &state_);
+    from_message(robot_state_, &run_step_.state);
+    from_message(robot_state_, &run_step_.others);
     step_ = robot_state_.header().step();
     if (forces_step_ == step_ || step_ == 0) hand_out();
   }
@@ -84,18 +100,25 @@ class Pass {
     hand_out();
   }
   void hand_out() {
-    ContactForces forces;
-    if (step_ > 0) from_message(contact_forces_, &forces);
+    run_step_.forces.clear();
+    if (step_ > 0) from_message(contact_forces_, &run_step_.forces);
     state_wanted_ = false;
-    listener_.on_step(state_, forces, place_);
+    listener_.on_step(run_step_, place_);
   }
 
-  Thinner steps_, sensors_, commands_;
+  // Topics of a robot.
+  struct Robot {
+    std::string sensors, commands;
+    Thinner sensors_rate, commands_rate;
+  };
+  double rate_;
+  Thinner steps_;
+  std::vector<Robot> robots_;
   RunListener& listener_;
   LogPlace place_;
   bool has_robot_ = false, state_wanted_ = false;
   uint64_t step_ = 0, forces_step_ = UINT64_MAX;
-  State state_;
+  RunStep run_step_;
   msg::RobotState robot_state_;
   msg::ContactForces contact_forces_;
   msg::SensorData sensor_data_;

@@ -22,15 +22,22 @@ struct LogPlace {
   double time = 0.0;      // [s] simulated
 };
 
+struct RunStep {
+  State state;  // of the first robot
+  ObjectStates others;
+  ContactForces forces;
+};
+
 class RunListener {
  public:
   virtual ~RunListener() = default;
   // Once, before all others.
   virtual void on_robot(const RobotDescription& robot, const Scenario& scenario, const LogPlace& place) = 0;
-  // State and forces of one step; those of step 0 are empty.
-  virtual void on_step(const State& state, const ContactForces& forces, const LogPlace& place) = 0;
-  virtual void on_sensors(const msg::SensorData& sensors, const LogPlace& place) = 0;
-  virtual void on_commands(const msg::JointCommands& commands, const LogPlace& place) = 0;
+  // States and forces of one step; the forces of step 0 are empty.
+  virtual void on_step(const RunStep& step, const LogPlace& place) = 0;
+  // `robot`: 0 is the first one, then the others in the order of the scenario.
+  virtual void on_sensors(size_t robot, const msg::SensorData& sensors, const LogPlace& place) = 0;
+  virtual void on_commands(size_t robot, const msg::JointCommands& commands, const LogPlace& place) = 0;
   // A picture or a scan ("rt/<camera>/image_raw") of this type of ROS 2, as it was sent, whatever the rate.
   virtual void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) {
     (void)topic, (void)type, (void)sample, (void)place;

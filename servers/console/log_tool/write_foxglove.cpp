@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "common/base/shared_files.h"
+#include "common/messages/topics.h"
 #include "common/scene/foxglove.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
@@ -27,24 +28,20 @@ class FoxgloveFile final : public RunListener {
   }
 
   void on_robot(const RobotDescription& robot, const Scenario& scenario, const LogPlace& place) override {
-    tree_ = std::make_unique<FrameTree>(robot.tree);
-    ground_ = make_ground_plane(scenario.ground);
-    scale_ = foxglove::calc_arrow_scale(Model(robot.tree).mass());
-    urdf_ = robot.urdf;
+    scene_ = std::make_unique<foxglove::Scene>(robot, scenario);
     scenario_ = robot.scenario;
     ros_.on_robot(robot, scenario, place);
-    write(fixed_, foxglove::make_transforms(tree_->make_fixed(scenario.sensors), place.time), place);
-    write(robot_, foxglove::make_robot(robot, *tree_, place.time, &notes_), place);
-    write(world_, foxglove::make_world(robot, scenario, *tree_, place.time), place);
+    write(fixed_, scene_->make_fixed_transforms(place.time), place);
+    write(robot_, scene_->make_robots(place.time, &notes_), place);
+    write(world_, scene_->make_world(place.time), place);
   }
-  void on_step(const State& state, const ContactForces& forces, const LogPlace& place) override {
-    tree_->update_moving(state, &frames_);
-    write(moving_, foxglove::make_transforms(frames_, place.time), place);
-    write(contacts_, foxglove::make_contacts(forces, *tree_, ground_, scale_, place.time), place);
-    ros_.on_step(state, forces, place);
+  void on_step(const RunStep& step, const LogPlace& place) override {
+    write(moving_, scene_->make_transforms(step.state, step.others, place.time), place);
+    write(contacts_, scene_->make_contacts(step.forces, place.time), place);
+    ros_.on_step(step, place);
   }
-  void on_sensors(const msg::SensorData& sensors, const LogPlace& place) override { ros_.on_sensors(sensors, place); }
-  void on_commands(const msg::JointCommands& commands, const LogPlace& place) override { ros_.on_commands(commands, place); }
+  void on_sensors(size_t robot, const msg::SensorData& sensors, const LogPlace& place) override { ros_.on_sensors(robot, sensors, place); }
+  void on_commands(size_t robot, const msg::JointCommands& commands, const LogPlace& place) override { ros_.on_commands(robot, commands, place); }
   void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) override {
     ros_.on_picture(topic, type, sample, place);
     has_pictures_ = true;
@@ -58,7 +55,9 @@ class FoxgloveFile final : public RunListener {
     if (writer_.open_chunk_size() > kChunkSize) writer_.write_chunk();
   }
   void add_attachments() {
-    writer_.add_attachment("robot.urdf", "application/xml", urdf_);
+    for (const Mover& robot : scene_->robots()) {
+      writer_.add_attachment(robot.name.empty() ? "robot.urdf" : robot.name + ".urdf", "application/xml", robot.robot.urdf);
+    }
     writer_.add_attachment("scenario.yaml", "application/yaml", scenario_);
   }
   const std::vector<std::string>& notes() const { return notes_; }
@@ -69,7 +68,7 @@ class FoxgloveFile final : public RunListener {
     std::map<uint16_t, uint16_t> schemas;
     for (const auto& [id, schema] : log.schemas()) schemas[id] = writer_.add_schema(schema.name, schema.encoding, schema.text);
     for (const auto& [id, channel] : log.channels()) {
-      if (channel.topic.rfind("rt/", 0) == 0) continue;
+      if (!topics::find_ros_topic(channel.topic).empty()) continue;
       channels_[id] = writer_.add_channel(channel.topic, schemas.at(channel.schema_id), channel.message_encoding);
     }
   }
@@ -88,12 +87,9 @@ class FoxgloveFile final : public RunListener {
   RosTopics ros_;
   std::map<uint16_t, uint16_t> channels_;  // of the log -> of the file
   uint16_t fixed_, moving_, robot_, world_, contacts_;
-  std::unique_ptr<FrameTree> tree_;
-  GroundPlane ground_;
-  double scale_ = 0.0;  // [m/N]
-  std::vector<NamedTransform> frames_;
+  std::unique_ptr<foxglove::Scene> scene_;
   bool has_pictures_ = false;
-  std::string urdf_, scenario_;
+  std::string scenario_;
   std::vector<std::string> notes_;
 };
 

@@ -6,37 +6,31 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "common/base/diagnostics.h"
-#include "common/messages/cdr.h"
+#include "common/messages/picture.h"
 #include "common/robot/image_file.h"
-#include "hrp_idl/ros_views.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
 
 namespace hrp {
 namespace {
 
-using Image = ::sensor_msgs::msg::dds_::Image_;
-
 constexpr double kSameTime = 1e-6;  // [s]
 
 // Millimetres, as 16UC1 of ROS has them: 0 where nothing is seen, at most 65.535 m.
-std::vector<uint16_t> make_millimetres(const Image& image) {
+std::vector<uint16_t> make_millimetres(const std::string& depths) {
   std::vector<uint16_t> values;
-  for (size_t at = 0; at + sizeof(float) <= image.data().size(); at += sizeof(float)) {
+  for (size_t at = 0; at + sizeof(float) <= depths.size(); at += sizeof(float)) {
     float depth = 0.0f;
-    std::memcpy(&depth, &image.data()[at], sizeof depth);
-    values.push_back(std::isfinite(depth) ? static_cast<uint16_t>(std::lround(std::min(65535.0f, 1000.0f * depth))) : 0);
+    std::memcpy(&depth, &depths[at], sizeof depth);
+    values.push_back(std::isfinite(depth) ? static_cast<uint16_t>(std::lround(std::clamp(1000.0f * depth, 0.0f, 65535.0f))) : 0);
   }
   return values;
 }
 
-void write(const Image& image, const std::string& out) {
-  const int width = static_cast<int>(image.width()), height = static_cast<int>(image.height());
-  const size_t pixels = static_cast<size_t>(image.width()) * image.height();
-  if (image.encoding() == "rgb8" && image.data().size() == 3 * pixels) return write_color_png(out, width, height, image.data());
-  if (image.encoding() == "32FC1" && image.data().size() == 4 * pixels) return write_grey_png(out, width, height, make_millimetres(image));
-  throw std::runtime_error("an image of encoding '" + image.encoding() + "' and " + std::to_string(image.data().size()) + " bytes");
+void write(const Picture& picture, const std::string& out) {
+  const int width = static_cast<int>(picture.width), height = static_cast<int>(picture.height);
+  if (picture.kind == Picture::Kind::kDepth) return write_grey_png(out, width, height, make_millimetres(picture.pixels));
+  write_color_png(out, width, height, {picture.pixels.begin(), picture.pixels.end()});
 }
 
 }  // namespace
@@ -50,10 +44,9 @@ int write_image(const ImageOptions& options) {
       [&](const mcap::Message& message) {
         const double time = static_cast<double>(message.log_time) * 1e-9;
         if (time < options.at - kSameTime) return true;
-        Image image;
-        decode(get_bytes(message), &image);
-        write(image, options.out);
-        std::printf("%s: %s at %.9g s, %u x %u\n", options.out.c_str(), topic.topic.c_str(), time, image.width(), image.height());
+        const Picture picture = read_picture(get_bytes(message));
+        write(picture, options.out);
+        std::printf("%s: %s at %.9g s, %u x %u\n", options.out.c_str(), topic.topic.c_str(), time, picture.width, picture.height);
         found = true;
         return false;
       },

@@ -27,16 +27,16 @@ class BagFileListener final : public RunListener {
     ros_.on_robot(robot, scenario, place);
     take(place);
   }
-  void on_step(const State& state, const ContactForces& forces, const LogPlace& place) override {
-    ros_.on_step(state, forces, place);
+  void on_step(const RunStep& step, const LogPlace& place) override {
+    ros_.on_step(step, place);
     take(place);
   }
-  void on_sensors(const msg::SensorData& sensors, const LogPlace& place) override {
-    ros_.on_sensors(sensors, place);
+  void on_sensors(size_t robot, const msg::SensorData& sensors, const LogPlace& place) override {
+    ros_.on_sensors(robot, sensors, place);
     take(place);
   }
-  void on_commands(const msg::JointCommands& commands, const LogPlace& place) override {
-    ros_.on_commands(commands, place);
+  void on_commands(size_t robot, const msg::JointCommands& commands, const LogPlace& place) override {
+    ros_.on_commands(robot, commands, place);
     take(place);
   }
   void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) override {

@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
   std::string text;
   bool only_print = false;
   CLI::App* pub = app.add_subcommand("pub", "send one message to hrp-controller-ros, as ros2 topic pub --once does");
-  pub->add_option("TOPIC", name, "joint_trajectory or position_commands")->required();
+  pub->add_option("TOPIC", name, "joint_trajectory or position_commands; of another robot, such as partner/joint_trajectory")->required();
   pub->add_option("MESSAGE", text, "fields and values in YAML or JSON; other fields are zero or empty")->required();
   pub->add_flag("--print", only_print, "print the message as JSON and send nothing");
   for (CLI::App* command : {list, show, hz, type, pub}) command->fallthrough();

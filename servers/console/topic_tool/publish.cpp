@@ -16,9 +16,15 @@ constexpr auto kDiscovery = std::chrono::milliseconds(300);
 // For what was lost on the way to be sent again.
 constexpr auto kDelivery = std::chrono::milliseconds(200);
 
-const TopicSpec& find_command_topic(const std::string& name) {
+// "joint_trajectory", "/joint_trajectory", "rt/joint_trajectory"; of a robot "partner/joint_trajectory", likewise.
+TopicSpec find_command_topic(const std::string& name) {
+  std::string plain = name.rfind("/", 0) == 0 ? name.substr(1) : name;
+  if (const std::string ros = topics::find_ros_topic(plain); !ros.empty()) plain = ros.substr(1);
+  const size_t slash = plain.find('/');
+  const std::string robot = slash == std::string::npos ? "" : plain.substr(0, slash);
   for (const TopicSpec* topic : {&topics::kRosJointTrajectory, &topics::kRosPositionCommands}) {
-    if (!topics::find_meant_topics(name, {topic->name}).empty()) return *topic;
+    const TopicSpec found = topics::of_robot(*topic, robot);
+    if (topics::find_ros_topic(found.name) == "/" + plain) return found;
   }
   throw std::runtime_error("nothing can be sent on '" + name + "'; topics for commands: " + topics::kRosJointTrajectory.name + ", " +
                            topics::kRosPositionCommands.name);
@@ -34,7 +40,7 @@ Bytes get_bytes(const std::vector<uint8_t>& sample) { return {sample.data(), sam
 }  // namespace
 
 CommandSample make_command_sample(const std::string& topic, const std::string& text) {
-  const TopicSpec& spec = find_command_topic(topic);
+  const TopicSpec spec = find_command_topic(topic);
   return {spec, encode_text(*get_schema().find_struct(spec.type_name), text)};
 }
 

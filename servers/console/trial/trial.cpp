@@ -26,19 +26,16 @@ double calc_heading(const State& state) {
 
 Trial::Trial(const Scenario& scenario, const ControllerMaker& make_controller)
     : robot_(load_robot(scenario)), scenario_(adopt_loops(adopt_world(scenario, robot_.scenario), robot_.scenario)), world_(robot_, scenario_),
-      engine_(std::make_unique<SimulatorEngine>(robot_, scenario_)), controlled_(make_robot(robot_, scenario_)),
-      controller_(make_controller(controlled_)) {
-  for (const Mover& mover : make_movers(robot_, scenario_)) {
-    if (!mover.is_robot) continue;
+      engine_(std::make_unique<SimulatorEngine>(robot_, scenario_)) {
+  for (const Mover& mover : make_robots(robot_, scenario_)) {
     const Robot robot = make_robot(mover.robot, mover.scenario);
-    others_.push_back({robot, make_scenario_controller(robot)});
+    drivers_.push_back({robot, mover.name.empty() ? make_controller(robot) : make_scenario_controller(robot)});
   }
   start_controllers();
 }
 
 void Trial::start_controllers() {
-  controller_->start(controlled_);
-  for (Driver& other : others_) other.controller->start(other.robot);
+  for (Driver& driver : drivers_) driver.controller->start(driver.robot);
 }
 
 void Trial::reset() {
@@ -57,16 +54,15 @@ bool Trial::reset_to(const State& state) {
 }
 
 TrialState Trial::save() const {
-  TrialState state{engine_->simulator(), engine_->other_bodies(), controller_->clone(), {}, command_, step_};
-  for (const Driver& other : others_) state.other_controllers.push_back(other.controller->clone());
+  TrialState state{engine_->simulator(), engine_->other_bodies(), {}, command_, step_};
+  for (const Driver& driver : drivers_) state.controllers.push_back(driver.controller->clone());
   return state;
 }
 
 void Trial::restore(const TrialState& kept) {
   engine_->restore(kept.simulator, kept.others);
-  if (kept.controller) controller_ = kept.controller->clone();
-  for (size_t k = 0; k < kept.other_controllers.size(); ++k) {
-    if (kept.other_controllers[k]) others_[k].controller = kept.other_controllers[k]->clone();
+  for (size_t k = 0; k < kept.controllers.size(); ++k) {
+    if (kept.controllers[k]) drivers_[k].controller = kept.controllers[k]->clone();
   }
   command_ = kept.command;
   step_ = kept.step;
@@ -84,9 +80,9 @@ SensorData Trial::make_sensors(const SensorSample& sample) const {
 void Trial::ask_controllers() {
   SensorData sensors = make_sensors(engine_->sensors());
   if (tamper) tamper(&sensors);
-  command_ = controller_->control(sensors, controlled_);
-  for (size_t k = 0; k < others_.size(); ++k) {
-    engine_->command_other(k, others_[k].controller->control(make_sensors(engine_->other_sensors(k)), others_[k].robot));
+  command_ = drivers_[0].controller->control(sensors, drivers_[0].robot);
+  for (size_t k = 1; k < drivers_.size(); ++k) {
+    engine_->command_other(k - 1, drivers_[k].controller->control(make_sensors(engine_->other_sensors(k - 1)), drivers_[k].robot));
   }
 }
 

@@ -31,8 +31,7 @@ struct TrialResult {
 struct TrialState {
   Simulator simulator;
   OtherBodies others;
-  std::shared_ptr<const Controller> controller;  // none: it cannot be copied
-  std::vector<std::shared_ptr<const Controller>> other_controllers;  // of the other robots, likewise
+  std::vector<std::shared_ptr<const Controller>> controllers;  // one a robot; none: it cannot be copied
   JointCommand command;
   long step = 0;
 };
@@ -63,7 +62,7 @@ class Trial {
   // Why step() was false; empty before.
   const std::string& fault() const { return fault_; }
   // As the controller is told; does not change.
-  const Robot& controlled() const { return controlled_; }
+  const Robot& controlled() const { return drivers_[0].robot; }
   double time() const { return static_cast<double>(step_) * scenario_.time_step; }
   const DynamicsEngine& engine() const { return *engine_; }
   const JointCommand& command() const { return command_; }
@@ -83,9 +82,7 @@ class Trial {
   Scenario scenario_;  // as given, with the loops of the robot's description
   CollisionWorld world_;
   std::unique_ptr<SimulatorEngine> engine_;
-  Robot controlled_;
-  std::unique_ptr<Controller> controller_;
-  std::vector<Driver> others_;  // of the other robots
+  std::vector<Driver> drivers_;  // one a robot, the first one before the scenario's others
   JointCommand command_;
   long step_ = 0;
   std::string fault_;

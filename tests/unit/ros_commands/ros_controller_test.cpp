@@ -501,6 +501,32 @@ TEST_F(RosNode, SaysWhatItRefusesAndGoesOn) {
   EXPECT_EQ(node_.outcome(), NodeOutcome::kRunning);
 }
 
+TEST(RosNodeOfAnotherRobot, FollowsTheTopicsOfItsNamespace) {
+  MemoryBus bus;
+  NodeContext context{&bus, "controller.partner", "hrp-controller-ros", ""};
+  context.robot = "partner";
+  RosControllerNode node(context);
+  node.make_endpoints();
+  std::string said;
+  const auto status = subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable, [&](const msg::ServerStatus& m) { said = m.message(); });
+  msg::RobotDescription description;
+  to_message(make_description(), &description);
+  Publisher<msg::RobotDescription>(bus, topics::of_robot(topics::kRobotDescription, "partner")).publish(description);
+  RosJointTrajectory message = make_good_message();
+  message.joint_names()[0] = "hop";
+  Publisher<RosJointTrajectory> first(bus, topics::kRosJointTrajectory), its(bus, topics::of_robot(topics::kRosJointTrajectory, "partner"));
+  const auto tell = [&](Publisher<RosJointTrajectory>* publisher) {
+    publisher->publish(message);
+    bus.dispatch_all();
+    node.on_idle(std::chrono::steady_clock::now());
+    bus.dispatch_all();
+  };
+  tell(&first);
+  EXPECT_EQ(said, "") << "that of the first robot";
+  tell(&its);
+  EXPECT_THAT(said, testing::HasSubstr("rt/partner/joint_trajectory: error: joint_names[0]: 'hop'"));
+}
+
 TEST_F(RosNode, BytesThatAreNoMessageEndNoRun) {
   describe();
   ask(0);

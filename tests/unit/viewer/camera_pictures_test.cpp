@@ -41,9 +41,9 @@ Image make_image(const std::string& encoding, uint32_t width, uint32_t height, u
   return image;
 }
 
-PagePicture read(const Image& image) {
+Picture read(const Image& image) {
   std::vector<char> buffer;
-  return read_picture(encode(image, &buffer));
+  return read_picture(encode(image, &buffer), kMostPagePixels);
 }
 
 std::string find_error(const Image& image) {
@@ -55,14 +55,14 @@ std::string find_error(const Image& image) {
   return "";
 }
 
-std::vector<float> get_depths(const PagePicture& picture) {
+std::vector<float> get_depths(const Picture& picture) {
   std::vector<float> depths(picture.pixels.size() / sizeof(float));
   std::memcpy(depths.data(), picture.pixels.data(), picture.pixels.size());
   return depths;
 }
 
 TEST(Pictures, OfColorAreRedGreenBlueWithoutTheGapsBetweenRows) {
-  const PagePicture rgb = read(make_image("rgb8", 2, 2, 8, {1, 2, 3, 4, 5, 6, 99, 99, 7, 8, 9, 10, 11, 12, 99, 99}));
+  const Picture rgb = read(make_image("rgb8", 2, 2, 8, {1, 2, 3, 4, 5, 6, 99, 99, 7, 8, 9, 10, 11, 12, 99, 99}));
   EXPECT_EQ(rgb.pixels, std::string("\1\2\3\4\5\6\7\10\11\12\13\14", 12));
   EXPECT_EQ(rgb.time, 2.5);
   EXPECT_EQ(read(make_image("bgr8", 1, 1, 3, {3, 2, 1})).pixels, "\1\2\3");
@@ -74,8 +74,8 @@ TEST(Pictures, OfDepthAreMetres) {
   std::vector<uint8_t> bytes(8);
   const float depths[] = {1.25f, std::numeric_limits<float>::infinity()};
   std::memcpy(bytes.data(), depths, 8);
-  const PagePicture picture = read(make_image("32FC1", 2, 1, 8, bytes));
-  EXPECT_EQ(picture.kind, PagePicture::Kind::kDepth);
+  const Picture picture = read(make_image("32FC1", 2, 1, 8, bytes));
+  EXPECT_EQ(picture.kind, Picture::Kind::kDepth);
   EXPECT_THAT(get_depths(picture), ElementsAre(1.25f, std::numeric_limits<float>::infinity()));
   // 2 x 256 + 88 = 600 mm, and nothing in sight.
   EXPECT_THAT(get_depths(read(make_image("16UC1", 2, 1, 4, {88, 2, 0, 0}))), ElementsAre(0.6f, std::numeric_limits<float>::infinity()));
@@ -106,7 +106,7 @@ TEST(Pictures, OfAnyBytesAreReadOrRefused) {
     std::vector<uint8_t> bytes(whole.data, whole.data + whole.size);
     for (int k = 0; k < 3; ++k) bytes[random() % 64] = static_cast<uint8_t>(random());
     try {
-      const PagePicture picture = read_picture({bytes.data(), bytes.size()});
+      const Picture picture = read_picture({bytes.data(), bytes.size()});
       EXPECT_LE(picture.pixels.size(), 4u * 96u);
     } catch (const PictureError&) {
     }
@@ -116,7 +116,7 @@ TEST(Pictures, OfAnyBytesAreReadOrRefused) {
 TEST(Pictures, ThatAreLargeAreThinned) {
   std::vector<uint8_t> data(1300 * 900);
   for (size_t i = 0; i < data.size(); ++i) data[i] = static_cast<uint8_t>(i % 1300 % 256);
-  const PagePicture picture = read(make_image("mono8", 1300, 900, 1300, data));
+  const Picture picture = read(make_image("mono8", 1300, 900, 1300, data));
   EXPECT_EQ(picture.stride, 2u) << "650 x 450 is no more than 640 x 480";
   EXPECT_EQ(picture.width, 650u);
   EXPECT_EQ(picture.height, 450u);
@@ -154,7 +154,7 @@ std::string find_error(const PointCloud& scan) {
 TEST(Scans, AreThePointsThatWereSeen) {
   const float nan = std::nanf("");
   std::vector<char> buffer;
-  const PagePicture picture = read_scan(encode(make_scan({1, 2, 3, nan, nan, nan, 4, 5, 6}, 3), &buffer));
+  const Picture picture = read_scan(encode(make_scan({1, 2, 3, nan, nan, nan, 4, 5, 6}, 3), &buffer));
   EXPECT_EQ(picture.width, 2u);
   EXPECT_THAT(get_depths(picture), ElementsAre(1, 2, 3, 4, 5, 6));
 }

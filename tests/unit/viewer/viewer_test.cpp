@@ -10,6 +10,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/messages/cdr.h"
+#include "common/robot/signals.h"
 #include "hrp_idl/dynamics.h"
 #include "servers/viewer/access.h"
 #include "servers/viewer/recording.h"
@@ -74,6 +75,16 @@ TEST_F(ContactSignals, PlaceTheZmpOnObstaclesAtTheHeightOfTheirPointsWhereThereI
   // 30 N forward act at height 0: half a metre above it the line of action is 0.5 x 30 / 450 further on.
   EXPECT_NEAR(zmp.find(encode(forces_, &buffer_)), -15.0 / 450.0 + 0.5 * 30.0 / 450.0, 1e-15);
   EXPECT_TRUE(std::isnan(find("zmp.x"))) << "nothing touches the plane";
+}
+
+TEST_F(ContactSignals, PlaceTheZmpOfEachRobotWithItsOwnForces) {
+  for (const auto& pair : {make_pair("partner/left", 100, 2.0), make_pair("partner/right", 100, 3.0)}) {
+    forces_.pairs().push_back(pair);
+    forces_.pairs().back().body_a(kFirstObject);
+  }
+  EXPECT_EQ(find("partner/zmp.x"), 2.5);
+  EXPECT_NEAR(find("zmp.x"), -15.0 / 450.0, 1e-15);
+  EXPECT_TRUE(std::isnan(find("walker/zmp.x")));
 }
 
 TEST_F(ContactSignals, SayWhatIsWrongWithAPath) {

@@ -45,14 +45,15 @@ export function makeGround(ground) {
   return { present: ground.present, normal: [sp * cr, -sr, cp * cr], point: [0, 0, ground.height] };
 }
 
-// Without a plane, robots stand on obstacles.
-const isGround = (pair, plane) => pair.body_a < firstObject && (plane.present ? pair.body_b === ground : pair.body_b < 0);
+// Whether a pair presses on this robot; "" is the first one. Without a plane, robots stand on obstacles.
+const isGround = (pair, plane, robot) =>
+  (robot ? pair.name_a.startsWith(`${robot}/`) : pair.body_a < firstObject) && (plane.present ? pair.body_b === ground : pair.body_b < 0);
 
 // A point of the plane; of the level one at the height of the contact points, weighed by their forces, where there is none.
-function findPoint(contactForces, plane) {
+function findPoint(contactForces, plane, robot) {
   if (plane.present) return plane.point;
   let [sum, weight] = [0, 0];
-  for (const pair of contactForces.pairs.filter((each) => isGround(each, plane))) {
+  for (const pair of contactForces.pairs.filter((each) => isGround(each, plane, robot))) {
     for (const point of pair.points) {
       const size = norm(toVector(point.total));
       sum += size * toNumber(point.p_WC.z);
@@ -63,12 +64,12 @@ function findPoint(contactForces, plane) {
 }
 
 // Where the forces of the ground have no moment but about its normal; null when nothing presses.
-export function calcZmp(contactForces, plane) {
-  const origin = findPoint(contactForces, plane);
+export function calcZmp(contactForces, plane, robot = "") {
+  const origin = findPoint(contactForces, plane, robot);
   let force = [0, 0, 0];
   let moment = [0, 0, 0];  // about it
   for (const pair of contactForces.pairs) {
-    if (!isGround(pair, plane)) continue;
+    if (!isGround(pair, plane, robot)) continue;
     const f = toVector(pair.total.force);
     force = add(force, f);
     moment = add(moment, add(toVector(pair.total.moment), cross(sub(toVector(pair.reference), origin), f)));
@@ -79,10 +80,10 @@ export function calcZmp(contactForces, plane) {
 }
 
 // Convex hull, seen from above, of the points where the robot touches the ground (Andrew's monotone chain).
-export function calcSupportPolygon(contactForces, plane) {
+export function calcSupportPolygon(contactForces, plane, robot = "") {
   const points = [];
   for (const pair of contactForces.pairs) {
-    if (!isGround(pair, plane)) continue;
+    if (!isGround(pair, plane, robot)) continue;
     for (const point of pair.points) points.push(toVector(point.p_WC));
   }
   points.sort((a, b) => a[0] - b[0] || a[1] - b[1]);

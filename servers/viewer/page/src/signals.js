@@ -55,11 +55,13 @@ class Lister {
   }
 }
 
-export function listSignals(topic, typeName, sample, types, joints) {
+export function listSignals(topic, typeName, sample, types, joints, robots = []) {
   const lister = new Lister(topic, typeName, types, joints);
   if (typeName === "hrp::msg::ContactForces") {
-    lister.add("zmp.x", "ZMP x", "m");
-    lister.add("zmp.y", "ZMP y", "m");
+    for (const robot of ["", ...robots]) {
+      lister.add(robot ? `${robot}/zmp.x` : "zmp.x", robot ? `${robot} ZMP x` : "ZMP x", "m");
+      lister.add(robot ? `${robot}/zmp.y` : "zmp.y", robot ? `${robot} ZMP y` : "ZMP y", "m");
+    }
   }
   lister.list(typeName, sample, "", "");
   return lister.found;
@@ -69,7 +71,7 @@ export function listSignals(topic, typeName, sample, types, joints) {
 export function makeLabel(id) {
   const path = id.slice(id.indexOf(":") + 1);
   const named = path.match(/^(\w+)\[([^\]]+)\]\.?(.*)$/);
-  if (!named) return path.replace(/[._]/g, " ").replace("zmp", "ZMP");
+  if (!named) return path.replace(/[._/]/g, " ").replace("zmp", "ZMP");
   const [, field, name, rest] = named;
   return rest ? `${name} ${rest.replace(/[._]/g, " ")}` : `${name} ${field.replace(/s$/, "")}`;
 }

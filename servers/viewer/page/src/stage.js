@@ -36,7 +36,8 @@ export class Stage {
     this.largestForce = 0;  // [N] seen so far: scales the arrows
     this.forceScale = 0;    // [N] that one metre of arrow stands for
     this.feet = [];
-    this.zmp = null;
+    this.zmps = [];   // one a robot, null where nothing presses
+    this.marks = [];  // likewise
     this.dirty = true;
     this.frameCount = 0;
     this.world = new THREE.Scene();
@@ -46,7 +47,6 @@ export class Stage {
     this.addLights();
     this.arrows = new ArrowPool(this.world);
     this.scans = new Scans(this.world);
-    this.addMarks();
     try {
       this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawsInSoftware(), alpha: true });
     } catch (error) {
@@ -70,16 +70,20 @@ export class Stage {
     this.world.add(this.groundGroup);
   }
 
-  addMarks() {
-    this.polygonFill = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.3, side: THREE.DoubleSide, depthWrite: false }));
-    this.polygonEdge = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({}));
-    this.zmpMark = new THREE.Mesh(new THREE.SphereGeometry(1, 20, 12), new THREE.MeshBasicMaterial({}));
+  // Of one robot: its support polygon and ZMP.
+  makeMarks() {
+    const marks = {
+      fill: new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.3, side: THREE.DoubleSide, depthWrite: false })),
+      edge: new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({})),
+      zmp: new THREE.Mesh(new THREE.SphereGeometry(1, 20, 12), new THREE.MeshBasicMaterial({})),
+    };
     // Marks on the ground are seen through feet: they are what one looks for.
-    for (const mark of [this.polygonEdge, this.zmpMark]) {
+    for (const mark of [marks.edge, marks.zmp]) {
       mark.material.depthTest = false;
       mark.renderOrder = 2;
     }
-    this.world.add(this.polygonFill, this.polygonEdge, this.zmpMark);
+    this.world.add(marks.fill, marks.edge, marks.zmp);
+    return marks;
   }
 
   color(name) {
@@ -215,10 +219,10 @@ export class Stage {
   calcForces(topics) {
     const scene = this.scenes[0];
     const contacts = topics["hrp/contact_forces"];
-    this.zmp = null;
+    this.zmps = [];
     if (contacts) {
       this.feet = sumFeet(contacts, [...scene.feet, ...(scene.robots ?? []).flatMap((robot) => robot.feet)]);
-      this.zmp = calcZmp(contacts, this.plane);
+      this.zmps = this.listRobots().map((robot) => calcZmp(contacts, this.plane, robot));
     } else {
       this.feet = this.readWrenches(topics["hrp/sensor_data"]);
     }
@@ -309,25 +313,35 @@ export class Stage {
 
   drawGroundMarks() {
     const contacts = this.frames[0]?.["hrp/contact_forces"];
-    const hull = this.layers.polygon && contacts ? calcSupportPolygon(contacts, this.plane) : [];
-    this.hull = hull;
-    this.polygonFill.visible = this.polygonEdge.visible = hull.length >= 3;
+    const robots = this.listRobots();
+    this.hulls = robots.map((robot) => (this.layers.polygon && contacts ? calcSupportPolygon(contacts, this.plane, robot) : []));
+    while (this.marks.length < robots.length) this.marks.push(this.makeMarks());
+    this.marks.forEach((marks, i) => this.drawMarks(marks, this.hulls[i] ?? [], this.zmps[i] ?? null));
+  }
+
+  // Names of the robots of the scene; the first one has none.
+  listRobots() {
+    return ["", ...(this.scenes[0]?.robots ?? []).map((robot) => robot.name)];
+  }
+
+  drawMarks(marks, hull, zmp) {
+    marks.fill.visible = marks.edge.visible = hull.length >= 3;
     if (hull.length >= 3) {
       // A little above the floor, so that the two do not flicker.
       const points = hull.map(([x, y, z]) => new THREE.Vector3(x, y, z + 0.002));
       const corners = [];
       for (let i = 1; i + 1 < points.length; ++i) corners.push(points[0], points[i], points[i + 1]);
-      this.polygonFill.geometry.dispose();
-      this.polygonFill.geometry = new THREE.BufferGeometry().setFromPoints(corners);
-      this.polygonEdge.geometry.dispose();
-      this.polygonEdge.geometry = new THREE.BufferGeometry().setFromPoints(points);
-      this.polygonFill.material.color.set(this.color("polygon"));
-      this.polygonEdge.material.color.set(this.color("polygon"));
+      marks.fill.geometry.dispose();
+      marks.fill.geometry = new THREE.BufferGeometry().setFromPoints(corners);
+      marks.edge.geometry.dispose();
+      marks.edge.geometry = new THREE.BufferGeometry().setFromPoints(points);
+      marks.fill.material.color.set(this.color("polygon"));
+      marks.edge.material.color.set(this.color("polygon"));
     }
-    this.zmpMark.visible = this.layers.zmp && this.zmp !== null;
-    if (this.zmp) this.zmpMark.position.set(...this.zmp);
-    this.zmpMark.scale.setScalar((this.reach ?? 1) * 0.016);
-    this.zmpMark.material.color.set(this.color("zmp"));
+    marks.zmp.visible = this.layers.zmp && zmp !== null;
+    if (zmp) marks.zmp.position.set(...zmp);
+    marks.zmp.scale.setScalar((this.reach ?? 1) * 0.016);
+    marks.zmp.material.color.set(this.color("zmp"));
   }
 
   // Draws when something has changed.
@@ -376,8 +390,10 @@ export class Stage {
       arrows: this.drawn ?? [],
       forceScale: this.forceScale,
       obstacles: (this.groundScene?.obstacles ?? []).map(({ name, shape, triangles }) => ({ name, shape, triangles: (triangles?.length ?? 0) / 3 })),
-      polygon: this.hull ?? [],
-      zmp: this.zmp,
+      polygon: this.hulls?.[0] ?? [],
+      zmp: this.zmps[0] ?? null,
+      otherPolygons: (this.hulls ?? []).slice(1),
+      otherZmps: this.zmps.slice(1),
       frames: this.frameCount,
     };
   }

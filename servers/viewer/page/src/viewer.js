@@ -310,7 +310,7 @@ class Page {
       row.className = foot.touching ? "" : "air";
       row.dataset.foot = foot.name;
     });
-    const zmp = this.stage.zmp;
+    const zmp = this.stage.zmps[0] ?? null;
     $("zmp").textContent = zmp ? `${zmp[0].toFixed(4)}, ${zmp[1].toFixed(4)}` : "–";
     const step = topics["hrp/contact_forces"]?.header.step;
     $("forces-step").textContent = step === undefined ? "" : `· forces of step ${step}`;
@@ -333,8 +333,9 @@ class Page {
   // All signals that there are, of all topics of which a sample is known.
   findSignals() {
     const joints = this.scenes[0]?.joints ?? [];
+    const robots = (this.scenes[0]?.robots ?? []).map((robot) => robot.name);
     const found = [];
-    for (const [topic, sample] of Object.entries(this.latest)) found.push(...listSignals(topic, this.topics[topic] ?? "", sample, this.types, joints));
+    for (const [topic, sample] of Object.entries(this.latest)) found.push(...listSignals(topic, this.topics[topic] ?? "", sample, this.types, joints, robots));
     for (const signal of found) this.units.set(signal.id, signal.unit);
     return found;
   }
