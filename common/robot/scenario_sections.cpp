@@ -159,6 +159,10 @@ void read_placement(YamlMap& map, RobotPlacement* robot) {
   if (!is_topic_word(robot->name)) {
     map.error("", "'" + robot->name + "' is no name of a robot, expected a letter, then letters, digits and underscores");
   }
+  // Its topics are rt/<robot>/...; these are there already.
+  for (const char* topic : {"imu", "wrench"}) {
+    if (robot->name == topic) map.error("", "'" + robot->name + "' begins the topics of sensors, expected another name");
+  }
   map.require("scenario", "the scenario file of this robot");
   map.text("scenario", &robot->scenario);
   map.vector3("position", &robot->position, Bound::kAny, "m");

@@ -144,6 +144,7 @@ TEST_F(Robots, ThatDoNotGoTogetherAreRefusedWithFileAndLine) {
   EXPECT_THAT(find_refusal(kBox + kFree + "robots: {partner: {scenario: nowhere.yaml}}\n"), HasSubstr("there is no file"));
   EXPECT_THAT(find_refusal(kBox + kFree + "robots: {partner: {position: [0, 0, 0]}}\n"), HasSubstr("the scenario file of this robot"));
   EXPECT_THAT(find_refusal(kBox + kFree + "robots: {a/b: {scenario: world.yaml}}\n"), HasSubstr("'a/b' is no name of a robot"));
+  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {imu: {scenario: world.yaml}}\n"), HasSubstr("'imu' begins the topics of sensors"));
   EXPECT_THAT(find_refusal(kBox + kFree + "robots: {box: {scenario: " + write("other.yaml", kBox + kFree) + "}}\n"), HasSubstr("has this name, too"));
   EXPECT_THAT(find_refusal(kBox + kFree + "contact: {model: impulse}\nrobots: {a: {scenario: world.yaml}}\n"), HasSubstr("do not go with"));
 }
