@@ -179,9 +179,11 @@ double LeggedFitter::calc_memory(size_t c, std::vector<double> r) const {
 }
 
 void LeggedFitter::update_weights(const LeggedFit& so_far) {
+  if (!so_far.x.allFinite()) return;
   for (size_t c = 0; c < channels().size(); ++c) update_row_weights(c, calc_residuals(so_far, c));
   update_moments();
   const LeggedFit fit = this->fit(so_far.effects);
+  if (!fit.x.allFinite()) return;
   for (size_t c = 0; c < channels().size(); ++c) {
     memory_[c] = calc_memory(c, calc_residuals(fit, c));
     weight_[c] = 1 / (memory_[c] * (fit.mean_square[0][c] + floor(c)));

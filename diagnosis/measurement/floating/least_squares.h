@@ -45,7 +45,8 @@ class LeggedFitter {
 
   // Whether rows in which even and odd samples differ by more than noise, at impacts, count in full.
   void count_impacts(bool in_full) { impacts_ = in_full; }
-  // Weights from what a fit leaves, for the fits to come.
+  // Weights from what a fit leaves, for the fits to come. Where the fit is not finite, or would not be with new weights of
+  // rows, the weights of equations stay.
   void update_weights(const LeggedFit& fit);
   // Fits; not finite where the effects cannot be told apart at all.
   LeggedFit fit(const std::vector<Candidate>& effects) const;

@@ -199,8 +199,22 @@ class Searcher {
     for (int round = 0; round < kSettle; ++round) {
       fitter_.update_weights(chosen_);
       chosen_ = fit(chosen_.effects);
+      if (!chosen_.x.allFinite()) return settle(ban_untold());
     }
     out_.nominal = fitter_.fit({});
+  }
+
+  // Bans effects with a column that is noise alone by the weights of now, and returns the others. Rough rows, where columns
+  // are noisiest, gain weight as soon as their mismatch is explained.
+  std::vector<Candidate> ban_untold() {
+    std::vector<Candidate> told;
+    for (const Candidate& c : chosen_.effects) {
+      const bool tells = fitter_.fit({c}).x.allFinite();
+      if (!tells && say_) say_("noise alone tells: " + tell(c));
+      (tells ? told : banned_).push_back(c);
+    }
+    if (told.size() == chosen_.effects.size()) banned_.push_back(told.back()), told.pop_back();
+    return told;
   }
 
   bool add() { return add_best(try_all(chosen_), kShare) || add_best(try_lasting(), kHalf); }

@@ -20,7 +20,9 @@
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
+#include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/tracks.h"
 #include "diagnosis/many_drives/joint_torques.h"
@@ -363,6 +365,59 @@ TEST(LeggedFit, AnEffectBelowAnOverstatedNoiseStillGains) {
   EXPECT_NEAR(with.x(0), 3, 0.4);  // four errors of 2 / sqrt(600)
   // 600 log((9 + 64) / 64) over all rows is 79; half of them are fitted. Chance alone gains 1.
   EXPECT_GT(fitter.calc_gain(Part::kTrain, none, with) + fitter.calc_gain(Part::kHeld, none, with), 40);
+}
+
+// One joint's rows, calm and rough. The first column explains large errors of the rough rows. The second explains small
+// ones of the calm rows; in rough rows its halves oppose each other.
+std::vector<ChannelRows> make_calm_and_rough() {
+  std::mt19937 random(13);
+  std::normal_distribution<double> normal;
+  RowTable even(2), odd(2);
+  for (RowTable* half : {&even, &odd}) half->add_channel({"joint", "/joint_states/A/effort", "N m", "joint", "A"}, {0, 1});
+  for (int i = 0; i < 900; ++i) {
+    const bool rough = (i / 3) % 2 == 1;
+    const double swing = rough ? normal(random) : 0.1 * normal(random), shape = rough ? 0 : normal(random), opposed = rough ? 3 * normal(random) : 0;
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, rough ? 5.0 + 0.001 * i : 1.0 + 0.001 * i});
+      half->begin_row(0, 100 * swing + shape + 0.1 * normal(random), 20);
+      half->add(0, 0, swing), half->add(0, 1, shape + (half == &even ? opposed : -opposed));
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  return merge_halves(even, odd);
+}
+
+Candidate make_candidate(EffectId effect, const char* joint, std::vector<Terms> terms) {
+  static const CandidateLaw law{[](const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+    return std::vector<Estimate>{{"value", "1", {x(0)}, {std(0)}, false}};
+  }};
+  Candidate c;
+  c.effect = effect, c.law = &law, c.where = {{"joint", joint}}, c.terms = std::move(terms);
+  return c;
+}
+
+// A fit that no sums can tell says nothing of errors: the next fits weigh as before.
+TEST(LeggedFit, AColumnThatIsNoiseAloneSpoilsNoOtherFit) {
+  LeggedFitter fitter(make_calm_and_rough(), 2);
+  const Candidate rotor = make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}});
+  for (int round = 0; round < 4; ++round) fitter.update_weights(fitter.fit({rotor}));
+  const LeggedFit noise = fitter.fit({make_candidate(EffectId::kViscous, "A", {{{1, 1.0}}})});
+  ASSERT_FALSE(noise.x.allFinite()) << "1 - 3^2 is negative";
+  fitter.update_weights(noise);
+  EXPECT_NEAR(fitter.fit({rotor}).x(0), 100, 1);  // 1 %: errors of 1 in 450 swings of 1 are 0.05
+}
+
+// Its second column tells while rough rows weigh little. When its first one has explained them, they do not.
+TEST(LeggedSearch, AnEffectThatLosesItsInformationTakesNoOtherWithIt) {
+  LeggedFitter fitter(make_calm_and_rough(), 2);
+  const std::vector<Candidate> all{make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}}),
+                                   make_candidate(EffectId::kSpring, "A", {{{0, 1.0}}, {{1, 1.0}}})};
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  const LeggedOutcome found = search_legged(&fitter, all, layout, 1.0, nullptr);
+  ASSERT_EQ(found.chosen.effects.size(), 1u);
+  EXPECT_EQ(found.chosen.effects[0].effect, EffectId::kRotorInertia);
+  EXPECT_NEAR(found.chosen.x(0), 100, 1);
 }
 
 // Sliding friction is as large as its law says and points against the way. A force of that size that drives a foot on, or
