@@ -565,6 +565,18 @@ TEST(Legged, ForceSensorsThatAreLateTogetherHaveOneDelay) {
   EXPECT_NEAR(f.parameters[0].value[0], 7 * 0.004, 0.0014);  // 5 %: of first order in the delay
 }
 
+// The rate of the body, its slope and its specific force are late together: one delay, and no lag of the drives.
+TEST(Legged, AnImuThatIsLateInAWalkIsNoLagOfTheDrives) {
+  Experiment e = Maker({}, {}).run();
+  delay_columns("/imu/", 3, &e);
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_EQ(found.findings.size(), 1u);
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_delay");
+  EXPECT_EQ(f.where.at("sensor"), "/imu/waist");
+  EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0006);  // 5 %: of first order in the delay
+}
+
 // Nothing but encoders and feet that stand tells how the body turns.
 TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
   Recorded recorded = kLeans;
