@@ -97,7 +97,7 @@ class Lister {
       Candidate& gap = one(EffectId::kBacklash, kPlayColumn);
       gap.positive = true, gap.least = 0.002, gap.high = 0.2;
       Candidate& give = one(EffectId::kElasticity, kGiveColumn);
-      give.positive = give.bends = true, give.law = &get_give_law();
+      give.positive = true, give.law = &get_give_law();
     }
     if (!log_.is_driven(i) && joint.actuated) return;
     one(EffectId::kViscous, kViscousColumn).positive = true;

@@ -31,7 +31,6 @@ struct Candidate {
   bool vector = false;       // coefficients are three axes of one quantity
   std::string unit;          // of parameters that have that of a sensor's reading
   double worth = 0;          // share of an equation's spread that it must take away
-  bool bends = false;        // a link beside it that bends would look the same
   std::vector<long> core;    // coefficients by which it is sure and of one size in all regimes; none: by its kind
 };
 

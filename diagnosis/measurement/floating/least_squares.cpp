@@ -397,6 +397,17 @@ std::vector<LeggedFitter::PartFit> LeggedFitter::fit_parts(const LeggedFit& fit,
   return out;
 }
 
+double LeggedFitter::calc_overlap(const Candidate& a, const Candidate& b) const {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (size_t c = 0; c < channels().size(); ++c) {
+    const Eigen::MatrixXd X = calc_columns(c, {a, b}, false), D = calc_columns(c, {a, b}, true);
+    for (long i = 0; i < X.rows(); ++i) {
+      sum += get_weight(c, static_cast<size_t>(i)) * (X.row(i).transpose() * X.row(i) - D.row(i).transpose() * D.row(i));
+    }
+  }
+  return sum(0, 0) > 0 && sum(1, 1) > 0 ? sum(0, 1) * sum(0, 1) / (sum(0, 0) * sum(1, 1)) : 0;
+}
+
 double LeggedFitter::calc_ceiling(size_t c) const {
   const Moments &train = moments_[0][c], &held = moments_[1][c];
   if (count(Part::kTrain, c) == 0 || count(Part::kHeld, c) == 0 || held.yy <= 0) return 0;

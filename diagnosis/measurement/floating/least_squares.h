@@ -73,6 +73,8 @@ class LeggedFitter {
   std::vector<double> calc_residuals(const LeggedFit& fit, size_t channel, bool noise = false) const;
   // Rows by coefficients: of the halves' mean, or half their difference.
   Eigen::MatrixXd calc_columns(size_t channel, const std::vector<Candidate>& effects, bool noise) const;
+  // Of two effects of one coefficient: the square of the correlation of what they predict, over all rows, without noise.
+  double calc_overlap(const Candidate& a, const Candidate& b) const;
   // Of a row against all others.
   double get_weight(size_t channel, size_t row) const { return weight_[channel] * rows_[channel][row]; }
   // Share of the held-out mismatch that all columns together take away, fitted freely to the training part.

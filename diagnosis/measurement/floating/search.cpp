@@ -27,6 +27,7 @@ constexpr double kHalf = 0.5;         // of an equation's mismatch: what leaves 
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
 constexpr double kStrong = 3;         // times the gain of what was chosen
 constexpr long kPlaces = 6;           // of one effect that are listed beside what was chosen
+constexpr double kAlike = 0.8;        // share of what one law predicts that another predicts, too: their details do not tell them apart
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
 constexpr double kConfirmed = 0.25;   // deviation of a size of one: then it is neither none nor twice as large by chance
 
@@ -459,6 +460,27 @@ class Searcher {
       const auto alike = std::count_if(f->rivals.begin(), f->rivals.end(), [&](const Rival& r) { return r.effect.effect == t.fit.effects[at].effect; });
       if (alike >= kPlaces) continue;
       f->rivals.push_back({t.fit.effects[at], t.fit.get(at), find_deviation(t.fit, at, nullptr), f->gain - gain});
+    }
+    if (leaves_encoder(f->effect.effect)) add_other_departures(rest, f);
+  }
+
+  // How far a link is from where its encoder says: a constant, by the sign of the torque, in proportion to it.
+  static bool leaves_encoder(EffectId e) { return e == EffectId::kJointOffset || e == EffectId::kBacklash || e == EffectId::kElasticity; }
+
+  // A leg that stands bears a torque of one sign and of about one size. There the three laws predict about the same, and
+  // what they differ by is less than what none of them holds: damping, links that bend.
+  void add_other_departures(const LeggedFit& rest, FoundEffect* f) const {
+    for (const Candidate& c : candidates_) {
+      const bool listed = std::any_of(f->rivals.begin(), f->rivals.end(), [&](const Rival& r) { return r.effect.effect == c.effect && r.effect.where == c.where; });
+      if (!leaves_encoder(c.effect) || c.where != f->effect.where || c.effect == f->effect.effect || listed) continue;
+      if (fitter_.calc_overlap(f->effect, c) < kAlike) continue;
+      std::vector<Candidate> effects = rest.effects;
+      effects.push_back(c);
+      const LeggedFit with = fit(effects);
+      const size_t at = effects.size() - 1;
+      if (!is_sensible(with.effects[at], with.get(at), reach_)) continue;
+      const double gain = fitter_.calc_gain(Part::kTrain, rest, with) + fitter_.calc_gain(Part::kHeld, rest, with);
+      f->rivals.push_back({with.effects[at], with.get(at), find_deviation(with, at, nullptr), f->gain - gain});
     }
   }
 

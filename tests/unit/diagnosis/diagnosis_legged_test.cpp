@@ -73,6 +73,7 @@ struct Hidden {
   double zero_y = 0;          // [N m] that the left foot's sensor reads about y without a load
   Vector3d turn{0, 0, 0};     // [rad] of the left foot's sensor against its link, a rotation vector
   double heavier = 1;         // factor of all masses
+  double give = 0;            // [rad/(N m)] of the left hip: its link falls behind its encoder
   double push = 0;            // [N] amplitude of somebody's hand at the base's origin, along y
 };
 
@@ -195,7 +196,7 @@ class Maker {
     calc_inverse_dynamics(model, vdot, &wrenches, data, &tau);
     for (int j = 0; j < 6; ++j) {
       JointColumns& c = out->joints[static_cast<size_t>(j)];
-      c.signal[0].push_back(state.q(j) + 2e-5 * normal_(random_));
+      c.signal[0].push_back(state.q(j) + (j == 0 ? hidden_.give * tau(6 + j) : 0.0) + 2e-5 * normal_(random_));
       const bool knee = j == 1;
       const double dry = hidden_.every + (knee ? hidden_.dry : 0);
       const double friction = dry * std::tanh(state.qd(j) / 1e-3) + (knee ? hidden_.rotor * vdot(6 + j) : 0);
@@ -264,6 +265,24 @@ TEST(Legged, RotorIsNamedInItsJoint) {
   ASSERT_EQ(e.findings.size(), 1u);
   EXPECT_EQ(e.findings[0].effect, "rotor_inertia");
   EXPECT_NEAR(e.findings[0].parameters[0].value[0], 0.2, 0.02);
+}
+
+// The shaft gives, or the thigh or the pelvis beside it bends: nothing that is recorded tells where.
+TEST(Legged, AnElasticHipIsListedBesideTheLinksThatMayBendThere) {
+  Hidden hidden;
+  hidden.give = 1.0 / 800;
+  const Evidence e = diagnose_biped(hidden, {.leans = true});
+  ASSERT_EQ(e.findings.size(), 1u);
+  const Finding& f = e.findings[0];
+  EXPECT_EQ(f.effect, "joint_elasticity");
+  EXPECT_EQ(f.where.at("joint"), "l_hip");
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  EXPECT_NEAR(f.parameters[0].value[0], 800, 1.96 * f.parameters[0].std[0]);  // its own interval
+  std::vector<std::string> links;
+  for (const Alternative& a : f.alternatives) {
+    if (a.effect == "link_bending") links.push_back(a.where.at("link"));
+  }
+  EXPECT_EQ(links, (std::vector<std::string>{"pelvis", "l_thigh"}));
 }
 
 // Its inertia about the hip grows by a third: without that in its column, a torque constant or a rotor stands in for it.
@@ -406,6 +425,38 @@ TEST(LeggedFit, AColumnThatIsNoiseAloneSpoilsNoOtherFit) {
   ASSERT_FALSE(noise.x.allFinite()) << "1 - 3^2 is negative";
   fitter.update_weights(noise);
   EXPECT_NEAR(fitter.fit({rotor}).x(0), 100, 1);  // 1 %: errors of 1 in 450 swings of 1 are 0.05
+}
+
+// Play moves a link by the sign of its torque, give in proportion to it. Over torques that are spread evenly up to their
+// largest, (E |T|)^2 / E T^2 = (1/2)^2 / (1/3); over torques of one size nothing is left to tell them apart.
+TEST(LeggedFit, PlayAndGiveAreAsAlikeAsTorquesAreOfOneSize) {
+  std::mt19937 random(17);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> even_spread(0, 1);
+  for (const bool one_size : {false, true}) {
+    RowTable even(2), odd(2);
+    for (RowTable* half : {&even, &odd}) half->add_channel({"tilt, roll", "/joint_states", "rad", "foot", "A"}, {0, 1});
+    for (int i = 0; i < 3000; ++i) {
+      const double torque = one_size ? 1 : even_spread(random);
+      for (RowTable* half : {&even, &odd}) {
+        half->begin_cell({0.04 * i, i < 2000 ? 0 : 1, i / 12, 0, i < 2000, 1, 1});
+        half->begin_row(0, 0, 1), half->add(0, 0, 0.5), half->add(0, 1, torque + normal(random));
+        half->end_cell();
+      }
+    }
+    for (RowTable* half : {&even, &odd}) half->finish();
+    const LeggedFitter fitter(merge_halves(even, odd), 2);
+    const double alike = fitter.calc_overlap(make_candidate(EffectId::kBacklash, "A", {{{0, 1.0}}}), make_candidate(EffectId::kElasticity, "A", {{{1, 1.0}}}));
+    // Noise of 1 in 3000 rows leaves 2 / sqrt(3000) of a square of 1/3: a tenth.
+    EXPECT_NEAR(alike, one_size ? 1.0 : 0.75, 0.1);
+  }
+}
+
+TEST(LeggedLaws, AGiveThatMayBeNoneHasNoStiffness) {
+  const Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 4e-5), sure = 0.1 * x, unsure = 0.6 * x;
+  ASSERT_EQ(get_give_law().make_estimates({}, x, sure).size(), 1u);
+  EXPECT_DOUBLE_EQ(get_give_law().make_estimates({}, x, sure)[0].value[0], 25000);
+  EXPECT_TRUE(get_give_law().make_estimates({}, x, unsure).empty()) << "4e-5 +- 4.7e-5 rad/(N m), two deviations";
 }
 
 // Its second column tells while rough rows weigh little. When its first one has explained them, they do not.
