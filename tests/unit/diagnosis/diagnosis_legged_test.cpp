@@ -74,6 +74,7 @@ struct Hidden {
   Vector3d turn{0, 0, 0};     // [rad] of the left foot's sensor against its link, a rotation vector
   double heavier = 1;         // factor of all masses
   double give = 0;            // [rad/(N m)] of the left hip: its link falls behind its encoder
+  double slope = 0;           // [rad] of the ground about y
   double push = 0;            // [N] amplitude of somebody's hand at the base's origin, along y
 };
 
@@ -92,6 +93,8 @@ class Maker {
     e_.scenario = parse_scenario(kScenario, "biped.yaml");
     e_.robot = parse_robot(make_urdf(), "biped.urdf", e_.scenario);
     e_.path = "biped.yaml", e_.sample_time = kStep;
+    level_ = e_.scenario.gravity_W;
+    e_.scenario.gravity_W = turn_y(hidden.slope) * level_;  // seen from the ground
     tree_ = e_.robot.tree;
     for (const char* foot : {"l_foot", "r_foot"}) {  // below the sensors
       tree_.links[static_cast<size_t>(tree_.find_link(foot))].inertia = {1e-9, Vector3d::Zero(), 1e-12 * Matrix3d::Identity()};
@@ -110,6 +113,7 @@ class Maker {
 
   Experiment run() {
     for (int r = 0; r < 3; ++r) add_recording(r);
+    e_.scenario.gravity_W = level_;
     return e_;
   }
 
@@ -221,6 +225,7 @@ class Maker {
   Experiment e_;
   TreeSpec tree_;
   double turn_ = 0;
+  Vector3d level_{0, 0, 0};
   std::mt19937 random_{7};
   std::normal_distribution<double> normal_;
 };
@@ -651,6 +656,23 @@ TEST(Legged, OneFootsForceTellsTheWeightWhileTheOtherSwings) {
   for (const Finding& f : report.evidence.findings) EXPECT_NE(f.family, "mass and its place") << f.statement;
 }
 
+// Feet that stay on a slope: zeros of all legs, or an IMU that sits askew, are the same constant.
+TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
+  Hidden hidden;
+  hidden.slope = 0.04;
+  Recorded recorded = kLeans;
+  recorded.imu = true, recorded.six_axes = false;
+  const Evidence found = diagnose_biped(hidden, recorded);
+  ASSERT_EQ(found.findings.size(), 1u);
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "ground_slope") << f.statement;
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  int zeros = 0, askew = 0;
+  for (const Alternative& a : f.alternatives) zeros += a.effect == "joint_offset", askew += a.effect == "sensor_misalignment";
+  EXPECT_GE(zeros, 2) << "one of each ankle";
+  EXPECT_GE(askew, 1);
+}
+
 class SensorIsTurned : public testing::TestWithParam<std::pair<Vector3d, bool>> {};
 
 // A quarter or half turn is found before anything else, and nothing else is named for it.
@@ -810,6 +832,47 @@ TEST(LeggedTracks, ALateTrackIsShiftedBackAndALagIsAsItsEquationHasIt) {
     EXPECT_NEAR(lagged.value[k], expected, 2e-4);
     EXPECT_NEAR(lagged.value[k] + time * lagged.rate[k], x.value[k], 1e-12);  // the equation itself
   }
+}
+
+TEST(LeggedRegimes, NoLawChangesItsSignFromPhaseToPhase) {
+  EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.45}}));  // 3.3 deviations from 1
+  EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.55}}));   // by chance
+}
+
+// Rigid feet that roll over an edge turn under a moment, too, but not while they are pressed in the middle.
+TEST(LeggedRegimes, ASoleGivesWhereItIsPressedInTheMiddle) {
+  EXPECT_TRUE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.9, 0.05, 0.8}}));
+  EXPECT_FALSE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.7, 0.05, 0.8}}));
+}
+
+// A foot that bears 0 to 500 N; its sensor reads 6 % too much, or 30 N. One column tries a scale, one a zero.
+bool is_fault_steady(bool is_scale, bool of_scale) {
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  const int scale = layout.sensor(0, kForceScaleColumn), zero = layout.sensor(0, kForceBiasColumn + 2);
+  std::mt19937 random(19);
+  std::normal_distribution<double> normal;
+  RowTable even(layout.count()), odd(layout.count());
+  for (RowTable* half : {&even, &odd}) half->add_channel({"weight", "/wrench/l/force", "N", "link", "pelvis"}, {scale, zero});
+  for (int i = 0; i < 600; ++i) {
+    const double bears = 250 + 250 * std::sin(0.05 * i);
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 400 ? 0 : 1, i / 12, 0, i < 400, 1, 1.0 + 0.001 * (i % 7)});
+      half->begin_row(0, (is_scale ? 0.06 * bears : 30) + normal(random), 500), half->add(0, scale, bears), half->add(0, zero, 1);
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  LeggedFitter fitter(merge_halves(even, odd), layout.count());
+  Candidate fault = make_candidate(of_scale ? EffectId::kSensorScale : EffectId::kSensorBias, "", {{{of_scale ? scale : zero, 1.0}}});
+  fault.place = 0, fault.where = {{"sensor", "/wrench/l/force"}};
+  fitter.update_weights(fitter.fit({fault}));
+  return is_steady(list_regimes(fitter, fitter.fit({fault}), 0, layout));
+}
+
+TEST(LeggedRegimes, AZeroOfAForceThatGrowsWithWhatTheFootBearsIsNone) {
+  EXPECT_FALSE(is_fault_steady(true, false));
+  EXPECT_TRUE(is_fault_steady(true, true));
+  EXPECT_TRUE(is_fault_steady(false, false));
 }
 
 TEST(LeggedRegimes, CalmAndRoughRowsThatDisagreeAreTwoCauses) {
