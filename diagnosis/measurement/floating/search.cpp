@@ -24,6 +24,7 @@ constexpr int kSettle = 4;              // rounds of weights
 constexpr double kDeviations = 2.5;   // of the robust error over all rows: the held-out gain has to say the rest
 constexpr double kSure = 2.0;         // standard errors, with what recordings differ by
 constexpr double kHalf = 0.5;         // of an equation's mismatch: what leaves more and takes less may stand in for another cause
+constexpr double kStandsOut = 3;      // times noise and exactness: of a force that is left
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
 constexpr double kStrong = 3;         // times the gain of what was chosen
 constexpr long kPlaces = 6;           // of one effect that are listed beside what was chosen
@@ -79,7 +80,7 @@ class Searcher {
     do {
       out_.effects.clear();
       describe();
-    } while (drop_unsure() || drop_partial());
+    } while (drop_unsure() || drop_partial() || drop_forced());
   }
 
   static EffectFamily get_family(const Candidate& c) { return get_effect(c.effect).family; }
@@ -420,6 +421,37 @@ class Searcher {
     out_.unsteady.push_back(out_.effects[worst].channel);
     settle(fit_without(worst).effects);
     return true;
+  }
+
+  // [N] Root mean square of the forces on the body that stand out and that nothing explains, by the balance or the weight.
+  double find_unknown_force(std::vector<size_t>* where) const {
+    double square = 0;
+    for (size_t c = 0; c < fitter_.channels().size(); ++c) {
+      const std::string& kind = fitter_.channels()[c].info.kind;
+      const double left = chosen_.mean_square[1][c];
+      const bool of_force = kind == "weight" || kind.rfind("balance, force", 0) == 0;
+      if (!of_force || left < kHalf * out_.nominal.mean_square[1][c] || left < kStandsOut * kStandsOut * fitter_.floor(c)) continue;
+      square += left, where->push_back(c);
+    }
+    return std::sqrt(square);
+  }
+
+  // Torques of a leg follow from the forces that are known. One that nobody knows makes torques in the joints, too: what is
+  // no larger and has no shape of its own, as a gain has none, may be that.
+  bool drop_forced() {
+    std::vector<size_t> where;
+    const double force = find_unknown_force(&where);
+    for (size_t i = 0; i < out_.effects.size() && force > 0; ++i) {
+      const FoundEffect& f = out_.effects[i];
+      if (f.effect.lever <= 0 || fitter_.channels()[f.channel].info.kind != "joint") continue;
+      if (std::sqrt(out_.nominal.mean_square[1][f.channel]) > force * f.effect.lever) continue;
+      if (say_) say_("an unknown force could make it: " + tell(f.effect));
+      banned_.push_back(chosen_.effects[i]);
+      out_.unsteady.insert(out_.unsteady.end(), where.begin(), where.end());
+      settle(fit_without(i).effects);
+      return true;
+    }
+    return false;
   }
 
   // What recordings differ by so much that it may be none is not claimed. The least sure goes first.

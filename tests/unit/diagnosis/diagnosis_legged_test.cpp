@@ -476,6 +476,38 @@ TEST(LeggedSearch, AnEffectThatLosesItsInformationTakesNoOtherWithIt) {
   EXPECT_NEAR(found.chosen.x(0), 100, 1);
 }
 
+// A drive that is 15 % too strong in an ankle, 6 N m at 40 N m, and a force of this size [N] on the body that nobody knows.
+size_t count_gains_beside(double force) {
+  std::mt19937 random(23);
+  std::normal_distribution<double> normal;
+  RowTable even(1), odd(1);
+  for (RowTable* half : {&even, &odd}) {
+    half->add_channel({"balance, force z", "/wrench/l/force", "N", "link", "pelvis"}, {});
+    half->add_channel({"joint", "/joint_states/A/effort", "N m", "joint", "A"}, {0});
+  }
+  for (int i = 0; i < 900; ++i) {
+    const double unknown = force * std::sin(0.9 * i), torque = 40 * normal(random);
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, 1.0 + 0.001 * (i % 7)});
+      half->begin_row(0, unknown + normal(random), 400 + 40 * std::sin(0.1 * i));
+      half->begin_row(1, 0.15 * torque + 0.2 * normal(random), torque), half->add(1, 0, torque);
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  LeggedFitter fitter(merge_halves(even, odd), 1);
+  Candidate gain = make_candidate(EffectId::kTorqueConstant, "A", {{{0, 1.0}}});
+  gain.lever = 0.1;
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  return search_legged(&fitter, {gain}, layout, 1.0, nullptr).effects.size();
+}
+
+// Anywhere under a sole of 0.2 m, 150 N make moments of up to 15 N m at the ankle; 20 N make 2.
+TEST(LeggedSearch, ADrivesGainThatAnUnknownForceUnderTheSoleCouldMakeIsNotNamed) {
+  EXPECT_EQ(count_gains_beside(150), 0u);
+  EXPECT_EQ(count_gains_beside(20), 1u);
+}
+
 // Sliding friction is as large as its law says and points against the way. A force of that size that drives a foot on, or
 // points anywhere, is another's.
 TEST(LeggedChecks, SlidingFeetTellFrictionOnlyWhereTheirForcePointsBack) {
