@@ -23,6 +23,8 @@ UNKNOWN = {"mechanical_stop", "position_dependent_friction", "friction_drift", "
            "thermal_torque_loss", "sprung_mass", "gust", "cable", "sticky_sole", "hip_bend"}
 # Acts on a body, so every joint that carries the body shows it.
 ON_BODY = {"sprung_mass", "gust", "cable", "sticky_sole", "hip_bend"}
+# Unlisted physics that a finding may list among its alternatives, though no scenario can hold it.
+LISTED_AS = {"hip_bend": "link_bending"}
 
 
 def read_json(path):
@@ -57,12 +59,20 @@ def names(finding):
     return [(o.get("effect", ""), place_of(o) if place_of(o)[0] else place_of(finding)) for o in options]
 
 
+def lists_unlisted(hidden, finding):
+    """Whether a finding lists the hidden physics at its place: links behind a joint are named after it."""
+    twin = LISTED_AS.get(hidden["effect"])
+    return any(effect == twin and place[1].lower().startswith(place_of(hidden)[1].lower())
+               for effect, place in names(finding)[1:])
+
+
 def judge(truth, report):
     """Outcome of one case: word, matched pairs (hidden, finding), hidden left over, findings left over."""
     hidden = truth["hidden"]
     if report is None:
         return "no answer", [], hidden, []
     listed = [h for h in hidden if h["effect"] not in UNKNOWN]
+    bent = [f for f in report.get("findings") or [] for h in hidden if lists_unlisted(h, f)]
     left, pairs, twins = list(report.get("findings") or []), [], False
     missing = []
     for h in listed:
@@ -79,6 +89,9 @@ def judge(truth, report):
             left.remove(match)
             pairs.append((h, match))
     if any(h["effect"] in UNKNOWN for h in hidden):
+        if bent:
+            left.remove(bent[0])
+            return "extra finding" if left else "right among twins", pairs, missing, left
         return judge_unknown(hidden, report, left), pairs, missing, left
     if not hidden:
         return ("right" if not left and report.get("verdict") == "no_mismatch" else

@@ -91,14 +91,14 @@ void BodyMotion::find_rate(size_t k) {
     const auto i = static_cast<size_t>(imu_);
     const ImuSensor& imu = log_.imus[i];
     const Matrix3d R_BI = get_pose(data_, imu.link).R * imu.R_LI;
-    w_ = R_BI * get(clip_.imus[i].gyro, k) - get_velocity(data_, imu.link).head<3>();
+    w_ = R_BI * (get(clip_.imus[i].gyro, k) + more_gyro_) - get_velocity(data_, imu.link).head<3>();
     state_.V_WB.head<3>() = w_;
     update_kinematics(model_, state_, &data_);
     vdot_.head<6>().setZero();
     update_accelerations(model_, vdot_, &data_);
     const Vector3d alpha0 = calc_point_acceleration(data_, imu.link, get_pose(data_, imu.link).p).head<3>();
     // d(R_WI w_I)/dt = R_WI dw_I: of a vector in the IMU's axes, its own rate adds nothing.
-    dw = R_BI * get_rate(clip_.imus[i].gyro, k) - alpha0;
+    dw = R_BI * (get_rate(clip_.imus[i].gyro, k) + more_gyro_rate_) - alpha0;
   }
   if (rate_source_ == MotionSource::kFoot) {
     w_ = -calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_velocity(data_, f.link).head<3>(); });

@@ -27,6 +27,8 @@ class BodyMotion {
 
   // From the next update() on, joint j stands so much further than its encoder says.
   void turn_joint(int j, double angle) { turned_ = j, turn_ = angle; }
+  // The same of the main IMU's gyroscope: it reads so much more [rad/s], and its rate so much [rad/s^2], in its axes.
+  void add_gyro(const Vector3d& more, const Vector3d& more_rate) { more_gyro_ = more, more_gyro_rate_ = more_rate; }
 
   const Model& model() const { return model_; }
   Data& data() { return data_; }
@@ -61,6 +63,7 @@ class BodyMotion {
   bool has_attitude_ = false;
   int turned_ = -1;
   double turn_ = 0;
+  Vector3d more_gyro_{0, 0, 0}, more_gyro_rate_{0, 0, 0};
   Vector3d w_{0, 0, 0};
   std::vector<Eigen::Quaterniond> attitude_;  // R_WB by sample; empty: unknown
 };

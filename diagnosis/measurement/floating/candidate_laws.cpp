@@ -47,12 +47,13 @@ Estimate make_stiffness(const char* name, const char* unit, double give, double 
   return make_one(name, unit, 1 / give, std / (give * give));
 }
 
-std::vector<Estimate> make_give(const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
-  return {make_stiffness("stiffness", "N m/rad", x(0), std(0))};
-}
-
 // A give that is not told apart from none has no stiffness to report.
 bool is_told(const Eigen::VectorXd& x, const Eigen::VectorXd& std, long at) { return x(at) > 2 * std(at); }
+
+std::vector<Estimate> make_give(const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+  if (!is_told(x, std, 0)) return {};
+  return {make_stiffness("stiffness", "N m/rad", x(0), std(0))};
+}
 
 std::vector<Estimate> make_point(const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
   if (!is_told(x, std, 0)) return {};

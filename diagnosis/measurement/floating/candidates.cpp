@@ -63,6 +63,17 @@ class Lister {
     return out + kThick;
   }
 
+  // [m] At least so far from the axis of a leg's joint a force under the sole may act: half of its length; 0: no leg.
+  double find_lever(int j) const {
+    double out = 0;
+    for (const Foot& foot : log_.feet) {
+      for (int l = foot.link; foot.flat && l > 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
+        if (l == j + 1) out = std::max(out, 0.5 * foot.size.head<2>().maxCoeff());
+      }
+    }
+    return out;
+  }
+
   void add_link(int l) {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
     const LinkInertia& I = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia;
@@ -97,7 +108,7 @@ class Lister {
       Candidate& gap = one(EffectId::kBacklash, kPlayColumn);
       gap.positive = true, gap.least = 0.002, gap.high = 0.2;
       Candidate& give = one(EffectId::kElasticity, kGiveColumn);
-      give.positive = give.bends = true, give.law = &get_give_law();
+      give.positive = true, give.law = &get_give_law();
     }
     if (!log_.is_driven(i) && joint.actuated) return;
     one(EffectId::kViscous, kViscousColumn).positive = true;
@@ -106,12 +117,13 @@ class Lister {
     one(EffectId::kRotorInertia, kRotorColumn).positive = true;
     if (!joint.actuated) return;
     Candidate& gain = one(EffectId::kTorqueConstant, kGainColumn);
-    gain.low = -0.9, gain.high = 4, gain.least = 0.02;
+    gain.low = -0.9, gain.high = 4, gain.least = 0.02, gain.lever = find_lever(j);
     Candidate& spring = add(EffectId::kSpring, where, j, {{{at_.joint(j, kSpringColumn), 1.0}}, {{at_.joint(j, kConstantColumn), 1.0}}});
-    spring.positive = true, spring.worth = kSpringShare, spring.law = &get_spring_law();
+    spring.positive = true, spring.worth = kSpringShare, spring.law = &get_spring_law(), spring.lever = find_lever(j);
     const std::string effort = "/joint_states/" + joint.name + "/effort";
     if (log_.has_effort[i]) {
-      add(EffectId::kSensorBias, {{"sensor", effort}}, j, {{{at_.joint(j, kConstantColumn), 1.0}}}).unit = "N m";
+      Candidate& bias = add(EffectId::kSensorBias, {{"sensor", effort}}, j, {{{at_.joint(j, kConstantColumn), 1.0}}});
+      bias.unit = "N m", bias.lever = find_lever(j);
       Candidate& lag = one(EffectId::kLag, kLagColumn);
       lag.positive = true, lag.least = 0.5 * log_.sample_time, lag.high = 0.2;
     }

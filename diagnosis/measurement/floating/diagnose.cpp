@@ -35,6 +35,7 @@ constexpr double kTurning = 0.5;  // of a gyroscope's spread: feet that turn so 
 constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
+constexpr const char* kBends = "link_bending";  // an alternative that the table of effects does not hold
 constexpr size_t kTrace = 500;       // points of a curve
 
 std::string describe(const std::vector<Estimate>& parameters) {
@@ -90,16 +91,14 @@ class Reporter {
       out.alternatives.push_back(make_alternative(r.effect.effect, r.effect.where, make_estimates(r.effect, r.x, r.std),
                                                   "wider and faster motion of the joints around it, loaded and unloaded"));
     }
-    // A link that bends about the same axis moves all that follows alike: no sensor of these sets tells where it gives.
-    const bool gives = f.effect.bends;
-    out.grade = f.rivals.empty() && !gives ? Grade::kSupported : Grade::kAmbiguous;
+    out.grade = f.rivals.empty() ? Grade::kSupported : Grade::kAmbiguous;
     out.statement = get_place(out.where) + ": " + get_effect(f.effect.effect).phrase + " (" + describe(out.parameters) + "). It takes " +
                     format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + fitter_.channels()[f.channel].info.kind +
                     "' away.";
-    if (gives) out.statement += " A link beside it that bends about the same axis would look the same.";
     if (f.sums_up) add_other_zeros(f.effect.place, &out);
     if (f.effect.effect == EffectId::kGroundSlope) add_zeros_for_slope(&out);
     if (f.effect.effect == EffectId::kJointOffset) add_slope_for_zero(f.effect.place, &out);
+    add_bending_links(&out);
     add_load_at_centre(log_, &out);
     add_give_for_lean(fitter_.channels()[f.channel].info, &out);
     add_give_for_rate(fitter_.channels()[f.channel].info, &out);
@@ -111,6 +110,23 @@ class Reporter {
       out.statement += ".";
     }
     return out;
+  }
+
+  // A link beside an elastic joint that bends about the same axis moves all that follows alike: no sensor of these sets
+  // tells where it gives. No scenario holds it, so it is never the finding itself.
+  void add_bending_links(Finding* f) const {
+    const std::string elastic = get_effect(EffectId::kElasticity).name;
+    const auto as_alternative = std::find_if(f->alternatives.begin(), f->alternatives.end(), [&](const Alternative& a) { return a.effect == elastic; });
+    if (f->effect != elastic && as_alternative == f->alternatives.end()) return;
+    const Where& joint = f->effect == elastic ? f->where : as_alternative->where;
+    const std::vector<Estimate> stiffness = f->effect == elastic ? f->parameters : as_alternative->parameters;
+    const int child = log_.tree.find_joint(get_place(joint)) + 1;
+    if (child < 1) return;  // listed for the whole robot, as for a gyroscope
+    for (const int link : {log_.tree.links[static_cast<size_t>(child)].parent, child}) {
+      f->alternatives.push_back({kBends, get_family_name(EffectFamily::kPlay), {{"link", log_.tree.links[static_cast<size_t>(link)].name}}, stiffness,
+                                 "markers of motion capture on the link"});
+    }
+    f->grade = Grade::kAmbiguous;
   }
 
   // Where teeth have play, the rotor's inertia is a parameter of the transmission: one cause, not two.

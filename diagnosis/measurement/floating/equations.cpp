@@ -147,8 +147,9 @@ class EquationMaker {
   }
 
   void add_imu_columns(std::vector<int>* out) const {
-    if (!uses_accelerometer()) return;
-    for (int c = 0; c < kGyroScaleColumn; ++c) out->push_back(layout_.imu(BodyMotion::find_main_imu(log_), c));
+    const int imu = BodyMotion::find_main_imu(log_);
+    for (int c = 0; uses_accelerometer() && c < kGyroScaleColumn; ++c) out->push_back(layout_.imu(imu, c));
+    for (int c = kGyroScaleColumn; uses_gyroscope() && c < kAttitudeTurnColumn; ++c) out->push_back(layout_.imu(imu, c));
   }
 
   void add_offset_columns(std::vector<int>* out) const {
@@ -158,6 +159,7 @@ class EquationMaker {
   }
 
   bool uses_accelerometer() const { return BodyMotion::find_force_source(log_) == MotionSource::kImu; }
+  bool uses_gyroscope() const { return BodyMotion::find_rate_source(log_) == MotionSource::kImu; }
 
   void add_channels() {
     std::vector<int> columns = list_link_columns(0);
@@ -370,6 +372,7 @@ class EquationMaker {
     if (uses_accelerometer()) add_accelerometer(k);
     add_servo(k);
     add_offsets(k, y);
+    if (uses_gyroscope()) add_gyroscope(k, y);
   }
 
   // How far the encoder's side of each transmission is ahead of the link's, by what the link takes.
@@ -492,15 +495,41 @@ class EquationMaker {
       calc_residuals(k);
       const Eigen::VectorXd slope = (y_ - y) / kTurn;
       const double factors[] = {1.0, sides_[static_cast<size_t>(j)].play, sides_[static_cast<size_t>(j)].give};
-      for (int c = 0; c < 3; ++c) {
-        const int column = layout_.joint(j, kOffsetColumn + c);
-        for (int r = 0; r < 6 && !balance_.empty(); ++r) put(balance_[static_cast<size_t>(r)], r, factors[c] * slope(r), column);
-        if (weight_ >= 0) put(weight_, 3, factors[c] * slope(3), column);
-        for (int i = 0; i < layout_.joints; ++i) put(joint_[static_cast<size_t>(i)], 6 + i, factors[c] * slope(6 + i), column);
-      }
+      for (int c = 0; c < 3; ++c) put_all(factors[c] * slope, layout_.joint(j, kOffsetColumn + c));
       motion_->turn_joint(j, 0);
     }
     motion_->update(k);
+  }
+
+  // Of all equations of a sample: how their residuals change with a column.
+  void put_all(const Eigen::VectorXd& slope, int column) {
+    for (int r = 0; r < 6 && !balance_.empty(); ++r) put(balance_[static_cast<size_t>(r)], r, slope(r), column);
+    if (weight_ >= 0) put(weight_, 3, slope(3), column);
+    for (int j = 0; j < layout_.joints; ++j) put(joint_[static_cast<size_t>(j)], 6 + j, slope(6 + j), column);
+  }
+
+  // The body turns as the gyroscope says: its rate is in centripetal forces, and the slope of its rate in moments.
+  void add_gyroscope(size_t k, const Eigen::VectorXd& y) {
+    const int imu = BodyMotion::find_main_imu(log_);
+    const Track* gyro = clip_->imus[static_cast<size_t>(imu)].gyro;
+    Eigen::MatrixXd slope(y.size(), 6);  // by a more in the rate, by a more in its slope
+    for (int i = 0; i < 6; ++i) {
+      const Vector3d more = kTurn * Vector3d::Unit(i % 3), none = Vector3d::Zero();
+      motion_->add_gyro(i < 3 ? more : none, i < 3 ? none : more), motion_->update(k);
+      calc_residuals(k);
+      slope.col(i) = (y_ - y) / kTurn;
+    }
+    motion_->add_gyro(Vector3d::Zero(), Vector3d::Zero()), motion_->update(k);
+    const auto add = [&](const Vector3d& change, const Vector3d& of_slope, int column) {
+      put_all(slope.leftCols<3>() * change + slope.rightCols<3>() * of_slope, layout_.imu(imu, column));
+    };
+    const Vector3d w = get(gyro, k), rate = get_rate(gyro, k);
+    add(w, rate, kGyroScaleColumn);
+    for (int a = 0; a < 3; ++a) {
+      add(Vector3d::Unit(a), Vector3d::Zero(), kGyroBiasColumn + a);
+      add(-Vector3d::Unit(a).cross(w), -Vector3d::Unit(a).cross(rate), kGyroTurnColumn + a);
+    }
+    add(-rate, -Vector3d(gyro[0].second[k], gyro[1].second[k], gyro[2].second[k]), kGyroDelayColumn);
   }
 
   const LeggedLog& log_;

@@ -179,9 +179,11 @@ double LeggedFitter::calc_memory(size_t c, std::vector<double> r) const {
 }
 
 void LeggedFitter::update_weights(const LeggedFit& so_far) {
+  if (!so_far.x.allFinite()) return;
   for (size_t c = 0; c < channels().size(); ++c) update_row_weights(c, calc_residuals(so_far, c));
   update_moments();
   const LeggedFit fit = this->fit(so_far.effects);
+  if (!fit.x.allFinite()) return;
   for (size_t c = 0; c < channels().size(); ++c) {
     memory_[c] = calc_memory(c, calc_residuals(fit, c));
     weight_[c] = 1 / (memory_[c] * (fit.mean_square[0][c] + floor(c)));
@@ -393,6 +395,17 @@ std::vector<LeggedFitter::PartFit> LeggedFitter::fit_parts(const LeggedFit& fit,
   }
   for (PartFit& p : out) p.weight = p.weight.cwiseQuotient(total.cwiseMax(1e-300));
   return out;
+}
+
+double LeggedFitter::calc_overlap(const Candidate& a, const Candidate& b) const {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (size_t c = 0; c < channels().size(); ++c) {
+    const Eigen::MatrixXd X = calc_columns(c, {a, b}, false), D = calc_columns(c, {a, b}, true);
+    for (long i = 0; i < X.rows(); ++i) {
+      sum += get_weight(c, static_cast<size_t>(i)) * (X.row(i).transpose() * X.row(i) - D.row(i).transpose() * D.row(i));
+    }
+  }
+  return sum(0, 0) > 0 && sum(1, 1) > 0 ? sum(0, 1) * sum(0, 1) / (sum(0, 0) * sum(1, 1)) : 0;
 }
 
 double LeggedFitter::calc_ceiling(size_t c) const {

@@ -45,7 +45,8 @@ class LeggedFitter {
 
   // Whether rows in which even and odd samples differ by more than noise, at impacts, count in full.
   void count_impacts(bool in_full) { impacts_ = in_full; }
-  // Weights from what a fit leaves, for the fits to come.
+  // Weights from what a fit leaves, for the fits to come. Where the fit is not finite, or would not be with new weights of
+  // rows, the weights of equations stay.
   void update_weights(const LeggedFit& fit);
   // Fits; not finite where the effects cannot be told apart at all.
   LeggedFit fit(const std::vector<Candidate>& effects) const;
@@ -72,6 +73,8 @@ class LeggedFitter {
   std::vector<double> calc_residuals(const LeggedFit& fit, size_t channel, bool noise = false) const;
   // Rows by coefficients: of the halves' mean, or half their difference.
   Eigen::MatrixXd calc_columns(size_t channel, const std::vector<Candidate>& effects, bool noise) const;
+  // Of two effects of one coefficient: the square of the correlation of what they predict, over all rows, without noise.
+  double calc_overlap(const Candidate& a, const Candidate& b) const;
   // Of a row against all others.
   double get_weight(size_t channel, size_t row) const { return weight_[channel] * rows_[channel][row]; }
   // Share of the held-out mismatch that all columns together take away, fitted freely to the training part.

@@ -24,9 +24,11 @@ constexpr int kSettle = 4;              // rounds of weights
 constexpr double kDeviations = 2.5;   // of the robust error over all rows: the held-out gain has to say the rest
 constexpr double kSure = 2.0;         // standard errors, with what recordings differ by
 constexpr double kHalf = 0.5;         // of an equation's mismatch: what leaves more and takes less may stand in for another cause
+constexpr double kStandsOut = 3;      // times noise and exactness: of a force that is left
 constexpr double kRival = 0.1;        // share of the gain by which a rival may stay behind
 constexpr double kStrong = 3;         // times the gain of what was chosen
 constexpr long kPlaces = 6;           // of one effect that are listed beside what was chosen
+constexpr double kAlike = 0.8;        // share of what one law predicts that another predicts, too: their details do not tell them apart
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
 constexpr double kConfirmed = 0.25;   // deviation of a size of one: then it is neither none nor twice as large by chance
 
@@ -78,7 +80,7 @@ class Searcher {
     do {
       out_.effects.clear();
       describe();
-    } while (drop_unsure() || drop_partial());
+    } while (drop_unsure() || drop_partial() || drop_forced());
   }
 
   static EffectFamily get_family(const Candidate& c) { return get_effect(c.effect).family; }
@@ -199,8 +201,22 @@ class Searcher {
     for (int round = 0; round < kSettle; ++round) {
       fitter_.update_weights(chosen_);
       chosen_ = fit(chosen_.effects);
+      if (!chosen_.x.allFinite()) return settle(ban_untold());
     }
     out_.nominal = fitter_.fit({});
+  }
+
+  // Bans effects with a column that is noise alone by the weights of now, and returns the others. Rough rows, where columns
+  // are noisiest, gain weight as soon as their mismatch is explained.
+  std::vector<Candidate> ban_untold() {
+    std::vector<Candidate> told;
+    for (const Candidate& c : chosen_.effects) {
+      const bool tells = fitter_.fit({c}).x.allFinite();
+      if (!tells && say_) say_("noise alone tells: " + tell(c));
+      (tells ? told : banned_).push_back(c);
+    }
+    if (told.size() == chosen_.effects.size()) banned_.push_back(told.back()), told.pop_back();
+    return told;
   }
 
   bool add() { return add_best(try_all(chosen_), kShare) || add_best(try_lasting(), kHalf); }
@@ -407,6 +423,37 @@ class Searcher {
     return true;
   }
 
+  // [N] Root mean square of the forces on the body that stand out and that nothing explains, by the balance or the weight.
+  double find_unknown_force(std::vector<size_t>* where) const {
+    double square = 0;
+    for (size_t c = 0; c < fitter_.channels().size(); ++c) {
+      const std::string& kind = fitter_.channels()[c].info.kind;
+      const double left = chosen_.mean_square[1][c];
+      const bool of_force = kind == "weight" || kind.rfind("balance, force", 0) == 0;
+      if (!of_force || left < kHalf * out_.nominal.mean_square[1][c] || left < kStandsOut * kStandsOut * fitter_.floor(c)) continue;
+      square += left, where->push_back(c);
+    }
+    return std::sqrt(square);
+  }
+
+  // Torques of a leg follow from the forces that are known. One that nobody knows makes torques in the joints, too: what is
+  // no larger and has no shape of its own, as a gain has none, may be that.
+  bool drop_forced() {
+    std::vector<size_t> where;
+    const double force = find_unknown_force(&where);
+    for (size_t i = 0; i < out_.effects.size() && force > 0; ++i) {
+      const FoundEffect& f = out_.effects[i];
+      if (f.effect.lever <= 0 || fitter_.channels()[f.channel].info.kind != "joint") continue;
+      if (std::sqrt(out_.nominal.mean_square[1][f.channel]) > force * f.effect.lever) continue;
+      if (say_) say_("an unknown force could make it: " + tell(f.effect));
+      banned_.push_back(chosen_.effects[i]);
+      out_.unsteady.insert(out_.unsteady.end(), where.begin(), where.end());
+      settle(fit_without(i).effects);
+      return true;
+    }
+    return false;
+  }
+
   // What recordings differ by so much that it may be none is not claimed. The least sure goes first.
   bool drop_unsure() {
     size_t worst = out_.effects.size();
@@ -445,6 +492,27 @@ class Searcher {
       const auto alike = std::count_if(f->rivals.begin(), f->rivals.end(), [&](const Rival& r) { return r.effect.effect == t.fit.effects[at].effect; });
       if (alike >= kPlaces) continue;
       f->rivals.push_back({t.fit.effects[at], t.fit.get(at), find_deviation(t.fit, at, nullptr), f->gain - gain});
+    }
+    if (leaves_encoder(f->effect.effect)) add_other_departures(rest, f);
+  }
+
+  // How far a link is from where its encoder says: a constant, by the sign of the torque, in proportion to it.
+  static bool leaves_encoder(EffectId e) { return e == EffectId::kJointOffset || e == EffectId::kBacklash || e == EffectId::kElasticity; }
+
+  // A leg that stands bears a torque of one sign and of about one size. There the three laws predict about the same, and
+  // what they differ by is less than what none of them holds: damping, links that bend.
+  void add_other_departures(const LeggedFit& rest, FoundEffect* f) const {
+    for (const Candidate& c : candidates_) {
+      const bool listed = std::any_of(f->rivals.begin(), f->rivals.end(), [&](const Rival& r) { return r.effect.effect == c.effect && r.effect.where == c.where; });
+      if (!leaves_encoder(c.effect) || c.where != f->effect.where || c.effect == f->effect.effect || listed) continue;
+      if (fitter_.calc_overlap(f->effect, c) < kAlike) continue;
+      std::vector<Candidate> effects = rest.effects;
+      effects.push_back(c);
+      const LeggedFit with = fit(effects);
+      const size_t at = effects.size() - 1;
+      if (!is_sensible(with.effects[at], with.get(at), reach_)) continue;
+      const double gain = fitter_.calc_gain(Part::kTrain, rest, with) + fitter_.calc_gain(Part::kHeld, rest, with);
+      f->rivals.push_back({with.effects[at], with.get(at), find_deviation(with, at, nullptr), f->gain - gain});
     }
   }
 

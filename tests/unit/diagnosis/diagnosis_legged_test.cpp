@@ -20,7 +20,9 @@
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
+#include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/tracks.h"
 #include "diagnosis/many_drives/joint_torques.h"
@@ -71,6 +73,8 @@ struct Hidden {
   double zero_y = 0;          // [N m] that the left foot's sensor reads about y without a load
   Vector3d turn{0, 0, 0};     // [rad] of the left foot's sensor against its link, a rotation vector
   double heavier = 1;         // factor of all masses
+  double give = 0;            // [rad/(N m)] of the left hip: its link falls behind its encoder
+  double slope = 0;           // [rad] of the ground about y
   double push = 0;            // [N] amplitude of somebody's hand at the base's origin, along y
 };
 
@@ -89,6 +93,8 @@ class Maker {
     e_.scenario = parse_scenario(kScenario, "biped.yaml");
     e_.robot = parse_robot(make_urdf(), "biped.urdf", e_.scenario);
     e_.path = "biped.yaml", e_.sample_time = kStep;
+    level_ = e_.scenario.gravity_W;
+    e_.scenario.gravity_W = turn_y(hidden.slope) * level_;  // seen from the ground
     tree_ = e_.robot.tree;
     for (const char* foot : {"l_foot", "r_foot"}) {  // below the sensors
       tree_.links[static_cast<size_t>(tree_.find_link(foot))].inertia = {1e-9, Vector3d::Zero(), 1e-12 * Matrix3d::Identity()};
@@ -107,6 +113,7 @@ class Maker {
 
   Experiment run() {
     for (int r = 0; r < 3; ++r) add_recording(r);
+    e_.scenario.gravity_W = level_;
     return e_;
   }
 
@@ -193,7 +200,7 @@ class Maker {
     calc_inverse_dynamics(model, vdot, &wrenches, data, &tau);
     for (int j = 0; j < 6; ++j) {
       JointColumns& c = out->joints[static_cast<size_t>(j)];
-      c.signal[0].push_back(state.q(j) + 2e-5 * normal_(random_));
+      c.signal[0].push_back(state.q(j) + (j == 0 ? hidden_.give * tau(6 + j) : 0.0) + 2e-5 * normal_(random_));
       const bool knee = j == 1;
       const double dry = hidden_.every + (knee ? hidden_.dry : 0);
       const double friction = dry * std::tanh(state.qd(j) / 1e-3) + (knee ? hidden_.rotor * vdot(6 + j) : 0);
@@ -218,6 +225,7 @@ class Maker {
   Experiment e_;
   TreeSpec tree_;
   double turn_ = 0;
+  Vector3d level_{0, 0, 0};
   std::mt19937 random_{7};
   std::normal_distribution<double> normal_;
 };
@@ -262,6 +270,24 @@ TEST(Legged, RotorIsNamedInItsJoint) {
   ASSERT_EQ(e.findings.size(), 1u);
   EXPECT_EQ(e.findings[0].effect, "rotor_inertia");
   EXPECT_NEAR(e.findings[0].parameters[0].value[0], 0.2, 0.02);
+}
+
+// The shaft gives, or the thigh or the pelvis beside it bends: nothing that is recorded tells where.
+TEST(Legged, AnElasticHipIsListedBesideTheLinksThatMayBendThere) {
+  Hidden hidden;
+  hidden.give = 1.0 / 800;
+  const Evidence e = diagnose_biped(hidden, {.leans = true});
+  ASSERT_EQ(e.findings.size(), 1u);
+  const Finding& f = e.findings[0];
+  EXPECT_EQ(f.effect, "joint_elasticity");
+  EXPECT_EQ(f.where.at("joint"), "l_hip");
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  EXPECT_NEAR(f.parameters[0].value[0], 800, 1.96 * f.parameters[0].std[0]);  // its own interval
+  std::vector<std::string> links;
+  for (const Alternative& a : f.alternatives) {
+    if (a.effect == "link_bending") links.push_back(a.where.at("link"));
+  }
+  EXPECT_EQ(links, (std::vector<std::string>{"pelvis", "l_thigh"}));
 }
 
 // Its inertia about the hip grows by a third: without that in its column, a torque constant or a rotor stands in for it.
@@ -363,6 +389,123 @@ TEST(LeggedFit, AnEffectBelowAnOverstatedNoiseStillGains) {
   EXPECT_NEAR(with.x(0), 3, 0.4);  // four errors of 2 / sqrt(600)
   // 600 log((9 + 64) / 64) over all rows is 79; half of them are fitted. Chance alone gains 1.
   EXPECT_GT(fitter.calc_gain(Part::kTrain, none, with) + fitter.calc_gain(Part::kHeld, none, with), 40);
+}
+
+// One joint's rows, calm and rough. The first column explains large errors of the rough rows. The second explains small
+// ones of the calm rows; in rough rows its halves oppose each other.
+std::vector<ChannelRows> make_calm_and_rough() {
+  std::mt19937 random(13);
+  std::normal_distribution<double> normal;
+  RowTable even(2), odd(2);
+  for (RowTable* half : {&even, &odd}) half->add_channel({"joint", "/joint_states/A/effort", "N m", "joint", "A"}, {0, 1});
+  for (int i = 0; i < 900; ++i) {
+    const bool rough = (i / 3) % 2 == 1;
+    const double swing = rough ? normal(random) : 0.1 * normal(random), shape = rough ? 0 : normal(random), opposed = rough ? 3 * normal(random) : 0;
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, rough ? 5.0 + 0.001 * i : 1.0 + 0.001 * i});
+      half->begin_row(0, 100 * swing + shape + 0.1 * normal(random), 20);
+      half->add(0, 0, swing), half->add(0, 1, shape + (half == &even ? opposed : -opposed));
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  return merge_halves(even, odd);
+}
+
+Candidate make_candidate(EffectId effect, const char* joint, std::vector<Terms> terms) {
+  static const CandidateLaw law{[](const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+    return std::vector<Estimate>{{"value", "1", {x(0)}, {std(0)}, false}};
+  }};
+  Candidate c;
+  c.effect = effect, c.law = &law, c.where = {{"joint", joint}}, c.terms = std::move(terms);
+  return c;
+}
+
+// A fit that no sums can tell says nothing of errors: the next fits weigh as before.
+TEST(LeggedFit, AColumnThatIsNoiseAloneSpoilsNoOtherFit) {
+  LeggedFitter fitter(make_calm_and_rough(), 2);
+  const Candidate rotor = make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}});
+  for (int round = 0; round < 4; ++round) fitter.update_weights(fitter.fit({rotor}));
+  const LeggedFit noise = fitter.fit({make_candidate(EffectId::kViscous, "A", {{{1, 1.0}}})});
+  ASSERT_FALSE(noise.x.allFinite()) << "1 - 3^2 is negative";
+  fitter.update_weights(noise);
+  EXPECT_NEAR(fitter.fit({rotor}).x(0), 100, 1);  // 1 %: errors of 1 in 450 swings of 1 are 0.05
+}
+
+// Play moves a link by the sign of its torque, give in proportion to it. Over torques that are spread evenly up to their
+// largest, (E |T|)^2 / E T^2 = (1/2)^2 / (1/3); over torques of one size nothing is left to tell them apart.
+TEST(LeggedFit, PlayAndGiveAreAsAlikeAsTorquesAreOfOneSize) {
+  std::mt19937 random(17);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> even_spread(0, 1);
+  for (const bool one_size : {false, true}) {
+    RowTable even(2), odd(2);
+    for (RowTable* half : {&even, &odd}) half->add_channel({"tilt, roll", "/joint_states", "rad", "foot", "A"}, {0, 1});
+    for (int i = 0; i < 3000; ++i) {
+      const double torque = one_size ? 1 : even_spread(random);
+      for (RowTable* half : {&even, &odd}) {
+        half->begin_cell({0.04 * i, i < 2000 ? 0 : 1, i / 12, 0, i < 2000, 1, 1});
+        half->begin_row(0, 0, 1), half->add(0, 0, 0.5), half->add(0, 1, torque + normal(random));
+        half->end_cell();
+      }
+    }
+    for (RowTable* half : {&even, &odd}) half->finish();
+    const LeggedFitter fitter(merge_halves(even, odd), 2);
+    const double alike = fitter.calc_overlap(make_candidate(EffectId::kBacklash, "A", {{{0, 1.0}}}), make_candidate(EffectId::kElasticity, "A", {{{1, 1.0}}}));
+    // Noise of 1 in 3000 rows leaves 2 / sqrt(3000) of a square of 1/3: a tenth.
+    EXPECT_NEAR(alike, one_size ? 1.0 : 0.75, 0.1);
+  }
+}
+
+TEST(LeggedLaws, AGiveThatMayBeNoneHasNoStiffness) {
+  const Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 4e-5), sure = 0.1 * x, unsure = 0.6 * x;
+  ASSERT_EQ(get_give_law().make_estimates({}, x, sure).size(), 1u);
+  EXPECT_DOUBLE_EQ(get_give_law().make_estimates({}, x, sure)[0].value[0], 25000);
+  EXPECT_TRUE(get_give_law().make_estimates({}, x, unsure).empty()) << "4e-5 +- 4.7e-5 rad/(N m), two deviations";
+}
+
+// Its second column tells while rough rows weigh little. When its first one has explained them, they do not.
+TEST(LeggedSearch, AnEffectThatLosesItsInformationTakesNoOtherWithIt) {
+  LeggedFitter fitter(make_calm_and_rough(), 2);
+  const std::vector<Candidate> all{make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}}),
+                                   make_candidate(EffectId::kSpring, "A", {{{0, 1.0}}, {{1, 1.0}}})};
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  const LeggedOutcome found = search_legged(&fitter, all, layout, 1.0, nullptr);
+  ASSERT_EQ(found.chosen.effects.size(), 1u);
+  EXPECT_EQ(found.chosen.effects[0].effect, EffectId::kRotorInertia);
+  EXPECT_NEAR(found.chosen.x(0), 100, 1);
+}
+
+// A drive that is 15 % too strong in an ankle, 6 N m at 40 N m, and a force of this size [N] on the body that nobody knows.
+size_t count_gains_beside(double force) {
+  std::mt19937 random(23);
+  std::normal_distribution<double> normal;
+  RowTable even(1), odd(1);
+  for (RowTable* half : {&even, &odd}) {
+    half->add_channel({"balance, force z", "/wrench/l/force", "N", "link", "pelvis"}, {});
+    half->add_channel({"joint", "/joint_states/A/effort", "N m", "joint", "A"}, {0});
+  }
+  for (int i = 0; i < 900; ++i) {
+    const double unknown = force * std::sin(0.9 * i), torque = 40 * normal(random);
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, 1.0 + 0.001 * (i % 7)});
+      half->begin_row(0, unknown + normal(random), 400 + 40 * std::sin(0.1 * i));
+      half->begin_row(1, 0.15 * torque + 0.2 * normal(random), torque), half->add(1, 0, torque);
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  LeggedFitter fitter(merge_halves(even, odd), 1);
+  Candidate gain = make_candidate(EffectId::kTorqueConstant, "A", {{{0, 1.0}}});
+  gain.lever = 0.1;
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  return search_legged(&fitter, {gain}, layout, 1.0, nullptr).effects.size();
+}
+
+// Anywhere under a sole of 0.2 m, 150 N make moments of up to 15 N m at the ankle; 20 N make 2.
+TEST(LeggedSearch, ADrivesGainThatAnUnknownForceUnderTheSoleCouldMakeIsNotNamed) {
+  EXPECT_EQ(count_gains_beside(150), 0u);
+  EXPECT_EQ(count_gains_beside(20), 1u);
 }
 
 // Sliding friction is as large as its law says and points against the way. A force of that size that drives a foot on, or
@@ -510,6 +653,18 @@ TEST(Legged, ForceSensorsThatAreLateTogetherHaveOneDelay) {
   EXPECT_NEAR(f.parameters[0].value[0], 7 * 0.004, 0.0014);  // 5 %: of first order in the delay
 }
 
+// The rate of the body, its slope and its specific force are late together: one delay, and no lag of the drives.
+TEST(Legged, AnImuThatIsLateInAWalkIsNoLagOfTheDrives) {
+  Experiment e = Maker({}, {}).run();
+  delay_columns("/imu/", 3, &e);
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_EQ(found.findings.size(), 1u);
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_delay");
+  EXPECT_EQ(f.where.at("sensor"), "/imu/waist");
+  EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0006);  // 5 %: of first order in the delay
+}
+
 // Nothing but encoders and feet that stand tells how the body turns.
 TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
   Recorded recorded = kLeans;
@@ -531,6 +686,23 @@ TEST(Legged, OneFootsForceTellsTheWeightWhileTheOtherSwings) {
   const LeggedReport report = diagnose_legged(Maker({}, recorded).run(), nullptr);
   EXPECT_TRUE(report.judged);
   for (const Finding& f : report.evidence.findings) EXPECT_NE(f.family, "mass and its place") << f.statement;
+}
+
+// Feet that stay on a slope: zeros of all legs, or an IMU that sits askew, are the same constant.
+TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
+  Hidden hidden;
+  hidden.slope = 0.04;
+  Recorded recorded = kLeans;
+  recorded.imu = true, recorded.six_axes = false;
+  const Evidence found = diagnose_biped(hidden, recorded);
+  ASSERT_EQ(found.findings.size(), 1u);
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "ground_slope") << f.statement;
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  int zeros = 0, askew = 0;
+  for (const Alternative& a : f.alternatives) zeros += a.effect == "joint_offset", askew += a.effect == "sensor_misalignment";
+  EXPECT_GE(zeros, 2) << "one of each ankle";
+  EXPECT_GE(askew, 1);
 }
 
 class SensorIsTurned : public testing::TestWithParam<std::pair<Vector3d, bool>> {};
@@ -692,6 +864,47 @@ TEST(LeggedTracks, ALateTrackIsShiftedBackAndALagIsAsItsEquationHasIt) {
     EXPECT_NEAR(lagged.value[k], expected, 2e-4);
     EXPECT_NEAR(lagged.value[k] + time * lagged.rate[k], x.value[k], 1e-12);  // the equation itself
   }
+}
+
+TEST(LeggedRegimes, NoLawChangesItsSignFromPhaseToPhase) {
+  EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.45}}));  // 3.3 deviations from 1
+  EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.55}}));   // by chance
+}
+
+// Rigid feet that roll over an edge turn under a moment, too, but not while they are pressed in the middle.
+TEST(LeggedRegimes, ASoleGivesWhereItIsPressedInTheMiddle) {
+  EXPECT_TRUE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.9, 0.05, 0.8}}));
+  EXPECT_FALSE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.7, 0.05, 0.8}}));
+}
+
+// A foot that bears 0 to 500 N; its sensor reads 6 % too much, or 30 N. One column tries a scale, one a zero.
+bool is_fault_steady(bool is_scale, bool of_scale) {
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  const int scale = layout.sensor(0, kForceScaleColumn), zero = layout.sensor(0, kForceBiasColumn + 2);
+  std::mt19937 random(19);
+  std::normal_distribution<double> normal;
+  RowTable even(layout.count()), odd(layout.count());
+  for (RowTable* half : {&even, &odd}) half->add_channel({"weight", "/wrench/l/force", "N", "link", "pelvis"}, {scale, zero});
+  for (int i = 0; i < 600; ++i) {
+    const double bears = 250 + 250 * std::sin(0.05 * i);
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 400 ? 0 : 1, i / 12, 0, i < 400, 1, 1.0 + 0.001 * (i % 7)});
+      half->begin_row(0, (is_scale ? 0.06 * bears : 30) + normal(random), 500), half->add(0, scale, bears), half->add(0, zero, 1);
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  LeggedFitter fitter(merge_halves(even, odd), layout.count());
+  Candidate fault = make_candidate(of_scale ? EffectId::kSensorScale : EffectId::kSensorBias, "", {{{of_scale ? scale : zero, 1.0}}});
+  fault.place = 0, fault.where = {{"sensor", "/wrench/l/force"}};
+  fitter.update_weights(fitter.fit({fault}));
+  return is_steady(list_regimes(fitter, fitter.fit({fault}), 0, layout));
+}
+
+TEST(LeggedRegimes, AZeroOfAForceThatGrowsWithWhatTheFootBearsIsNone) {
+  EXPECT_FALSE(is_fault_steady(true, false));
+  EXPECT_TRUE(is_fault_steady(true, true));
+  EXPECT_TRUE(is_fault_steady(false, false));
 }
 
 TEST(LeggedRegimes, CalmAndRoughRowsThatDisagreeAreTwoCauses) {

@@ -54,6 +54,18 @@ class Scorer(unittest.TestCase):
         self.assertEqual(word(truth(), report("unexplained")), "false alarm")
         self.assertEqual(word(truth(), report("explained", found("payload", link="x"))), "false finding")
 
+    def test_a_link_that_bends_counts_where_a_finding_lists_it_at_its_place(self):
+        bend = {"effect": "hip_bend", "joint": "l_yaw", "stiffness": 9000.0}
+        for link, expected in (("l_yaw_link", "right among twins"), ("r_yaw_link", "wrong cause")):
+            listed = [{"effect": "link_bending", "where": {"link": link}}]
+            answer = report("explained", found("joint_elasticity", alternatives=listed, joint="l_roll"))
+            self.assertEqual(word(truth(bend), answer), expected)
+        plain = report("explained", found("joint_elasticity", joint="l_roll"))
+        self.assertEqual(word(truth(bend), plain), "wrong cause")
+        extra = report("explained", found("joint_elasticity", alternatives=[{"effect": "link_bending", "where": {"link": "l_yaw_link"}}],
+                                          joint="l_roll"), found("payload", link="x"))
+        self.assertEqual(word(truth(bend), extra), "extra finding")
+
     def test_unknown_physics_wants_its_place_and_no_name(self):
         self.assertEqual(word(truth(STOP), report("unexplained", unexplained=[{"where": {"joint": "a"}}])), "right")
         self.assertEqual(word(truth(STOP), report("unexplained", unexplained=[{"where": {"joint": "b"}}])), "wrong place")
