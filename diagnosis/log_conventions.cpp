@@ -7,7 +7,7 @@
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/report/json.h"
@@ -23,6 +23,7 @@ constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a doze
 constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
 constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
 constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
+constexpr double kExact = 1e-4;     // of an effort's squares: an explanation that leaves less needs no zero beside it
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
 // Standard deviation: the bracket is where the scale can be at all.
@@ -183,22 +184,25 @@ bool merge(const Json& finding, Json* list) {
   throw InputError(d);
 }
 
+// What explains: all effects on the list, or only those of joints and their drives.
+enum class Of { kAll, kJoints };
+
 // The best that effects on the list can do for these recordings.
 struct Explanation {
   std::vector<double> cross, effective;  // by joint: mean square left over its effort's, and independent samples
   double cost = 0.0;                     // [nats] of its terms
 };
 
-Explanation explain(const Experiment& e, int jobs) {
+Explanation explain(const Experiment& e, int jobs, Of of = Of::kAll) {
   Explanation out;
   TorqueData data = make_torque_data(e);
   if (data.recordings.empty()) return out;
-  const TorqueDesign design = make_torque_design(std::move(data));
+  TorqueDesign design = make_torque_design(std::move(data));
   if (design.joints.empty()) return out;
-  const Choice choice = choose_torque_model(design, jobs);
+  const Choice choice = of == Of::kJoints ? choose_joint_terms(design, jobs) : choose_with_placed_loads(jobs, &design);
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];
-    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kFloor));
+    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kExact));
     out.effective.push_back(joint.effective);
     for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
   }
@@ -238,9 +242,12 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   JointZeros found = find_joint_zeros(data);
   if (found.joints.empty() || found.left > kWorth) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
-  const double gain = compare(polish_zeros(e, jobs, &found.joints), explain(e, jobs));
-  const bool alone = found.joints.size() == 1 && !found.joints[0].turned && found.left < kAlone;
-  if (gain < (alone ? -kParsimony : cost + kNats)) return {};
+  const Explanation without = explain(e, jobs);
+  const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
+  const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kAlone;
+  // Beside a load a zero is one more effect, however much of the load it would do.
+  const bool alone = most && compare(explain(convert_zeros(e, found.joints), jobs, Of::kJoints), without) > -kParsimony;
+  if (!alone && gain < cost + kNats) return {};
   for (const JointZero& zero : found.joints) {
     if (zero.turned) fail_turned(e, zero);
   }

@@ -34,8 +34,10 @@ class Chooser {
  public:
   Chooser(const TorqueDesign& design, int jobs, Timing timing) : design_(design), jobs_(jobs), timing_(timing) {}
 
+  Choice run_joints() { return choose_own({}, Eigen::VectorXd::Zero(whole_width())); }
+
   Choice run() {
-    Choice choice = choose_own({}, Eigen::VectorXd::Zero(whole_width()));
+    Choice choice = run_joints();
     while (choice.model.whole.size() < kMostWhole && add_whole(&choice)) {
     }
     merge_into_loads(&choice);
@@ -309,6 +311,8 @@ bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen
   const Eigen::VectorXd p = drop_unseen(design, term, all);
   return term.row->allows(p, find_reach(*design.data, term));
 }
+
+Choice choose_joint_terms(const TorqueDesign& design, int jobs) { return Chooser(design, jobs, Timing::kFree).run_joints(); }
 
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing) { return Chooser(design, jobs, timing).run(); }
 

@@ -29,7 +29,6 @@ constexpr double kSmall = 0.1, kFollows = 0.2;
 constexpr double kLaw = 0.7;
 // Held-out mean square over that of friction and rotors below which a delay is told from them: half of what they leave.
 constexpr double kTells = 0.25;
-constexpr int kPlacings = 2;  // of a load, whose inertia follows from where it hangs
 constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one effect of a clean world
 constexpr int kFew = 3;      // effects of drives that sets of a few have at most
 
@@ -37,10 +36,7 @@ class Judge {
  public:
   Judge(const Experiment& e, TorqueDesign&& design, int jobs)
       : e_(e), jobs_(jobs), design_(std::move(design)) {
-    for (int i = 0; i < kPlacings && place_each_load(&design_); ++i) {
-    }
-    choice_ = choose_torque_model(design_, jobs);
-    for (int i = 0; i < kPlacings && place_loads(choice_.model, &design_); ++i) choice_ = choose_torque_model(design_, jobs);
+    choice_ = choose_with_placed_loads(jobs, &design_);
     drop_misleading_terms(jobs, Timing::kFree, &design_, &choice_);
     choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);

@@ -9,6 +9,7 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr int kPlacings = 2;     // of a load, whose inertia follows from where it hangs
 constexpr double kMoved = 0.01;  // [m]: 10 % of the inertia of a load at 0.2 m
 
 // What every drive has, and one load of the whole robot.
@@ -56,8 +57,7 @@ std::vector<size_t> list_loads(const TorqueDesign& design) {
   return loads;
 }
 
-}  // namespace
-
+// Every load where it hangs alone; false, and nothing changed, if none moves by more than a hand's width tells.
 bool place_each_load(TorqueDesign* design) {
   std::vector<TorqueModel> models;
   const double without = fit_torque(*design, {list_usual_terms(*design), {}}).evidence;
@@ -68,6 +68,7 @@ bool place_each_load(TorqueDesign* design) {
   return move_loads(models, design);
 }
 
+// Loads of the links whose mass is in question in a model, beside all else that it has; as above.
 bool place_loads(const TorqueModel& model, TorqueDesign* design) {
   std::set<int> links;
   for (size_t term : model.whole) {
@@ -78,6 +79,16 @@ bool place_loads(const TorqueModel& model, TorqueDesign* design) {
     if (links.count(design->whole[load].place)) models.push_back(exchange_masses(*design, model, load));
   }
   return move_loads(models, design);
+}
+
+}  // namespace
+
+Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
+  for (int i = 0; i < kPlacings && place_each_load(design); ++i) {
+  }
+  Choice choice = choose_torque_model(*design, jobs);
+  for (int i = 0; i < kPlacings && place_loads(choice.model, design); ++i) choice = choose_torque_model(*design, jobs);
+  return choice;
 }
 
 }  // namespace hrp::diagnosis

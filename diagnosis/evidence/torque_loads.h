@@ -7,12 +7,9 @@
 
 namespace hrp::diagnosis {
 
-// The design with loads at the places that fit, for every link whose mass is in question in `model`. False, and nothing
-// changed, if no place moves by more than a hand's width tells.
-bool place_loads(const TorqueModel& model, TorqueDesign* design);
-
-// The same for every link, each with a load of its own beside what every drive has, before anything is chosen: loads far
-// from their link's centre of mass lose against wrong gains otherwise. Again, as often as it is true.
-bool place_each_load(TorqueDesign* design);
+// The best model, and the design with loads where they fit: first of every link, each alone beside what every drive has, as
+// loads far from their link's centre of mass lose against wrong gains otherwise; then of links whose mass is in question in
+// the model.
+Choice choose_with_placed_loads(int jobs, TorqueDesign* design);
 
 }  // namespace hrp::diagnosis

@@ -83,5 +83,7 @@ struct Choice {
 // Whether commands may be late.
 enum class Timing { kFree, kAsRecorded };
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing = Timing::kFree);
+// The same without terms of the whole robot.
+Choice choose_joint_terms(const TorqueDesign& design, int jobs);
 
 }  // namespace hrp::diagnosis

@@ -232,12 +232,15 @@ TEST(Choice, WhatIsNamedCounts) {
 }
 
 TEST(TopicNames, TheEndOfANameWillDoWhenItIsTheOnlyOne) {
-  const std::vector<std::string> names{"hrp/contact_forces", "rt/imu/chest", "rt/wrench/left_foot", "hrp/left_foot", "hrp/forces"};
+  const std::vector<std::string> names{"hrp/contact_forces", "rt/imu/chest", "rt/wrench/left_foot", "rt/imu/left_foot", "hrp/forces",
+                                       "hrp/sensor_data", "hrp/partner/sensor_data"};
   EXPECT_THAT(topics::find_meant_topics("contact_forces", names), ElementsAre("hrp/contact_forces"));
   EXPECT_THAT(topics::find_meant_topics("/hrp/contact_forces", names), ElementsAre("hrp/contact_forces"));
   EXPECT_THAT(topics::find_meant_topics("imu/chest", names), ElementsAre("rt/imu/chest"));
-  EXPECT_THAT(topics::find_meant_topics("left_foot", names), ElementsAre("rt/wrench/left_foot", "hrp/left_foot"));
+  EXPECT_THAT(topics::find_meant_topics("left_foot", names), ElementsAre("rt/wrench/left_foot", "rt/imu/left_foot"));
   EXPECT_THAT(topics::find_meant_topics("forces", names), ElementsAre("hrp/forces")) << "whole parts of a name only";
+  EXPECT_THAT(topics::find_meant_topics("sensor_data", names), ElementsAre("hrp/sensor_data")) << "the first robot's";
+  EXPECT_THAT(topics::find_meant_topics("partner/sensor_data", names), ElementsAre("hrp/partner/sensor_data"));
   EXPECT_THAT(topics::find_meant_topics("odour", names), IsEmpty());
 }
 

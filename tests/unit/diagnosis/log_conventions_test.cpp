@@ -90,6 +90,13 @@ TEST(LogConventions, ALoadInTheHandIsNoOtherZero) {
   EXPECT_FALSE(find_conventions(make_logged("load_no_zero", kShoulder, 0.0, 1.0, hidden), 1).any());
 }
 
+// A load beside the line from joint to centre of mass turns that line, as a zero of the joint does. Its inertia, taken
+// where it hangs, tells it.
+TEST(LogConventions, ALoadBesideTheForearmIsNoOtherZero) {
+  const Hypothesis hidden{{EffectId::kPayload, kFore, {0.5, 0.0, 0.0, 0.15, 0.0}}};
+  EXPECT_TRUE(find_conventions(make_logged("load_beside_no_zero", kShoulder, 0.0, 1.0, hidden), 1).zeros.empty());
+}
+
 TEST(LogConventions, ASidewaysForceIsNoOtherZero) {
   Hypothesis hidden = make_drives();
   hidden.push_back({EffectId::kExternalForce, kFore, {6.0, 0.0, 0.0}});
