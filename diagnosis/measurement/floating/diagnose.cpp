@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <memory>
 
@@ -14,6 +15,7 @@
 #include "diagnosis/measurement/floating/equations.h"
 #include "diagnosis/measurement/floating/imu_rows.h"
 #include "diagnosis/measurement/floating/load_share.h"
+#include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -22,17 +24,13 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kReach = 1.0;       // [m] of a load from its link's origin
-constexpr double kClear = 0.35;      // share of an equation's mismatch that can be predicted: then something is missing
-constexpr double kLasts = 0.2;       // share of rows whose errors are independent: below, what is left lasts and is no chance
-constexpr double kStands = 3.0;      // times its noise and exactness that a mismatch must be
-constexpr double kToNoise = 3.0;     // the same, of what is left of all equations together, to be called explained
+constexpr double kToNoise = 3.0;     // times noise and exactness: what is left of all equations together, to be called explained
 // What takes away less than both explains nothing: of the whole nominal error, and of an equation's mismatch.
 constexpr double kRemains = 0.9, kMain = 0.3;
 // With so little explained of all equations, and so much of the held-out error left, another cause may pass for what was found.
 constexpr double kLittle = 0.25, kMuchLeft = 0.8;
 constexpr double kAlone = 0.8;  // share of an equation's mismatch that a cause takes which nothing else is behind
 constexpr double kTurning = 0.5;  // of a gyroscope's spread: feet that turn so much do not stand
-constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
 constexpr const char* kBends = "link_bending";  // an alternative that the table of effects does not hold
@@ -80,8 +78,7 @@ class Reporter {
 
  private:
   size_t count() const { return fitter_.channels().size(); }
-  Part held(size_t c) const { return fitter_.count(Part::kHeld, c) > 0 ? Part::kHeld : Part::kTrain; }
-  double get(const LeggedFit& fit, size_t c) const { return fit.mean_square[static_cast<size_t>(held(c))][c]; }
+  double get(const LeggedFit& fit, size_t c) const { return get_mean_square(fitter_, fit, c); }
 
   Finding make_finding(const FoundEffect& f) const {
     Finding out = floating::make_finding(f.effect.effect, f.effect.where, make_estimates(f.effect, f.x, f.std));
@@ -311,45 +308,25 @@ class Reporter {
     out_.fit.signals.push_back(s);
   }
 
-  // An equation of which something is left that could be predicted, or that is far beyond its noise.
-  bool is_left(const LeggedFit& fit, size_t c) const {
-    const double left = get(fit, c);
-    const bool lasts = fitter_.count_independent(held(c), c) < kLasts * static_cast<double>(fitter_.count(held(c), c));
-    return left > kStands * kStands * fitter_.floor(c) && (fitter_.calc_ceiling(c) > kClear || (lasts && !is_of_soles(c)));
-  }
-
-  // Feet roll over their edges and lie a little askew: no mismatch by itself.
-  bool is_of_soles(size_t c) const {
-    const std::string& kind = fitter_.channels()[c].info.kind;
-    return kind.rfind("tilt", 0) == 0 || kind == "height";
-  }
-
-  static Where make_where(const ChannelInfo& info) { return {{info.place, info.name}}; }
-
+  // Where a verdict without findings stands on effects that were not of one size, the report says where they were.
   void add_remaining() {
-    std::vector<size_t> order;
-    for (size_t c = 0; c < count(); ++c) {
-      if (fitter_.channels()[c].rows() > 0 && (is_left(model_, c) || get(model_, c) < 0.7 * get(o_.nominal, c))) order.push_back(c);
-    }
-    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-      return get(o_.nominal, a) / fitter_.floor(a) > get(o_.nominal, b) / fitter_.floor(b);
-    });
-    if (order.size() > kMostRemaining) order.resize(kMostRemaining);
-    for (size_t c : order) {
-      const ChannelInfo& info = fitter_.channels()[c].info;
-      Remaining r;
-      r.where = make_where(info), r.unit = info.unit;
-      r.before = std::sqrt(get(o_.nominal, c)), r.after = std::sqrt(get(model_, c));
-      r.statement = info.name + " (equation: " + info.kind + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit + " are left, root mean square beyond noise.";
-      out_.remaining.push_back(std::move(r));
-    }
+    std::vector<size_t> unsteady;
+    if (out_.findings.empty()) unsteady = list_unsteady();
+    out_.remaining = list_remaining(fitter_, o_.nominal, model_, unsteady);
+  }
+
+  std::vector<size_t> list_unsteady() const {
+    std::vector<size_t> out;
+    std::copy_if(o_.unsteady.begin(), o_.unsteady.end(), std::back_inserter(out),
+                 [this](size_t c) { return !is_of_soles(fitter_.channels()[c].info); });
+    return out;
   }
 
   void add_mismatch() {
     for (size_t c = 0; c < count(); ++c) {
       if (fitter_.channels()[c].rows() == 0) continue;
       const double score = std::sqrt(get(o_.nominal, c) / fitter_.floor(c));
-      const bool told = is_left(o_.nominal, c) || get(model_, c) < 0.7 * get(o_.nominal, c);
+      const bool told = is_left(fitter_, o_.nominal, c) || get(model_, c) < 0.7 * get(o_.nominal, c);
       if (score < 1 || !told) continue;
       add_intervals(c, score);
     }
@@ -385,7 +362,7 @@ class Reporter {
 
   bool is_anything_left() const {
     for (size_t c = 0; c < count(); ++c) {
-      if (fitter_.channels()[c].rows() > 0 && is_left(model_, c)) return true;
+      if (fitter_.channels()[c].rows() > 0 && is_left(fitter_, model_, c)) return true;
     }
     return false;
   }
@@ -409,8 +386,7 @@ class Reporter {
 
   Verdict find_verdict() const {
     const bool left = is_anything_left();
-    const bool odd = std::any_of(o_.unsteady.begin(), o_.unsteady.end(), [this](size_t c) { return !is_of_soles(c); });
-    if (out_.findings.empty()) return left || odd ? Verdict::kUnexplained : Verdict::kNoMismatch;
+    if (out_.findings.empty()) return left || !list_unsteady().empty() ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
     const bool gone = out_.fit.validate_after < kRemains * out_.fit.validate_before ||
                       std::any_of(out_.findings.begin(), out_.findings.end(), [](const Finding& f) { return f.share > kMain; });

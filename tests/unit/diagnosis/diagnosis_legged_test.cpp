@@ -22,6 +22,7 @@
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
+#include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/tracks.h"
@@ -506,6 +507,46 @@ size_t count_gains_beside(double force) {
 TEST(LeggedSearch, ADrivesGainThatAnUnknownForceUnderTheSoleCouldMakeIsNotNamed) {
   EXPECT_EQ(count_gains_beside(150), 0u);
   EXPECT_EQ(count_gains_beside(20), 1u);
+}
+
+// Two joints whose errors change from row to row, so that neither stands out: of this size [N m], and noise of which
+// half comes back with the other sign, so that products of the halves lack 0.5 N^2 m^2.
+std::vector<Remaining> list_remaining_of_noise(const std::vector<size_t>& unsteady, double size) {
+  std::mt19937 random(29);
+  std::normal_distribution<double> normal;
+  RowTable even(1), odd(1);
+  for (RowTable* half : {&even, &odd}) {
+    for (const char* joint : {"A", "B"}) half->add_channel({"joint", "/joint_states/" + std::string(joint) + "/effort", "N m", "joint", joint}, {});
+  }
+  for (int i = 0; i < 900; ++i) {
+    const double errors[] = {size * normal(random), size * normal(random)}, opposed[] = {normal(random), normal(random)};
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, 1});
+      for (int c = 0; c < 2; ++c) half->begin_row(c, errors[c] + (half == &even ? 1 : -0.5) * opposed[c], 20);
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  const LeggedFitter fitter(merge_halves(even, odd), 1);
+  const LeggedFit nominal = fitter.fit({});
+  return list_remaining(fitter, nominal, nominal, unsteady);
+}
+
+// A verdict that stands on an effect that was not of one size says where that was.
+TEST(LeggedRemaining, AnEquationThatAnEffectOfManySizesHelpedIsListedWithItsPlace) {
+  EXPECT_TRUE(list_remaining_of_noise({}, 1).empty());
+  const std::vector<Remaining> left = list_remaining_of_noise({1, 1}, 1);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_EQ(left[0].where.at("joint"), "B");
+  EXPECT_NEAR(left[0].before, std::sqrt(0.5), 0.1);  // 1 - 0.5; four errors of 1.4 / sqrt(300) of the square
+  EXPECT_DOUBLE_EQ(left[0].after, left[0].before);
+}
+
+TEST(LeggedRemaining, AnEquationThatHasNothingBeyondNoiseByNowIsListedWithItsNoise) {
+  const std::vector<Remaining> left = list_remaining_of_noise({1}, 0);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_NEAR(left[0].before, 0.25, 0.03);  // the mean of both halves
+  EXPECT_DOUBLE_EQ(left[0].share(), 1);
 }
 
 // Sliding friction is as large as its law says and points against the way. A force of that size that drives a foot on, or
