@@ -14,6 +14,7 @@
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations.h"
 #include "diagnosis/measurement/floating/imu_rows.h"
+#include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search.h"
@@ -52,8 +53,8 @@ std::string get_place(const Where& where) {
 
 class Reporter {
  public:
-  Reporter(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter, const LeggedOutcome& outcome)
-      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome), model_(outcome.chosen) {}
+  Reporter(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter, const LeggedOutcome& outcome, const std::vector<SoleLaw>& soles)
+      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome), soles_(soles), model_(outcome.chosen) {}
 
   Evidence run(const CheckResult& checks) {
     out_.method =
@@ -81,7 +82,10 @@ class Reporter {
   double get(const LeggedFit& fit, size_t c) const { return get_mean_square(fitter_, fit, c); }
 
   Finding make_finding(const FoundEffect& f) const {
-    Finding out = floating::make_finding(f.effect.effect, f.effect.where, make_estimates(f.effect, f.x, f.std));
+    std::vector<Estimate> parameters = make_estimates(f.effect, f.x, f.std);
+    const SoleLaw law = find_sole_law(f.effect);
+    const bool lands = put_law(law, &parameters);
+    Finding out = floating::make_finding(f.effect.effect, f.effect.where, parameters);
     out.share = f.share, out.probability = std::min(0.99, 1 - 1 / (1 + std::max(0.0, f.gain)));
     out.weight = std::max(0.0, f.gain) / std::max(1.0, fitter_.calc_gain(Part::kHeld, o_.nominal, o_.chosen) + fitter_.calc_gain(Part::kTrain, o_.nominal, o_.chosen));
     for (const Rival& r : f.rivals) {
@@ -92,6 +96,7 @@ class Reporter {
     out.statement = get_place(out.where) + ": " + get_effect(f.effect.effect).phrase + " (" + describe(out.parameters) + "). It takes " +
                     format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + fitter_.channels()[f.channel].info.kind +
                     "' away.";
+    if (lands) out.statement += format(" How it gives in height is from %.0f landings.", static_cast<double>(law.landings));
     if (f.sums_up) add_other_zeros(f.effect.place, &out);
     if (f.effect.effect == EffectId::kGroundSlope) add_zeros_for_slope(&out);
     if (f.effect.effect == EffectId::kJointOffset) add_slope_for_zero(f.effect.place, &out);
@@ -107,6 +112,11 @@ class Reporter {
       out.statement += ".";
     }
     return out;
+  }
+
+  SoleLaw find_sole_law(const Candidate& effect) const {
+    const auto foot = static_cast<size_t>(std::max(0, effect.place));
+    return effect.effect == EffectId::kFootCompliance && effect.place >= 0 && foot < soles_.size() ? soles_[foot] : SoleLaw{};
   }
 
   // A link beside an elastic joint that bends about the same axis moves all that follows alike: no sensor of these sets
@@ -410,6 +420,7 @@ class Reporter {
   const Contacts& contacts_;
   const LeggedFitter& fitter_;
   const LeggedOutcome& o_;
+  const std::vector<SoleLaw>& soles_;  // by foot, or empty
   LeggedFit model_;  // what was chosen, and a weight that is one number
   Evidence out_;
 };
@@ -500,6 +511,18 @@ Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit
   return out;
 }
 
+// Of soles that were found to give; empty where none was.
+std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const Eigen::VectorXd& about, const LeggedOutcome& outcome) {
+  std::vector<char> soft(static_cast<size_t>(layout.feet), 0);
+  for (const FoundEffect& f : outcome.effects) {
+    if (f.effect.effect == EffectId::kFootCompliance && f.effect.place >= 0) soft[static_cast<size_t>(f.effect.place)] = 1;
+  }
+  if (std::count(soft.begin(), soft.end(), 1) == 0) return {};
+  LeggedLog all = make_legged_log(e, Half::kAll);
+  correct_log(layout, about, &all);
+  return fit_landings(list_landings(all), soft);
+}
+
 bool is_same_correction(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   for (long i = 0; i < a.size(); ++i) {
     if (std::abs(a(i) - b(i)) > kSettled * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
@@ -553,7 +576,8 @@ LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const
     fitter = std::make_unique<LeggedFitter>(make_channels(even, odd, contacts, layout, about, checks.raw_counts), rows.num_columns());
     outcome = search_legged(fitter.get(), candidates, layout, kReach, progress);
   }
-  out.evidence = Reporter(even, contacts, *fitter, outcome).run(checks);
+  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, about, outcome);
+  out.evidence = Reporter(even, contacts, *fitter, outcome, soles).run(checks);
   out.series = make_series(e, *fitter, outcome, out.evidence);
   return out;
 }
