@@ -511,11 +511,14 @@ Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit
   return out;
 }
 
-// Of soles that were found to give; empty where none was.
+// Of soles that were found to give; empty where none was, or where a leg's joint gives, too: then the height of a foot tells
+// their sum.
 std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const Eigen::VectorXd& about, const LeggedOutcome& outcome) {
   std::vector<char> soft(static_cast<size_t>(layout.feet), 0);
   for (const FoundEffect& f : outcome.effects) {
-    if (f.effect.effect == EffectId::kFootCompliance && f.effect.place >= 0) soft[static_cast<size_t>(f.effect.place)] = 1;
+    const EffectId effect = f.effect.effect;
+    if (effect == EffectId::kElasticity || effect == EffectId::kBacklash) return {};
+    if (effect == EffectId::kFootCompliance && f.effect.place >= 0) soft[static_cast<size_t>(f.effect.place)] = 1;
   }
   if (std::count(soft.begin(), soft.end(), 1) == 0) return {};
   LeggedLog all = make_legged_log(e, Half::kAll);
