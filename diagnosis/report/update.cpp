@@ -70,7 +70,7 @@ void complete_sole(Json* parameters) {
 }
 
 // Two encoders tell how a transmission gives; the rotor behind it is a finding of its own at the same joint.
-void complete_transmission(const nlohmann::json& finding, const nlohmann::json& list, Json* parameters) {
+void add_found_rotor(const nlohmann::json& finding, const nlohmann::json& list, Json* parameters) {
   if (parameters->contains("rotor_inertia")) return;
   for (const nlohmann::json& other : list) {
     if (other.at("effect") != "rotor_inertia" || other.at("where") != finding.at("where")) continue;
@@ -79,9 +79,35 @@ void complete_transmission(const nlohmann::json& finding, const nlohmann::json& 
   }
 }
 
-// A finding without its intervals, as an element of `effects`. JSON is YAML, too, and quotes every name. What cannot
-// be, such as a negative damping that noise left over, is cut to 0.
-std::string make_effect_line(const nlohmann::json& finding, const nlohmann::json& list) {
+// [kg m^2] As the model has it; 0 where it has none.
+double find_nominal_rotor(const Scenario& scenario, const TreeSpec& tree, const std::string& name) {
+  const auto stated = scenario.rotor_inertia.find(name);
+  if (stated != scenario.rotor_inertia.end()) return stated->second;
+  const int joint = tree.find_joint(name);
+  return joint < 0 ? 0.0 : tree.joint(joint).rotor_inertia;
+}
+
+// A foot's tilt tells only how far a joint gives. The simulator needs a rotor behind it, too, and damping: those that fits
+// start from, about the model's own rotor.
+void complete_transmission(const nlohmann::json& finding, double rotor, Json* parameters) {
+  if (!parameters->contains("stiffness") || !(parameters->at("stiffness").get<double>() > 0)) return;
+  const EffectInfo& row = *find_effect(finding.at("effect").get<std::string>());
+  std::vector<double> values(row.parameters.size());
+  row.give.make_parameters(rotor, 1.0 / parameters->at("stiffness").get<double>(), values.data());
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (!parameters->contains(row.parameters[i].name)) (*parameters)[row.parameters[i].name] = values[i];
+  }
+}
+
+// An element of `effects`, and those of its parameters that no recording told.
+struct EffectLine {
+  std::string text;
+  std::vector<std::string> assumed;
+};
+
+// A finding without its intervals. JSON is YAML, too, and quotes every name. What cannot be, such as a negative damping
+// that noise left over, is cut to 0.
+EffectLine make_effect_line(const nlohmann::json& finding, const nlohmann::json& list, const Scenario& scenario, const TreeSpec& tree) {
   Json parameters = Json::object();
   for (const auto& [name, p] : finding.at("parameters").items()) {
     Json value = p.is_object() && p.contains("value") ? p.at("value") : p;
@@ -90,11 +116,24 @@ std::string make_effect_line(const nlohmann::json& finding, const nlohmann::json
       value = std::max(0.0, value.get<double>());
     parameters[name] = value;
   }
+  const bool elastic = finding.at("effect") == "joint_elasticity";
+  if (elastic) add_found_rotor(finding, list, &parameters);
+  const Json found = parameters;
   if (finding.at("where").contains("foot")) complete_sole(&parameters);
-  if (finding.at("effect") == "joint_elasticity") complete_transmission(finding, list, &parameters);
-  return "  - " +
-         Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump() +
-         "\n";
+  if (elastic) complete_transmission(finding, find_nominal_rotor(scenario, tree, finding.at("where").value("joint", "")), &parameters);
+  EffectLine out;
+  for (const auto& [name, value] : parameters.items()) {
+    if (!found.contains(name)) out.assumed.push_back(name);
+  }
+  out.text = "  - " + Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump();
+  return out;
+}
+
+// Behind an element of `effects`: "  # ambiguous; assumed: damping, rotor_inertia".
+std::string make_comment(const std::string& grade, const std::vector<std::string>& assumed) {
+  std::string out = grade;
+  for (size_t i = 0; i < assumed.size(); ++i) out += (i > 0 ? ", " : out.empty() ? "assumed: " : "; assumed: ") + assumed[i];
+  return (out.empty() ? "" : "  # ") + out + "\n";
 }
 
 bool is_listed(const nlohmann::json& list, const nlohmann::json& finding) {
@@ -149,7 +188,7 @@ std::string make_servos(const nlohmann::json& findings) {
 // Every effect that the simulator has a law for, with its grade; the others as comments that say why not. Transmissions
 // that give come last: the inertia of their rotors may be a finding, too.
 std::string make_effects(const std::string& scenario, const std::string& before, nlohmann::json list,
-                         const TreeSpec& tree, const std::string& path) {
+                         const Experiment& e, const std::string& path) {
   std::string effects = before, notes;
   std::stable_partition(list.begin(), list.end(), [](const nlohmann::json& effect) {
     const EffectInfo* info = find_effect(effect.at("effect").get<std::string>());
@@ -165,11 +204,10 @@ std::string make_effects(const std::string& scenario, const std::string& before,
       notes += make_note(effect, "a fault of the log, not of the robot");
       continue;
     }
-    const std::string line = make_effect_line(effect, list);
+    const EffectLine line = make_effect_line(effect, list, e.scenario, e.robot.tree);
     try {
-      check_simulated(scenario + "effects:\n" + effects + line, tree, path);
-      const std::string grade = effect.value("grade", "");
-      effects += line.substr(0, line.size() - 1) + (grade.empty() ? "" : "  # " + grade) + "\n";
+      check_simulated(scenario + "effects:\n" + effects + line.text + "\n", e.robot.tree, path);
+      effects += line.text + make_comment(effect.value("grade", ""), line.assumed);
     } catch (const InputError& error) {
       std::string why = error.what();
       std::replace(why.begin(), why.end(), '\n', ' ');
@@ -308,7 +346,7 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   if (!servos.empty()) also.insert({"servo", "perfect_joints"});
   const std::string kept = split(e.scenario.text, also).kept;
   std::string text = head + kept + servos + tail;
-  text += make_effects(text, parts.effects, list_effects(report), e.robot.tree, path.string());
+  text += make_effects(text, parts.effects, list_effects(report), e, path.string());
   write_text(path, text);
   write_exports(folder);
   return text;
@@ -320,7 +358,7 @@ std::string make_scenario_text(const Experiment& e, const nlohmann::json& effect
   const ScenarioText parts = split(e.scenario.text, {});
   std::string text = "robot: " + Json(e.scenario.robot).dump() + "\n" + parts.kept + make_steps(e, find_replayed(e));
   if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) text += kSoftContact;
-  return text + make_effects(text, parts.effects, effects, e.robot.tree, e.scenario.path);
+  return text + make_effects(text, parts.effects, effects, e, e.scenario.path);
 }
 
 void write_first_report(const std::string& folder, const Reports& reports) {

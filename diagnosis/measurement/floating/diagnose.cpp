@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <memory>
 
@@ -13,7 +14,9 @@
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations.h"
 #include "diagnosis/measurement/floating/imu_rows.h"
+#include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/load_share.h"
+#include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -22,17 +25,13 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kReach = 1.0;       // [m] of a load from its link's origin
-constexpr double kClear = 0.35;      // share of an equation's mismatch that can be predicted: then something is missing
-constexpr double kLasts = 0.2;       // share of rows whose errors are independent: below, what is left lasts and is no chance
-constexpr double kStands = 3.0;      // times its noise and exactness that a mismatch must be
-constexpr double kToNoise = 3.0;     // the same, of what is left of all equations together, to be called explained
+constexpr double kToNoise = 3.0;     // times noise and exactness: what is left of all equations together, to be called explained
 // What takes away less than both explains nothing: of the whole nominal error, and of an equation's mismatch.
 constexpr double kRemains = 0.9, kMain = 0.3;
 // With so little explained of all equations, and so much of the held-out error left, another cause may pass for what was found.
 constexpr double kLittle = 0.25, kMuchLeft = 0.8;
 constexpr double kAlone = 0.8;  // share of an equation's mismatch that a cause takes which nothing else is behind
 constexpr double kTurning = 0.5;  // of a gyroscope's spread: feet that turn so much do not stand
-constexpr size_t kMostRemaining = 8;
 constexpr int kRounds = 3;           // of equations about what was found: each leaves a hundredth of the last one's error
 constexpr double kSettled = 0.01;    // share by which corrections may still change
 constexpr const char* kBends = "link_bending";  // an alternative that the table of effects does not hold
@@ -54,8 +53,8 @@ std::string get_place(const Where& where) {
 
 class Reporter {
  public:
-  Reporter(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter, const LeggedOutcome& outcome)
-      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome), model_(outcome.chosen) {}
+  Reporter(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter, const LeggedOutcome& outcome, const std::vector<SoleLaw>& soles)
+      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome), soles_(soles), model_(outcome.chosen) {}
 
   Evidence run(const CheckResult& checks) {
     out_.method =
@@ -80,11 +79,13 @@ class Reporter {
 
  private:
   size_t count() const { return fitter_.channels().size(); }
-  Part held(size_t c) const { return fitter_.count(Part::kHeld, c) > 0 ? Part::kHeld : Part::kTrain; }
-  double get(const LeggedFit& fit, size_t c) const { return fit.mean_square[static_cast<size_t>(held(c))][c]; }
+  double get(const LeggedFit& fit, size_t c) const { return get_mean_square(fitter_, fit, c); }
 
   Finding make_finding(const FoundEffect& f) const {
-    Finding out = floating::make_finding(f.effect.effect, f.effect.where, make_estimates(f.effect, f.x, f.std));
+    std::vector<Estimate> parameters = make_estimates(f.effect, f.x, f.std);
+    const SoleLaw law = find_sole_law(f.effect);
+    const bool lands = put_law(law, &parameters);
+    Finding out = floating::make_finding(f.effect.effect, f.effect.where, parameters);
     out.share = f.share, out.probability = std::min(0.99, 1 - 1 / (1 + std::max(0.0, f.gain)));
     out.weight = std::max(0.0, f.gain) / std::max(1.0, fitter_.calc_gain(Part::kHeld, o_.nominal, o_.chosen) + fitter_.calc_gain(Part::kTrain, o_.nominal, o_.chosen));
     for (const Rival& r : f.rivals) {
@@ -95,6 +96,7 @@ class Reporter {
     out.statement = get_place(out.where) + ": " + get_effect(f.effect.effect).phrase + " (" + describe(out.parameters) + "). It takes " +
                     format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + fitter_.channels()[f.channel].info.kind +
                     "' away.";
+    if (lands) out.statement += format(" How it gives in height is from %.0f landings.", static_cast<double>(law.landings));
     if (f.sums_up) add_other_zeros(f.effect.place, &out);
     if (f.effect.effect == EffectId::kGroundSlope) add_zeros_for_slope(&out);
     if (f.effect.effect == EffectId::kJointOffset) add_slope_for_zero(f.effect.place, &out);
@@ -110,6 +112,11 @@ class Reporter {
       out.statement += ".";
     }
     return out;
+  }
+
+  SoleLaw find_sole_law(const Candidate& effect) const {
+    const auto foot = static_cast<size_t>(std::max(0, effect.place));
+    return effect.effect == EffectId::kFootCompliance && effect.place >= 0 && foot < soles_.size() ? soles_[foot] : SoleLaw{};
   }
 
   // A link beside an elastic joint that bends about the same axis moves all that follows alike: no sensor of these sets
@@ -311,45 +318,25 @@ class Reporter {
     out_.fit.signals.push_back(s);
   }
 
-  // An equation of which something is left that could be predicted, or that is far beyond its noise.
-  bool is_left(const LeggedFit& fit, size_t c) const {
-    const double left = get(fit, c);
-    const bool lasts = fitter_.count_independent(held(c), c) < kLasts * static_cast<double>(fitter_.count(held(c), c));
-    return left > kStands * kStands * fitter_.floor(c) && (fitter_.calc_ceiling(c) > kClear || (lasts && !is_of_soles(c)));
-  }
-
-  // Feet roll over their edges and lie a little askew: no mismatch by itself.
-  bool is_of_soles(size_t c) const {
-    const std::string& kind = fitter_.channels()[c].info.kind;
-    return kind.rfind("tilt", 0) == 0 || kind == "height";
-  }
-
-  static Where make_where(const ChannelInfo& info) { return {{info.place, info.name}}; }
-
+  // Where a verdict without findings stands on effects that were not of one size, the report says where they were.
   void add_remaining() {
-    std::vector<size_t> order;
-    for (size_t c = 0; c < count(); ++c) {
-      if (fitter_.channels()[c].rows() > 0 && (is_left(model_, c) || get(model_, c) < 0.7 * get(o_.nominal, c))) order.push_back(c);
-    }
-    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-      return get(o_.nominal, a) / fitter_.floor(a) > get(o_.nominal, b) / fitter_.floor(b);
-    });
-    if (order.size() > kMostRemaining) order.resize(kMostRemaining);
-    for (size_t c : order) {
-      const ChannelInfo& info = fitter_.channels()[c].info;
-      Remaining r;
-      r.where = make_where(info), r.unit = info.unit;
-      r.before = std::sqrt(get(o_.nominal, c)), r.after = std::sqrt(get(model_, c));
-      r.statement = info.name + " (equation: " + info.kind + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit + " are left, root mean square beyond noise.";
-      out_.remaining.push_back(std::move(r));
-    }
+    std::vector<size_t> unsteady;
+    if (out_.findings.empty()) unsteady = list_unsteady();
+    out_.remaining = list_remaining(fitter_, o_.nominal, model_, unsteady);
+  }
+
+  std::vector<size_t> list_unsteady() const {
+    std::vector<size_t> out;
+    std::copy_if(o_.unsteady.begin(), o_.unsteady.end(), std::back_inserter(out),
+                 [this](size_t c) { return !is_of_soles(fitter_.channels()[c].info); });
+    return out;
   }
 
   void add_mismatch() {
     for (size_t c = 0; c < count(); ++c) {
       if (fitter_.channels()[c].rows() == 0) continue;
       const double score = std::sqrt(get(o_.nominal, c) / fitter_.floor(c));
-      const bool told = is_left(o_.nominal, c) || get(model_, c) < 0.7 * get(o_.nominal, c);
+      const bool told = is_left(fitter_, o_.nominal, c) || get(model_, c) < 0.7 * get(o_.nominal, c);
       if (score < 1 || !told) continue;
       add_intervals(c, score);
     }
@@ -385,7 +372,7 @@ class Reporter {
 
   bool is_anything_left() const {
     for (size_t c = 0; c < count(); ++c) {
-      if (fitter_.channels()[c].rows() > 0 && is_left(model_, c)) return true;
+      if (fitter_.channels()[c].rows() > 0 && is_left(fitter_, model_, c)) return true;
     }
     return false;
   }
@@ -409,8 +396,7 @@ class Reporter {
 
   Verdict find_verdict() const {
     const bool left = is_anything_left();
-    const bool odd = std::any_of(o_.unsteady.begin(), o_.unsteady.end(), [this](size_t c) { return !is_of_soles(c); });
-    if (out_.findings.empty()) return left || odd ? Verdict::kUnexplained : Verdict::kNoMismatch;
+    if (out_.findings.empty()) return left || !list_unsteady().empty() ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
     const bool gone = out_.fit.validate_after < kRemains * out_.fit.validate_before ||
                       std::any_of(out_.findings.begin(), out_.findings.end(), [](const Finding& f) { return f.share > kMain; });
@@ -434,6 +420,7 @@ class Reporter {
   const Contacts& contacts_;
   const LeggedFitter& fitter_;
   const LeggedOutcome& o_;
+  const std::vector<SoleLaw>& soles_;  // by foot, or empty
   LeggedFit model_;  // what was chosen, and a weight that is one number
   Evidence out_;
 };
@@ -524,6 +511,21 @@ Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit
   return out;
 }
 
+// Of soles that were found to give; empty where none was, or where a leg's joint gives, too: then the height of a foot tells
+// their sum.
+std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const Eigen::VectorXd& about, const LeggedOutcome& outcome) {
+  std::vector<char> soft(static_cast<size_t>(layout.feet), 0);
+  for (const FoundEffect& f : outcome.effects) {
+    const EffectId effect = f.effect.effect;
+    if (effect == EffectId::kElasticity || effect == EffectId::kBacklash) return {};
+    if (effect == EffectId::kFootCompliance && f.effect.place >= 0) soft[static_cast<size_t>(f.effect.place)] = 1;
+  }
+  if (std::count(soft.begin(), soft.end(), 1) == 0) return {};
+  LeggedLog all = make_legged_log(e, Half::kAll);
+  correct_log(layout, about, &all);
+  return fit_landings(list_landings(all), soft);
+}
+
 bool is_same_correction(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   for (long i = 0; i < a.size(); ++i) {
     if (std::abs(a(i) - b(i)) > kSettled * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
@@ -577,7 +579,8 @@ LeggedReport diagnose_legged(const Experiment& e, const std::function<void(const
     fitter = std::make_unique<LeggedFitter>(make_channels(even, odd, contacts, layout, about, checks.raw_counts), rows.num_columns());
     outcome = search_legged(fitter.get(), candidates, layout, kReach, progress);
   }
-  out.evidence = Reporter(even, contacts, *fitter, outcome).run(checks);
+  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, about, outcome);
+  out.evidence = Reporter(even, contacts, *fitter, outcome, soles).run(checks);
   out.series = make_series(e, *fitter, outcome, out.evidence);
   return out;
 }

@@ -37,6 +37,10 @@ Eigen::Vector2d calc_tilt(const Vector3d& up) {
 
 }  // namespace
 
+bool presses_inside(const Foot& foot, const Vector3d& moment, double force) {
+  return std::abs(moment.y()) < kInside * foot.size.x() / 2 * force && std::abs(moment.x()) < kInside * foot.size.y() / 2 * force;
+}
+
 FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table)
     : log_(log), contacts_(contacts), layout_(layout), table_(*table), tilt_(2 * log.feet.size(), -1), imu_(log.feet.size(), -1) {
   if (!log.tree.floating_base || log.clips.empty()) return;
@@ -121,8 +125,7 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
   load.moment = move_to_sole(sensor, foot, get(&c.force[6 * s], k), get(&c.force[6 * s + 3], k));
   load.force = force.z() + kCarried * sensor.hangs * log_.experiment->scenario.gravity_W.norm();
   load.rate = (sensor.X_LS.R * get_rate(&c.force[6 * s], k)).z(), load.whole = force;
-  load.flat = load.flat && std::abs(load.moment.y()) < kInside * foot.size.x() / 2 * force.z() &&
-              std::abs(load.moment.x()) < kInside * foot.size.y() / 2 * force.z();
+  load.flat = load.flat && presses_inside(foot, load.moment, force.z());
   return load;
 }
 

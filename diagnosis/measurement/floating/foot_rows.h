@@ -13,6 +13,9 @@ struct JointSides {
   double play = 0, give = 0;
 };
 
+// Whether a force [N] with this moment [N m] about the middle of a sole, foot axes, presses well inside its edges.
+bool presses_inside(const Foot& foot, const Vector3d& moment, double force);
+
 class FootRows {
  public:
   FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);

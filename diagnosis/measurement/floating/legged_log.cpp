@@ -332,7 +332,7 @@ class ClipMaker {
   }
 
   void add_clip(Span span) {
-    const double sigma = std::max(kSigma, kSamples * 2 * slowest_);
+    const double sigma = half_ == Half::kAll ? 0 : std::max(kSigma, kSamples * 2 * slowest_);
     const Resampler resampler(r_.time, span, step_, sigma, half_);
     Clip clip;
     clip.recording = index_, clip.train = r_.spec.train;

@@ -81,7 +81,7 @@ struct LeggedLog {
   bool is_driven(size_t joint) const { return has_effort[joint] || has_law[joint]; }
 };
 
-// From every second sample: two logs of the same grid whose noise is independent.
+// From every second sample: two logs of the same grid whose noise is independent. Of all samples: not smoothed.
 LeggedLog make_legged_log(const Experiment& experiment, Half half);
 
 }  // namespace hrp::diagnosis::floating

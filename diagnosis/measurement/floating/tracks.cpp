@@ -12,6 +12,7 @@ namespace {
 
 std::vector<double> make_kernel(double step, double sigma) {
   std::vector<double> kernel;
+  if (sigma <= 0) return {1.0};
   const auto reach = static_cast<int>(std::ceil(4 * sigma / step));
   double sum = 0;
   for (int i = -reach; i <= reach; ++i) {
@@ -115,7 +116,7 @@ std::vector<Span> find_spans(const std::vector<double>& time, const std::vector<
 }
 
 Resampler::Resampler(const std::vector<double>& time, Span span, double step, double sigma, Half half)
-    : time_(time), span_(span), step_(step), first_(half == Half::kOdd ? 1 : 0) {
+    : time_(time), span_(span), step_(step), half_(half) {
   const double begin = time[span.begin], end = time[span.end - 1];
   for (size_t i = 0; begin + static_cast<double>(i) * step <= end + 1e-9; ++i) {
     grid_.push_back(begin + static_cast<double>(i) * step);
@@ -127,11 +128,12 @@ std::vector<double> Resampler::interpolate_samples(const std::vector<double>& va
                                                    const std::vector<char>& fresh) const {
   // Fresh samples are told apart by their own count: every second of what was held would be all or none of them.
   std::vector<size_t> good;
+  const size_t every = half_ == Half::kAll ? 1 : 2, first = half_ == Half::kOdd ? 1 : 0;
   size_t count = 0;
   for (size_t k = span_.begin; k < span_.end; ++k) {
     const bool edge = k == span_.begin || k + 1 == span_.end;
     const bool is_new = std::isfinite(values[k]) && (fresh.empty() || fresh[k] || edge);
-    if (is_new && (count++ % 2 == first_ || edge)) good.push_back(k);
+    if (is_new && (count++ % every == first || edge)) good.push_back(k);
   }
   std::vector<double> out(grid_.size(), 0.0);
   if (good.empty()) return out;

@@ -43,9 +43,9 @@ std::vector<Span> find_spans(const std::vector<double>& time, const std::vector<
 std::vector<double> smooth_evenly(const std::vector<double>& raw, double step, double sigma);
 
 // Which samples are looked at. The noise of even and of odd ones is independent: see least_squares.h.
-enum class Half { kEven, kOdd };
+enum class Half { kEven, kOdd, kAll };
 
-// Even grid over a span; smooths by a Gaussian of deviation `sigma` [s], cut off at 4 deviations.
+// Even grid over a span; smooths by a Gaussian of deviation `sigma` [s], cut off at 4 deviations. 0: does not smooth.
 class Resampler {
  public:
   Resampler(const std::vector<double>& time, Span span, double step, double sigma, Half half);
@@ -65,7 +65,7 @@ class Resampler {
   const std::vector<double>& time_;
   Span span_;
   double step_ = 0;
-  size_t first_ = 0;  // 0 even, 1 odd
+  Half half_;
   std::vector<double> grid_, kernel_;
 };
 

@@ -18,10 +18,12 @@
 #include "diagnosis/measurement/floating/least_squares.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
+#include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/tracks.h"
@@ -508,6 +510,46 @@ TEST(LeggedSearch, ADrivesGainThatAnUnknownForceUnderTheSoleCouldMakeIsNotNamed)
   EXPECT_EQ(count_gains_beside(20), 1u);
 }
 
+// Two joints whose errors change from row to row, so that neither stands out: of this size [N m], and noise of which
+// half comes back with the other sign, so that products of the halves lack 0.5 N^2 m^2.
+std::vector<Remaining> list_remaining_of_noise(const std::vector<size_t>& unsteady, double size) {
+  std::mt19937 random(29);
+  std::normal_distribution<double> normal;
+  RowTable even(1), odd(1);
+  for (RowTable* half : {&even, &odd}) {
+    for (const char* joint : {"A", "B"}) half->add_channel({"joint", "/joint_states/" + std::string(joint) + "/effort", "N m", "joint", joint}, {});
+  }
+  for (int i = 0; i < 900; ++i) {
+    const double errors[] = {size * normal(random), size * normal(random)}, opposed[] = {normal(random), normal(random)};
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, 1});
+      for (int c = 0; c < 2; ++c) half->begin_row(c, errors[c] + (half == &even ? 1 : -0.5) * opposed[c], 20);
+      half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  const LeggedFitter fitter(merge_halves(even, odd), 1);
+  const LeggedFit nominal = fitter.fit({});
+  return list_remaining(fitter, nominal, nominal, unsteady);
+}
+
+// A verdict that stands on an effect that was not of one size says where that was.
+TEST(LeggedRemaining, AnEquationThatAnEffectOfManySizesHelpedIsListedWithItsPlace) {
+  EXPECT_TRUE(list_remaining_of_noise({}, 1).empty());
+  const std::vector<Remaining> left = list_remaining_of_noise({1, 1}, 1);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_EQ(left[0].where.at("joint"), "B");
+  EXPECT_NEAR(left[0].before, std::sqrt(0.5), 0.1);  // 1 - 0.5; four errors of 1.4 / sqrt(300) of the square
+  EXPECT_DOUBLE_EQ(left[0].after, left[0].before);
+}
+
+TEST(LeggedRemaining, AnEquationThatHasNothingBeyondNoiseByNowIsListedWithItsNoise) {
+  const std::vector<Remaining> left = list_remaining_of_noise({1}, 0);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_NEAR(left[0].before, 0.25, 0.03);  // the mean of both halves
+  EXPECT_DOUBLE_EQ(left[0].share(), 1);
+}
+
 // Sliding friction is as large as its law says and points against the way. A force of that size that drives a foot on, or
 // points anywhere, is another's.
 TEST(LeggedChecks, SlidingFeetTellFrictionOnlyWhereTheirForcePointsBack) {
@@ -911,6 +953,65 @@ TEST(LeggedRegimes, CalmAndRoughRowsThatDisagreeAreTwoCauses) {
   EXPECT_TRUE(is_alike({{"calm", 0.8, 0.1, 0.5}, {"rough", 1.3, 0.1, 0.5}}));
   EXPECT_FALSE(is_alike({{"calm", 0.6, 0.1, 0.5}, {"rough", 1.8, 0.1, 0.5}}));
   EXPECT_TRUE(is_alike({{"calm", 0.6, 0.45, 0.5}, {"rough", 1.8, 0.45, 0.5}}));  // by chance
+}
+
+// A leg of 8 kg falls onto its sole at 0.1 to 0.3 m/s and is then pressed by up to 300 N more, m z'' = weight + leg - F,
+// F = kz z + cz z' while that is positive. The other foot is rigid. Force and height have noise of 0.5 N and 20 um. A sole
+// that is `rigid` makes the same force and does not sink.
+std::vector<Landing> make_landings(double kz, double cz, bool rigid, double rate) {
+  constexpr double kMass = 8, kFine = 2e-5, kTouch = 0.1, kEnd = 0.25;
+  std::mt19937 random(31);
+  std::normal_distribution<double> normal;
+  std::vector<Landing> out;
+  for (int i = 0; i < 12; ++i) {
+    Landing l;
+    l.step = 1 / rate, l.foot = 0, l.other = 1;
+    const double start = kTouch + 0.1 * i * l.step;  // anywhere between two samples
+    double z = 0, v = 0.1 + 0.05 * (i % 5), next = 0;
+    for (double t = 0; t < kEnd; t += kFine) {
+      const double force = t >= start ? std::max(0.0, kz * z + cz * v) : 0;
+      if (t >= next) {
+        l.force.push_back(force + 0.5 * normal(random)), l.others.push_back(300 - force + 0.5 * normal(random));
+        l.height.push_back(0.01 * i - (rigid ? 0 : z) + 2e-5 * normal(random)), l.flat.push_back(force > 50);
+        next += l.step;
+      }
+      if (t < start) continue;
+      v += kFine * (9.81 + (300 * std::min(1.0, (t - start) / 0.05) - force) / kMass), z += kFine * v;
+    }
+    out.push_back(std::move(l));
+  }
+  return out;
+}
+
+TEST(LeggedLandings, OfAMassOnASpringAndADamperTellBoth) {
+  for (const double rate : {250.0, 500.0}) {
+    const std::vector<SoleLaw> laws = fit_landings(make_landings(9e4, 350, false, rate), {1, 0});
+    ASSERT_GT(laws[0].landings, 0u);
+    EXPECT_EQ(laws[1].landings, 0u);
+    EXPECT_NEAR(laws[0].kz, 9e4, 1.96 * laws[0].kz_std);
+    EXPECT_NEAR(laws[0].cz, 350, 1.96 * laws[0].cz_std);
+    EXPECT_LT(laws[0].kz_std, 0.02 * 9e4);
+    EXPECT_LT(laws[0].cz_std, 0.15 * 350);
+  }
+}
+
+TEST(LeggedLandings, OnARigidSoleTellNothing) {
+  const std::vector<SoleLaw> laws = fit_landings(make_landings(9e4, 350, true, 250), {1, 0});
+  std::vector<Estimate> sole;
+  EXPECT_FALSE(put_law(laws[0], &sole));
+  EXPECT_TRUE(sole.empty());
+}
+
+// Stances that say another stiffness than landings do are right: they need no lag.
+TEST(LeggedLandings, MustAgreeWithStances) {
+  const SoleLaw law{9e4, 1e3, 350, 30, 12};
+  std::vector<Estimate> near{{"kz", "N/m", {9.3e4}, {5e3}, false}}, far{{"kz", "N/m", {2e5}, {5e3}, false}};
+  ASSERT_TRUE(put_law(law, &near));
+  ASSERT_EQ(near.size(), 2u);
+  EXPECT_EQ(near[0].value[0], 9e4);
+  EXPECT_EQ(near[1].name, "cz");
+  EXPECT_FALSE(put_law(law, &far));
+  EXPECT_EQ(far.size(), 1u);
 }
 
 TEST(LeggedChecks, RecordingsThatDifferAreSetAside) {

@@ -2,6 +2,8 @@
 // The scenario that replays a recording begins where the recording does: a robot that jumps there is thrown.
 #include "common/robot/scenario.h"
 #include "diagnosis/report/report.h"
+#include "servers/dynamics/joint_effects.h"
+#include "servers/model_parser/robot_loader.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -20,10 +22,12 @@ std::string write_updated(const std::string& name, double moved, const Json& fin
 
 Scenario write_updated(const std::string& name, double moved) { return load_scenario(write_updated(name, moved, Json::array())); }
 
-std::string write_updated(const std::string& name, const Json& findings) {
-  std::ifstream in(write_updated(name, 0.0, findings));
+std::string read_text(const std::string& path) {
+  std::ifstream in(path);
   return {std::istreambuf_iterator<char>(in), {}};
 }
+
+std::string write_updated(const std::string& name, const Json& findings) { return read_text(write_updated(name, 0.0, findings)); }
 
 TEST(UpdatedScenario, BeginsAtTheFirstSampleOfWhatItReplays) {
   const Scenario scenario = write_updated("updated_moved", 0.5);
@@ -51,7 +55,23 @@ TEST(UpdatedScenario, HasAnElasticTransmissionWithTheRotorThatWasFoundThere) {
   const std::string text = write_updated("updated_elastic", Json{rotor, give});
   EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
   EXPECT_NE(text.find("\"rotor_inertia\":0.02"), std::string::npos) << text;
-  EXPECT_NE(write_updated("updated_no_rotor", Json::array({give})).find("not simulated: joint_elasticity at elbow"), std::string::npos);
+}
+
+// A walk tells only how stiff an elastic joint is. The parts that it does not tell are marked.
+TEST(UpdatedScenario, HasAnElasticJointOfWhichOnlyTheStiffnessIsKnown) {
+  const Json give = {{"effect", "joint_elasticity"}, {"where", {{"joint", "elbow"}}}, {"grade", "ambiguous"},
+                     {"parameters", {{"stiffness", {{"value", 300.0}}}}}};
+  const std::string path = write_updated("updated_stiffness", 0.0, Json::array({give}));
+  const std::string text = read_text(path);
+  EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
+  EXPECT_NE(text.find("# ambiguous; assumed: damping, rotor_inertia\n"), std::string::npos) << text;
+  Scenario scenario = load_scenario(path);
+  TreeSpec tree = parse_robot(kArm, "arm.urdf", scenario).tree;
+  const JointLaws elbow = make_joint_laws(scenario, &tree)[1];
+  EXPECT_TRUE(elbow.elastic);
+  EXPECT_DOUBLE_EQ(elbow.stiffness, 300);
+  EXPECT_GT(elbow.damping, 0);
+  EXPECT_GT(elbow.motor_inertia, 0);
 }
 
 }  // namespace

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/remaining.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/measurement/floating/words.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kClear = 0.35;   // share of an equation's mismatch that can be predicted: then something is missing
+constexpr double kLasts = 0.2;    // share of rows whose errors are independent: below, what is left lasts and is no chance
+constexpr double kStands = 3.0;   // times its noise and exactness that a mismatch must be
+constexpr double kChanged = 0.7;  // of a mean square: what a model leaves no more of, it has changed
+constexpr size_t kMost = 8;
+
+// [unit] Of all rows, their noise included.
+double calc_rms(const ChannelRows& rows) {
+  double square = 0;
+  for (double y : rows.y) square += y * y;
+  return std::sqrt(square / static_cast<double>(rows.rows()));
+}
+
+Remaining make_remaining(const ChannelRows& rows, double before, double after, bool varies) {
+  Remaining r;
+  const ChannelInfo& info = rows.info;
+  r.where = {{info.place, info.name}}, r.unit = info.unit, r.before = before, r.after = after;
+  const bool hidden = varies && before <= 0;  // seen while other rows weighed more
+  if (hidden) r.before = r.after = calc_rms(rows);
+  r.statement = info.name + " (equation: " + info.kind + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit +
+                " are left, root mean square " + (hidden ? "with noise." : "beyond noise.");
+  if (varies) r.statement += " An effect that explains part of it is not the same everywhere: no known cause is.";
+  return r;
+}
+
+}  // namespace
+
+Part find_judged_part(const LeggedFitter& fitter, size_t channel) {
+  return fitter.count(Part::kHeld, channel) > 0 ? Part::kHeld : Part::kTrain;
+}
+
+double get_mean_square(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
+  return fit.mean_square[static_cast<size_t>(find_judged_part(fitter, channel))][channel];
+}
+
+bool is_of_soles(const ChannelInfo& info) { return info.kind.rfind("tilt", 0) == 0 || info.kind == "height"; }
+
+bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
+  const Part part = find_judged_part(fitter, channel);
+  if (get_mean_square(fitter, fit, channel) <= kStands * kStands * fitter.floor(channel)) return false;
+  const bool lasts = fitter.count_independent(part, channel) < kLasts * static_cast<double>(fitter.count(part, channel));
+  return fitter.calc_ceiling(channel) > kClear || (lasts && !is_of_soles(fitter.channels()[channel].info));
+}
+
+std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFit& nominal, const LeggedFit& model,
+                                      const std::vector<size_t>& unsteady) {
+  const auto get = [&](const LeggedFit& fit, size_t c) { return get_mean_square(fitter, fit, c); };
+  const auto varies = [&](size_t c) { return std::find(unsteady.begin(), unsteady.end(), c) != unsteady.end(); };
+  std::vector<size_t> order;
+  for (size_t c = 0; c < fitter.channels().size(); ++c) {
+    const bool stands_out = is_left(fitter, model, c) || get(model, c) < kChanged * get(nominal, c);
+    if (fitter.channels()[c].rows() > 0 && (stands_out || varies(c))) order.push_back(c);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return get(nominal, a) / fitter.floor(a) > get(nominal, b) / fitter.floor(b);
+  });
+  if (order.size() > kMost) order.resize(kMost);
+  std::vector<Remaining> out;
+  for (size_t c : order) {
+    out.push_back(make_remaining(fitter.channels()[c], std::sqrt(get(nominal, c)), std::sqrt(get(model, c)), varies(c)));
+  }
+  return out;
+}
+
+}  // namespace hrp::diagnosis::floating
