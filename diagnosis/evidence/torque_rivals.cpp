@@ -93,8 +93,9 @@ class RivalSearch {
   // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
   // rotor that drives it. `p`: what it is there.
   bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
-    const double costs = calc_cost(*other.row, p) - calc_cost(*g_.term.row, g_.parameters);
     const bool of_one_mass = other.row->is_of_mass() && g_.term.row->is_of_mass() && other.place == g_.term.place;
+    // How far a factor is from one counts against it, but not between descriptions of one mass.
+    const double costs = of_one_mass ? calc_cost(*other.row, p) - calc_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost;
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;  // others of the whole robot help elsewhere, too
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
     return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
