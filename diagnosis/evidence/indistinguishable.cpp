@@ -41,9 +41,30 @@ void add_asymmetry(const Where& joint, const GradedTerm& constant, const GradedT
                                                                {"asymmetry", "1", {share}, {width}, false}}, kWarmth));
 }
 
+// Root mean squares of what `of` says is missed, without a fault of a column and with it.
+struct Missed {
+  double before, after;
+  const char* unit;
+  const char* of;
+};
+
+// A fault of one of a joint's columns that another column tells.
+Finding make_column_finding(const Experiment& e, int joint, Quantity column, EffectId id, const Estimate& estimate, const Missed& missed,
+                            const std::string& words) {
+  Finding f;
+  f.effect = get_effect(id).name, f.family = get_family_name(get_effect(id).family);
+  f.where = make_log_place(e, joint, column), f.parameters = {estimate};
+  f.grade = Grade::kSupported, f.probability = 0.99;
+  f.share = std::clamp(1.0 - std::pow(missed.after / std::max(1e-300, missed.before), 2), 0.0, 1.0);
+  const std::string unit = std::string(" ") + missed.unit;
+  f.statement = e.robot.tree.joint(joint).name + ": " + words + ". " + missed.of + " by " + number(missed.after, 3) + unit +
+                " (root mean square) with it, by " + number(missed.before, 3) + unit + " without.";
+  return f;
+}
+
 // Gear and gain: see the header.
 Alternative make_loaded_friction(const Where& joint, const GradedTerm& gear) {
-  const double r = gear.parameters[0], mu = r / (2.0 - r), slope = 2.0 / ((2.0 - r) * (2.0 - r));
+  const double r = gear.parameters[0], mu = calc_loaded_friction(r), slope = calc_loaded_friction_slope(r);
   const std::string motion = "a known mass lifted: beside such friction the torque constant is " + number(1.0 + mu, 3) + " times the stated one";
   const EffectInfo& friction = *find_effect("load_dependent_friction");
   return {friction.name, get_family_name(friction.family), joint, {{"ratio", "1", {mu}, {slope * gear.width[0]}, false}}, motion};
@@ -96,14 +117,8 @@ Alternative make_gear_alternative(const TorqueData& data, const GradedTerm& mass
 std::vector<Finding> make_log_findings(const Experiment& e, int joint, const ServoReading& log) {
   std::vector<Finding> list;
   const auto add = [&](EffectId id, const Estimate& estimate, const std::string& words) {
-    Finding f;
-    f.effect = get_effect(id).name, f.family = get_family_name(get_effect(id).family);
-    f.where = make_log_place(e, joint), f.parameters = {estimate};
-    f.grade = Grade::kSupported, f.probability = 0.99;
-    f.share = f.weight = std::clamp(1.0 - std::pow(log.after / std::max(1e-300, log.before), 2), 0.0, 1.0);
-    f.statement = e.robot.tree.joint(joint).name + ": " + words + ". The servo's law misses the log by " +
-                  number(log.after, 3) + " N m (root mean square) with it, by " + number(log.before, 3) + " N m without.";
-    list.push_back(std::move(f));
+    list.push_back(make_column_finding(e, joint, Quantity::kEffort, id, estimate, {log.before, log.after, "N m", "The servo's law misses the log"}, words));
+    list.back().weight = list.back().share;
   };
   if (log.is_scaled()) {
     add(EffectId::kSensorScale, {"scale", "1", {log.scale}, {log.scale_std}, false},
@@ -129,15 +144,8 @@ std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, cons
   const std::string position = e.signal_name(joint, Quantity::kPosition), velocity = e.signal_name(joint, Quantity::kVelocity);
   std::vector<Finding> list;
   const auto add = [&](EffectId id, Quantity of, const Estimate& estimate, const std::string& words) {
-    Finding f;
-    f.effect = get_effect(id).name, f.family = get_family_name(get_effect(id).family);
-    f.where = make_log_place(e, joint, of), f.parameters = {estimate};
-    f.grade = Grade::kSupported, f.probability = 0.99;
-    f.share = std::clamp(1.0 - std::pow(log.after / std::max(1e-300, log.before), 2), 0.0, 1.0);
-    f.weight = 0.0;  // no torque is missing for it
-    f.statement = e.robot.tree.joint(joint).name + ": " + words + ". The position's rate misses the velocity by " + number(log.after, 3) +
-                  " rad/s (root mean square) with it, by " + number(log.before, 3) + " rad/s without.";
-    list.push_back(std::move(f));
+    list.push_back(make_column_finding(e, joint, of, id, estimate, {log.before, log.after, "rad/s", "The position's rate misses the velocity"}, words));
+    list.back().weight = 0.0;  // no torque is missing for it
   };
   if (log.is_scaled()) {
     add(EffectId::kSensorScale, Quantity::kVelocity, {"scale", "1", {log.scale}, {log.scale_std}, false},

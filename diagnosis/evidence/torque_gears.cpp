@@ -19,7 +19,7 @@ double calc_gain(const GradedTerm& mass, double mu) { return 1.0 / ((1.0 + mass.
 // [nats] before any recording is seen.
 bool is_likelier(const GradedTerm& mass, double mu) {
   const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gain(mass, mu));
-  const double as_mass = find_term_row(&TermRow::by_load).cost + mass.term.row->cost + calc_mass_cost(1.0 + mass.parameters[0]);
+  const double as_mass = find_term_row(&TermRow::by_load).cost + calc_term_cost(*mass.term.row, mass.parameters);
   return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // what was measured stays where it is not absurd
 }
 
@@ -43,6 +43,8 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
 }  // namespace
 
 double calc_backward_loss(double mu) { return 2.0 * mu / (1.0 + mu); }
+double calc_loaded_friction(double loss) { return loss / (2.0 - loss); }
+double calc_loaded_friction_slope(double loss) { return 2.0 / ((2.0 - loss) * (2.0 - loss)); }
 
 GradedTerm* find_gear(const TorqueDesign& design, const GradedTerm& mass, std::vector<GradedTerm>* graded) {
   if (!mass.term.row->factor) return nullptr;

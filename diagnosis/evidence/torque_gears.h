@@ -14,6 +14,9 @@ namespace hrp::diagnosis {
 
 // Share of the load, of 1 [-].
 double calc_backward_loss(double mu);
+// The other way round: mu of a loss r, and its slope over r.
+double calc_loaded_friction(double loss);
+double calc_loaded_friction_slope(double loss);
 
 // Of a wrong mass: load-dependent friction of the one joint that carries the link; null where there is none.
 GradedTerm* find_gear(const TorqueDesign& design, const GradedTerm& mass, std::vector<GradedTerm>* graded);

@@ -153,7 +153,7 @@ class Fitter {
     }
     for (size_t t = 0; t < model_.whole.size(); ++t) {
       const Term& term = design_.whole[model_.whole[t]];
-      out->evidence -= term.row->cost + (term.row->factor ? calc_mass_cost(1.0 + out->theta[slots_.whole[t]]) : 0.0);
+      out->evidence -= calc_term_cost(*term.row, out->theta.segment(slots_.whole[t], term.columns()));
     }
   }
 
@@ -172,6 +172,11 @@ double calc_mass_cost(double factor) {
   constexpr double kFreedom = 10.0;
   const double x = std::log(std::max(1e-3, factor)) / kFactorSpread;
   return 0.5 * (kFreedom + 1.0) * std::log1p(x * x / kFreedom);
+}
+
+double calc_term_cost(const TermRow& row, const Eigen::VectorXd& p) {
+  if (row.factor) return row.cost + calc_mass_cost(1.0 + p[0]);
+  return row.cost + (row.scales_effort ? calc_factor_cost(1.0 - p[0]) : 0.0);
 }
 
 double calc_held_left(const TorqueDesign& design, const TorqueFit& fit) {

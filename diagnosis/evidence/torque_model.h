@@ -60,6 +60,8 @@ double calc_factor_cost(double factor);
 // [nats] the same for a link's mass: most are near what the model says, but some are placeholders, or a tool is missing
 // (Student's t of ten degrees of freedom: as wide at its middle, and not as sure far away).
 double calc_mass_cost(double factor);
+// [nats] of a term with these parameters before any recording: that it is there, and its size where it is a factor.
+double calc_term_cost(const TermRow& row, const Eigen::VectorXd& parameters);
 
 // Whether the parameters of a joint's terms are those of a real drive: friction brakes, rotors have mass, delays are
 // positive and short.

@@ -14,6 +14,8 @@ constexpr double kSame = 1.0;             // [nats] of likelihood within which t
 // A spring has a constant part: it always does as well as a constant torque, and is no rival of it.
 bool contains(const TermRow& larger, const TermRow& smaller) { return larger.constant > 0 && smaller.is_constant(); }
 
+bool has(const std::vector<size_t>& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
+
 class RivalSearch {
  public:
   RivalSearch(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g)
@@ -51,7 +53,7 @@ class RivalSearch {
   // together, by what the recordings say alone. Before any recording a gain is off more often than a mass.
   void compare_masses() {
     TorqueModel rest = rest_;
-    double costs = calc_cost(*g_.term.row, g_.parameters);
+    double costs = calc_term_cost(*g_.term.row, g_.parameters);
     for (size_t i = 0; i < rest.own.size(); ++i) costs += drop_gains(i, &rest.own[i]);
     for (size_t term = 0; term < design_.whole.size(); ++term) {
       const Term& other = design_.whole[term];
@@ -61,12 +63,10 @@ class RivalSearch {
       model.whole.push_back(term);
       const TorqueFit fit = fit_torque(design_, model);
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
-      if (fit.evidence + calc_cost(*other.row, p) - costs > fit_.evidence - kSame && is_whole_physical(design_, other, p))
+      if (fit.evidence + calc_term_cost(*other.row, p) - costs > fit_.evidence - kSame && is_whole_physical(design_, other, p))
         rivals_.push_back({other, drop_unseen(design_, other, p)});
     }
   }
-
-  static bool has(const std::vector<size_t>& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
 
   // Takes the gain of a joint out of its terms; [nats] that it costs.
   double drop_gains(size_t i, std::vector<size_t>* terms) const {
@@ -76,7 +76,7 @@ class RivalSearch {
       const size_t term = model_.own[i][at];
       if (!has(*terms, term)) continue;
       if (design_.joints[i].terms[term].row->scales_effort)
-        costs += calc_cost(*design_.joints[i].terms[term].row, fit_.theta.segment(slots_.own[i][at], 1));
+        costs += calc_term_cost(*design_.joints[i].terms[term].row, fit_.theta.segment(slots_.own[i][at], 1));
       else
         left.push_back(term);
     }
@@ -84,18 +84,12 @@ class RivalSearch {
     return costs;
   }
 
-  // [nats] of a term with these parameters before any recording.
-  static double calc_cost(const TermRow& row, const Eigen::VectorXd& p) {
-    if (row.factor) return row.cost + calc_mass_cost(1.0 + p[0]);
-    return row.cost + (row.scales_effort ? calc_factor_cost(1.0 - p[0]) : 0.0);
-  }
-
   // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
   // rotor that drives it. `p`: what it is there.
   bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
     const bool of_one_mass = other.row->is_of_mass() && g_.term.row->is_of_mass() && other.place == g_.term.place;
     // How far a factor is from one counts against it, but not between descriptions of one mass.
-    const double costs = of_one_mass ? calc_cost(*other.row, p) - calc_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost;
+    const double costs = of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost;
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;  // others of the whole robot help elsewhere, too
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
     return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
@@ -129,7 +123,7 @@ class RivalSearch {
     const std::vector<size_t>& have = model_.own[i_];
     for (size_t term = 0; term < design_.joints[i_].terms.size(); ++term) {
       const Term& other = design_.joints[i_].terms[term];
-      if (std::find(have.begin(), have.end(), term) != have.end() || contains(*other.row, *g_.term.row) ||
+      if (has(have, term) || contains(*other.row, *g_.term.row) ||
           other.row->effect == g_.term.row->effect)
         continue;
       // What dry friction does before it slips is no other effect.
@@ -162,7 +156,7 @@ class RivalSearch {
     for (size_t term = 0; term < design_.whole.size(); ++term) {
       const Term& other = design_.whole[term];
       const std::vector<size_t>& have = model_.whole;
-      if (std::find(have.begin(), have.end(), term) != have.end()) continue;
+      if (has(have, term)) continue;
       if (other.row == g_.term.row && other.place == g_.term.place) continue;  // of another shape
       if (g_.place.joint >= 0 &&
           (!is_beyond(other, static_cast<size_t>(g_.place.joint)) || !may_fill(term)))

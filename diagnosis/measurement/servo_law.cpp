@@ -229,13 +229,19 @@ double calc_wavers(const Pairs& pairs, double scale, double bias) {
   return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
 }
 
-// `smoothing`: standard deviation of a slope whose rates had to be smoothed.
-ServoReading read_servo(const Pairs& pairs, double spread, double smoothing) {
+// Where rates had to be smoothed, what another window changes is not known, either.
+Slope find_slope(const ServoLog& log, const Pairs& pairs, double delay) {
+  Slope slope = find_slope(pairs);
+  if (!log.has_rates()) slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs({log.e, log.j, log.laws, kSmoother}, delay)).value);
+  return slope;
+}
+
+ServoReading read_servo(const ServoLog& log, double delay, double spread) {
   ServoReading out;
+  const Pairs pairs = list_pairs(log, delay);
   if (pairs.law.size() < kLeastSamples) return out;
   const Line line = fit_line(pairs.law, pairs.effort);
-  Slope slope = find_slope(pairs);
-  slope.std = std::hypot(slope.std, smoothing);
+  const Slope slope = find_slope(log, pairs, delay);
   const double off = slope.value - 1.0, offset = calc_mean(pairs.effort) - slope.value * calc_mean(pairs.law);
   out.before = calc_rms(pairs, 1.0, 0.0);
   out.after = calc_rms(pairs, slope.value, offset);
@@ -251,13 +257,6 @@ ServoReading read_servo(const Pairs& pairs, double spread, double smoothing) {
   return out;
 }
 
-// What another window changes.
-double calc_smoothing(const ServoLog& log, const Pairs& pairs, double delay) {
-  if (pairs.law.size() < kLeastSamples) return 0.0;
-  const Pairs smoother = list_pairs({log.e, log.j, log.laws, kSmoother}, delay);
-  return std::abs(find_slope(pairs).value - find_slope(smoother).value);
-}
-
 }  // namespace
 
 std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays) {
@@ -268,9 +267,7 @@ std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::ve
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
     double delay = 0.0;
     for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(j) ? d.delay : delay;
-    const ServoLog log(e, j, plant.laws[j]);
-    const Pairs pairs = list_pairs(log, delay);
-    list[j] = read_servo(pairs, calc_spread(e, j), log.has_rates() ? 0.0 : calc_smoothing(log, pairs, delay));
+    list[j] = read_servo({e, j, plant.laws[j]}, delay, calc_spread(e, j));
     list[j].travel = calc_travel(e, j);
   }
   return list;

@@ -458,8 +458,8 @@ TorqueData make_torque_data(const Experiment& experiment) { return make_torque_d
 
 TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bodies) {
   const std::vector<VelocityReading> velocity = find_velocity_readings(experiment);
-  const Experiment corrected = correct_joint_logs(experiment, velocity);
-  TorqueData data = Maker(corrected, bodies).make();
+  const bool faulty = std::any_of(velocity.begin(), velocity.end(), [](const VelocityReading& log) { return log.is_faulty(); });
+  TorqueData data = faulty ? Maker(correct_joint_logs(experiment, velocity), bodies).make() : Maker(experiment, bodies).make();
   data.experiment = &experiment, data.velocity = velocity;
   return data;
 }

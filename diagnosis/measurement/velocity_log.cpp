@@ -28,52 +28,59 @@ constexpr int kRounds = 3;              // of linear steps towards the delay
 // that takes away from fast motion has its c, and is no scale.
 constexpr int kColumns = 3;
 const Columns kAll = {0, 1, 2};
-struct Compared {
-  Eigen::Matrix<double, Eigen::Dynamic, kColumns> rate;  // by sample
-  Eigen::VectorXd velocity;
+
+// The rate and its derivatives along one recording, on an even grid.
+struct Motion {
+  const Recording* recording;
+  double step;                                              // [s]
+  Eigen::Matrix<double, Eigen::Dynamic, kColumns> columns;  // by sample
+  long count_trimmed(double late) const { return std::lround((kTrim + std::abs(late)) / step); }
+  long count(double late) const { return std::max(0L, columns.rows() - 2 * count_trimmed(late)); }
 };
 
-// One recording, its velocity read `late` [s] after the position.
-Compared compare(const Recording& r, size_t joint, double period, double late) {
-  const JointColumns& c = r.joints[joint];
-  if (!c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < kShortest) return {};
-  const double step = std::max(1e-3, period);
-  const long rows = static_cast<long>(r.duration() / step) + 1, trim = std::lround((kTrim + std::abs(late)) / step);
-  if (rows <= 2 * trim) return {};
-  const auto read = [&](int quantity, double shift) {
-    return low_pass(resample(r.time, c.signal[static_cast<size_t>(quantity)], r.time[0] + shift, step, rows), step, kCutoff);
-  };
-  Eigen::VectorXd derivative = read(0, 0.0);
-  Compared out;
-  out.rate.resize(rows - 2 * trim, kColumns);
-  for (int column = 0; column < kColumns; ++column) {
-    derivative = differentiate(derivative, step);
-    out.rate.col(column) = derivative.segment(trim, rows - 2 * trim);
-  }
-  out.velocity = read(1, late).segment(trim, rows - 2 * trim);
-  return out;
+Eigen::VectorXd read(const Motion& motion, const std::vector<double>& series, double shift) {
+  const Recording& r = *motion.recording;
+  return low_pass(resample(r.time, series, r.time[0] + shift, motion.step, motion.columns.rows()), motion.step, kCutoff);
 }
 
-std::vector<Gram> add_stretches(const Experiment& e, size_t joint, double late) {
-  std::vector<Compared> parts;
-  long samples = 0;
+// Of the recordings of training that have both columns.
+std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
+  std::vector<Motion> list;
   for (const Recording& r : e.recordings) {
-    if (r.spec.train) parts.push_back(compare(r, joint, e.sample_time, late)), samples += parts.back().velocity.size();
+    const JointColumns& c = r.joints[joint];
+    if (!r.spec.train || !c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < kShortest) continue;
+    Motion& motion = list.emplace_back(Motion{&r, std::max(1e-3, e.sample_time), {}});
+    motion.columns.resize(static_cast<long>(r.duration() / motion.step) + 1, kColumns);
+    Eigen::VectorXd derivative = read(motion, c.signal[static_cast<size_t>(Quantity::kPosition)], 0.0);
+    for (int column = 0; column < kColumns; ++column) {
+      derivative = differentiate(derivative, motion.step);
+      motion.columns.col(column) = derivative;
+    }
   }
+  return list;
+}
+
+// Stretches of all motions, velocities read `late` [s] after the positions.
+std::vector<Gram> add_stretches(const std::vector<Motion>& motions, size_t joint, double late) {
+  long samples = 0;
+  for (const Motion& motion : motions) samples += motion.count(late);
   std::vector<Gram> folds(kStretches, Gram(kColumns));
   long k = 0;
-  for (const Compared& part : parts) {
-    for (long row = 0; row < part.velocity.size(); ++row, ++k)
-      folds[static_cast<size_t>(k * kStretches / samples)].add_row(part.rate.row(row).transpose(), part.velocity[row]);
+  for (const Motion& motion : motions) {
+    const Eigen::VectorXd velocity = read(motion, motion.recording->joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)], late);
+    const long trim = motion.count_trimmed(late);
+    for (long row = trim; row < trim + motion.count(late); ++row, ++k)
+      folds[static_cast<size_t>(k * kStretches / samples)].add_row(motion.columns.row(row).transpose(), velocity[row]);
   }
   return folds;
 }
 
 VelocityReading read_velocity(const Experiment& e, size_t joint) {
+  const std::vector<Motion> motions = list_motions(e, joint);
   VelocityReading out;
   double late = 0.0, before = 0.0;
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Gram> folds = add_stretches(e, joint, late);
+    const std::vector<Gram> folds = add_stretches(motions, joint, late);
     const Gram total = sum(folds, kColumns);
     if (!(total.c > 0.0)) return {};
     if (round == 0) before = calc_rest(total, {0}, Eigen::VectorXd::Ones(1)) / total.n;

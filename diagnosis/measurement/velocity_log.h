@@ -19,6 +19,7 @@ struct VelocityReading {
   bool is_scaled() const { return scale != 1.0; }
   bool is_late() const { return late > 0.0; }
   bool is_position_late() const { return late < 0.0; }
+  bool is_faulty() const { return is_scaled() || late != 0.0; }
 };
 
 // By joint, from the recordings of training.
