@@ -681,30 +681,31 @@ void delay_columns(const std::string& begin, long samples, Experiment* e) {
   }
 }
 
+// Of so many samples, at 250 Hz.
+void expect_delay_alone(const Experiment& e, const char* sensor, long samples) {
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_EQ(found.findings.size(), 1u);
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_delay");
+  EXPECT_EQ(f.where.at("sensor"), sensor);
+  const double delay = 0.004 * static_cast<double>(samples);  // [s]
+  EXPECT_NEAR(f.parameters[0].value[0], delay, 0.05 * delay);  // of first order in the delay
+}
+
 // On a bus that is late all force sensors are: one delay, not one of each.
 TEST(Legged, ForceSensorsThatAreLateTogetherHaveOneDelay) {
   Recorded recorded;
   recorded.effort = false;
   Experiment e = Maker({}, recorded).run();
   delay_columns("/wrench/", 7, &e);
-  const Evidence found = diagnose_legged(e, nullptr).evidence;
-  ASSERT_EQ(found.findings.size(), 1u);
-  const Finding& f = found.findings[0];
-  EXPECT_EQ(f.effect, "sensor_delay");
-  EXPECT_EQ(f.where.at("sensor"), "/wrench");
-  EXPECT_NEAR(f.parameters[0].value[0], 7 * 0.004, 0.0014);  // 5 %: of first order in the delay
+  expect_delay_alone(e, "/wrench", 7);
 }
 
 // The rate of the body, its slope and its specific force are late together: one delay, and no lag of the drives.
 TEST(Legged, AnImuThatIsLateInAWalkIsNoLagOfTheDrives) {
   Experiment e = Maker({}, {}).run();
   delay_columns("/imu/", 3, &e);
-  const Evidence found = diagnose_legged(e, nullptr).evidence;
-  ASSERT_EQ(found.findings.size(), 1u);
-  const Finding& f = found.findings[0];
-  EXPECT_EQ(f.effect, "sensor_delay");
-  EXPECT_EQ(f.where.at("sensor"), "/imu/waist");
-  EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0006);  // 5 %: of first order in the delay
+  expect_delay_alone(e, "/imu/waist", 3);
 }
 
 // Nothing but encoders and feet that stand tells how the body turns.

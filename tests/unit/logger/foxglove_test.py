@@ -3,7 +3,6 @@
 """foxglove_test.py BIN SOURCE: what Foxglove is given of a run (`hrp-log foxglove`), decoded and compared with the run."""
 import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -12,23 +11,13 @@ import numpy as np
 
 import plain_mcap
 import urdf_kinematics as kinematics
+from programs import run
+from urdf_kinematics import pose_of, xyz
 
 BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
 POSE_TOLERANCE = 2e-8   # nine digits of metres and of quaternions, along ten joints
 ARROW_LENGTH, GRAVITY = 0.5, 9.81  # [m] of the robot's weight, [m/s^2]: docs/tutorials/foxglove.md
 POLYGON_TOLERANCE = 1e-6  # [m] nine digits of the corners
-
-
-def run(*words):
-    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout
-
-
-def xyz(v):
-    return np.array([v["x"], v["y"], v["z"]])
-
-
-def pose_of(position, q):
-    return kinematics.transform(kinematics.rotation_of(q["x"], q["y"], q["z"], q["w"]), xyz(position))
 
 
 def check_schema(schema, value, where):

@@ -14,6 +14,7 @@ import numpy as np
 
 import plain_mcap
 import urdf_kinematics as kinematics
+from programs import run
 
 BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
 WALL = 3.0  # [m] x of its face
@@ -24,13 +25,8 @@ SENSORS = """  camera: {head: {link: NECK_P_LINK, xyz: [0.1, 0, 0.1], rpy: [0.1,
 MORE = f"logging: {{pictures: true}}\nobstacles: {{wall: {{size: [0.2, 30, 9], position: [{WALL + 0.1}, 0, 0]}}}}\n"
 
 
-def run(*words):
-    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout
-
-
 def pose_of(transform):
-    p, q = transform["translation"], transform["rotation"]
-    return kinematics.transform(kinematics.rotation_of(q["x"], q["y"], q["z"], q["w"]), np.array([p["x"], p["y"], p["z"]]))
+    return kinematics.pose_of(transform["translation"], transform["rotation"])
 
 
 class PicturesTest(unittest.TestCase):

@@ -13,21 +13,11 @@ import yaml
 
 import plain_mcap
 import urdf_kinematics as kinematics
+from programs import run
+from urdf_kinematics import pose_of, xyz
 
 BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
 POSE_TOLERANCE = 1e-12  # doubles all the way: rounding of some ten products
-
-
-def run(*words):
-    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout
-
-
-def xyz(v):
-    return np.array([v["x"], v["y"], v["z"]])
-
-
-def pose_of(position, q):
-    return kinematics.transform(kinematics.rotation_of(q["x"], q["y"], q["z"], q["w"]), xyz(position))
 
 
 def seconds(stamp):

@@ -4,7 +4,6 @@
 with the run. Each robot has a namespace and a prefix of its frames; the first one has none."""
 import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -13,24 +12,14 @@ import numpy as np
 
 import plain_mcap
 import urdf_kinematics as kinematics
+from programs import run
+from urdf_kinematics import pose_of, xyz
 
 BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
 ROBOTS = ("", "walker/", "partner/")
 POSE_TOLERANCE = {"json": 2e-8, "cdr": 1e-12}  # nine digits of metres and of quaternions along ten joints; rounding
 FORCE_TOLERANCE = 1e-5  # [N] of 600: nine digits
 ARROW_LENGTH, GRAVITY = 0.5, 9.81  # [m] of the first robot's weight, [m/s^2]: docs/tutorials/foxglove.md
-
-
-def run(*words):
-    return subprocess.run([str(word) for word in words], check=True, capture_output=True, text=True).stdout
-
-
-def xyz(v):
-    return np.array([v["x"], v["y"], v["z"]])
-
-
-def pose_of(position, q):
-    return kinematics.transform(kinematics.rotation_of(q["x"], q["y"], q["z"], q["w"]), xyz(position))
 
 
 class SeveralRobots(unittest.TestCase):

@@ -23,6 +23,16 @@ def transform(R, p):
     return X
 
 
+def xyz(v):
+    """Of a message with x, y and z."""
+    return np.array([v["x"], v["y"], v["z"]])
+
+
+def pose_of(position, q):
+    """4x4, of messages of a place and a quaternion."""
+    return transform(rotation_of(q["x"], q["y"], q["z"], q["w"]), xyz(position))
+
+
 def numbers(element, key, default):
     return [float(x) for x in (element.get(key, default) if element is not None else default).split()]
 
