@@ -71,14 +71,9 @@ void RosViews::RobotViews::publish_sensors(const msg::SensorData& sensors) {
 
 RosViews::RosViews(Bus& bus, const std::vector<Mover>& robots, double rate)
     : tf_static_(bus, topics::kRosTfStatic), trees_(make_frame_trees(robots)), rate_(rate) {
-  std::vector<NamedTransform> frames;
-  for (size_t k = 0; k < robots.size(); ++k) {
-    robots_.emplace_back(bus, robots[k], trees_[k]);
-    const auto fixed = trees_[k].make_fixed(robots[k].scenario.sensors);
-    frames.insert(frames.end(), fixed.begin(), fixed.end());
-  }
+  for (size_t k = 0; k < robots.size(); ++k) robots_.emplace_back(bus, robots[k], trees_[k]);
   tf2_msgs::msg::dds_::TFMessage_ message;
-  ros::set(frames, 0.0, &message);
+  ros::set(make_fixed_frames(trees_, robots), 0.0, &message);
   tf_static_.publish(message);
   clock_.resize(1);
   clock_[0].publisher = {bus, topics::kRosClock};

@@ -222,12 +222,7 @@ Scene::Scene(const RobotDescription& robot, const Scenario& scenario)
       ground_(make_ground_plane(scenario.ground)), metres_per_newton_(calc_arrow_scale(Model(robot.tree).mass())) {}
 
 std::string Scene::make_fixed_transforms(double time) const {
-  std::vector<NamedTransform> all;
-  for (size_t k = 0; k < robots_.size(); ++k) {
-    const auto fixed = frames_[k].make_fixed(robots_[k].scenario.sensors);
-    all.insert(all.end(), fixed.begin(), fixed.end());
-  }
-  return write_transforms(all, time);
+  return write_transforms(make_fixed_frames(frames_, robots_), time);
 }
 
 std::string Scene::make_transforms(const State& first, const ObjectStates& others, double time) const {

@@ -59,4 +59,13 @@ void FrameTree::update_moving(const State& state, std::vector<NamedTransform>* f
   }
 }
 
+std::vector<NamedTransform> make_fixed_frames(const std::vector<FrameTree>& trees, const std::vector<Mover>& robots) {
+  std::vector<NamedTransform> all;
+  for (size_t k = 0; k < robots.size(); ++k) {
+    const std::vector<NamedTransform> fixed = trees[k].make_fixed(robots[k].scenario.sensors);
+    all.insert(all.end(), fixed.begin(), fixed.end());
+  }
+  return all;
+}
+
 }  // namespace hrp

@@ -44,4 +44,7 @@ class FrameTree {
 // One for each robot of a run (movers.h), all in one world.
 std::vector<FrameTree> make_frame_trees(const std::vector<Mover>& robots);
 
+// make_fixed() of all of them.
+std::vector<NamedTransform> make_fixed_frames(const std::vector<FrameTree>& trees, const std::vector<Mover>& robots);
+
 }  // namespace hrp
