@@ -82,7 +82,8 @@ void find_noise(const Experiment& e, TossProblem* problem) {
   problem->sigma_p = std::max(problem->sigma_p, 1e-6), problem->sigma_R = std::max(problem->sigma_R, 1e-5);
 }
 
-// Height and slopes of the plane that a body at rest lies on, in the tracker's eyes: through its lowest points.
+// Height over the model's ground and slopes of the plane that a body at rest lies on, in the tracker's eyes: through its
+// lowest points.
 struct RestPlane {
   bool ok = false;
   double height = 0.0, slope_x = 0.0, slope_y = 0.0;
@@ -93,17 +94,10 @@ RestPlane find_rest_plane(const TossProblem& problem, const Toss& toss) {
   const size_t n = toss.p.size(), from = n - std::min(n, kLeastSamples);
   if ((toss.p[n - 1] - toss.p[from]).norm() > 6.0 * problem.sigma_p) return out;
   const Transform X{toss.R[n - 1].toRotationMatrix(), toss.p[n - 1]};
-  std::vector<Vector3d> points;
-  double lowest = 1e300;
-  for (const Sole& sole : problem.soles) {
-    for (const SolePoint& q : sole.points) {
-      points.push_back(X * q.p_LQ - Vector3d(0, 0, q.radius));
-      lowest = std::min(lowest, points.back().z());
-    }
-  }
+  const std::vector<Vector3d> points = list_lowest_points(problem, X);
   // A face that lies flat is tilted by the tracker's error only: a tenth of the body's size tells it from the next.
-  double size = 0.0;
-  for (const Vector3d& p : points) size = std::max(size, (p - X.p).norm());
+  double size = 0.0, lowest = 1e300;
+  for (const Vector3d& p : points) size = std::max(size, (p - X.p).norm()), lowest = std::min(lowest, p.z());
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
   int count = 0;
@@ -114,7 +108,9 @@ RestPlane find_rest_plane(const TossProblem& problem, const Toss& toss) {
   }
   if (count < 3 || A.determinant() < 1e-3 * std::pow(size, 4)) return out;
   const Vector3d x = A.ldlt().solve(b);
-  return {true, x[0], x[1], x[2]};
+  const GroundPlane ground = make_ground_plane(problem.nominal.ground);
+  const double modelled = (ground.offset - ground.n_W.x() * X.p.x() - ground.n_W.y() * X.p.y()) / ground.n_W.z();
+  return {true, x[0] - modelled, x[1], x[2]};
 }
 
 // What of height and tilt differs from toss to toss in bodies at rest: errors of the tracker that are no white noise.
@@ -123,7 +119,7 @@ void find_slow_errors(TossProblem* problem) {
   std::vector<RestPlane> planes;
   for (const Toss& toss : problem->tosses) {
     const RestPlane plane = find_rest_plane(*problem, toss);
-    if (plane.ok) planes.push_back(plane);
+    if (plane.ok) planes.push_back(plane), problem->rest_heights.push_back(plane.height);
   }
   problem->slow_p = problem->sigma_p, problem->slow_R = problem->sigma_R;
   if (planes.size() < 4) return;
@@ -223,6 +219,14 @@ void drop_rest(TossProblem* problem) {
 }
 
 }  // namespace
+
+std::vector<Vector3d> list_lowest_points(const TossProblem& problem, const Transform& X_WB) {
+  std::vector<Vector3d> points;
+  for (const Sole& sole : problem.soles) {
+    for (const SolePoint& q : sole.points) points.push_back(X_WB * q.p_LQ - Vector3d(0, 0, q.radius));
+  }
+  return points;
+}
 
 Vector3d calc_turn(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
   Eigen::Quaterniond d = to * from.conjugate();

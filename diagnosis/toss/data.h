@@ -31,6 +31,7 @@ struct TossProblem {
   World nominal;
   double sigma_p = 0.0, sigma_R = 0.0;  // [m], [rad] noise of a pose, each axis
   double slow_p = 0.0, slow_R = 0.0;    // [m], [rad] errors of a tracker that stay the same for a whole window
+  std::vector<double> rest_heights;     // [m] over the model's ground, of bodies that lie flat at the end of a toss
   bool stated = false;                  // the noise is the experiment's
   bool linear_in_body = false, angular_in_body = true;  // axes of the twist, found from the poses
   bool has_linear = false, has_angular = false;         // the twist is there and a measurement of its own
@@ -49,6 +50,9 @@ struct LocalMotion {
   double misfit = 0.0;                  // root mean square of what is left, in units of the noise
 };
 LocalMotion calc_local_motion(const TossProblem& problem, const Toss& toss, size_t begin, size_t end, size_t at);
+
+// Lowest positions of the points and spheres of the body's shapes [m].
+std::vector<Vector3d> list_lowest_points(const TossProblem& problem, const Transform& X_WB);
 
 // Rotation vector that turns `from` into `to`, world axes.
 Vector3d calc_turn(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to);

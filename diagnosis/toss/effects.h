@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnosis/model/effect.h"
-#include "diagnosis/toss/data.h"
+#include "diagnosis/toss/strikes.h"
 
 namespace hrp::diagnosis::toss {
 
@@ -23,8 +23,10 @@ struct TossRow {
   bool flies = false;             // shows in windows without contact
   bool jumps = false;             // no small change shows: neither friction where all sticks nor bouncing where nothing does
   EffectId inside = EffectId::kNamed;  // an effect that this one contains: it is tried in its place
-  const char* refused = nullptr;  // why it is never named for sure
-  // Where to start a fit, from the absent effect `none`; null: there.
+  const char* refused = nullptr;  // why it is not named for sure where nothing measures it
+  // The first parameter without a law of contact.
+  std::optional<Measured> (*measure)(const TossProblem&) = nullptr;
+  // Where to start a fit that nothing measures, from the absent effect `none`; null: there.
   Hypothesis (*list_starts)(const TossProblem&, const Hypothesis& found, const Effect& none) = nullptr;
 };
 

@@ -189,6 +189,8 @@ Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
             : "It holds alike in both halves of the tosses and in those it was not fitted to, but something else "
               "is missing as well.";
     list.push_back(make_finding(problem, effect, find_widths(fit, e), outcome.explained ? 0.98 : 0.9, rest));
+    const auto share = outcome.shares.find(effect.id);
+    if (share != outcome.shares.end()) list.back()["share"] = std::round(1000.0 * share->second) / 1000.0;
   }
   for (const TossTrial& trial : outcome.doubted) list.push_back(make_doubted(problem, trial));
   return list;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr size_t kSearchWindows = 110;  // a minute on two cores
 constexpr int kMostEffects = 5;
+constexpr int kTrialRounds = 2, kRounds = 4;  // of a fit: two rank candidates
 // While something else is missing as well, an effect must take away this share of the cost that is left: a smaller one
 // may be a stand-in for what is missing.
 constexpr double kLeastShare = 0.03;
@@ -160,6 +161,23 @@ class Search {
     return count == 0.0 || gain > -kLeastGain;
   }
 
+  // What the poses give without a law of contact, where that is not what the model has.
+  std::optional<Measured> find_measured(EffectId id) const {
+    const TossRow& row = get_toss_row(id);
+    const std::optional<Measured> measured = row.measure ? row.measure(problem_) : std::nullopt;
+    const bool differs = measured && std::abs(measured->value - make_neutral(problem_, id).p[0]) > kSure * measured->std;
+    return differs ? measured : std::nullopt;
+  }
+
+  // The fit found what was measured.
+  bool is_measured(const TossTrial& trial) const {
+    const auto measured = find_measured(trial.added);
+    if (!measured) return false;
+    const double value = trial.fit.hypothesis.back().p[0], size = std::abs(value - make_neutral(problem_, trial.added).p[0]);
+    const double error = std::hypot(measured->std, std::hypot(trial.fit.std.back()[0], trial.fit.spread.back()[0]));
+    return std::abs(value - measured->value) < std::max(kSame * size, kSure * error);
+  }
+
   void examine(TossTrial* trial) const {
     const double before = out_.chosen.train_cost, left = judge(problem_, trial->fit);
     const size_t count = make_neutral(problem_, trial->added).p.size();
@@ -178,7 +196,7 @@ class Search {
       trial->consistent = false, trial->why = "its value differs from toss to toss";
     else if (!is_consistent(*trial))
       trial->consistent = false, trial->why = "halves of the tosses ask for different values";
-    else if (get_toss_row(trial->added).refused)
+    else if (get_toss_row(trial->added).refused && !is_measured(*trial))
       trial->doubted = true, trial->why = get_toss_row(trial->added).refused;
     else
       trial->accepted = true;
@@ -187,12 +205,25 @@ class Search {
   // What is never named for sure, beside all that was found: it is told where it passes every test.
   void doubt() {
     for (const TossRow& row : list_toss_rows()) {
-      if (!row.refused || out_.chosen.hypothesis.empty()) continue;
+      if (!row.refused || out_.chosen.hypothesis.empty() || has_effect(out_.chosen.hypothesis, row.id)) continue;
       TossTrial trial = try_effect(row.id);
-      examine(&trial);
+      complete(&trial), examine(&trial);
       if (trial.doubted) say(std::string("perhaps ") + get_effect(row.id).name + ": " + std::to_string(judge(problem_, trial.fit)));
       if (trial.doubted) out_.doubted.push_back(std::move(trial));
     }
+  }
+
+  // Of the nominal model's cost on held-out tosses, that of an effect added to those before it.
+  double calc_share(const TossFit& with) const {
+    const auto get_cost = [&](const TossFit& fit) { return has_validation(problem_) ? fit.validate_cost : fit.train_cost; };
+    return std::max(0.0, (get_cost(out_.chosen) - get_cost(with)) / get_cost(out_.nominal));
+  }
+
+  // From a fit that ranks it to one that its value can be taken from.
+  void complete(TossTrial* trial) const {
+    trial->fit = fit_tosses(problem_, trial->fit, options(kRounds));
+    trial->gain = out_.chosen.train_cost - trial->fit.train_cost;
+    trial->sureness = calc_sureness(problem_, out_.chosen, trial->fit);
   }
 
   std::vector<EffectId> list_candidates() const {
@@ -208,7 +239,7 @@ class Search {
     for (size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return gains[a] > gains[b]; });
     for (size_t i : order) {
-      const bool blind = get_toss_row(candidates[i]).jumps;
+      const bool blind = get_toss_row(candidates[i]).jumps || find_measured(candidates[i]);
       if (blind || (others < 2 && gains[i] > kLeastGain)) wanted.push_back(candidates[i]);
       others += blind ? 0 : 1;
     }
@@ -230,19 +261,19 @@ class Search {
     bool found = false;
     for (TossTrial& trial : round) {
       if (!found)
-        examine(&trial);
+        complete(&trial), examine(&trial);
       else
         trial.why = "another effect takes away more";
       found = found || trial.accepted;
     }
     for (TossTrial& trial : round) {
-      if (trial.accepted) out_.chosen = trial.fit;
+      if (trial.accepted) out_.shares[trial.added] = calc_share(trial.fit), out_.chosen = trial.fit;
       out_.trials.push_back(std::move(trial));
     }
     return found && judge(problem_, out_.chosen) > 1.0;
   }
 
-  void refine() { out_.chosen = fit_tosses(problem_, out_.chosen, options(4)); }
+  void refine() { out_.chosen = fit_tosses(problem_, out_.chosen, options(kRounds)); }
 
   const TossProblem& problem_;
   int jobs_;
@@ -276,7 +307,7 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
              TossOutcome* outcome) {
   if (others.windows.empty() || outcome->chosen.hypothesis.empty()) return;
   TossFitOptions options;
-  options.jobs = jobs, options.rounds = 4;
+  options.jobs = jobs, options.rounds = kRounds;
   const TossFit& found = outcome->chosen;
   const TossFit again = fit_tosses(others, fit_starts(others, found.hypothesis, nullptr, jobs), options);
   TossFit kept = found;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct TossOutcome {
   TossFit nominal, chosen;
   std::vector<TossTrial> trials;  // all that were fitted, in the order of trying
   std::vector<TossTrial> doubted;  // beside what was chosen, one by one
+  std::map<EffectId, double> shares;  // of the nominal model's cost, by effect in the order of adding
   bool mismatch = false, explained = false, partly = false;
   double flight = 0.0;  // score of windows without contact, as it is left
 };

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "diagnosis/toss/fit.h"
+#include "diagnosis/toss/search.h"
 
 namespace hrp::diagnosis::toss {
 namespace {
@@ -59,20 +59,27 @@ TEST(TossedBody, LosesSpeedAtFrictionTimesGravityWhileItSlides) {
   EXPECT_NEAR(states.back().p_WB.x(), 0.2 - 0.5 * 0.2 * 9.81 * 0.04, 1e-3);
 }
 
-Experiment make_experiment(double friction, double restitution, int tosses) {
+struct Truth {
+  double friction, restitution;
+  double inertia = 1.0, lengths = 1.0;      // moments of inertia and recorded lengths over the model's
+  double height = 0.12, duration = 0.38;  // [m], [s] of a toss
+};
+
+Experiment make_experiment(const Truth& world, int tosses) {
   Experiment e;
   e.robot = make_body(ShapeKind::kBox);
   e.scenario.floating_base = true, e.scenario.ground.friction = 0.5, e.sample_time = 0.008;
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
-  const World truth = make_world(e.robot, friction, restitution);
+  World truth = make_world(e.robot, world.friction, world.restitution);
+  truth.body.links[0].inertia.I_LLcm_L *= world.inertia;
   for (int t = 0; t < tosses; ++t) {
     BodyState start;
     start.R_WB = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
-    start.p_WB.z() = 0.12, start.v_WB = Vector3d(0.8, 0.3 * normal(random), -0.5);
+    start.p_WB.z() = world.height, start.v_WB = Vector3d(0.8, 0.3 * normal(random), -0.5);
     start.w_WB = Vector3d(normal(random), 3.0 * normal(random), normal(random));
     Recording r;
-    r.spec.name = "toss", r.spec.train = t + 1 < tosses, r.time = make_times(0.38, e.sample_time);
+    r.spec.name = "toss", r.spec.train = t + 1 < tosses, r.time = make_times(world.duration, e.sample_time);
     std::vector<BodyState> states;
     EXPECT_TRUE(roll_out(truth, make_soles(e.robot), start, r.time, &states));
     for (const BodyState& s : states) {
@@ -80,7 +87,7 @@ Experiment make_experiment(double friction, double restitution, int tosses) {
       const Eigen::Quaterniond R = Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * s.R_WB;
       const char* const names[] = {"x", "y", "z", "w"};
       for (int i = 0; i < 4; ++i) {
-        if (i < 3) r.other[std::string("/base/pose/position/") + names[i]].push_back(s.p_WB[i] + kNoise * normal(random));
+        if (i < 3) r.other[std::string("/base/pose/position/") + names[i]].push_back(world.lengths * s.p_WB[i] + kNoise * normal(random));
         r.other[std::string("/base/pose/orientation/") + names[i]].push_back(R.coeffs()[i]);
       }
     }
@@ -90,7 +97,7 @@ Experiment make_experiment(double friction, double restitution, int tosses) {
 }
 
 TEST(TossedBody, FrictionAndRestitutionComeBack) {
-  const Experiment e = make_experiment(0.2, 0.3, 5);
+  const Experiment e = make_experiment({0.2, 0.3}, 5);
   TossProblem problem;
   std::string why;
   ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
@@ -105,12 +112,54 @@ TEST(TossedBody, FrictionAndRestitutionComeBack) {
 }
 
 TEST(TossedBody, NothingIsMissingWhenNothingIsHidden) {
-  const Experiment e = make_experiment(0.5, 0.0, 3);
+  const Experiment e = make_experiment({0.5, 0.0}, 3);
   TossProblem problem;
   std::string why;
   ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
   const TossFit nominal = fit_starts(problem, {}, nullptr, 1);
   EXPECT_LT(nominal.train, 1.2);  // the score from which on a mismatch is reported
+}
+
+TossProblem make_problem(const Experiment& e) {
+  TossProblem problem;
+  std::string why;
+  EXPECT_TRUE(make_toss_problem(e, &problem, &why)) << why;
+  return problem;
+}
+
+TEST(TossedBody, StrikesOfOneCornerTellItsInertiaWhateverTheLawOfContact) {
+  for (const double friction : {0.1, 0.6}) {
+    for (const double restitution : {0.1, 0.5}) {
+      const Experiment e = make_experiment({friction, restitution, 1.3}, 40);
+      const auto inertia = measure_inertia(make_problem(e));
+      ASSERT_TRUE(inertia) << friction << " " << restitution;
+      EXPECT_NEAR(inertia->value, 1.3, 0.04) << friction << " " << restitution;  // strikes of other points within 40 ms
+      EXPECT_GT(inertia->value - 1.0, 3.0 * inertia->std);
+    }
+  }
+}
+
+TEST(TossedBody, FallAndHeightOfRestTellAScaleOfLengths) {
+  const Experiment e = make_experiment({0.5, 0.1, 1.0, 0.97, 0.25, 1.2}, 12);
+  const TossProblem problem = make_problem(e);
+  const auto fall = measure_fall(problem), height = measure_rest_height(problem);
+  ASSERT_TRUE(fall && height);
+  EXPECT_NEAR(fall->value, 0.97, 3.0 * fall->std);
+  EXPECT_LT(fall->std, 0.005);
+  EXPECT_NEAR(height->value, -0.03 * kEdge / 2, 1e-4);  // noise of a pose 50 um
+}
+
+TEST(TossedBody, AnInertiaIsNamedWhereStrikesMeasureIt) {
+  const Experiment e = make_experiment({0.5, 0.4, 1.3}, 16);
+  const TossOutcome outcome = search_tosses(make_small_problem(make_problem(e), 60), 2, nullptr);
+  const Hypothesis& found = outcome.chosen.hypothesis;
+  ASSERT_EQ(found.size(), 2u);
+  for (const Effect& effect : found) {
+    const bool is_inertia = effect.id == EffectId::kInertiaError;
+    EXPECT_TRUE(is_inertia || effect.id == EffectId::kRestitution);
+    EXPECT_NEAR(effect.p[0], is_inertia ? 1.3 : 0.4, 0.03);  // a twentieth of what is hidden and more
+    EXPECT_GT(outcome.shares.at(effect.id), 0.0);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/toss/strikes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/spatial/turn.h"
+#include "diagnosis/data/quantile.h"
+
+namespace hrp::diagnosis::toss {
+namespace {
+
+constexpr size_t kFlight = 5;         // poses of a stretch of flight: a quadratic leaves two to judge it by
+constexpr double kSmooth = 4.0;       // times the noise that it may leave
+constexpr double kFalls = 0.2;        // of gravity: no clock or length is wrong by more
+constexpr double kAlone = 0.1;        // of the body's size, by which the next point is above the one that strikes
+constexpr double kImpactSpeed = 0.3;  // [m/s] of weaker strikes too little is seen between two poses
+constexpr size_t kLeast = 8, kLeastRests = 4;
+
+std::optional<Measured> find_middle(const std::vector<double>& values, size_t least) {
+  if (values.size() < least) return std::nullopt;
+  Measured out{find_median(values), 0.0, values.size()};
+  std::vector<double> apart;
+  for (double v : values) apart.push_back(std::abs(v - out.value));
+  // Of a normal distribution: the median distance is 1 / 1.4826 of the standard deviation, and a median errs by
+  // sqrt(pi / 2) times as much as a mean.
+  out.std = 1.4826 * find_median(apart) * std::sqrt(M_PI_2 / static_cast<double>(values.size()));
+  return out;
+}
+
+// A stretch of poses, and its motion at one of them.
+struct Stretch {
+  bool flies = false;
+  size_t at = 0;
+  LocalMotion motion;
+};
+
+Stretch look_at(const TossProblem& problem, const Toss& toss, size_t begin, size_t at) {
+  Stretch stretch{false, at, calc_local_motion(problem, toss, begin, begin + kFlight, at)};
+  const Vector3d& g = problem.nominal.gravity_W;
+  stretch.flies = stretch.motion.misfit < kSmooth && (stretch.motion.a - g).norm() < kFalls * g.norm();
+  return stretch;
+}
+
+// The body `dt` after the pose of a stretch, as if it flew on.
+struct Body {
+  Transform X_WB;
+  Vector3d p_WBcm, v_WBcm, w_WB;
+};
+
+Body fly_on(const TossProblem& problem, const Toss& toss, const Stretch& stretch, double dt) {
+  const LocalMotion& m = stretch.motion;
+  Body body;
+  const Matrix3d R = make_turn(dt * (m.w + 0.5 * dt * m.alpha)) * toss.R[stretch.at].toRotationMatrix();
+  const Vector3d p_BBcm_W = R * problem.nominal.body.links[0].inertia.p_LLcm_L;
+  body.X_WB = {R, toss.p[stretch.at] + dt * m.v + 0.5 * dt * dt * m.a};
+  body.w_WB = m.w + dt * m.alpha;
+  body.p_WBcm = body.X_WB.p + p_BBcm_W, body.v_WBcm = m.v + dt * m.a + body.w_WB.cross(p_BBcm_W);
+  return body;
+}
+
+// The lowest point, if it is alone: else what of the impulse acts where is not known.
+std::optional<size_t> find_lone_point(const TossProblem& problem, const Body& body) {
+  const std::vector<Vector3d> points = list_lowest_points(problem, body.X_WB);
+  size_t lowest = 0;
+  double size = 0.0, next = 1e300;
+  for (size_t i = 0; i < points.size(); ++i) {
+    size = std::max(size, (points[i] - body.X_WB.p).norm());
+    if (points[i].z() < points[lowest].z()) lowest = i;
+  }
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (i != lowest) next = std::min(next, points[i].z() - points[lowest].z());
+  }
+  if (points.size() < 2 || next < kAlone * size) return std::nullopt;
+  return lowest;
+}
+
+// Between the last pose of one flight and the first of the next: where both have the point at one height.
+std::optional<Strike> find_strike(const TossProblem& problem, size_t toss, const Stretch& before, const Stretch& after) {
+  const Toss& t = problem.tosses[toss];
+  const double gap = t.time[after.at] - t.time[before.at];
+  const auto point = find_lone_point(problem, fly_on(problem, t, before, 0.5 * gap));
+  if (!point) return std::nullopt;
+  const auto get_height = [&](const Stretch& s, double dt) {
+    return list_lowest_points(problem, fly_on(problem, t, s, dt).X_WB)[*point].z();
+  };
+  double low = 0.0, high = gap;
+  for (int i = 0; i < 20; ++i) {
+    const double middle = 0.5 * (low + high);
+    (get_height(before, middle) > get_height(after, middle - gap) ? low : high) = middle;
+  }
+  const Body a = fly_on(problem, t, before, low), b = fly_on(problem, t, after, low - gap);
+  Strike strike;
+  strike.toss = toss;
+  strike.p_BcmC_W = list_lowest_points(problem, a.X_WB)[*point] - a.p_WBcm;
+  strike.dv_WBcm = b.v_WBcm - a.v_WBcm, strike.dw_WB = b.w_WB - a.w_WB;
+  strike.I_BBcm_W = a.X_WB.R * problem.nominal.body.links[0].inertia.I_LLcm_L * a.X_WB.R.transpose();
+  if (strike.dv_WBcm.dot(-problem.nominal.gravity_W.normalized()) < kImpactSpeed) return std::nullopt;
+  return strike;
+}
+
+}  // namespace
+
+std::vector<Strike> find_strikes(const TossProblem& problem) {
+  std::vector<Strike> strikes;
+  for (size_t i = 0; i < problem.tosses.size(); ++i) {
+    const Toss& toss = problem.tosses[i];
+    for (size_t end = kFlight; end + kFlight < toss.p.size(); ++end) {  // the first pose that may lie in the strike
+      const Stretch before = look_at(problem, toss, end - kFlight, end - 1);
+      std::optional<Strike> strike;
+      for (size_t begin = end; before.flies && !strike && begin < end + 2 && begin + kFlight <= toss.p.size(); ++begin) {
+        const Stretch after = look_at(problem, toss, begin, begin);
+        if (after.flies) strike = find_strike(problem, i, before, after);
+      }
+      if (strike) strikes.push_back(*strike), end += kFlight - 1;
+    }
+  }
+  return strikes;
+}
+
+std::optional<Measured> measure_fall(const TossProblem& problem) {
+  std::vector<double> values;
+  const double g = problem.nominal.gravity_W.norm();
+  for (const Toss& toss : problem.tosses) {
+    // The longest flight from the start of a toss on: its end is where a longer one no longer falls freely.
+    size_t count = 0;
+    LocalMotion fall;
+    for (size_t n = 2 * kFlight; n <= toss.p.size(); ++n) {
+      const LocalMotion m = calc_local_motion(problem, toss, 0, n, 0);
+      if (m.misfit > kSmooth || (m.a - problem.nominal.gravity_W).norm() > kFalls * g) break;
+      count = n, fall = m;
+    }
+    if (count > 0) values.push_back(fall.a.dot(problem.nominal.gravity_W) / (g * g));
+  }
+  return find_middle(values, kLeast);
+}
+
+std::optional<Measured> measure_inertia(const TossProblem& problem) {
+  std::vector<double> values;
+  const double mass = problem.nominal.body.links[0].inertia.mass;
+  for (const Strike& s : find_strikes(problem)) {
+    const Vector3d moment = mass * s.p_BcmC_W.cross(s.dv_WBcm), turned = s.I_BBcm_W * s.dw_WB;
+    values.push_back(moment.dot(turned) / turned.squaredNorm());
+  }
+  return find_middle(values, kLeast);
+}
+
+std::optional<Measured> measure_rest_height(const TossProblem& problem) {
+  return find_middle(problem.rest_heights, kLeastRests);
+}
+
+}  // namespace hrp::diagnosis::toss
