@@ -7,6 +7,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/evidence/best_model.h"
+#include "diagnosis/evidence/loose_gears.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/model/nominal.h"
@@ -164,6 +165,8 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   }
   progress("simulation with what was found");
   outcome.chosen = choose_best_model(problem, whole, torque.model, outcome.best, progress);
+  for (const Finding& gear : loosen_gears(problem, whole, &outcome.chosen, progress)) torque.evidence.findings.push_back(gear);
+  sort_findings(&torque.evidence.findings);
   outcome.modelled = true, outcome.partly = false, outcome.indistinguishable.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
   Reports reports = make_torque_reports(whole, outcome, std::move(torque));

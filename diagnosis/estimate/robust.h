@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <iterator>
 
 namespace hrp::diagnosis {
 
@@ -19,6 +20,13 @@ struct RobustCovariance {
 
 // Of few clusters: their scores sum to zero at the estimate, so that B is too small by (n - 1) / n.
 inline double find_few(double clusters) { return clusters > 1.0 ? clusters / (clusters - 1.0) : 1.0; }
+
+// A spread of few values is known badly itself: Student's 97.5 % over that of a normal error. At least two values.
+inline double find_widening(size_t values) {
+  constexpr double student[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+  const size_t freedom = values - 1;
+  return (freedom <= std::size(student) ? student[freedom - 1] : 2.0 + 2.3 / static_cast<double>(freedom)) / 1.96;
+}
 
 // `inverse`: A^-1; `scatter`: B.
 inline RobustCovariance make_robust_covariance(Eigen::MatrixXd inverse, const Eigen::MatrixXd& scatter,

@@ -6,17 +6,12 @@
 
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit.h"
-#include "diagnosis/search/nearby.h"
 #include "diagnosis/simulation/windows.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kIterations = 10;
-constexpr int kRounds = 4;
-constexpr double kTolerance = 1e-3, kSettled = 0.01;
-constexpr double kCoarse = 2.0;     // times the usual step: one joint alone
-constexpr double kFinest = 1.5;     // factor to which displacements before slipping are walked
+constexpr double kTolerance = 1e-3;
 constexpr double kWorth = 0.03;     // of the squares that a joint leaves, which one more law must take away
 constexpr int kMostAdded = 2;       // laws at one joint
 constexpr int kTryIterations = 3;
@@ -25,45 +20,6 @@ constexpr double kInstant = 0.003;  // [s] that lags and delays start from
 constexpr double kShareOfFastest[] = {0.05, 0.2};  // at which friction has come down to its level, of the fastest motion
 // Parameters x samples x joints^2 of one step through the whole robot: some seconds of one core.
 constexpr double kMostWhole = 4e7;
-
-// Of a joint's drive, or of the readings of its drive.
-bool is_of_joint(const Effect& effect) {
-  return effect.place.kind == PlaceKind::kJoint || effect.place.kind == PlaceKind::kSensor;
-}
-
-bool is_at(const Effect& effect, int joint) {
-  return is_of_joint(effect) && effect.place.index == joint;
-}
-
-// One joint, all others as recorded: what its fits leave.
-struct Alone {
-  const Problem& problem;
-  CalcResiduals residuals;
-
-  FitResult fit(const Hypothesis& start, int iterations) const {
-    FitOptions options;
-    options.max_iterations = iterations;
-    options.tolerance = kTolerance;
-    return diagnosis::fit(residuals, 1, start, problem.train, options);
-  }
-  Score score(const Hypothesis& h) const { return calc_score(residuals, 1, h, problem.train); }
-};
-
-// One joint's effects, fitted; empty where no rollout stays finite. Displacements before slipping and what follows from
-// them move in turn: each round brings less.
-Hypothesis fit_joint(const Alone& alone, const Hypothesis& start) {
-  FitResult best = alone.fit(start, kIterations);
-  if (!best.ok) return {};
-  for (int round = 0; round < kRounds; ++round) {
-    const FitResult again = alone.fit(try_nearby(alone.problem, best.hypothesis, kFinest), kIterations);
-    if (!again.ok || again.train.chi2 >= best.train.chi2) break;
-    const bool settled = again.train.chi2 > (1.0 - kSettled) * best.train.chi2;
-    best = again;
-    if (settled) break;
-  }
-  const Score before = alone.score(start);
-  return before.ok && before.chi2 <= best.train.chi2 ? Hypothesis{} : best.hypothesis;
-}
 
 // [rad/s]
 double find_fastest(const Problem& problem, int joint) {
@@ -100,7 +56,7 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   return list;
 }
 
-Hypothesis enrich(const Alone& alone, Hypothesis own, int joint) {
+Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   const double fastest = find_fastest(alone.problem, joint);
   const bool commanded = !is_effort_driven(*alone.problem.experiment);
   const Score before = alone.score(own);
@@ -116,7 +72,7 @@ Hypothesis enrich(const Alone& alone, Hypothesis own, int joint) {
     if (best.empty()) break;
     own = best, least = limit;
   }
-  const Hypothesis fitted = fit_joint(alone, own);
+  const Hypothesis fitted = alone.fit_to_the_end(own);
   return fitted.empty() ? own : fitted;
 }
 
@@ -138,41 +94,22 @@ Hypothesis split_asymmetry(const Hypothesis& model) {
 }
 
 Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts, bool enriched) {
-  Problem along = problem;
-  along.view = {}, along.subtrees.clear();
-  if (along.nominal_paths.empty()) prepare_paths(&along);
-  Hypothesis links;
-  for (const Effect& effect : model) {
-    if (!is_of_joint(effect)) links.push_back(effect);
-  }
-  const Paths paths = make_paths(along, links);
+  const Hypothesis links = take_links(model);
+  const JointPaths paths(problem, links);
   const int n = problem.experiment->num_joints();
   std::vector<Hypothesis> fitted(static_cast<size_t>(n));
   parallel_for(problem.jobs, n, [&](int j) {
-    Hypothesis own;
-    for (const Effect& effect : model) {
-      if (is_at(effect, j)) own.push_back(effect);
-    }
+    const Hypothesis own = take_joint(model, j);
     if (own.empty()) return;
-    Problem one = along;
-    one.jobs = 1;
-    one.options.max_step *= kCoarse;
-    one.view = {true, &paths, j};
-    Alone alone{one, make_residuals(one)};
-    if (efforts) alone.residuals = efforts->add_to(alone.residuals, one.train, own, j);
-    Hypothesis& best = fitted[static_cast<size_t>(j)];
-    best = enriched ? enrich(alone, own, j) : fit_joint(alone, own);
+    JointAlone alone(paths, j);
+    if (efforts) alone.residuals = efforts->add_to(alone.residuals, problem.train, own, j);
+    fitted[static_cast<size_t>(j)] = enriched ? enrich(alone, own, j) : alone.fit_to_the_end(own);
   });
   Hypothesis out = links;
   for (int j = 0; j < n; ++j) {
     const Hypothesis& own = fitted[static_cast<size_t>(j)];
-    if (!own.empty()) {
-      out.insert(out.end(), own.begin(), own.end());
-      continue;
-    }
-    for (const Effect& effect : model) {
-      if (is_at(effect, j)) out.push_back(effect);
-    }
+    const Hypothesis kept = own.empty() ? take_joint(model, j) : own;
+    out.insert(out.end(), kept.begin(), kept.end());
   }
   return split_asymmetry(out);
 }
@@ -187,10 +124,6 @@ Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const C
   options.tolerance = kTolerance;
   const FitResult result = fit(residuals, problem.jobs, model, problem.train, options);
   return result.ok ? split_asymmetry(result.hypothesis) : model;
-}
-
-CalcResiduals make_residuals(const Problem& problem) {
-  return [&problem](const Hypothesis& h, int recording, std::vector<double>* out) { return calc_residuals(problem, h, recording, out); };
 }
 
 CalcResiduals make_window_residuals(const Problem& problem) {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnosis/evidence/effort_rows.h"
-#include "diagnosis/search/problem.h"
+#include "diagnosis/evidence/joint_alone.h"
 
 namespace hrp::diagnosis {
 
@@ -18,9 +18,7 @@ Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const 
 // simulated, have the noise of their encoders. The model as it is where that would be too long.
 Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations);
 
-// What a hypothesis leaves of a problem's simulated readings, and of those simulated over short windows. The problem must
-// outlive them.
-CalcResiduals make_residuals(const Problem& problem);
+// What a hypothesis leaves of readings that are simulated over short windows. The problem must outlive it.
 CalcResiduals make_window_residuals(const Problem& problem);
 
 // Dry friction of level L that is larger one way, L (1 + a) and L (1 - a), is friction L and a constant torque L a, which

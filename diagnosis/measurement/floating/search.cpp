@@ -6,6 +6,7 @@
 #include <functional>
 #include <iterator>
 
+#include "diagnosis/estimate/robust.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
 
@@ -31,13 +32,6 @@ constexpr long kPlaces = 6;           // of one effect that are listed beside wh
 constexpr double kAlike = 0.8;        // share of what one law predicts that another predicts, too: their details do not tell them apart
 constexpr double kRivalLeast = 8;     // n log, the same for small gains
 constexpr double kConfirmed = 0.25;   // deviation of a size of one: then it is neither none nor twice as large by chance
-
-// A spread of few values is known badly itself: Student's 97.5 % over that of a normal error.
-double find_widening(size_t values) {
-  static const double student[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
-  const size_t freedom = values - 1;
-  return (freedom <= std::size(student) ? student[freedom - 1] : 2.0 + 2.3 / static_cast<double>(freedom)) / 1.96;
-}
 
 class Searcher {
  public:

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/loose_gears.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/effects/units.h"
+#include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/best_model.h"
+#include "diagnosis/evidence/polish.h"
+#include "diagnosis/model/nominal.h"
+#include "diagnosis/report/json.h"
+#include "diagnosis/search/significance.h"
+#include "diagnosis/search/starts.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kQuiet = 2.0;  // times the noise, below which a rigid gear is good enough
+// Of the squares that a rigid gear leaves. Textures of friction and its fading leave as much, and another law takes some
+// of that: in single recordings up to a half, in others it adds.
+constexpr double kLoose = 0.7, kEach = 0.95;
+constexpr double kAlike = 1.1;        // of the squares: two transmissions do as well
+constexpr double kPromising = 0.85;   // of the squares after a few steps: worth fitting to the end
+constexpr int kIterations = 6, kTryIterations = 3, kWholeIterations = 3;
+constexpr size_t kStarts = 3;         // that are fitted, of a law with many minima
+constexpr double kTwoEngines = 0.02;  // of a value: laws of gaps differ by that much at least
+
+// One joint.
+class Gear {
+ public:
+  Gear(const JointPaths& paths, const Hypothesis& model, int joint)
+      : joint_(joint), alone_(paths, joint), own_(take_joint(model, joint)) {}
+
+  std::optional<LooseGear> run() {
+    const auto rotor = std::find_if(own_.begin(), own_.end(), is_rigid_rotor);
+    if (rotor == own_.end() || alone_.problem.validate.empty() || is_quiet(own_)) return std::nullopt;
+    at_ = static_cast<size_t>(rotor - own_.begin());
+    own_ = improve(own_, alone_.fit(own_, kTryIterations).hypothesis);
+    std::vector<Hypothesis> loose;
+    for (const Effect& law : list_transmissions(joint_, get_rotor(own_[at_]))) {
+      const Hypothesis h = loosen(law);
+      if (!h.empty() && get_cost(h) < kPromising * get_cost(own_)) loose.push_back(h);
+    }
+    if (loose.empty()) return std::nullopt;
+    own_ = improve(own_, alone_.fit_to_the_end(own_));
+    for (Hypothesis& h : loose) h = improve(h, alone_.fit_to_the_end(h));
+    std::stable_sort(loose.begin(), loose.end(), [&](const auto& a, const auto& b) { return get_cost(a) < get_cost(b); });
+    // The simplest that does about as well as the best.
+    size_t best = 0;
+    for (size_t i = 1; i < loose.size(); ++i) {
+      if (get_cost(loose[i]) < kAlike * get_cost(loose[0]) && loose[i][at_].p.size() < loose[best][at_].p.size()) best = i;
+    }
+    return is_shown(loose[best]) ? std::optional(describe(loose, best)) : std::nullopt;
+  }
+
+ private:
+  bool is_quiet(const Hypothesis& h) const {
+    const Score score = alone_.score(h, alone_.problem.validate);
+    return !score.ok || score.rms() < kQuiet;
+  }
+
+  double get_cost(const Hypothesis& h) const {
+    const Score score = alone_.score(h);
+    return score.ok ? score.chi2 : 1e300;
+  }
+
+  double get_held(const Hypothesis& h) const { return alone_.score(h, alone_.problem.validate).chi2; }
+
+  Hypothesis loosen(const Effect& law) const {
+    Hypothesis best;
+    double least = 1e300;
+    const size_t count = list_infos(law.id)[0].walked ? kStarts : 1;
+    for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_, at_, list_options(law, false), count)) {
+      Hypothesis start = own_;
+      start[at_] = option;
+      const FitResult tried = alone_.fit(start, kTryIterations);
+      if (tried.ok && tried.train.chi2 < least) best = tried.hypothesis, least = tried.train.chi2;
+    }
+    return best;
+  }
+
+  Hypothesis improve(const Hypothesis& h, const Hypothesis& fitted) const {
+    return !fitted.empty() && get_cost(fitted) < get_cost(h) ? fitted : h;
+  }
+
+  bool is_shown(const Hypothesis& loose) const {
+    const Problem& p = alone_.problem;
+    const std::vector<EffectParameter>& infos = list_infos(loose[at_].id);
+    for (size_t i = 0; i < infos.size(); ++i) {
+      if (infos[i].required && (loose[at_].p[i] <= infos[i].low || loose[at_].p[i] >= infos[i].high)) return false;
+    }
+    if (get_cost(loose) > kLoose * get_cost(own_) || get_held(loose) > kLoose * get_held(own_)) return false;
+    std::vector<int> recordings = p.train;
+    recordings.insert(recordings.end(), p.validate.begin(), p.validate.end());
+    return std::all_of(recordings.begin(), recordings.end(), [&](int r) {
+      return alone_.score(loose, {r}).chi2 < kEach * alone_.score(own_, {r}).chi2;
+    });
+  }
+
+  // Standard errors of the values that single recordings ask for.
+  std::vector<double> find_deviations(const Hypothesis& loose) const {
+    std::vector<int> recordings = alone_.problem.train;
+    if (recordings.size() < 2) recordings.insert(recordings.end(), alone_.problem.validate.begin(), alone_.problem.validate.end());
+    std::vector<Spread> spreads(loose[at_].p.size());
+    size_t n = 0;
+    for (int r : recordings) {
+      const FitResult own = alone_.fit(loose, kIterations, {r});
+      if (!own.ok) continue;
+      for (size_t i = 0; i < spreads.size(); ++i) spreads[i].add(own.hypothesis[at_].p[i]);
+      ++n;
+    }
+    std::vector<double> std;
+    for (size_t i = 0; i < spreads.size(); ++i) {
+      const double value = std::abs(loose[at_].p[i]);
+      const double error = n < 2 ? value : find_widening(n) * spreads[i].get() / std::sqrt(static_cast<double>(n - 1));
+      std.push_back(std::hypot(error, kTwoEngines * value));
+    }
+    return std;
+  }
+
+  LooseGear describe(const std::vector<Hypothesis>& loose, size_t best) const {
+    LooseGear gear;
+    gear.joint = loose[best], gear.at = at_, gear.std = find_deviations(loose[best]);
+    const double rigid = get_held(own_), held = get_held(loose[best]), nothing = get_held({});
+    gear.left = held / rigid, gear.share = std::clamp((rigid - held) / std::max(nothing, rigid), 0.0, 1.0);
+    for (size_t i = 0; i < loose.size(); ++i) {
+      const bool contains_it = loose[i][at_].p.size() > loose[best][at_].p.size();  // play of no width
+      if (i != best && !contains_it && get_cost(loose[i]) < kAlike * get_cost(loose[best])) gear.rival = loose[i][at_];
+    }
+    return gear;
+  }
+
+  const int joint_;
+  const JointAlone alone_;
+  Hypothesis own_;
+  size_t at_ = 0;
+};
+
+std::vector<Estimate> list_estimates(const Experiment& e, const Effect& law, const std::vector<double>& std) {
+  const std::vector<EffectParameter>& infos = list_infos(law.id);
+  std::vector<Estimate> list;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    if (infos[i].nuisance) continue;
+    list.push_back({infos[i].name, get_joint_unit(e.robot.tree.joint(law.place.index), infos[i].unit), {law.p[i]}, {std.empty() ? 0.0 : std[i]}, false});
+  }
+  return list;
+}
+
+Finding tell(const Experiment& e, const LooseGear& gear) {
+  const EffectInfo& info = get_effect(gear.law().id);
+  Finding f;
+  f.effect = info.name, f.family = get_family_name(info.family), f.where = make_where(e, gear.law());
+  f.parameters = list_estimates(e, gear.law(), gear.std);
+  f.grade = gear.rival ? Grade::kAmbiguous : Grade::kSupported;
+  f.probability = 0.95, f.share = gear.share, f.weight = gear.share / e.num_joints();
+  f.statement = get_place_text(e, gear.law()) + ": " + info.phrase;
+  for (const Estimate& p : f.parameters) f.statement += ", " + p.name + " " + number(p.value[0], 3) + " +- " + number(kNinetyFive * p.std[0], 2) + " " + p.unit;
+  f.statement += std::string(" (") + get_grade_name(f.grade) + "). The joint's simulation leaves " + number(100.0 * gear.left, 2) +
+                 " % of what it leaves with a rigid gear, on held-out data.";
+  if (gear.rival) {
+    const EffectInfo& other = get_effect(gear.rival->id);
+    f.alternatives = {{other.name, get_family_name(other.family), f.where, list_estimates(e, *gear.rival, {}),
+                       "slow reversals against a held link, with a second encoder at the link"}};
+  }
+  return f;
+}
+
+}  // namespace
+
+std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis& model, const std::vector<int>& joints) {
+  if (is_effort_driven(*problem.experiment) || problem.validate.empty()) return {};
+  Hypothesis moving = take_links(model);
+  for (const Effect& e : model) {
+    if (!get_effect(e.id).flexible) continue;
+    for (const Effect& beside : take_joint(model, e.place.index)) moving.push_back(beside);
+  }
+  const JointPaths paths(problem, moving);
+  std::vector<std::optional<LooseGear>> found(joints.size());
+  parallel_for(problem.jobs, static_cast<int>(found.size()), [&](int i) {
+    const auto k = static_cast<size_t>(i);
+    found[k] = Gear(paths, model, joints[k]).run();
+  });
+  std::vector<LooseGear> gears;
+  for (const auto& gear : found) {
+    if (gear) gears.push_back(*gear);
+  }
+  std::stable_sort(gears.begin(), gears.end(), [](const LooseGear& a, const LooseGear& b) { return a.left < b.left; });
+  return gears;
+}
+
+std::vector<LooseGear> find_all_loose_gears(const Problem& problem, Hypothesis* model) {
+  std::vector<LooseGear> found;
+  std::vector<int> joints;
+  for (int j = 0; j < problem.experiment->num_joints(); ++j) joints.push_back(j);
+  while (!joints.empty()) {
+    const std::vector<LooseGear> gears = find_loose_gears(problem, *model, joints);
+    joints.clear();
+    for (size_t i = 1; i < gears.size(); ++i) joints.push_back(gears[i].law().place.index);
+    if (gears.empty()) break;
+    const int joint = gears[0].law().place.index;
+    model->erase(std::remove_if(model->begin(), model->end(), [joint](const Effect& e) { return is_at(e, joint); }), model->end());
+    model->insert(model->end(), gears[0].joint.begin(), gears[0].joint.end());
+    found.push_back(gears[0]);
+  }
+  return found;
+}
+
+std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, Trial* model,
+                                  const std::function<void(const std::string&)>& progress) {
+  Hypothesis loosened = model->hypothesis;
+  const std::vector<LooseGear> gears = find_all_loose_gears(problem, &loosened);
+  if (gears.empty()) return {};
+  // The other joints have made up for the rigid gear.
+  Trial best = simulate_trial(whole, loosened);
+  const Trial fitted = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kWholeIterations));
+  if (fitted.validate.ok && !(fitted.rms > best.rms)) best = fitted;
+  if (!best.validate.ok || !(best.rms < model->rms)) return {};
+  *model = best;
+  std::vector<Finding> findings;
+  for (const LooseGear& gear : gears) {
+    findings.push_back(tell(*problem.experiment, gear));
+    progress("    " + findings.back().statement);
+  }
+  return findings;
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Play and give of a gear beside friction, by the simulation of the joint.
+#include <gtest/gtest.h>
+
+#include "diagnosis/evidence/loose_gears.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+Hypothesis make_rigid_drives() {
+  return {{EffectId::kViscous, kShoulder, {0.8}},        {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+          {EffectId::kRotorInertia, kShoulder, {0.6}},   {EffectId::kViscous, kElbow, {0.4}},
+          {EffectId::kCoulomb, kElbow, {0.3, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.05}}};
+}
+
+// Turned over: gravity does not hold the teeth on one side.
+std::string make_flat_arm() {
+  std::string urdf = kArm;
+  for (size_t at; (at = urdf.find("xyz=\"0 1 0\"")) != std::string::npos;) urdf.replace(at, 11, "xyz=\"0 0 1\"");
+  return urdf;
+}
+
+// The model has the right drives, but for what is hidden at the elbow in the place of its rigid rotor, or beside it.
+std::vector<LooseGear> find_with(const char* name, const Effect& hidden, bool beside = false) {
+  Hypothesis truth = make_rigid_drives();
+  if (beside) truth.push_back(hidden);
+  else truth.back() = hidden;
+  const Experiment e = make_simulated_experiment(name, make_flat_arm(), {"shoulder", "elbow"}, truth);
+  Hypothesis model = make_rigid_drives();
+  return find_all_loose_gears(make_problem(e, 2), &model);
+}
+
+TEST(LooseGears, PlayOfTenMilliradiansIsToldWithItsGap) {
+  const std::vector<LooseGear> found = find_with("loose_play", {EffectId::kBacklash, kElbow, {0.01, 3000.0, 3.0, 0.05}});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].law().id, EffectId::kBacklash);
+  EXPECT_EQ(found[0].law().place, at_joint(kElbow));
+  EXPECT_NEAR(found[0].law().p[0], 0.01, 1.96 * found[0].std[0] + 2e-4);  // a sample of the encoder's rounding beside
+  EXPECT_LT(found[0].std[0], 0.002);
+  EXPECT_LT(found[0].left, 0.3);
+}
+
+TEST(LooseGears, AShaftThatGivesIsToldWithItsStiffness) {
+  const std::vector<LooseGear> found = find_with("loose_give", {EffectId::kElasticity, kElbow, {150.0, 0.3, 0.05}});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].law().id, EffectId::kElasticity);  // the simplest: play of no width is elastic, too
+  EXPECT_NEAR(found[0].law().p[0], 150.0, 15.0);        // a tenth: what friction at either side of the shaft takes
+}
+
+TEST(LooseGears, NoGearIsLooseWhereAnotherLawIsMissing) {
+  EXPECT_TRUE(find_with("loose_texture", {EffectId::kCogging, kElbow, {0.3, 9.0, 0.5}}, true).empty());
+  EXPECT_TRUE(find_with("loose_load", {EffectId::kLoadFriction, kElbow, {0.3, 5e-4}}, true).empty());
+  EXPECT_TRUE(find_with("loose_delay", {EffectId::kDelay, kElbow, {0.012}}, true).empty());
+  EXPECT_TRUE(find_with("loose_payload", {EffectId::kPayload, at_link(kFore), {0.3, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0}}, true).empty());
+}
+
+TEST(LooseGears, NoGearIsLooseInARobotOfRigidGears) {
+  EXPECT_TRUE(find_with("loose_nothing", make_rigid_drives().back()).empty());
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
