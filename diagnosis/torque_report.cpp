@@ -29,7 +29,9 @@ Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json&
     for (const Json& f : findings) {
       if (f["effect"] == name && f["where"] == where) grade = f["grade"];
     }
-    list.push_back({{"effect", name}, {"where", where}, {"parameters", make_parameters(e, effect, {}, false)}, {"grade", grade}});
+    Json parameters = make_parameters(e, effect, {}, false);
+    parameters.update(list_also_fitted(effect));
+    list.push_back({{"effect", name}, {"where", where}, {"parameters", parameters}, {"grade", grade}});
   }
   return list;
 }

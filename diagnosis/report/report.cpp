@@ -199,6 +199,8 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
          {"statement", make_statement(problem, outcome, effect, std) + describe_alternatives(alternatives)},
          {"alternatives", alternatives}});
+    const Json also = list_also_fitted(effect);
+    if (!also.empty()) list.back()["also_fitted"] = also;
   }
   return list;
 }
@@ -274,6 +276,15 @@ Json make_parameters(const Experiment& e, const Effect& effect, const std::vecto
       parameters[item.first] = value;
   }
   return parameters;
+}
+
+Json list_also_fitted(const Effect& effect) {
+  Json values = Json::object();
+  const std::vector<EffectParameter>& infos = list_infos(effect.id);
+  for (size_t i = 0; i < infos.size(); ++i) {
+    if (infos[i].nuisance && infos[i].stated) values[infos[i].name] = round_to(effect.p[i], 8);
+  }
+  return values;
 }
 
 double calc_channel_spread(const Experiment& e, const std::vector<int>& recordings, size_t channel) {

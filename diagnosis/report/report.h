@@ -44,4 +44,7 @@ std::string make_scenario_text(const Experiment& experiment, const nlohmann::jso
 // Parameters of one effect as the schema has them: vectors gathered under one name, nuisances left out.
 Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std, bool with_intervals);
 
+// Values of parameters that were fitted beside those, and that a scenario may state: teeth behind a gap.
+Json list_also_fitted(const Effect& effect);
+
 }  // namespace hrp::diagnosis

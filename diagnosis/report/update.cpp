@@ -116,6 +116,9 @@ EffectLine make_effect_line(const nlohmann::json& finding, const nlohmann::json&
       value = std::max(0.0, value.get<double>());
     parameters[name] = value;
   }
+  if (finding.contains("also_fitted")) {
+    for (const auto& [name, value] : finding.at("also_fitted").items()) parameters[name] = value;
+  }
   const bool elastic = finding.at("effect") == "joint_elasticity";
   if (elastic) add_found_rotor(finding, list, &parameters);
   const Json found = parameters;

@@ -57,6 +57,21 @@ TEST(UpdatedScenario, HasAnElasticTransmissionWithTheRotorThatWasFoundThere) {
   EXPECT_NE(text.find("\"rotor_inertia\":0.02"), std::string::npos) << text;
 }
 
+// The report says the gap; the simulator needs the rotor and the teeth behind it, too.
+TEST(UpdatedScenario, HasPlayWithTheRotorAndTheTeethThatWereFitted) {
+  const Json play = {{"effect", "backlash"}, {"where", {{"joint", "elbow"}}}, {"parameters", {{"gap", {{"value", 0.01}}}}},
+                     {"also_fitted", {{"stiffness", 3000.0}, {"damping", 3.0}, {"rotor_inertia", 0.05}}}};
+  const std::string text = write_updated("updated_play", Json{play});
+  EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"rotor_inertia\":0.05"), std::string::npos) << text;
+}
+
+TEST(UpdatedScenario, OfPlayThatWasFittedNamesAllThatASimulatorNeeds) {
+  const Json also = list_also_fitted({EffectId::kBacklash, kElbow, {0.01, 3000.0, 3.0, 0.05}});
+  EXPECT_EQ(also, (Json{{"stiffness", 3000.0}, {"damping", 3.0}, {"rotor_inertia", 0.05}}));
+  EXPECT_TRUE(list_also_fitted({EffectId::kViscous, kElbow, {0.1}}).empty());
+}
+
 // A walk tells only how stiff an elastic joint is. The parts that it does not tell are marked.
 TEST(UpdatedScenario, HasAnElasticJointOfWhichOnlyTheStiffnessIsKnown) {
   const Json give = {{"effect", "joint_elasticity"}, {"where", {{"joint", "elbow"}}}, {"grade", "ambiguous"},
