@@ -52,17 +52,32 @@ class Chooser {
                            [](long sum, const Term& term) { return sum + term.columns(); });
   }
 
+  // A load has all four parameters of a link's mass: beside it a wrong mass, or a centre of mass elsewhere, would only make
+  // up for inertia that is not a point's.
+  bool is_twice(const Terms& whole, size_t load) const {
+    return design_.whole[load].row->load && std::any_of(whole.begin(), whole.end(), [&](size_t term) {
+      return is_link_mass(design_.whole[term]) && design_.whole[term].place == design_.whole[load].place;
+    });
+  }
+  bool is_twice(const Terms& whole) const {
+    return std::any_of(whole.begin(), whole.end(), [&](size_t term) { return is_twice(whole, term); });
+  }
+
+  // What a load takes the place of.
+  Terms add_term(Terms whole, size_t term) const {
+    const auto is_part = [&](size_t other) { return is_twice({other}, term); };
+    whole.erase(std::remove_if(whole.begin(), whole.end(), is_part), whole.end());
+    whole.push_back(term);
+    return whole;
+  }
+
   // A wrong mass and a centre of mass elsewhere, of one link, are one load: it has the same four parameters.
   void merge_into_loads(Choice* choice) const {
     for (size_t load = 0; load < design_.whole.size(); ++load) {
       if (!design_.whole[load].row->load) continue;
-      Terms rest;
-      for (size_t term : choice->model.whole) {
-        if (!is_link_mass(design_.whole[term]) || design_.whole[term].place != design_.whole[load].place) rest.push_back(term);
-      }
-      if (rest.size() + 2 != choice->model.whole.size()) continue;
-      rest.push_back(load);
-      const Choice with = choose_beside(rest);
+      const Terms whole = add_term(choice->model.whole, load);
+      if (whole.size() + 1 != choice->model.whole.size()) continue;
+      const Choice with = choose_beside(whole);
       if (with.fit.evidence > choice->fit.evidence && is_choice_physical(with)) *choice = with;
     }
   }
@@ -94,7 +109,7 @@ class Chooser {
             if (i != a && i != b) model.whole.push_back(have[i]);
           }
           model.whole.push_back(term);
-          models.push_back(std::move(model));
+          if (!is_twice(model.whole)) models.push_back(std::move(model));
         }
       }
     }
@@ -252,8 +267,8 @@ class Chooser {
     double most = 0.0;
     bool found = false;
     for (size_t term : rank_whole(choice->model.whole)) {
-      Terms whole = choice->model.whole;
-      whole.push_back(term);
+      const Terms whole = add_term(choice->model.whole, term);
+      if (is_twice(whole)) continue;
       const Choice with = choose_from_either(whole, choice->model.own);
       const double gain = with.fit.evidence - choice->fit.evidence - get_margin(term);
       if (gain > most && is_choice_physical(with)) best = with, most = gain, found = true;

@@ -87,7 +87,15 @@ Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
   for (int i = 0; i < kPlacings && place_each_load(design); ++i) {
   }
   Choice choice = choose_torque_model(*design, jobs);
-  for (int i = 0; i < kPlacings && place_loads(choice.model, design); ++i) choice = choose_torque_model(*design, jobs);
+  // A place is the moment over the mass. Where the mass hardly shows, a place further out takes mass away, and that puts
+  // the place still further out: only what fits better is a step.
+  for (int i = 0; i < kPlacings; ++i) {
+    TorqueDesign moved = *design;
+    if (!place_loads(choice.model, &moved)) break;
+    const Choice again = choose_torque_model(moved, jobs);
+    if (!(again.fit.evidence > choice.fit.evidence)) break;
+    *design = std::move(moved), choice = again;
+  }
   return choice;
 }
 
