@@ -53,11 +53,15 @@ make_cases() {
   mkdir -p "$out"
   "$BUILD/bin/hrp-make-cases" --out "$out" --cases "$cases" --seed "$seed" --jobs "$jobs" --duration "$duration" \
     --models "$ROOT/models" \
-    ${effect:+--effect "$effect"} ${family:+--family "$family"} ${urdf:+--urdf "$urdf"} ${sensors:+--sensors "$sensors"}
+    ${effect:+--effect "$effect"} ${family:+--family "$family"} ${urdf:+--urdf "$urdf"} ${sensors:+--sensors "$sensors"} ||
+    [ $? -eq 1 ]  # a case could not be made, with any seed: the trial goes on without it
+  local made
+  made=$(find "$out/truths" -name '*.json' | wc -l)
+  [ "$made" -gt 0 ] || { echo "prove_concealed.sh: no case could be made" >&2; exit 1; }
   tar --sort=name --mtime=@0 --owner=0 --group=0 --numeric-owner -C "$out" -cf "$out/truths.sealed.tar" truths
   rm -r "$out/truths"
   sha256sum "$out/truths.sealed.tar" | cut -d' ' -f1 >"$out/seal.txt"
-  echo "seed $seed, $cases cases${effect:+, only $effect}${family:+, only $family}${sensors:+, sensors $sensors}${urdf:+, robot $(basename "$urdf")}" >"$out/trial.txt"
+  echo "seed $seed, $made of $cases cases made${effect:+, only $effect}${family:+, only $family}${sensors:+, sensors $sensors}${urdf:+, robot $(basename "$urdf")}" >"$out/trial.txt"
 }
 
 # 2. The tool answers, with the workers of a sweep: a case that has its answer is not asked again, one whose process was

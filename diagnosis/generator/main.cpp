@@ -57,7 +57,9 @@ std::vector<std::string> list_played(const fs::path& folder) {
 
 void run_job(const Job& job, const fs::path& out, CaseOptions options, const std::string& played) {
   if (!played.empty()) options.played = list_played(fs::path(played) / job.name / "next");
-  const Case made = make_case(job.request, job.seed, options);
+  // Other robots would not be those whose commands are played.
+  const auto make = [&](std::uint64_t seed) { return make_case(job.request, seed, options); };
+  const Case made = options.played.empty() ? make_with_other_seeds(make, job.seed) : make(job.seed);
   fs::create_directories(out / "cases" / job.name);
   for (const auto& [file, contents] : made.files) write(out / "cases" / job.name / file, contents);
   write(out / "truths" / (job.name + ".json"), made.truth.dump(1) + "\n");

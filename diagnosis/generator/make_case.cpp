@@ -17,6 +17,7 @@ constexpr double kShows = 4.0;
 constexpr double kShortest = 1.0;  // [s] of a motion that was stopped: less tells nobody anything
 constexpr double kMonitor = 0.02;  // [s] before a joint has left its command, that the recording ends
 constexpr int kDraws = 200;  // of robot, effects and motion, before a case is given up
+constexpr int kOtherSeeds = 5;  // for a case that was given up
 
 bool is_dirty(const CaseRequest& request) { return request.family.find("dirty") != std::string::npos; }
 
@@ -313,6 +314,18 @@ Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions
     }
   }
   throw std::runtime_error("no sane case after " + std::to_string(kDraws) + " draws (last: " + why + ")");
+}
+
+Case make_with_other_seeds(const std::function<Case(std::uint64_t seed)>& make, std::uint64_t seed) {
+  for (int given_up = 0;; ++given_up) {
+    try {
+      Case made = make(given_up == 0 ? seed : Prng(seed).fork(static_cast<std::uint64_t>(given_up)).next());
+      if (given_up > 0) made.truth["given_up"] = given_up;
+      return made;
+    } catch (const std::runtime_error&) {
+      if (given_up == kOtherSeeds) throw;
+    }
+  }
 }
 
 }  // namespace hrp::cases

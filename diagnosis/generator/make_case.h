@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -48,6 +49,10 @@ CaseRequest parse_request(const std::string& text);
 // Draws robot, places, sizes, motions and noise until a case runs sanely and each effect shows above the noise.
 // The same request and seed give the same bytes.
 Case make_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options);
+
+// Calls `make` with the seed, then with other ones while it throws std::runtime_error, as make_case does where no draw of
+// a robot can do it. The truth says how many were given up ("given_up"). Throws where the last one fails, too.
+Case make_with_other_seeds(const std::function<Case(std::uint64_t seed)>& make, std::uint64_t seed);
 
 // The same for a robot that walks; its requests have families that begin with `walk_`.
 Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options);

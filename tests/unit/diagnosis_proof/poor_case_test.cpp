@@ -61,6 +61,23 @@ const Case& get_biped() {
   return made;
 }
 
+// A pure function stands for the draws: a real case that fails takes minutes.
+TEST(CasesThatCannotBe, AnotherOneOfTheKindIsDrawnAndTheTruthSaysSo) {
+  std::vector<std::uint64_t> asked;
+  const auto make = [&](std::uint64_t seed) {
+    asked.push_back(seed);
+    if (asked.size() < 3) throw std::runtime_error("no sane walk");
+    return Case{};
+  };
+  EXPECT_EQ(make_with_other_seeds(make, 7).truth["given_up"], 2);
+  EXPECT_EQ(asked[0], 7u);
+  EXPECT_NE(asked[1], asked[2]);
+  asked.clear();
+  make_with_other_seeds([&](std::uint64_t seed) { return asked.push_back(seed), Case{}; }, 7);
+  EXPECT_EQ(asked.size(), 1u) << "what can be made is made once";
+  EXPECT_THROW(make_with_other_seeds([](std::uint64_t) -> Case { throw std::runtime_error("never"); }, 7), std::runtime_error);
+}
+
 TEST(PoorCase, ABipedsFirstRecordingsMoveItsLegsOnly) {
   const Case& made = get_biped();
   double moved = 0;
