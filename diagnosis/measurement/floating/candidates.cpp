@@ -12,6 +12,7 @@ namespace {
 constexpr double kMounting = 0.01;    // [rad] to which force sensors are screwed on
 constexpr double kSpringShare = 0.02;  // of a joint's torque's spread that a spring must give: rigid models miss a little that follows the position
 constexpr double kThick = 0.03;        // [m] of housings about joints, at least
+constexpr double kInstant = 0.1;       // of a period, to which it is known when one row's sensors are read
 constexpr double kSmallScale = 0.005;  // a factor nearer to 1 than this is within what scales and models are known to
 
 class Lister {
@@ -56,6 +57,10 @@ class Lister {
     double out = 2 * log_.tree.links[static_cast<size_t>(l)].inertia.p_LLcm_L.norm();
     for (const LinkSpec& child : log_.tree.links) {
       if (child.parent == l) out = std::max(out, child.joint.X_PF.p.norm());
+  void be_late(Candidate* c) const {
+    c->positive = true, c->least = 0.5 * log_.sample_time, c->high = 0.2, c->known = kInstant * log_.sample_time;
+  }
+
     }
     for (const Foot& foot : log_.feet) {
       if (foot.link == l) out = std::max(out, foot.p_LC.norm() + 0.5 * foot.size.norm());
@@ -125,11 +130,11 @@ class Lister {
       Candidate& bias = add(EffectId::kSensorBias, {{"sensor", effort}}, j, {{{at_.joint(j, kConstantColumn), 1.0}}});
       bias.unit = "N m", bias.lever = find_lever(j);
       Candidate& lag = one(EffectId::kLag, kLagColumn);
-      lag.positive = true, lag.least = 0.5 * log_.sample_time, lag.high = 0.2;
+      be_late(&lag);
     }
     if (log_.has_law[i]) {
       Candidate& delay = one(EffectId::kDelay, kDelayColumn);
-      delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
+      be_late(&delay);
     }
     if (log_.has_law[i] && log_.has_effort[i]) {
       Candidate& scale = add(EffectId::kSensorScale, {{"sensor", effort}}, j, {{{at_.joint(j, kEffortScaleColumn), 1.0}, {at_.joint(j, kGainColumn), -1.0}}});
@@ -147,12 +152,12 @@ class Lister {
     if (sensor.has_force()) {
       add_zero(force, s, at_.sensor(s, kForceBiasColumn), "N");
       Candidate& turn = add(EffectId::kSensorMisalignment, both, s, list_axes(at_.sensor(s, kWrenchTurnColumn)));
-      turn.vector = true, turn.least = kMounting, turn.law = &get_angle_law();
+      turn.vector = true, turn.least = turn.known = kMounting, turn.law = &get_angle_law();
     } else if (sensor.axis[2]) {
       add(EffectId::kSensorBias, force, s, {{{at_.sensor(s, kForceBiasColumn + 2), 1.0}}}).unit = "N";
     }
     Candidate& delay = add(EffectId::kSensorDelay, both, s, {{{at_.sensor(s, kWrenchDelayColumn), 1.0}}});
-    delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
+    be_late(&delay);
     if (!sensor.has_wrench()) return;
     add_zero(torque, s, at_.sensor(s, kTorqueBiasColumn), "N m");
     Candidate& gain = add(EffectId::kSensorScale, torque, s, {{{at_.sensor(s, kTorqueScaleColumn), 1.0}}});
@@ -174,7 +179,7 @@ class Lister {
     all.low = -0.9, all.high = 4, all.least = kSmallScale;
     add(EffectId::kSensorBias, {{"sensor", "/wrench"}}, -1, {zero}).unit = "N";
     Candidate& delay = add(EffectId::kSensorDelay, {{"sensor", "/wrench"}}, -1, {late});
-    delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
+    be_late(&delay);
   }
 
   void add_imu(int i) {
@@ -186,7 +191,7 @@ class Lister {
       scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
       add_zero(where, i, at_.imu(i, first + 1), unit);
       Candidate& delay = add(EffectId::kSensorDelay, where, i, {{{at_.imu(i, first + 4), 1.0}}});
-      delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
+      be_late(&delay);
       add_turn(where, i, list_axes(at_.imu(i, first + 5)));
     };
     if (imu.accelerometer) add_all(force, kAccelerometerScaleColumn, "m/s^2");
@@ -212,7 +217,7 @@ class Lister {
     put(imu.attitude, kAttitudeTurnColumn, kAttitudeDelayColumn);
     add_turn(where, i, turn);
     Candidate& delay = add(EffectId::kSensorDelay, where, i, {late});
-    delay.positive = true, delay.least = 0.5 * log_.sample_time, delay.high = 0.2;
+    be_late(&delay);
   }
 
   void add_foot(int f) {

@@ -30,6 +30,7 @@ struct Candidate {
   double extent = 1e9;
   bool vector = false;       // coefficients are three axes of one quantity
   std::string unit;          // of parameters that have that of a sensor's reading
+  double known = 0;          // of the first coefficients: to what clocks and mountings are known; what as little explains is nothing
   double worth = 0;          // share of an equation's spread that it must take away
   double lever = 0;          // [m] of a joint's torque without a shape of its own: a force under the sole makes one, too
   std::vector<long> core;    // coefficients by which it is sure and of one size in all regimes; none: by its kind

@@ -63,6 +63,15 @@ class Searcher {
   void search() {
     out_.nominal = fitter_.fit({});
     chosen_ = out_.nominal;
+    search_listed();
+    do {
+      search_unlisted();
+      out_.effects.clear();
+      describe();
+    } while (drop_unsure() || drop_partial() || drop_known() || drop_forced());
+  }
+
+  void search_listed() {
     do {
       while (chosen_.effects.size() < kMost && add()) {
       }
@@ -439,6 +448,20 @@ class Searcher {
       const FoundEffect& f = out_.effects[i];
       if (f.effect.lever <= 0 || fitter_.channels()[f.channel].info.kind != "joint") continue;
       if (std::sqrt(out_.nominal.mean_square[1][f.channel]) > force * f.effect.lever) continue;
+  // What a clock or a mounting explains as well, by less than they are known to, is no mismatch.
+  bool drop_known() {
+    const auto is_little = [](const Candidate& c, const Eigen::VectorXd& x) { return (c.vector ? x.norm() : std::abs(x(0))) < c.known; };
+    for (size_t i = 0; i < out_.effects.size(); ++i) {
+      const std::vector<Rival>& rivals = out_.effects[i].rivals;
+      if (std::none_of(rivals.begin(), rivals.end(), [&](const Rival& r) { return is_little(r.effect, r.x); })) continue;
+      if (say_) say_("clocks and mountings are known no better: " + tell(chosen_.effects[i]));
+      banned_.push_back(chosen_.effects[i]);
+      settle(fit_without(i).effects);
+      return true;
+    }
+    return false;
+  }
+
       if (say_) say_("an unknown force could make it: " + tell(f.effect));
       banned_.push_back(chosen_.effects[i]);
       out_.unsteady.insert(out_.unsteady.end(), where.begin(), where.end());

@@ -571,6 +571,34 @@ TEST(LeggedChecks, SlidingFeetTellFrictionOnlyWhereTheirForcePointsBack) {
 
 TEST(Legged, ScaleOfOneForceSensorIsNoMass) {
   Hidden hidden;
+// Friction, and a delay of 1 us per N m s/rad whose column is the same but for a hundredth.
+size_t count_frictions(double coefficient, double known) {
+  std::mt19937 random(29);
+  std::normal_distribution<double> normal;
+  RowTable even(2), odd(2);
+  for (RowTable* half : {&even, &odd}) half->add_channel({"joint", "/joint_states/A/effort", "N m", "joint", "A"}, {0, 1});
+  for (int i = 0; i < 900; ++i) {
+    const double speed = std::sin(0.9 * i), other = 0.01 * normal(random);
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, 1.0 + 0.001 * (i % 7)});
+      half->begin_row(0, coefficient * speed + 0.02 * normal(random), 2 * speed);
+      half->add(0, 0, speed), half->add(0, 1, 1e6 * (speed + other)), half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  LeggedFitter fitter(merge_halves(even, odd), 2);
+  Candidate delay = make_candidate(EffectId::kDelay, "A", {{{1, 1.0}}});
+  delay.known = known, delay.least = 5 * known;
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  return search_legged(&fitter, {make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), delay}, layout, 1.0, nullptr).effects.size();
+}
+
+// Rows of 2.5 ms tell instants to a tenth of it: 0.2 us of delay are no mismatch, whatever else they look like.
+TEST(LeggedSearch, WhatADelayFarBelowOneSampleExplainsAsWellIsNotNamed) {
+  EXPECT_EQ(count_frictions(0.2, 250e-6), 0u);
+  EXPECT_EQ(count_frictions(0.2, 0.1e-6), 1u);
+}
+
   hidden.force_scale = 1.06;
   const Evidence e = diagnose_biped(hidden);
   ASSERT_EQ(e.findings.size(), 1u);
