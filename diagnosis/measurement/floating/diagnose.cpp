@@ -136,17 +136,18 @@ class Reporter {
     f->grade = Grade::kAmbiguous;
   }
 
-  // Where teeth have play, the rotor's inertia is a parameter of the transmission: one cause, not two.
+  // Where a transmission gives or has play, the rotor before it is one of its parameters: one cause, not two.
   void join_rotors() {
     for (Finding& play : out_.findings) {
-      if (!is_effect(play.effect, EffectId::kBacklash)) continue;
+      const EffectInfo* row = find_effect(play.effect);
+      if (!row || row->rotor < 0 || !row->flexible) continue;
       const auto rotor = std::find_if(out_.findings.begin(), out_.findings.end(), [&](const Finding& f) {
         return is_effect(f.effect, EffectId::kRotorInertia) && f.where == play.where;
       });
       if (rotor == out_.findings.end()) continue;
-      play.parameters.push_back(rotor->parameters[0]), play.parameters.back().name = "rotor_inertia";
+      play.parameters.push_back(rotor->parameters[0]), play.parameters.back().name = row->parameters[static_cast<size_t>(row->rotor)].name;
       play.weight += rotor->weight;
-      play.statement += " The rotor before the teeth: " + describe(rotor->parameters) + ".";
+      play.statement += " The rotor before it: " + describe(rotor->parameters) + ".";
       out_.findings.erase(rotor);
       return join_rotors();
     }
@@ -214,11 +215,12 @@ class Reporter {
     }
   }
 
-  // A scale or a turn of a gyroscope that only encoders and feet that stand tell: joints that give under what they bear
-  // let the body turn by more than its encoders say, in step with them. A zero or a delay is no such thing.
+  // A scale or a turn of a gyroscope that no other sensor of rates or attitudes tells, but encoders or forces: joints that
+  // give under what they bear let links turn by more than encoders say, in step with them. A zero or a delay is no such thing.
   void add_give_for_rate(const ChannelInfo& told_by, Finding* turned) const {
     const bool in_step = is_effect(turned->effect, EffectId::kSensorScale) || is_effect(turned->effect, EffectId::kSensorMisalignment);
-    if (!in_step || told_by.kind.rfind(kOverFeet, 0) != 0) return;
+    const bool direct = told_by.kind.rfind("gyroscope", 0) == 0 && told_by.kind.rfind(kOverFeet, 0) != 0;
+    if (!in_step || direct || turned->where.dump().find("angular_velocity") == std::string::npos) return;
     add_alternative(EffectId::kElasticity, {{"link", log_.tree.links[0].name}}, "the same motion, recorded by motion capture or an attitude", turned);
   }
 
