@@ -6,6 +6,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "common/spatial/turn.h"
+#include "diagnosis/measurement/floating/joint_turns.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -71,6 +72,19 @@ BodyMotion::BodyMotion(const LeggedLog& log, const Clip& clip)
   find_attitudes();
 }
 
+void BodyMotion::turn_joint(int j, int axis, double angle) {
+  turned_ = axis == 0 ? j : -1, turn_ = angle, now_ = &model_;
+  if (axis == 0 || angle == 0) return;
+  auto at = bent_.find({j, axis});
+  if (at == bent_.end() || at->second.first != angle) {
+    TreeSpec tree = model_.spec();
+    JointSpec& joint = tree.joint(j);
+    joint.X_PF.R = joint.X_PF.R * make_turn(angle * get_cross_axis(joint, axis)).toRotationMatrix();
+    at = bent_.insert_or_assign({j, axis}, std::pair(angle, Model(tree, model_.gravity_W()))).first;
+  }
+  now_ = &at->second.second;
+}
+
 void BodyMotion::read_joints(size_t k) {
   const int base = model_.num_base();
   for (int j = 0; j < model_.num_joints(); ++j) {
@@ -93,9 +107,9 @@ void BodyMotion::find_rate(size_t k) {
     const Matrix3d R_BI = get_pose(data_, imu.link).R * imu.R_LI;
     w_ = R_BI * (get(clip_.imus[i].gyro, k) + more_gyro_) - get_velocity(data_, imu.link).head<3>();
     state_.V_WB.head<3>() = w_;
-    update_kinematics(model_, state_, &data_);
+    update_kinematics(*now_, state_, &data_);
     vdot_.head<6>().setZero();
-    update_accelerations(model_, vdot_, &data_);
+    update_accelerations(*now_, vdot_, &data_);
     const Vector3d alpha0 = calc_point_acceleration(data_, imu.link, get_pose(data_, imu.link).p).head<3>();
     // d(R_WI w_I)/dt = R_WI dw_I: of a vector in the IMU's axes, its own rate adds nothing.
     dw = R_BI * (get_rate(clip_.imus[i].gyro, k) + more_gyro_rate_) - alpha0;
@@ -103,9 +117,9 @@ void BodyMotion::find_rate(size_t k) {
   if (rate_source_ == MotionSource::kFoot) {
     w_ = -calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_velocity(data_, f.link).head<3>(); });
     state_.V_WB.head<3>() = w_;
-    update_kinematics(model_, state_, &data_);
+    update_kinematics(*now_, state_, &data_);
     vdot_.head<6>().setZero();
-    update_accelerations(model_, vdot_, &data_);
+    update_accelerations(*now_, vdot_, &data_);
     dw = -calc_feet_mean(k, [this](const Foot& f) -> Vector3d {
       return calc_point_acceleration(data_, f.link, get_pose(data_, f.link).p).head<3>();
     });
@@ -122,7 +136,7 @@ void BodyMotion::find_force(size_t k) {
     const Transform X_BL = get_pose(data_, imu.link);
     const Vector3d f = X_BL.R * imu.R_LI * get(clip_.imus[i].accelerometer, k);
     vdot_.segment<3>(3).setZero();
-    update_accelerations(model_, vdot_, &data_);
+    update_accelerations(*now_, vdot_, &data_);
     a = f - calc_point_acceleration(data_, imu.link, X_BL * imu.p_LI).tail<3>();
   } else if (force_source_ == MotionSource::kPose) {
     const Vector3d second(clip_.base_position[0].second[k], clip_.base_position[1].second[k],
@@ -130,7 +144,7 @@ void BodyMotion::find_force(size_t k) {
     a = get_quaternion(clip_.base_attitude, k).conjugate() * (second - g_W);
   } else if (force_source_ == MotionSource::kFoot && !attitude_.empty()) {
     vdot_.segment<3>(3).setZero();
-    update_accelerations(model_, vdot_, &data_);
+    update_accelerations(*now_, vdot_, &data_);
     a = attitude_[k].conjugate() * -g_W - calc_feet_mean(k, [this](const Foot& f) -> Vector3d {
       return calc_point_acceleration(data_, f.link, get_pose(data_, f.link) * f.p_LC).tail<3>();
     });
@@ -143,16 +157,16 @@ bool BodyMotion::update(size_t k) {
   read_joints(k);
   if (!model_.floating()) {
     state_.R_WB = make_rotation_from_rpy(log_.experiment->scenario.initial_rpy);
-    update_kinematics(model_, state_, &data_);
-    update_accelerations(model_, vdot_, &data_);
+    update_kinematics(*now_, state_, &data_);
+    update_accelerations(*now_, vdot_, &data_);
     return true;
   }
-  update_kinematics(model_, state_, &data_);
+  update_kinematics(*now_, state_, &data_);
   find_rate(k);
   state_.V_WB.head<3>() = w_;
-  update_kinematics(model_, state_, &data_);
+  update_kinematics(*now_, state_, &data_);
   find_force(k);
-  update_accelerations(model_, vdot_, &data_);
+  update_accelerations(*now_, vdot_, &data_);
   return true;
 }
 
@@ -167,6 +181,23 @@ Vector3d BodyMotion::find_up(size_t k) const {
   return find_attitude(k).transpose() * up;
 }
 
+Vector3d BodyMotion::find_place(size_t k) {
+  if (log_.base_pose) return get(clip_.base_position, k) - get(clip_.base_position, 0);
+  Vector3d place = Vector3d::Zero();
+  for (size_t i = place_.size(); i < clip_.size(); ++i) {  // the ground holds the feet that stand
+    update(i);
+    const Vector3d back = calc_feet_mean(i, [this](const Foot& f) -> Vector3d {
+      const Vector6d V = get_velocity(data_, f.link);
+      const Transform X = get_pose(data_, f.link);
+      return V.tail<3>() + V.head<3>().cross(X.R * f.p_LC);
+    });
+    place -= clip_.step * (find_attitude(i) * back);
+    place_.push_back(place);
+  }
+  update(k);
+  return place_[k];
+}
+
 // An IMU's own attitude first, as it is the sensor that is recorded most often; then the base's pose.
 void BodyMotion::find_attitudes() {
   if (!model_.floating()) return void(has_attitude_ = true);
@@ -175,7 +206,7 @@ void BodyMotion::find_attitudes() {
     for (size_t k = 0; k < clip_.size(); ++k) {
       state_.R_WB.setIdentity();
       read_joints(k);
-      update_kinematics(model_, state_, &data_);
+      update_kinematics(*now_, state_, &data_);
       const Matrix3d R_BI = get_pose(data_, log_.imus[i].link).R * log_.imus[i].R_LI;
       attitude_.push_back(get_quaternion(clip_.imus[i].attitude, k) * Eigen::Quaterniond(R_BI).conjugate());
     }
@@ -215,7 +246,7 @@ void BodyMotion::find_foot_attitudes() {
   for (size_t k = 0; k < clip_.size(); ++k) {
     state_.R_WB.setIdentity();
     read_joints(k);
-    update_kinematics(model_, state_, &data_);
+    update_kinematics(*now_, state_, &data_);
     const Vector3d normal = calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_pose(data_, f.link).R.col(2); });
     attitude_.push_back(Eigen::Quaterniond::FromTwoVectors(normal, up));
   }
@@ -229,7 +260,7 @@ void BodyMotion::find_slow_attitudes() {
   std::vector<Vector3d> force;
   for (size_t k = 0; k < clip_.size(); ++k) {
     read_joints(k);
-    update_kinematics(model_, state_, &data_);
+    update_kinematics(*now_, state_, &data_);
     const Matrix3d R_BI = get_pose(data_, log_.imus[i].link).R * log_.imus[i].R_LI;
     if (k > 0) q = (q * make_turn(clip_.step * get(clip_.imus[i].gyro, k))).normalized();
     drifting.push_back(q * Eigen::Quaterniond(R_BI).conjugate());

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <utility>
 
 #include "common/multibody/inverse_dynamics.h"
 #include "diagnosis/measurement/floating/legged_log.h"
@@ -16,6 +18,8 @@ enum class MotionSource { kNone, kFixed, kImu, kPose, kFoot };
 class BodyMotion {
  public:
   BodyMotion(const LeggedLog& log, const Clip& clip);
+  BodyMotion(const BodyMotion&) = delete;
+  BodyMotion& operator=(const BodyMotion&) = delete;
 
   // Which sources this recording has, best first.
   static MotionSource find_rate_source(const LeggedLog& log);
@@ -25,12 +29,13 @@ class BodyMotion {
   // State, velocities and accelerations at sample k. False where the sources say nothing.
   bool update(size_t k);
 
-  // From the next update() on, joint j stands so much further than its encoder says.
-  void turn_joint(int j, double angle) { turned_ = j, turn_ = angle; }
+  // From the next update() on, joint j stands so much further than its encoder says, about its own axis (0) or one across
+  // (1, 2; get_cross_axis).
+  void turn_joint(int j, int axis, double angle);
   // The same of the main IMU's gyroscope: it reads so much more [rad/s], and its rate so much [rad/s^2], in its axes.
   void add_gyro(const Vector3d& more, const Vector3d& more_rate) { more_gyro_ = more, more_gyro_rate_ = more_rate; }
 
-  const Model& model() const { return model_; }
+  const Model& model() const { return *now_; }
   Data& data() { return data_; }
   const State& state() const { return state_; }
   const Eigen::VectorXd& vdot() const { return vdot_; }  // [alpha; specific force of the base's origin; qdd], base axes
@@ -39,6 +44,8 @@ class BodyMotion {
   Vector3d find_up(size_t k) const;
   bool has_attitude() const { return has_attitude_; }
   Matrix3d find_attitude(size_t k) const;  // R_WB; yaw means nothing where no attitude was recorded
+  // [m] of the base in the world from where the recording began: from the base's pose, else by the feet that stand.
+  Vector3d find_place(size_t k);
 
  private:
   Vector3d get(const Track* xyz, size_t k) const { return {xyz[0].value[k], xyz[1].value[k], xyz[2].value[k]}; }
@@ -63,9 +70,12 @@ class BodyMotion {
   bool has_attitude_ = false;
   int turned_ = -1;
   double turn_ = 0;
+  const Model* now_ = &model_;  // with the joint that is turned
+  std::map<std::pair<int, int>, std::pair<double, Model>> bent_;  // by joint and axis
   Vector3d more_gyro_{0, 0, 0}, more_gyro_rate_{0, 0, 0};
   Vector3d w_{0, 0, 0};
   std::vector<Eigen::Quaterniond> attitude_;  // R_WB by sample; empty: unknown
+  std::vector<Vector3d> place_;               // by sample; empty: not asked for yet
 };
 
 // Rate and its derivative in body axes from a unit quaternion's tracks (w x y z) at a sample.

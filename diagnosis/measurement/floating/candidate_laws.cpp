@@ -142,6 +142,39 @@ const CandidateLaw& get_point_law() {
   return law;
 }
 
+const CandidateLaw& get_bend_law() {
+  static const CandidateLaw law{
+      [](const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+        std::vector<Estimate> out;
+        for (long i = 0; i < x.size(); ++i) {
+          if (is_told(x, std, i)) out.push_back(make_stiffness(i == 0 ? "stiffness" : "other_stiffness", "N m/rad", x(i), std(i)));
+        }
+        return out;
+      },
+      [](const Candidate&, const Eigen::VectorXd& x, double) { return x.maxCoeff() > 0 && x.minCoeff() > -0.5 * x.maxCoeff(); }, nullptr,
+      "what carries the joint bends about an axis across it"};
+  return law;
+}
+
+const CandidateLaw& get_pull_law() {
+  static const CandidateLaw law{[](const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+                                  const long n = std::min(3L, x.size());
+                                  return std::vector<Estimate>{make_three("force", "N", x.head(n), std.head(n))};
+                                },
+                                nullptr, nullptr, "something from outside pulls here, by where the robot is"};
+  return law;
+}
+
+const CandidateLaw& get_hold_law() {
+  static const CandidateLaw law{[](const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+                                  return std::vector<Estimate>{make_one("force", "N", x(0), std(0))};
+                                },
+                                nullptr, nullptr, "something holds the foot to the ground that its force sensor does not feel"};
+  return law;
+}
+
+bool Candidate::is_listed() const { return law->unlisted == nullptr; }
+
 std::vector<Estimate> make_estimates(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
   return c.law->make_estimates(c, x, std);
 }

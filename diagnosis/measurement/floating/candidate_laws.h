@@ -15,6 +15,8 @@ struct CandidateLaw {
   // The candidate with its terms taken about the values x, so that they are exact there; false: x has no place that can
   // be. Null: the terms are exact everywhere.
   bool (*refine)(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate) = nullptr;
+  // Of physics that the table of effects does not hold, and no scenario therefore: completes "hip_yaw: ". Null: a row of it.
+  const char* unlisted = nullptr;
 };
 
 const CandidateLaw& get_plain_law();    // parameter = its neutral value + coefficient
@@ -25,5 +27,8 @@ const CandidateLaw& get_spring_law();   // stiffness, -stiffness times rest
 const CandidateLaw& get_give_law();     // 1 / stiffness of a transmission
 const CandidateLaw& get_bush_law();     // a flat sole: 1 / stiffness and damping / stiffness about two axes and along z
 const CandidateLaw& get_point_law();    // a foot that touches in a point: 1 / stiffness along z
+const CandidateLaw& get_bend_law();     // unlisted: 1 / stiffness about two axes across a joint
+const CandidateLaw& get_pull_law();     // unlisted: a force in world axes, and how it changes with the place
+const CandidateLaw& get_hold_law();     // unlisted: downward forces on a foot, by time from lifting and landing
 
 }  // namespace hrp::diagnosis::floating

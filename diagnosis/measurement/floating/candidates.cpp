@@ -5,14 +5,15 @@
 #include <cmath>
 
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/joint_turns.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kMounting = 0.01;    // [rad] to which force sensors are screwed on
 constexpr double kSpringShare = 0.02;  // of a joint's torque's spread that a spring must give: rigid models miss a little that follows the position
-constexpr double kThick = 0.03;        // [m] of housings about joints, at least
 constexpr double kInstant = 0.1;       // of a period, to which it is known when one row's sensors are read
+constexpr double kThick = 0.03;        // [m] of housings about joints, at least
 constexpr double kSmallScale = 0.005;  // a factor nearer to 1 than this is within what scales and models are known to
 
 class Lister {
@@ -29,15 +30,35 @@ class Lister {
     for (int f = 0; f < at_.feet; ++f) add_foot(f);
     Candidate& slope = add(EffectId::kGroundSlope, {{"ground", "ground"}}, -1, {{{at_.slope(0), 1.0}}, {{at_.slope(1), 1.0}}});
     slope.vector = true, slope.law = &get_angle_law();
+    add_unlisted();
     return std::move(out_);
   }
 
  private:
+  // Physics that the table does not hold, each as freely as an equation can tell it: what they explain better is no effect's.
+  void add_unlisted() {
+    const auto add_all = [&](const CandidateLaw& law, const Where& where, int place, int first, int count) {
+      Candidate free;
+      free.law = &law, free.where = where, free.place = place, free.vector = true;
+      for (int c = 0; c < count; ++c) free.terms.push_back({{first + c, 1.0}});
+      out_.push_back(std::move(free));
+    };
+    for (int j = 0; j < at_.joints; ++j) {
+      if (log_.has_position[static_cast<size_t>(j)] && may_bend(log_, j)) add_all(get_bend_law(), {{"joint", log_.tree.joint(j).name}}, j, at_.joint(j, kBendColumn), 2);
+    }
+    for (int l : list_pulled_links(log_)) add_all(get_pull_law(), {{"link", log_.tree.links[static_cast<size_t>(l)].name}}, l, at_.pull(l, 0), kPullColumns);
+    for (int f = 0; f < at_.feet; ++f) add_all(get_hold_law(), {{"foot", log_.feet[static_cast<size_t>(f)].name}}, f, at_.foot(f, kHoldColumn), kHolds);
+  }
+
   Candidate& add(EffectId effect, Where where, int place, std::vector<Terms> terms) {
     Candidate c;
     c.effect = effect, c.law = &get_plain_law(), c.where = std::move(where), c.place = place, c.terms = std::move(terms);
     out_.push_back(std::move(c));
     return out_.back();
+  }
+
+  void be_late(Candidate* c) const {
+    c->positive = true, c->least = 0.5 * log_.sample_time, c->high = 0.2, c->known = kInstant * log_.sample_time;
   }
 
   void add_zero(const Where& where, int place, int first, const char* unit) {
@@ -57,10 +78,6 @@ class Lister {
     double out = 2 * log_.tree.links[static_cast<size_t>(l)].inertia.p_LLcm_L.norm();
     for (const LinkSpec& child : log_.tree.links) {
       if (child.parent == l) out = std::max(out, child.joint.X_PF.p.norm());
-  void be_late(Candidate* c) const {
-    c->positive = true, c->least = 0.5 * log_.sample_time, c->high = 0.2, c->known = kInstant * log_.sample_time;
-  }
-
     }
     for (const Foot& foot : log_.feet) {
       if (foot.link == l) out = std::max(out, foot.p_LC.norm() + 0.5 * foot.size.norm());
@@ -229,7 +246,7 @@ class Lister {
       return;
     }
     std::vector<Terms> terms;
-    for (int c = 0; c < kFootColumns; ++c) terms.push_back({{at_.foot(f, c), 1.0}});
+    for (int c = 0; c < kHoldColumn; ++c) terms.push_back({{at_.foot(f, c), 1.0}});
     Candidate& sole = add(EffectId::kFootCompliance, where, f, terms);
     sole.law = &get_bush_law(), sole.core = {kRollGiveColumn, kPitchGiveColumn};
   }
@@ -241,6 +258,15 @@ class Lister {
 };
 
 }  // namespace
+
+std::vector<int> list_pulled_links(const LeggedLog& log) {
+  std::vector<int> children(log.tree.links.size(), 0), out;
+  for (size_t l = 1; l < children.size(); ++l) ++children[static_cast<size_t>(log.tree.links[l].parent)];
+  for (size_t l = 0; l < children.size(); ++l) {
+    if (l == 0 || children[l] != 1) out.push_back(static_cast<int>(l));
+  }
+  return log.tree.floating_base ? out : std::vector<int>{};
+}
 
 std::vector<Candidate> list_candidates(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout) {
   return Lister(log, contacts, layout).run();

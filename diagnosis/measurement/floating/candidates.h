@@ -33,8 +33,12 @@ struct Candidate {
   double known = 0;          // of the first coefficients: to what clocks and mountings are known; what as little explains is nothing
   double worth = 0;          // share of an equation's spread that it must take away
   double lever = 0;          // [m] of a joint's torque without a shape of its own: a force under the sole makes one, too
+  bool is_listed() const;    // in the table of effects; else only by its law's name
   std::vector<long> core;    // coefficients by which it is sure and of one size in all regimes; none: by its kind
 };
+
+// Links that something from outside may pull at: the base, those that several links hang on, and the last ones.
+std::vector<int> list_pulled_links(const LeggedLog& log);
 
 std::vector<Candidate> list_candidates(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout);
 

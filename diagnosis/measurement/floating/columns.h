@@ -22,6 +22,8 @@ enum JointColumn {
   kOffsetColumn,    // the encoder reads more than the link's true angle
   kPlayColumn,      // teeth: the encoder's side is ahead of the link's by half the gap, to the torque's side
   kGiveColumn,      // the encoder's side is ahead by torque times this column's coefficient [rad/(N m)]
+  kBendColumn,      // what carries the joint bends about two axes across its own: ahead by the moment times [rad/(N m)]
+  kBendColumn2,
   kDelayColumn,     // the servo sees commands late
   kEffortScaleColumn,
   kJointColumns
@@ -51,6 +53,8 @@ enum ImuColumn {
   kImuColumns
 };
 
+constexpr int kHolds = 5;  // loaded; before and after lifting; before and after landing
+
 enum FootColumn {
   kRollGiveColumn,   // moment about the sole's centre: rad = N m times this column's coefficient
   kRollDampColumn,
@@ -60,7 +64,15 @@ enum FootColumn {
   kSinkDampColumn,   // its rate: a damped sole sinks late, by -cz / kz^2 m for each N/s
   kRollShiftColumn,  // forces that a centre elsewhere than the sole's adds to the moments: z, y
   kPitchShiftColumn = kRollShiftColumn + 2,  // z, x
-  kFootColumns = kPitchShiftColumn + 2
+  kHoldColumn = kPitchShiftColumn + 2,   // from outside, down [N]: while it is loaded, before and after it lifts and lands
+  kFootColumns = kHoldColumn + kHolds
+};
+
+// A force from outside on a link, world axes: the link has so much less to carry.
+enum PullColumn {
+  kPullColumn,                              // x y z [N]
+  kPullByPlaceColumn = kPullColumn + 3,     // and how it changes with the place [N/m]: x by x, x by y as y by x, y by y, z by x, z by y
+  kPullColumns = kPullByPlaceColumn + 5
 };
 
 // Where the columns of each place begin.
@@ -78,7 +90,8 @@ struct ColumnLayout {
   int imu(int i, int c) const { return sensor(sensors, 0) + kImuColumns * i + c; }
   int foot(int i, int c) const { return imu(imus, 0) + kFootColumns * i + c; }
   int slope(int axis) const { return foot(feet, 0) + axis; }
-  int count() const { return slope(2); }
+  int pull(int link, int c) const { return slope(2) + kPullColumns * link + c; }
+  int count() const { return pull(links, 0); }
 };
 
 }  // namespace hrp::diagnosis::floating

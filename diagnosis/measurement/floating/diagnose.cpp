@@ -54,7 +54,7 @@ std::string get_place(const Where& where) {
 class Reporter {
  public:
   Reporter(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter, const LeggedOutcome& outcome, const std::vector<SoleLaw>& soles)
-      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome), soles_(soles), model_(outcome.chosen) {}
+      : log_(log), contacts_(contacts), fitter_(fitter), o_(outcome), soles_(soles), model_(fitter.fit(list_stated(outcome.chosen))) {}
 
   Evidence run(const CheckResult& checks) {
     out_.method =
@@ -63,12 +63,14 @@ class Reporter {
     out_.missing = log_.missing;
     out_.warnings = log_.notes;
     out_.warnings.insert(out_.warnings.end(), checks.notes.begin(), checks.notes.end());
-    for (const FoundEffect& f : o_.effects) out_.findings.push_back(make_finding(f));
+    for (const FoundEffect& f : o_.effects) {
+      if (f.effect.is_listed()) out_.findings.push_back(make_finding(f));
+    }
     join_rotors();
     add_checks(checks);
     sort_findings(&out_.findings);
     add_fit(checks.units);
-    if (leaves_most()) doubt_findings();
+    if (leaves_most() || is_unlisted()) doubt_findings();
     add_remaining();
     add_mismatch();
     out_.verdict = find_verdict();
@@ -78,6 +80,31 @@ class Reporter {
   }
 
  private:
+  // What a scenario can hold.
+  static std::vector<Candidate> list_stated(const LeggedFit& fit) {
+    std::vector<Candidate> out;
+    std::copy_if(fit.effects.begin(), fit.effects.end(), std::back_inserter(out), [](const Candidate& c) { return c.is_listed(); });
+    return out;
+  }
+
+  bool is_unlisted() const {
+    return std::any_of(o_.effects.begin(), o_.effects.end(), [](const FoundEffect& f) { return !f.effect.is_listed(); });
+  }
+
+  // Physics outside the table: its place, and what is known of it.
+  void add_unlisted() {
+    for (const FoundEffect& f : o_.effects) {
+      if (f.effect.is_listed()) continue;
+      Remaining r;
+      const ChannelInfo& info = fitter_.channels()[f.channel].info;
+      r.where = f.effect.where, r.unit = info.unit;
+      r.before = r.after = std::sqrt(get(model_, f.channel));
+      r.statement = get_place(r.where) + ": " + f.effect.law->unlisted + " (" + describe(make_estimates(f.effect, f.x, f.std)) + "). It takes " +
+                    format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + info.kind + "' away. No scenario can hold it.";
+      out_.remaining.push_back(std::move(r));
+    }
+  }
+
   size_t count() const { return fitter_.channels().size(); }
   double get(const LeggedFit& fit, size_t c) const { return get_mean_square(fitter_, fit, c); }
 
@@ -271,7 +298,7 @@ class Reporter {
 
   // What the feet carry too much is one number: the fit says what it takes away, whatever its cause.
   void add_weight(const Candidate& mass, Finding* finding) {
-    std::vector<Candidate> effects = o_.chosen.effects;
+    std::vector<Candidate> effects = model_.effects;
     effects.push_back(mass);
     const LeggedFit with = fitter_.fit(effects);
     size_t best = 0;
@@ -324,13 +351,16 @@ class Reporter {
   void add_remaining() {
     std::vector<size_t> unsteady;
     if (out_.findings.empty()) unsteady = list_unsteady();
-    out_.remaining = list_remaining(fitter_, o_.nominal, model_, unsteady);
+    add_unlisted();
+    for (Remaining& r : list_remaining(fitter_, o_.nominal, is_unlisted() ? o_.chosen : model_, unsteady)) out_.remaining.push_back(std::move(r));
   }
 
   std::vector<size_t> list_unsteady() const {
     std::vector<size_t> out;
-    std::copy_if(o_.unsteady.begin(), o_.unsteady.end(), std::back_inserter(out),
-                 [this](size_t c) { return !is_of_soles(fitter_.channels()[c].info); });
+    std::copy_if(o_.unsteady.begin(), o_.unsteady.end(), std::back_inserter(out), [this](size_t c) {
+      const bool gone = is_unlisted() && get(o_.chosen, c) < kRemains * kRemains * get(o_.nominal, c);
+      return !gone && !is_of_soles(fitter_.channels()[c].info);
+    });
     return out;
   }
 
@@ -398,7 +428,7 @@ class Reporter {
 
   Verdict find_verdict() const {
     const bool left = is_anything_left();
-    if (out_.findings.empty()) return left || !list_unsteady().empty() ? Verdict::kUnexplained : Verdict::kNoMismatch;
+    if (out_.findings.empty()) return is_unlisted() || left || !list_unsteady().empty() ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
     const bool gone = out_.fit.validate_after < kRemains * out_.fit.validate_before ||
                       std::any_of(out_.findings.begin(), out_.findings.end(), [](const Finding& f) { return f.share > kMain; });

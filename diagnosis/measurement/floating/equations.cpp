@@ -7,6 +7,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "common/multibody/regressor.h"
+#include "diagnosis/measurement/floating/candidates.h"
 #include "diagnosis/measurement/floating/foot_rows.h"
 #include "diagnosis/measurement/floating/imu_rows.h"
 
@@ -19,6 +20,7 @@ constexpr double kBlock = 0.5;     // [s] errors of blocks are independent
 constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
 constexpr double kLittle = 0.003;  // [m] times the weight: a torque that hardly holds teeth on one side
 constexpr double kScrape = 0.02;   // of the way from air to stance by which a reading may leave the air's
+constexpr double kNear = 0.06;      // [s] from a foot's lifting and landing
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed at which dry friction has its direction
 
 // A wrench on a link: [moment about p; force] in base axes.
@@ -153,8 +155,16 @@ class EquationMaker {
   }
 
   void add_offset_columns(std::vector<int>* out) const {
-    for (int j = 0; j < layout_.joints; ++j) {
-      for (int c = kOffsetColumn; log_.has_position[static_cast<size_t>(j)] && c <= kGiveColumn; ++c) out->push_back(layout_.joint(j, c));
+    const std::vector<int> turns = list_turn_columns(log_, layout_);
+    out->insert(out->end(), turns.begin(), turns.end());
+  }
+
+  void add_pull_columns(int from, std::vector<int>* out) const {
+    for (int l : pulled_) {
+      for (int c = 0; is_above(from, l) && c < kPullColumns; ++c) out->push_back(layout_.pull(l, c));
+    }
+    for (int f = 0; f < layout_.feet; ++f) {
+      for (int c = 0; is_above(from, log_.feet[static_cast<size_t>(f)].link) && c < kHolds; ++c) out->push_back(layout_.foot(f, kHoldColumn + c));
     }
   }
 
@@ -162,22 +172,30 @@ class EquationMaker {
   bool uses_gyroscope() const { return BodyMotion::find_rate_source(log_) == MotionSource::kImu; }
 
   void add_channels() {
+    pulled_ = list_pulled_links(log_);
     std::vector<int> columns = list_link_columns(0);
-    add_sensor_columns(0, &columns), add_imu_columns(&columns), add_offset_columns(&columns);
-    bool all = !log_.feet.empty() && log_.tree.floating_base, vertical = all;
+    add_sensor_columns(0, &columns), add_imu_columns(&columns), add_offset_columns(&columns), add_pull_columns(0, &columns);
+    bool all = !log_.feet.empty() && log_.tree.floating_base, vertical = all, forces = all;
     if (vertical) find_felt();
-    for (const Foot& foot : log_.feet) all = all && is_known(foot);
+    for (const Foot& foot : log_.feet) {
+      all = all && is_known(foot), forces = forces && foot.sensor >= 0 && log_.sensors[static_cast<size_t>(foot.sensor)].has_force();
+    }
     vertical = vertical && std::find(felt_.begin(), felt_.end(), 1) != felt_.end();
     const MotionSource source = BodyMotion::find_force_source(log_);
     const bool moves = source != MotionSource::kNone && (source != MotionSource::kFoot || !contacts_.walks);
     const char* const names[] = {"moment x", "moment y", "moment z", "force x", "force y", "force z"};
-    for (int i = 0; all && moves && i < 6; ++i) {
+    // Forces balance without the moments that a flat foot's sensor does not tell.
+    for (int i = 0; forces && moves && i < 6; ++i) {
+      if (i < 3 && !all) {
+        balance_.push_back(-1);
+        continue;
+      }
       const std::string part = i < 3 ? "torque" : "force";
       balance_.push_back(table_.add_channel({std::string("balance, ") + names[i], "/wrench/" + log_.sensors[0].name + "/" + part,
                                              i < 3 ? "N m" : "N", "link", log_.tree.links[0].name}, columns));
     }
     // A foot that stands tells the base's motion well enough for a weight, in walking, too.
-    if (vertical && (all ? !moves && source == MotionSource::kFoot : source != MotionSource::kNone)) {
+    if (vertical && (forces ? !moves && source == MotionSource::kFoot : source != MotionSource::kNone)) {
       weight_ = table_.add_channel({"weight", "/wrench/" + log_.sensors[0].name + "/force", "N", "link", log_.tree.links[0].name},
                                    columns);
     }
@@ -193,7 +211,7 @@ class EquationMaker {
     const std::string signal = "/joint_states/" + joint.name + "/effort";
     const ChannelInfo info{"joint", signal, turns ? "N m" : "N", "joint", joint.name};
     std::vector<int> columns = list_link_columns(j + 1);
-    add_sensor_columns(j + 1, &columns), add_imu_columns(&columns), add_offset_columns(&columns);
+    add_sensor_columns(j + 1, &columns), add_imu_columns(&columns), add_offset_columns(&columns), add_pull_columns(j + 1, &columns);
     for (int c = 0; c < kOffsetColumn; ++c) columns.push_back(layout_.joint(j, c));
     if (!log_.has_effort[i]) columns.push_back(layout_.joint(j, kDelayColumn));
     const bool passive = !joint.actuated && log_.has_position[i];
@@ -298,19 +316,20 @@ class EquationMaker {
     }
     if (base == 0) return;
     if (weight_ >= 0) {
-      y_(3) += calc_force_below() - normal_.dot(tau_.segment<3>(3));
+      y_(3) += normal_.dot(calc_force_below() - tau_.segment<3>(3));
     } else {
       y_.head<6>() -= tau_.head<6>();
+      y_.segment<3>(3) += calc_force_below();
     }
   }
 
-  // Along the normal [N]: what the ground holds of the robot beside what sensors feel.
-  double calc_force_below() const {
-    double sum = 0;
+  // [N] What the ground holds of the robot beside what sensors feel.
+  Vector3d calc_force_below() const {
+    Vector3d sum = Vector3d::Zero();
     for (const ForceSensor& s : log_.sensors) {
       if (s.below.mass <= 0) continue;
       const Vector3d p = get_pose(motion_->data(), s.link) * s.below.p_LLcm_L;
-      sum += s.below.mass * normal_.dot(calc_point_acceleration(motion_->data(), s.link, p).tail<3>());
+      sum += s.below.mass * calc_point_acceleration(motion_->data(), s.link, p).tail<3>();
     }
     return sum;
   }
@@ -359,14 +378,17 @@ class EquationMaker {
     find_normal(k);
     calc_residuals(k);
     const Eigen::VectorXd y = y_;
-    find_sides();
+    find_sides(k);
     open_.assign(static_cast<size_t>(y.size()), 0);
-    for (int i = 0; i < 6 && !balance_.empty(); ++i) open(balance_[static_cast<size_t>(i)], i);
+    for (int i = 0; i < 6 && !balance_.empty(); ++i) {
+      if (balance_[static_cast<size_t>(i)] >= 0) open(balance_[static_cast<size_t>(i)], i);
+    }
     if (weight_ >= 0 && is_weight_known(k)) open(weight_, 3);
     for (int j = 0; j < layout_.joints; ++j) {
       if (joint_[static_cast<size_t>(j)] >= 0 && is_joint_known(j, k)) open(joint_[static_cast<size_t>(j)], 6 + j);
     }
     add_links();
+    add_pulls(k);
     add_drives(k);
     for (int s = 0; s < layout_.sensors; ++s) add_sensor(s, k);
     if (uses_accelerometer()) add_accelerometer(k);
@@ -376,10 +398,70 @@ class EquationMaker {
   }
 
   // How far the encoder's side of each transmission is ahead of the link's, by what the link takes.
-  void find_sides() {
+  void find_sides(size_t k) {
     const double little = kLittle * log_.mass * log_.experiment->scenario.gravity_W.norm();
     sides_.assign(static_cast<size_t>(layout_.joints), {});
-    for (int j = 0; j < layout_.joints; ++j) sides_[static_cast<size_t>(j)] = {0.5 * std::tanh(load_(j) / little), load_(j)};
+    for (int j = 0; j < layout_.joints; ++j) {
+      JointSides& s = sides_[static_cast<size_t>(j)];
+      s.play = 0.5 * std::tanh(load_(j) / little), s.give = load_(j);
+      if (!may_bend(log_, j)) continue;
+      const LinkSpec& link = log_.tree.links[static_cast<size_t>(j) + 1];
+      const Matrix3d R = get_pose(motion_->data(), link.parent).R * link.joint.X_PF.R;
+      const Vector3d moment = calc_moment(j + 1, k);
+      for (int a = 0; a < 2; ++a) s.bend[a] = moment.dot(R * get_cross_axis(link.joint, 1 + a));
+    }
+  }
+
+  // [N m] about a link's origin, base axes: what its parent passes on to it. After inverse dynamics.
+  Vector3d calc_moment(int link, size_t k) const {
+    Vector3d moment = get_joint_wrench(motion_->data(), link).head<3>();
+    const Vector3d p = get_pose(motion_->data(), link).p;
+    for (int s = 0; s < layout_.sensors; ++s) {
+      if (!is_above(link, log_.sensors[static_cast<size_t>(s)].link)) continue;
+      const PointWrench w = read_wrench(s, k);
+      moment -= w.moment + (w.p - p).cross(w.force);
+    }
+    return moment;
+  }
+
+  // Forces from outside on links, in proportion to 1 N: constant in the world, by the place of the body; on feet, by time.
+  void add_pulls(size_t k) {
+    const Matrix3d R_BW = motion_->find_attitude(k).transpose();
+    const Vector3d place = motion_->find_place(k);
+    const auto pull = [&](int link, const Vector3d& p, int axis, double size, int column) {
+      if (size != 0) project({link, p, size * R_BW.col(axis), Vector3d::Zero()}, -1, column);
+    };
+    for (int l : pulled_) {
+      const Vector3d p = get_pose(motion_->data(), l) * log_.tree.links[static_cast<size_t>(l)].inertia.p_LLcm_L;
+      for (int a = 0; a < 3; ++a) pull(l, p, a, 1, layout_.pull(l, kPullColumn + a));
+      const std::pair<int, int> by[] = {{0, 0}, {0, 1}, {1, 1}, {2, 0}, {2, 1}};
+      for (int i = 0; i < 5; ++i) {
+        const auto [axis, along] = by[i];
+        pull(l, p, axis, place(along), layout_.pull(l, kPullByPlaceColumn + i));
+        if (i == 1) pull(l, p, along, place(axis), layout_.pull(l, kPullByPlaceColumn + i));
+      }
+    }
+    for (int f = 0; f < layout_.feet; ++f) {
+      const Foot& foot = log_.feet[static_cast<size_t>(f)];
+      const Vector3d p = get_pose(motion_->data(), foot.link) * foot.p_LC;
+      for (int c = 0; c < kHolds; ++c) pull(foot.link, p, 2, find_hold(static_cast<size_t>(f), c, k), layout_.foot(f, kHoldColumn + c));
+    }
+  }
+
+  // Whether a foot is loaded (0), about to lift, just lifted, about to land, just landed (4), smoothed as all signals are.
+  double find_hold(size_t f, int which, size_t k) const {
+    const std::vector<char>& loaded = contacts_.loaded[clip_index_][f];
+    const auto reach = static_cast<long>(clip_->edge), n = static_cast<long>(loaded.size()), at = static_cast<long>(k);
+    const auto near = static_cast<long>(std::lround(kNear / clip_->step));
+    const auto is = [&](long i) { return loaded[static_cast<size_t>(std::clamp(i, 0L, n - 1))] != 0; };
+    double sum = 0, total = 0;
+    for (long i = std::max(0L, at - reach); i <= std::min(n - 1, at + reach); ++i) {
+      const double w = std::exp(-0.5 * std::pow(static_cast<double>(i - at) * clip_->step / clip_->sigma, 2));
+      const bool now = is(i), changed = now != is(i - near), will = now != is(i + near);
+      const bool of[] = {now, now && will, !now && changed, !now && will, now && changed};
+      sum += of[which] ? w : 0, total += w;
+    }
+    return sum / total;
   }
 
   void open(int channel, int row) {
@@ -489,14 +571,12 @@ class EquationMaker {
 
   // y(q) with q = reading - offset: y = offset dy/dq.
   void add_offsets(size_t k, const Eigen::VectorXd& y) {
-    for (int j = 0; j < layout_.joints; ++j) {
-      if (!log_.has_position[static_cast<size_t>(j)]) continue;
-      motion_->turn_joint(j, kTurn), motion_->update(k);
+    for (const JointTurn& turn : list_turns(log_, layout_, sides_)) {
+      motion_->turn_joint(turn.joint, turn.axis, kTurn), motion_->update(k);
       calc_residuals(k);
       const Eigen::VectorXd slope = (y_ - y) / kTurn;
-      const double factors[] = {1.0, sides_[static_cast<size_t>(j)].play, sides_[static_cast<size_t>(j)].give};
-      for (int c = 0; c < 3; ++c) put_all(factors[c] * slope, layout_.joint(j, kOffsetColumn + c));
-      motion_->turn_joint(j, 0);
+      for (const auto& [column, factor] : turn.columns) put_all(factor * slope, column);
+      motion_->turn_joint(turn.joint, turn.axis, 0);
     }
     motion_->update(k);
   }
@@ -541,6 +621,7 @@ class EquationMaker {
   std::vector<int> balance_, joint_, servo_;
   int weight_ = -1;
   std::vector<char> felt_;  // by foot
+  std::vector<int> pulled_;  // links that something from outside may pull at
   const Clip* clip_ = nullptr;
   size_t clip_index_ = 0;
   BodyMotion* motion_ = nullptr;

@@ -49,10 +49,7 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
   // A body that leans slowly feels where up is; steps shake that too much.
   if (!recorded && !contacts.walks && main >= 0 && log.imus[static_cast<size_t>(main)].accelerometer) plumb_ = main;
   const bool upright = recorded || plumb_ >= 0;
-  std::vector<int> joints;
-  for (int j = 0; j < layout.joints; ++j) {
-    for (int c = kOffsetColumn; c <= kGiveColumn; ++c) joints.push_back(layout.joint(j, c));
-  }
+  std::vector<int> joints = list_turn_columns(log, layout);
   if (main >= 0 && log.imus[static_cast<size_t>(main)].attitude) attitude_ = main;
   for (int c = kAttitudeTurnColumn; attitude_ >= 0 && c < kImuColumns; ++c) joints.push_back(layout.imu(attitude_, c));
   const auto add_accelerometer = [&](int imu, std::vector<int>* columns) {
@@ -236,14 +233,13 @@ void FootRows::add(size_t clip, size_t k, const std::vector<JointSides>& sides, 
   }
   if (attitude_ >= 0) add_attitude(clip, k, y, open, motion);
   add_plumb(clip, k, y, open, motion);
-  for (int j = 0; j < layout_.joints; ++j) {
-    motion->turn_joint(j, kTurn), motion->update(k);
+  for (const JointTurn& turn : list_turns(log_, layout_, sides)) {
+    motion->turn_joint(turn.joint, turn.axis, kTurn), motion->update(k);
     const Eigen::VectorXd slope = (calc_values(clip, k, Vector3d::Zero(), motion) - y) / kTurn;
-    motion->turn_joint(j, 0);
-    const double factors[] = {1.0, sides[static_cast<size_t>(j)].play, sides[static_cast<size_t>(j)].give};
+    motion->turn_joint(turn.joint, turn.axis, 0);
     for (size_t r = 0; r < open.size(); ++r) {
-      for (int c = 0; open[r] >= 0 && c < 3; ++c) {
-        table_.add(open[r], layout_.joint(j, kOffsetColumn + c), factors[c] * slope(static_cast<long>(r)));
+      for (const auto& [column, factor] : turn.columns) {
+        if (open[r] >= 0) table_.add(open[r], column, factor * slope(static_cast<long>(r)));
       }
     }
   }

@@ -4,14 +4,10 @@
 
 #include "diagnosis/measurement/floating/columns.h"
 #include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/joint_turns.h"
 #include "diagnosis/measurement/floating/row_table.h"
 
 namespace hrp::diagnosis::floating {
-
-// Of a joint: how far its encoder's side is ahead of its link's, by a gap of 1 rad and by a give of 1 rad/(N m).
-struct JointSides {
-  double play = 0, give = 0;
-};
 
 // Whether a force [N] with this moment [N m] about the middle of a sole, foot axes, presses well inside its edges.
 bool presses_inside(const Foot& foot, const Vector3d& moment, double force);

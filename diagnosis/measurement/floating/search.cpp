@@ -80,23 +80,27 @@ class Searcher {
       merge();
       prune();
     } while (drop_unsteady());
-    do {
-      out_.effects.clear();
-      describe();
-    } while (drop_unsure() || drop_partial() || drop_forced());
+  }
+
+  // Physics that the table does not hold, in the place of each effect and beside all. It comes last: only what wins by
+  // more than rivals may lose by shows that the names so far stand in for it. Its laws are rough: what they leave is given
+  // no name.
+  void search_unlisted() {
+    unlisted_ = true;
+    bool any = exchange();
+    any = (chosen_.effects.size() < kMost && add_best(try_all(chosen_), kShare)) || any;
+    unlisted_ = false;
+    if (any) prune();
   }
 
   static EffectFamily get_family(const Candidate& c) { return get_effect(c.effect).family; }
-  static std::string tell(const Candidate& c) { return get_effect(c.effect).name + " at " + c.where.dump(); }
+  static std::string tell(const Candidate& c) { return (c.is_listed() ? get_effect(c.effect).name : c.law->unlisted) + " at " + c.where.dump(); }
 
-  bool has(const Candidate& c) const {
-    return std::any_of(chosen_.effects.begin(), chosen_.effects.end(),
-                       [&](const Candidate& e) { return e.effect == c.effect && e.where == c.where; });
-  }
+  static bool is_same(const Candidate& a, const Candidate& b) { return a.effect == b.effect && a.law->unlisted == b.law->unlisted && a.where == b.where; }
 
   // Two laws of one kind in a place (a wrong mass and a load) share what one would explain.
   static bool is_same_kind(const Candidate& a, const Candidate& b) {
-    return a.where == b.where && a.place == b.place && get_family(a) == get_family(b);
+    return a.is_listed() && b.is_listed() && a.where == b.where && a.place == b.place && get_family(a) == get_family(b);
   }
 
   // Fits effects. Loads and masses that lie elsewhere have their inertia found along with their place.
@@ -161,16 +165,28 @@ class Searcher {
     return std::sqrt(std::max(0.0, x.dot(own.ldlt().solve(x)))) > kDeviations + 1;
   }
 
+  // A free law without those of its terms that noise alone tells: a robot that never goes aside tells nothing of there.
+  Candidate keep_told(Candidate c) const {
+    const std::vector<Terms> all = c.terms;
+    std::vector<Terms> told;
+    for (const Terms& t : all) {
+      c.terms = {t};
+      if (fitter_.fit({c}).x.allFinite()) told.push_back(t);
+    }
+    c.terms = told.empty() ? all : told;
+    return c;
+  }
+
   // Each candidate beside what a fit has, as far as its values can be.
   std::vector<Trial> try_each(const LeggedFit& base) const {
     std::vector<Trial> out;
     for (const Candidate& c : candidates_) {
       const bool there = std::any_of(base.effects.begin(), base.effects.end(), [&](const Candidate& e) {
-        return (e.effect == c.effect && e.where == c.where) || is_same_kind(e, c);
+        return is_same(e, c) || is_same_kind(e, c);
       });
-      if (there || is_banned(c)) continue;
+      if (there || is_banned(c) || c.is_listed() == unlisted_) continue;
       std::vector<Candidate> effects = base.effects;
-      effects.push_back(c);
+      effects.push_back(unlisted_ ? keep_told(c) : c);
       Trial t;
       t.fit = fit(effects);
       if (!is_sensible(t.fit.effects.back(), t.fit.get(effects.size() - 1), reach_)) continue;
@@ -267,7 +283,7 @@ class Searcher {
       const double held = fitter_.calc_gain(Part::kHeld, rest, chosen_);
       const bool sensible = is_sensible(chosen_.effects[i], chosen_.get(i), reach_);
       const size_t channel = find_main_channel(rest, chosen_);
-      const bool matters = calc_share(rest, chosen_, channel) > kShare;
+      const bool matters = !chosen_.effects[i].is_listed() || calc_share(rest, chosen_, channel) > kShare;
       if (gain + held > 0 && held > kStay * kHeldGain && sensible && matters && is_significant(chosen_, i)) continue;
       if (say_) say_("without " + tell(chosen_.effects[i]));
       settle(rest.effects);
@@ -276,7 +292,8 @@ class Searcher {
   }
 
   // Each effect against all others in its place: what came first was chosen without knowing the rest.
-  void exchange() {
+  bool exchange() {
+    bool any = false;
     for (size_t i = 0; i < chosen_.effects.size(); ++i) {
       const LeggedFit rest = fit_without(i);
       const std::vector<Trial> trials = try_all(rest);
@@ -284,10 +301,13 @@ class Searcher {
       const double before = fitter_.calc_gain(Part::kTrain, rest, chosen_) + fitter_.calc_gain(Part::kHeld, rest, chosen_) - calc_cost(chosen_.effects[i]);
       const double now = trials[0].gain + trials[0].held;
       const size_t at = trials[0].fit.effects.size() - 1;
-      if (now < before + kRivalLeast || !is_significant(trials[0].fit, at)) continue;
+      const double margin = unlisted_ ? std::max(kRivalLeast, kRival * before) : kRivalLeast;
+      if (now < before + margin || !is_significant(trials[0].fit, at)) continue;
       if (say_) say_("exchanged for " + tell(trials[0].fit.effects.back()));
       settle(trials[0].fit.effects);
+      any = true;
     }
+    return any;
   }
 
   // Two effects of one family, as masses at two links, that a single one does as well: that came first while neither was
@@ -295,7 +315,8 @@ class Searcher {
   void merge() {
     for (size_t i = 0; i < chosen_.effects.size(); ++i) {
       for (size_t k = i + 1; k < chosen_.effects.size(); ++k) {
-        if (get_family(chosen_.effects[i]) == get_family(chosen_.effects[k]) && merge(i, k)) return merge();
+        const bool listed = chosen_.effects[i].is_listed() && chosen_.effects[k].is_listed();
+        if (listed && get_family(chosen_.effects[i]) == get_family(chosen_.effects[k]) && merge(i, k)) return merge();
       }
     }
   }
@@ -389,6 +410,7 @@ class Searcher {
     size_t worst = chosen_.effects.size();
     double least = 1e300;
     for (size_t i = 0; i < chosen_.effects.size(); ++i) {
+      if (!chosen_.effects[i].is_listed()) continue;
       const std::vector<Regime> regimes = list_regimes(fitter_, chosen_, i, layout_);
       if (is_steady(regimes) && (is_expected(chosen_.effects[i].effect) || is_alike(regimes))) continue;
       const LeggedFit rest = fit_without(i);
@@ -406,7 +428,7 @@ class Searcher {
   }
 
   bool is_banned(const Candidate& c) const {
-    return std::any_of(banned_.begin(), banned_.end(), [&](const Candidate& b) { return b.effect == c.effect && b.where == c.where; });
+    return std::any_of(banned_.begin(), banned_.end(), [&](const Candidate& b) { return is_same(b, c); });
   }
 
   bool drop_partial() {
@@ -416,7 +438,7 @@ class Searcher {
       const FoundEffect& f = out_.effects[i];
       const double left = chosen_.mean_square[1][f.channel];
       const bool partial = left > kHalf * out_.nominal.mean_square[1][f.channel] && left > std::pow(fitter_.find_exactness(f.channel), 2);
-      if (partial && !is_expected(f.effect.effect) && f.share < least) least = f.share, worst = i;
+      if (partial && f.effect.is_listed() && !is_expected(f.effect.effect) && f.share < least) least = f.share, worst = i;
     }
     if (worst == out_.effects.size()) return false;
     if (say_) say_("most is left: " + tell(chosen_.effects[worst]));
@@ -424,6 +446,20 @@ class Searcher {
     out_.unsteady.push_back(out_.effects[worst].channel);
     settle(fit_without(worst).effects);
     return true;
+  }
+
+  // What a clock or a mounting explains as well, by less than they are known to, is no mismatch.
+  bool drop_known() {
+    const auto is_little = [](const Candidate& c, const Eigen::VectorXd& x) { return (c.vector ? x.norm() : std::abs(x(0))) < c.known; };
+    for (size_t i = 0; i < out_.effects.size(); ++i) {
+      const std::vector<Rival>& rivals = out_.effects[i].rivals;
+      if (std::none_of(rivals.begin(), rivals.end(), [&](const Rival& r) { return is_little(r.effect, r.x); })) continue;
+      if (say_) say_("clocks and mountings are known no better: " + tell(chosen_.effects[i]));
+      banned_.push_back(chosen_.effects[i]);
+      settle(fit_without(i).effects);
+      return true;
+    }
+    return false;
   }
 
   // [N] Root mean square of the forces on the body that stand out and that nothing explains, by the balance or the weight.
@@ -448,20 +484,6 @@ class Searcher {
       const FoundEffect& f = out_.effects[i];
       if (f.effect.lever <= 0 || fitter_.channels()[f.channel].info.kind != "joint") continue;
       if (std::sqrt(out_.nominal.mean_square[1][f.channel]) > force * f.effect.lever) continue;
-  // What a clock or a mounting explains as well, by less than they are known to, is no mismatch.
-  bool drop_known() {
-    const auto is_little = [](const Candidate& c, const Eigen::VectorXd& x) { return (c.vector ? x.norm() : std::abs(x(0))) < c.known; };
-    for (size_t i = 0; i < out_.effects.size(); ++i) {
-      const std::vector<Rival>& rivals = out_.effects[i].rivals;
-      if (std::none_of(rivals.begin(), rivals.end(), [&](const Rival& r) { return is_little(r.effect, r.x); })) continue;
-      if (say_) say_("clocks and mountings are known no better: " + tell(chosen_.effects[i]));
-      banned_.push_back(chosen_.effects[i]);
-      settle(fit_without(i).effects);
-      return true;
-    }
-    return false;
-  }
-
       if (say_) say_("an unknown force could make it: " + tell(f.effect));
       banned_.push_back(chosen_.effects[i]);
       out_.unsteady.insert(out_.unsteady.end(), where.begin(), where.end());
@@ -489,6 +511,7 @@ class Searcher {
     }
     if (worst == out_.effects.size()) return false;
     if (say_) say_("not sure: " + tell(chosen_.effects[worst]));
+    if (!chosen_.effects[worst].is_listed()) banned_.push_back(chosen_.effects[worst]);
     settle(fit_without(worst).effects);
     return true;
   }
@@ -510,18 +533,21 @@ class Searcher {
       if (alike >= kPlaces) continue;
       f->rivals.push_back({t.fit.effects[at], t.fit.get(at), find_deviation(t.fit, at, nullptr), f->gain - gain});
     }
-    if (leaves_encoder(f->effect.effect)) add_other_departures(rest, f);
+    if (leaves_encoder(f->effect)) add_other_departures(rest, f);
   }
 
   // How far a link is from where its encoder says: a constant, by the sign of the torque, in proportion to it.
-  static bool leaves_encoder(EffectId e) { return e == EffectId::kJointOffset || e == EffectId::kBacklash || e == EffectId::kElasticity; }
+  bool leaves_encoder(const Candidate& c) const {
+    const int at = c.terms[0].empty() ? -1 : c.terms[0][0].first - layout_.joint(0, 0), kind = at % kJointColumns;
+    return at >= 0 && at < kJointColumns * layout_.joints && kind >= kOffsetColumn && kind <= kGiveColumn;
+  }
 
   // A leg that stands bears a torque of one sign and of about one size. There the three laws predict about the same, and
   // what they differ by is less than what none of them holds: damping, links that bend.
   void add_other_departures(const LeggedFit& rest, FoundEffect* f) const {
     for (const Candidate& c : candidates_) {
       const bool listed = std::any_of(f->rivals.begin(), f->rivals.end(), [&](const Rival& r) { return r.effect.effect == c.effect && r.effect.where == c.where; });
-      if (!leaves_encoder(c.effect) || c.where != f->effect.where || c.effect == f->effect.effect || listed) continue;
+      if (!leaves_encoder(c) || c.where != f->effect.where || c.effect == f->effect.effect || listed) continue;
       if (fitter_.calc_overlap(f->effect, c) < kAlike) continue;
       std::vector<Candidate> effects = rest.effects;
       effects.push_back(c);
@@ -539,6 +565,7 @@ class Searcher {
   double reach_;
   const Say& say_;
   LeggedFit chosen_;
+  bool unlisted_ = false;          // what is tried now is in no table
   std::vector<Candidate> banned_;  // were chosen and were not of one size
   LeggedOutcome out_;
 };
