@@ -571,6 +571,36 @@ TEST(LeggedSearch, ADrivesGainThatAnUnknownForceUnderTheSoleCouldMakeIsNotNamed)
   EXPECT_EQ(count_gains_beside(20), 1u);
 }
 
+// A force of which a listed effect predicts `listed` and a free law `free` of the square; the search's first effect.
+bool is_first_listed(double listed, double free) {
+  std::mt19937 random(31);
+  std::normal_distribution<double> normal;
+  RowTable even(2), odd(2);
+  for (RowTable* half : {&even, &odd}) half->add_channel({"balance, force z", "/wrench/l/force", "N", "link", "pelvis"}, {0, 1});
+  for (int i = 0; i < 900; ++i) {
+    const double force = normal(random), other = normal(random), another = normal(random);
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, i < 600 ? 0 : 1, i / 12, 0, i < 600, 1, 1.0 + 0.001 * (i % 7)});
+      half->begin_row(0, 20 * force + normal(random), 400 + 40 * std::sin(0.1 * i));
+      half->add(0, 0, std::sqrt(listed) * force + std::sqrt(1 - listed) * other);
+      half->add(0, 1, std::sqrt(free) * force + std::sqrt(1 - free) * another), half->end_cell();
+    }
+  }
+  for (RowTable* half : {&even, &odd}) half->finish();
+  LeggedFitter fitter(merge_halves(even, odd), 2);
+  Candidate hold = make_candidate(EffectId::kNamed, "A", {{{1, 1.0}}});
+  hold.law = &get_hold_law();
+  const ColumnLayout layout(make_legged_log(Maker({}, {}).run(), Half::kEven));
+  const LeggedOutcome out = search_legged(&fitter, {make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), hold}, layout, 1.0, nullptr);
+  return !out.effects.empty() && out.effects[0].effect.is_listed();
+}
+
+TEST(LeggedSearch, AFreeLawTakesThePlaceOfANameOnlyWhereItWinsOutright) {
+  EXPECT_FALSE(is_first_listed(0.9, 0.999));
+  EXPECT_TRUE(is_first_listed(0.999, 0.9));
+  EXPECT_TRUE(is_first_listed(0.99, 0.99)) << "a tie is the effect's, which a scenario can hold";
+}
+
 // Friction, and a delay of 1 us per N m s/rad whose column is the same but for a hundredth.
 size_t count_frictions(double coefficient, double known) {
   std::mt19937 random(29);
