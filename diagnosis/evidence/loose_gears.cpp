@@ -25,7 +25,7 @@ constexpr double kQuiet = 2.0;  // times the noise, below which a rigid gear is 
 constexpr double kLoose = 0.7, kEach = 0.95;
 constexpr double kAlike = 1.1;        // of the squares: two transmissions do as well
 constexpr double kPromising = 0.85;   // of the squares after a few steps: worth fitting to the end
-constexpr int kIterations = 6, kTryIterations = 3, kWholeIterations = 3;
+constexpr int kIterations = 6, kTryIterations = 3, kWholeIterations = 2;
 constexpr size_t kStarts = 3;         // that are fitted, of a law with many minima
 constexpr double kTwoEngines = 0.02;  // of a value: laws of gaps differ by that much at least
 
@@ -214,11 +214,11 @@ std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, 
   Hypothesis loosened = model->hypothesis;
   const std::vector<LooseGear> gears = find_all_loose_gears(problem, &loosened);
   if (gears.empty()) return {};
-  // The other joints have made up for the rigid gear.
   Trial best = simulate_trial(whole, loosened);
-  const Trial fitted = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kWholeIterations));
-  if (fitted.validate.ok && !(fitted.rms > best.rms)) best = fitted;
-  if (!best.validate.ok || !(best.rms < model->rms)) return {};
+  const auto is_better = [&] { return best.validate.ok && best.rms < model->rms; };
+  // The other joints have made up for the rigid gear.
+  if (!is_better()) best = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kWholeIterations));
+  if (!is_better()) return {};
   *model = best;
   std::vector<Finding> findings;
   for (const LooseGear& gear : gears) {
