@@ -84,7 +84,7 @@ std::vector<size_t> read_time(const Table& table, Recording* recording, std::vec
   const int column = table.find("time");
   if (column < 0) fail(table.file, 1, 1, "time", "is missing: expected a column 'time' [s]");
   size_t repeated = 0;
-  const std::vector<size_t> rows = find_rows(table, column, &repeated);
+  std::vector<size_t> rows = find_rows(table, column, &repeated);
   if (rows.size() < 8) {
     fail(table.file, 1, column + 1, "time", "has " + std::to_string(rows.size()) + " different stamps, expected at least 8");
   }
