@@ -7,7 +7,9 @@
 #include <thread>
 
 #include "common/base/diagnostics.h"
+#include "common/base/number_option.h"
 #include "common/base/version.h"
+#include "common/base/write_file.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/page/terminal.h"
@@ -32,6 +34,7 @@ int main(int argc, char** argv) {
   app.add_option("--patience", patience,
                  "factor on the work of a search on a fixed base; 1 is about two minutes of two cores. Raise it if the\n"
                  "report says that not all sets of effects were tried. The report depends on it")
+      ->check(hrp::refuse_nan)
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
   app.add_flag("--next", next,
@@ -40,7 +43,10 @@ int main(int argc, char** argv) {
   app.add_option("--limit", motions.limits,
                  "tightens a limit of these motions (SI units): speed=0.5, effort=20, reach=0.6, elbow.upper=1, or a YAML file")
       ->needs("--next");
-  app.add_option("--seconds", motions.seconds, "[s] length of each of these motions")->check(CLI::Range(4.0, 20.0))->capture_default_str();
+  app.add_option("--seconds", motions.seconds, "[s] length of each of these motions")
+      ->check(hrp::refuse_nan)
+      ->check(CLI::Range(4.0, 20.0))
+      ->capture_default_str();
   app.add_option("--motions", motions.count, "number of motions, best first; every second one is meant as a held-out recording")
       ->check(CLI::Range(1, 12))
       ->capture_default_str();
@@ -68,6 +74,7 @@ int main(int argc, char** argv) {
       std::printf("%s", check_recordings(experiment).c_str());
       return 0;
     }
+    hrp::prepare_folder(out);
     const auto write_first = [&](const Reports& first) { write_first_report(out, first); };
     const Reports reports = diagnose_recordings(experiment, {jobs, patience}, say, write_first);
     write_reports(experiment, out, reports);

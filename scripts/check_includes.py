@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks who includes whom (CONTRIBUTING.md), SPDX lines, and that no file names a folder of somebody's machine.
+"""Checks who includes whom (CONTRIBUTING.md), SPDX lines, that no file names a folder of somebody's machine, and that no two
+headers define a type of one name.
 
 scripts/check_includes.py [ROOT]     prints every violation as file:line and ends with status 1 when there is one
 """
@@ -190,6 +191,20 @@ def check_source(path, lines):
                 yield number, problem
 
 
+def find_types(path, lines, types):
+    """Types that a header defines, by their whole names: two with one name are one to the linker, whatever they hold."""
+    spaces = []
+    for line in lines:
+        space = re.match(r"(?:inline )?namespace ([\w:]+) \{", line)
+        if space:
+            spaces.append(space.group(1))
+        elif line.startswith("}  // namespace") and spaces:
+            spaces.pop()
+        found = re.match(r"(?:struct|class|union|enum(?: class)?) (\w+)(?: final)?(?: : [^:].*)? \{", line)
+        if found:
+            types.setdefault("::".join(spaces + [found.group(1)]), set()).add(path)
+
+
 def find_files(root):
     listed = subprocess.run(["git", "-C", root, "ls-files", "--cached", "--others", "--exclude-standard"],
                             capture_output=True, text=True, check=False)
@@ -204,7 +219,7 @@ def main():
         print(__doc__.strip())
         return 0
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
-    problems, count, edges = [], 0, {}
+    problems, count, edges, types = [], 0, {}, {}
     for path in sorted(find_files(str(root))):
         file = root / path
         if file.suffix not in TEXT_FILES or not file.is_file():
@@ -214,9 +229,12 @@ def main():
         if file.suffix in (".h", ".cpp"):
             problems += [f"{path}:{number}: {text}" for number, text in check_source(path, lines)]
             find_diagnosis_edges(path, lines, edges)
+        if file.suffix == ".h":
+            find_types(path, lines, types)
         for number, line in enumerate(lines, 1):
             if MACHINE_PATH.search(line):
                 problems.append(f"{path}:{number}: a path of somebody's machine")
+    problems += [f"{' and '.join(sorted(places))}: both define {name}" for name, places in types.items() if len(places) > 1]
     cycle = find_cycle(edges)
     if cycle:
         problems.append("diagnosis: folders include each other in a circle: " + " -> ".join(cycle))

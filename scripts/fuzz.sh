@@ -3,7 +3,7 @@
 # scripts/fuzz.sh [TARGET ...] [--runs N] [--seconds N] [--seed N]
 #
 # Feeds mutated bytes to every reader (libFuzzer, with address and undefined-behaviour sanitizers) and prints a table.
-# Targets: cdr csv experiment http idl mcap mjcf motion picture rosbag scenario sdf urdf websocket. It needs clang (apt-get install clang) and builds in
+# Targets: cdr csv experiment http idl mcap mjcf motion picture recording rosbag scenario sdf urdf websocket. It needs clang (apt-get install clang) and builds in
 # build-fuzz, beside the usual build. Status 1 when there is a finding; the input lies in build-fuzz/findings.
 #
 #   --runs N      executions of each target, default 1000000
@@ -21,7 +21,7 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
-[ ${#targets[@]} -gt 0 ] || targets=(cdr csv experiment http idl mcap mjcf motion picture rosbag scenario sdf urdf websocket)
+[ ${#targets[@]} -gt 0 ] || targets=(cdr csv experiment http idl mcap mjcf motion picture recording rosbag scenario sdf urdf websocket)
 for target in "${targets[@]}"; do [ -f "$ROOT/tests/fuzz/$target.cpp" ] || fail "there is no target $target (--help)"; done
 command -v clang++ > /dev/null || fail "clang is missing: apt-get install clang"
 export BUILD="${HRP_FUZZ_BUILD_DIR:-$ROOT/build-fuzz}"

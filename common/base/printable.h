@@ -13,4 +13,7 @@ std::string make_printable(const std::string& text);
 // The same for a text that is one line: line feeds are codes, too.
 std::string make_printable_line(const std::string& text);
 
+// The place of the first byte that is not UTF-8, as of Latin-1 or of no text at all; npos: there is none.
+size_t find_strange_byte(const std::string& text);
+
 }  // namespace hrp

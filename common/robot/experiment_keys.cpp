@@ -106,11 +106,20 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
   for (const auto& item : node) {
     const std::string key = item.first.as<std::string>();
     double value = 0.0;
+    if (key != "position" && key != "velocity" && key != "effort" && key.rfind('/', 0) != 0)
+      fail(path, item.first, "noise." + key, "expected position, velocity, effort, or a sensor or column such as /imu/waist");
     if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) || !(value >= kLeastNoise && value <= kLargestNumber)) {
       fail(path, item.second, "noise." + key, "expected a standard deviation from 1e-15 to 1e12");
     }
     keys->noise[key] = value;
   }
+}
+
+// The files say it for people; the tool takes the rate from the stamps.
+void check_sample_rate(const std::string& path, const YAML::Node& node) {
+  double value = 0.0;
+  if (!node || (node.IsScalar() && YAML::convert<double>::decode(node, value) && value > 0.0 && value <= kLargestNumber)) return;
+  fail(path, node, "sample_rate", "expected a rate of more than 0 Hz");
 }
 
 }  // namespace
@@ -127,6 +136,7 @@ ExperimentKeys parse_experiment_keys(const std::string& text, const std::string&
       keys.recordings.push_back(read_recording(path, list[i], "recordings[" + std::to_string(i) + "]"));
     }
     read_noise(path, root["noise"], &keys);
+    check_sample_rate(path, root["sample_rate"]);
     const YAML::Node sensors = root["sensors"];
     if (sensors && sensors.IsMap() && sensors["wrench"] && sensors["wrench"].IsMap()) {
       for (const auto& item : sensors["wrench"]) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/robot/scenario.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 
+#include "common/base/printable.h"
 #include "common/base/read_file.h"
 #include "common/robot/effect_section.h"
 #include "common/robot/scenario_sections.h"
@@ -120,7 +122,21 @@ YAML::Node parse_yaml(const std::string& text, const std::string& path) {
   throw InputError(d);
 }
 
+// YAML is UTF-8. Names in another encoding would not be those of the robot, and no report could say them.
+void check_encoding(const std::string& text, const std::string& path) {
+  const size_t at = find_strange_byte(text);
+  if (at == std::string::npos) return;
+  const size_t begin = at == 0 ? std::string::npos : text.rfind('\n', at - 1);
+  Diagnostic d;
+  d.file = path;
+  d.line = 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
+  d.column = static_cast<int>(begin == std::string::npos ? at + 1 : at - begin);
+  d.message = "byte " + std::to_string(static_cast<unsigned char>(text[at])) + " is not UTF-8; expected a text in UTF-8";
+  throw InputError(d);
+}
+
 Scenario parse_unchecked(const std::string& text, const std::string& path, Diagnostics* diagnostics) {
+  check_encoding(text, path);
   const YAML::Node root = parse_yaml(text, path);
   Scenario scenario;
   scenario.path = path;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/csv.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <set>
 #include <sstream>
 
 #include "common/base/diagnostics.h"
@@ -54,6 +56,34 @@ bool parse_cell(const char* begin, const char* end, double* value) {
   return true;
 }
 
+// Other bytes under the name of a text, as of compressed files and UTF-16; and cells that no comma separates.
+void check_header(const char* begin, const char* end, const Table& table) {
+  const auto is_control = [](unsigned char c) { return c < 0x20 && c != '\t'; };
+  const char* stop = end > begin && end[-1] == '\r' ? end - 1 : end;
+  const char* bad = std::find_if(begin, stop, is_control);
+  if (bad != stop && *bad == '\r') fail(table.file, 1, 0, "", "its lines end with CR alone: expected LF or CR LF");
+  if (bad != stop) {
+    fail(table.file, 1, 0, "", "is no text: byte " + std::to_string(static_cast<unsigned char>(*bad)) + " at place " +
+                                   std::to_string(bad - begin + 1) + " of its header; expected comma-separated values in UTF-8");
+  }
+  const char* other = table.names.size() > 1 ? stop : std::find_if(begin, stop, [](char c) { return c == ';' || c == '\t'; });
+  if (other != stop) {
+    fail(table.file, 1, 0, "", std::string("its header has ") + (*other == ';' ? "semicolons" : "tabs") + " and no comma: expected commas between cells");
+  }
+}
+
+void check_names(const Table& table) {
+  double value = 0.0;
+  const std::string& first = table.names[0];
+  if (parse_cell(first.data(), first.data() + first.size(), &value) && !std::isnan(value))
+    fail(table.file, 1, 1, "", "'" + first + "' stands where a header is expected: the names of the columns, such as time");
+  std::set<std::string> seen;
+  for (size_t i = 0; i < table.names.size(); ++i) {
+    if (table.names[i].empty() || seen.insert(table.names[i]).second) continue;
+    fail(table.file, 1, static_cast<int>(i) + 1, table.names[i], "this column stands twice in the header");
+  }
+}
+
 void read_header(const char* begin, const char* end, Table* table) {
   if (end - begin >= 3 && std::memcmp(begin, "\xEF\xBB\xBF", 3) == 0) begin += 3;  // byte order mark
   for (const char* cell = begin;;) {
@@ -64,13 +94,8 @@ void read_header(const char* begin, const char* end, Table* table) {
     cell = stop + 1;
   }
   table->columns.resize(table->names.size());
-  for (size_t i = 0; i < table->names.size(); ++i) {
-    for (size_t k = 0; k < i; ++k) {
-      if (table->names[i] == table->names[k] && !table->names[i].empty()) {
-        fail(table->file, 1, static_cast<int>(i) + 1, table->names[i], "this column stands twice in the header");
-      }
-    }
-  }
+  check_header(begin, end, *table);
+  check_names(*table);
 }
 
 // False when the row has too few cells.

@@ -7,9 +7,18 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/data/quantile.h"
+#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
+
+// [s] mean time between samples. Four samples a second show no motion of a joint, and no robot logs a million.
+constexpr double kLongestStep = 0.25, kShortestStep = 1e-6;
+// In SI units. No sensor reads more, and squares of it stay finite.
+constexpr double kLargestReading = 1e12;
+constexpr double kGapPeriods = 5.0;
+constexpr double kShort = 0.5;  // [s] in which a joint hardly moves
 
 [[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
                        const std::string& text) {
@@ -29,39 +38,66 @@ void shift_epoch(Recording* recording, std::vector<std::string>* warnings) {
   warnings->push_back(recording->spec.name + ": its times are said from " + text + " s on");
 }
 
-// Time stamps: finite, increasing, in seconds. Rows that repeat a stamp are dropped.
-std::vector<size_t> read_time(const Table& table, Recording* recording, std::vector<std::string>* warnings) {
-  const int column = table.find("time");
-  if (column < 0) fail(table.file, 1, 1, "time", "is missing: expected a column 'time' [s]");
+// Rows with stamps that increase; those that repeat a stamp are counted.
+std::vector<size_t> find_rows(const Table& table, int column, size_t* repeated) {
   const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
   std::vector<size_t> rows;
-  size_t repeated = 0;
   for (size_t k = 0; k < t.size(); ++k) {
     if (!std::isfinite(t[k])) fail(table.file, table.lines[k], column + 1, "time", "is empty");
     if (!rows.empty() && t[k] < t[rows.back()]) {
       fail(table.file, table.lines[k], column + 1, "time",
-           "goes back from " + std::to_string(t[rows.back()]) + " to " + std::to_string(t[k]) + " s");
+           "goes back from " + number(t[rows.back()], 13) + " to " + number(t[k], 13) + " s");
     }
     if (!rows.empty() && t[k] == t[rows.back()]) {
-      ++repeated;
-      continue;
+      ++*repeated;
+    } else {
+      rows.push_back(k);
     }
-    rows.push_back(k);
   }
-  if (rows.size() < 8) fail(table.file, 1, column + 1, "time", "has fewer than 8 different stamps");
-  for (size_t k : rows) recording->time.push_back(t[k]);
+  return rows;
+}
+
+// Stamps in seconds, without a pause that outweighs all samples.
+void check_steps(const Table& table, int column, const std::vector<size_t>& rows) {
+  const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
+  std::vector<double> steps;
+  for (size_t k = 1; k < rows.size(); ++k) steps.push_back(t[rows[k]] - t[rows[k - 1]]);
+  const size_t longest = static_cast<size_t>(std::max_element(steps.begin(), steps.end()) - steps.begin());
+  const double mean = (t[rows.back()] - t[rows.front()]) / static_cast<double>(steps.size()), usual = find_median(steps);
+  if (usual <= kLongestStep && mean > kLongestStep) {
+    fail(table.file, table.lines[rows[longest + 1]], column + 1, "time",
+         "jumps from " + number(t[rows[longest]], 13) + " to " + number(t[rows[longest + 1]], 13) +
+             " s: expected pauses that are short against the recording; make two recordings of it");
+  }
+  if (mean <= kLongestStep && mean >= kShortestStep) return;
+  fail(table.file, table.lines[rows[1]], column + 1, "time",
+       "samples stand " + number(mean) + " s apart: expected seconds, from " + number(kShortestStep) + " to " +
+           number(kLongestStep) + " s apart; " +
+           (mean > 1e5              ? "are these nanoseconds?"
+            : mean > 100.0          ? "are these microseconds?"
+            : mean >= kShortestStep ? "are these milliseconds?"
+                                    : "in which unit is this column?"));
+}
+
+// Time stamps: finite, increasing, in seconds. Rows that repeat a stamp are dropped.
+std::vector<size_t> read_time(const Table& table, Recording* recording, std::vector<std::string>* warnings) {
+  const int column = table.find("time");
+  if (column < 0) fail(table.file, 1, 1, "time", "is missing: expected a column 'time' [s]");
+  size_t repeated = 0;
+  std::vector<size_t> rows = find_rows(table, column, &repeated);
+  if (rows.size() < 8) {
+    fail(table.file, 1, column + 1, "time", "has " + std::to_string(rows.size()) + " different stamps, expected at least 8");
+  }
+  check_steps(table, column, rows);
+  for (size_t k : rows) recording->time.push_back(table.columns[static_cast<size_t>(column)][k]);
   shift_epoch(recording, warnings);
   if (repeated > 0) {
     warnings->push_back(recording->spec.name + ": " + std::to_string(repeated) +
                         " rows repeat the last time stamp and were dropped");
   }
-  const double dt = recording->duration() / static_cast<double>(rows.size() - 1);
-  // Four samples a second show no motion of a joint: far more likely the column is not in seconds.
-  if (dt > 0.25) {
-    fail(table.file, table.lines[rows[1]], column + 1, "time",
-         "samples stand " + std::to_string(dt) +
-             " s apart: expected seconds, at most 0.25 s apart; are these " +
-             (dt > 1e5 ? "nanoseconds?" : dt > 100.0 ? "microseconds?" : "milliseconds?"));
+  if (recording->duration() < kShort) {
+    warnings->push_back(recording->spec.name + ": lasts " + number(recording->duration(), 2) + " s (" + std::to_string(rows.size()) +
+                        " samples): too short to show what a model leaves out; expected seconds of motion");
   }
   return rows;
 }
@@ -71,6 +107,14 @@ std::vector<double> take(const Table& table, int column, const std::vector<size_
   for (size_t k : rows) values.push_back(table.columns[static_cast<size_t>(column)][k]);
   return values;
 }
+
+// Where the first number is that no sensor reads; values.size(): nowhere.
+size_t find_absurd(const std::vector<double>& values) {
+  return static_cast<size_t>(std::find_if(values.begin(), values.end(), [](double v) { return std::abs(v) > kLargestReading; }) -
+                             values.begin());
+}
+
+std::string describe_absurd(double value) { return "is " + number(value) + ": expected at most 1e+12 in SI units"; }
 
 // False for a column without any number.
 bool any_finite(const std::vector<double>& values) {
@@ -99,11 +143,20 @@ bool is_constant(const std::vector<double>& values) {
   return !(high > low);
 }
 
+// [s] from which on a step is a gap, in which nobody knows what was commanded.
+double find_gap(const std::vector<double>& time) {
+  std::vector<double> steps;
+  for (size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
+  return kGapPeriods * find_median(std::move(steps));
+}
+
 // Commanded positions move otherwise than the commanded rates say: by more than half of their own changes, as squares.
 bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
   constexpr double kSeparate = 0.5;
+  const double gap = find_gap(time);
   double apart = 0.0, moved = 0.0;
   for (size_t k = 1; k < joint.command_rate.size() && k < joint.command.size(); ++k) {
+    if (time[k] - time[k - 1] > gap) continue;
     const double change = joint.command[k] - joint.command[k - 1];
     const double told = 0.5 * (joint.command_rate[k] + joint.command_rate[k - 1]) * (time[k] - time[k - 1]);
     apart += (change - told) * (change - told), moved += change * change;
@@ -116,8 +169,10 @@ bool has_separate_rate(const std::vector<double>& time, const JointColumns& join
 bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
   constexpr double kRough = 9.0;
   const std::vector<double>& rate = joint.command_rate;
+  const double gap = find_gap(time);
   double apart = 0.0, curved = 0.0;
   for (size_t k = 1; k + 1 < rate.size() && k + 1 < joint.command.size(); ++k) {
+    if (time[k + 1] - time[k] > gap || time[k] - time[k - 1] > gap) continue;
     const double mean = (joint.command[k] - joint.command[k - 1]) / (time[k] - time[k - 1]);
     const double bend = (rate[k + 1] - 2.0 * rate[k] + rate[k - 1]) / 12.0;
     apart += std::pow(mean - 0.5 * (rate[k] + rate[k - 1]), 2), curved += bend * bend;
@@ -132,6 +187,8 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
     if (index < 0) return;
     used->insert(key);
     *values = take(table, index, rows);
+    const size_t bad = find_absurd(*values);
+    if (bad < rows.size()) fail(table.file, table.lines[rows[bad]], index + 1, key, describe_absurd((*values)[bad]));
     if (any_finite(*values)) return;
     warnings->push_back(file + ": column " + key + " is empty");
     values->clear();
@@ -205,7 +262,13 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
   for (size_t i = 0; i < table.names.size(); ++i) {
     if (used.count(table.names[i])) continue;
     std::vector<double> values = take(table, static_cast<int>(i), rows);
-    if (any_finite(values)) recording.other[table.names[i]] = std::move(values);
+    const size_t bad = find_absurd(values);
+    if (bad < rows.size()) {
+      warnings->push_back(table.file + ":" + std::to_string(table.lines[rows[bad]]) + ":" + std::to_string(i + 1) + ": warning: " +
+                          table.names[i] + ": " + describe_absurd(values[bad]) + "; the column is left out");
+    } else if (any_finite(values)) {
+      recording.other[table.names[i]] = std::move(values);
+    }
   }
   return recording;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -118,10 +119,49 @@ void floor_noise(Experiment* e) {
   }
 }
 
+double calc_largest_change(const Experiment& e, size_t j, size_t q) {
+  double largest = 0.0;
+  for (const Recording& r : e.recordings) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (double v : r.joints[j].signal[q]) {
+      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    }
+    largest = std::max(largest, high - low);
+  }
+  return largest;
+}
+
+// Stated noise in which all that moves would drown.
+void warn_of_large_noise(Experiment* e) {
+  for (size_t j = 0; j < e->joint_noise.size(); ++j) {
+    for (size_t q = 0; q < kQuantities; ++q) {
+      const Noise& noise = e->joint_noise[j][q];
+      const double change = calc_largest_change(*e, j, q);
+      if (!noise.stated || change <= 0.0 || noise.sigma < change) continue;
+      e->warnings.push_back(e->signal_name(static_cast<int>(j), static_cast<Quantity>(q)) + ": the stated noise of " +
+                            number(noise.sigma, 3) + " is more than all its changes, " + number(change, 3) + ": it shows nothing");
+    }
+  }
+}
+
+// Names in 'noise:' that no recording has.
+void warn_of_strange_noise(Experiment* e) {
+  for (const auto& [key, sigma] : e->keys.noise) {
+    bool known = key[0] != '/' || e->other_noise.count(key) > 0;
+    for (const auto& [column, noise] : e->other_noise) known = known || column.rfind(key + "/", 0) == 0;
+    for (int j = 0; j < e->num_joints(); ++j) {
+      for (int q = 0; q < kQuantities; ++q) known = known || key == e->signal_name(j, static_cast<Quantity>(q));
+    }
+    if (!known) e->warnings.push_back("noise." + key + ": no recording has such a column or sensor");
+  }
+}
+
 }  // namespace
 
 void find_noise(Experiment* experiment) {
   find_signal_noise(experiment);
+  warn_of_large_noise(experiment);
+  warn_of_strange_noise(experiment);
   floor_noise(experiment);
 }
 

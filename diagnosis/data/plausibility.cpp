@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -216,22 +217,20 @@ void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs&
   }
 }
 
-bool is_still(const std::vector<double>& values) {
-  const double* first = nullptr;
-  for (const double& v : values) {
-    if (!std::isfinite(v)) continue;
-    if (first == nullptr) first = &v;
-    if (v != *first) return false;
-  }
-  return first != nullptr;
-}
-
 double calc_range(const std::vector<double>& values) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (double v : values) {
     if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
   }
   return high > low ? high - low : 0.0;
+}
+
+// No sensor resolves less; a column of such changes is one of zeros in which something else has left its traces.
+constexpr double kLeastChange = 1e-12;
+
+bool is_still(const std::vector<double>& values) {
+  const bool any = std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  return any && calc_range(values) < kLeastChange;
 }
 
 // An encoder that stands still while its command moves by more than a degree was not read. Other columns that never
@@ -264,6 +263,19 @@ void check_limits(const Experiment& e, const Recording& r, int j) {
   if (std::isfinite(range) && largest > 3.0 * range && largest > 2.0 * 3.14159265358979323846) {
     fail(r, e.signal_name(j, Quantity::kPosition),
          "reaches " + text_of(largest) + ", far beyond the joint's limits: degrees instead of rad?");
+  }
+}
+
+// A command that no joint follows may be a damaged sample, or a drive that is told torques as positions.
+void check_commanded_limits(Experiment* e, const Recording& r, int j) {
+  const JointSpec& spec = e->robot.tree.joint(j);
+  const double range = std::max(std::abs(spec.lower), std::abs(spec.upper));
+  const std::vector<double>& command = r.joints[static_cast<size_t>(j)].command;
+  for (size_t k = 0; k < command.size() && spec.kind == JointKind::kRevolute && std::isfinite(range); ++k) {
+    if (std::abs(command[k]) <= std::max(3.0 * range, 2.0 * 3.14159265358979323846)) continue;
+    e->warnings.push_back(r.spec.name + ": /joint_commands/" + spec.name + "/position is " + text_of(command[k]) + " at " +
+                          number(r.time[k], 6) + " s, far beyond the joint's limits of " + text_of(range) + " rad");
+    return;
   }
 }
 
@@ -301,7 +313,10 @@ void check_plausibility(Experiment* e) {
     check_exchange(*e, r, effort, Quantity::kEffort, "the servo's effort");
     check_effort_units(*e, r, effort);
     check_exchanged_gains(*e, r, effort);
-    for (int j = 0; j < e->num_joints(); ++j) check_limits(*e, r, j);
+    for (int j = 0; j < e->num_joints(); ++j) {
+      check_limits(*e, r, j);
+      check_commanded_limits(e, r, j);
+    }
   }
 }
 

@@ -18,7 +18,7 @@ std::vector<long> list_term_rows(const TorqueRecording& r, int joint) {
 void append(const Eigen::MatrixXd& block, Eigen::MatrixXd* all) {
   const long before = all->rows();
   all->conservativeResize(before + block.rows(), block.cols());
-  all->bottomRows(block.rows()) = block;
+  if (block.size() > 0) all->bottomRows(block.rows()) = block;  // without columns there is no memory to point into
 }
 
 }  // namespace

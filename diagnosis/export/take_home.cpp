@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "common/base/read_file.h"
+#include "common/base/write_file.h"
 #include "common/robot/closed_chains.h"
 #include "diagnosis/export/unheld.h"
 #include "servers/dynamics/joint_effects.h"
@@ -23,12 +24,6 @@ std::string read_text(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw std::runtime_error(path.string() + ": cannot be read");
   return read_rest(in, path.string());
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
 }  // namespace
@@ -85,12 +80,12 @@ void write_take_home(const std::string& updated_folder) {
   const fs::path updated(updated_folder), folder = updated / "export";
   fs::create_directories(folder);
   const TakeHome model = load_take_home((updated / "scenario.yaml").string());
-  write_text(folder / "robot.xml", make_mjcf_model(model));
-  write_text(folder / "robot.urdf", make_urdf_model(model));
-  write_text(folder / "robot.sdf", make_sdf_model(model));
-  write_text(folder / "isaac_lab.yaml", make_isaac_table(model));
+  write_file(folder / "robot.xml", make_mjcf_model(model));
+  write_file(folder / "robot.urdf", make_urdf_model(model));
+  write_file(folder / "robot.sdf", make_sdf_model(model));
+  write_file(folder / "isaac_lab.yaml", make_isaac_table(model));
   if (fs::exists(updated / "nominal.yaml"))
-    write_text(folder / "mujoco.yaml", make_mujoco_scenario(model, read_text(updated / "nominal.yaml")));
+    write_file(folder / "mujoco.yaml", make_mujoco_scenario(model, read_text(updated / "nominal.yaml")));
 }
 
 }  // namespace hrp::diagnosis

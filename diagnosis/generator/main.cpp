@@ -10,6 +10,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/base/number_option.h"
 #include "common/base/shared_files.h"
 #include "common/base/version.h"
 #include "diagnosis/generator/make_case.h"
@@ -108,6 +109,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed, "the same seed gives the same cases")->capture_default_str();
   app.add_option("--jobs", jobs, "number of threads")->check(CLI::Range(1, 256))->capture_default_str();
   app.add_option("--duration", options.duration, "[s] length of each recording")
+      ->check(hrp::refuse_nan)
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();
   app.add_option("--effect", effect, "hides only this: an effect, two joined by '+', or 'none'; 'arm:EFFECT', 'stand:EFFECT' or 'walk:EFFECT' chooses the robot, too");
@@ -128,6 +130,7 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingDirectory);
   app.add_option("--poor", options.poor,
                  "[s] for arms: short recordings of this length with little information: slow, small, one joint still")
+      ->check(hrp::refuse_nan)
       ->check(CLI::Range(1.0, 20.0));
   app.add_option("--play", played,
                  "adds recordings of the same robots, which play the commands in DIR/NAME/next/*.csv; files whose names begin\n"

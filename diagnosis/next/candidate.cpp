@@ -104,7 +104,7 @@ Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis
   return total;
 }
 
-void compare(const Problem& problem, const Explanations& explanations, double rate, Candidate* candidate) {
+void compare(const Problem& problem, const Explanations& explanations, double rate, MotionCandidate* candidate) {
   Slopes best;
   if (!Along(problem, explanations.list[0].hypothesis).calc_slopes(0, &best)) return;
   const double count = count_judged(problem, 0);

@@ -11,7 +11,7 @@
 
 namespace hrp::diagnosis {
 
-struct Candidate {
+struct MotionCandidate {
   MotionPlan plan;
   Commands commands;
   std::vector<Comparison> comparisons;  // by explanation, against the best as truth; the first: the best's own Fisher information
@@ -22,6 +22,6 @@ struct Candidate {
 Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, double discrepancy);
 
 // Every explanation against the best along this motion. `rate`: samples of the recorder for one of the motion's.
-void compare(const Problem& problem, const Explanations& explanations, double rate, Candidate* candidate);
+void compare(const Problem& problem, const Explanations& explanations, double rate, MotionCandidate* candidate);
 
 }  // namespace hrp::diagnosis

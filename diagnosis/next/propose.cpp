@@ -131,7 +131,7 @@ class Proposer {
   }
 
   // As large as all explanations allow.
-  void try_motion(const MotionPlan& plan, Safety* safety, Candidate* candidate) const {
+  void try_motion(const MotionPlan& plan, Safety* safety, MotionCandidate* candidate) const {
     candidate->plan = plan;
     for (MotionPlan& p = candidate->plan; p.size >= kLeastSize; p.size *= kSmaller) {
       candidate->commands = make_motion(p, limits_);
@@ -146,7 +146,7 @@ class Proposer {
   }
 
   // What the best leaves above the noise repeats along a motion.
-  void weigh(Candidate* candidate) const {
+  void weigh(MotionCandidate* candidate) const {
     const double samples = static_cast<double>(candidate->commands.time.size()) * kPeriod / std::max(1e-4, e_.sample_time);
     candidate->comparisons[0].fisher *= calc_information_factor(explanations_.discrepancy, samples, kIndependent);
   }
@@ -203,7 +203,7 @@ class Proposer {
   }
 
   // Decisions that a motion is expected to bring, and values that it makes certain: 1 + kValues at most.
-  double calc_worth(const Candidate& c, const Eigen::MatrixXd& gained) const {
+  double calc_worth(const MotionCandidate& c, const Eigen::MatrixXd& gained) const {
     double decided = 0.0, narrowed = 0.0;
     for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c.comparisons[i], i);
     if (c.comparisons.size() > 1) decided /= static_cast<double>(c.comparisons.size() - 1);
@@ -214,7 +214,7 @@ class Proposer {
   }
 
   // Under the nominal model, every explanation, and every explanation with a value at an end of its interval.
-  std::string find_fault(const Candidate& c, std::vector<double>* leave) {
+  std::string find_fault(const MotionCandidate& c, std::vector<double>* leave) {
     const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
     if (!motion) return "the simulated robot leaves all bounds";
     leave->assign(limits_.joints.size(), 0.0);
@@ -248,7 +248,7 @@ class Proposer {
       }
       if (best < 0) return;
       used[static_cast<size_t>(best)] = 1;
-      const Candidate& chosen = candidates_[static_cast<size_t>(best)];
+      const MotionCandidate& chosen = candidates_[static_cast<size_t>(best)];
       std::vector<double> leave;
       const std::string fault = find_fault(chosen, &leave);
       if (!fault.empty()) {
@@ -261,7 +261,7 @@ class Proposer {
     }
   }
 
-  Proposal make_proposal(const Candidate& c, double worth, const Eigen::MatrixXd& gained) const {
+  Proposal make_proposal(const MotionCandidate& c, double worth, const Eigen::MatrixXd& gained) const {
     Proposal p;
     const size_t number = next_.proposals.size();
     p.file = std::string(number % 2 == 0 ? "train_" : "validate_") + std::to_string(number / 2 + 1) + ".csv";
@@ -279,7 +279,7 @@ class Proposer {
   }
 
   // The signal in which explanations differ most.
-  Overlay make_overlay(const Candidate& c) const {
+  Overlay make_overlay(const MotionCandidate& c) const {
     Overlay overlay;
     const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
     std::vector<std::vector<double>> readings(explanations_.list.size());
@@ -316,7 +316,7 @@ class Proposer {
   std::vector<int> all_;
   Explanations explanations_;
   std::vector<Eigen::MatrixXd> known_;  // by explanation: information of the recordings
-  std::vector<Candidate> candidates_;
+  std::vector<MotionCandidate> candidates_;
   Next next_;
 };
 

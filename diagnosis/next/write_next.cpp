@@ -2,9 +2,8 @@
 // The proposal as files: commands that a robot can play, next.json for programs, next.html for people.
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
 
+#include "common/base/write_file.h"
 #include "diagnosis/next/hung_loads.h"
 #include "diagnosis/next/page.h"
 #include "diagnosis/next/propose.h"
@@ -13,12 +12,6 @@ namespace hrp::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
-
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
-}
 
 std::string make_csv(const Experiment& e, const Commands& commands) {
   std::string text = "time";
@@ -101,12 +94,12 @@ void write_next(const Experiment& experiment, const Next& next, const std::strin
   const fs::path out = fs::path(folder) / "next";
   fs::remove_all(out);
   fs::create_directories(out);
-  for (const Proposal& p : next.proposals) write_text(out / p.file, make_csv(experiment, p.commands));
+  for (const Proposal& p : next.proposals) write_file(out / p.file, make_csv(experiment, p.commands));
   std::vector<std::string> joints;
   for (int j = 0; j < experiment.num_joints(); ++j) joints.push_back(experiment.robot.tree.joint(j).name);
   const Json json = make_json(next, joints);
-  write_text(out / "next.json", json.dump(1) + "\n");
-  write_text(out / "next.html", make_next_page(json, experiment.robot.tree.name));
+  write_file(out / "next.json", json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file(out / "next.html", make_next_page(json, experiment.robot.tree.name));
 }
 
 std::string propose_next(const Experiment& experiment, const std::string& folder, const Json& report, const NextOptions& options,

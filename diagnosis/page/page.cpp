@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <vector>
 
+#include "common/base/write_file.h"
 #include "diagnosis/page/checks.h"
 #include "diagnosis/page/lead.h"
 #include "diagnosis/page/plots.h"
@@ -366,9 +365,7 @@ std::string make_html_report(const json& report, const json& series) {
 }
 
 void write_html_report(const json& report, const json& series, const std::string& path) {
-  std::ofstream file(path, std::ios::binary);
-  file << make_html_report(report, series);
-  if (!file.flush()) throw std::runtime_error("cannot write " + path);
+  write_file(path, make_html_report(report, series));
 }
 
 }  // namespace hrp::diagnosis

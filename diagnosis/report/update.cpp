@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <sstream>
-#include <stdexcept>
 
+#include "common/base/write_file.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/report/first.h"
@@ -20,16 +19,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Names of files and of columns may hold bytes of another encoding than UTF-8, which JSON does not know.
+std::string print(const Json& value, int indent = -1) { return value.dump(indent, ' ', false, Json::error_handler_t::replace); }
+
+nlohmann::json copy(const Json& value) { return nlohmann::json::parse(print(value)); }
+
 // Light soles below a bush chatter on a hard floor without a margin (docs/scenario.md).
 constexpr const char* kSoftContact = "contact: {margin: 0.001}\n";
 constexpr int kExact = 10;  // digits of times and commands that are replayed
-
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.flush();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
-}
 
 // The experiment's text in parts: what stays as it is, what it has under `effects:`, and the top-level keys of both.
 struct ScenarioText {
@@ -323,13 +320,13 @@ void write_exports(const fs::path& folder) {
     write_take_home(folder.string());
   } catch (const std::exception& error) {
     fs::create_directories(folder / "export");
-    write_text(folder / "export" / "README.txt", std::string("Nothing was exported: ") + error.what() + "\n");
+    write_file(folder / "export" / "README.txt", std::string("Nothing was exported: ") + error.what() + "\n");
   }
 }
 
 std::string write_updated(const Experiment& e, const nlohmann::json& report, const std::string& urdf, const fs::path& folder) {
   fs::create_directories(folder);
-  write_text(folder / "robot.urdf", urdf.empty() ? e.robot.urdf : urdf);
+  write_file(folder / "robot.urdf", urdf.empty() ? e.robot.urdf : urdf);
   const Recording* replayed = &find_replayed(e);
   const std::string servos = make_servos(report.at("findings")), start = make_start(e, *replayed);
   std::set<std::string> also;
@@ -339,18 +336,18 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   std::string tail = start;
   const std::string motion = make_motion(e, *replayed);
   if (!motion.empty()) {
-    write_text(folder / "motion.csv", motion);
+    write_file(folder / "motion.csv", motion);
     tail += "controller: {motion: motion.csv}\n";
   }
   tail += make_steps(e, *replayed);
   if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) tail += kSoftContact;
-  write_text(folder / "nominal.yaml", head + parts.kept + tail + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
+  write_file(folder / "nominal.yaml", head + parts.kept + tail + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
   const fs::path path = folder / "scenario.yaml";
   if (!servos.empty()) also.insert({"servo", "perfect_joints"});
   const std::string kept = split(e.scenario.text, also).kept;
   std::string text = head + kept + servos + tail;
   text += make_effects(text, parts.effects, list_effects(report), e, path.string());
-  write_text(path, text);
+  write_file(path, text);
   write_exports(folder);
   return text;
 }
@@ -365,25 +362,21 @@ std::string make_scenario_text(const Experiment& e, const nlohmann::json& effect
 }
 
 void write_first_report(const std::string& folder, const Reports& reports) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
-  write_text(fs::path(folder) / "report.json", reports.report.dump(1) + "\n");
-  write_html_report(nlohmann::json::parse(reports.report.dump()), nlohmann::json::parse(reports.series.dump()),
+  prepare_folder(folder);
+  write_file(fs::path(folder) / "report.json", print(reports.report, 1) + "\n");
+  write_html_report(copy(reports.report), copy(reports.series),
                     (fs::path(folder) / "report.html").string());
 }
 
 void write_reports(const Experiment& e, const std::string& folder, Reports reports) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw std::runtime_error(folder + ": cannot be made: " + error.message());
-  const nlohmann::json report = nlohmann::json::parse(reports.report.dump());
+  prepare_folder(folder);
+  const nlohmann::json report = copy(reports.report);
   const std::string text = write_updated(e, report, reports.urdf, fs::path(folder) / "updated");
   const Recording& replayed = find_replayed(e);
   std::string replays = replayed.spec.file;
   if (!is_whole_file(replayed)) {
     replays = fs::absolute(fs::path(folder) / "updated" / "recorded.csv").string();
-    write_text(replays, make_recorded(e, replayed));
+    write_file(replays, make_recorded(e, replayed));
   }
   reports.series["updated"] = {
       {"folder", "updated"},
@@ -391,9 +384,9 @@ void write_reports(const Experiment& e, const std::string& folder, Reports repor
       {"text", text},
       {"replays", replays},
       {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
-  write_text(fs::path(folder) / "report.json", reports.report.dump(1) + "\n");
-  write_text(fs::path(folder) / "series.json", reports.series.dump() + "\n");
-  write_html_report(report, nlohmann::json::parse(reports.series.dump()), (fs::path(folder) / "report.html").string());
+  write_file(fs::path(folder) / "report.json", print(reports.report, 1) + "\n");
+  write_file(fs::path(folder) / "series.json", print(reports.series) + "\n");
+  write_html_report(report, copy(reports.series), (fs::path(folder) / "report.html").string());
 }
 
 }  // namespace hrp::diagnosis

@@ -245,7 +245,10 @@ void choose_laws(StandProblems* problems) {
                                 &problems->wide_odd};
   std::vector<double> shared, noise[2];  // by channel; the noise with logs and with laws
   for (const bool law : {false, true}) {
-    for (StandProblem* p : each) p->law.assign(joints, law);
+    for (StandProblem* p : each) {
+      p->law.assign(joints, false);
+      for (size_t j = 0; j < joints && law; ++j) p->law[j] = both[j];  // without commands there is no law
+    }
     const std::array<Evaluation, 4> halves{evaluate(problems->even, {}), evaluate(problems->odd, {}),
                                            evaluate(problems->wide_even, {}), evaluate(problems->wide_odd, {})};
     StandJudge judge(all);

@@ -76,7 +76,9 @@ std::vector<double> Scanner::read_numbers(const Element& element, const std::str
 void Scanner::scan_origin(const Element& parent, const std::string& owner) {
   const Element* origin = parent.FirstChildElement("origin");
   if (origin == nullptr) return;
-  read_numbers(*origin, owner, "xyz", 3, false);
+  for (double v : read_numbers(*origin, owner, "xyz", 3, false)) {
+    if (std::abs(v) > kLargestSize) return error(*origin, owner, "is further away than 10 km; expected metres");
+  }
   read_numbers(*origin, owner, "rpy", 3, false);
 }
 

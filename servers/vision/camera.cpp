@@ -40,7 +40,7 @@ Vector3d calc_pixel_direction(const Pinhole& pinhole, double u, double v) {
 }
 
 void take_picture(const CameraSpec& camera, const Transform& X_WO, const VisibleWorld& world, const RayCaster& caster,
-                  const NoiseKey& noise, Picture* picture) {
+                  const NoiseKey& noise, CameraPicture* picture) {
   const Pinhole pinhole = make_pinhole(camera);
   const size_t pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
   picture->rgb.resize(camera.color ? 3 * pixels : 0);

@@ -22,7 +22,7 @@ Pinhole make_pinhole(const CameraSpec& camera);
 Vector3d calc_pixel_direction(const Pinhole& pinhole, double u, double v);
 
 // Row by row from the top.
-struct Picture {
+struct CameraPicture {
   std::vector<uint8_t> rgb;  // three a pixel; empty for a camera without color
   std::vector<float> depth;  // [m] along the optical axis, +inf where nothing is seen; empty for a camera without depth
 };
@@ -36,6 +36,6 @@ struct NoiseKey {
 
 // X_WO: optical frame. `caster` has the shapes where they are in `world`.
 void take_picture(const CameraSpec& camera, const Transform& X_WO, const VisibleWorld& world, const RayCaster& caster,
-                  const NoiseKey& noise, Picture* picture);
+                  const NoiseKey& noise, CameraPicture* picture);
 
 }  // namespace hrp

@@ -198,7 +198,7 @@ void VisionNode::send(View<Message>* view) {
   sample.bytes().assign(bytes.data, bytes.data + bytes.size);
 }
 
-void VisionNode::publish_camera(const CameraSpec& camera, const Picture& picture, double time, SensorViews* views) {
+void VisionNode::publish_camera(const CameraSpec& camera, const CameraPicture& picture, double time, SensorViews* views) {
   for (auto& view : views->info) {
     set_camera_info(camera, time, &view.message);
     send(&view);

@@ -58,7 +58,7 @@ class VisionNode : public NodeBase {
   int find_depth() const;
   void update_readers();
   void publish(const LookDone& done);
-  void publish_camera(const CameraSpec& camera, const Picture& picture, double time, SensorViews* views);
+  void publish_camera(const CameraSpec& camera, const CameraPicture& picture, double time, SensorViews* views);
   template <typename Message>
   void send(View<Message>* view);
   template <typename Visit>

@@ -20,7 +20,7 @@ struct Look {
 };
 
 struct LookResult {
-  std::vector<Picture> pictures;  // of each camera; those that did not look keep what they had
+  std::vector<CameraPicture> pictures;  // of each camera; those that did not look keep what they had
   std::vector<Points> scans;      // of each lidar
 };
 

@@ -42,12 +42,12 @@ void set_camera_info(const CameraSpec& camera, double time, RosCameraInfo* ros) 
   ros->p({pinhole.f, 0, pinhole.cx, 0, 0, pinhole.f, pinhole.cy, 0, 0, 0, 1, 0});
 }
 
-void set_color_image(const CameraSpec& camera, const Picture& picture, double time, RosImage* ros) {
+void set_color_image(const CameraSpec& camera, const CameraPicture& picture, double time, RosImage* ros) {
   set_image(camera, "rgb8", 3, time, ros);
   ros->data() = picture.rgb;
 }
 
-void set_depth_image(const CameraSpec& camera, const Picture& picture, double time, RosImage* ros) {
+void set_depth_image(const CameraSpec& camera, const CameraPicture& picture, double time, RosImage* ros) {
   set_image(camera, "32FC1", sizeof(float), time, ros);
   set_bytes(picture.depth, &ros->data());
 }

@@ -16,9 +16,9 @@ using RosPointCloud = ::sensor_msgs::msg::dds_::PointCloud2_;
 // `time` [s]: simulated.
 void set_camera_info(const CameraSpec& camera, double time, RosCameraInfo* ros);
 // rgb8.
-void set_color_image(const CameraSpec& camera, const Picture& picture, double time, RosImage* ros);
+void set_color_image(const CameraSpec& camera, const CameraPicture& picture, double time, RosImage* ros);
 // 32FC1.
-void set_depth_image(const CameraSpec& camera, const Picture& picture, double time, RosImage* ros);
+void set_depth_image(const CameraSpec& camera, const CameraPicture& picture, double time, RosImage* ros);
 void set_points(const LidarSpec& lidar, const Points& points, double time, RosPointCloud* ros);
 
 }  // namespace hrp

@@ -204,6 +204,31 @@ TEST(ExperimentKeys, NoiseIsANumberWhoseSquareIsOne) {
   }
 }
 
+TEST(ExperimentKeys, NoiseIsOfAQuantityOrOfASensor) {
+  EXPECT_EQ(find_complaint_of_keys(".", "noise: {effort: 1, /imu/waist: 1e-3, /joint_states/knee/position: 1e-4}\n"), "");
+  EXPECT_THAT(find_complaint_of_keys(".", "noise: {postion: 1e-3}\n"), HasSubstr(":3:9: error: noise.postion: expected position, velocity, effort, or"));
+}
+
+TEST(ExperimentKeys, ARateIsMoreThanZero) {
+  EXPECT_EQ(find_complaint_of_keys(".", "sample_rate: 250\n"), "");
+  for (const std::string rate : {"0", "-5", ".nan", ".inf", "1e300", "often", "[1]"}) {
+    EXPECT_THAT(find_complaint_of_keys(".", "sample_rate: " + rate + "\n"), HasSubstr(":3:14: error: sample_rate: expected a rate of more than 0 Hz"));
+  }
+}
+
+TEST(Scenario, TextThatIsNotUtf8IsNamedWithItsPlace) {
+  const std::string text = "name: x\nnotes: caf";
+  EXPECT_EQ(parse_scenario(std::string(kGood) + "notes: caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x99\x82\n", "s.yaml").path, "s.yaml");
+  for (const std::string bad : {"\xe9", "\xc3", "\xff", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\x80"}) {
+    try {
+      parse_scenario(text + bad + "\n", "s.yaml");
+      ADD_FAILURE() << "accepted";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("s.yaml:2:11: error: byte "));
+    }
+  }
+}
+
 TEST(Scenario, DiagnosticOfALaterCheckPointsAtTheKey) {
   const Scenario s = parse_scenario(kGood, "/dir/test.yaml");
   EXPECT_EQ(s.make_diagnostic("servo.joints.knee", "x").line, 8);

@@ -32,6 +32,7 @@ struct Body {
   Hypothesis hidden;
   double nod = 0, scale = 1, shake = 0;  // [rad] to both sides; of the gyroscope's readings
   double log = 0, bias = 0;              // [N m] deviation and bias of logged efforts; commands are then recorded
+  bool untold = false;                   // but not those of the first arm
 };
 
 class Stander {
@@ -49,6 +50,9 @@ class Stander {
         if (body.log > 0) p_.all.recordings[r].command[j] = average(even.command[j], odd.command[j]);
       }
     }
+    for (StandProblem* p : {&p_.all, &p_.even, &p_.odd}) {
+      if (body.untold) drop_commands(p);
+    }
     p_.wide_even = p_.even, p_.wide_odd = p_.odd;
     if (body.log > 0) choose_laws(&p_);
   }
@@ -57,6 +61,12 @@ class Stander {
   StandProblem get_problem() const { return p_.all; }
 
  private:
+  static void drop_commands(StandProblem* p) {
+    p->command[1] = false;
+    for (StandRecording& r : p->recordings) r.command[1] = {};
+    p->noise.assign(list_channels(*p).size(), kNoise);
+  }
+
   static std::vector<double> average(std::vector<double> a, const std::vector<double>& b) {
     for (size_t k = 0; k < a.size(); ++k) a[k] = 0.5 * (a[k] + b[k]);
     return a;
@@ -299,6 +309,15 @@ TEST(StandingSearch, TakesTheServosLawWhereItAgreesWithANoisyLog) {
   EXPECT_TRUE(is_named(biased, EffectId::kSensorBias, at_sensor(1, Reading::kEffort))) << "a log that is wrong is still seen";
   EXPECT_FALSE(Stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0, 3.0}).get_problem().law[1])
       << "which of the two is wrong is then open";
+}
+
+// One recording without the commands of one joint: its law was tried, too, and read columns that are not there.
+TEST(StandingSearch, AJointWithoutCommandsHasNoLawAndTheOthersHaveTheirs) {
+  const auto dry = [](double, double v, double, size_t) { return 0.03 * (v > 0 ? 1.0 : -1.0); };
+  const Arm arm{{0.5, 0.5, 0.5}, dry};
+  const std::vector<bool> law = Stander({arm, arm}, {{}, 0, 1, 0, 1.0, 0, true}).get_problem().law;
+  EXPECT_FALSE(law[1]);
+  EXPECT_TRUE(law[2]);
 }
 
 TEST(StandingSearch, FindsNothingInNoise) {

@@ -2,9 +2,14 @@
 """hrp-diagnose on broken experiments: exit status 2 with file, line and column, or a verdict; never a crash, never a
 status of its own. Run as: malformed_experiment_test.py BIN_DIR. Makes its experiments itself (a pendulum by explicit
 steps), so that no other program is needed."""
+import gzip
+import json
 import math
 import pathlib
+import random
 import re
+import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -74,7 +79,7 @@ class Malformed(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for name, text in files.items():
                 (pathlib.Path(folder) / name).write_bytes(text if isinstance(text, bytes) else text.encode())
-            run = subprocess.run([BIN / "hrp-diagnose", f"{folder}/experiment.yaml", "--out", f"{folder}/out"], capture_output=True, text=True, timeout=110)
+            run = subprocess.run([BIN / "hrp-diagnose", f"{folder}/experiment.yaml", "--out", f"{folder}/out"], capture_output=True, text=True, errors="replace", timeout=110)
             report = pathlib.Path(folder, "out", "report.json")
             return run.returncode, run.stdout + run.stderr, report.read_text() if report.exists() else ""
 
@@ -253,8 +258,155 @@ class Malformed(unittest.TestCase):
     def test_no_recordings_at_all_are_named(self):
         self.refused("experiment.yaml", "recordings", yaml=YAML.split("recordings")[0])
 
+    def train(self, change):
+        """Another text of train_1.csv."""
+        return lambda f: f.update({"train_1.csv": change(f["train_1.csv"])})
+
     def test_bytes_of_another_kind_are_refused(self):
-        self.refused("train_1.csv", change=lambda f: f.update({"train_1.csv": bytes(range(256)) * 40}))
+        for bad in (bytes(range(256)) * 40, bytes(100000), random.Random(1).randbytes(200000), gzip.compress(make_csv(ROWS["train_1.csv"]).encode()),
+                    make_csv(ROWS["train_1.csv"]).encode("utf-16")):
+            self.refused(r"train_1.csv:1: error: is no text: byte \d+ at place \d+ of its header", change=self.train(lambda _: bad))
+
+    def test_names_in_another_encoding_make_a_report(self):
+        rows = make_csv([r + [float(k)] for k, r in enumerate(ROWS["train_1.csv"])], HEAD + ["/joint_states/kn\xe9/position"]).encode("latin-1")
+        status, text, report = self.run_tool(change=self.train(lambda _: rows))
+        self.assertEqual(status, 0, text)
+        self.assertIn("joints that the model does not have were left out: kn\ufffd", json.dumps(json.loads(report), ensure_ascii=False))
+
+    def test_an_experiment_in_another_encoding_is_named_with_its_line(self):
+        self.refused("experiment.yaml:11:17: error: byte 233 is not UTF-8", yaml=(YAML + "description: caf\xe9\n").encode("latin-1"))
+
+    def test_cells_that_no_comma_separates_are_named(self):
+        self.refused("train_1.csv:1: error: its header has semicolons and no comma", change=self.train(lambda t: t.replace(",", ";")))
+        self.refused("train_1.csv:1: error: its header has tabs and no comma", change=self.train(lambda t: t.replace(",", "\t")))
+        self.refused("train_1.csv:1: error: its lines end with CR alone", change=self.train(lambda t: t.replace("\n", "\r")))
+
+    def test_a_missing_header_is_named(self):
+        self.refused("train_1.csv:1:1: error: '0' stands where a header is expected", change=self.train(lambda t: t.split("\n", 1)[1]))
+
+    def test_a_header_of_very_many_columns_is_read_in_time(self):
+        self.refused("train_1.csv:1: error: holds no samples", change=self.train(lambda _: ",".join(f"c{i}" for i in range(60000)) + "\n"))
+
+    def with_cell(self, column, value, row=100):
+        rows = [list(r) for r in ROWS["train_1.csv"]]
+        rows[row][column] = value
+        return self.train(lambda _: make_csv(rows))
+
+    def test_numbers_that_no_sensor_reads_are_named_with_line_and_value(self):
+        for column in range(1, 6):
+            for value in (1e300, -1.7e308):
+                self.refused(rf"train_1.csv:102:{column + 1}: error: {HEAD[column]}: is {re.escape(f'{value:.4g}')}: expected at most 1e\+12", change=self.with_cell(column, value))
+
+    def test_a_strange_column_of_huge_numbers_is_left_out(self):
+        rows = [r + [1e300] for r in ROWS["train_1.csv"]]
+        _, _, report = self.answered(change=self.train(lambda _: make_csv(rows, HEAD + ["/imu/waist/gyro/x"])))
+        self.assertIn("train_1.csv:2:7: warning: /imu/waist/gyro/x: is 1e+300: expected at most 1e+12 in SI units; the column is left out", report)
+
+    def test_a_command_far_beyond_the_limits_is_named_with_its_time(self):
+        _, _, report = self.answered(change=self.with_cell(1, 1e6))
+        self.assertIn("/joint_commands/one/position is 1e+06 at 0.4 s, far beyond the joint's limits of 3 rad", report)
+
+    def test_traces_of_numbers_are_no_readings(self):
+        self.refused("train_1.csv:1:4:", "throughout", change=self.scaled(1, 1, 1, 1e-300, 1, 1))
+        _, _, report = self.answered(change=self.scaled(1, 1, 1, 1, 1e-300, 1e-300))
+        for quantity in ("velocity", "effort"):
+            self.assertIn(f"/joint_states/one/{quantity} never changes: taken as not recorded", report)
+
+    def test_times_in_another_unit_are_named_with_what_was_expected(self):
+        for factor, words in ((1e3, "4 s apart.*milliseconds"), (1e6, "4000 s apart.*microseconds"), (1e9, r"4e\+06 s apart.*nanoseconds"),
+                              (1e-6, "4e-09 s apart.*in which unit"), (1e-300, "4e-303 s apart.*in which unit"), (1e300, r"4e\+297 s apart")):
+            self.refused("train_1.csv:3:1: error: time: samples stand " + words, change=self.scaled(factor, 1, 1, 1, 1, 1))
+
+    def test_a_clock_that_is_set_within_a_recording_is_named_with_its_line(self):
+        for jump in (86400, 1e9):
+            rows = [[r[0] + (jump if k > 250 else 0)] + r[1:] for k, r in enumerate(ROWS["train_1.csv"])]
+            self.refused("train_1.csv:253:1: error: time: jumps from 1 to ", change=self.train(lambda _: make_csv(rows)))
+        self.refused(r"train_1.csv:103:1: error: time: goes back from 1e\+300 to 0.404 s", change=self.with_cell(0, 1e300))
+
+    def test_a_gap_turns_no_commanded_velocity_into_a_separate_one(self):
+        rows = ROWS["train_1.csv"][:100] + ROWS["train_1.csv"][400:]
+        _, _, report = self.answered(change=self.train(lambda _: make_csv(rows)))
+        self.assertNotIn("not the derivative of the commanded positions", report)
+
+    def test_recordings_of_a_moment_are_answered_with_a_warning(self):
+        self.refused("train_1.csv:1:1: error: time: has 7 different stamps, expected at least 8", change=self.train(lambda t: "\n".join(t.split("\n")[:8]) + "\n"))
+        _, _, report = self.answered(change=self.train(lambda t: "\n".join(t.split("\n")[:9]) + "\n"))
+        self.assertIn("train_1.csv: lasts 0.028 s (8 samples): too short", report)
+
+    def test_noise_that_is_misspelt_or_drowns_everything_is_named(self):
+        self.refused("experiment.yaml:11:9: error: noise.postion: expected position, velocity, effort", yaml=YAML + "noise: {postion: 1e-3}\n")
+        _, _, report = self.answered(yaml=YAML + "noise: {position: 1e9, /imu/waist: 1e-3}\n")
+        self.assertIn("/joint_states/one/position: the stated noise of 1e+09 is more than all its changes, 0.", report)
+        self.assertIn("noise./imu/waist: no recording has such a column or sensor", report)
+
+    def test_a_rate_that_cannot_be_is_named(self):
+        for rate in ("0", "-5", ".nan", "1e300", "often"):
+            self.refused("experiment.yaml:11:14: error: sample_rate: expected a rate of more than 0 Hz", yaml=YAML + f"sample_rate: {rate}\n")
+
+    def test_pushes_beyond_a_recording_are_named(self):
+        for push in ("link: upper, force: [1, 0, 0], start: 100, duration: 1", "start: -5, duration: 1"):
+            _, _, report = self.answered(yaml=YAML.replace("role: train}", "role: train, pushes: [{" + push + "}]}"))
+            self.assertIn("lies beyond the recording's 1.996 s", report)
+
+    def test_a_link_at_the_end_of_the_world_is_named_with_its_line(self):
+        self.refused(r"robot.urdf:4: error: link 'upper' .*is further away than 10 km", urdf=URDF.replace("0 0 -0.2", "0 0 -1e300"))
+
+    def test_options_that_are_no_numbers_are_refused(self):
+        for option in ("--patience", "--seconds"):
+            run = subprocess.run([BIN / "hrp-diagnose", "none.yaml", "--out", "none", "--next", option, "nan"], capture_output=True, text=True, timeout=60)
+            self.assertEqual(run.returncode, 2)
+            self.assertIn(f"{option}: Value nan is no number", run.stderr)
+
+
+class Places(unittest.TestCase):
+    """Where results cannot go."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+        for name, text in {**{name: make_csv(rows) for name, rows in ROWS.items()}, "experiment.yaml": YAML, "robot.urdf": URDF}.items():
+            (self.root / name).write_text(text)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def run_tool(self, out, **arguments):
+        run = subprocess.run([BIN / "hrp-diagnose", self.root, "--out", out], capture_output=True, text=True, timeout=110, **arguments)
+        return run.returncode, run.stderr
+
+    def test_a_place_that_cannot_be_written_is_refused_before_the_work(self):
+        (self.root / "file").write_text("mine")
+        for out, words in ((self.root / "file", "cannot be made"), ("/proc/none", "cannot be made"), ("/proc/self", "nothing can be written in it"),
+                           (self.root / ("y" * 300), "File name too long")):
+            status, text = self.run_tool(out)
+            self.assertEqual(status, 2, text)
+            self.assertRegex(text, f"{out}: error: .*{words}")
+            self.assertNotIn(" s  ", text, "something was computed first")
+        self.assertEqual((self.root / "file").read_text(), "mine")
+
+    def test_a_full_disk_is_named_and_leaves_no_half_of_a_file(self):
+        def limit():  # no file may become larger, as on a full disk
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
+        status, text = self.run_tool(self.root / "out", preexec_fn=limit)
+        self.assertEqual(status, 1, text)
+        self.assertRegex(text, r"out/\S+: cannot be written: File too large")
+        self.assertEqual(list((self.root / "out").rglob("*.part")), [])
+        for file in (self.root / "out").rglob("*.json"):
+            json.loads(file.read_text())
+
+    def test_what_was_killed_leaves_whole_files_and_can_be_run_again(self):
+        for delay in (0.02, 0.05, 0.1, 0.15, 0.2, 0.3):
+            process = subprocess.Popen([BIN / "hrp-diagnose", self.root, "--out", self.root / "out", "--quiet"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                process.wait(delay)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+            for file in (self.root / "out").rglob("*.json"):
+                json.loads(file.read_text())
+        status, text = self.run_tool(self.root / "out")
+        self.assertEqual(status, 0, text)
 
 
 if __name__ == "__main__":

@@ -174,6 +174,8 @@ TEST(RobotLoader, NumbersThatNoRobotHasAreRefusedWithLineAndValue) {
   EXPECT_EQ(find_complaint(with_mass("1e-9")), "");
   const std::string box = std::string(kInertia) + "<collision><geometry><box size='1 1e9 1'/></geometry></collision>";
   EXPECT_THAT(find_complaint(make_link("a", box)), HasSubstr("is larger than 10 km"));
+  const std::string far = "<inertial><origin xyz='0 0 -1e300'/><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
+  EXPECT_THAT(find_complaint(make_link("a", far)), HasSubstr("r.urdf:2: error: link 'a' <origin>: is further away than 10 km"));
   const std::string two = make_link("a") + make_link("b");
   EXPECT_THAT(find_complaint(two + make_joint("j", "revolute", "a", "b", "<limit lower='-1' upper='1' effort='-1' velocity='1'/>")),
               HasSubstr("r.urdf:4: error: joint 'j' <limit>: effort is negative, expected a limit >= 0"));

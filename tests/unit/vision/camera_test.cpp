@@ -21,10 +21,10 @@ size_t at(const CameraSpec& camera, int u, int v) { return static_cast<size_t>(v
 
 TEST(Depth, OfThePlaneIsThatOfItsHeightAndTheTilt) {
   const double h = 1.5, tilt = 0.4;
-  Scene scene("sensors: {camera: {eye: {xyz: [0, 0, 1.5], rpy: [0, 0.4, 0.3], width: 64, height: 48, far: 1000}}}\n");
+  SeenScene scene("sensors: {camera: {eye: {xyz: [0, 0, 1.5], rpy: [0, 0.4, 0.3], width: 64, height: 48, far: 1000}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   const Pinhole pinhole = make_pinhole(camera);
-  const Picture& picture = scene.see(3.0).pictures[0];
+  const CameraPicture& picture = scene.see(3.0).pictures[0];
   int seen = 0;
   for (int v = 0; v < camera.height; ++v) {
     // The camera looks down by `tilt`; a row is y below its middle for each metre ahead. A point at depth z is
@@ -44,10 +44,10 @@ TEST(Depth, OfThePlaneIsThatOfItsHeightAndTheTilt) {
 }
 
 TEST(Depth, OfASlopeIsThatOfItsAngle) {
-  Scene scene("ground: {pitch: -0.3}\nsensors: {camera: {eye: {xyz: [0, 0, 1], width: 32, height: 24}}}\n");
+  SeenScene scene("ground: {pitch: -0.3}\nsensors: {camera: {eye: {xyz: [0, 0, 1], width: 32, height: 24}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   const Pinhole pinhole = make_pinhole(camera);
-  const Picture& picture = scene.see(3.0).pictures[0];
+  const CameraPicture& picture = scene.see(3.0).pictures[0];
   for (int v = 0; v < camera.height; ++v) {
     // The slope rises ahead by tan(0.3): 1 - y z = z tan(0.3).
     const double depth = 1.0 / ((v - pinhole.cy) / pinhole.f + std::tan(0.3));
@@ -84,11 +84,11 @@ std::vector<Eigen::Vector2d> project_corners(const CameraSpec& camera, const Tra
   return points;
 }
 
-void expect_silhouette(Scene* scene) {
+void expect_silhouette(SeenScene* scene) {
   const CameraSpec& camera = scene->maker.cameras()[0];
   const ObstacleSpec& box = scene->scenario.obstacles[0];
   const auto corners = project_corners(camera, box.X_WG, Vector3d(0.4, 0.3, 0.5));
-  const Picture& picture = scene->see(3.0).pictures[0];
+  const CameraPicture& picture = scene->see(3.0).pictures[0];
   int inside = 0;
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
@@ -105,7 +105,7 @@ constexpr char kEye[] = "ground: {type: none}\nsensors: {camera: {eye: {xyz: [-1
 constexpr char kPose[] = "position: [1, 0.1, 0.05], rpy: [0.3, -0.4, 0.7]";
 
 TEST(Silhouette, OfABoxIsTheHullOfItsProjectedCorners) {
-  Scene scene(std::string(kEye) + "obstacles: {box: {size: [0.4, 0.3, 0.5], " + kPose + "}}\n");
+  SeenScene scene(std::string(kEye) + "obstacles: {box: {size: [0.4, 0.3, 0.5], " + kPose + "}}\n");
   expect_silhouette(&scene);
 }
 
@@ -119,14 +119,14 @@ std::string write_box_mesh() {
 }
 
 TEST(Silhouette, OfAMeshIsTheHullOfItsProjectedCorners) {
-  Scene scene(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose + "}}\n");
+  SeenScene scene(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose + "}}\n");
   expect_silhouette(&scene);
 }
 
 TEST(Mesh, LooksAsTheSolidThatItDescribes) {
-  Scene solid(std::string(kEye) + "obstacles: {box: {size: [0.4, 0.3, 0.5], " + kPose + "}}\n");
-  Scene mesh(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose + "}}\n");
-  const Picture &a = solid.see(3.0).pictures[0], &b = mesh.see(3.0).pictures[0];
+  SeenScene solid(std::string(kEye) + "obstacles: {box: {size: [0.4, 0.3, 0.5], " + kPose + "}}\n");
+  SeenScene mesh(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose + "}}\n");
+  const CameraPicture &a = solid.see(3.0).pictures[0], &b = mesh.see(3.0).pictures[0];
   size_t seen = 0;
   for (size_t i = 0; i < a.depth.size(); ++i) {
     if (std::isinf(a.depth[i]) || std::isinf(b.depth[i])) continue;
@@ -138,11 +138,11 @@ TEST(Mesh, LooksAsTheSolidThatItDescribes) {
 }
 
 TEST(Picture, FollowsAMovingLink) {
-  Scene scene("ground: {type: none}\nsensors: {camera: {eye: {xyz: [-3, 0, 0.5], width: 200, height: 150}}}\n");
+  SeenScene scene("ground: {type: none}\nsensors: {camera: {eye: {xyz: [-3, 0, 0.5], width: 200, height: 150}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   const Pinhole pinhole = make_pinhole(camera);
   for (const double turn : {-0.8, 0.0, 0.5, 2.0}) {
-    const Picture& picture = scene.see(turn).pictures[0];
+    const CameraPicture& picture = scene.see(turn).pictures[0];
     const auto nearest = std::min_element(picture.depth.begin(), picture.depth.end()) - picture.depth.begin();
     // The ball is at (cos, sin, 0). The point of it with the least depth is on the line through its middle along the axis.
     const double z = 3.0 + std::cos(turn) - 0.1;
@@ -157,7 +157,7 @@ TEST(Picture, FollowsAMovingLink) {
 }
 
 TEST(Picture, OfACameraOnALinkTurnsWithTheLink) {
-  Scene scene("ground: {type: none}\nobstacles: {wall: {size: [0.2, 20, 20], position: [4.1, 0, 0]}}\n"
+  SeenScene scene("ground: {type: none}\nobstacles: {wall: {size: [0.2, 20, 20], position: [4.1, 0, 0]}}\n"
               "sensors: {camera: {eye: {link: arm, xyz: [0.2, 0, 0], near: 1, width: 33, height: 25}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   for (const double turn : {0.0, 0.4, -0.7}) {
@@ -167,7 +167,7 @@ TEST(Picture, OfACameraOnALinkTurnsWithTheLink) {
 }
 
 TEST(Picture, ShowsMovableObjectsWhereTheyAre) {
-  Scene scene("ground: {type: none}\nobjects: {ball: {shape: sphere, radius: 0.5, mass: 1, position: [3, 0, 0]}}\n"
+  SeenScene scene("ground: {type: none}\nobjects: {ball: {shape: sphere, radius: 0.5, mass: 1, position: [3, 0, 0]}}\n"
               "sensors: {camera: {eye: {near: 1.5, width: 33, height: 25}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   EXPECT_NEAR(scene.see(3.0).pictures[0].depth[at(camera, 16, 12)], 2.5, 3e-7);
@@ -177,17 +177,17 @@ TEST(Picture, ShowsMovableObjectsWhereTheyAre) {
 
 TEST(Picture, HasNothingThatIsNearerThanNearOrFartherThanFar) {
   const std::string world = "ground: {type: none}\nobstacles: {box: {size: [1, 1, 1]}, wall: {size: [1, 9, 9], position: [3.5, 0, 0]}}\n";
-  Scene inside(world + "sensors: {camera: {eye: {near: 0.2, width: 3, height: 3}}}\n");
+  SeenScene inside(world + "sensors: {camera: {eye: {near: 0.2, width: 3, height: 3}}}\n");
   EXPECT_NEAR(inside.see(3.0).pictures[0].depth[4], 0.5, kFloat) << "the housing from inside";
-  Scene beyond(world + "sensors: {camera: {eye: {near: 0.6, width: 3, height: 3}}}\n");
+  SeenScene beyond(world + "sensors: {camera: {eye: {near: 0.6, width: 3, height: 3}}}\n");
   EXPECT_NEAR(beyond.see(3.0).pictures[0].depth[4], 3.0, 3e-7);
-  Scene short_sighted(world + "sensors: {camera: {eye: {near: 0.6, far: 2.9, width: 3, height: 3}}}\n");
+  SeenScene short_sighted(world + "sensors: {camera: {eye: {near: 0.6, far: 2.9, width: 3, height: 3}}}\n");
   EXPECT_TRUE(std::isinf(short_sighted.see(3.0).pictures[0].depth[4]));
 }
 
 TEST(Picture, IsBrighterWhereTheSunMeetsTheSurfaceMoreStraight) {
   // The sun is high: the top of a box is brighter than the side that is turned away, which is not black.
-  Scene scene("ground: {type: none}\nobstacles: {box: {size: [1, 1, 1], position: [2, 0, 0], color: [1, 1, 1]}}\n"
+  SeenScene scene("ground: {type: none}\nobstacles: {box: {size: [1, 1, 1], position: [2, 0, 0], color: [1, 1, 1]}}\n"
               "sensors: {camera: {back: {xyz: [4, 0, 0], rpy: [0, 0, 3.1415927], width: 3, height: 3}, front: {width: 3, height: 3}, top: {xyz: [2, 0, 3], rpy: [0, 1.5707963, 0], width: 3, height: 3}}}\n");
   const auto& pictures = scene.see(3.0).pictures;
   EXPECT_NEAR(pictures[0].rgb[12], 0.4 * 255, 1.0) << "turned away: what comes from all sides";
@@ -208,7 +208,7 @@ double calc_spread(const std::vector<float>& noisy, const std::vector<float>& cl
 
 TEST(DepthNoise, HasTheStatedSpreadAndRepeats) {
   const std::string camera = "{xyz: [0, 0, 3], rpy: [0, 1.5707963, 0], near: 1.5, width: 80, height: 60";
-  Scene scene("sensors: {camera: {clean: " + camera + "}, noisy: " + camera + ", depth_noise: 0.01}}}\nseed: 3\n");
+  SeenScene scene("sensors: {camera: {clean: " + camera + "}, noisy: " + camera + ", depth_noise: 0.01}}}\nseed: 3\n");
   const std::vector<float> first = scene.see(3.0, 7).pictures[1].depth;
   EXPECT_NEAR(calc_spread(first, scene.result.pictures[0].depth), 0.01, 0.01 * 4 / std::sqrt(2.0 * 4800)) << "four standard errors";
   EXPECT_NE(scene.see(3.0, 8).pictures[1].depth, first) << "another step";
@@ -217,9 +217,9 @@ TEST(DepthNoise, HasTheStatedSpreadAndRepeats) {
 
 TEST(Look, GivesTheSameBitsWhateverWasSeenBefore) {
   const std::string world = "sensors: {camera: {eye: {xyz: [-3, 0, 0.5], rpy: [0, 0.1, 0], color_noise: 0.02, depth_noise: 0.01}}}\n";
-  Scene one(world), other(world);
+  SeenScene one(world), other(world);
   for (const double turn : {0.3, -2.0, 1.0}) one.see(turn, 4);
-  const Picture &a = one.see(0.7, 9).pictures[0], &b = other.see(0.7, 9).pictures[0];
+  const CameraPicture &a = one.see(0.7, 9).pictures[0], &b = other.see(0.7, 9).pictures[0];
   EXPECT_EQ(a.rgb, b.rgb);
   EXPECT_EQ(a.depth, b.depth);
 }
@@ -237,15 +237,15 @@ TEST(Look, IsDueAtTheFirstControlStepOfEachPeriod) {
 
 TEST(Visuals, AreTheDrawnShapesWithTheirColoursElseTheCollisionShapes) {
   std::string urdf = kArm;
-  Scene drawn("sensors: {camera: {eye: {}}}\n", urdf);
+  SeenScene drawn("sensors: {camera: {eye: {}}}\n", urdf);
   ASSERT_EQ(drawn.robot.visuals.size(), 1u) << "the ball, not the box of collisions";
   EXPECT_EQ(drawn.robot.visuals[0].shape.kind, ShapeKind::kSphere);
   EXPECT_EQ(drawn.robot.visuals[0].color, Vector3d(0.8, 0.1, 0.1));
   const size_t sphere = urdf.find("<sphere radius=\"0.1\"/>");
-  Scene undrawn("sensors: {camera: {eye: {}}}\n", urdf.replace(sphere, 22, "<mesh filename=\"nowhere.stl\"/>"));
+  SeenScene undrawn("sensors: {camera: {eye: {}}}\n", urdf.replace(sphere, 22, "<mesh filename=\"nowhere.stl\"/>"));
   ASSERT_EQ(undrawn.robot.visuals.size(), 1u);
   EXPECT_EQ(undrawn.robot.visuals[0].shape.kind, ShapeKind::kBox) << "a drawing without its file";
-  EXPECT_TRUE(Scene("").robot.visuals.empty()) << "nobody looks";
+  EXPECT_TRUE(SeenScene("").robot.visuals.empty()) << "nobody looks";
 }
 
 }  // namespace

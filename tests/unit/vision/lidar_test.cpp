@@ -22,7 +22,7 @@ void expect_point(const Vector3d& point, const Vector3d& expected) {
 }
 
 TEST(Lidar, InATowerMeasuresItsWallAtEveryElevation) {
-  Scene scene("ground: {type: none}\nobstacles: {tower: {shape: cylinder, radius: 4, length: 100}}\n"
+  SeenScene scene("ground: {type: none}\nobstacles: {tower: {shape: cylinder, radius: 4, length: 100}}\n"
               "sensors: {lidar: {scan: {columns: 72, rows: 9, elevation: [-0.6, 0.6], range: [1.5, 20]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   const Points& points = scene.see(3.0).scans[0];
@@ -38,7 +38,7 @@ TEST(Lidar, InATowerMeasuresItsWallAtEveryElevation) {
 }
 
 TEST(Lidar, MeasuresABallAndNothingBesideIt) {
-  Scene scene("ground: {type: none}\nobstacles: {ball: {shape: sphere, radius: 1, position: [5, 0, 0]}}\n"
+  SeenScene scene("ground: {type: none}\nobstacles: {ball: {shape: sphere, radius: 1, position: [5, 0, 0]}}\n"
               "sensors: {lidar: {scan: {columns: 101, azimuth: [-0.3, 0.3], range: [1.5, 20]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   const Points& points = scene.see(3.0).scans[0];
@@ -57,7 +57,7 @@ TEST(Lidar, MeasuresABallAndNothingBesideIt) {
 }
 
 TEST(Lidar, MeasuresTheGroundInItsOwnFrame) {
-  Scene scene("sensors: {lidar: {scan: {link: arm, xyz: [0, 0, 2], rpy: [0, 0.1, 0], columns: 8, rows: 1, elevation: [-0.5, -0.5], range: [0.1, 50]}}}\n");
+  SeenScene scene("sensors: {lidar: {scan: {link: arm, xyz: [0, 0, 2], rpy: [0, 0.1, 0], columns: 8, rows: 1, elevation: [-0.5, -0.5], range: [0.1, 50]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   for (const double turn : {0.0, 1.0}) {
     const Points& points = scene.see(turn).scans[0];
@@ -71,7 +71,7 @@ TEST(Lidar, MeasuresTheGroundInItsOwnFrame) {
 TEST(Lidar, SeesNothingOutOfItsRange) {
   const std::string wall = "ground: {type: none}\nobstacles: {wall: {size: [2, 50, 50], position: [6, 0, 0]}}\n";
   const auto measure = [&](const std::string& range) {
-    Scene scene(wall + "sensors: {lidar: {scan: {columns: 1, azimuth: [0, 0], range: " + range + "}}}\n");
+    SeenScene scene(wall + "sensors: {lidar: {scan: {columns: 1, azimuth: [0, 0], range: " + range + "}}}\n");
     return scene.see(3.0).scans[0][0];
   };
   EXPECT_NEAR(measure("[1.5, 5.001]"), 5.0, 5e-7);
@@ -80,7 +80,7 @@ TEST(Lidar, SeesNothingOutOfItsRange) {
 }
 
 TEST(Lidar, GetsLessLightBackFromASurfaceThatItMeetsAskew) {
-  Scene scene("ground: {type: none}\nobstacles: {wall: {size: [1, 50, 50], position: [5, 0, 0], color: [0.5, 0.5, 0.5]}}\n"
+  SeenScene scene("ground: {type: none}\nobstacles: {wall: {size: [1, 50, 50], position: [5, 0, 0], color: [0.5, 0.5, 0.5]}}\n"
               "sensors: {lidar: {scan: {columns: 1, azimuth: [1, 1], range: [1.5, 20]}, ahead: {columns: 1, azimuth: [0, 0], range: [1.5, 20]}}}\n");
   const LookResult& seen = scene.see(3.0);
   EXPECT_NEAR(seen.scans[0][3], 0.5 * std::cos(1.0), 1e-7) << "Lambert";

@@ -11,7 +11,7 @@ namespace {
 
 constexpr char kWorld[] = "sensors: {camera: {eye: {width: 200, height: 150}, other: {width: 4, height: 4}}}\n";
 
-LookJob make_job(uint64_t step, const Scene& scene) {
+LookJob make_job(uint64_t step, const SeenScene& scene) {
   LookJob job;
   job.look = scene.look;
   job.look.step = step;
@@ -27,12 +27,12 @@ std::vector<uint64_t> take_all(LookWorker* worker) {
   return steps;
 }
 
-std::unique_ptr<LookWorker> make_worker(const Scene& scene, LookWorker::Late late) {
+std::unique_ptr<LookWorker> make_worker(const SeenScene& scene, LookWorker::Late late) {
   return std::make_unique<LookWorker>(std::make_unique<PictureMaker>(scene.robot, scene.scenario), late);
 }
 
 TEST(LookWorker, ThatQueuesTakesEveryLookInOrder) {
-  Scene scene(kWorld);
+  SeenScene scene(kWorld);
   const auto worker = make_worker(scene, LookWorker::Late::kQueue);
   for (uint64_t step = 0; step < 20; ++step) EXPECT_EQ(worker->post(make_job(step, scene)), 0u);
   std::vector<uint64_t> all(20);
@@ -41,7 +41,7 @@ TEST(LookWorker, ThatQueuesTakesEveryLookInOrder) {
 }
 
 TEST(LookWorker, ThatDropsCountsWhatItDropsAndTakesTheNewest) {
-  Scene scene(kWorld);
+  SeenScene scene(kWorld);
   const auto worker = make_worker(scene, LookWorker::Late::kDrop);
   size_t dropped = 0;
   for (uint64_t step = 0; step < 1000; ++step) dropped += worker->post(make_job(step, scene));
@@ -54,7 +54,7 @@ TEST(LookWorker, ThatDropsCountsWhatItDropsAndTakesTheNewest) {
 }
 
 TEST(LookWorker, GivesTheBitsOfAPictureThatIsTakenAlone) {
-  Scene scene("sensors: {camera: {eye: {xyz: [-3, 0, 0.5], color_noise: 0.01}}}\n");
+  SeenScene scene("sensors: {camera: {eye: {xyz: [-3, 0, 0.5], color_noise: 0.01}}}\n");
   const auto worker = make_worker(scene, LookWorker::Late::kQueue);
   for (const uint64_t step : {3, 4, 5}) worker->post(make_job(step, scene));
   for (const uint64_t step : {3, 4, 5}) {
@@ -66,7 +66,7 @@ TEST(LookWorker, GivesTheBitsOfAPictureThatIsTakenAlone) {
 }
 
 TEST(LookWorker, SaysWhyAStateOfAnotherRobotCannotBeSeen) {
-  Scene scene(kWorld);
+  SeenScene scene(kWorld);
   const auto worker = make_worker(scene, LookWorker::Late::kQueue);
   LookJob job = make_job(0, scene);
   job.look.state.q.resize(7);

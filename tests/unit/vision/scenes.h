@@ -22,9 +22,9 @@ inline const char kArm[] = R"(<robot name="arm">
   <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>
 </robot>)";
 
-struct Scene {
+struct SeenScene {
   // `world`: YAML beside the robot: sensors, ground, obstacles.
-  explicit Scene(const std::string& world, const std::string& urdf = kArm)
+  explicit SeenScene(const std::string& world, const std::string& urdf = kArm)
       : scenario(parse_scenario("robot: arm.urdf\nbase: fixed\nservo: {default: {kp: 1, kd: 1}}\n" + world, "scene.yaml")),
         robot(parse_robot(urdf, "arm.urdf", scenario)),
         maker(robot, scenario) {

@@ -36,7 +36,7 @@ Vector3d find_nearest_point(const RosImage& depth, const RosCameraInfo& info) {
 }
 
 TEST(CameraMessages, PutAPixelWhereItIsInTheOpticalFrame) {
-  Scene scene(kWorld);
+  SeenScene scene(kWorld);
   RosImage depth;
   RosCameraInfo info;
   const CameraSpec& camera = scene.maker.cameras()[0];
@@ -48,11 +48,11 @@ TEST(CameraMessages, PutAPixelWhereItIsInTheOpticalFrame) {
 }
 
 TEST(CameraMessages, HaveSizesEncodingsFramesAndStamps) {
-  Scene scene(kWorld);
+  SeenScene scene(kWorld);
   RosImage color, depth;
   RosCameraInfo info;
   const CameraSpec& camera = scene.maker.cameras()[0];
-  const Picture& picture = scene.see().pictures[0];
+  const CameraPicture& picture = scene.see().pictures[0];
   set_color_image(camera, picture, 1.25, &color);
   set_depth_image(camera, picture, 1.25, &depth);
   set_camera_info(camera, 1.25, &info);
@@ -72,7 +72,7 @@ TEST(CameraMessages, HaveSizesEncodingsFramesAndStamps) {
 }
 
 TEST(LidarMessages, HaveThePointsOfTheScan) {
-  Scene scene(kWorld);
+  SeenScene scene(kWorld);
   RosPointCloud cloud;
   const LidarSpec& lidar = scene.maker.lidars()[0];
   const Points points = scene.see().scans[0];
@@ -91,7 +91,7 @@ TEST(LidarMessages, HaveThePointsOfTheScan) {
 }
 
 TEST(SensorFrames, HangFromTheirLinks) {
-  Scene scene(kWorld);
+  SeenScene scene(kWorld);
   const auto fixed = FrameTree(scene.robot.tree).make_fixed(scene.scenario.sensors);
   ASSERT_EQ(fixed.size(), 2u) << "the robot has no fixed links of its own";
   EXPECT_EQ(fixed[0].parent, "arm");

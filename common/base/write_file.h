@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Results on a disk that may be full, and in folders that may not be written.
+#pragma once
+
+#include <string>
+
+namespace hrp {
+
+// The whole text, or the file as it was: a program that is killed, or a full disk, leaves no half of it. Throws
+// std::runtime_error with path and reason.
+void write_file(const std::string& path, const std::string& text);
+
+// Makes the folder, and tries whether files can be made in it: before the work whose results go there. Throws InputError.
+void prepare_folder(const std::string& folder);
+
+}  // namespace hrp
