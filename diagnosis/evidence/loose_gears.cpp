@@ -20,9 +20,11 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kQuiet = 2.0;  // times the noise, below which a rigid gear is good enough
-// Of the squares that a rigid gear leaves. Textures of friction and its fading leave as much, and another law takes some
-// of that: in single recordings up to a half, in others it adds.
-constexpr double kLoose = 0.7, kEach = 0.95;
+// Of the squares that a rigid gear leaves, in training and in held-out recordings: up to which a loose one predicts
+// better, and up to which it is named. Textures of friction and its fading leave as much as small give does; a spring
+// and a damper more take up to a third of that.
+constexpr double kLoose = 0.7, kNamed = 0.5;
+constexpr double kEach = 0.95;        // the same, of a single recording
 constexpr double kAlike = 1.1;        // of the squares: two transmissions do as well
 constexpr double kPromising = 0.85;   // of the squares after a few steps: worth fitting to the end
 constexpr int kIterations = 6, kTryIterations = 3, kWholeIterations = 2;
@@ -126,7 +128,8 @@ class Gear {
     LooseGear gear;
     gear.joint = loose[best], gear.at = at_, gear.std = find_deviations(loose[best]);
     const double rigid = get_held(own_), held = get_held(loose[best]), nothing = get_held({});
-    gear.left = held / rigid, gear.share = std::clamp((rigid - held) / std::max(nothing, rigid), 0.0, 1.0);
+    gear.left = held / rigid, gear.named = std::max(gear.left, get_cost(loose[best]) / get_cost(own_)) < kNamed;
+    gear.share = std::clamp((rigid - held) / std::max(nothing, rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
       const bool contains_it = loose[i][at_].p.size() > loose[best][at_].p.size();  // play of no width
       if (i != best && !contains_it && get_cost(loose[i]) < kAlike * get_cost(loose[best])) gear.rival = loose[i][at_];
@@ -222,6 +225,7 @@ std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, 
   *model = best;
   std::vector<Finding> findings;
   for (const LooseGear& gear : gears) {
+    if (!gear.named) continue;
     findings.push_back(tell(*problem.experiment, gear));
     progress("    " + findings.back().statement);
   }

@@ -20,6 +20,7 @@ struct LooseGear {
   std::vector<double> std;  // of its parameters, from recording to recording
   double left = 1.0;        // of the squares that the rigid gear leaves on recordings it was not fitted to
   double share = 0.0;       // of what nothing at this joint leaves there
+  bool named = false;       // else it only helps to predict
   std::optional<Effect> rival;  // another transmission that does nearly as well
   const Effect& law() const { return joint[at]; }
 };
@@ -32,7 +33,8 @@ std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis
 // One after the other, each beside those before. Their joints' effects take the place of the model's.
 std::vector<LooseGear> find_all_loose_gears(const Problem& problem, Hypothesis* model);
 
-// Puts those into a model that predict held-out recordings of the whole robot better, and tells of them.
+// Puts them into a model where held-out recordings of the whole robot are predicted better with them, and tells of those
+// that are named.
 std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, Trial* model,
                                   const std::function<void(const std::string&)>& progress);
 

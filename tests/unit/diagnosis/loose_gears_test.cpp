@@ -39,6 +39,7 @@ TEST(LooseGears, PlayOfTenMilliradiansIsToldWithItsGap) {
   EXPECT_NEAR(found[0].law().p[0], 0.01, 1.96 * found[0].std[0] + 2e-4);  // a sample of the encoder's rounding beside
   EXPECT_LT(found[0].std[0], 0.002);
   EXPECT_LT(found[0].left, 0.3);
+  EXPECT_TRUE(found[0].named);
 }
 
 TEST(LooseGears, AShaftThatGivesIsToldWithItsStiffness) {
