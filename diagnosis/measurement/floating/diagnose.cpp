@@ -14,6 +14,7 @@
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations.h"
 #include "diagnosis/measurement/floating/imu_rows.h"
+#include "diagnosis/measurement/floating/joint_turns.h"
 #include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/remaining.h"
@@ -214,13 +215,6 @@ class Reporter {
     add_alternative(EffectId::kMassError, {{"link", log_.tree.links[0].name}}, kMotion, zero);
   }
 
-  bool is_above_foot(int link, const Foot& foot) const {
-    for (int l = foot.link; l >= 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
-      if (l == link) return true;
-    }
-    return false;
-  }
-
   // Feet that stay in their places see a slope, a misaligned IMU, and zeros of all legs together as the same constant. Only
   // feet that have turned on the ground tell them apart.
   void add_zeros_for_slope(Finding* slope) const {
@@ -238,7 +232,7 @@ class Reporter {
     const bool slopes = std::any_of(o_.effects.begin(), o_.effects.end(), [](const FoundEffect& f) { return f.effect.effect == EffectId::kGroundSlope; });
     if (contacts_.walks || !slopes) return;
     for (const Foot& foot : log_.feet) {
-      if (foot.flat && foot.link > 0 && !is_above_foot(joint + 1, foot)) add_alternative(EffectId::kJointOffset, {{"joint", log_.tree.joint(foot.link - 1).name}}, "the robot on ground that is level", zero);
+      if (foot.flat && foot.link > 0 && !is_above(log_.tree, joint + 1, foot.link)) add_alternative(EffectId::kJointOffset, {{"joint", log_.tree.joint(foot.link - 1).name}}, "the robot on ground that is level", zero);
     }
   }
 

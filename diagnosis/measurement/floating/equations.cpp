@@ -125,12 +125,7 @@ class EquationMaker {
     return true;
   }
 
-  bool is_above(int link, int foot_link) const {
-    for (int l = foot_link; l >= 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
-      if (l == link) return true;
-    }
-    return false;
-  }
+  bool is_above(int link, int carried) const { return floating::is_above(log_.tree, link, carried); }
 
   std::vector<int> list_link_columns(int from) const {
     std::vector<int> out;

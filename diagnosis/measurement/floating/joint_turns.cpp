@@ -3,16 +3,17 @@
 
 namespace hrp::diagnosis::floating {
 
+bool is_above(const TreeSpec& tree, int link, int carried) {
+  for (int l = carried; l >= 0; l = tree.links[static_cast<size_t>(l)].parent) {
+    if (l == link) return true;
+  }
+  return false;
+}
+
 bool may_bend(const LeggedLog& log, int joint) {
-  const auto is_beyond = [&](int link) {
-    for (; link >= 0; link = log.tree.links[static_cast<size_t>(link)].parent) {
-      if (link == joint + 1) return true;
-    }
-    return false;
-  };
   bool carries = false;
   for (const Foot& foot : log.feet) {
-    if (!is_beyond(foot.link)) continue;
+    if (!is_above(log.tree, joint + 1, foot.link)) continue;
     if (foot.sensor < 0 || !log.sensors[static_cast<size_t>(foot.sensor)].has_wrench()) return false;
     carries = true;
   }

@@ -21,6 +21,9 @@ struct JointTurn {
   std::vector<std::pair<int, double>> columns;
 };
 
+// Whether a link carries another one, or is it.
+bool is_above(const TreeSpec& tree, int link, int carried);
+
 // Whether all that the joint passes on is known, so that the moment about other axes than its own is: a leg that ends in a
 // sensor of six axes.
 bool may_bend(const LeggedLog& log, int joint);
