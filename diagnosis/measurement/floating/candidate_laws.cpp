@@ -12,6 +12,7 @@ namespace {
 constexpr double kRigidTilt = 2e-5;    // [rad/(N m)] of ground and sole that are taken as rigid: above 5e4 N m/rad
 constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sinks by 1 mm
 constexpr double kLargestAngle = 0.5;  // [rad] up to which columns of small angles are taken
+constexpr double kStiffAxis = 0.5;     // of the give about one axis, by which noise may turn that about the other negative
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
   Estimate e;
@@ -151,7 +152,7 @@ const CandidateLaw& get_bend_law() {
         }
         return out;
       },
-      [](const Candidate&, const Eigen::VectorXd& x, double) { return x.maxCoeff() > 0 && x.minCoeff() > -0.5 * x.maxCoeff(); }, nullptr,
+      [](const Candidate&, const Eigen::VectorXd& x, double) { return x.maxCoeff() > 0 && x.minCoeff() > -kStiffAxis * x.maxCoeff(); }, nullptr,
       "what carries the joint bends about an axis across it"};
   return law;
 }

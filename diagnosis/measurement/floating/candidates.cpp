@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMounting = 0.01;    // [rad] to which force sensors are screwed on
 constexpr double kSpringShare = 0.02;  // of a joint's torque's spread that a spring must give: rigid models miss a little that follows the position
-constexpr double kInstant = 0.1;       // of a period, to which it is known when one row's sensors are read
+constexpr double kInstant = 0.1;       // of a period: within it, nobody knows when the sensors of one row were read
 constexpr double kThick = 0.03;        // [m] of housings about joints, at least
 constexpr double kSmallScale = 0.005;  // a factor nearer to 1 than this is within what scales and models are known to
 
@@ -35,7 +35,8 @@ class Lister {
   }
 
  private:
-  // Physics that the table does not hold, each as freely as an equation can tell it: what they explain better is no effect's.
+  // Free laws: physics outside the table, with as many coefficients as equations can tell. No effect is named for what they
+  // explain better.
   void add_unlisted() {
     const auto add_all = [&](const CandidateLaw& law, const Where& where, int place, int first, int count) {
       Candidate free;

@@ -30,10 +30,10 @@ struct Candidate {
   double extent = 1e9;
   bool vector = false;       // coefficients are three axes of one quantity
   std::string unit;          // of parameters that have that of a sensor's reading
-  double known = 0;          // of the first coefficients: to what clocks and mountings are known; what as little explains is nothing
+  double known = 0;          // how well clocks and mountings are known: what a smaller error of one explains is no mismatch
   double worth = 0;          // share of an equation's spread that it must take away
   double lever = 0;          // [m] of a joint's torque without a shape of its own: a force under the sole makes one, too
-  bool is_listed() const;    // in the table of effects; else only by its law's name
+  bool is_listed() const;    // in the table of effects; else a free law
   std::vector<long> core;    // coefficients by which it is sure and of one size in all regimes; none: by its kind
 };
 

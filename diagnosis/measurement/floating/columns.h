@@ -71,7 +71,7 @@ enum FootColumn {
 // A force from outside on a link, world axes: the link has so much less to carry.
 enum PullColumn {
   kPullColumn,                              // x y z [N]
-  kPullByPlaceColumn = kPullColumn + 3,     // and how it changes with the place [N/m]: x by x, x by y as y by x, y by y, z by x, z by y
+  kPullByPlaceColumn = kPullColumn + 3,     // by the place [N/m]: dFx/dx, dFx/dy = dFy/dx, dFy/dy, dFz/dx, dFz/dy
   kPullColumns = kPullByPlaceColumn + 5
 };
 

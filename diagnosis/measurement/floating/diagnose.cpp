@@ -71,7 +71,7 @@ class Reporter {
     add_checks(checks);
     sort_findings(&out_.findings);
     add_fit(checks.units);
-    if (leaves_most() || is_unlisted()) doubt_findings();
+    if (leaves_most() || has_free_law()) doubt_findings();
     add_remaining();
     add_mismatch();
     out_.verdict = find_verdict();
@@ -88,11 +88,11 @@ class Reporter {
     return out;
   }
 
-  bool is_unlisted() const {
+  bool has_free_law() const {
     return std::any_of(o_.effects.begin(), o_.effects.end(), [](const FoundEffect& f) { return !f.effect.is_listed(); });
   }
 
-  // Physics outside the table: its place, and what is known of it.
+  // Of each free law its place, its size and what it takes away.
   void add_unlisted() {
     for (const FoundEffect& f : o_.effects) {
       if (f.effect.is_listed()) continue;
@@ -346,13 +346,13 @@ class Reporter {
     std::vector<size_t> unsteady;
     if (out_.findings.empty()) unsteady = list_unsteady();
     add_unlisted();
-    for (Remaining& r : list_remaining(fitter_, o_.nominal, is_unlisted() ? o_.chosen : model_, unsteady)) out_.remaining.push_back(std::move(r));
+    for (Remaining& r : list_remaining(fitter_, o_.nominal, has_free_law() ? o_.chosen : model_, unsteady)) out_.remaining.push_back(std::move(r));
   }
 
   std::vector<size_t> list_unsteady() const {
     std::vector<size_t> out;
     std::copy_if(o_.unsteady.begin(), o_.unsteady.end(), std::back_inserter(out), [this](size_t c) {
-      const bool gone = is_unlisted() && get(o_.chosen, c) < kRemains * kRemains * get(o_.nominal, c);
+      const bool gone = has_free_law() && get(o_.chosen, c) < kRemains * kRemains * get(o_.nominal, c);
       return !gone && !is_of_soles(fitter_.channels()[c].info);
     });
     return out;
@@ -422,7 +422,7 @@ class Reporter {
 
   Verdict find_verdict() const {
     const bool left = is_anything_left();
-    if (out_.findings.empty()) return is_unlisted() || left || !list_unsteady().empty() ? Verdict::kUnexplained : Verdict::kNoMismatch;
+    if (out_.findings.empty()) return has_free_law() || left || !list_unsteady().empty() ? Verdict::kUnexplained : Verdict::kNoMismatch;
     if (o_.effects.empty()) return Verdict::kPartlyExplained;
     const bool gone = out_.fit.validate_after < kRemains * out_.fit.validate_before ||
                       std::any_of(out_.findings.begin(), out_.findings.end(), [](const Finding& f) { return f.share > kMain; });

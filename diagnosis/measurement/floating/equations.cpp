@@ -20,7 +20,7 @@ constexpr double kBlock = 0.5;     // [s] errors of blocks are independent
 constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
 constexpr double kLittle = 0.003;  // [m] times the weight: a torque that hardly holds teeth on one side
 constexpr double kScrape = 0.02;   // of the way from air to stance by which a reading may leave the air's
-constexpr double kNear = 0.06;      // [s] from a foot's lifting and landing
+constexpr double kNear = 0.06;     // [s] from a foot's lifting and landing
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed at which dry friction has its direction
 
 // A wrench on a link: [moment about p; force] in base axes.
@@ -419,7 +419,8 @@ class EquationMaker {
     return moment;
   }
 
-  // Forces from outside on links, in proportion to 1 N: constant in the world, by the place of the body; on feet, by time.
+  // Forces from outside, columns of 1 N. On links: constant in the world, and by the place of the body, with a symmetric
+  // stiffness across the ground as a tether has. On feet: by time from lifting and landing.
   void add_pulls(size_t k) {
     const Matrix3d R_BW = motion_->find_attitude(k).transpose();
     const Vector3d place = motion_->find_place(k);
@@ -429,7 +430,8 @@ class EquationMaker {
     for (int l : pulled_) {
       const Vector3d p = get_pose(motion_->data(), l) * log_.tree.links[static_cast<size_t>(l)].inertia.p_LLcm_L;
       for (int a = 0; a < 3; ++a) pull(l, p, a, 1, layout_.pull(l, kPullColumn + a));
-      const std::pair<int, int> by[] = {{0, 0}, {0, 1}, {1, 1}, {2, 0}, {2, 1}};
+      const std::pair<int, int> by[] = {  // axes of the force and of the place
+          {0, 0}, {0, 1}, {1, 1}, {2, 0}, {2, 1}};
       for (int i = 0; i < 5; ++i) {
         const auto [axis, along] = by[i];
         pull(l, p, axis, place(along), layout_.pull(l, kPullByPlaceColumn + i));

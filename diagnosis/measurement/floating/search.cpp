@@ -82,9 +82,9 @@ class Searcher {
     } while (drop_unsteady());
   }
 
-  // Physics that the table does not hold, in the place of each effect and beside all. It comes last: only what wins by
-  // more than rivals may lose by shows that the names so far stand in for it. Its laws are rough: what they leave is given
-  // no name.
+  // Free laws in the place of each effect, then beside all of them. They can fit a little of everything, so they come last,
+  // and in the place of an effect one must win by the margin that makes effects rivals. They are rough, so that no effect is
+  // sought in what they leave.
   void search_unlisted() {
     unlisted_ = true;
     bool any = exchange();
@@ -165,7 +165,8 @@ class Searcher {
     return std::sqrt(std::max(0.0, x.dot(own.ldlt().solve(x)))) > kDeviations + 1;
   }
 
-  // A free law without those of its terms that noise alone tells: a robot that never goes aside tells nothing of there.
+  // A free law without the terms whose columns are noise alone: a robot that never goes aside shows no change of a force
+  // with that place.
   Candidate keep_told(Candidate c) const {
     const std::vector<Terms> all = c.terms;
     std::vector<Terms> told;
@@ -448,7 +449,7 @@ class Searcher {
     return true;
   }
 
-  // What a clock or a mounting explains as well, by less than they are known to, is no mismatch.
+  // What an error of a clock or a mounting explains as well is no mismatch, if they are not known that well.
   bool drop_known() {
     const auto is_little = [](const Candidate& c, const Eigen::VectorXd& x) { return (c.vector ? x.norm() : std::abs(x(0))) < c.known; };
     for (size_t i = 0; i < out_.effects.size(); ++i) {
