@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/data/range.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -19,13 +20,11 @@ constexpr size_t kMostGaps = 5;
 
 // Samples that repeat the one before, as a share; those of a joint that moves are asked for.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {
-  double low = 1e300, high = -1e300, held = 0.0, count = 0.0;
-  for (double q : position) {
-    if (std::isfinite(q)) low = std::min(low, q), high = std::max(high, q);
-  }
+  const double travel = calc_range(position);
+  double held = 0.0, count = 0.0;
   for (size_t k = 1; k < signal.size(); ++k) {
     // Moving: a thousandth of the travel over four samples.
-    if (k >= 4 && std::abs(position[k] - position[k - 4]) < 1e-3 * (high - low)) continue;
+    if (k >= 4 && std::abs(position[k] - position[k - 4]) < 1e-3 * travel) continue;
     if (!std::isfinite(signal[k]) && !std::isfinite(signal[k - 1])) continue;
     held += signal[k] == signal[k - 1] || !std::isfinite(signal[k]) ? 1.0 : 0.0, count += 1.0;
   }

@@ -8,6 +8,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/data/range.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -17,7 +18,7 @@ namespace {
 constexpr double kLongestStep = 0.25, kShortestStep = 1e-6;
 // In SI units. No sensor reads more, and squares of it stay finite.
 constexpr double kLargestReading = 1e12;
-constexpr double kGapPeriods = 5.0;
+constexpr double kGapPeriods = 5.0;  // as in the report's list of gaps (diagnosis/checks/samples.cpp)
 constexpr double kShort = 0.5;  // [s] in which a joint hardly moves
 
 [[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
@@ -114,7 +115,7 @@ size_t find_absurd(const std::vector<double>& values) {
                              values.begin());
 }
 
-std::string describe_absurd(double value) { return "is " + number(value) + ": expected at most 1e+12 in SI units"; }
+std::string describe_absurd(double value) { return "is " + number(value) + ": expected at most " + number(kLargestReading) + " in SI units"; }
 
 // False for a column without any number.
 bool any_finite(const std::vector<double>& values) {
@@ -135,13 +136,7 @@ void fill_gaps(std::vector<double>* values) {
   }
 }
 
-bool is_constant(const std::vector<double>& values) {
-  double low = 1e300, high = -1e300;
-  for (double v : values) {
-    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-  }
-  return !(high > low);
-}
+bool is_constant(const std::vector<double>& values) { return calc_range(values) == 0.0; }
 
 // [s] from which on a step is a gap, in which nobody knows what was commanded.
 double find_gap(const std::vector<double>& time) {

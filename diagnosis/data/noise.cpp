@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/data/range.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -121,13 +122,7 @@ void floor_noise(Experiment* e) {
 
 double calc_largest_change(const Experiment& e, size_t j, size_t q) {
   double largest = 0.0;
-  for (const Recording& r : e.recordings) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (double v : r.joints[j].signal[q]) {
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-    }
-    largest = std::max(largest, high - low);
-  }
+  for (const Recording& r : e.recordings) largest = std::max(largest, calc_range(r.joints[j].signal[q]));
   return largest;
 }
 

@@ -7,12 +7,13 @@
 #include <functional>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/data/range.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+constexpr double kPi = 3.14159265358979323846, kDegrees = 180.0 / kPi;
 // A unit's slope is a matter of right or wrong by a factor of 57; a tenth leaves room for everything else.
 constexpr double kSlopeRoom = 0.1;
 
@@ -217,14 +218,6 @@ void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs&
   }
 }
 
-double calc_range(const std::vector<double>& values) {
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  for (double v : values) {
-    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
-  }
-  return high > low ? high - low : 0.0;
-}
-
 // No sensor resolves less; a column of such changes is one of zeros in which something else has left its traces.
 constexpr double kLeastChange = 1e-12;
 
@@ -250,33 +243,38 @@ void check_still(Experiment* e, Recording* r, int j) {
   }
 }
 
-// Far beyond the joint's limits and beyond a whole turn.
+// [rad] The joint's larger limit, either way.
+double get_reach(const JointSpec& spec) { return std::max(std::abs(spec.lower), std::abs(spec.upper)); }
+
+// Beyond three times the joint's limits, and beyond a whole turn.
+bool is_far_beyond(const JointSpec& spec, double angle) {
+  const double reach = get_reach(spec);
+  return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * kPi);
+}
+
 void check_limits(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   const JointColumns& joint = r.joints[static_cast<size_t>(j)];
-  if (spec.kind != JointKind::kRevolute || !joint.has(Quantity::kPosition)) return;
+  if (!joint.has(Quantity::kPosition)) return;
   double largest = 0.0;
   for (double q : joint.signal[0]) {
     if (std::isfinite(q)) largest = std::max(largest, std::abs(q));
   }
-  const double range = std::max(std::abs(spec.lower), std::abs(spec.upper));
-  if (std::isfinite(range) && largest > 3.0 * range && largest > 2.0 * 3.14159265358979323846) {
-    fail(r, e.signal_name(j, Quantity::kPosition),
-         "reaches " + text_of(largest) + ", far beyond the joint's limits: degrees instead of rad?");
-  }
+  if (!is_far_beyond(spec, largest)) return;
+  fail(r, e.signal_name(j, Quantity::kPosition),
+       "reaches " + text_of(largest) + ", far beyond the joint's limits of " + text_of(get_reach(spec)) +
+           " rad: degrees instead of rad?");
 }
 
 // A command that no joint follows may be a damaged sample, or a drive that is told torques as positions.
 void check_commanded_limits(Experiment* e, const Recording& r, int j) {
   const JointSpec& spec = e->robot.tree.joint(j);
-  const double range = std::max(std::abs(spec.lower), std::abs(spec.upper));
   const std::vector<double>& command = r.joints[static_cast<size_t>(j)].command;
-  for (size_t k = 0; k < command.size() && spec.kind == JointKind::kRevolute && std::isfinite(range); ++k) {
-    if (std::abs(command[k]) <= std::max(3.0 * range, 2.0 * 3.14159265358979323846)) continue;
-    e->warnings.push_back(r.spec.name + ": /joint_commands/" + spec.name + "/position is " + text_of(command[k]) + " at " +
-                          number(r.time[k], 6) + " s, far beyond the joint's limits of " + text_of(range) + " rad");
-    return;
-  }
+  const auto far = std::find_if(command.begin(), command.end(), [&](double angle) { return is_far_beyond(spec, angle); });
+  if (far == command.end()) return;
+  e->warnings.push_back(r.spec.name + ": /joint_commands/" + spec.name + "/position is " + text_of(*far) + " at " +
+                        number(r.time[static_cast<size_t>(far - command.begin())], 6) + " s, far beyond the joint's limits of " +
+                        text_of(get_reach(spec)) + " rad");
 }
 
 void check_commands(const Experiment& e, const Recording& r, int j) {

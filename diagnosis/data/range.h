@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace hrp::diagnosis {
+
+// The largest value less the smallest one, of those that are finite; 0 of none.
+inline double calc_range(const std::vector<double>& values) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (double v : values) {
+    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  }
+  return high > low ? high - low : 0.0;
+}
+
+}  // namespace hrp::diagnosis
