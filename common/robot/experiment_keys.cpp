@@ -119,7 +119,7 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
 void check_sample_rate(const std::string& path, const YAML::Node& node) {
   double value = 0.0;
   if (!node || (node.IsScalar() && YAML::convert<double>::decode(node, value) && value > 0.0 && value <= kLargestNumber)) return;
-  fail(path, node, "sample_rate", "expected a rate of more than 0 Hz");
+  fail(path, node, "sample_rate", "expected a rate of more than 0 Hz, at most 1e12 Hz");
 }
 
 }  // namespace

@@ -60,6 +60,14 @@ std::vector<HandPush> list_acting(const std::vector<HandPush>& all, double t) {
   return acting;
 }
 
+void warn_of_pushes_beyond(const Recording& r, std::vector<std::string>* warnings) {
+  for (const HandPush& push : r.spec.pushes) {
+    if (push.start <= r.duration() && push.end >= 0.0) continue;
+    warnings->push_back(r.spec.name + ": a push from " + number(push.start, 4) + " to " + number(push.end, 4) +
+                        " s lies beyond the recording's " + number(r.duration(), 4) + " s; its times count from the first sample");
+  }
+}
+
 }  // namespace
 
 void resolve_by_hand(const Experiment& e, Recording* recording) {
@@ -70,18 +78,6 @@ void resolve_by_hand(const Experiment& e, Recording* recording) {
     if (!push.link.empty()) resolve(e, spec, "pushes", &push.link, &push.p_LQ);
   }
 }
-
-namespace {
-
-void warn_of_pushes_beyond(const Recording& r, std::vector<std::string>* warnings) {
-  for (const HandPush& push : r.spec.pushes) {
-    if (push.start <= r.duration() && push.end >= 0.0) continue;
-    warnings->push_back(r.spec.name + ": a push from " + number(push.start, 4) + " to " + number(push.end, 4) +
-                        " s lies beyond the recording's " + number(r.duration(), 4) + " s; its times count from the first sample");
-  }
-}
-
-}  // namespace
 
 std::vector<Recording> cut_at_pushes(const Experiment& e, const Recording& r, std::vector<std::string>* warnings) {
   warn_of_pushes_beyond(r, warnings);
