@@ -6,6 +6,7 @@
 
 #include "diagnosis/page/style.h"
 #include "diagnosis/page/text.h"
+#include "diagnosis/report/print_json.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -165,7 +166,7 @@ std::string make_lead(const json& next) {
 }  // namespace
 
 std::string make_next_page(const nlohmann::ordered_json& given, const std::string& robot) {
-  const json next = json::parse(given.dump(-1, ' ', false, json::error_handler_t::replace));
+  const json next = copy_json(given);
   std::string out = "<!doctype html><html lang='en'><meta charset='utf-8'><meta name='viewport' content='width=device-width'><title>Next experiment: " + escape(robot) +
                     "</title><style>" + kReportStyle + "</style><main><p class='over'>Next experiment</p><h1>" + escape(robot) + "</h1>" + make_lead(next);
   const json& explanations = html::get_list(next, "explanations");

@@ -7,6 +7,7 @@
 #include "diagnosis/next/hung_loads.h"
 #include "diagnosis/next/page.h"
 #include "diagnosis/next/propose.h"
+#include "diagnosis/report/print_json.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -98,7 +99,7 @@ void write_next(const Experiment& experiment, const Next& next, const std::strin
   std::vector<std::string> joints;
   for (int j = 0; j < experiment.num_joints(); ++j) joints.push_back(experiment.robot.tree.joint(j).name);
   const Json json = make_json(next, joints);
-  write_file(out / "next.json", json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file(out / "next.json", print_json(json, 1) + "\n");
   write_file(out / "next.html", make_next_page(json, experiment.robot.tree.name));
 }
 

@@ -10,6 +10,7 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/report/first.h"
+#include "diagnosis/report/print_json.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/page/page.h"
 #include "servers/dynamics/joint_effects.h"
@@ -18,11 +19,6 @@ namespace hrp::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Names of files and of columns may hold bytes of another encoding than UTF-8, which JSON does not know.
-std::string print(const Json& value, int indent = -1) { return value.dump(indent, ' ', false, Json::error_handler_t::replace); }
-
-nlohmann::json copy(const Json& value) { return nlohmann::json::parse(print(value)); }
 
 // Light soles below a bush chatter on a hard floor without a margin (docs/scenario.md).
 constexpr const char* kSoftContact = "contact: {margin: 0.001}\n";
@@ -363,14 +359,13 @@ std::string make_scenario_text(const Experiment& e, const nlohmann::json& effect
 
 void write_first_report(const std::string& folder, const Reports& reports) {
   prepare_folder(folder);
-  write_file(fs::path(folder) / "report.json", print(reports.report, 1) + "\n");
-  write_html_report(copy(reports.report), copy(reports.series),
-                    (fs::path(folder) / "report.html").string());
+  write_file(fs::path(folder) / "report.json", print_json(reports.report, 1) + "\n");
+  write_html_report(copy_json(reports.report), copy_json(reports.series), (fs::path(folder) / "report.html").string());
 }
 
 void write_reports(const Experiment& e, const std::string& folder, Reports reports) {
   prepare_folder(folder);
-  const nlohmann::json report = copy(reports.report);
+  const nlohmann::json report = copy_json(reports.report);
   const std::string text = write_updated(e, report, reports.urdf, fs::path(folder) / "updated");
   const Recording& replayed = find_replayed(e);
   std::string replays = replayed.spec.file;
@@ -384,9 +379,9 @@ void write_reports(const Experiment& e, const std::string& folder, Reports repor
       {"text", text},
       {"replays", replays},
       {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
-  write_file(fs::path(folder) / "report.json", print(reports.report, 1) + "\n");
-  write_file(fs::path(folder) / "series.json", print(reports.series) + "\n");
-  write_html_report(report, copy(reports.series), (fs::path(folder) / "report.html").string());
+  write_file(fs::path(folder) / "report.json", print_json(reports.report, 1) + "\n");
+  write_file(fs::path(folder) / "series.json", print_json(reports.series) + "\n");
+  write_html_report(report, copy_json(reports.series), (fs::path(folder) / "report.html").string());
 }
 
 }  // namespace hrp::diagnosis
