@@ -15,9 +15,9 @@ constexpr double kSmooth = 4.0;       // times the noise that it may leave
 constexpr double kFalls = 0.2;        // of gravity: no clock or length is wrong by more
 constexpr double kAlone = 0.1;        // of the body's size, by which the next point is above the one that strikes
 constexpr double kImpactSpeed = 0.3;  // [m/s] of weaker strikes too little is seen between two poses
-constexpr size_t kLeast = 8, kLeastRests = 4;
+constexpr size_t kLeast = 8, kLeastRests = 4;  // values of a median with an error; heights of rest scatter little
 
-std::optional<Measured> find_middle(const std::vector<double>& values, size_t least) {
+std::optional<Measured> find_median_with_error(const std::vector<double>& values, size_t least) {
   if (values.size() < least) return std::nullopt;
   Measured out{find_median(values), 0.0, values.size()};
   std::vector<double> apart;
@@ -85,7 +85,7 @@ std::optional<Strike> find_strike(const TossProblem& problem, size_t toss, const
     return list_lowest_points(problem, fly_on(problem, t, s, dt).X_WB)[*point].z();
   };
   double low = 0.0, high = gap;
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < 20; ++i) {  // to a millionth of the gap
     const double middle = 0.5 * (low + high);
     (get_height(before, middle) > get_height(after, middle - gap) ? low : high) = middle;
   }
@@ -132,7 +132,7 @@ std::optional<Measured> measure_fall(const TossProblem& problem) {
     }
     if (count > 0) values.push_back(fall.a.dot(problem.nominal.gravity_W) / (g * g));
   }
-  return find_middle(values, kLeast);
+  return find_median_with_error(values, kLeast);
 }
 
 std::optional<Measured> measure_inertia(const TossProblem& problem) {
@@ -142,11 +142,11 @@ std::optional<Measured> measure_inertia(const TossProblem& problem) {
     const Vector3d moment = mass * s.p_BcmC_W.cross(s.dv_WBcm), turned = s.I_BBcm_W * s.dw_WB;
     values.push_back(moment.dot(turned) / turned.squaredNorm());
   }
-  return find_middle(values, kLeast);
+  return find_median_with_error(values, kLeast);
 }
 
 std::optional<Measured> measure_rest_height(const TossProblem& problem) {
-  return find_middle(problem.rest_heights, kLeastRests);
+  return find_median_with_error(problem.rest_heights, kLeastRests);
 }
 
 }  // namespace hrp::diagnosis::toss

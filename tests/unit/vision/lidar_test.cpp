@@ -23,7 +23,7 @@ void expect_point(const Vector3d& point, const Vector3d& expected) {
 
 TEST(Lidar, InATowerMeasuresItsWallAtEveryElevation) {
   SeenScene scene("ground: {type: none}\nobstacles: {tower: {shape: cylinder, radius: 4, length: 100}}\n"
-              "sensors: {lidar: {scan: {columns: 72, rows: 9, elevation: [-0.6, 0.6], range: [1.5, 20]}}}\n");
+                  "sensors: {lidar: {scan: {columns: 72, rows: 9, elevation: [-0.6, 0.6], range: [1.5, 20]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   const Points& points = scene.see(3.0).scans[0];
   ASSERT_EQ(points.size(), 4u * 72 * 9);
@@ -39,7 +39,7 @@ TEST(Lidar, InATowerMeasuresItsWallAtEveryElevation) {
 
 TEST(Lidar, MeasuresABallAndNothingBesideIt) {
   SeenScene scene("ground: {type: none}\nobstacles: {ball: {shape: sphere, radius: 1, position: [5, 0, 0]}}\n"
-              "sensors: {lidar: {scan: {columns: 101, azimuth: [-0.3, 0.3], range: [1.5, 20]}}}\n");
+                  "sensors: {lidar: {scan: {columns: 101, azimuth: [-0.3, 0.3], range: [1.5, 20]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   const Points& points = scene.see(3.0).scans[0];
   for (int column = 0; column < lidar.columns; ++column) {
@@ -81,7 +81,7 @@ TEST(Lidar, SeesNothingOutOfItsRange) {
 
 TEST(Lidar, GetsLessLightBackFromASurfaceThatItMeetsAskew) {
   SeenScene scene("ground: {type: none}\nobstacles: {wall: {size: [1, 50, 50], position: [5, 0, 0], color: [0.5, 0.5, 0.5]}}\n"
-              "sensors: {lidar: {scan: {columns: 1, azimuth: [1, 1], range: [1.5, 20]}, ahead: {columns: 1, azimuth: [0, 0], range: [1.5, 20]}}}\n");
+                  "sensors: {lidar: {scan: {columns: 1, azimuth: [1, 1], range: [1.5, 20]}, ahead: {columns: 1, azimuth: [0, 0], range: [1.5, 20]}}}\n");
   const LookResult& seen = scene.see(3.0);
   EXPECT_NEAR(seen.scans[0][3], 0.5 * std::cos(1.0), 1e-7) << "Lambert";
   EXPECT_NEAR(seen.scans[1][3], 0.5, 1e-7);
