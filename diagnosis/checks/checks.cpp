@@ -66,7 +66,7 @@ void remark_samples(const Json& recordings, Json* remarks) {
 
 void remark_velocities(const Experiment& e, Json* remarks) {
   const std::vector<VelocityReading> readings = find_velocity_readings(e);
-  std::vector<std::string> late, ahead, scaled;
+  std::vector<std::string> late, ahead, scaled, shifted;
   for (size_t j = 0; j < readings.size(); ++j) {
     const std::string name = e.robot.tree.joint(static_cast<int>(j)).name;
     const VelocityReading& log = readings[j];
@@ -74,10 +74,12 @@ void remark_velocities(const Experiment& e, Json* remarks) {
     if (log.is_late()) late.push_back(time);
     if (log.is_position_late()) ahead.push_back(time);
     if (log.is_scaled()) scaled.push_back(name + " (" + number(log.scale, 3) + ")");
+    if (log.is_biased()) shifted.push_back(name + " (" + number(log.bias, 3) + " rad/s)");
   }
   if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));
   if (!ahead.empty()) remarks->push_back("the recorded position is later than the velocity: " + join(ahead));
   if (!scaled.empty()) remarks->push_back("the recorded velocity is not the rate of the position, but that times a factor: " + join(scaled));
+  if (!shifted.empty()) remarks->push_back("the recorded velocity is off the rate of the position by a constant: " + join(shifted));
 }
 
 void remark_motion(const Json& joints, Json* remarks) {

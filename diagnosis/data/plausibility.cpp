@@ -141,6 +141,11 @@ const char* get_unit_fault(double slope) {
   return nullptr;
 }
 
+// Whether it varies as expected, too: constants of joints that hold still may be near one another by chance.
+bool varies_with(const std::vector<double>& reading, const std::vector<double>& expected) {
+  return reading.size() == expected.size() && fit_line(without_means({reading, expected})).fit > 0.9;
+}
+
 // The columns of two joints are exchanged when each one's reading is the other's and not its own.
 void check_exchange(const Experiment& e, const Recording& r, const Pairs& pairs, Quantity q, const char* expected) {
   for (size_t a = 0; a < pairs.size(); ++a) {
@@ -152,6 +157,7 @@ void check_exchange(const Experiment& e, const Recording& r, const Pairs& pairs,
       if (!std::isfinite(own_a) || !std::isfinite(own_b)) continue;
       const bool astray = own_a > 0.5 * calc_rms(pairs[a].expected) && own_b > 0.5 * calc_rms(pairs[b].expected);
       if (!astray || cross_a > 0.3 * own_a || cross_b > 0.3 * own_b) continue;
+      if (!varies_with(pairs[a].reading, pairs[b].expected) || !varies_with(pairs[b].reading, pairs[a].expected)) continue;
       fail(r, e.signal_name(static_cast<int>(a), q),
            std::string("is ") + expected + " of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
                " rather than its own, and the other way round: are the columns of these two joints exchanged?");

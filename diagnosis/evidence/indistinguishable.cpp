@@ -160,6 +160,9 @@ std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, cons
                                                           "one motion timed by a second clock: the stamps of all joints may be off alike"));
     }
   }
+  if (log.is_biased())
+    add(EffectId::kSensorBias, Quantity::kVelocity, {"value", "rad/s", {log.bias}, {log.bias_std}, false},
+        velocity + " is " + number(log.bias, 3) + " rad/s off the rate of the position");
   if (log.is_late())
     add(EffectId::kSensorDelay, Quantity::kVelocity, {"delay", "s", {log.late}, {log.late_std}, false},
         velocity + " is " + number(1e3 * log.late, 3) + " ms later than the rate of the position");

@@ -173,6 +173,7 @@ class Judge {
     const VelocityReading& log = design_.data->velocity[static_cast<size_t>(joint)];
     for (Finding& f : make_velocity_findings(e_, joint, design_.data->velocity)) out->evidence.findings.push_back(std::move(f));
     if (log.is_scaled()) out->model.push_back({EffectId::kSensorScale, at_sensor(joint, Reading::kVelocity), {log.scale}});
+    if (log.is_biased()) out->model.push_back({EffectId::kSensorBias, at_sensor(joint, Reading::kVelocity), {log.bias}});
     if (log.late == 0.0) return;
     const Reading late = log.is_late() ? Reading::kVelocity : Reading::kPosition;
     out->model.push_back({EffectId::kSensorDelay, at_sensor(joint, late), {std::abs(log.late)}});

@@ -27,6 +27,7 @@ constexpr double kCertain = 4.0;    // standard deviations of a fault from none
 constexpr double kLeast = 0.01;     // of a scale from one; of a bias, over the effort's spread
 constexpr double kExact = 1e-3;     // to which a log and a law agree at best: of a scale; of a bias, over the spread
 constexpr size_t kLater = 3;        // samples after which noise is another, and what lasts is not
+constexpr double kBetween = 0.1;    // of a sample: how well commands are known between two of them
 constexpr size_t kCells = 24;       // of a joint's travel: shorter than half a wave of a ripple that is seen in it
 
 bool has_all(const Experiment& e, size_t j) {
@@ -92,13 +93,36 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
   return n > 0.0 ? sum / n : 0.0;
 }
 
-// The same beside the scale and bias of the log that fit best: a log of another scale asks for another delay.
-double calc_missed_by_line(const ServoLog& log, double delay) {
-  Gram gram(2);
+// Sums for effort over law and a constant, when commands are `delay` late, by parts of the training samples.
+std::vector<Gram> sum_parts(const ServoLog& log, double delay, size_t parts) {
+  std::vector<Eigen::Vector2d> pairs;
   log.walk(delay, true, [&](double law, double effort, double) {
-    if (std::isfinite(law + effort)) gram.add_row(Eigen::Vector2d(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), 1.0), effort);
+    if (std::isfinite(law + effort)) pairs.emplace_back(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), effort);
   });
+  std::vector<Gram> grams(parts, Gram(2));
+  for (size_t k = 0; k < pairs.size(); ++k) grams[k * parts / pairs.size()].add_row(Eigen::Vector2d(pairs[k][0], 1.0), pairs[k][1]);
+  return grams;
+}
+
+double calc_missed(const Gram& gram) {
   return gram.n > 0.0 ? calc_rest(gram, {0, 1}, solve(gram, {0, 1})) / gram.n : 0.0;
+}
+
+// The same beside the scale and bias of the log that fit best: a log of another scale asks for another delay.
+double calc_missed_by_line(const ServoLog& log, double delay) { return calc_missed(sum_parts(log, delay, 1)[0]); }
+
+// Standard error of the delay that misses least, by what parts of the recordings ask for, and by what commands do between
+// two samples.
+double find_delay_error(const ServoLog& log, double delay) {
+  constexpr size_t kParts = 8;
+  const std::vector<Gram> before = sum_parts(log, delay - kScan, kParts), at = sum_parts(log, delay, kParts), after = sum_parts(log, delay + kScan, kParts);
+  Spread spread;
+  for (size_t i = 0; i < kParts; ++i) {
+    const double left = calc_missed(before[i]), middle = calc_missed(at[i]), right = calc_missed(after[i]);
+    const double vertex = calc_vertex(left, middle, right);
+    spread.add(kScan * (vertex != 0.0 || (middle < left && middle < right) ? vertex : left < right ? -1.0 : 1.0));
+  }
+  return std::hypot(spread.get() / std::sqrt(kParts - 1.0), kBetween * log.e.sample_time);
 }
 
 // Least of f on a grid from 0 to `end`, then the vertex of the parabola through it and its neighbours.
@@ -229,19 +253,24 @@ double calc_wavers(const Pairs& pairs, double scale, double bias) {
   return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
 }
 
-// Where rates had to be smoothed, what another window changes is not known, either.
-Slope find_slope(const ServoLog& log, const Pairs& pairs, double delay) {
+// What other delays of the commands, within their error, and another window of rates that had to be smoothed change of the
+// slope is not known, either.
+Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& late) {
   Slope slope = find_slope(pairs);
-  if (!log.has_rates()) slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs({log.e, log.j, log.laws, kSmoother}, delay)).value);
+  const auto add_doubt = [&](const ServoLog& other, double delay) {
+    slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs(other, delay)).value);
+  };
+  if (!log.has_rates()) add_doubt({log.e, log.j, log.laws, kSmoother}, late.delay);
+  if (late.delay > 0.0) add_doubt(log, late.delay + find_delay_error(log, late.delay));
   return slope;
 }
 
-ServoReading read_servo(const ServoLog& log, double delay, double spread) {
+ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spread) {
   ServoReading out;
-  const Pairs pairs = list_pairs(log, delay);
+  const Pairs pairs = list_pairs(log, late.delay);
   if (pairs.law.size() < kLeastSamples) return out;
   const Line line = fit_line(pairs.law, pairs.effort);
-  const Slope slope = find_slope(log, pairs, delay);
+  const Slope slope = find_slope(log, pairs, late);
   const double off = slope.value - 1.0, offset = calc_mean(pairs.effort) - slope.value * calc_mean(pairs.law);
   out.before = calc_rms(pairs, 1.0, 0.0);
   out.after = calc_rms(pairs, slope.value, offset);
@@ -265,9 +294,9 @@ std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::ve
   const Plant plant = make_plant(e, {});
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
-    double delay = 0.0;
-    for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(j) ? d.delay : delay;
-    list[j] = read_servo({e, j, plant.laws[j]}, delay, calc_spread(e, j));
+    ServoDelay late;
+    for (const ServoDelay& d : delays) late = d.joint == static_cast<int>(j) ? d : late;
+    list[j] = read_servo({e, j, plant.laws[j]}, late, calc_spread(e, j));
     list[j].travel = calc_travel(e, j);
   }
   return list;

@@ -20,14 +20,15 @@ constexpr int kStretches = 16;          // of all samples
 constexpr double kCertain = 4.0;        // standard deviations of a fault from none
 constexpr double kLeastFilter = 0.004;  // [s] that a velocity is late at least: differences and filters take as much
 constexpr double kMostLate = 0.1;       // [s]
+constexpr double kLeastBias = 0.02;     // of the velocity's root mean square
 constexpr double kExact = 1e-3;         // to which differences over samples agree with a rate: of a scale
 constexpr double kExactTime = 0.05;     // the same of a delay, over the sampling time
 constexpr int kRounds = 3;              // of linear steps towards the delay
 
-// Columns of v = scale (r - late r' + c r''), r the rate of the position: the first terms of any filter or delay. A filter
-// that takes away from fast motion has its c, and is no scale.
-constexpr int kColumns = 3;
-const Columns kAll = {0, 1, 2};
+// Columns of v = scale (r - late r' + c r'') + bias, r the rate of the position: the first terms of any filter or delay. A
+// filter that takes away from fast motion has its c, and is no scale.
+constexpr int kRates = 3, kColumns = 4;
+const Columns kAll = {0, 1, 2, 3};
 
 // The rate and its derivatives along one recording, on an even grid.
 struct Motion {
@@ -52,10 +53,11 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
     Motion& motion = list.emplace_back(Motion{&r, std::max(1e-3, e.sample_time), {}});
     motion.columns.resize(static_cast<long>(r.duration() / motion.step) + 1, kColumns);
     Eigen::VectorXd derivative = read(motion, c.signal[static_cast<size_t>(Quantity::kPosition)], 0.0);
-    for (int column = 0; column < kColumns; ++column) {
+    for (int column = 0; column < kRates; ++column) {
       derivative = differentiate(derivative, motion.step);
       motion.columns.col(column) = derivative;
     }
+    motion.columns.col(kRates).setOnes();
   }
   return list;
 }
@@ -94,6 +96,8 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
     out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kExact);
     out.ratio = out.scale, out.ratio_std = out.scale_std;
     out.late = late, out.late_std = std::hypot(std[1] / theta[0], kExactTime * e.sample_time);
+    out.bias = theta[kRates], out.bias_std = std::hypot(std[kRates], kExact * std::sqrt(total.c / total.n));
+    if (std::abs(out.bias) < std::max(kLeastBias * std::sqrt(total.c / total.n), kCertain * out.bias_std)) out.bias = 0.0;
     out.before = std::sqrt(before), out.after = std::sqrt(left * total.c / total.n);
   }
   if (std::abs(out.scale - 1.0) < std::max(kMaterialFactor, kCertain * out.scale_std)) out.scale = 1.0;
@@ -129,7 +133,7 @@ Experiment correct_joint_logs(const Experiment& e, const std::vector<VelocityRea
       const VelocityReading& log = readings[j];
       JointColumns& c = r.joints[j];
       if (!c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity)) continue;
-      for (double& v : c.signal[1]) v /= log.scale;
+      for (double& v : c.signal[1]) v = (v - log.bias) / log.scale;
       if (log.is_late()) move_series(r.time, log.late, &c.signal[1]);
       if (log.is_position_late()) move_series(r.time, -log.late, &c.signal[0]);
     }

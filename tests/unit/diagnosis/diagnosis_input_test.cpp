@@ -14,6 +14,7 @@
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/repair.h"
 #include "diagnosis/data/smooth.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -149,6 +150,39 @@ TEST(Suspicions, ACommandThatStaysWhileTheJointRestsIsNoTurnedSign) {
   EXPECT_EQ(load_elbow("still", "", [](std::ostream* csv) {
     for (int k = 0; k < 3001; ++k) *csv << 0.005 * k << ",1.21,1.174141\n";
   }), "");
+}
+
+// Two joints that swing by `swing` N m about 1 and 3 N m of effort; each one's log reads the other's.
+std::string load_crossed(const std::string& name, double swing) {
+  const auto folder = std::filesystem::temp_directory_path() / ("hrp_diagnosis_" + name);
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "robot.urdf") << kArm;
+  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 0, effort_limit: 50}}\n"
+                                               "recordings:\n- {file: a.csv, role: train}\n";
+  std::ofstream csv(folder / "a.csv");
+  csv << "time";
+  for (const char* j : {"shoulder", "elbow"}) csv << ",/joint_commands/" << j << "/position,/joint_states/" << j << "/position,/joint_states/" << j << "/effort";
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0.0, 0.03);
+  for (int k = 0; k < 1000; ++k) {
+    const double effort[] = {1.0 + swing * std::sin(0.02 * k), 3.0 + swing * std::sin(0.031 * k)};
+    csv << "\n" << 0.005 * k;
+    for (int j = 0; j < 2; ++j) csv << "," << 0.5 << "," << 0.5 - effort[j] / 100 << "," << effort[1 - j] + normal(random);
+  }
+  csv << "\n";
+  csv.close();
+  try {
+    load_experiment((folder / "experiment.yaml").string());
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Biases of two logs may bring the constant of each near the other's.
+TEST(Suspicions, EffortsOfJointsThatHoldStillAreNotExchangedForBeingNearEachOthers) {
+  EXPECT_EQ(load_crossed("crossed_still", 0.0), "");
+  EXPECT_THAT(load_crossed("crossed", 0.5), testing::HasSubstr("exchanged"));
 }
 
 // An arm of two joints with a finger, and a recording of two joints of these names.

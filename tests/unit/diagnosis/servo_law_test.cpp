@@ -79,5 +79,34 @@ TEST(ServoLaw, ARippleOfTheLogOverPositionHidesNoScaleAndMakesNone) {
   EXPECT_FALSE(find_servo_readings(right, {})[elbow].is_scaled());
 }
 
+// Every fifth sample of a log at 1 kHz. Between two of them nobody knows the command.
+void thin_out(Experiment* e) {
+  const auto thin = [](std::vector<double>* values) {
+    for (size_t k = 0; 5 * k < values->size(); ++k) (*values)[k] = (*values)[5 * k];
+    values->resize((values->size() + 4) / 5);
+  };
+  for (Recording& r : e->recordings) {
+    thin(&r.time);
+    for (JointColumns& joint : r.joints) {
+      for (std::vector<double>& column : joint.signal) thin(&column);
+      thin(&joint.command), thin(&joint.command_rate);
+    }
+  }
+  e->sample_time *= 5.0;
+}
+
+// The slope of effort over law follows the delay: 3 % in a tenth of a sample here.
+TEST(ServoLaw, AScaleBesideADelayIsKnownNoBetterThanTheCommandsBetweenTwoSamples) {
+  Experiment e = make_late("coarse", 0.0, 0.0, 0.0203, 0.0, 0.8);
+  thin_out(&e);
+  const std::vector<ServoDelay> delays = find_servo_delays(e);
+  ASSERT_EQ(delays.size(), 1u);
+  EXPECT_NEAR(delays[0].delay, 0.0203, 5e-4);  // a tenth of a sample
+  const ServoReading reading = find_servo_readings(e, delays)[static_cast<size_t>(delays[0].joint)];
+  ASSERT_TRUE(reading.is_scaled());
+  EXPECT_NEAR(reading.scale, 0.8, 3.0 * reading.scale_std);
+  EXPECT_GT(reading.scale_std, 0.01);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
