@@ -108,6 +108,7 @@ Reports judge_beside_hum(const Problem& problem, const Hum& hum) {
   for (TorqueRecording& r : data.recordings) {
     for (int joint : hum.shaken) r.use.col(joint).setConstant(false);
   }
+  for (int joint : hum.shaken) data.velocity[static_cast<size_t>(joint)] = {};  // a hum in one phase looks like a constant
   TorqueVerdict torque = judge_torque(std::move(data), problem.jobs);
   Reports reports = make_empty_reports(problem, why);
   if (!torque.judged) return reports;
