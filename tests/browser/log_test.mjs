@@ -43,7 +43,8 @@ async function checkTransport(page, log) {
   await waitFor("time to go on", async () => (await shownTime(page)) > 0.52);
   check((await page.text("#play")) === "Pause", "the space bar plays");
   await page.click("#play");
-  check((await page.text("#play")) === "Play", "Pause holds");
+  await waitFor("the button to say Play", async () => (await page.text("#play")) === "Play");  // on a busy machine, a frame later
+  check(true, "Pause holds");
   await atRest(page);
   await checkNumbers(page, log);
 }
