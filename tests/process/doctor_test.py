@@ -3,6 +3,7 @@
 """doctor_test.py BIN TESTS SOURCE: each fault that hrp-doctor knows is made, and its line is there with a mend.
 
 Each test has a folder of runs of its own. Faults of interfaces need root and network namespaces."""
+import errno
 import fcntl
 import os
 import pathlib
@@ -167,7 +168,10 @@ class Doctor(unittest.TestCase):
         for place in range(39):
             each = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self.addCleanup(each.close)
-            each.bind(("127.0.0.1", 7400 + 250 * domain + 10 + 2 * place))
+            try:
+                each.bind(("127.0.0.1", 7400 + 250 * domain + 10 + 2 * place))
+            except OSError as error:  # another test's socket has the port: it is as taken as this test wants it
+                self.assertEqual(error.errno, errno.EADDRINUSE)
         self.expect("domain", "39 of 40 places")
 
     @unittest.skipUnless(os.access("/dev/shm", os.W_OK), "NOT TESTED: /dev/shm cannot be written")
