@@ -31,32 +31,34 @@ constexpr int kIterations = 6, kTryIterations = 3, kWholeIterations = 2;
 constexpr size_t kStarts = 3;         // that are fitted, of a law with many minima
 constexpr double kTwoEngines = 0.02;  // of a value: laws of gaps differ by that much at least
 
+// A joint's effects, and the squares that they leave in the training recordings.
+struct Fitted {
+  Hypothesis effects;
+  double cost = 1e300;
+};
+
 // One joint.
 class Gear {
  public:
   Gear(const JointPaths& paths, const Hypothesis& model, int joint)
-      : joint_(joint), alone_(paths, joint), own_(take_joint(model, joint)) {}
+      : joint_(joint), alone_(paths, joint), own_{take_joint(model, joint)} {}
 
   std::optional<LooseGear> run() {
-    const auto rotor = std::find_if(own_.begin(), own_.end(), is_rigid_rotor);
-    if (rotor == own_.end() || alone_.problem.validate.empty() || is_quiet(own_)) return std::nullopt;
-    at_ = static_cast<size_t>(rotor - own_.begin());
-    own_ = improve(own_, alone_.fit(own_, kTryIterations).hypothesis);
-    std::vector<Hypothesis> loose;
-    for (const Effect& law : list_transmissions(joint_, get_rotor(own_[at_]))) {
-      const Hypothesis h = loosen(law);
-      if (!h.empty() && get_cost(h) < kPromising * get_cost(own_)) loose.push_back(h);
+    const auto rotor = std::find_if(own_.effects.begin(), own_.effects.end(), is_rigid_rotor);
+    if (rotor == own_.effects.end() || is_quiet(own_.effects)) return std::nullopt;
+    at_ = static_cast<size_t>(rotor - own_.effects.begin());
+    own_ = judge(own_.effects);
+    improve(&own_, alone_.fit(own_.effects, kTryIterations).hypothesis);
+    std::vector<Fitted> loose;
+    for (const Effect& law : list_transmissions(joint_, get_rotor(own_.effects[at_]))) {
+      Fitted fitted = loosen(law);
+      if (fitted.cost < kPromising * own_.cost) loose.push_back(std::move(fitted));
     }
     if (loose.empty()) return std::nullopt;
-    own_ = improve(own_, alone_.fit_to_the_end(own_));
-    for (Hypothesis& h : loose) h = improve(h, alone_.fit_to_the_end(h));
-    std::stable_sort(loose.begin(), loose.end(), [&](const auto& a, const auto& b) { return get_cost(a) < get_cost(b); });
-    // The simplest that does about as well as the best.
-    size_t best = 0;
-    for (size_t i = 1; i < loose.size(); ++i) {
-      if (get_cost(loose[i]) < kAlike * get_cost(loose[0]) && loose[i][at_].p.size() < loose[best][at_].p.size()) best = i;
-    }
-    return is_shown(loose[best]) ? std::optional(describe(loose, best)) : std::nullopt;
+    improve(&own_, alone_.fit_to_the_end(own_.effects));
+    for (Fitted& fitted : loose) improve(&fitted, alone_.fit_to_the_end(fitted.effects));
+    std::stable_sort(loose.begin(), loose.end(), [](const Fitted& a, const Fitted& b) { return a.cost < b.cost; });
+    return describe(loose, find_simplest(loose));
   }
 
  private:
@@ -65,41 +67,56 @@ class Gear {
     return !score.ok || score.rms() < kQuiet;
   }
 
-  double get_cost(const Hypothesis& h) const {
+  Fitted judge(const Hypothesis& h) const {
     const Score score = alone_.score(h);
-    return score.ok ? score.chi2 : 1e300;
+    return {h, score.ok ? score.chi2 : 1e300};
   }
 
   double get_held(const Hypothesis& h) const { return alone_.score(h, alone_.problem.validate).chi2; }
+  const Effect& get_law(const Fitted& loose) const { return loose.effects[at_]; }
 
-  Hypothesis loosen(const Effect& law) const {
+  Fitted loosen(const Effect& law) const {
     Hypothesis best;
     double least = 1e300;
     const size_t count = list_infos(law.id)[0].walked ? kStarts : 1;
-    for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_, at_, list_options(law, false), count)) {
-      Hypothesis start = own_;
+    for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_options(law, false), count)) {
+      Hypothesis start = own_.effects;
       start[at_] = option;
       const FitResult tried = alone_.fit(start, kTryIterations);
       if (tried.ok && tried.train.chi2 < least) best = tried.hypothesis, least = tried.train.chi2;
     }
+    return best.empty() ? Fitted{} : judge(best);
+  }
+
+  void improve(Fitted* fitted, const Hypothesis& other) const {
+    if (other.empty()) return;
+    Fitted better = judge(other);
+    if (better.cost < fitted->cost) *fitted = std::move(better);
+  }
+
+  // That does about as well as the best, which comes first.
+  size_t find_simplest(const std::vector<Fitted>& loose) const {
+    size_t best = 0;
+    for (size_t i = 1; i < loose.size(); ++i) {
+      if (loose[i].cost < kAlike * loose[0].cost && get_law(loose[i]).p.size() < get_law(loose[best]).p.size()) best = i;
+    }
     return best;
   }
 
-  Hypothesis improve(const Hypothesis& h, const Hypothesis& fitted) const {
-    return !fitted.empty() && get_cost(fitted) < get_cost(h) ? fitted : h;
+  bool is_within_bounds(const Effect& law) const {
+    const std::vector<EffectParameter>& infos = list_infos(law.id);
+    for (size_t i = 0; i < infos.size(); ++i) {
+      if (infos[i].required && (law.p[i] <= infos[i].low || law.p[i] >= infos[i].high)) return false;
+    }
+    return true;
   }
 
-  bool is_shown(const Hypothesis& loose) const {
+  bool helps_everywhere(const Hypothesis& loose) const {
     const Problem& p = alone_.problem;
-    const std::vector<EffectParameter>& infos = list_infos(loose[at_].id);
-    for (size_t i = 0; i < infos.size(); ++i) {
-      if (infos[i].required && (loose[at_].p[i] <= infos[i].low || loose[at_].p[i] >= infos[i].high)) return false;
-    }
-    if (get_cost(loose) > kLoose * get_cost(own_) || get_held(loose) > kLoose * get_held(own_)) return false;
     std::vector<int> recordings = p.train;
     recordings.insert(recordings.end(), p.validate.begin(), p.validate.end());
     return std::all_of(recordings.begin(), recordings.end(), [&](int r) {
-      return alone_.score(loose, {r}).chi2 < kEach * alone_.score(own_, {r}).chi2;
+      return alone_.score(loose, {r}).chi2 < kEach * alone_.score(own_.effects, {r}).chi2;
     });
   }
 
@@ -124,22 +141,26 @@ class Gear {
     return std;
   }
 
-  LooseGear describe(const std::vector<Hypothesis>& loose, size_t best) const {
+  // Empty where recordings do not show it.
+  std::optional<LooseGear> describe(const std::vector<Fitted>& loose, size_t best) const {
+    const Fitted& chosen = loose[best];
+    if (!is_within_bounds(get_law(chosen)) || chosen.cost > kLoose * own_.cost) return std::nullopt;
+    const double rigid = get_held(own_.effects), held = get_held(chosen.effects);
+    if (held > kLoose * rigid || !helps_everywhere(chosen.effects)) return std::nullopt;
     LooseGear gear;
-    gear.joint = loose[best], gear.at = at_, gear.std = find_deviations(loose[best]);
-    const double rigid = get_held(own_), held = get_held(loose[best]), nothing = get_held({});
-    gear.left = held / rigid, gear.named = std::max(gear.left, get_cost(loose[best]) / get_cost(own_)) < kNamed;
-    gear.share = std::clamp((rigid - held) / std::max(nothing, rigid), 0.0, 1.0);
+    gear.joint = chosen.effects, gear.at = at_, gear.std = find_deviations(chosen.effects);
+    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / own_.cost) < kNamed;
+    gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
-      const bool contains_it = loose[i][at_].p.size() > loose[best][at_].p.size();  // play of no width
-      if (i != best && !contains_it && get_cost(loose[i]) < kAlike * get_cost(loose[best])) gear.rival = loose[i][at_];
+      const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // play of no width
+      if (i != best && !contains_it && loose[i].cost < kAlike * chosen.cost) gear.rival = get_law(loose[i]);
     }
     return gear;
   }
 
   const int joint_;
   const JointAlone alone_;
-  Hypothesis own_;
+  Fitted own_;
   size_t at_ = 0;
 };
 
