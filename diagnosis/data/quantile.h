@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 #include <vector>
 
 namespace hrp::diagnosis {
@@ -20,6 +22,16 @@ inline double find_median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+// Standard deviation of a normal distribution, from distances to its middle; robust against a few of another.
+inline double find_deviation(std::vector<double> distances) { return 1.4826 * find_median(std::move(distances)); }
+
+// The same of values about their own median.
+inline double find_deviation_about_median(std::vector<double> values) {
+  const double middle = find_median(values);
+  for (double& v : values) v = std::abs(v - middle);
+  return find_deviation(std::move(values));
 }
 
 }  // namespace hrp::diagnosis

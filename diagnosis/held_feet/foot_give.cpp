@@ -94,7 +94,7 @@ std::vector<char> find_sound(const Heights& h, double* noise) {
     for (long k = 0; k < slope.left.size(); ++k) {
       if (use[static_cast<size_t>(k)]) size.push_back(std::abs(slope.left[k]));
     }
-    *noise = std::max(1e-9, 1.4826 * find_median(size));
+    *noise = std::max(1e-9, find_deviation(size));
     for (size_t k = 0; k < use.size(); ++k) use[k] = std::abs(slope.left[static_cast<long>(k)]) < kOutlier * *noise;
   }
   return use;

@@ -96,7 +96,7 @@ Flags find_frozen(const TorqueRecording& r, const Flags& still) {
 
 void mark_sudden(const Eigen::VectorXd& raw, const Eigen::VectorXd& smooth, long reach, Flags* sudden) {
   const Eigen::ArrayXd apart = (raw - smooth).array().abs();
-  const double limit = kSudden * 1.4826 * find_median({apart.data(), apart.data() + apart.size()});
+  const double limit = kSudden * find_deviation({apart.data(), apart.data() + apart.size()});
   for (long k = 0; k < apart.size() && limit > 0.0; ++k) {
     const long from = std::max(0L, k - reach), to = std::min(apart.size(), k + reach + 1);
     if (apart[k] > limit) sudden->segment(from, to - from).setConstant(true);

@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/model/nominal.h"
+#include "diagnosis/toss/strikes.h"
 
 namespace hrp::diagnosis::toss {
 namespace {
@@ -126,9 +127,7 @@ void find_slow_errors(TossProblem* problem) {
   const auto spread = [&](double RestPlane::*field) {
     std::vector<double> values;
     for (const RestPlane& p : planes) values.push_back(p.*field);
-    const double middle = find_median(values);
-    for (double& v : values) v = std::abs(v - middle);
-    return 1.4826 * find_median(values);  // of a normal distribution
+    return find_deviation_about_median(std::move(values));
   };
   problem->slow_p = std::max(problem->sigma_p, spread(&RestPlane::height));
   problem->slow_R = std::max(problem->sigma_R, 0.5 * (spread(&RestPlane::slope_x) + spread(&RestPlane::slope_y)));
@@ -276,6 +275,7 @@ bool make_toss_problem(const Experiment& e, TossProblem* problem, std::string* w
   drop_rest(problem);
   find_slow_errors(problem);
   judge_twist(problem);
+  problem->fall = measure_fall(*problem), problem->inertia = measure_inertia(*problem), problem->rest_height = measure_rest_height(*problem);
   return true;
 }
 

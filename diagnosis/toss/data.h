@@ -3,6 +3,7 @@
 // ("windows") over which its motion is predicted.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,12 @@ struct Toss {
   std::vector<Vector3d> v, w;         // recorded twist: [m/s] and [rad/s], in the axes of TossProblem; may be empty
 };
 
+// Median of many values with its standard error, both robust.
+struct Measured {
+  double value = 0.0, std = 0.0;
+  size_t count = 0;
+};
+
 struct Window {
   size_t toss = 0, first = 0, count = 0;  // samples
 };
@@ -32,6 +39,7 @@ struct TossProblem {
   double sigma_p = 0.0, sigma_R = 0.0;  // [m], [rad] noise of a pose, each axis
   double slow_p = 0.0, slow_R = 0.0;    // [m], [rad] errors of a tracker that stay the same for a whole window
   std::vector<double> rest_heights;     // [m] over the model's ground, of bodies that lie flat at the end of a toss
+  std::optional<Measured> fall, inertia, rest_height;  // see strikes.h; empty where poses do not tell
   bool stated = false;                  // the noise is the experiment's
   bool linear_in_body = false, angular_in_body = true;  // axes of the twist, found from the poses
   bool has_linear = false, has_angular = false;         // the twist is there and a measurement of its own

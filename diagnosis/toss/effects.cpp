@@ -73,7 +73,7 @@ TossRow make_payload() {
 TossRow make_inertia() {
   TossRow row{EffectId::kInertiaError, kBody, take(EffectId::kInertiaError, 0, 1, 0.01, 0.1, 10)};
   row.refused = "only impacts speak of it, and their law is not known well enough";
-  row.measure = measure_inertia;
+  row.get_measured = [](const TossProblem& problem) { return problem.inertia; };
   // Windows end in other contacts with another inertia: a small step may show nothing.
   row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
     Hypothesis out{none, none, none};
@@ -86,7 +86,7 @@ TossRow make_inertia() {
 TossRow make_height() {
   TossRow row{EffectId::kSensorBias, kPosition, take(EffectId::kSensorBias, 2, 1, 1e-4, -1, 1)};
   row.unit = "m";
-  row.measure = measure_rest_height;
+  row.get_measured = [](const TossProblem& problem) { return problem.rest_height; };
   return row;
 }
 
@@ -99,14 +99,14 @@ TossRow make_flying(EffectId id, const Place& place, std::vector<TossParameter> 
 // Lengths that read `scale` times too long, and a clock that is slow, make a body fall faster.
 TossRow make_scale() {
   TossRow row = make_flying(EffectId::kSensorScale, kPosition, take(EffectId::kSensorScale, 0, 1, 1e-3, 0.5, 2));
-  row.measure = measure_fall;
+  row.get_measured = [](const TossProblem& problem) { return problem.fall; };
   return row;
 }
 
 TossRow make_skew() {
   TossRow row = make_flying(EffectId::kClockSkew, kPose, take(EffectId::kClockSkew, 0, 1, 1e-3, -0.2, 0.2));
-  row.measure = [](const TossProblem& problem) {
-    std::optional<Measured> skew = measure_fall(problem);
+  row.get_measured = [](const TossProblem& problem) {
+    std::optional<Measured> skew = problem.fall;
     if (!skew) return skew;
     skew->value = std::sqrt(skew->value), skew->std *= 0.5 / skew->value;
     skew->value -= 1.0;
@@ -175,7 +175,7 @@ bool has_effect(const Hypothesis& hypothesis, EffectId id) {
 Hypothesis list_starts(const TossProblem& problem, const Hypothesis& found, EffectId id) {
   Effect none = make_neutral(problem, id);
   const TossRow& row = get_toss_row(id);
-  if (const auto measured = row.measure ? row.measure(problem) : std::nullopt) {
+  if (const auto measured = row.get_measured ? row.get_measured(problem) : std::nullopt) {
     none.p[0] = std::clamp(measured->value, row.parameters[0].low, row.parameters[0].high);
     return {none};
   }

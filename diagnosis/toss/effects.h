@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnosis/model/effect.h"
-#include "diagnosis/toss/strikes.h"
+#include "diagnosis/toss/data.h"
 
 namespace hrp::diagnosis::toss {
 
@@ -24,8 +24,8 @@ struct TossRow {
   bool jumps = false;             // no small change shows: neither friction where all sticks nor bouncing where nothing does
   EffectId inside = EffectId::kNamed;  // an effect that this one contains: it is tried in its place
   const char* refused = nullptr;  // why it is not named for sure where nothing measures it
-  // Finds the first parameter from the poses, without a law of contact; null: only a fit does.
-  std::optional<Measured> (*measure)(const TossProblem&) = nullptr;
+  // The first parameter as the poses give it without a law of contact (strikes.h); null: only a fit does.
+  std::optional<Measured> (*get_measured)(const TossProblem&) = nullptr;
   // Where to start a fit that nothing measures, from the absent effect `none`; null: there.
   Hypothesis (*list_starts)(const TossProblem&, const Hypothesis& found, const Effect& none) = nullptr;
 };

@@ -164,7 +164,7 @@ class Search {
   // What the poses give without a law of contact, where that is not what the model has.
   std::optional<Measured> find_measured(EffectId id) const {
     const TossRow& row = get_toss_row(id);
-    const std::optional<Measured> measured = row.measure ? row.measure(problem_) : std::nullopt;
+    const std::optional<Measured> measured = row.get_measured ? row.get_measured(problem_) : std::nullopt;
     const bool differs = measured && std::abs(measured->value - make_neutral(problem_, id).p[0]) > kSure * measured->std;
     return differs ? measured : std::nullopt;
   }

@@ -19,13 +19,9 @@ constexpr size_t kLeast = 8, kLeastRests = 4;  // values of a median with an err
 
 std::optional<Measured> find_median_with_error(const std::vector<double>& values, size_t least) {
   if (values.size() < least) return std::nullopt;
-  Measured out{find_median(values), 0.0, values.size()};
-  std::vector<double> apart;
-  for (double v : values) apart.push_back(std::abs(v - out.value));
-  // Of a normal distribution: the median distance is 1 / 1.4826 of the standard deviation, and a median errs by
-  // sqrt(pi / 2) times as much as a mean.
-  out.std = 1.4826 * find_median(apart) * std::sqrt(M_PI_2 / static_cast<double>(values.size()));
-  return out;
+  // Of a normal distribution a median errs by sqrt(pi / 2) times as much as a mean.
+  const double std = find_deviation_about_median(values) * std::sqrt(M_PI_2 / static_cast<double>(values.size()));
+  return Measured{find_median(values), std, values.size()};
 }
 
 // A stretch of poses, and its motion at one of them.

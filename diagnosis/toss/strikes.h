@@ -2,17 +2,9 @@
 // What poses tell without a law of contact: how bodies fall, how high they rest, and how a struck corner turns them.
 #pragma once
 
-#include <optional>
-
 #include "diagnosis/toss/data.h"
 
 namespace hrp::diagnosis::toss {
-
-// Median of many values with its standard error, both robust.
-struct Measured {
-  double value = 0.0, std = 0.0;
-  size_t count = 0;
-};
 
 // One point strikes between two free flights: all impulse acts there, whatever the law of contact.
 struct Strike {

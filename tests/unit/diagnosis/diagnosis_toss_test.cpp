@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/toss/search.h"
+#include "diagnosis/toss/strikes.h"
 
 namespace hrp::diagnosis::toss {
 namespace {
