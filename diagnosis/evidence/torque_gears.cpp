@@ -26,8 +26,8 @@ bool is_likelier(const GradedTerm& mass, double mu) {
 void replace(GradedTerm* mass, GradedTerm* friction) {
   const double mu = friction->parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu)), k = calc_gain(*mass, mu);
   const double own = friction->width[0] / (1.0 + mu), of_mass = mass->width[0] / (1.0 + mass->parameters[0]);
-  const Rival rival{mass->term, mass->parameters};
-  friction->rivals = {{friction->term, friction->parameters}, rival};
+  const Rival rival{mass->term, mass->parameters, mass->width, {}, {}};
+  friction->rivals = {{friction->term, friction->parameters, friction->width, {}, {}}, rival};
   friction->term.row = &find_term_row(&TermRow::backwards);
   friction->parameters[0] = calc_backward_loss(mu), friction->std *= slope, friction->width *= slope;
   friction->share += mass->share, friction->weight += mass->weight;

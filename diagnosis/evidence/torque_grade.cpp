@@ -50,6 +50,14 @@ class Grader {
     return grade()[0];
   }
 
+  // Only its values and how well they are known.
+  GradedTerm measure(const TermPlace& place) {
+    add(place);
+    find_agreement();
+    find_widths();
+    return graded_[0];
+  }
+
  private:
   std::vector<GradedTerm> grade() {
     find_agreement();
@@ -143,7 +151,10 @@ class Grader {
   void find_widths() {
     std::vector<Eigen::VectorXd> between(design_.joints.size());
     std::vector<DryCurve> curves(between.size());
+    std::vector<char> judges(between.size(), 0);
+    for (const GradedTerm& g : graded_) judges[find_judge(g)] = 1;
     parallel_for(jobs_, static_cast<int>(between.size()), [&](int i) {
+      if (!judges[static_cast<size_t>(i)]) return;
       between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, static_cast<size_t>(i));
       curves[static_cast<size_t>(i)] = profile_dry_curve(design_, choice_.model, static_cast<size_t>(i));
     });
@@ -272,6 +283,15 @@ class Grader {
     g->helps_held = calc_held_left(design_, alone) > calc_held_left(design_, fit_);
     g->harms_one = harms_one(*g, alone);
     g->rivals = list_rivals(design_, {choice_.model, fit_, rest, alone}, find_judge(*g), *g);
+    for (Rival& r : g->rivals) {
+      if (r.width.size() == 0) r.width = measure_rival(r).width;
+    }
+  }
+
+  GradedTerm measure_rival(const Rival& r) const {
+    Choice choice = choice_;
+    choice.model = r.model;
+    return Grader(design_, choice, 1).measure(r.place);
   }
 
   // Whether a held-out recording is predicted worse with the term, at the joint that says most of it.

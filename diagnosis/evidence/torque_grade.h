@@ -16,9 +16,13 @@ struct TermPlace {
   size_t at = 0;
 };
 
+// Another term that does as well in the place of a term.
 struct Rival {
   Term term;
   Eigen::VectorXd parameters;
+  Eigen::VectorXd width;  // standard deviation of each, as GradedTerm::width
+  TorqueModel model;      // with it in the term's place; without terms where its values follow from the term's own
+  TermPlace place;        // of it there
 };
 
 struct GradedTerm {

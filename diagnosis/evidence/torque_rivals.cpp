@@ -43,9 +43,9 @@ class RivalSearch {
         return r.term.row->factor && r.term.place == static_cast<int>(link);
       });
       const double k = 1.0 - g_.parameters[0];
-      if (!there && k > 0.0)
-        rivals_.insert(rivals_.begin(), {{&find_term_row(&TermRow::factor), static_cast<int>(link)},
-                                         Eigen::VectorXd::Constant(1, 1.0 / k - 1.0)});
+      if (there || !(k > 0.0)) continue;
+      const Term mass{&find_term_row(&TermRow::factor), static_cast<int>(link)};
+      rivals_.insert(rivals_.begin(), {mass, Eigen::VectorXd::Constant(1, 1.0 / k - 1.0), g_.width / (k * k), {}, {}});
     }
   }
 
@@ -64,8 +64,12 @@ class RivalSearch {
       const TorqueFit fit = fit_torque(design_, model);
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
       if (fit.evidence + calc_term_cost(*other.row, p) - costs > fit_.evidence - kSame && is_whole_physical(design_, other, p))
-        rivals_.push_back({other, drop_unseen(design_, other, p)});
+        add_whole(other, p, model);
     }
+  }
+
+  void add_whole(const Term& other, const Eigen::VectorXd& p, const TorqueModel& model) {
+    rivals_.push_back({other, drop_unseen(design_, other, p), {}, model, {-1, model.whole.size() - 1}});
   }
 
   // Takes the gain of a joint out of its terms; [nats] that it costs.
@@ -141,7 +145,7 @@ class RivalSearch {
       if (!fills(other, fit, fit.theta.segment(slots.own[i_][at], other.columns()))) continue;
       const Eigen::VectorXd own = fit.theta.segment(slots.own[i_][0], count_columns(i_, model.own[i_]));
       if (!is_physical(design_, i_, model.own[i_], own)) continue;
-      rivals_.push_back({other, fit.theta.segment(slots.own[i_][at], other.columns())});
+      rivals_.push_back({other, fit.theta.segment(slots.own[i_][at], other.columns()), {}, model, {static_cast<int>(i_), at}});
     }
   }
 
@@ -166,7 +170,7 @@ class RivalSearch {
       const TorqueFit fit = fit_torque(design_, model);
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
       if (!fills(other, fit, p) || is_needed_beside(term, fit)) continue;
-      if (is_whole_physical(design_, other, p)) rivals_.push_back({other, drop_unseen(design_, other, p)});
+      if (is_whole_physical(design_, other, p)) add_whole(other, p, model);
     }
   }
 

@@ -14,7 +14,8 @@ struct Gap {
   const TorqueFit& alone;
 };
 
-// `judge`: the joint of the design whose rows say most of the term.
+// `judge`: the joint of the design whose rows say most of the term. Widths of terms with a model of their own are left to
+// the caller.
 std::vector<Rival> list_rivals(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g);
 
 }  // namespace hrp::diagnosis

@@ -72,9 +72,8 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
 void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
   Term term = rival.term;
   if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;
-  const Eigen::VectorXd std = 0.5 * rival.parameters.cwiseAbs();
   Alternative a{term.effect().name, get_family_name(term.effect().family), make_place(e, term),
-                make_parameters(e, term, rival.parameters, std), g.term.row->motion};
+                make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion};
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });
   if (!there) list->push_back(std::move(a));
