@@ -11,7 +11,8 @@ namespace {
 
 constexpr size_t kSearchWindows = 110;  // a minute on two cores
 constexpr int kMostEffects = 5;
-constexpr int kTrialRounds = 2, kRounds = 4;  // of a fit: two rank candidates
+constexpr int kTrialRounds = 2, kRounds = 4;  // of a fit: two rank candidates roughly, four give values
+constexpr size_t kClosest = 3;  // candidates, by their rough gains, that are ranked by four rounds
 // While something else is missing as well, an effect must take away this share of the cost that is left: a smaller one
 // may be a stand-in for what is missing.
 constexpr double kLeastShare = 0.03;
@@ -87,7 +88,7 @@ class Search {
                                       [&](const Effect& e) { return e.id == inside; }),
                        hypothesis.end());
       hypothesis.push_back(effect);
-      const TossFit fit = fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(4));
+      const TossFit fit = fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(kTrialRounds));
       const double gain = out_.chosen.train_cost - fit.train_cost;
       if (best.fit.hypothesis.empty() || gain > best.gain) best.fit = fit, best.gain = gain;
     }
@@ -207,7 +208,7 @@ class Search {
     for (const TossRow& row : list_toss_rows()) {
       if (!row.refused || out_.chosen.hypothesis.empty() || has_effect(out_.chosen.hypothesis, row.id)) continue;
       TossTrial trial = try_effect(row.id);
-      complete(&trial), examine(&trial);
+      complete(&trial, kRounds), examine(&trial);
       if (trial.doubted) say(std::string("perhaps ") + get_effect(row.id).name + ": " + std::to_string(judge(problem_, trial.fit)));
       if (trial.doubted) out_.doubted.push_back(std::move(trial));
     }
@@ -220,8 +221,8 @@ class Search {
   }
 
   // From a fit that ranks it to one that its value can be taken from.
-  void complete(TossTrial* trial) const {
-    trial->fit = fit_tosses(problem_, trial->fit, options(kRounds));
+  void complete(TossTrial* trial, int rounds) const {
+    trial->fit = fit_tosses(problem_, trial->fit, options(rounds));
     trial->gain = out_.chosen.train_cost - trial->fit.train_cost;
     trial->sureness = calc_sureness(problem_, out_.chosen, trial->fit);
   }
@@ -249,6 +250,10 @@ class Search {
     return wanted;
   }
 
+  static void sort_by_gain(std::vector<TossTrial>* trials) {
+    std::stable_sort(trials->begin(), trials->end(), [](const TossTrial& a, const TossTrial& b) { return a.gain > b.gain; });
+  }
+
   bool add_best() {
     if (out_.chosen.typical_train < 0.5) return false;  // the noise is overstated: nothing to find
     std::vector<TossTrial> round;
@@ -256,12 +261,13 @@ class Search {
       round.push_back(try_effect(id));
       say(std::string("with ") + get_effect(id).name + ": " + std::to_string(judge(problem_, round.back().fit)));
     }
-    std::stable_sort(round.begin(), round.end(),
-                     [](const TossTrial& a, const TossTrial& b) { return a.gain > b.gain; });
+    sort_by_gain(&round);
+    for (size_t i = 0; i < std::min(kClosest, round.size()); ++i) complete(&round[i], kRounds - kTrialRounds);
+    sort_by_gain(&round);
     bool found = false;
     for (TossTrial& trial : round) {
       if (!found)
-        complete(&trial), examine(&trial);
+        complete(&trial, kRounds), examine(&trial);
       else
         trial.why = "another effect takes away more";
       found = found || trial.accepted;
