@@ -65,7 +65,7 @@ Finding make_column_finding(const Experiment& e, int joint, Quantity column, Eff
 // Gear and gain: see the header.
 Alternative make_loaded_friction(const Where& joint, const GradedTerm& gear) {
   const double r = gear.parameters[0], mu = calc_loaded_friction(r), slope = calc_loaded_friction_slope(r);
-  const std::string motion = "a known mass lifted: beside such friction the torque constant is " + number(1.0 + mu, 3) + " times the stated one";
+  const std::string motion = "a known mass lifted: beside such friction the torque constant is " + number(1.0 / (1.0 - mu), 3) + " times the stated one";
   const EffectInfo& friction = *find_effect("load_dependent_friction");
   return {friction.name, get_family_name(friction.family), joint, {{"ratio", "1", {mu}, {slope * gear.width[0]}, false}}, motion};
 }
@@ -108,7 +108,7 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
 Alternative make_gear_alternative(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction) {
   const EffectInfo& gear = *find_effect("backdriving_friction");
   const double mu = friction.parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu));
-  const double k = 1.0 / ((1.0 + mass.parameters[0]) * (1.0 + mu));
+  const double k = calc_gear_gain(mass, friction);
   const std::string motion = "a known mass lifted: beside such a gear the torque constant is " + number(k, 3) + " times the stated one";
   return {gear.name, get_family_name(gear.family), {{"joint", data.experiment->robot.tree.joint(friction.term.place).name}},
           {{"ratio", "1", {calc_backward_loss(mu)}, {slope * friction.width[0]}, false}}, motion};

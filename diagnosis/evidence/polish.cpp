@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kTolerance = 1e-3;
 constexpr double kWorth = 0.03;     // of the squares that a joint leaves, which one more law must take away
-constexpr int kMostAdded = 2;       // laws at one joint
+constexpr int kMostAdded = 3;       // laws at one joint
 constexpr int kTryIterations = 3;
 constexpr double kQuiet = 1.2;      // times its noise (squares) below which a joint gets no more laws
 constexpr double kInstant = 0.003;  // [s] that lags and delays start from
@@ -52,6 +52,7 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   if (!timed) list.push_back(with(own, {EffectId::kDelay, joint, {kInstant}}));
   if (!has(EffectId::kRotorInertia)) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
   if (!has(EffectId::kViscous)) list.push_back(with(own, {EffectId::kViscous, joint, {0.0}}));
+  if (!has(EffectId::kLoadFriction)) list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0}}));
   if (!has(EffectId::kTorqueConstant)) list.push_back(with(own, {EffectId::kTorqueConstant, joint, {1.0}}));
   return list;
 }

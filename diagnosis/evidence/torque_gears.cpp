@@ -9,23 +9,30 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The regressor is the load of the nominal mass.
+// The bodies' torque is that of the nominal mass.
 void relate_to_true_load(double mass_factor, GradedTerm* friction) {
+  if (friction->term.shape != kLoadOfBodies) return;
   friction->parameters /= mass_factor, friction->std /= mass_factor, friction->width /= mass_factor;
 }
 
-double calc_gain(const GradedTerm& mass, double mu) { return 1.0 / ((1.0 + mass.parameters[0]) * (1.0 + mu)); }
+// Torque that the drive needs to lift, over the true link's: of friction that is a share of the bodies' torque, or of the
+// drive's effort.
+double calc_lift(const GradedTerm& friction) {
+  const double mu = friction.parameters[0];
+  return friction.term.shape == kLoadOfBodies ? 1.0 + mu : 1.0 / (1.0 - mu);
+}
 
 // [nats] before any recording is seen.
-bool is_likelier(const GradedTerm& mass, double mu) {
-  const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gain(mass, mu));
+bool is_likelier(const GradedTerm& mass, const GradedTerm& friction) {
+  const double mu = friction.parameters[0];
+  const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gear_gain(mass, friction));
   const double as_mass = find_term_row(&TermRow::by_load).cost + calc_term_cost(*mass.term.row, mass.parameters);
   return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // what was measured stays where it is not absurd
 }
 
 void replace(GradedTerm* mass, GradedTerm* friction) {
-  const double mu = friction->parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu)), k = calc_gain(*mass, mu);
-  const double own = friction->width[0] / (1.0 + mu), of_mass = mass->width[0] / (1.0 + mass->parameters[0]);
+  const double mu = friction->parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu)), k = calc_gear_gain(*mass, *friction);
+  const double own = friction->width[0] / (friction->term.shape == kLoadOfBodies ? 1.0 + mu : 1.0 - mu), of_mass = mass->width[0] / (1.0 + mass->parameters[0]);
   const Rival rival{mass->term, mass->parameters, mass->width, {}, {}};
   friction->rivals = {{friction->term, friction->parameters, friction->width, {}, {}}, rival};
   friction->term.row = &find_term_row(&TermRow::backwards);
@@ -41,6 +48,8 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
 }
 
 }  // namespace
+
+double calc_gear_gain(const GradedTerm& mass, const GradedTerm& friction) { return 1.0 / ((1.0 + mass.parameters[0]) * calc_lift(friction)); }
 
 double calc_backward_loss(double mu) { return 2.0 * mu / (1.0 + mu); }
 double calc_loaded_friction(double loss) { return loss / (2.0 - loss); }
@@ -62,7 +71,7 @@ void explain_by_gears(const TorqueDesign& design, std::vector<GradedTerm>* grade
     GradedTerm* friction = find_gear(design, mass, graded);
     if (!friction) continue;
     relate_to_true_load(1.0 + mass.parameters[0], friction);
-    if (is_likelier(mass, friction->parameters[0])) replace(&mass, friction);
+    if (is_likelier(mass, *friction)) replace(&mass, friction);
   }
 }
 

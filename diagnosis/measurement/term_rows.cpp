@@ -60,7 +60,7 @@ Matrix calc_nominal(const TorqueData&, const R& r, const Term& t) {
 Matrix calc_direction(const TorqueData& data, const R& r, const Term& t) { return data.calc_direction(r, t.place); }
 
 Matrix calc_load(const TorqueData& data, const R& r, const Term& t) {
-  return data.condition(r, data.calc_sign(r, t.place).cwiseProduct(r.tau.col(t.place).cwiseAbs()));
+  return data.condition(r, data.calc_sign(r, t.place).cwiseProduct(r.load.col(t.place).cwiseAbs()));
 }
 
 // What the load does to a gear that it drives backwards: tau against the motion.
@@ -72,7 +72,7 @@ Matrix calc_backwards(const TorqueData& data, const R& r, const Term& t) {
 
 Matrix calc_excess(const TorqueData& data, const R& r, const Term& t) {
   const Eigen::ArrayXd sign = data.calc_sign(r, t.place).array();
-  return data.condition(r, (sign * (-(r.v.col(t.place).array() / t.shape).square()).exp()).matrix());
+  return data.condition(r, (sign * (-(r.speed.col(t.place).array() / t.shape).square()).exp()).matrix());
 }
 
 Matrix calc_late_command(const TorqueData&, const R& r, const Term& t) {
@@ -117,6 +117,10 @@ std::vector<double> list_yield_angles(const TorqueData& data, int joint) {
   std::vector<double> list;
   for (double yield = kFirstYield; yield < kYieldTravel * (high - low); yield *= kYieldStep) list.push_back(yield);
   return list;
+}
+
+std::vector<double> list_loads(const TorqueData& data, int joint) {
+  return {data.loaded_by_drive[static_cast<size_t>(joint)] ? kLoadOfDrive : kLoadOfBodies};
 }
 
 std::vector<double> list_springs(const TorqueData& data, int) {
@@ -175,7 +179,8 @@ std::vector<TermRow> make_joint_rows() {
   return {
       Row("viscous_friction", 0.5, kSpeeds).column(&calc_smooth).positive().is(&T::usual).is(&T::of_motor_and_gear),
       Row("coulomb_friction", 0.5, kSpeeds).column(&calc_direction).positive().is(&T::usual).is(&T::of_motor_and_gear).is(&T::level),
-      Row("load_dependent_friction", 2.0, kSpeeds).column(&calc_load).within(0.0, kMostLoss).is(&T::of_motor_and_gear).is(&T::by_load),
+      Row("load_dependent_friction", 2.0, kSpeeds).column(&calc_load).shapes(&list_loads).within(0.0, kMostLoss).is(&T::of_motor_and_gear)
+          .is(&T::by_load),
       Row("backdriving_friction", 2.0, kSpeeds).column(&calc_backwards).within(0.0, kMostHeld).is(&T::needs_drive)
           .is(&T::of_motor_and_gear).is(&T::backwards).is(&T::only_beside_all),
       Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::needs_drive).is(&T::usual).is(&T::of_motor_and_gear),

@@ -37,6 +37,12 @@ constexpr double kTrim = 0.15;
 constexpr double kSlowShare = 0.005;
 constexpr double kSlowDeviations = 2.0;
 constexpr double kSlowest = 1e-4;  // [rad/s]
+// Cutoffs [Hz] that are tried for speeds, highest first. Friction turns around within milliseconds; both sides of the
+// equation are filtered after its law has been evaluated, so the law needs the speed as sharp as noise allows.
+constexpr double kSpeedCutoffs[] = {160.0, 80.0, 40.0, 20.0};
+constexpr double kSpeedNoise = 1.0;  // of `slow`, that a speed may have
+// Of the squares that friction by the bodies' torque leaves: what friction by the drive's effort may leave to be believed.
+constexpr double kLoadGain = 0.98;
 // Recordings shorter than this [s] have no middle beside their ends.
 constexpr double kShortest = 1.0;
 
@@ -142,6 +148,8 @@ class Maker {
       if (noise_share <= kNoiseShare && find_missing_share() <= kMissingShare) break;
     }
     find_slow();
+    for (TorqueRecording& r : data_.recordings) find_speed(&r);
+    find_loads();
     for (TorqueRecording& r : data_.recordings) finish(&r);
     for (int j = 0; j < e_.num_joints(); ++j) leave_out_limits(j);
     return std::move(data_);
@@ -330,13 +338,80 @@ class Maker {
     }
   }
 
+  // Of the recorded velocity, else of the position; the smoothed one where neither is precise enough.
+  void find_speed(TorqueRecording* r) const {
+    const Recording& in = e_.recordings[r->index];
+    r->speed = r->v;
+    for (long j = 0; j < r->v.cols(); ++j) {
+      const size_t joint = static_cast<size_t>(j);
+      const bool recorded = in.joints[joint].has(Quantity::kVelocity);
+      const double sigma = recorded ? e_.joint_noise[joint][static_cast<size_t>(Quantity::kVelocity)].sigma : noise_[joint];
+      for (double cutoff : kSpeedCutoffs) {
+        if (cutoff <= data_.cutoff || cutoff > 0.5 / r->step) continue;
+        if (scale_noise(sigma, r->step, cutoff, recorded ? 0 : 1) > kSpeedNoise * data_.slow[joint]) continue;
+        const std::vector<double>& series = recorded ? in.joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)] : find_position(r->index, joint);
+        const Eigen::VectorXd sharp = low_pass(resample(in.time, series, r->begin, r->step, r->q.rows()), r->step, cutoff);
+        r->speed.col(j) = recorded ? sharp : differentiate(sharp, r->step);
+        break;
+      }
+    }
+  }
+
+  // Columns on the full grid that a drive's effort follows beside the bodies' torque. Friction grows with |load|.
+  Eigen::MatrixXd make_load_columns(const TorqueRecording& r, int j, const Eigen::VectorXd& load) const {
+    const Eigen::VectorXd sign = data_.calc_sign(r, j);
+    Eigen::MatrixXd x(r.q.rows(), 5);
+    x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, data_.cutoff), low_pass(sign.cwiseProduct(load.cwiseAbs()), r.step, data_.cutoff),
+        Eigen::VectorXd::Ones(r.q.rows());
+    return x;
+  }
+
+  struct LoadFit {
+    Eigen::VectorXd theta;  // of the columns
+    double left = 0.0;      // [(N m)^2] sum of squares
+  };
+
+  // Least squares of the missing torque on the training recordings, with r.load as it stands.
+  LoadFit fit_loads(int j) const {
+    Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(5, 5);
+    LoadFit fit{Eigen::VectorXd::Zero(5), 0.0};
+    Eigen::VectorXd xy = fit.theta;
+    for (const TorqueRecording& r : data_.recordings) {
+      const long inner = r.q.rows() - 2 * r.trim;
+      if (!r.train || inner <= 0) continue;
+      const Eigen::MatrixXd x = make_load_columns(r, j, r.load.col(j)).middleRows(r.trim, inner);
+      const Eigen::VectorXd y = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
+      xx += x.transpose() * x, xy += x.transpose() * y, fit.left += y.squaredNorm();
+    }
+    fit.theta = xx.completeOrthogonalDecomposition().solve(xy);
+    fit.left -= xy.dot(fit.theta);
+    return fit;
+  }
+
+  // The drive's effort is predicted from inertia and friction along the motion. The recorded effort stands on the other side
+  // of the equation: as a column it would explain its own errors.
+  void find_loads() {
+    data_.loaded_by_drive.assign(data_.source.size(), 0);
+    for (TorqueRecording& r : data_.recordings) r.load = r.tau;
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      if (!data_.is_judged(j) || !e_.robot.tree.joint(j).actuated) continue;
+      const LoadFit bodies = fit_loads(j);
+      for (TorqueRecording& r : data_.recordings) r.load.col(j) += make_load_columns(r, j, r.tau.col(j)) * bodies.theta;
+      const bool by_drive = fit_loads(j).left < kLoadGain * bodies.left;
+      data_.loaded_by_drive[static_cast<size_t>(j)] = by_drive;
+      for (TorqueRecording& r : data_.recordings) {
+        if (!by_drive) r.load.col(j) = r.tau.col(j);
+      }
+    }
+  }
+
   // What a joint takes by the laws of its description and those that the experiment states, at the kept samples.
   Eigen::VectorXd calc_stated(const TorqueRecording& r, int j) const {
     const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
     const Eigen::VectorXd sign = data_.calc_sign(r, j);
     Eigen::VectorXd friction = Eigen::VectorXd::Zero(r.v.rows());
     for (long k = 0; k < friction.size() && laws.has_friction(); ++k)
-      friction[k] = sign[k] * calc_friction_level(laws, std::abs(r.v(k, j)), r.tau(k, j), sign[k] > 0.0 ? 1.0 : -1.0);
+      friction[k] = sign[k] * calc_friction_level(laws, std::abs(r.speed(k, j)), r.load(k, j), sign[k] > 0.0 ? 1.0 : -1.0);
     Eigen::VectorXd stated = data_.condition(r, friction);
     for (long k = 0; k < stated.size(); ++k) {
       const long row = r.full_row(k);
@@ -447,7 +522,7 @@ Eigen::VectorXd TorqueData::condition(const TorqueRecording& r, const Eigen::Vec
 }
 
 Eigen::VectorXd TorqueData::calc_sign(const TorqueRecording& r, int joint) const {
-  return (r.v.col(joint).array() / slow[static_cast<size_t>(joint)]).tanh().matrix();
+  return (r.speed.col(joint).array() / slow[static_cast<size_t>(joint)]).tanh().matrix();
 }
 
 Eigen::VectorXd TorqueData::calc_direction(const TorqueRecording& r, int joint) const {

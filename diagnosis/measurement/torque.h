@@ -31,10 +31,12 @@ struct TorqueRecording {
   double begin = 0.0, step = 0.0;  // [s] of the full grid
   long stride = 1, trim = 0;       // every `stride`-th sample is kept, `trim` full samples are left out at both ends
   Eigen::MatrixXd q, v, a;         // smoothed, full grid
+  Eigen::MatrixXd speed;           // v with less smoothing, full grid: laws with edges in speed, as dry friction, see this one
   Eigen::MatrixXd effort;          // y on the full grid, smoothed
   Eigen::MatrixXd effort_rate;     // [N m/s] of the smoothed y
   Eigen::MatrixXd command_rate;    // [N m/s] kp r' + kd r'': what a late command changes; zero without commands
   Eigen::MatrixXd tau;             // nominal inverse dynamics, full grid
+  Eigen::MatrixXd load;            // [N m] full grid: what friction that grows with the load grows with
   Eigen::MatrixXd foot_wrench;     // full grid x 6 of every loaded foot, as recorded: force, torque
   Eigen::MatrixXd missing;         // kept samples x joint
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> use;  // kept samples x joint: the joint moves and y is known
@@ -52,6 +54,9 @@ struct TorqueData {
   std::vector<ServoDelay> delays;       // of joints whose commands come late
   std::vector<ServoReading> servo;      // by joint: faults of its log against the servo's law, taken out of `effort`
   std::vector<VelocityReading> velocity;  // by joint: faults of positions and velocities against each other, taken out of all below
+  // By joint: whether friction that grows with the load follows all that the drive gives, rotor and friction included, or
+  // only the torque of the bodies behind the gear. Gears differ; the training recordings say which fits better.
+  std::vector<char> loaded_by_drive;
   std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is not known
   std::vector<TorqueRecording> recordings;
   std::vector<size_t> frozen;           // recordings of the experiment whose log freezes
@@ -63,7 +68,7 @@ struct TorqueData {
   bool is_judged(int joint) const { return source[static_cast<size_t>(joint)] != EffortSource::kNone; }
   // A function of the full grid, filtered as everything else is, at the kept samples.
   Eigen::VectorXd condition(const TorqueRecording& recording, const Eigen::VectorXd& full) const;
-  // Smooth sign of velocity on the full grid: tanh(v / slow); and conditioned.
+  // Smooth sign of velocity on the full grid: tanh(speed / slow); and conditioned.
   Eigen::VectorXd calc_sign(const TorqueRecording& recording, int joint) const;
   Eigen::VectorXd calc_direction(const TorqueRecording& recording, int joint) const;
 };

@@ -10,14 +10,14 @@ namespace hrp::diagnosis {
 namespace {
 
 // Torque [N m] that a joint's laws take beside the bodies, on the full grid.
-Eigen::VectorXd calc_taken(const JointLaws& laws, const TorqueRecording& r, const Eigen::VectorXd& tau,
-                           const Eigen::VectorXd& direction, int j) {
+Eigen::VectorXd calc_taken(const TorqueData& data, const JointLaws& laws, const TorqueRecording& r, const Eigen::VectorXd& tau, int j) {
+  const Eigen::VectorXd direction = data.calc_sign(r, j);
   Eigen::VectorXd taken(tau.size());
   for (long k = 0; k < tau.size(); ++k) {
     const double v = r.v(k, j), s = direction[k];
     taken[k] = calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j));
     if (!laws.has_friction()) continue;
-    taken[k] += s * (calc_friction_level(laws, std::abs(v), tau[k], s > 0.0 ? 1.0 : -1.0) + calc_backdriven_level(laws, tau[k], s));
+    taken[k] += s * (calc_friction_level(laws, std::abs(r.speed(k, j)), calc_given_torque(laws, r.load(k, j), v), s > 0.0 ? 1.0 : -1.0) + calc_backdriven_level(laws, tau[k], s));
   }
   return taken;
 }
@@ -37,7 +37,7 @@ std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecordi
                                      const Eigen::VectorXd& tau, int j) {
   const JointLaws& laws = plant.laws[static_cast<size_t>(j)];
   const double log_delay = get_effort_delay(plant, j);
-  const Eigen::VectorXd taken = data.condition(r, calc_taken(laws, r, tau, data.calc_sign(r, j), j));
+  const Eigen::VectorXd taken = data.condition(r, calc_taken(data, laws, r, tau, j));
   std::vector<double> left;
   for (long k = 0; k < r.kept(); ++k) {
     if (!r.use(k, j)) continue;

@@ -39,6 +39,9 @@ struct TermValues {
   std::vector<double> value, std;
 };
 
+// Shapes of friction that grows with the load: with the bodies' torque behind the gear, or with all that the drive gives.
+constexpr double kLoadOfBodies = 0.0, kLoadOfDrive = 1.0;
+
 // What a term is: its row in the table of effects, and what only torque along a recorded motion asks. A new term is a
 // row (term_rows.cpp, whole_columns.cpp) and its column; evidence, grades, words and pages read the fields.
 struct TermRow {

@@ -283,19 +283,25 @@ TEST(TorqueEvidence, AGearThatTheLoadHardlyTurnsIsNamedWithItsLossAndIsNoWrongMa
   }
 }
 
-// A wrong mass with load-dependent friction and a gear that the load hardly turns take the same torque both ways.
-TEST(TorqueEvidence, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
-  const double s = 0.54, mu = 0.37, r = calc_backward_loss(mu), k = 1.0 / (s * (1.0 + mu));
-  EXPECT_NEAR(s * (1.0 + mu), 1.0 / k, 1e-12);        // lifted
-  EXPECT_NEAR(s * (1.0 - mu), (1.0 - r) / k, 1e-12);  // lowered
-}
-
 GradedTerm make_graded(bool TermRow::*property, int place, double value, double width) {
   GradedTerm g;
   g.term = {&find_term_row(property), place};
   g.parameters = Eigen::VectorXd::Constant(1, value), g.std = g.width = Eigen::VectorXd::Constant(1, width);
   g.named = true, g.grade = Grade::kSupported;
   return g;
+}
+
+// A wrong mass with load-dependent friction and a gear that the load hardly turns take the same torque both ways.
+TEST(TorqueEvidence, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
+  GradedTerm mass = make_graded(&TermRow::factor, 1, -0.46, 0.1), friction = make_graded(&TermRow::by_load, 0, 0.37, 0.1);
+  const double s = 0.54, mu = 0.37, r = calc_backward_loss(mu);
+  double k = calc_gear_gain(mass, friction);
+  EXPECT_NEAR(s * (1.0 + mu), 1.0 / k, 1e-12);        // lifted
+  EXPECT_NEAR(s * (1.0 - mu), (1.0 - r) / k, 1e-12);  // lowered
+  friction.term.shape = kLoadOfDrive;
+  k = calc_gear_gain(mass, friction);
+  EXPECT_NEAR(s / (1.0 - mu), 1.0 / k, 1e-12);
+  EXPECT_NEAR(s / (1.0 + mu), (1.0 - r) / k, 1e-12);
 }
 
 // Half of a link's mass is not forgotten, a gear that the load hardly turns is common: the rows are the same.
