@@ -9,18 +9,18 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The regressor is the load of the nominal mass.
+// The regressor contains the load of the nominal mass, so the coefficient is mass_factor times too large.
 void relate_to_true_load(double mass_factor, GradedTerm* friction) {
   friction->parameters /= mass_factor, friction->std /= mass_factor, friction->width /= mass_factor;
 }
 
 double calc_gain(const GradedTerm& mass, double mu) { return 1.0 / ((1.0 + mass.parameters[0]) * (1.0 + mu)); }
 
-// [nats] before any recording is seen.
+// Compares prior costs [nats]; the recordings fit both explanations equally.
 bool is_likelier(const GradedTerm& mass, double mu) {
   const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gain(mass, mu));
   const double as_mass = find_term_row(&TermRow::by_load).cost + calc_term_cost(*mass.term.row, mass.parameters);
-  return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // what was measured stays where it is not absurd
+  return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // the mass needs odds against it, else it stays
 }
 
 void replace(GradedTerm* mass, GradedTerm* friction) {
@@ -37,7 +37,7 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
   mass->std = mass->width = Eigen::VectorXd::Constant(1, k * std::hypot(own, of_mass));
   mass->named = std::abs(k - 1.0) > std::max(mass->term.row->material, kNinetyFive * mass->width[0]);
   mass->grade = Grade::kAmbiguous, mass->rivals = {rival};
-  mass->share = mass->weight = 0.0;  // the gear's
+  mass->share = mass->weight = 0.0;  // counted for the gear
 }
 
 }  // namespace
