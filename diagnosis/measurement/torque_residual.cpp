@@ -9,7 +9,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Torque [N m] that a joint's laws take beside the bodies, on the full grid.
+// Torque [N m] of a joint's laws in addition to the bodies, on the full grid.
 Eigen::VectorXd calc_taken(const JointLaws& laws, const TorqueRecording& r, const Eigen::VectorXd& tau,
                            const Eigen::VectorXd& direction, int j) {
   Eigen::VectorXd taken(tau.size());
