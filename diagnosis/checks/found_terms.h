@@ -10,6 +10,7 @@
 
 namespace hrp::diagnosis {
 
+// A term with the coefficients of a reported finding.
 struct FoundTerm {
   Term term;
   Eigen::VectorXd theta;    // by column: missing torque = columns x theta [N m]

@@ -17,6 +17,8 @@ struct Moment {
   double s = 0.0;
   double of(const std::vector<double>& values) const { return values[k] + s * (values[k + 1] - values[k]); }
 };
+
+// Finds t by a search that starts at sample `near`.
 Moment find_moment(const std::vector<double>& time, double t, size_t near);
 
 // Position and rate of a joint's command at time t [s]: cubic Hermite interpolation. Linear if no rate was recorded or

@@ -43,6 +43,7 @@ struct Noise {
   bool stated = false;  // in the experiment, else estimated
 };
 
+// A scenario with its robot, its recordings and the noise of their signals.
 struct Experiment {
   std::string path, folder;
   Scenario scenario;

@@ -32,6 +32,7 @@ std::vector<Recording> cut_to_stretches(const Recording& recording, double secon
 // warnings of the whole one. For models that are simulated many times.
 Experiment make_screened(const Experiment& experiment, double joint_seconds);
 
+// Joints times seconds of all recordings.
 double calc_joint_seconds(const Experiment& experiment);
 
 }  // namespace hrp::diagnosis

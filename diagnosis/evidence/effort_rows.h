@@ -11,6 +11,7 @@
 
 namespace hrp::diagnosis {
 
+// Computes the effort residuals of a fit. Keeps the inverse dynamics of the bodies for all recordings.
 class EffortRows {
  public:
   // The effects of `links` change the bodies, in addition to the effects of the fitted hypothesis.

@@ -14,6 +14,7 @@
 
 namespace hrp::diagnosis {
 
+// What the two encoders of one joint show: findings, the zero, and how much of the deflection they explain.
 struct GearVerdict {
   int joint = 0;
   std::vector<Finding> findings;

@@ -27,6 +27,7 @@ class JointPaths {
   Paths paths_;
 };
 
+// Fits and scores of one joint's effects along the recorded paths of the others.
 class JointAlone {
  public:
   JointAlone(const JointPaths& paths, int joint);

@@ -9,6 +9,7 @@
 
 namespace hrp::diagnosis {
 
+// Result of all sensors behind the gears, with the model and the design that it comes from.
 struct LinkVerdict {
   Evidence evidence;      // findings, remaining, fit.signals, explained; no verdict
   bool mismatch = false;  // a reading differs by more than its noise and 3 % of its spread, or there is a finding

@@ -17,6 +17,7 @@ namespace hrp::diagnosis {
 
 using LinkTerms = std::vector<size_t>;  // indices into LinkDesign::terms
 
+// Normal equations and noise of one group of readings.
 struct LinkGroup {
   ReadingGroup reading;
   std::vector<Gram> train, held;  // by stretch; by held-out recording, or as `train` if none is held out
@@ -26,6 +27,7 @@ struct LinkGroup {
   double effective = 1.0;         // independent samples in the training recordings
 };
 
+// The linear model of all sensors: terms and the sums of all groups.
 struct LinkDesign {
   const LinkReadings* readings = nullptr;
   const Experiment* experiment = nullptr;
@@ -44,6 +46,8 @@ struct LinkPoint {
 using LinkPoints = std::vector<LinkPoint>;
 const LinkPoint* find_point(const LinkPoints& points, const LinkTermRow& row, int index);  // null if there is none
 
+// Computes the columns of all terms at the linearisation points `points`, and their sums. Terms that no reading shows
+// are left out. `readings` must outlive the design.
 LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points);
 
 struct LinkFit {
@@ -54,6 +58,7 @@ struct LinkFit {
   bool physical = true;
 };
 
+// Fits a set of terms by weighted least squares. The weights follow the cross-validated residuals (three iterations).
 LinkFit fit_links(const LinkDesign& design, const LinkTerms& model, bool with_covariance = false);
 
 // Evidence [nats] of other models with the weights of `fit`; minus infinity for models that are not physical.
@@ -68,6 +73,7 @@ struct LinkAlone {
 };
 LinkAlone fit_alone(const LinkDesign& design, const LinkTerms& model, const LinkFit& fit, size_t recording);
 
+// True if the coefficients p of a term are within its physical range.
 bool is_physical(const LinkDesign& design, const LinkTerm& term, const Eigen::VectorXd& p);
 
 }  // namespace hrp::diagnosis

@@ -27,6 +27,7 @@ struct LinkTerm {
   const EffectInfo& effect() const;  // the effect that the report names
 };
 
+// A kind of term: its columns, its prior cost and its physical range.
 struct LinkTermRow {
   const EffectInfo* effect = nullptr;
   PlaceKind place = PlaceKind::kLink;  // kNone: positions of all joints
@@ -67,6 +68,7 @@ struct LinkTermRow {
 // All rows, those of links first.
 const std::vector<LinkTermRow>& list_link_rows();
 
+// Converts a term's coefficients p with standard deviations s to the parameters of the effect table.
 void find_link_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value,
                       std::vector<double>* std);
 

@@ -14,6 +14,7 @@
 
 namespace hrp::diagnosis {
 
+// A joint whose simulation fits better with an elastic or loose transmission.
 struct LooseGear {
   Hypothesis joint;         // the joint's effects with the transmission in place of the rigid rotor
   size_t at = 0;            // index of the transmission in `joint`

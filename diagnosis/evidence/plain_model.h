@@ -21,6 +21,7 @@ struct PlainDrive {
 // By joint. `with_gears` also fits `gear`.
 std::vector<PlainDrive> fit_plain_model(const Problem& problem, bool with_gears = false);
 
+// The fitted drives as effects of a simulation.
 Hypothesis make_plain_model(const std::vector<PlainDrive>& fitted);
 
 }  // namespace hrp::diagnosis

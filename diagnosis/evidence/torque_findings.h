@@ -8,6 +8,7 @@
 
 namespace hrp::diagnosis {
 
+// Result of the missing torque of all joints.
 struct TorqueVerdict {
   bool judged = false;    // if false, `evidence.missing` says what was not recorded
   Evidence evidence;      // without `fit`, `mismatch` and `verdict`
@@ -21,12 +22,15 @@ struct TorqueVerdict {
   std::vector<SignalFit> torque;  // by joint: root mean squares of the missing torque, held-out recordings [N m]
 };
 
+// Judges the missing torque of an experiment, or of given data. Nothing is judged without recordings or judged joints.
 TorqueVerdict judge_torque(const Experiment& experiment, int jobs);
 TorqueVerdict judge_torque(TorqueData&& data, int jobs);
 
 // Least share of joints with friction or a rotor at which the robot counts as having real drives. Sets of a few effects
 // cannot explain such a robot, as each joint has several effects.
 constexpr double kEveryDrive = 0.6;
+
+// True if friction or rotors are found in most joints, so that sets of a few effects cannot explain the robot.
 bool has_real_drives(const TorqueVerdict& torque);
 
 }  // namespace hrp::diagnosis

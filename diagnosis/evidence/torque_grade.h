@@ -24,6 +24,7 @@ struct Rival {
   TermPlace place;        // of the rival in `model`
 };
 
+// A term of the model with its value, its uncertainty and the results of all tests.
 struct GradedTerm {
   Term term;
   TermPlace place;
@@ -43,6 +44,7 @@ struct GradedTerm {
   Grade grade = Grade::kAmbiguous;
 };
 
+// Grades all terms of the chosen model: those of joints first, then those of the whole robot.
 std::vector<GradedTerm> grade_terms(const TorqueDesign& design, const Choice& choice, int jobs);
 // Grades a single term.
 GradedTerm grade_term(const TorqueDesign& design, const Choice& choice, const TermPlace& place);

@@ -34,6 +34,8 @@ struct Slots {
 };
 Slots list_slots(const TorqueDesign& design, const TorqueModel& model);
 
+// Fits a model by least squares: each joint alone, or all joints together if the model has terms of the whole robot.
+// Evidence and errors are cross-validated over the folds.
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance = false);
 
 // Held-out mean squares, each relative to the squared spread of the joint's effort, summed over joints [1].
@@ -76,6 +78,7 @@ bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen
 // are not determined.
 Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen::VectorXd parameters);
 
+// The chosen model, its fit, and averages over all subsets of terms.
 struct Choice {
   TorqueModel model;
   TorqueFit fit;

@@ -12,7 +12,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPossible = 0.2;    // probability of a family, a quarter of odds
+constexpr double kPossible = 0.2;    // least probability of a family: odds of one to four
 constexpr double kMostSame = 0.85;   // share of the stretches that must give the same sign, as for any finding
 constexpr double kLeast = 0.05;      // share of its joint's held-out mismatch, as for any finding
 

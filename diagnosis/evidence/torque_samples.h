@@ -8,6 +8,7 @@
 
 namespace hrp::diagnosis {
 
+// Regressors and missing torque of one joint, by sample.
 struct TorqueSamples {
   Eigen::MatrixXd x;            // sample x column: the joint's own terms, then the whole robot's
   Eigen::VectorXd y;            // missing torque [N m]
@@ -19,6 +20,7 @@ struct TorqueSamples {
 // m].
 constexpr long kQuantitiesOfParts = 5;
 
+// Training samples in use of a joint (index in the design). Empty matrices if there are none.
 TorqueSamples list_torque_samples(const TorqueDesign& design, const TorqueModel& model, size_t joint);
 
 // Column of one of the joint's terms at the same samples.

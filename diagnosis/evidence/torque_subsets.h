@@ -9,6 +9,7 @@ namespace hrp::diagnosis {
 // True if these terms of a joint may be in one model.
 bool is_sensible(const JointDesign& joint, const std::vector<size_t>& terms);
 
+// A subset of a joint's terms with its evidence.
 struct Subset {
   std::vector<size_t> terms;
   double evidence = -1e300;

@@ -15,8 +15,11 @@ Finding make_finding(const Experiment& experiment, const GradedTerm& term, const
                      const std::vector<Alternative>& alternatives);
 // Empty if the simulator has no law for the term.
 std::optional<Effect> make_effect(const GradedTerm& term, const GradedTerm* excess);
+
+// A term that improves the prediction but is not named, with the reason.
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);
 
+// Sentence on the missing torque of a joint and on what remains. `follows`: what it depends on; may be empty.
 std::string make_remaining_words(const Experiment& experiment, int joint, const Remaining& remaining,
                                  const std::string& follows);
 

@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 
 // Least share of the ceiling for `mostly_explained`. The rest counts as detail.
 constexpr double kMostly = 0.8;
-// Least share of the ceiling for `partly_explained` with findings.
+// Least share of the ceiling that counts as explained. With findings, less is still `partly_explained`.
 constexpr double kPartly = 0.1;
 
 Json make_estimate(const Estimate& e) {

@@ -70,6 +70,7 @@ struct Mismatch {
   std::string regime;
 };
 
+// An effect or parameter that the recordings do not determine, and a motion that would.
 struct NotIdentifiable {
   std::string effect;
   Where where;
@@ -83,6 +84,7 @@ struct SignalFit {
   double spread = 0.0;  // standard deviation of the recording
 };
 
+// Errors of the prediction, before and after the findings.
 struct Fit {
   double train_before = 0.0, train_after = 0.0;        // in units of each signal's noise
   double validate_before = 0.0, validate_after = 0.0;  // the same on held-out recordings

@@ -13,7 +13,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLoad = 2.3;     // |ln| of a scale that is too small for one joint: a heavy load may cause less
+constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
 constexpr double kSame = 0.1;     // |ln| within which scales of joints are equal; loads differ by more
 constexpr double kAlike = 0.3;    // |ln| within which neighbours' scales are used for an undetermined joint
 constexpr double kTells = 0.3;    // share of tau's spread that must remain beside friction and rotor

@@ -15,6 +15,7 @@
 
 namespace hrp::diagnosis {
 
+// The unit of a joint's effort, or of its gains.
 struct EffortUnit {
   int joint = 0;
   double scale = 1.0;              // torque [N m or N] per logged unit

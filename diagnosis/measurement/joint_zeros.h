@@ -2,9 +2,9 @@
 // Finds joints whose zero or sense of rotation differs from the model, because the driver counts from another pose than
 // the URDF.
 //
-// Effort = tau(s q + d, s v, s a) + friction + rotor, with the zero d and the sense s = +-1 of each joint. For offsets
-// up to a quarter of a radian and more, a linear term cannot be separated from loads and forces. Therefore the search
-// uses the full inverse dynamics, joint by joint.
+// Effort = tau(s q + d, s v, s a) + friction + rotor, with the zero d and the sense s = +-1 of each joint. A linear
+// term cannot represent an offset of a quarter of a radian well enough to separate it from loads and forces. Therefore
+// the search uses the full inverse dynamics, joint by joint.
 #pragma once
 
 #include <vector>

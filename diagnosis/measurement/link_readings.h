@@ -27,6 +27,7 @@ namespace hrp::diagnosis {
 
 enum class LinkSensorKind { kTorque, kWrench, kImu };
 
+// A sensor on the link side of a gear.
 struct LinkSensor {
   LinkSensorKind kind = LinkSensorKind::kTorque;
   std::string name;        // prefix of its columns: "/wrench/hand", "/imu/hand", "/joint_states_link/elbow/effort"
@@ -51,6 +52,7 @@ struct LoadPoint {
   Vector3d p_LP = Vector3d::Zero();  // [m]
 };
 
+// Predicts the readings of a set of sensors for one robot.
 class LinkReadings {
  public:
   // `tree`: as the experiment states. `force_W`: [N] on each link's centre of mass, world axes, or empty.

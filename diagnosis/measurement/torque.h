@@ -45,6 +45,7 @@ struct TorqueRecording {
   double time(long kept_row) const { return begin + step * static_cast<double>(full_row(kept_row)); }
 };
 
+// The missing torque of all recordings, with what was corrected and what is left out.
 struct TorqueData {
   const Experiment* experiment = nullptr;
   double cutoff = 0.0;                  // [Hz] of the filter of all signals

@@ -10,7 +10,7 @@ namespace hrp::diagnosis {
 namespace {
 
 // Stretches in which no encoder moves although drives work: a frozen log, or a robot that was switched off. Leaves out
-// the time before as well.
+// the time before and after as well.
 constexpr double kFrozenTime = 0.3;   // [s] shortest stretch
 constexpr double kLeadTime = 0.5;     // [s] left out around a frozen stretch
 constexpr double kStillDeviations = 8.0;  // standard deviations of position noise of a resting encoder

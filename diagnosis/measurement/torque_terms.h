@@ -116,6 +116,7 @@ Eigen::MatrixXd calc_joint_columns(const TorqueData& data, const TorqueRecording
 std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const TorqueRecording& recording,
                                                 const std::vector<Term>& terms);
 
+// Conversion between coefficients and parameters, by the functions of the term's row.
 TermValues calc_values(const Term& term, const Eigen::VectorXd& coefficients, const Eigen::VectorXd& std);
 Eigen::VectorXd calc_coefficients(const TermRow& row, const std::vector<double>& values);
 

@@ -11,6 +11,7 @@
 
 namespace hrp::diagnosis {
 
+// A motion with its commands and its comparisons.
 struct MotionCandidate {
   MotionPlan plan;
   Commands commands;

@@ -61,6 +61,7 @@ struct Next {
   int tried = 0;                        // number of simulated motions
 };
 
+// Proposes motions for the explanations that a report leaves open. Does not write files.
 Next propose(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress);
 
 // Proposes motions and writes the files. Returns the proposal as text.

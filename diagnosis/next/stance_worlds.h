@@ -29,6 +29,7 @@ struct StanceWorlds {
   std::vector<std::string> remarks;  // alternatives that no simulator knows
 };
 
+// Converts a report's model and its alternatives to scenarios.
 StanceWorlds make_stance_worlds(const Experiment& experiment, const Json& report);
 
 }  // namespace hrp::diagnosis

@@ -9,6 +9,7 @@
 
 namespace hrp::diagnosis {
 
+// A candidate effect with its gain.
 struct Addition {
   Effect start;       // linearised parameters
   double gain = 0.0;  // decrease of chi2 in training and held-out recordings, with parameters from the training ones

@@ -9,6 +9,7 @@
 
 namespace hrp::diagnosis {
 
+// What the missing effort of one joint depends on.
 struct Dependence {
   int joint = 0;
   double effort = 0.0;  // [N m] rms of the missing effort

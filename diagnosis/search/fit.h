@@ -10,6 +10,7 @@ namespace hrp::diagnosis {
 
 constexpr size_t kIndependent = 40;  // stretches of a recording whose residuals count as independent
 
+// Result of a fit; `ok` is false if no rollout of the start values stays finite.
 struct FitResult {
   Hypothesis hypothesis;
   std::vector<std::vector<double>> std;  // by effect, by parameter; 0 where fixed
@@ -35,6 +36,7 @@ struct Move {
 };
 std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<char>& frozen = {});
 
+// Levenberg-Marquardt fit to the given recordings.
 FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
               const FitOptions& options);
 

@@ -37,6 +37,8 @@ struct MissingEffort {
   Eigen::MatrixXd q, qd, u, missing;  // by sample, joint
   std::vector<double> sigma;          // by joint: standard deviation from noise
 };
+
+// Missing effort of one recording [N m]; 0 at joints without a drive.
 MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording);
 
 }  // namespace hrp::diagnosis

@@ -59,6 +59,7 @@ struct Subtree {
   Problem problem;
 };
 
+// Smooths the recordings and collects the inputs of a fit. The experiment must outlive the problem.
 Problem make_problem(const Experiment& experiment, int jobs);
 // Held-out recordings, on which predictions are judged; the training ones if none is held out.
 const std::vector<int>& get_judged(const Problem& problem);

@@ -15,6 +15,7 @@ struct Observed {
   std::vector<std::vector<double>> x;
 };
 
+// A quantity that a series may depend on.
 struct Regressor {
   std::string name;   // as reported: position, velocity, direction, load, time, history
   std::string words;  // in a sentence of the report

@@ -8,12 +8,14 @@
 
 namespace hrp::diagnosis {
 
+// The best shape of an effect at a place.
 struct Candidate {
   Effect start;       // with start values of its parameters
   double gain = 0.0;  // decrease of the whitened sum of squares if only this effect is added
   std::vector<int> columns;
 };
 
+// All candidates, and the mismatch that they could explain.
 struct Screening {
   std::vector<Candidate> candidates;  // by decreasing gain; one per effect and place
   double chi2 = 0.0;                  // of the nominal model

@@ -34,8 +34,8 @@ constexpr double kQuiet = 1.5;         // rms in units of noise of a joint that 
 constexpr double kQuietShare = 0.005;  // share of the residual above the noise
 constexpr double kAlmost = 0.01;       // share of the nominal cost below which only one effect of a set may be wrong
 constexpr double kRest = 0.05;         // share of the nominal cost above which special cases are not tried
-constexpr double kLeastGain = 0.95;    // ratio of costs, for simulated sets of two
-constexpr double kLeastDrop = 0.7;     // ratio of residuals at which the search for more effects stops
+constexpr double kLeastGain = 0.95;    // ratio of costs above which a larger simulated set is no gain
+constexpr double kLeastDrop = 0.7;     // ratio of residuals above which one more effect is no gain
 constexpr double kClosely = 0.6;       // share of the work for score tests
 constexpr double kGrowing = 0.85;      // share of the work after which no larger sets start
 

@@ -21,6 +21,7 @@ struct Outcome {
 
 using Progress = std::function<void(const std::string&)>;
 
+// Searches a robot without independent subtrees; search_subtrees() handles the general case.
 Outcome search(const Problem& problem, const Progress& progress);
 
 }  // namespace hrp::diagnosis

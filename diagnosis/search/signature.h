@@ -19,6 +19,7 @@ struct Shape {
   std::function<bool(const std::vector<double>& x, std::vector<double>* p)> make_start;
 };
 
+// Normal equations of all shapes.
 struct Signatures {
   std::vector<Shape> shapes;
   Eigen::MatrixXd gram;          // of the whitened columns

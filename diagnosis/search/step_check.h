@@ -16,6 +16,7 @@ struct SuspectJoint {
   bool saturated = false;  // the predicted servo is at its limit for over a tenth of the time
 };
 
+// Compares nominal rollouts with full and with half steps on the training recordings.
 std::vector<SuspectJoint> find_suspect_joints(const Problem& problem);
 
 // Finds joints whose servo oscillates at its effort limit faster than the log's sampling rate: most samples are at the

@@ -12,6 +12,7 @@ namespace hrp::diagnosis {
 // Errors of a trial, for the progress.
 std::string describe(const Trial& trial);
 
+// Fits sets of effects and keeps the best fit of each set.
 class Trials {
  public:
   // Fits the nominal model.

@@ -33,6 +33,7 @@ bool contains(const Hypothesis& hypothesis, EffectId id, const Place& place);
 bool is_timing_row(const EffectInfo& row);
 bool is_timing(const Effect& effect);
 
+// All quantities of a simulated robot.
 struct Plant {
   TreeSpec tree;
   std::shared_ptr<const Model> model;
@@ -44,6 +45,7 @@ struct Plant {
   bool effort_driven = false;
 };
 
+// The nominal robot of an experiment with the effects of a hypothesis.
 Plant make_plant(const Experiment& e, const Hypothesis& hypothesis);
 
 // [s] Delay of a joint's recorded effort.

@@ -13,6 +13,7 @@
 
 namespace hrp::diagnosis::standing {
 
+// One recording, smoothed at its own stamps.
 struct StandRecording {
   std::string file;
   bool train = true;
@@ -32,6 +33,7 @@ struct StandRecording {
 // Contact surface of a foot. A flat sole determines the foot's tilt, a ball only its position.
 enum class SoleKind { kFlat, kBall };
 
+// A foot: its link, its force sensor, its contact surface and its bush.
 struct StandFoot {
   std::string name, sensor;  // foot link; wrench sensor
   int link = -1;             // of the model, without mass there; the sensor is at its origin

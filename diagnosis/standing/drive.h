@@ -16,6 +16,7 @@ struct DriveState {
   double torque = 0;        // [N m] by inverse dynamics of the link side
 };
 
+// Residuals of all drives in one recording under one hypothesis.
 class Drives {
  public:
   Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms);

@@ -82,6 +82,7 @@ std::vector<Effect> list_candidates(const StandProblem& problem, const Hypothesi
 // Richer laws that contain a fitted one, starting at its values. A linear prediction from neutral does not find them.
 std::vector<Effect> list_richer(const StandProblem& problem, const Effect& effect);
 
+// True if the candidate starts far from neutral, so that its slope at neutral says nothing.
 bool starts_away(const Effect& effect);
 
 // True for one quantity given in components of chosen axes: a force, an offset, a slope.

@@ -17,6 +17,7 @@ std::pair<std::string, std::string> find_place(const StandProblem& problem, cons
 Json make_parameters(const StandProblem& problem, const Effect& effect, const Eigen::VectorXd& fitted,
                      size_t foot);
 
+// Text of parameters with the half widths of their 95 % intervals.
 std::string describe_values(const Json& parameters);
 
 // Root mean square of the residuals of training or of other recordings, in units of each channel's noise.

@@ -22,12 +22,14 @@ constexpr double kStretch = 0.5;      // [s] errors of stretches of this length 
 using Evaluation = std::vector<StandBase>;            // by recording
 using Derivative = std::vector<std::vector<double>>;  // by recording, flat as the residuals
 
+// A Gauss-Newton step with its covariance; `ok`: all values are finite.
 struct StandStep {
   Eigen::VectorXd delta;
   Eigen::MatrixXd covariance;
   bool ok = false;
 };
 
+// The same recordings, smoothed from all, from even and from odd samples.
 struct StandProblems {
   StandProblem all, even, odd;
   StandProblem wide_even, wide_odd;  // the same with wider windows: shows what smoothing removes from fast motion
@@ -39,6 +41,7 @@ struct FitSelection {
   std::vector<double> weight;
 };
 
+// Residuals of all recordings under a hypothesis.
 Evaluation evaluate(const StandProblem& problem, const Hypothesis& hypothesis);
 
 // Derivatives with respect to the parameters of the effects [first, end) of the hypothesis, for the given recordings

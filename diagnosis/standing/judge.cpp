@@ -13,8 +13,8 @@ namespace {
 constexpr double kFew = 8;  // samples of noise that are added to each rms
 constexpr double kLeastNoise = 0.25;
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is compared with two attitudes
-constexpr double kLeadingOrder =
-    2;  // times an error that is known to its leading order, and the same in all recordings
+// Factor on a smoothing error, which is known to leading order only and is the same in all recordings.
+constexpr double kLeadingOrder = 2;
 constexpr double kLeastShared = 0.25;  // squared rms, in units of noise, that is worth reporting
 // Limit on a sum of products over the root of their summed squares. Products of two independent errors have either
 // sign, so the probability to exceed it is below 2 exp(-5^2 / 2). With two lags in 80 equations, this is one robot of a

@@ -11,6 +11,7 @@ namespace hrp::diagnosis::standing {
 constexpr double kMismatch = 2.0;  // [noise rms] a channel above this disagrees with the model
 constexpr double kCorrelated = 8;  // samples that count as one independent sample: errors of neighbours are correlated
 
+// A hypothesis with its score and its residuals by channel.
 struct StandFit {
   Hypothesis hypothesis;
   std::vector<Eigen::VectorXd> std;         // by effect, by parameter
@@ -22,6 +23,7 @@ struct StandFit {
   double mismatch = 0;    // part of it from channels that disagree with the model
 };
 
+// Knows the noise of each channel and scores hypotheses with it.
 class StandJudge {
  public:
   // Rms [noise] above which something is left over although a hypothesis was fitted. With dozens of parameters, details

@@ -9,6 +9,7 @@
 
 namespace hrp::diagnosis::standing {
 
+// One equation: its kind, and the signal and place that the report names.
 struct Channel {
   std::string kind;                       // equation, as in channels.h
   std::string signal;                     // recorded signal that is closest to it, as in the report

@@ -8,6 +8,7 @@
 
 namespace hrp::diagnosis::standing {
 
+// Base class of computations along a recording: sets the robot's state and wrenches at a sample.
 class StandMotion {
  public:
   // `offsets` [rad]: by joint, by sample, the position of links in a gap; empty where a joint is not loose.

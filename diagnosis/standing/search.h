@@ -15,6 +15,7 @@ struct StandTrial {
   double probability = 0;
 };
 
+// Result of the search, with all that the report needs.
 struct StandOutcome {
   std::vector<Channel> channels;
   std::vector<double> sigma;  // noise of each channel
@@ -33,6 +34,8 @@ struct StandOutcome {
 };
 
 using Progress = std::function<void(const std::string&)>;
+
+// Runs the search. `jobs`: threads.
 StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress);
 
 // Contents of report.json (schema 1), and the data of the page's plots.

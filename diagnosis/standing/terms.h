@@ -44,6 +44,8 @@ struct ImuTerms {
   SensorErrors attitude, gyro, accelerometer;
 };
 
+// A bush: compliances about roll and pitch and in height, damping over stiffness [s], hardening [1/rad^2], shift of its
+// centre [m] and moments at rest [N m].
 struct FootTerms {
   double inverse_k[2] = {0, 0}, c_over_k[2] = {0, 0}, inverse_kz = 0, hardening = 0;
   Vector3d shift{0, 0, 0};
@@ -51,6 +53,7 @@ struct FootTerms {
   bool soft = false;
 };
 
+// All parameters of a hypothesis, together with those that the experiment states.
 struct Terms {
   std::vector<JointTerms> joints;
   std::vector<WrenchTerms> wrenches;

@@ -12,6 +12,7 @@
 
 namespace hrp::diagnosis::toss {
 
+// One recording: the samples that have a complete pose.
 struct Toss {
   std::string file;
   bool train = true;
@@ -27,10 +28,12 @@ struct Measured {
   size_t count = 0;
 };
 
+// Consecutive samples [first, first + count) of a toss.
 struct Window {
   size_t toss = 0, first = 0, count = 0;  // samples
 };
 
+// All inputs of the diagnosis; constant.
 struct TossProblem {
   const Experiment* experiment = nullptr;
   std::vector<Toss> tosses;

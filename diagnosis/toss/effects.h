@@ -15,6 +15,7 @@ struct TossParameter {
   double low, high;  // bounds of a fit
 };
 
+// An effect of the table, as the search for tossed bodies treats it.
 struct TossRow {
   EffectId id;
   Place place;
@@ -31,6 +32,7 @@ struct TossRow {
   Hypothesis (*list_starts)(const TossProblem&, const Hypothesis& found, const Effect& none) = nullptr;
 };
 
+// All rows, and the row of an effect. Effects without a row are a broken contract (HRP_CHECK).
 const std::vector<TossRow>& list_toss_rows();
 const TossRow& get_toss_row(EffectId id);
 inline const TossRow& get_toss_row(const Effect& effect) { return get_toss_row(effect.id); }
@@ -38,6 +40,8 @@ inline const TossRow& get_toss_row(const Effect& effect) { return get_toss_row(e
 // The neutral effect, with values in the order of its row's parameters.
 Effect make_neutral(const TossProblem& problem, EffectId id);
 bool has_effect(const Hypothesis& hypothesis, EffectId id);
+
+// Start values for a fit of the effect, beside the effects in `found`.
 Hypothesis list_starts(const TossProblem& problem, const Hypothesis& found, EffectId id);
 
 }  // namespace hrp::diagnosis::toss

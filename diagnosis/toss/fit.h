@@ -7,11 +7,13 @@
 
 namespace hrp::diagnosis::toss {
 
+// Nuisance parameters of a window: start state, and the ground as the tracker measures it.
 struct WindowStart : BodyState {
   Vector3d ground{0, 0,
                   0};  // height [m], roll, pitch [rad] of the ground as the tracker measures it, minus the model's
 };
 
+// A hypothesis fitted to windows, with its errors on training and held-out tosses.
 struct TossFit {
   Hypothesis hypothesis;
   std::vector<WindowStart> starts;       // by window

@@ -20,6 +20,7 @@ struct TossModel {
   PoseSensor sensor;
 };
 
+// The nominal world and an ideal sensor, changed by the effects of the hypothesis.
 TossModel make_toss_model(const TossProblem& problem, const Hypothesis& hypothesis);
 
 }  // namespace hrp::diagnosis::toss

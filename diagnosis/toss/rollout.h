@@ -11,6 +11,7 @@
 
 namespace hrp::diagnosis::toss {
 
+// Pose and twist of the body; world axes.
 struct BodyState {
   Eigen::Quaterniond R_WB = Eigen::Quaterniond::Identity();
   Vector3d p_WB = Vector3d::Zero();  // [m] origin of the body's frame

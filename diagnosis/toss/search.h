@@ -12,6 +12,7 @@
 
 namespace hrp::diagnosis::toss {
 
+// A fitted candidate with the results of the tests.
 struct TossTrial {
   EffectId added;
   TossFit fit;
@@ -23,6 +24,7 @@ struct TossTrial {
   std::string why;  // reason if not accepted
 };
 
+// Result of the search, with all that the report needs.
 struct TossOutcome {
   TossFit nominal, chosen;
   std::vector<TossTrial> trials;  // all fitted candidates in the order of trying
@@ -33,12 +35,15 @@ struct TossOutcome {
 };
 
 using TossProgress = std::function<void(const std::string&)>;
+
+// Runs the search. `jobs`: threads.
 TossOutcome search_tosses(const TossProblem& problem, int jobs, const TossProgress& progress);
 
 // A problem of at most about `most_windows` windows: an even selection of tosses of both roles. `other`: as many other
 // tosses; without windows if there are none.
 TossProblem make_small_problem(const TossProblem& problem, size_t most_windows, bool other = false);
 
+// Contents of report.json, and the data of the page's plots.
 nlohmann::ordered_json make_toss_report(const TossProblem& problem, const TossOutcome& outcome);
 nlohmann::ordered_json make_toss_series(const TossProblem& problem, const TossOutcome& outcome);
 

@@ -15,6 +15,8 @@ struct Strike {
   Vector3d dw_WB{0, 0, 0};     // [rad/s]
   Matrix3d I_BBcm_W = Matrix3d::Zero();  // [kg m^2] of the model, in the attitude at impact
 };
+
+// All such impacts of all tosses.
 std::vector<Strike> find_strikes(const TossProblem& problem);
 
 // Acceleration of free fall relative to the model's gravity [1]. Empty with fewer than eight flights.

@@ -14,7 +14,10 @@ constexpr int kStart = 15, kPrior = 3;
 constexpr double kFailed = 1e6;  // misfit of a window whose simulation failed
 using VectorS = Eigen::Matrix<double, kStart, 1>;
 
+// Adds a step to the nuisance parameters.
 WindowStart move_start(const WindowStart& start, const VectorS& by);
+
+// Degrees of freedom of a window's residuals.
 inline double calc_degrees(const Window& window) { return static_cast<double>(6 * window.count) + kPrior - kStart; }
 
 // Predicts one window with one model.
@@ -47,6 +50,7 @@ struct WindowFit {
   bool ok = false;
 };
 
+// Fills fit->J by forward differences; returns false if a simulation fails.
 bool calc_start_jacobian(const TossProblem& problem, Predictor* predictor, WindowFit* fit);
 
 // Levenberg-Marquardt fit of the start state of one window.
