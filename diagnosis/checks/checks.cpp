@@ -15,8 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kStill = 0.02;    // [rad] of travel: the joint hardly moved
-constexpr double kJitter = 0.5;    // of a period
+constexpr double kStill = 0.02;    // [rad] travel below which a joint hardly moved
+constexpr double kJitter = 0.5;    // share of a period
 
 std::string join(const std::vector<std::string>& names) {
   constexpr size_t kMost = 4;
@@ -25,7 +25,7 @@ std::string join(const std::vector<std::string>& names) {
   return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
 }
 
-// Warnings that differ by a recording or a joint only, as one: the first, and how many there are.
+// Joins warnings that differ by a recording or a joint only: the first one, and their number.
 void remark_warnings(const Experiment& e, Json* remarks) {
   struct Group {
     std::string text;
@@ -106,7 +106,7 @@ void remark_motion(const Json& joints, Json* remarks) {
   }
 }
 
-// Parts of one file in one row.
+// Parts of one file as one row.
 Json gather_recordings(const Experiment& e) {
   Json list = Json::array();
   std::string last;

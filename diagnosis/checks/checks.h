@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What recordings are like before anything is fitted: rates, gaps, held samples, clocks, motion, and what that motion can
-// and cannot tell (docs/diagnosis.md). The first section of the page, and `hrp-diagnose --check`.
+// Checks of recordings before any fit: rates, gaps, held samples, clocks, motion, and which effects the motion can show
+// (docs/diagnosis.md). They are the first section of the page and the output of `hrp-diagnose --check`.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,11 +10,11 @@
 
 namespace hrp::diagnosis {
 
-// `checks` of report.json: recordings, joints, remarks. `searched`: the stretches of long recordings that the search works
-// with, else the same experiment: what it tells counts.
+// `checks` of report.json: recordings, joints, remarks. `searched`: the stretches of long recordings that the search
+// uses, or the same experiment; the motion checks use it.
 nlohmann::ordered_json make_checks(const Experiment& experiment, const Experiment& searched);
 
-// The same for a terminal.
+// The same as text for a terminal.
 std::string print_checks(const nlohmann::ordered_json& checks);
 
 }  // namespace hrp::diagnosis

@@ -13,7 +13,7 @@ const TermRow* find_row(const std::string& effect) {
   return nullptr;
 }
 
-// Values of the effect's parameters, in the order of its row in the table; 0: not reported.
+// Values of the effect's parameters in the order of its table row; 0 if not reported.
 std::vector<double> list_values(const EffectInfo& effect, const Json& reported) {
   std::vector<double> values;
   for (const EffectParameter& p : effect.parameters) {
@@ -24,7 +24,7 @@ std::vector<double> list_values(const EffectInfo& effect, const Json& reported) 
   return values;
 }
 
-// A term with the coefficients of the reported parameters. Friction that is larger at rest is a level and its excess.
+// Adds a term with the coefficients of the reported parameters. Stribeck friction becomes a level and its excess.
 void add_term(const TermRow& row, int place, size_t at, const Json& finding, std::vector<FoundTerm>* list) {
   const std::vector<double> values = list_values(*row.effect, finding["parameters"]);
   FoundTerm out{{&row, place, row.shape_parameter < 0 ? 0.0 : values[static_cast<size_t>(row.shape_parameter)]},
@@ -42,7 +42,7 @@ void add_term(const TermRow& row, int place, size_t at, const Json& finding, std
   list->push_back(out);
 }
 
-// What terms of links add in every joint's rows of one recording: kept samples x joints.
+// Contribution of links to every joint's torque in one recording: kept samples x joints [N m].
 Eigen::MatrixXd predict_links(const TorqueData& data, const TorqueRecording& r, const std::vector<FoundTerm>& found) {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(r.kept(), r.q.cols());
   std::vector<Term> terms;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Findings of a report as terms of the missing torque, with the values that were reported.
+// Converts findings of a report to terms of the missing torque, with the reported values.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,19 +10,20 @@
 
 namespace hrp::diagnosis {
 
+// A term with the coefficients of a reported finding.
 struct FoundTerm {
   Term term;
-  Eigen::VectorXd theta;    // by column: missing torque = columns x theta
-  size_t finding = 0;       // in the report's list
-  std::string parameter, unit;  // of the first coefficient; empty: shown with another term of the same finding
-  double value = 0.0;       // of the parameter
+  Eigen::VectorXd theta;    // by column: missing torque = columns x theta [N m]
+  size_t finding = 0;       // index in the report's list
+  std::string parameter, unit;  // of the first coefficient; empty: shown with another term of the finding
+  double value = 0.0;       // of that parameter
 };
 
-// Terms of joints first, in the order of the findings, then those of links. What is no term of the torque (delays told by
-// the servo's law, faults of sensors, a joint's zero) is left out.
+// Terms of joints in the order of the findings, then those of links. Leaves out findings that are no term of the
+// torque: delays from the servo's law, sensor faults, joint zeros.
 std::vector<FoundTerm> list_found_terms(const Experiment& experiment, const nlohmann::ordered_json& findings);
 
-// What the terms add to the nominal torque of one recording: kept samples x joints [N m].
+// Contribution of the terms to the torque of one recording: kept samples x joints [N m].
 Eigen::MatrixXd predict_found(const TorqueData& data, const TorqueRecording& recording, const std::vector<FoundTerm>& found);
 
 }  // namespace hrp::diagnosis

@@ -13,12 +13,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kClear = 0.1, kWeak = 0.3;  // of the effort's spread
+constexpr double kClear = 0.1, kWeak = 0.3;  // share of the effort's spread
 constexpr double kDeviations = 3.0;
-constexpr double kHigh = 0.95;               // quantile that stands for the largest speed and acceleration
+constexpr double kHigh = 0.95;               // quantile that counts as the largest speed and acceleration
 constexpr double kFewestRows = 50;
 
-// What every drive has, its gain and a constant; friction first.
+// Terms that every drive has, its gain and a constant torque; friction first.
 std::vector<const TermRow*> make_columns() {
   std::vector<const TermRow*> rows;
   for (const TermRow& row : list_term_rows()) {
@@ -37,7 +37,7 @@ const char* get_source_words(EffortSource source) {
   return source == EffortSource::kRecorded ? "recorded" : source == EffortSource::kServoLaw ? "from the servo's law" : "unknown";
 }
 
-// Everything that one joint did, training and held-out recordings together.
+// Motion and sums of one joint over training and held-out recordings.
 struct Motion {
   std::vector<double> speed, acceleration;
   double low = 1e300, high = -1e300, least_load = 1e300, most_load = -1e300, half_cycles = 0.0, time = 0.0;
@@ -71,7 +71,7 @@ void add_rows(const TorqueData& data, const TorqueRecording& r, int joint, Motio
   }
 }
 
-// The other column that is most like column i beside none: cosine of the angle between the two.
+// The other column that is most similar to column i, by the cosine of the angle between them.
 long find_most_like(const Eigen::MatrixXd& G, long i) {
   long most_like = i == 0 ? 1 : 0;
   double most = -1.0;
@@ -94,8 +94,8 @@ Json make_tells(const Motion& m) {
   const double spread = std::sqrt(std::max(1e-300, m.effort_squares / m.n - std::pow(m.effort / m.n, 2)));
   const double looks = std::clamp(kLooks * m.half_cycles, 1.0, m.n);
   for (long i = 0; i < count_columns(); ++i) {
-    const double size = std::sqrt(m.G(i, i) / m.n);  // root mean square of the column
-    const double std = std::sqrt(left * inverse(i, i) / looks);  // [N m] of the effect's torque
+    const double size = std::sqrt(m.G(i, i) / m.n);  // rms of the column
+    const double std = std::sqrt(left * inverse(i, i) / looks);  // [N m] standard deviation of the effect's torque
     const double least = size > 0.0 ? kDeviations * std / size : HUGE_VAL;
     const double share = kDeviations * std / spread;
     const char* verdict = share < kClear ? "clear" : share < kWeak ? "weak" : "hidden";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Motion of the joints, and what it can tell of each effect, from the regressor of the missing torque.
+// Motion of the joints, and the smallest effects that it can show, from the regressor of the missing torque.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,11 +11,11 @@ namespace hrp::diagnosis {
 // By joint: {"joint", "travel" [rad], "speed", "acceleration", "load": [low, high] [N m], "reversals", "effort", "tells":
 // [{"effect", "least", "unit", "verdict", "hidden_by"}]}.
 //
-// `least`: the smallest parameter that these motions would show, three standard deviations of
+// `least`: the smallest parameter that these motions can show, three standard deviations from
 //   sigma^2 (X^T X / n)^-1 / N,
-// X: columns of friction, rotor, gain and constant torque of the joint; sigma: what they all leave; N: half-cycles of the
-// motion times three, as in the evidence. Verdicts: "clear" when its torque is below a tenth of the effort's spread,
-// "weak" below three tenths, else "hidden", by the column that is most like it.
+// X: columns of friction, rotor, gain and constant torque of the joint; n: samples; sigma: rms that they all leave; N:
+// three times the half-cycles of the motion, as in the evidence. Verdicts by the torque of `least`: "clear" below a
+// tenth of the effort's spread, "weak" below three tenths, else "hidden", by the most similar column.
 nlohmann::ordered_json make_motion_checks(const Experiment& experiment);
 
 }  // namespace hrp::diagnosis

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Long recordings: what was found on their most telling stretches, judged on all of them.
+// Judges findings from the stretches of long recordings on the complete recordings.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kFewestRows = 30;
 constexpr double kApart = 3.0, kDetail = 0.1;  // standard deviations; share of the larger value
-constexpr double kTold = 0.7;        // a value is shown whose standard deviation is below that share of the pooled value
+constexpr double kTold = 0.7;  // a value is shown if its standard deviation is below this share of the pooled value
 
 struct Solution {
   Eigen::VectorXd value, std;
@@ -37,7 +37,7 @@ class Fitter {
 
  private:
   void fit_joint(int joint, Json* list) const {
-    std::vector<const FoundTerm*> own;  // those of links act in many joints at once and are not asked of one recording
+    std::vector<const FoundTerm*> own;  // terms of links act on many joints and are left out
     for (const FoundTerm& f : asked_) {
       if (!f.term.whole() && f.term.place == joint && data_.is_judged(joint)) own.push_back(&f);
     }
@@ -79,7 +79,7 @@ class Fitter {
     return false;
   }
 
-  // Parts of one file together.
+  // Groups of recordings that are parts of one file.
   std::vector<std::vector<const TorqueRecording*>> list_files() const {
     std::vector<std::vector<const TorqueRecording*>> files;
     for (const TorqueRecording& r : data_.recordings) {
@@ -90,7 +90,7 @@ class Fitter {
     return files;
   }
 
-  // The joint's terms on the parts of one file.
+  // Fits the joint's terms to the parts of one file. Empty with too few samples.
   std::optional<Solution> solve(const std::vector<const TorqueRecording*>& parts, int joint,
                                 const std::vector<const FoundTerm*>& own) const {
     long width = 0;

@@ -13,17 +13,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kGapPeriods = 5.0;  // without a sample
-constexpr double kHeld = 0.25;       // of the samples repeat while the joint moves: the signal changes less often
-constexpr double kNever = 0.999;     // it does not change at all: a joint without a drive, say
+constexpr double kGapPeriods = 5.0;  // gap: no sample for this many periods
+constexpr double kHeld = 0.25;       // share of repeated samples of a moving joint, above which a signal is held
+constexpr double kNever = 0.999;     // share above which it never changes, as at a joint without a drive
 constexpr size_t kMostGaps = 5;
 
-// Samples that repeat the one before, as a share; those of a joint that moves are asked for.
+// Share of samples that repeat the previous one while the joint moves.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {
   const double travel = calc_range(position);
   double held = 0.0, count = 0.0;
   for (size_t k = 1; k < signal.size(); ++k) {
-    // Moving: a thousandth of the travel over four samples.
+    // Moving: at least a thousandth of the travel over four samples.
     if (k >= 4 && std::abs(position[k] - position[k - 4]) < 1e-3 * travel) continue;
     if (!std::isfinite(signal[k]) && !std::isfinite(signal[k - 1])) continue;
     held += signal[k] == signal[k - 1] || !std::isfinite(signal[k]) ? 1.0 : 0.0, count += 1.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Samples of one recording: how often, how evenly, which repeat.
+// Checks the samples of one recording: rate, regularity, repeated values.
 #pragma once
 
 #include <nlohmann/json.hpp>

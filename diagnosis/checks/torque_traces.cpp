@@ -24,7 +24,7 @@ const TorqueRecording& find_shown(const TorqueData& data) {
   return data.recordings.front();
 }
 
-// Joints of which most is missing in comparison with their effort, worst first.
+// Joints with the largest missing torque relative to their effort, worst first.
 std::vector<long> find_worst(const TorqueData& data, const TorqueRecording& r) {
   std::vector<std::pair<double, long>> order;
   for (long j = 0; j < r.missing.cols(); ++j) {
@@ -38,7 +38,7 @@ std::vector<long> find_worst(const TorqueData& data, const TorqueRecording& r) {
   return out;
 }
 
-// Kept samples [begin, end) about the moment at which most is missing.
+// Kept samples [begin, end) around the largest missing torque.
 std::pair<long, long> find_window(const TorqueRecording& r, long joint) {
   long worst = 0;
   r.missing.col(joint).cwiseAbs().maxCoeff(&worst);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Curves for people: efforts recorded, of the nominal model, and with what was found.
+// Torque curves for the page: recorded effort, nominal model, and model with findings.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,8 +8,9 @@
 
 namespace hrp::diagnosis {
 
-// `torque_traces` of series.json: {"recording", "signals": [{"name", "unit"}], "traces": [{"signal", "time", "recorded",
-// "before", "after"}]}: the joints of which most is missing, ten seconds of a held-out recording about the worst moment.
+// `torque_traces` of series.json: {"recording", "signals": [{"name", "unit"}], "traces": [{"signal", "time",
+// "recorded", "before", "after"}]}. Shows the joints with the largest missing torque, for ten seconds of a held-out
+// recording around its largest value.
 nlohmann::ordered_json make_torque_traces(const TorqueData& data, const nlohmann::ordered_json& findings);
 
 }  // namespace hrp::diagnosis

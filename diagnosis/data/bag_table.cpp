@@ -15,9 +15,9 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-// A topic that is silent for so many of its periods, and for so long [s], has a gap.
+// A topic has a gap if it is silent for this many of its periods and for this long [s].
 constexpr double kGapPeriods = 5.0, kGapTime = 0.1;
-constexpr double kShortest = 1.0;  // [s] of a stretch between gaps that is kept
+constexpr double kShortest = 1.0;  // [s] shortest stretch between gaps that is used
 
 [[noreturn]] void fail(const std::string& bag, const std::string& topic, const std::string& text) {
   Diagnostic d;
@@ -25,11 +25,11 @@ constexpr double kShortest = 1.0;  // [s] of a stretch between gaps that is kept
   throw InputError(d);
 }
 
-// Samples of the same columns, in the order of the bag, then by time.
+// Samples of the same columns: in the order of the bag, later sorted by time.
 struct Track {
   const BoundTopic* topic = nullptr;
   std::vector<std::string> columns;  // whole names
-  std::vector<double> stamp, time;   // [s]; `time`: of receiving, before place()
+  std::vector<double> stamp, time;   // [s]; `time`: receive time, until place()
   std::vector<std::vector<double>> values;  // by column
   PlacedClock clock;
 
@@ -45,7 +45,7 @@ void reorder(const std::vector<size_t>& order, std::vector<double>* values) {
   *values = std::move(out);
 }
 
-// Times on the reference's clock, increasing; of samples with the same time the first is kept.
+// Converts times to the reference's clock, increasing. Of samples with equal times, the first is kept.
 void place(const TopicClock& reference, Track* track) {
   track->time = place_stamps(track->stamp, track->time, reference, &track->clock);
   std::vector<size_t> order(track->time.size()), kept;
@@ -123,7 +123,8 @@ class BagReader {
     topic.by_joint ? add_joints(i, &track) : add_values(i, &track);
   }
 
-  // Messages of one topic may hold different joints (a gripper's driver beside the arm's): each set is a track.
+  // Messages of one topic may contain different joints (a gripper's driver beside the arm's). Each set of joints is a
+  // track.
   Track& find_joint_track(size_t i) {
     const BoundTopic& topic = topics_[i];
     const std::vector<std::string>& names = topic.names.empty() ? topic.spec.joints : values_[i].texts(topic.names);
@@ -174,7 +175,7 @@ class BagReader {
     }
   }
 
-  // Its clock is that of the table: the first topic of joint states, else the first.
+  // The track whose clock the table uses: the first topic of joint states, else the first topic.
   const Track& find_leader() const {
     for (const Track& track : tracks_) {
       if (track.is_states()) return track;
@@ -210,7 +211,7 @@ class BagReader {
     if (!strangers.empty()) notes_->push_back("joints that the model does not have were left out: " + list);
   }
 
-  // The fastest topic of joint states, else of all.
+  // The fastest topic of joint states, else of all topics.
   const Track& find_master() const {
     const Track* best = nullptr;
     for (const bool states : {true, false}) {
@@ -223,7 +224,7 @@ class BagReader {
     fail(bag_.path(), topics_[0].spec.topic, "has fewer than two samples");
   }
 
-  // Rows [begin, end) of the master in which no topic of joint states is silent and every command was given once.
+  // Rows [begin, end) of the master in which all topics of joint states send and every command was given at least once.
   std::vector<std::pair<size_t, size_t>> find_stretches(const Track& master) const {
     double from = -HUGE_VAL;
     for (const Track& track : tracks_) {
@@ -285,7 +286,7 @@ class BagReader {
     return out;
   }
 
-  // A column at the times of rows: commands held, readings linear, nothing across gaps and beyond the ends.
+  // A column at the times of rows: commands held, readings linear, NaN across gaps and beyond the ends.
   static std::vector<double> sample(const Track& track, size_t column, const std::vector<double>& time) {
     const std::vector<double>& values = track.values[column];
     const bool turn = track.columns[column].find("/orientation/") != std::string::npos;
@@ -299,7 +300,7 @@ class BagReader {
         out[k] = values[at];
       } else if (!last && track.time[at + 1] - track.time[at] <= track.gap()) {
         const double s = (time[k] - track.time[at]) / (track.time[at + 1] - track.time[at]);
-        // q and -q are one attitude: where the sign jumps the nearer sample stands.
+        // q and -q are the same attitude. Where the sign changes, the nearer sample is used.
         const bool jumps = turn && std::abs(values[at + 1] - values[at]) > 0.5;
         out[k] = jumps ? values[s < 0.5 ? at : at + 1] : values[at] + s * (values[at + 1] - values[at]);
       }

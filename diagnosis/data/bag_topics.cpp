@@ -24,7 +24,7 @@ std::string list_topics(const RosBag& bag) {
   return list.empty() ? "no topic" : list;
 }
 
-// Commands are told from states by their names: their messages are of the same types.
+// Commands differ from states by their names only, as their messages have the same types.
 bool is_command_name(const std::string& name) {
   for (const char* word : {"command", "cmd", "desired", "target", "setpoint", "goal", "reference"}) {
     if (contains(name, word)) return true;
@@ -32,7 +32,7 @@ bool is_command_name(const std::string& name) {
   return false;
 }
 
-// Topics without a section `topics`.
+// Chooses topics if the experiment has no section `topics`.
 class Guess {
  public:
   Guess(const RosBag& bag, const BagRobot& robot, std::vector<std::string>* notes) : bag_(bag), robot_(robot), notes_(notes) {}
@@ -47,7 +47,7 @@ class Guess {
   }
 
  private:
-  // The topic of such a type whose name has the sensor's; else the only one there is.
+  // Adds the topic of a suitable type whose name contains the sensor's name; else the only topic of such a type.
   void add(const std::string& signal, const std::string& word, const std::vector<std::string>& types, bool command) {
     std::vector<std::string> fitting, named;
     for (const BagTopic& t : bag_.topics()) {
@@ -122,7 +122,7 @@ class Binder {
     columns->push_back(column), paths->push_back(path);
   }
 
-  // The first of several layouts that the type has.
+  // Uses the first layout that the message type has.
   void bind_joints(const BagTopic& topic, BoundTopic* bound) const {
     const SignalTopic& spec = bound->spec;
     if (!spec.fields.empty()) return bind_fields(bound);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which topics of a bag hold which signals, and how their messages become columns.
+// Assigns the topics of a bag to signals, and converts their messages to columns.
 #pragma once
 
 #include <string>
@@ -11,25 +11,25 @@
 
 namespace hrp::diagnosis {
 
-// What of the robot and its sensors a bag is read for.
+// The joints and sensors that are read from a bag.
 struct BagRobot {
   std::vector<std::string> joints, imus, wrenches;
   bool floating = false;
 };
 
-// A topic that is read: its type, and the paths of its values.
+// A topic to read: its type and the paths of its values.
 struct BoundTopic {
   SignalTopic spec;
   size_t index = 0;  // in the bag
   RosType type;
-  bool by_joint = false;         // joint_states and the like: lists with one element a joint
-  std::string names;             // path of the joints' names; empty: by position
+  bool by_joint = false;         // joint_states and similar: lists with one element per joint
+  std::string names;             // path of the joints' names; empty: in stated order
   std::vector<std::string> paths;    // of values: by_joint lists, else single numbers
-  std::vector<std::string> columns;  // by_joint "position", ..., else whole names of columns
+  std::vector<std::string> columns;  // by_joint "position", ..., else complete column names
 };
 
-// Topics as the experiment maps them; without a section `topics` by name and type, which is said in `notes`. Throws
-// InputError naming bag, topic, field and what was expected.
+// Topics as the experiment maps them. Without a section `topics`, they are chosen by name and type, which `notes` says.
+// Throws InputError that names bag, topic, field and the expected value.
 std::vector<BoundTopic> bind_topics(const RosBag& bag, const TopicMap& map, const BagRobot& robot,
                                     const std::string& experiment, std::vector<std::string>* notes);
 

@@ -10,8 +10,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kHand = 0.3;       // [s] in which a hand comes, or goes: nobody notes that moment any better
-constexpr double kShortest = 1.5;   // [s] of a piece: less is ends without a middle
+constexpr double kHand = 0.3;       // [s] uncertainty of the times at which a force starts and ends
+constexpr double kShortest = 1.5;   // [s] shortest piece; filters need both ends
 
 [[noreturn]] void refuse(const Experiment& e, const RecordingSpec& spec, const std::string& what, const std::string& text) {
   Diagnostic d;
@@ -19,7 +19,7 @@ constexpr double kShortest = 1.5;   // [s] of a piece: less is ends without a mi
   throw InputError(d);
 }
 
-// The moving link, and a place in its frame.
+// Converts a link name and a point in its frame to the moving link.
 void resolve(const Experiment& e, const RecordingSpec& spec, const char* what, std::string* link, Vector3d* p) {
   const TreeSpec& tree = e.robot.tree;
   const int frame = tree.find_frame(*link);
@@ -30,7 +30,7 @@ void resolve(const Experiment& e, const RecordingSpec& spec, const char* what, s
   *link = tree.links[static_cast<size_t>(f.link)].name;
 }
 
-// Begin and end of a force [s], with the moments around them in which it is not known.
+// Start and end of a force [s], with the uncertain time around them.
 struct Change {
   double start, end;
 };

@@ -44,7 +44,7 @@ bool equals_nan(const char* begin, const char* end) {
   return word.empty() || word == "nan" || word == "NaN" || word == "NAN" || word == "-nan";
 }
 
-// One cell; false when it is no number.
+// Parses one cell; returns false if it is no number.
 bool parse_cell(const char* begin, const char* end, double* value) {
   while (begin < end && (*begin == ' ' || *begin == '\t')) ++begin;
   while (end > begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r')) --end;
@@ -56,7 +56,7 @@ bool parse_cell(const char* begin, const char* end, double* value) {
   return true;
 }
 
-// Other bytes under the name of a text, as of compressed files and UTF-16; and cells that no comma separates.
+// Throws for files that are no text, such as compressed files and UTF-16, and for separators other than commas.
 void check_header(const char* begin, const char* end, const Table& table) {
   const auto is_control = [](unsigned char c) { return c < 0x20 && c != '\t'; };
   const char* stop = end > begin && end[-1] == '\r' ? end - 1 : end;
@@ -98,7 +98,7 @@ void read_header(const char* begin, const char* end, Table* table) {
   check_names(*table);
 }
 
-// False when the row has too few cells.
+// Returns false if the row has too few cells.
 bool read_row(const char* begin, const char* end, int line, std::vector<double>* row, const Table& table) {
   size_t column = 0;
   for (const char* cell = begin;;) {
@@ -119,7 +119,7 @@ bool read_row(const char* begin, const char* end, int line, std::vector<double>*
   return column == table.names.size();
 }
 
-// Cells without a number between cells with one: a log has none before a signal begins and after it has ended.
+// Warns of empty cells between numbers. Before a signal starts and after it ends, empty cells are normal.
 void note_empty_cells(const Table& table, std::vector<std::string>* warnings) {
   for (size_t i = 0; i < table.names.size(); ++i) {
     const std::vector<double>& column = table.columns[i];
@@ -149,7 +149,7 @@ namespace {
 
 constexpr double kGap = 5.0;  // times the last step: a gap, which ends a group
 
-// Rows go into the table as the means of `count` in a row.
+// Adds rows to the table as means of `count` consecutive ones.
 class Averager {
  public:
   Averager(size_t count, Table* table) : count_(count), table_(*table), sum_(table->names.size(), 0.0), n_(sum_.size(), 0.0) {
@@ -221,7 +221,7 @@ CsvShape probe_csv(const std::string& path) {
 
 Table read_csv(const std::string& path, std::vector<std::string>* warnings) { return read_csv_averaged(path, 1, warnings); }
 
-// Line by line: a recording of twenty minutes may be larger than the memory it may take.
+// Reads line by line, because a recording of twenty minutes may not fit into memory.
 Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings) {
   std::ifstream file = open(path);
   Table table;

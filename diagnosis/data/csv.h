@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings as tables: comma-separated values (one header line, one line a sample), or a log of a run (MCAP).
+// Recordings as tables: comma-separated values (a header line, one line per sample) or the log of a run (MCAP).
 #pragma once
 
 #include <string>
@@ -17,15 +17,15 @@ struct Table {
   size_t rows() const { return lines.size(); }
 };
 
-// Throws InputError with file, line and column (1 = first cell of the line) of what cannot be read. Empty lines and
-// lines that begin with # are skipped; a last line that was cut off (too few cells) is dropped with a warning, any
-// other such line is an error.
+// Reads a text recording. Throws InputError with file, line and column (1 = first cell) of an error. Skips empty lines
+// and lines that start with #. Drops a truncated last line (too few cells) with a warning; any other such line is an
+// error.
 Table read_csv(const std::string& path, std::vector<std::string>* warnings);
 
-// A log of ours as the same table: signals have the same names. Throws InputError.
+// Reads a log of this project as the same table, with the same signal names. Throws InputError.
 Table read_mcap(const std::string& path, std::vector<std::string>* warnings);
 
-// By the end of the name: `.mcap` is a log, anything else is text.
+// Chooses the reader by the end of the name: `.mcap` is a log, everything else is text.
 Table read_recording_table(const std::string& path, std::vector<std::string>* warnings);
 
 }  // namespace hrp::diagnosis

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Text recordings that are too large to be held as they are.
+// Reads text recordings that are too large for memory.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct CsvShape {
 };
 CsvShape probe_csv(const std::string& path);
 
-// As read_csv(), with every `count` samples in a row averaged while they are read. A gap ends a group.
+// Like read_csv(), with each `count` consecutive samples averaged while reading. A gap ends a group.
 Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings);
 
 }  // namespace hrp::diagnosis

@@ -27,7 +27,8 @@ namespace fs = std::filesystem;
 
 bool is_log(const std::string& file) { return fs::path(file).extension() == ".mcap"; }
 
-// How long text recordings fit into memory: so many samples in a row become one, and of that a share is kept.
+// How long text recordings are reduced to fit into memory: the number of samples that are averaged, and the share that
+// is kept.
 struct Plan {
   size_t averaging = 1;
   double share = 1.0;
@@ -64,11 +65,11 @@ class Loader {
     add(make_recording(e_, spec, table, &e_.warnings), text ? plan_.share : 1.0);
   }
 
-  // What of logs and bags still does not fit is cut to the stretches that tell most.
+  // Reduces logs and bags that do not fit to the stretches with most motion.
   void cut() {
     double numbers = 0.0;
     for (const Recording& r : e_.recordings) numbers += count_numbers(r);
-    if (numbers <= 1.2 * kMostNumbers) return;  // text was estimated by its first lines
+    if (numbers <= 1.2 * kMostNumbers) return;  // the size of text was estimated from its first lines
     std::vector<Recording> all = std::move(e_.recordings);
     e_.recordings.clear();
     for (Recording& r : all) add(std::move(r), kMostNumbers / numbers);
@@ -77,7 +78,7 @@ class Loader {
  private:
   static double count_numbers(const Recording& r) { return static_cast<double>(r.size() * r.column_of.size()); }
 
-  // The recording, or the share of it in which the joints move most.
+  // Adds the recording, or the share of it in which the joints move most.
   void add(Recording&& r, double share) {
     if (share >= 1.0) {
       e_.recordings.push_back(std::move(r));
@@ -88,7 +89,7 @@ class Loader {
     for (Recording& piece : cut_to_stretches(r, share * r.duration())) e_.recordings.push_back(std::move(piece));
   }
 
-  // A bag falls into several recordings where topics are silent.
+  // Loads a bag, which becomes several recordings where topics are silent.
   void load_bag(const RecordingSpec& spec) {
     std::vector<std::string> notes;
     const TopicMap map = parse_topic_map(e_.scenario.text, e_.path);
@@ -126,7 +127,7 @@ void describe_missing(Experiment* e) {
         "no velocity was recorded: it is taken from the positions; effects at velocity reversal are seen less sharply");
 }
 
-// Pieces between hands that came and went.
+// Divides recordings at external forces by hand.
 void take_by_hand(Experiment* e) {
   std::vector<Recording> pieces;
   for (Recording& r : e->recordings) {

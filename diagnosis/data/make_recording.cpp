@@ -14,9 +14,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-// [s] mean time between samples. Four samples a second show no motion of a joint, and no robot logs a million.
+// [s] Mean time between samples. Four samples per second do not show the motion of a joint, and no robot logs at 1 MHz.
 constexpr double kLongestStep = 0.25, kShortestStep = 1e-6;
-// In SI units. No sensor reads more, and squares of it stay finite.
+// SI units. No sensor reads more, and its square stays finite.
 constexpr double kLargestReading = 1e12;
 constexpr double kGapPeriods = 5.0;  // as in the report's list of gaps (diagnosis/checks/samples.cpp)
 constexpr double kShort = 0.5;  // [s] in which a joint hardly moves
@@ -28,8 +28,8 @@ constexpr double kShort = 0.5;  // [s] in which a joint hardly moves
   throw InputError(d);
 }
 
-// Stamps of the epoch (1.7e9 s) leave a double a quarter of a microsecond, too coarse for differences of differences:
-// they count from the recording's first whole second, in whole microseconds, which is all they ever held.
+// Stamps since 1970 (1.7e9 s) have a resolution of a quarter of a microsecond in a double, too coarse for second
+// differences. They are converted to whole microseconds since the recording's first whole second.
 void shift_epoch(Recording* recording, std::vector<std::string>* warnings) {
   const double origin = std::floor(recording->time.front());
   if (std::abs(origin) < 1e6) return;
@@ -39,7 +39,7 @@ void shift_epoch(Recording* recording, std::vector<std::string>* warnings) {
   warnings->push_back(recording->spec.name + ": its times are said from " + text + " s on");
 }
 
-// Rows with stamps that increase; those that repeat a stamp are counted.
+// Indices of the rows with increasing stamps. `repeated` counts rows with a repeated stamp.
 std::vector<size_t> find_rows(const Table& table, int column, size_t* repeated) {
   const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
   std::vector<size_t> rows;
@@ -58,7 +58,7 @@ std::vector<size_t> find_rows(const Table& table, int column, size_t* repeated) 
   return rows;
 }
 
-// Stamps in seconds, without a pause that outweighs all samples.
+// Checks that stamps are in seconds, and that no pause is longer than all samples together.
 void check_steps(const Table& table, int column, const std::vector<size_t>& rows) {
   const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
   std::vector<double> steps;
@@ -80,7 +80,7 @@ void check_steps(const Table& table, int column, const std::vector<size_t>& rows
                                     : "in which unit is this column?"));
 }
 
-// Time stamps: finite, increasing, in seconds. Rows that repeat a stamp are dropped.
+// Reads the time stamps: finite, increasing, in seconds. Drops rows with repeated stamps.
 std::vector<size_t> read_time(const Table& table, Recording* recording, std::vector<std::string>* warnings) {
   const int column = table.find("time");
   if (column < 0) fail(table.file, 1, 1, "time", "is missing: expected a column 'time' [s]");
@@ -109,7 +109,7 @@ std::vector<double> take(const Table& table, int column, const std::vector<size_
   return values;
 }
 
-// Where the first number is that no sensor reads; values.size(): nowhere.
+// Index of the first value that no sensor reads; values.size() if there is none.
 size_t find_absurd(const std::vector<double>& values) {
   return static_cast<size_t>(std::find_if(values.begin(), values.end(), [](double v) { return std::abs(v) > kLargestReading; }) -
                              values.begin());
@@ -117,7 +117,7 @@ size_t find_absurd(const std::vector<double>& values) {
 
 std::string describe_absurd(double value) { return "is " + number(value) + ": expected at most " + number(kLargestReading) + " in SI units"; }
 
-// False for a column without any number.
+// False for a column without numbers.
 bool any_finite(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
@@ -138,14 +138,15 @@ void fill_gaps(std::vector<double>* values) {
 
 bool is_constant(const std::vector<double>& values) { return calc_range(values) == 0.0; }
 
-// [s] from which on a step is a gap, in which nobody knows what was commanded.
+// [s] Longest normal step. In longer gaps the command is unknown.
 double find_gap(const std::vector<double>& time) {
   std::vector<double> steps;
   for (size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
   return kGapPeriods * find_median(std::move(steps));
 }
 
-// Commanded positions move otherwise than the commanded rates say: by more than half of their own changes, as squares.
+// True if commanded positions do not follow the commanded rates: the squared difference exceeds half of the squared
+// changes.
 bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
   constexpr double kSeparate = 0.5;
   const double gap = find_gap(time);
@@ -159,8 +160,8 @@ bool has_separate_rate(const std::vector<double>& time, const JointColumns& join
   return apart > kSeparate * moved;
 }
 
-// Stamps that jitter, or positions of few digits, put more into the cubic between two samples than the motion's own
-// curvature does: a mean rate off by r'' dt^2 / 12, as squares over the recording.
+// True if jitter of stamps, or positions with few digits, disturb the cubic between samples more than the motion's
+// curvature does. The curvature changes the mean rate by r'' dt^2 / 12; squares are compared over the recording.
 bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
   constexpr double kRough = 9.0;
   const std::vector<double>& rate = joint.command_rate;
@@ -201,8 +202,8 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
   fill_gaps(&joint->command_rate);
 }
 
-// Columns of joints that the model has not, as of a gripper. Refused where one of the model's own joints is not there, whose
-// misspelt name it may be, and where the file has none of the model's joints.
+// Leaves out columns of joints that the model does not have, such as those of a gripper. Throws if a joint of the model
+// is missing that the name may mean, or if the file has none of the model's joints.
 void leave_out_strangers(const Experiment& experiment, const Table& table, const std::string& file, std::set<std::string>* used,
                          std::vector<std::string>* warnings) {
   std::set<std::string> known, strangers;

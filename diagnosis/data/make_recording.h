@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A recording from the columns of a table: its time stamps, the joints of the model, and everything else by name.
+// Converts a table to a recording: time stamps, joints of the model, and all other columns by name.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace hrp::diagnosis {
 
-// Throws InputError with file, line and column: stamps that go back or are not in seconds, joints that the model has not.
+// Throws InputError with file, line and column: for stamps that decrease or are not in seconds, and for unknown joints.
 Recording make_recording(const Experiment& experiment, const RecordingSpec& spec, const Table& table,
                          std::vector<std::string>* warnings);
 
-// The joint of a column of readings or commands; empty: it is none.
+// Name of the joint of a column of readings or commands; empty for other columns.
 std::string get_joint(const std::string& column);
 
 }  // namespace hrp::diagnosis

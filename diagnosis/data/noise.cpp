@@ -11,7 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Step of a quantised signal: the smallest change, when most changes are whole multiples of it; 0 else.
+// Step of a quantised signal: the smallest change if most changes are integer multiples of it; else 0.
 double find_step(const std::vector<double>& signal) {
   std::vector<double> changes;
   double largest = 0.0;
@@ -23,7 +23,7 @@ double find_step(const std::vector<double>& signal) {
   if (changes.size() < 8) return 0.0;
   std::sort(changes.begin(), changes.end());
   const double step = changes[changes.size() / 50];
-  if (step < 1e-5 * largest) return 0.0;  // as fine as the digits of the file
+  if (step < 1e-5 * largest) return 0.0;  // the resolution of the file's digits
   size_t whole = 0;
   for (double d : changes) {
     const double ratio = d / step;
@@ -45,12 +45,12 @@ double estimate_noise(const std::vector<double>& signal) {
   }
   if (third.size() < 8) return 0.0;
   double value = find_median(third);
-  if (zeros * 4 > third.size()) {  // quantised or held: the median says nothing, the mean square still does
+  if (zeros * 4 > third.size()) {  // quantised or held: the median is useless, the mean square is not
     double sum = 0.0;
     for (double d : third) sum += d * d;
     value = 0.6745 * std::sqrt(sum / static_cast<double>(third.size()));
   }
-  // A reading in steps is never better than its step.
+  // A quantised reading is not better than its step.
   // 1 + 9 + 9 + 1: variance of the third difference of white noise
   return std::max(find_step(signal) / std::sqrt(12.0), value / (0.6745 * std::sqrt(20.0)));
 }
@@ -65,7 +65,7 @@ double get_stated(const Experiment& e, const std::string& signal, const std::str
   return 0.0;
 }
 
-// Median over recordings of what each says.
+// Median over the recordings.
 double estimate_over(const std::vector<double>& estimates) {
   std::vector<double> sorted = estimates;
   std::sort(sorted.begin(), sorted.end());
@@ -101,8 +101,8 @@ void find_signal_noise(Experiment* e) {
   }
 }
 
-// A signal that never varies by more than rounding has no measurable noise: the spread of its equals stands in, so
-// that nothing is divided by zero.
+// A signal that varies by rounding only has no measurable noise. It gets the median of the other joints, to avoid a
+// division by zero.
 void floor_noise(Experiment* e) {
   for (int q = 0; q < kQuantities; ++q) {
     std::vector<double> others;
@@ -126,7 +126,7 @@ double calc_largest_change(const Experiment& e, size_t j, size_t q) {
   return largest;
 }
 
-// Stated noise in which all that moves would drown.
+// Warns if the stated noise exceeds all changes of a signal.
 void warn_of_large_noise(Experiment* e) {
   for (size_t j = 0; j < e->joint_noise.size(); ++j) {
     for (size_t q = 0; q < kQuantities; ++q) {
@@ -139,7 +139,7 @@ void warn_of_large_noise(Experiment* e) {
   }
 }
 
-// Names in 'noise:' that no recording has.
+// Warns of names in 'noise:' that no recording has.
 void warn_of_strange_noise(Experiment* e) {
   for (const auto& [key, sigma] : e->keys.noise) {
     bool known = key[0] != '/' || e->other_noise.count(key) > 0;

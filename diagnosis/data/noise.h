@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Noise of recorded signals: as the experiment states it, else from the signals themselves.
+// Noise of recorded signals: as the experiment states, else estimated from the signals.
 #pragma once
 
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace hrp::diagnosis {
 
-// Noise of a signal from its high-frequency content: the median absolute third difference, with the normal
-// distribution's factor; robust against jumps and blind to anything as smooth as a cubic over four samples.
+// Standard deviation of a signal's noise, from the median absolute third difference with the factor for normal noise.
+// It is robust against jumps, and insensitive to motion that is a cubic over four samples.
 double estimate_noise(const std::vector<double>& signal);
 
-// Fills joint_noise and other_noise. No deviation is zero.
+// Fills joint_noise and other_noise. All deviations are positive.
 void find_noise(Experiment* experiment);
 
 }  // namespace hrp::diagnosis

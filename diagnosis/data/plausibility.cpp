@@ -14,7 +14,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846, kDegrees = 180.0 / kPi;
-// A unit's slope is a matter of right or wrong by a factor of 57; a tenth leaves room for everything else.
+// A wrong unit changes a slope by a factor of 57; a tenth allows for all other effects.
 constexpr double kSlopeRoom = 0.1;
 
 [[noreturn]] void fail(const Recording& recording, const std::string& column, const std::string& text) {
@@ -36,13 +36,14 @@ std::string text_of(double value) {
   return text;
 }
 
-// A reading and what it ought to be, sample by sample; empty where that is not known.
+// Readings and their expected values by sample; empty if unknown.
 struct Pair {
   std::vector<double> reading, expected;
 };
 using Pairs = std::vector<Pair>;  // by joint
 
-// From the first value on, so that what never changes leaves exactly nothing: rounding of a sum would look like motion.
+// Sums differences from the first value. A constant signal then leaves exactly 0; rounding errors of a sum would look
+// like motion.
 void remove_mean(std::vector<double>* values) {
   if (values->empty()) return;
   const double first = values->front();
@@ -69,7 +70,7 @@ double calc_rms_difference(const std::vector<double>& a, const std::vector<doubl
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-// reading = slope x expected + noise; `fit` is the correlation.
+// reading = slope x expected + noise; `fit` is the correlation coefficient.
 struct Line {
   double slope = 0.0, fit = 0.0;
 };
@@ -85,7 +86,7 @@ Line fit_line(const Pair& pair) {
 
 bool is_near(double value, double target) { return std::abs(value / target - 1.0) < kSlopeRoom; }
 
-// Rows whose numbers are all there, at most about 4000: every so many samples.
+// Collects rows whose numbers are all finite, at most about 4000.
 Pair collect(size_t count, const std::function<bool(size_t, double*, double*)>& get) {
   Pair pair;
   for (size_t k = 0; k < count; k += 1 + count / 4000) {
@@ -96,7 +97,7 @@ Pair collect(size_t count, const std::function<bool(size_t, double*, double*)>& 
   return pair;
 }
 
-// Positions ought to follow their commands. Means are taken off: an offset is a finding, not a suspicion.
+// Expectation: positions follow their commands. Means are removed, as an offset is a finding, not a suspicion.
 Pair pair_position(const Recording& r, const JointColumns& joint) {
   if (joint.command.empty() || !joint.has(Quantity::kPosition)) return {};
   Pair pair = collect(r.size(), [&](size_t k, double* reading, double* expected) {
@@ -106,7 +107,7 @@ Pair pair_position(const Recording& r, const JointColumns& joint) {
   return without_means(pair);
 }
 
-// Velocities, summed over a twentieth of a second, ought to be the way the position went.
+// Expectation: the integral of the velocity over 0.05 s equals the change of position.
 Pair pair_velocity(const Recording& r, const JointColumns& joint) {
   if (!joint.has(Quantity::kPosition) || !joint.has(Quantity::kVelocity)) return {};
   const double dt = r.duration() / static_cast<double>(r.size() - 1);
@@ -121,7 +122,7 @@ Pair pair_velocity(const Recording& r, const JointColumns& joint) {
   });
 }
 
-// Logged efforts ought to be the servo's law, where it is not at its limit.
+// Expectation: logged efforts follow the servo law while it is not at its limit.
 Pair pair_effort(const Recording& r, const JointColumns& joint, const ServoGains& gains) {
   if (joint.command.empty() || !joint.has(Quantity::kEffort) || !joint.has(Quantity::kPosition) || gains.kp <= 0.0)
     return {};
@@ -141,12 +142,12 @@ const char* get_unit_fault(double slope) {
   return nullptr;
 }
 
-// Whether it varies as expected, too: constants of joints that hold still may be near one another by chance.
+// True if the readings also vary as expected. Constants of joints at rest may be close by chance.
 bool varies_with(const std::vector<double>& reading, const std::vector<double>& expected) {
   return reading.size() == expected.size() && fit_line(without_means({reading, expected})).fit > 0.9;
 }
 
-// The columns of two joints are exchanged when each one's reading is the other's and not its own.
+// Throws if the reading of each of two joints is that of the other and not its own.
 void check_exchange(const Experiment& e, const Recording& r, const Pairs& pairs, Quantity q, const char* expected) {
   for (size_t a = 0; a < pairs.size(); ++a) {
     for (size_t b = a + 1; b < pairs.size(); ++b) {
@@ -165,7 +166,7 @@ void check_exchange(const Experiment& e, const Recording& r, const Pairs& pairs,
   }
 }
 
-// Joints of `sound` are in the right units whatever they do.
+// Throws for readings in wrong units. Joints in `sound` are known to have the right units.
 void check_units_of(const Experiment& e, const Recording& r, const Pairs& pairs, Quantity q, const char* expected,
                     const std::vector<bool>& sound) {
   for (size_t j = 0; j < pairs.size(); ++j) {
@@ -181,13 +182,13 @@ void check_units_of(const Experiment& e, const Recording& r, const Pairs& pairs,
   }
 }
 
-// Whether what varies is turned, too: the effort of a joint that holds still may only be shifted.
+// True if the variation has the wrong sign, too. The effort of a joint at rest may only have an offset.
 bool is_turned(const Pair& pair) {
   const Line line = fit_line(without_means(pair));
   return line.fit < -0.9 && is_near(line.slope, -1.0);
 }
 
-// Efforts are in N m whatever the angles are in: with everything else in degrees they are a 57th of the servo's law.
+// Efforts are in N m whatever unit angles have. With angles in degrees, they are 1/57 of the servo law.
 void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pairs) {
   for (size_t j = 0; j < pairs.size(); ++j) {
     const Line line = fit_line(pairs[j]);
@@ -205,7 +206,7 @@ void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pa
   }
 }
 
-// All columns of two joints exchanged: each logs the law with the other's gains.
+// Throws if all columns of two joints are exchanged: each effort then follows the law with the other's gains.
 void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs& pairs) {
   const auto gains = [&](size_t j) { return get_gains(e, static_cast<int>(j)).kp; };
   for (size_t a = 0; a < pairs.size(); ++a) {
@@ -213,8 +214,8 @@ void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs&
       if (pairs[a].reading.empty() || pairs[b].reading.empty()) continue;
       const Line la = fit_line(pairs[a]), lb = fit_line(pairs[b]);
       const double ratio = gains(b) / gains(a);
-      // A logged effort follows its law to noise; a torque that is logged wrongly has no twin with the reciprocal
-      // error.
+      // A logged effort follows its law down to the noise. A wrongly logged torque has no other joint with the
+      // reciprocal error.
       const bool clear = la.fit > 0.99 && lb.fit > 0.99 && std::abs(std::log(ratio)) > 0.2;
       if (!clear || std::abs(la.slope / ratio - 1) > 0.05 || std::abs(lb.slope * ratio - 1) > 0.05) continue;
       fail(r, e.signal_name(static_cast<int>(a), Quantity::kEffort),
@@ -224,7 +225,7 @@ void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs&
   }
 }
 
-// No sensor resolves less; a column of such changes is one of zeros in which something else has left its traces.
+// Smallest change that counts. No sensor resolves less, so smaller ones are numerical traces in a column of zeros.
 constexpr double kLeastChange = 1e-12;
 
 bool is_still(const std::vector<double>& values) {
@@ -232,8 +233,8 @@ bool is_still(const std::vector<double>& values) {
   return any && calc_range(values) < kLeastChange;
 }
 
-// An encoder that stands still while its command moves by more than a degree was not read. Other columns that never
-// change say nothing.
+// Throws if a position does not change while its command moves by more than a degree: it was not read. Other constant
+// columns count as not recorded.
 void check_still(Experiment* e, Recording* r, int j) {
   JointColumns& joint = r->joints[static_cast<size_t>(j)];
   const bool moves = calc_range(joint.command) > 0.02;
@@ -249,10 +250,10 @@ void check_still(Experiment* e, Recording* r, int j) {
   }
 }
 
-// [rad] The joint's larger limit, either way.
+// Larger absolute limit of the joint [rad].
 double get_reach(const JointSpec& spec) { return std::max(std::abs(spec.lower), std::abs(spec.upper)); }
 
-// Beyond three times the joint's limits, and beyond a whole turn.
+// True beyond three times the joint's limits and beyond a whole turn.
 bool is_far_beyond(const JointSpec& spec, double angle) {
   const double reach = get_reach(spec);
   return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * kPi);
@@ -272,7 +273,7 @@ void check_limits(const Experiment& e, const Recording& r, int j) {
            " rad: degrees instead of rad?");
 }
 
-// A command that no joint follows may be a damaged sample, or a drive that is told torques as positions.
+// Warns of commands far beyond the limits: a damaged sample, or a drive that receives torques as positions.
 void check_commanded_limits(Experiment* e, const Recording& r, int j) {
   const JointSpec& spec = e->robot.tree.joint(j);
   const std::vector<double>& command = r.joints[static_cast<size_t>(j)].command;
@@ -304,7 +305,8 @@ void check_plausibility(Experiment* e) {
       velocity.push_back(pair_velocity(r, joint));
       effort.push_back(pair_effort(r, joint, get_gains(*e, j)));
     }
-    // A leg whose foot sticks to the ground may follow a 57th of its command; its effort then obeys the servo's law.
+    // A leg whose foot sticks to the ground may follow 1/57 of its command. Its effort then still follows the servo
+    // law.
     std::vector<bool> sound, none(effort.size(), false);
     for (const Pair& pair : effort) {
       const Line law = fit_line(pair);

@@ -8,7 +8,7 @@
 
 namespace hrp::diagnosis {
 
-// The value below which a share (0 to 1) of the others lies; one of the values, not between two. 0 of none.
+// Quantile of the values: the value below which a share (0 to 1) of them lies, without interpolation; 0 for none.
 inline double find_quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto at = values.begin() + static_cast<long>(share * static_cast<double>(values.size() - 1));
@@ -16,7 +16,7 @@ inline double find_quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-// The middle value, of an even number the upper one of the two; 0 of none.
+// Median, the upper one of an even number; 0 for none.
 inline double find_median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
@@ -24,10 +24,10 @@ inline double find_median(std::vector<double> values) {
   return *middle;
 }
 
-// Standard deviation of a normal distribution, from distances to its middle; robust against a few of another.
+// Standard deviation of a normal distribution, from absolute distances to its centre. Robust against some outliers.
 inline double find_deviation(std::vector<double> distances) { return 1.4826 * find_median(std::move(distances)); }
 
-// The same of values about their own median.
+// The same for values about their own median.
 inline double find_deviation_about_median(std::vector<double> values) {
   const double middle = find_median(values);
   for (double& v : values) v = std::abs(v - middle);

@@ -7,7 +7,7 @@
 
 namespace hrp::diagnosis {
 
-// The largest value less the smallest one, of those that are finite; 0 of none.
+// Range of the finite values; 0 for none.
 inline double calc_range(const std::vector<double>& values) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (double v : values) {

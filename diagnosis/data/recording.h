@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings as the tool works on them: signals by name on the recording's own time stamps.
+// Recordings in the form that the tool uses: signals by name at the recording's own time stamps.
 #pragma once
 
 #include <map>
@@ -17,21 +17,21 @@ enum class Quantity { kPosition, kVelocity, kEffort };
 constexpr int kQuantities = 3;
 const char* get_quantity_name(Quantity quantity);
 
-// One joint's columns; empty where the recording lacks them. NaN where a sample is missing or repeats the last one.
+// Columns of one joint; empty if not recorded. NaN where a sample is missing or repeats the last one.
 struct JointColumns {
-  std::vector<double> command, command_rate;  // complete (gaps interpolated)
+  std::vector<double> command, command_rate;  // without gaps (interpolated)
   std::vector<double> signal[kQuantities];
   bool separate_rate = false;  // the recorded rate of commands is not the derivative of their positions
-  bool rough_command = false;  // it is, but positions or stamps are too rough to differentiate
+  bool rough_command = false;  // the rate is the derivative, but positions or stamps are too rough to differentiate
   bool has(Quantity q) const { return !signal[static_cast<int>(q)].empty(); }
 };
 
 struct Recording {
   RecordingSpec spec;
   std::vector<double> time;                  // [s] increasing
-  std::vector<JointColumns> joints;          // of the model, its order
-  std::map<std::string, std::vector<double>> other;  // every other column by its name
-  std::map<std::string, int> column_of;              // number of every column in the file, from 1: for messages
+  std::vector<JointColumns> joints;          // in the model's order
+  std::map<std::string, std::vector<double>> other;  // all other columns by name
+  std::map<std::string, int> column_of;              // number of each column in the file, from 1, for messages
   bool has(const std::string& name) const { return other.count(name) > 0; }
   size_t size() const { return time.size(); }
   double duration() const { return time.back() - time.front(); }
@@ -43,6 +43,7 @@ struct Noise {
   bool stated = false;  // in the experiment, else estimated
 };
 
+// A scenario with its robot, its recordings and the noise of their signals.
 struct Experiment {
   std::string path, folder;
   Scenario scenario;
@@ -51,13 +52,13 @@ struct Experiment {
   std::vector<Recording> recordings;
   std::vector<std::vector<Noise>> joint_noise;  // by joint, by quantity
   std::map<std::string, Noise> other_noise;     // by column
-  std::vector<std::string> warnings;            // about the data: clocks, held samples, missing columns, units
+  std::vector<std::string> warnings;            // about clocks, held samples, missing columns, units
   double sample_time = 0.0;                     // [s] median
   int num_joints() const { return robot.tree.num_joints(); }
   std::string signal_name(int joint, Quantity quantity) const;
 };
 
-// Throws InputError with everything that cannot be used: file, line, column.
+// Loads an experiment. Throws InputError with file, line and column of everything that cannot be used.
 Experiment load_experiment(const std::string& path);
 
 }  // namespace hrp::diagnosis

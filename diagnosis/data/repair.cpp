@@ -11,13 +11,13 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846, kTurn = 2.0 * kPi;
-constexpr double kJump = 1.5 * kPi;    // [rad] no joint turns so far between two samples
-constexpr double kSpike = 10.0;        // times the second difference that 95 % stay below
-constexpr double kSteps = 8.0;         // smallest changes of a quantised signal
-constexpr double kReturn = 0.1;        // of the jump, by which the neighbours may differ
-constexpr double kMostSpikes = 0.01;   // of the samples
-constexpr double kOfPosition = 0.03;   // least jump, of the signal's middle 90 %: a link cannot jump
-constexpr double kOfOthers = 2.0;      // the same of speeds and efforts: impacts last one sample, too
+constexpr double kJump = 1.5 * kPi;    // [rad] no joint moves so far between two samples
+constexpr double kSpike = 10.0;        // times the 95 % quantile of second differences
+constexpr double kSteps = 8.0;         // times the smallest change of a quantised signal
+constexpr double kReturn = 0.1;        // share of the jump by which the neighbours may differ
+constexpr double kMostSpikes = 0.01;   // share of the samples
+constexpr double kOfPosition = 0.03;   // least jump relative to the signal's middle 90 %: a link cannot jump
+constexpr double kOfOthers = 2.0;      // the same for speeds and efforts; impacts also last one sample
 
 // |x[k] - mean of the neighbours|; NaN beside missing samples.
 std::vector<double> calc_second_differences(const std::vector<double>& x) {
@@ -34,7 +34,7 @@ std::vector<double> keep_finite(const std::vector<double>& x) {
   return out;
 }
 
-// The smallest that is not zero; 0 where all are.
+// Smallest positive value; 0 if there is none.
 double find_smallest(const std::vector<double>& x) {
   double least = 0.0;
   for (double v : x) {
@@ -43,7 +43,7 @@ double find_smallest(const std::vector<double>& x) {
   return least;
 }
 
-// The command's whole turns more than the joint's, taken off.
+// Removes the whole turns by which the command differs from the joint's angle.
 void align_turns(const std::vector<double>& angle, std::vector<double>* command) {
   std::vector<double> apart;
   for (size_t k = 0; k < std::min(angle.size(), command->size()); ++k) {

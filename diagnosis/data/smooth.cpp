@@ -8,7 +8,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The samples around the k-th, in time scaled to their reach.
+// Samples around the k-th, with time scaled to [-1, 1].
 struct Window {
   Window(const std::vector<double>& all, size_t k, size_t reach)
       : begin(k >= reach ? k - reach : 0), end(std::min(all.size(), k + reach + 1)), time(all), center(all[k]),
@@ -22,7 +22,7 @@ struct Window {
 
 Eigen::Vector4d make_cubic(double s) { return {1.0, s, s * s, s * s * s}; }
 
-// Few samples, or all at one place, must not leave it singular.
+// Keeps the matrix regular with few samples, or with all at one time.
 void regularise(Eigen::Matrix4d* N) { N->diagonal().array() += 1e-12 * N->trace(); }
 
 struct Source {
@@ -78,7 +78,7 @@ LocalFit fit_local(const std::vector<double>& time, const std::vector<Source>& s
   return fit;
 }
 
-// The widest window whose cubics still describe the samples about as well as the narrowest ones do.
+// Widest window whose cubics fit the samples about as well as the narrowest window.
 int choose_window(const std::vector<double>& time, const std::vector<Source>& sources, double* second_sigma) {
   const int windows[] = {3, 4, 6, 8, 11, 15, 20};
   double first = 0.0;
@@ -124,7 +124,8 @@ std::vector<double> fill_gaps(const std::vector<double>& values) {
 }
 
 Smoother::Smoother(const std::vector<double>& time, int half, Parity parity) : kernels_(time.size()), half_(half) {
-  // Every second sample: a window twice as wide in samples is the same in time, and never too few for a cubic.
+  // Every second sample: a window twice as wide in samples has the same duration, and always enough samples for a
+  // cubic.
   const auto reach = static_cast<size_t>(parity == Parity::kAll ? half : std::max(half, 6));
   for (size_t k = 0; k < time.size(); ++k) {
     const Window window(time, k, reach);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Local cubics over a sliding window: smooth trajectories of joints from noisy samples of position and velocity, series
-// with missing samples, and many complete series with the same stamps.
+// Local cubics over a sliding window: smooth joint trajectories from noisy samples of position and velocity; series
+// with missing samples; and many complete series with the same stamps.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace hrp::diagnosis {
 
-// [s] after which the start of a simulation is judged no more: some periods of the slowest transmission. Of a short
-// recording a tenth at most.
+// [s] Time after which a simulation no longer depends on its start state: some periods of the slowest transmission. At
+// most a tenth of a short recording.
 constexpr double kSettling = 0.6;
 
 struct SmoothJoint {
@@ -20,19 +20,18 @@ struct SmoothJoint {
 };
 
 struct SmoothRecording {
-  size_t start = 0;   // first sample whose smoothed state rests on samples from both sides: rollouts begin here
-  size_t judged = 0;  // first sample that predictions are compared at: what the start was uncertain by has died away
+  size_t start = 0;   // first sample with a two-sided window; rollouts start here
+  size_t judged = 0;  // first sample that is compared: errors of the start state have decayed
   std::vector<SmoothJoint> joints;
-  std::vector<std::vector<double>> effort;     // smoothed alike; empty where none was recorded
+  std::vector<std::vector<double>> effort;     // smoothed alike; empty if not recorded
 };
 
-// Samples that are missing (NaN) filled with the value before them, those at the begin with the first there is; 0 where
-// there is none.
+// Replaces missing samples (NaN) by the previous value, at the start by the first value; 0 if there is none.
 std::vector<double> fill_gaps(const std::vector<double>& values);
 
 SmoothRecording smooth_recording(const Experiment& e, const Recording& recording);
 
-// Value, first and second derivative of a series at every sample by local cubics over +- half_window samples.
+// Value and first two derivatives of a series at every sample, by local cubics over +- half_window samples.
 void smooth_series(const std::vector<double>& time, const std::vector<double>& values, int half_window,
                    std::vector<double>* value, std::vector<double>* rate, std::vector<double>* second);
 
@@ -41,10 +40,10 @@ struct SmoothSeries {
   std::vector<double> value, rate, second;
 };
 
-// Which samples a smoother looks at. Even and odd ones have independent noise: see standing/fit.h.
+// Samples that a smoother uses. Even and odd samples have independent noise (standing/fit.h).
 enum class Parity { kAll, kEven, kOdd };
 
-// Of series without gaps the weights depend on the stamps alone and are found once.
+// Smoother for series without gaps. The weights depend only on the stamps and are computed once.
 class Smoother {
  public:
   Smoother(const std::vector<double>& time, int half, Parity parity);

@@ -12,7 +12,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPiece = 10.0;    // [s]
-constexpr double kGap = 5.0;       // periods
+constexpr double kGap = 5.0;       // sampling periods
 constexpr double kHeldOut = 1.0 / 3.0;
 
 template <typename Value>
@@ -21,7 +21,7 @@ std::vector<Value> cut(const std::vector<Value>& values, size_t begin, size_t en
   return {values.begin() + static_cast<long>(begin), values.begin() + static_cast<long>(end)};
 }
 
-// Rows at which pieces begin, and the end.
+// First rows of the pieces, and the end.
 std::vector<size_t> find_pieces(const Recording& r) {
   std::vector<size_t> begins{0};
   for (size_t k = 1; k < r.size(); ++k) {
@@ -31,7 +31,7 @@ std::vector<size_t> find_pieces(const Recording& r) {
   return begins;
 }
 
-// Mean square of a joint's changes of position in each piece.
+// Rms speed of a joint in each piece.
 std::vector<double> measure_motion(const JointColumns& joint, const std::vector<double>& time, const std::vector<size_t>& pieces) {
   std::vector<double> motion;
   const std::vector<double>& q = joint.signal[0];
@@ -46,7 +46,7 @@ std::vector<double> measure_motion(const JointColumns& joint, const std::vector<
   return motion;
 }
 
-// What a piece of a recording tells: how fast each joint moves there against its fastest piece of all.
+// A piece of a recording, and its score: each joint's speed there relative to its fastest piece.
 struct Piece {
   size_t recording = 0, begin = 0, end = 0;  // rows
   double score = 0.0, seconds = 0.0;
@@ -74,7 +74,7 @@ std::vector<Piece> list_pieces(const std::vector<const Recording*>& recordings) 
   return all;
 }
 
-// The best piece of every file, then the second best of every file, and so on, until `seconds` are reached.
+// Chooses the best piece of every file, then the second best of every file, and so on, up to `seconds`.
 std::vector<Piece> choose_pieces(std::vector<Piece> pieces, const std::vector<const Recording*>& recordings, double seconds) {
   std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.score > b.score; });
   std::map<std::string, size_t> count;
@@ -92,7 +92,7 @@ std::vector<Piece> choose_pieces(std::vector<Piece> pieces, const std::vector<co
   return chosen;
 }
 
-// Chosen pieces as recordings; neighbours stay together.
+// Chosen pieces as recordings; adjacent ones are joined.
 std::vector<Recording> cut_pieces(const std::vector<const Recording*>& recordings, const std::vector<Piece>& chosen) {
   std::vector<Recording> out;
   for (size_t i = 0; i < chosen.size();) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Long recordings in part: averaged to fewer samples where they come fast, and cut to the stretches that tell most.
+// Reduces long recordings: averages fast samples, and selects the stretches with most motion.
 #pragma once
 
 #include <string>
@@ -9,29 +9,30 @@
 
 namespace hrp::diagnosis {
 
-// What all recordings of an experiment may hold in memory [numbers]: 130 MB, and about ten times that for
-// all that a diagnosis makes of them (measured: 1.7 GB at 24e6).
+// Largest number of values of all recordings in memory: 130 MB. A diagnosis needs about ten times that (measured: 1.7
+// GB at 24e6).
 constexpr double kMostNumbers = 16e6;
-// [Hz] below which samples are not averaged any further: five times what drives follow on purpose, and some.
+// [Hz] Averaging does not go below this rate: well above five times what drives follow on purpose.
 constexpr double kLeastRate = 125.0;
 
-// How many samples in a row make one, for recordings of `numbers` numbers at `rate` [Hz] altogether.
+// Number of samples to average, for recordings with `numbers` values in total at `rate` [Hz].
 size_t find_averaging(double numbers, double rate);
 
-// Groups of `count` samples as their means; groups end at gaps.
+// Replaces groups of `count` samples by their means; gaps end a group.
 void average_rows(size_t count, Table* table);
 
-// Rows from `begin` to before `end`; its name says the seconds.
+// Rows [begin, end) as a recording; its name contains the seconds.
 Recording cut_recording(const Recording& recording, size_t begin, size_t end);
 
-// The recording cut to about `seconds`: those 10 s pieces in which the joints move most, each against its own fastest.
-// Neighbours stay together. The whole one when it is not longer.
+// Selects about `seconds` of a recording: pieces of 10 s in which the joints move most, each relative to its own
+// fastest piece. Adjacent pieces stay together. Returns the whole recording if it is not longer.
 std::vector<Recording> cut_to_stretches(const Recording& recording, double seconds);
 
-// The experiment with at most `joint_seconds` (joints times seconds) of recordings, a third of them held out; noise and
-// warnings as of the whole. For what is simulated many times.
+// Experiment with recordings of at most `joint_seconds` (joints times seconds), a third of them held out; noise and
+// warnings of the whole one. For models that are simulated many times.
 Experiment make_screened(const Experiment& experiment, double joint_seconds);
 
+// Joints times seconds of all recordings.
 double calc_joint_seconds(const Experiment& experiment);
 
 }  // namespace hrp::diagnosis

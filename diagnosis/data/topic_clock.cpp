@@ -11,11 +11,11 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr size_t kPieces = 24;         // of the recording: the fastest message of each is a point of the envelope
-constexpr double kOtherClock = 0.05;   // [s] between two topics that no local network takes every time
-constexpr double kDriftShift = 0.002;  // [s] that a drift must make over the recording to be one
-constexpr double kScatter = 4.0;       // times what the envelopes scatter by
+constexpr double kOtherClock = 0.05;   // [s] offset that latency in a local network does not always explain
+constexpr double kDriftShift = 0.002;  // [s] least effect of a drift over the recording
+constexpr double kScatter = 4.0;       // times the scatter of the envelopes
 
-// The least receive - stamp of each piece of the recording.
+// Smallest receive - stamp in each piece of the recording.
 struct Points {
   std::vector<double> x, y;
 };
@@ -37,7 +37,7 @@ Points find_fastest(const std::vector<double>& stamp, const std::vector<double>&
 
 }  // namespace
 
-// Theil and Sen's line through the fastest messages.
+// Theil-Sen line through the fastest messages.
 TopicClock find_topic_clock(const std::vector<double>& stamp, const std::vector<double>& receive) {
   TopicClock clock;
   clock.stamped = stamp.size() > 1 && stamp.size() == receive.size() && stamp.back() > stamp.front();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The clock of a topic against that of another one, by the clock of the recorder.
+// Compares the clocks of topics, through the receive times of the recorder.
 //
-// A message is stamped by its sender and received later: receive - stamp = latency + offset + drift x stamp. Latency is
-// never negative and now and then small, so the lower envelope of receive - stamp is the clock, and what stands above it
-// is latency (Moon, Skelly and Towsley, "Estimation and removal of clock skew", INFOCOM 1999).
+// The sender stamps a message, which is received later: receive - stamp = latency + offset + drift x stamp. Latency is
+// never negative and sometimes small. So the lower envelope of receive - stamp is the clock, and the rest is latency
+// (Moon, Skelly and Towsley, "Estimation and removal of clock skew", INFOCOM 1999).
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace hrp::diagnosis {
 
 struct TopicClock {
-  bool stamped = false;  // by its sender; else only receive times are known
+  bool stamped = false;  // by the sender; if false, only receive times are known
   double begin = 0.0;    // [s] first stamp
   double level = 0.0, slope = 0.0, scatter = 0.0;  // envelope of receive - stamp: level + slope (stamp - begin) +- scatter
   double span = 0.0;     // [s] of stamps
@@ -25,20 +25,21 @@ TopicClock find_topic_clock(const std::vector<double>& stamp, const std::vector<
 
 struct PlacedClock {
   bool stamped = false;
-  bool moved = false;    // to the reference's clock
+  bool moved = false;    // converted to the reference's clock
   double offset = 0.0;   // [s] ahead of the reference at the start
-  double drift = 0.0;    // seconds gained in a second, against the reference
+  double drift = 0.0;    // [s/s] gain against the reference
   double period = 0.0;   // [s] median between samples
 };
 
-// Times of samples on the clock of `reference`. Stamps stay as they are when the two clocks differ by no more than
-// latency may; those of another clock are moved, receive times are taken where there are no stamps.
+// Times of samples on the clock of `reference`. Stamps stay unchanged if the clocks differ by no more than latency can
+// explain. Otherwise they are converted. Without stamps, receive times are used.
 std::vector<double> place_stamps(const std::vector<double>& stamp, const std::vector<double>& receive,
                                  const TopicClock& reference, PlacedClock* placed);
 
 // "200 Hz; its clock is 3.21 s ahead of that of /joint_states and gains 41 us in a second: moved there".
 std::string describe_clock(const PlacedClock& clock, const std::string& reference);
 
+// Median time between samples [s].
 double find_period(const std::vector<double>& time);
 
 }  // namespace hrp::diagnosis

@@ -18,7 +18,7 @@ bool is_recorded(const Experiment& e, int joint) {
   });
 }
 
-// A column of a joint that the model has not: perhaps a misspelt one of those that seem to be missing.
+// True if a column belongs to an unknown joint, whose name may be a misspelling of a missing one.
 bool has_strange_joint(const Experiment& e) {
   std::set<std::string> known;
   for (int j = 0; j < e.num_joints(); ++j) known.insert(e.robot.tree.joint(j).name);
@@ -31,7 +31,7 @@ bool has_strange_joint(const Experiment& e) {
   return false;
 }
 
-// Joints of which no recording has anything, nor of any joint beyond them.
+// Joints that are not recorded and have no recorded joint beyond them.
 std::vector<std::string> list_unrecorded(const Experiment& e) {
   const TreeSpec& tree = e.robot.tree;
   std::vector<char> needed(tree.links.size(), 0);
@@ -63,7 +63,7 @@ bool fix_unrecorded(Experiment* e) {
   }
   const std::string own = e->robot.urdf;
   e->robot = parse_robot(urdf, e->robot.urdf_path, e->scenario);
-  if (mentioned) e->robot.urdf = own;  // the updated scenario speaks of it
+  if (mentioned) e->robot.urdf = own;  // the updated scenario refers to it
   e->recordings.clear();
   return true;
 }

@@ -6,13 +6,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Place of `what` in `text` within [begin, end); npos: none.
+// Position of `what` in text[begin, end); npos if it is not there.
 size_t find_within(const std::string& text, const std::string& what, size_t begin, size_t end) {
   const size_t at = text.find(what, begin);
   return at < end ? at : std::string::npos;
 }
 
-// Where an attribute's value begins, behind its quote, in the tag that begins at `tag`; npos: it has none.
+// Start of an attribute's value, after its quote, in the tag at `tag`; npos if there is none.
 size_t find_value(const std::string& text, size_t tag, const std::string& attribute) {
   const size_t end = text.find('>', tag);
   for (size_t at = find_within(text, attribute, tag, end); at != std::string::npos; at = find_within(text, attribute, at + 1, end)) {
@@ -25,7 +25,7 @@ size_t find_value(const std::string& text, size_t tag, const std::string& attrib
   return std::string::npos;
 }
 
-// Whether the tag of a joint at `tag` has that name, and is the joint itself: it ends with </joint>, and names its parent.
+// True if the tag at `tag` is the joint of that name itself: it ends with </joint> and names its parent.
 bool is_joint(const std::string& urdf, size_t tag, const std::string& joint, size_t end) {
   const size_t name = find_value(urdf, tag, "name");
   if (name == std::string::npos || urdf.compare(name, joint.size(), joint) != 0) return false;

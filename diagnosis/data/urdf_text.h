@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small changes in the text of a URDF that leave the rest of it as its author wrote it.
+// Changes single attributes in the text of a URDF and keeps the rest unchanged.
 #pragma once
 
 #include <string>
 
 namespace hrp::diagnosis {
 
-// Sets an attribute of an element within a joint ("dynamics"), or of the joint's own tag (element ""). Unchanged where the
-// joint, the element or the attribute is not there. A <joint> within a <transmission> is none.
+// Sets an attribute of an element in a joint ("dynamics"), or of the joint's own tag (element ""). No change if joint,
+// element or attribute is missing. A <joint> in a <transmission> does not count.
 std::string set_joint_attribute(const std::string& urdf, const std::string& joint, const std::string& element,
                                 const std::string& attribute, const std::string& value);
 

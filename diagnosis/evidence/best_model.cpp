@@ -16,14 +16,14 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kUnnamed = 0.9;  // of the error of models whose effects the report names
+constexpr double kUnnamed = 0.9;  // share of the best cost that `searched` must stay below
 constexpr int kWholeIterations = 3, kWindowIterations = 8;
-// Power of the factor by which a model is worse than plain least squares in radians or in N m: a twentieth more in one must
-// be worth a quarter in the other.
+// Exponent [1] of the penalty for a model that is worse than plain least squares in one of the two errors. A model that
+// is 5 % worse in one error must be about 22 % better in the other (1.05^-5) to have the same cost.
 constexpr double kWorse = 4.0;
 
-// Faults of logs are told by the servo's own law and by columns against each other, whatever else is in a model; how late
-// an effort is, is not.
+// Adds the sensor faults of `of`, because the servo's law and comparisons of columns determine them whatever else is in
+// the model. The delay of an effort log is left out: it is not determined that way.
 Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
   for (const Effect& e : of) {
     const bool told = e.id != EffectId::kSensorDelay || e.place.reading != Reading::kEffort;
@@ -32,7 +32,7 @@ Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
   return model;
 }
 
-// Parameters half way between those of two fits of the same effects; where b lacks an effect, those of a.
+// Mean of the parameters of two fits of the same effects. Effects that `b` lacks keep the parameters of `a`.
 Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
   for (Effect& effect : a) {
     const auto other = std::find_if(b.begin(), b.end(), [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
@@ -41,7 +41,7 @@ Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
   return a;
 }
 
-// What joints have in a second model of families that the first one has not there.
+// Adds each effect of `of` whose family `model` does not have at the same place.
 Hypothesis add_families(Hypothesis model, const Hypothesis& of) {
   const Hypothesis first = model;
   for (const Effect& e : of) {
@@ -51,7 +51,7 @@ Hypothesis add_families(Hypothesis model, const Hypothesis& of) {
   return model;
 }
 
-// Of held-out recordings, over the spread of each joint's signal, root mean square over joints.
+// Held-out errors [1]: root mean square over the joints, each relative to the spread of the joint's signal.
 struct Errors {
   double position = 1e300, effort = 1e300;
 };
@@ -89,7 +89,7 @@ class Chooser {
     }
     const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
     consider("fitted through each joint's simulation", fitted);
-    consider("half way there", find_middle(model_, fitted));  // torque and simulation err to different sides
+    consider("half way there", find_middle(model_, fitted));  // errors of both fits tend to have opposite signs
     consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
     if (!searched.empty()) consider_searched(split_asymmetry(searched), plain);
     consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
@@ -103,8 +103,9 @@ class Chooser {
   }
 
  private:
-  // Its effects have no names in the report: it has to be clearly better than models of friction, rotors and gears. It has
-  // few effects, and drives have friction and rotors beside them.
+  // The report does not name the effects of this model, so it must be clearly better (`kUnnamed`) than models of
+  // friction, rotors and gears. A search finds few effects; drives also have friction and rotors. Therefore the second
+  // candidate adds them.
   void consider_searched(const Hypothesis& searched, const Hypothesis& plain) {
     consider("the model of the search", searched, kUnnamed);
     const Hypothesis joined = add_families(searched, plain);
@@ -139,13 +140,14 @@ class Chooser {
     return {join(whole_, positions, Quantity::kPosition, spreads_), join(whole_, efforts, Quantity::kEffort, spreads_)};
   }
 
-  // Product of the two errors over those of plain least squares.
+  // Product [1] of position error and effort error, each relative to plain least squares, with a penalty where one is
+  // worse.
   double calc_cost(const Errors& e) const {
     const double position = e.position / reference_.position, effort = e.effort / reference_.effort;
     return position * effort * std::pow(std::max({1.0, position, effort}), kWorse);
   }
 
-  // A model of a `share` below one is taken for better once its cost is below that share of the best one's.
+  // The model replaces the best one if its cost is below `share` times the lowest cost so far. Returns the cost.
   double consider(const char* name, const Hypothesis& hypothesis, double share = 1.0) {
     const Trial trial = simulate_trial(whole_, hypothesis);
     const Errors errors = calc_errors(trial);
@@ -162,7 +164,7 @@ class Chooser {
   const std::function<void(const std::string&)>& progress_;
   const TorqueData data_;
   const EffortRows rows_;
-  std::vector<double> spreads_;  // by joint, of its effort
+  std::vector<double> spreads_;  // [N m] standard deviation of each joint's effort
   Errors reference_;
   Trial best_;
   double least_ = 1e300;

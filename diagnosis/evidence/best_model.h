@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Of several models of a robot on a fixed base the one that predicts held-out recordings best: what `updated/` gets.
+// Chooses the model for `updated/`: of several models of a fixed-base robot, the one that predicts held-out recordings
+// best.
 #pragma once
 
 #include <functional>
@@ -10,15 +11,20 @@
 
 namespace hrp::diagnosis {
 
-// A hypothesis as it predicts training and held-out recordings.
+// Simulates a hypothesis and scores it on the training and on the held-out recordings.
 Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis);
 
-// Free simulation of short windows of held-out recordings, for recorded efforts.
+// Errors of free simulations over short windows of held-out recordings. For robots that are driven by recorded efforts.
 WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothesis);
 
-// Candidates: `model`, of the missing torque; plain least squares; both fitted to simulated positions and to efforts at
-// once; and what a search found, empty if nothing, alone and beside friction and rotors. Nothing is fitted to held-out
-// recordings. `whole`: the problem by subtrees.
+// Returns the candidate with the lowest cost on held-out recordings. No parameter is fitted to them. The candidates
+// are:
+//
+// - `model`, fitted to the missing torque, and the same with parameters fitted through simulation;
+// - plain least squares of friction and rotors, with and without gear losses, and the same fitted through simulation;
+// - `searched`, the result of the search, alone and beside friction and rotors; empty if the search found nothing.
+//
+// `problem` searches by subtrees; `whole` is the problem of the whole robot. `progress` gets one line per candidate.
 Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched,
                         const std::function<void(const std::string&)>& progress);
 

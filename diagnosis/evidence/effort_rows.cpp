@@ -34,14 +34,15 @@ CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vect
   for (int j = 0; j < bodies_->experiment->num_joints(); ++j) {
     if (bodies_->data->is_judged(j) && (joint < 0 || joint == j)) joints.push_back(j);
   }
-  // [N m] of one joint of one recording.
+  // Residual torque [N m] of one joint in one recording.
   const auto calc_left = [bodies = bodies_](const Plant& plant, bool moved, size_t recording, int j) {
     const TorqueRecording& r = bodies->data->recordings[recording];
     const Eigen::VectorXd tau = (moved ? calc_bodies(*bodies->data, plant, r) : bodies->tau[recording]).col(j);
     return calc_torque_left(*bodies->data, r, plant, tau, j);
   };
   const auto is_moved = [](const Hypothesis& h) { return std::any_of(h.begin(), h.end(), moves_bodies); };
-  // Each joint's efforts over what `at` leaves of them; together as much as it leaves of the simulation.
+  // Each joint's efforts are weighted by the inverse of their residual at `at`. All efforts together weigh as much as
+  // the simulation's chi-square.
   const Score score = calc_score(simulated, 1, at, train);
   if (!score.ok || joints.empty()) return simulated;
   const Plant plant = make_plant(*bodies_->experiment, at);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Efforts along the recorded motion as further residuals of a fit through simulation. Simulated positions alone leave
-// parameters that predict efforts badly where two of them do the same to a position, and the other way round.
+// Adds the efforts along the recorded motion to the residuals of a fit through simulation. Two parameters may change
+// the simulated positions alike but the efforts differently, or the reverse. Fitting both kinds of residuals separates
+// such parameters.
 #pragma once
 
 #include <memory>
@@ -10,20 +11,22 @@
 
 namespace hrp::diagnosis {
 
+// Computes the effort residuals of a fit. Keeps the inverse dynamics of the bodies for all recordings.
 class EffortRows {
  public:
-  // Bodies move as the effects of `links` make them, beside what a hypothesis of the fit says of them.
+  // The effects of `links` change the bodies, in addition to the effects of the fitted hypothesis.
   EffortRows(const Experiment& experiment, const TorqueData& data, const Hypothesis& links = {});
 
-  // Of all residuals of `simulated`, and of efforts beside. Both count alike at the hypothesis `at`: their sum then falls
-  // where the product of the two errors does. `joint`: of one alone, or of all (-1).
+  // Appends weighted effort residuals to the residuals of `simulated`. At the hypothesis `at`, both kinds have the same
+  // sum of squares over the recordings `train`. Near `at`, their sum then falls exactly where the product of the two
+  // errors falls. `joint`: adds the efforts of this joint only; -1: of all judged joints.
   CalcResiduals add_to(const CalcResiduals& simulated, const std::vector<int>& train, const Hypothesis& at, int joint = -1) const;
 
  private:
   struct Bodies {
     const Experiment* experiment;
     const TorqueData* data;
-    std::vector<Eigen::MatrixXd> tau;  // by recording of the data
+    std::vector<Eigen::MatrixXd> tau;  // by recording of `data`: inverse dynamics [N m], sample x joint
   };
   std::shared_ptr<const Bodies> bodies_;
 };

@@ -17,11 +17,11 @@ namespace {
 
 enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
 
-constexpr double kNothing = 0.03;    // of the deflection: what accelerations are uncertain by
-constexpr double kSides = 0.05;      // of the torque's spread, within which teeth change sides
-constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats]
-constexpr double kTwoEngines = 3e-3; // of a value: laws and filters agree no better
-constexpr double kLaw = 0.7;         // of the deflection that a gear explains
+constexpr double kNothing = 0.03;    // share of the rms deflection that counts as noise: accelerations are uncertain
+constexpr double kSides = 0.05;      // share of the torque's spread within which the teeth change sides
+constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats] prior costs
+constexpr double kTwoEngines = 3e-3; // share of a value: differences between laws and filters
+constexpr double kLaw = 0.7;         // share of the deflection, beside a zero, that a supported finding must explain
 constexpr long kStretches = 4;
 
 struct Series {
@@ -140,7 +140,7 @@ class Gear {
     return true;
   }
 
-  // Gears give, have play, or both; a rate counts beside the give only.
+  // Selects the model: elasticity, free play, or both, with or without a zero. Damping needs elasticity beside it.
   void choose() {
     static const std::vector<Columns> models{{}, {kZero}, {kTorque}, {kTorque, kRate}, {kZero, kTorque}, {kZero, kTorque, kRate}, {kPlay}, {kZero, kPlay},
                                              {kTorque, kPlay}, {kTorque, kRate, kPlay}, {kZero, kTorque, kPlay}, {kZero, kTorque, kRate, kPlay}};
@@ -200,7 +200,7 @@ class Gear {
     const double share = std::clamp(1.0 - after / std::max(1e-300, before), 0.0, 1.0);
     if (is_sure(kZero)) out_.zero_found = true, out_.zero = get(kZero), out_.zero_std = get(kZero, true);
     const Columns zero{kZero};
-    const double shifted = find_held(zero, solve(total_, zero));  // what give and play have to explain
+    const double shifted = find_held(zero, solve(total_, zero));  // what remains for elasticity and play
     const double law = shifted > floor_ ? 1.0 - std::max(0.0, after - floor_) / shifted : 0.0;
     const Grade grade = law > kLaw ? Grade::kSupported : Grade::kAmbiguous;
     if (is_sure(kPlay)) add_play(grade, share);
@@ -215,7 +215,7 @@ class Gear {
     return f;
   }
 
-  // Stiffness and damping of the teeth or the shaft, from 1 / k and d / k.
+  // Stiffness and damping of teeth or shaft, converted from the coefficients 1/k and d/k.
   std::vector<Estimate> list_give() const {
     const double compliance = get(kTorque), rate = get(kRate);
     if (compliance <= 0.0) return {};

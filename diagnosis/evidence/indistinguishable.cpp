@@ -11,10 +11,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kExcess = 0.15;  // of a level: what friction may be larger at rest before it is a law of its own
-// A log that wavers with position has a mean of its own wherever it was looked at: a bias is more than that.
+constexpr double kExcess = 0.15;  // of a level: static friction may be that much larger before Stribeck is listed
+// Factor on the log's ripple over position [N m]. A bias must exceed it, because a ripple has a nonzero mean over any
+// limited range of positions.
 constexpr double kBeyondRipple = 2.0;
-// [rad] Ripples of motors behind gears have periods below a third of this; within one they look like a bias.
+// Travel [rad] that contains at least three periods of the torque ripple of a geared motor. Within less travel, ripple
+// (cogging) can look like a bias and becomes an alternative.
 constexpr double kManyPeriods = 0.5;
 const char* const kMotion = "constant speeds from the slowest on, in both directions";
 const char* const kWarmth = "the same motion cold and warm: an asymmetry changes with the friction, a constant torque does not";
@@ -32,7 +34,8 @@ std::vector<Estimate> make_curve(const DryCurve& curve) {
           make_ranged("stribeck_velocity", "rad/s", curve.velocity, 0.0)};
 }
 
-// Friction of level x (1 +- asymmetry) is one of that level beside a torque of level x asymmetry. It cannot turn its sign.
+// Coulomb friction of level x (1 +- asymmetry) equals symmetric friction of that level and a constant torque of level x
+// asymmetry. With |asymmetry| > 1, friction would change its sign.
 void add_asymmetry(const Where& joint, const GradedTerm& constant, const GradedTerm& level, std::vector<Alternative>* list) {
   const double c = level.parameters[0], share = constant.parameters[0] / c;
   if (!(c > 0.0) || std::abs(share) > 1.0) return;
@@ -41,14 +44,14 @@ void add_asymmetry(const Where& joint, const GradedTerm& constant, const GradedT
                                                                {"asymmetry", "1", {share}, {width}, false}}, kWarmth));
 }
 
-// Root mean squares of what `of` says is missed, without a fault of a column and with it.
+// Root mean square residual of the comparison `of`, before and after the correction of a fault.
 struct Missed {
   double before, after;
   const char* unit;
   const char* of;
 };
 
-// A fault of one of a joint's columns that another column tells.
+// A finding for one of a joint's columns that another column contradicts.
 Finding make_column_finding(const Experiment& e, int joint, Quantity column, EffectId id, const Estimate& estimate, const Missed& missed,
                             const std::string& words) {
   Finding f;
@@ -145,7 +148,7 @@ std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, cons
   std::vector<Finding> list;
   const auto add = [&](EffectId id, Quantity of, const Estimate& estimate, const std::string& words) {
     list.push_back(make_column_finding(e, joint, of, id, estimate, {log.before, log.after, "rad/s", "The position's rate misses the velocity"}, words));
-    list.back().weight = 0.0;  // no torque is missing for it
+    list.back().weight = 0.0;  // does not change the missing torque
   };
   if (log.is_scaled()) {
     add(EffectId::kSensorScale, Quantity::kVelocity, {"scale", "1", {log.scale}, {log.scale_std}, false},

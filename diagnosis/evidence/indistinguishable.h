@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects that no missing torque tells from a finding, whatever its fit says.
+// Alternatives that the missing torque cannot distinguish from a finding, even if the finding fits well.
 #pragma once
 
 #include "diagnosis/evidence/torque_grade.h"
@@ -7,26 +7,30 @@
 
 namespace hrp::diagnosis {
 
-// - A wrong torque constant is a wrong scale of the effort's log, a constant torque its bias: told only where the log
-//   follows the servo's law.
-// - A level of dry friction may be larger at rest by what the curve's likelihood allows.
-// - A constant torque is the mean of dry friction that holds more in one direction, moving and at rest.
-// - A gear that loses r of the load while the load drives it is friction of mu = r / (2 - r) of the load both ways beside a
-//   torque constant 1 + mu times the stated one: both need the load to lift it, and 1 - r of it to lower it.
-// `excess`: that of a Stribeck curve, or null; `level`: of the joint's dry friction, or null.
+// Lists alternative explanations of one graded term:
+//
+// - A wrong torque constant equals a wrong scale of the effort log, and a constant torque equals a bias of it. Only a
+//   log that follows the servo's law separates them.
+// - Coulomb friction may be Stribeck friction if the upper bound of the static friction is well above the level.
+// - A constant torque equals the mean of Coulomb friction that is larger in one direction.
+// - A gear that loses the share r of a load that drives it equals load-dependent friction mu = r / (2 - r) in both
+//   directions together with a torque constant 1 + mu times the stated one. Both need the load to lift it and 1 - r of
+//   it to lower it.
+//
+// `excess`: the Stribeck term beside the friction, or null. `level`: the joint's Coulomb friction, or null.
 std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess,
                                                 const GradedTerm* level);
 
-// The gear beside which nothing is wrong with the mass (torque_gears.h); `friction`: the load-dependent friction of the joint that alone
-// carries the link of `mass`.
+// Alternative to a wrong mass beside load-dependent friction: one gear that is hard to drive backwards
+// (torque_gears.h). `friction`: load-dependent friction of the only joint that carries the link of `mass`.
 Alternative make_gear_alternative(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction);
 
-// Value and 95 % range as the report writes them.
+// An estimate from a 95 % range. Its standard deviation also contains `deviation`.
 Estimate make_ranged(const char* name, const std::string& unit, const Range& range, double deviation);
 
-// Findings of a log against the servo's law: its scale, its bias.
+// Findings of an effort log that the servo's law contradicts: its scale and its bias.
 std::vector<Finding> make_log_findings(const Experiment& experiment, int joint, const ServoReading& log);
-// Findings of a joint's position or velocity against each other: a scale, a delay.
+// Findings from a joint's position and velocity columns, which contradict each other: scale, bias, delay.
 std::vector<Finding> make_velocity_findings(const Experiment& experiment, int joint, const std::vector<VelocityReading>& logs);
 
 }  // namespace hrp::diagnosis

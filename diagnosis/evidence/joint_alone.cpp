@@ -11,8 +11,8 @@ namespace {
 constexpr int kIterations = 10;
 constexpr int kRounds = 4;
 constexpr double kTolerance = 1e-3, kSettled = 0.01;
-constexpr double kCoarse = 2.0;  // times the usual step: one joint alone
-constexpr double kFinest = 1.5;  // factor to which displacements before slipping are walked
+constexpr double kCoarse = 2.0;  // times the usual integration step; enough for one joint
+constexpr double kFinest = 1.5;  // finest factor of the scan over pre-sliding displacements
 
 template <typename Keep>
 Hypothesis take(const Hypothesis& model, Keep keep) {

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One joint's drive, simulated with all other joints as recorded: fits of its effects, some twenty times cheaper than
-// through the whole robot.
+// Simulates one joint's drive while all other joints follow the recording. A fit of its effects costs about a twentieth
+// of a fit through the whole robot.
 #pragma once
 
 #include "diagnosis/search/fit_residuals.h"
 
 namespace hrp::diagnosis {
 
-// Of a joint's drive, or of the readings of its drive.
+// True for effects of a joint's drive or of a joint's readings.
 bool is_of_joint(const Effect& effect);
 bool is_at(const Effect& effect, int joint);
 Hypothesis take_joint(const Hypothesis& model, int joint);
-// Effects of the model that are of no joint.
+// Effects of the model that do not belong to a joint.
 Hypothesis take_links(const Hypothesis& model);
 
-// Recorded paths of all joints, bodies as the effects of links make them.
+// Recorded paths of all joints, for bodies changed by the effects of `links`.
 class JointPaths {
  public:
   JointPaths(const Problem& problem, const Hypothesis& links);
   JointPaths(const JointPaths&) = delete;
-  // Of one joint; this must outlive it.
+  // The problem of one joint. This object must outlive it.
   Problem view(int joint) const;
 
  private:
@@ -27,6 +27,7 @@ class JointPaths {
   Paths paths_;
 };
 
+// Fits and scores of one joint's effects along the recorded paths of the others.
 class JointAlone {
  public:
   JointAlone(const JointPaths& paths, int joint);
@@ -34,18 +35,18 @@ class JointAlone {
 
   FitResult fit(const Hypothesis& start, int iterations) const { return fit(start, iterations, problem.train); }
   FitResult fit(const Hypothesis& start, int iterations, const std::vector<int>& recordings) const;
-  // Of the training recordings.
+  // Score on the training recordings.
   Score score(const Hypothesis& h) const { return score(h, problem.train); }
   Score score(const Hypothesis& h, const std::vector<int>& recordings) const { return calc_score(residuals, 1, h, recordings); }
-  // To the end; empty where no rollout stays finite, or nothing is better than the start. Displacements before slipping
-  // and what follows from them move in turn: each round brings less.
+  // Fits until the gain per round is below 1 %, alternating a scan of pre-sliding displacements with a fit of all
+  // parameters. Empty if no rollout stays finite or the result is no better than `start`.
   Hypothesis fit_to_the_end(const Hypothesis& start) const;
 
   const Problem problem;
-  CalcResiduals residuals;  // of the simulation; efforts may be added
+  CalcResiduals residuals;  // of the simulation; EffortRows may add efforts
 };
 
-// What a hypothesis leaves of a problem's simulated readings. The problem must outlive it.
+// Residuals of a hypothesis in the problem's simulated readings. The problem must outlive the function.
 CalcResiduals make_residuals(const Problem& problem);
 
 }  // namespace hrp::diagnosis

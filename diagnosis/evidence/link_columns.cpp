@@ -9,10 +9,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kAngleStep = 1e-4;  // [rad] differences of predictions over a position or over the base's attitude
+constexpr double kAngleStep = 1e-4;  // [rad] step of the central differences over a position or the base's attitude
 
-// A sensor that is turned by the rotation vector phi reads exp(-phi x) x = x + a (x x phi) - b phi x (x x phi), with
-// a = sin|phi| / |phi| and b = (1 - cos|phi|) / |phi|^2. Linear in phi where the first phi of the last term is `near`.
+// A sensor that is turned by the rotation vector phi reads exp(-phi x) x = x + a (x x phi) - b phi x (x x phi), with a
+// = sin|phi| / |phi| and b = (1 - cos|phi|) / |phi|^2. The column is linear in phi: a, b and the first phi of the last
+// term are taken at `near`.
 Vector3d calc_turn_column(const Vector3d& x, const Vector3d& near, int axis) {
   const double angle = near.norm();
   const double a = angle > 1e-6 ? std::sin(angle) / angle : 1.0, b = angle > 1e-6 ? (1.0 - std::cos(angle)) / (angle * angle) : 0.5;
@@ -87,7 +88,7 @@ class Lister {
   long width_ = 0;
 };
 
-// Gravity as a base sees it that is turned by an angle about x (roll) or y (pitch).
+// Gravity as a base sees it that is rotated about x (axis 0, roll) or y (axis 1, pitch) by `angle` [rad].
 Vector3d turn_gravity(const Experiment& e, int axis, double angle) {
   return Eigen::AngleAxisd(-angle, Vector3d::Unit(axis)) * e.scenario.gravity_W;
 }
@@ -117,7 +118,7 @@ Eigen::MatrixXd LinkColumns::make(long moment) {
   return out;
 }
 
-// Mean rate of the predicted readings over the `delay` [s] before the moment, or after it where that is negative.
+// Mean rate of the predicted readings over the `delay` [s] before the sample, or after it if the delay is negative.
 Eigen::VectorXd LinkColumns::calc_change(double delay) const {
   if (std::abs(delay) < r_.step) return rate_.row(moment_).transpose();
   const double at = std::clamp(static_cast<double>(moment_) - delay / r_.step, 0.0, static_cast<double>(rate_.rows() - 1));
@@ -162,7 +163,7 @@ void LinkColumns::fill_offset(const LinkTerm& term, Eigen::MatrixXd* out) {
   q_[term.index] = q;
 }
 
-// The spring beside the gear carries what the gear does not: read = needed + k (q - rest).
+// A spring parallel to the gear carries the difference: read = needed + k (q - rest). Columns: k and -k rest.
 void LinkColumns::fill_spring(const LinkTerm& term, Eigen::MatrixXd* out) {
   for (const ReadingGroup& group : readings_.groups()) {
     if (readings_.sensors()[group.sensor].joint != term.index) continue;
@@ -170,7 +171,7 @@ void LinkColumns::fill_spring(const LinkTerm& term, Eigen::MatrixXd* out) {
   }
 }
 
-// Central: what is left of gravity's size would stand for a weight of any size.
+// Central difference. A one-sided difference would also change the size of gravity, which looks like a wrong mass.
 void LinkColumns::fill_tilt(const LinkTerm& term, Eigen::MatrixXd* out) {
   for (LinkReadings& turned : turned_) turned.move(q_, v_, a_);
   for (size_t axis = 0; axis < 2; ++axis)
@@ -193,7 +194,7 @@ void LinkColumns::fill_late_sensor(const LinkTerm& term, Eigen::MatrixXd* out) {
     out->col(term.first).segment(g->first, g->size) = -calc_change(term.near.x()).segment(g->first, g->size);
 }
 
-// The sensor reads R(rpy)^T x.
+// A misaligned sensor reads R(rpy)^T x.
 void LinkColumns::fill_turn(const LinkTerm& term, Eigen::MatrixXd* out) {
   for (const ReadingGroup* g : list_groups(term)) {
     const Vector3d x = r_.predicted.row(moment_).segment(g->first, 3);

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The columns of link_model.h.
+// Computes the regressor columns of link_model.h.
 #pragma once
 
 #include "diagnosis/evidence/link_model.h"
 
 namespace hrp::diagnosis {
 
-// Every effect that some sensor can show.
+// All terms that at least one of the sensors can show.
 std::vector<LinkTerm> list_link_terms(const LinkData& data, const LinkSensors& sensors, const LinkReadings& readings,
                                       const LinkPoints& points);
 
-// By kept sample of a recording: readings x columns of all terms.
+// One matrix per kept sample of the recording: readings x columns of all terms.
 std::vector<Eigen::MatrixXd> calc_link_columns(const LinkRecording& recording, const std::vector<LinkTerm>& terms,
                                                const Experiment& experiment, LinkReadings* readings);
 
-// Columns of one recording, moment by moment. The rows of link_rows.h name the functions that fill them.
+// Columns of one recording, sample by sample. The rows of link_rows.h refer to the `fill_...` functions.
 class LinkColumns {
  public:
   LinkColumns(const LinkRecording& recording, const std::vector<LinkTerm>& terms, const Experiment& experiment, LinkReadings* readings);
@@ -41,8 +41,8 @@ class LinkColumns {
   const LinkRecording& r_;
   const std::vector<LinkTerm>& terms_;
   LinkReadings& readings_;
-  std::vector<LinkReadings> turned_;  // by axis: forwards, backwards
-  Eigen::MatrixXd rate_;              // of the predicted readings
+  std::vector<LinkReadings> turned_;  // for turned gravity: by axis, positive then negative angle
+  Eigen::MatrixXd rate_;              // time derivative of the predicted readings
   Eigen::VectorXd q_, v_, a_;
   long moment_ = 0, width_ = 0;
 };

@@ -14,11 +14,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kNothing = 0.01;   // of a reading's spread: below it no effect is named
-constexpr double kUncertain = 0.03; // of a reading's spread: what accelerations and the filter leave of fast motions
-constexpr double kMatters = 0.1;    // of the mismatch of some reading
-constexpr double kLaw = 0.7;        // of a reading's mismatch that the whole model takes away where its effects are sure
-constexpr double kTwoEngines = 4e-3;  // of a value: laws and filters agree no better
+constexpr double kNothing = 0.01;   // share of a reading's spread: smaller residuals are not named
+constexpr double kUncertain = 0.03; // share of a reading's spread: uncertain accelerations and filter errors
+constexpr double kMatters = 0.1;    // share of a reading's mismatch that a term must remove from at least one reading
+constexpr double kLaw = 0.7;  // share of the mismatch that the whole model must remove from the readings of a term
+constexpr double kTwoEngines = 4e-3;  // share of a value: systematic difference of laws and filters
 constexpr size_t kMostRivals = 5;
 
 struct Graded {
@@ -64,7 +64,7 @@ class Judge {
       : e_(e), sensors_(sensors), readings_(std::make_shared<LinkReadings>(make_link_readings(e, sensors, known))),
         data_(make_link_data(e, motion, sensors, known, readings_.get())) {}
 
-  // Held-out mean squares of the prediction, by group.
+  // Held-out mean squares of read - predicted, by group; of all recordings if none is held out.
   std::vector<double> calc_nominal() {
     std::vector<double> out(readings_->groups().size(), 0.0), n(out);
     const bool has_held = std::any_of(data_.recordings.begin(), data_.recordings.end(), [](const LinkRecording& r) { return !r.train; });
@@ -81,7 +81,7 @@ class Judge {
     return out;
   }
 
-  // `before`: what the nominal model leaves, where more than it is known.
+  // `before`: mean squares of the nominal model, if the prediction contains known effects.
   LinkVerdict run(const std::vector<double>& before) {
     before_ = before;
     return run();
@@ -102,7 +102,8 @@ class Judge {
   }
 
  private:
-  // Loads are linear near a point, turned sensors near a turn: twice more from what was found.
+  // Load positions and sensor rotations are nonlinear. Therefore each is linearised again, up to twice, at the last
+  // result.
   void choose() {
     LinkPoints points;
     for (int pass = 0; pass < 3; ++pass) {
@@ -158,7 +159,8 @@ class Judge {
     return e_.recordings[data_.recordings[0].index].spec.name;
   }
 
-  // Held-out squares over what the model leaves, by group.
+  // Held-out mean squares relative to the residual of the chosen model, weighted by independent samples and summed over
+  // groups.
   double sum_held(const LinkFit& fit) const {
     double out = 0.0;
     for (size_t g = 0; g < design_->groups.size(); ++g)
@@ -189,7 +191,8 @@ class Judge {
     }
   }
 
-  // Also by what recordings differ by beyond their own noise; signs have to agree where a recording tells.
+  // Standard deviations contain the variance between recordings (random effects). `stable` becomes false if a recording
+  // that determines a scalar parameter (three standard errors) gives it the opposite sign.
   void widen(size_t i, Graded* g) const {
     const long columns = g->theta.size();
     std::vector<LinkAlone> alone;
@@ -213,7 +216,8 @@ class Judge {
     g->significant = distance > limit;
   }
 
-  // Readings that the term changes are explained for the most part; and it matters to one of them.
+  // `helps` requires that the term removes a tenth of the mismatch of at least one reading. `whole` requires that the
+  // model removes 70 % of the mismatch of these readings.
   void judge_whole(const LinkFit& others, Graded* g) const {
     bool matters = false;
     double before = 0.0, after = 0.0;
@@ -286,7 +290,7 @@ class Judge {
                                                 term.row->motion});
     }
     sort_findings(&out_.evidence.findings);
-    out_.mismatch = out_.mismatch || !out_.evidence.findings.empty();  // a bias may be a small share of what is read
+    out_.mismatch = out_.mismatch || !out_.evidence.findings.empty();  // a bias may be a small share of the reading
   }
 
   void add_remaining() {
@@ -325,7 +329,7 @@ class Judge {
 
 namespace {
 
-// Sum over groups of how many times the noise's square is left.
+// Sum over the groups of the ratio `square` / `of`.
 double sum_over(const std::vector<double>& square, const std::vector<double>& of) {
   double out = 0.0;
   for (size_t g = 0; g < square.size(); ++g) out += square[g] / std::max(1e-300, of[g]);
@@ -341,7 +345,8 @@ LinkVerdict judge_links(const Experiment& e, const TorqueData& motion, const Lin
   if (known.empty() || sensors.sensors.empty()) return nominal.run();
   Judge with(e, motion, sensors, known);
   const std::vector<double> before = nominal.calc_nominal(), after = with.calc_nominal();
-  // The mean over groups of what is known to what is not: a right effect makes no reading much worse.
+  // Mean ratio of the squares with and without the known effects. True effects do not increase it, so an increase
+  // contradicts them.
   if (sum_over(after, before) > kNotWorse * static_cast<double>(before.size())) return nominal.run();
   LinkVerdict out = with.run(before);
   out.agrees = true;

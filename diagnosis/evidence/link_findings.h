@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the sensors behind the gears say: faults of their own, and what the links beyond them have.
+// Findings from sensors behind the gears: faults of these sensors, and effects of the links beyond them.
 #pragma once
 
 #include <memory>
@@ -9,16 +9,17 @@
 
 namespace hrp::diagnosis {
 
+// Result of all sensors behind the gears, with the model and the design that it comes from.
 struct LinkVerdict {
-  Evidence evidence;      // findings, remaining, fit.signals, explained; without verdict
-  bool mismatch = false;  // some reading is off by more than its noise and a share of its spread
-  bool agrees = false;    // with what is known, all of which these sensors see
-  bool to_noise = false;  // what is left is noise everywhere
-  double noise_before = 0.0, noise_after = 0.0;  // held out, over the noise behind the filter, over all readings
+  Evidence evidence;      // findings, remaining, fit.signals, explained; no verdict
+  bool mismatch = false;  // a reading differs by more than its noise and 3 % of its spread, or there is a finding
+  bool agrees = false;    // the known effects agree with these sensors
+  bool to_noise = false;  // all residuals are noise
+  double noise_before = 0.0, noise_after = 0.0;  // held-out rms over all readings; unit: filtered noise
 
-  // These sensors would show an effect of that size, and do not.
+  // True if these sensors resolve an effect of size `value` (six standard errors) and find less than half of it.
   bool excludes(const std::string& effect, const Where& where, double value) const;
-  // Bias and scale of a joint's torque sensor that were found; 0 and 1 else.
+  // Bias and scale that were found for a joint's torque sensor; (0, 1) if none.
   std::pair<double, double> find_torque_fault(int joint) const;
 
   std::shared_ptr<const LinkDesign> design;
@@ -26,8 +27,8 @@ struct LinkVerdict {
   LinkFit fit;
 };
 
-// `known`: effects that encoders and efforts have told for certain. They stay where these sensors do not contradict:
-// what is found comes on top.
+// Judges the sensors with the `known` effects in the prediction. These come from encoders and efforts and are certain.
+// If they make the held-out prediction more than 2 % worse, they are left out.
 LinkVerdict judge_links(const Experiment& experiment, const TorqueData& motion, const LinkSensors& sensors,
                         const std::vector<Effect>& known);
 

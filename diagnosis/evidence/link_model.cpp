@@ -15,9 +15,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kStretches = 4;          // of a recording, each predicted from all others
-constexpr double kMostSamples = 8000;   // moments of all recordings together
-constexpr double kExactShare = 1e-3;    // of a reading's spread: what integrators and filters of two engines differ by
+constexpr long kStretches = 4;          // per recording, for cross-validation
+constexpr double kMostSamples = 8000;   // samples of all recordings together
+constexpr double kExactShare = 1e-3;    // share of a reading's spread: difference between two engines
 constexpr size_t kMostTerms = 8;
 
 Columns list_columns(const LinkDesign& design, const LinkTerms& model) {
@@ -38,7 +38,8 @@ std::vector<Eigen::VectorXd> split(const LinkDesign& design, const LinkTerms& mo
   return out;
 }
 
-// Samples that are independent count; each group by what is left of it.
+// Sum of the groups' normal equations. Weights: independent samples over all samples, divided by the group's mean
+// square.
 Gram weigh(const LinkDesign& design, const std::vector<double>& square, const std::function<const Gram*(const LinkGroup&)>& pick) {
   Gram out(design.width);
   for (size_t g = 0; g < design.groups.size(); ++g) {
@@ -50,7 +51,7 @@ Gram weigh(const LinkDesign& design, const std::vector<double>& square, const st
   return out;
 }
 
-// Of all groups under weights.
+// Normal equations of all groups, weighted.
 struct Weighted {
   std::vector<Gram> folds;
   Gram total;
@@ -64,7 +65,7 @@ Weighted weigh_folds(const LinkDesign& design, const std::vector<double>& square
   return w;
 }
 
-// Mean square by group, nothing added.
+// Mean square by group without any term.
 std::vector<double> list_nominal(const LinkDesign& design) {
   std::vector<double> out;
   for (const LinkGroup& group : design.groups) {
@@ -96,7 +97,7 @@ double calc_evidence(const LinkDesign& design, const LinkTerms& model, const std
   return evidence;
 }
 
-// One fit under given weights.
+// Result of one fit with given weights.
 struct Trial {
   double evidence = -std::numeric_limits<double>::infinity();
   std::vector<double> cross;
@@ -132,7 +133,7 @@ class Chooser {
  private:
   bool has(size_t t) const { return std::find(model_.begin(), model_.end(), t) != model_.end(); }
 
-  // Takes a model, with weights of what it leaves.
+  // Accepts a model and updates the weights to its residuals.
   void accept(const LinkTerms& model) {
     model_ = model;
     if (square_.empty()) square_ = list_nominal(design_);
@@ -189,7 +190,7 @@ class Chooser {
 
   const LinkDesign& design_;
   LinkTerms model_;
-  std::vector<double> square_;  // by group: what the model leaves
+  std::vector<double> square_;  // by group: mean square that the model leaves
   Weighted weighted_;
   double evidence_ = 0.0;
 };
@@ -243,7 +244,8 @@ class DesignMaker {
     used_.push_back(r);
   }
 
-  // Independent samples from what all terms together leave; spread and noise of the readings.
+  // Finds spread and noise of the readings. The correlation time of the residual of all terms gives the independent
+  // samples.
   void finish(size_t g) {
     LinkGroup& group = design_.groups[g];
     if (group.held.empty()) group.held = group.train;
@@ -292,7 +294,7 @@ class DesignMaker {
     return n > 0.0 ? time / n : 1.0;
   }
 
-  // Terms that no reading shows.
+  // Removes terms that no reading shows.
   void drop_silent_terms() {
     std::vector<LinkTerm> kept;
     for (const LinkTerm& term : design_.terms) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What sensors behind the gears read beyond the prediction, as a linear model of effects of links and of the sensors:
+// Readings of sensors behind the gears, minus their prediction, as a linear model of effects of links and sensors:
 //
 //   read - predicted = sum of column x parameter,  one row for each reading and moment.
 //
-// Sensors of different kinds share the effects of links: a load pulls at every sensor between it and the base. Readings of
-// a group count by what the best model leaves of them, not by their noise.
+// Sensors share the effects of links: a load acts on every sensor between it and the base. A group of readings is
+// weighted by the residual of the best model, not by the sensor noise.
 #pragma once
 
 #include <vector>
@@ -15,17 +15,19 @@
 
 namespace hrp::diagnosis {
 
-using LinkTerms = std::vector<size_t>;  // places in LinkDesign::terms
+using LinkTerms = std::vector<size_t>;  // indices into LinkDesign::terms
 
+// Normal equations and noise of one group of readings.
 struct LinkGroup {
   ReadingGroup reading;
-  std::vector<Gram> train, held;  // by stretch; by held-out recording, or `train` where nothing is held out
-  std::vector<Gram> alone;        // by recording, all of it
-  double spread = 0.0;            // of the readings, held-out recordings
-  double floor = 0.0;             // mean square below which nothing is missing: noise behind the filter
-  double effective = 1.0;         // independent samples of training
+  std::vector<Gram> train, held;  // by stretch; by held-out recording, or as `train` if none is held out
+  std::vector<Gram> alone;        // by recording, whole length
+  double spread = 0.0;            // rms of the readings about the mean of each recording
+  double floor = 0.0;             // mean square that counts as noise: sensor noise behind the filter
+  double effective = 1.0;         // independent samples in the training recordings
 };
 
+// The linear model of all sensors: terms and the sums of all groups.
 struct LinkDesign {
   const LinkReadings* readings = nullptr;
   const Experiment* experiment = nullptr;
@@ -35,39 +37,43 @@ struct LinkDesign {
   bool has_held = false;
 };
 
-// What is not linear is linear near a point that a fit before has found; where there is none, near the row's start.
+// Linearisation point of a nonlinear term, from an earlier fit. Without one, the term starts at its row's start value.
 struct LinkPoint {
   const LinkTermRow* row = nullptr;
   int index = 0;
   Vector3d near = Vector3d::Zero();
 };
 using LinkPoints = std::vector<LinkPoint>;
-const LinkPoint* find_point(const LinkPoints& points, const LinkTermRow& row, int index);  // null: there is none
+const LinkPoint* find_point(const LinkPoints& points, const LinkTermRow& row, int index);  // null if there is none
 
+// Computes the columns of all terms at the linearisation points `points`, and their sums. Terms that no reading shows
+// are left out. `readings` must outlive the design.
 LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points);
 
 struct LinkFit {
   std::vector<Eigen::VectorXd> theta;   // by term of the model
-  Eigen::MatrixXd covariance;           // of all of them, one after the other; empty unless asked for
-  std::vector<double> cross, held;      // by group: mean squares, predicted from other stretches; held out
-  double evidence = 0.0;                // [nats] with the cost of the terms
+  Eigen::MatrixXd covariance;           // of all parameters in sequence; empty unless requested
+  std::vector<double> cross, held;      // mean squares by group: cross-validated; held out
+  double evidence = 0.0;                // [nats] log evidence minus the costs of the terms
   bool physical = true;
 };
 
+// Fits a set of terms by weighted least squares. The weights follow the cross-validated residuals (three iterations).
 LinkFit fit_links(const LinkDesign& design, const LinkTerms& model, bool with_covariance = false);
 
-// Evidence of other models under the weights of a fit; minus infinity where they are not physical.
+// Evidence [nats] of other models with the weights of `fit`; minus infinity for models that are not physical.
 std::vector<double> compare_links(const LinkDesign& design, const std::vector<LinkTerms>& models, const LinkFit& fit);
 
-// Greedy, with exchanges and removals; most of what is there is one or two effects.
+// Greedy selection: adds, exchanges and removes terms. Most robots have one or two effects.
 LinkTerms choose_link_terms(const LinkDesign& design);
 
-// Parameters of one recording alone beside all of the model's terms, with their variances.
+// Parameters and variances of one recording alone, for all terms of the model.
 struct LinkAlone {
   std::vector<Eigen::VectorXd> theta, variance;
 };
 LinkAlone fit_alone(const LinkDesign& design, const LinkTerms& model, const LinkFit& fit, size_t recording);
 
+// True if the coefficients p of a term are within its physical range.
 bool is_physical(const LinkDesign& design, const LinkTerm& term, const Eigen::VectorXd& p);
 
 }  // namespace hrp::diagnosis

@@ -9,10 +9,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLongest = 0.2;    // [s] that a sensor is late
-constexpr double kMostAngle = 1.0;  // [rad] of an encoder's zero, or of a sensor's axes
-constexpr double kNear = 1e-3;      // [m], [rad] closer than which columns are as good
-constexpr double kNearShare = 0.02; // the same of a delay
+constexpr double kLongest = 0.2;    // [s] largest delay of a sensor
+constexpr double kMostAngle = 1.0;  // [rad] largest encoder zero or sensor rotation
+constexpr double kNear = 1e-3;      // [m], [rad] smaller moves of the linearisation point do not matter
+constexpr double kNearShare = 0.02; // the same for a delay, as a share of it
 
 const char* const kPostures = "many postures of the links beyond the sensor, held still";
 
@@ -41,7 +41,7 @@ LinkTermRow make_load() {
   return row;
 }
 
-// A factor of five either way is a wrong unit or another robot.
+// A factor above 5 or below 0.2 means a wrong unit or another robot.
 LinkTermRow as_factor(LinkTermRow row) {
   row.factor = true, row.low = 0.2 - 1.0, row.high = 5.0 - 1.0;
   return row;
@@ -93,7 +93,7 @@ LinkTermRow make_tilt() {
   return row;
 }
 
-// Late readings of a sensor, or late positions of all joints.
+// Delay of a sensor's readings, or of the positions of all joints.
 LinkTermRow make_delay(PlaceKind place, void (LinkColumns::*fill)(const LinkTerm&, Eigen::MatrixXd*)) {
   LinkTermRow row = make_row(get_effect(EffectId::kSensorDelay), place, 1, fill);
   row.low = 0.0, row.high = kLongest;
@@ -131,7 +131,7 @@ LinkTermRow make_misalignment() {
     return moved;
   };
   row.make_values = [](const LinkTerm&, const Eigen::VectorXd& p, const Eigen::VectorXd&, std::vector<double>* value, std::vector<double>*) {
-    const Vector3d phi = p;  // a rotation vector, as roll, pitch, yaw
+    const Vector3d phi = p;  // rotation vector, converted to roll, pitch, yaw
     const Matrix3d R = Eigen::AngleAxisd(phi.norm(), phi.norm() > 0.0 ? phi.normalized() : Vector3d::UnitX()).toRotationMatrix();
     *value = {std::atan2(R(2, 1), R(2, 2)), -std::asin(std::clamp(R(2, 0), -1.0, 1.0)), std::atan2(R(1, 0), R(0, 0))};
   };

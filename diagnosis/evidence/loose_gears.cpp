@@ -19,19 +19,19 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kQuiet = 2.0;  // times the noise, below which a rigid gear is good enough
-// Of the squares that a rigid gear leaves, in training and in held-out recordings: up to which a loose one predicts
-// better, and up to which it is named. Textures of friction and its fading leave as much as small give does; a spring
-// and a damper more take up to a third of that.
+constexpr double kQuiet = 2.0;  // times the noise: below it, the rigid gear is good enough
+// Squared residual relative to the rigid gear, in training and held-out recordings. Below kLoose the loose gear is used
+// for prediction, below kNamed it is also reported. Friction that varies with position or warms up leaves as much as a
+// little elasticity, and a spring and damper fit up to a third of it.
 constexpr double kLoose = 0.7, kNamed = 0.5;
-constexpr double kEach = 0.95;        // the same, of a single recording
-constexpr double kAlike = 1.1;        // of the squares: two transmissions do as well
-constexpr double kPromising = 0.85;   // of the squares after a few steps: worth fitting to the end
+constexpr double kEach = 0.95;        // the same ratio for each single recording
+constexpr double kAlike = 1.1;        // ratio of squared residuals of two transmissions that fit alike
+constexpr double kPromising = 0.85;   // ratio to the rigid gear after a few iterations that is worth a full fit
 constexpr int kIterations = 6, kTryIterations = 3, kWholeIterations = 2;
-constexpr size_t kStarts = 3;         // that are fitted, of a law with many minima
-constexpr double kTwoEngines = 0.02;  // of a value: laws of gaps differ by that much at least
+constexpr size_t kStarts = 3;         // start values to fit, for laws with many local minima
+constexpr double kTwoEngines = 0.02;  // share of a value: difference between the gap laws of two engines
 
-// A joint's effects, and the squares that they leave in the training recordings.
+// A joint's effects and their chi-square in the training recordings.
 struct Fitted {
   Hypothesis effects;
   double cost = 1e300;
@@ -94,7 +94,7 @@ class Gear {
     if (better.cost < fitted->cost) *fitted = std::move(better);
   }
 
-  // That does about as well as the best, which comes first.
+  // Index of the law with the fewest parameters among those that fit about as well as the best, which is first.
   size_t find_simplest(const std::vector<Fitted>& loose) const {
     size_t best = 0;
     for (size_t i = 1; i < loose.size(); ++i) {
@@ -120,7 +120,7 @@ class Gear {
     });
   }
 
-  // Standard errors of the values that single recordings ask for.
+  // Standard errors from the spread of fits to single recordings.
   std::vector<double> find_deviations(const Hypothesis& loose) const {
     std::vector<int> recordings = alone_.problem.train;
     if (recordings.size() < 2) recordings.insert(recordings.end(), alone_.problem.validate.begin(), alone_.problem.validate.end());
@@ -141,7 +141,7 @@ class Gear {
     return std;
   }
 
-  // Empty where recordings do not show it.
+  // Empty if the recordings do not confirm the loose gear.
   std::optional<LooseGear> describe(const std::vector<Fitted>& loose, size_t best) const {
     const Fitted& chosen = loose[best];
     if (!is_within_bounds(get_law(chosen)) || chosen.cost > kLoose * own_.cost) return std::nullopt;
@@ -152,7 +152,7 @@ class Gear {
     gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / own_.cost) < kNamed;
     gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
-      const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // play of no width
+      const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // as a special case
       if (i != best && !contains_it && loose[i].cost < kAlike * chosen.cost) gear.rival = get_law(loose[i]);
     }
     return gear;
@@ -240,7 +240,7 @@ std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, 
   if (gears.empty()) return {};
   Trial best = simulate_trial(whole, loosened);
   const auto is_better = [&] { return best.validate.ok && best.rms < model->rms; };
-  // The other joints have made up for the rigid gear.
+  // Effects at other joints may have compensated for the rigid gear, so the whole robot is fitted again.
   if (!is_better()) best = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kWholeIterations));
   if (!is_better()) return {};
   *model = best;

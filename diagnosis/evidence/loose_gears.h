@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gears that give or have play, told by the simulation of their joint alone.
+// Finds gears with elasticity or free play by simulation of one joint alone.
 //
-// The missing torque along the recorded motion hardly shows them: a link behind its gear moves by a few mrad otherwise
-// than its encoder, and the torque follows from the second derivative of that. A servo's simulation does: the rotor runs
-// free within the gap, and swings against the link.
+// The missing torque hardly shows such gears. The link differs from its encoder by a few mrad only, and the torque
+// depends on the second derivative of this difference. The servo simulation shows them: the rotor moves freely in the
+// gap and oscillates against the link.
 #pragma once
 
 #include <optional>
@@ -14,27 +14,30 @@
 
 namespace hrp::diagnosis {
 
+// A joint whose simulation fits better with an elastic or loose transmission.
 struct LooseGear {
-  Hypothesis joint;         // the joint's effects, the transmission in the place of its rigid rotor
-  size_t at = 0;            // of the transmission among them
-  std::vector<double> std;  // of its parameters, from recording to recording
-  double left = 1.0;        // of the squares that the rigid gear leaves on recordings it was not fitted to
-  double share = 0.0;       // of what nothing at this joint leaves there
-  bool named = false;       // else it only helps to predict
-  std::optional<Effect> rival;  // another transmission that does nearly as well
+  Hypothesis joint;         // the joint's effects with the transmission in place of the rigid rotor
+  size_t at = 0;            // index of the transmission in `joint`
+  std::vector<double> std;  // of its parameters, from the spread between recordings
+  double left = 1.0;        // held-out squared residual relative to the rigid gear
+  double share = 0.0;       // share of the joint's held-out squared residual that the gear removes
+  bool named = false;       // if false, it only improves the prediction
+  std::optional<Effect> rival;  // another transmission with nearly the same fit
   const Effect& law() const { return joint[at]; }
 };
 
-// Of `joints` with a rigid rotor in `model` that their servo's simulation predicts badly. A gear is loose where that takes
-// away a good part of what the joint leaves in training and in held-out recordings, and something in every one of them.
-// Best first: the next ones may be seen only because the first one's link is not where its encoder says.
+// Judges the joints in `joints` whose rigid rotor leaves more than twice the noise. A gear is loose if it removes
+// enough of the squared residual in training and in held-out recordings, and some of it in every recording. Sorted by
+// `left`. Judge the later ones again beside the first: its link is not where its encoder says, which affects
+// neighbours.
 std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis& model, const std::vector<int>& joints);
 
-// One after the other, each beside those before. Their joints' effects take the place of the model's.
+// Accepts the best gear, judges the other joints again beside it, and repeats. Replaces the effects of these joints in
+// `model`.
 std::vector<LooseGear> find_all_loose_gears(const Problem& problem, Hypothesis* model);
 
-// Puts them into a model where held-out recordings of the whole robot are predicted better with them, and tells of those
-// that are named.
+// Puts the loose gears into the model if they improve the held-out prediction of the whole robot. Returns findings for
+// the gears that are `named`.
 std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, Trial* model,
                                   const std::function<void(const std::string&)>& progress);
 

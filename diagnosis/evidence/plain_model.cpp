@@ -10,19 +10,19 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kStill = 0.02;  // [rad/s] slower samples have no clear direction of friction
+constexpr double kStill = 0.02;  // [rad/s] slower samples have no certain direction of friction
 
-constexpr double kMostHeld = 0.8;  // share of the load: a gear that holds more is not seen to be turned back by it
-// Of the fastest sample: what friction at rest is like still shows in slower ones, which a gear that holds would take over.
+constexpr double kMostHeld = 0.8;  // share of the load; a gear that holds more would hardly be driven backwards
+// Share of the fastest speed. Slower samples still show static friction, which the gear loss would absorb.
 constexpr double kSlowShare = 0.05;
 
-// Normal equations of one joint: columns velocity, sign of velocity, acceleration, load that drives the joint.
+// Normal equations of one joint. Columns: velocity, sign of velocity, acceleration, load that drives the joint.
 struct Normal {
   Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
   Eigen::Vector4d projection = Eigen::Vector4d::Zero();
 };
 
-// Least squares with no negative coefficient: the most negative one is dropped until none is left.
+// Least squares without negative coefficients: the most negative column is removed until none is negative.
 Eigen::Vector4d solve(const Normal& normal, bool with_gear) {
   bool use[4] = {true, true, true, with_gear};
   for (int round = 0; round < 4; ++round) {
@@ -42,7 +42,8 @@ Eigen::Vector4d solve(const Normal& normal, bool with_gear) {
   return Eigen::Vector4d::Zero();
 }
 
-// Effort that drove a joint at sample k: recorded (`effort`, where there is one), else what the servo law says.
+// Effort of a joint at sample k [N m]: recorded if `effort` is not empty, else from the servo law; NaN if neither
+// exists.
 double find_effort(const JointLaws& laws, const std::vector<double>& effort, const JointColumns& columns,
                    const SmoothJoint& joint, size_t k) {
   if (!effort.empty()) return effort[k];
@@ -52,7 +53,7 @@ double find_effort(const JointLaws& laws, const std::vector<double>& effort, con
   return std::max(-laws.effort_limit, std::min(laws.effort_limit, u));
 }
 
-// By joint: speed [rad/s] above which a sample counts.
+// By joint: smallest speed [rad/s] of the samples that are used.
 std::vector<double> find_still(const Problem& problem, bool with_gears) {
   std::vector<double> still(static_cast<size_t>(problem.experiment->num_joints()), kStill);
   for (int r : problem.train) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What anybody would do first: plain linear least squares of viscous and Coulomb friction and rotor inertia at every driven
-// joint (Gautier and Khalil's inverse dynamic identification in its simplest form). To compare with, and a model that the
-// tool's own must not fall behind.
+// Plain linear least squares of viscous friction, Coulomb friction and rotor inertia at every driven joint, as a simple
+// form of the inverse dynamic identification by Gautier and Khalil. It is the reference that the tool's own model must
+// not be worse than.
 #pragma once
 
 #include <vector>
@@ -10,17 +10,18 @@
 
 namespace hrp::diagnosis {
 
-// A joint's drive; nothing of it is negative.
+// Parameters of a joint's drive. None is negative.
 struct PlainDrive {
   double viscous = 0.0;  // [N m s/rad]
   double dry = 0.0;      // [N m]
   double rotor = 0.0;    // [kg m^2]
-  double gear = 0.0;     // share of the load that the gear takes while the load drives it: backdriving_friction
+  double gear = 0.0;     // backdriving_friction: share [1] of a load that the gear holds while this load drives it
 };
 
-// By joint; gears only on demand: nobody would fit them first.
+// By joint. `with_gears` also fits `gear`.
 std::vector<PlainDrive> fit_plain_model(const Problem& problem, bool with_gears = false);
 
+// The fitted drives as effects of a simulation.
 Hypothesis make_plain_model(const std::vector<PlainDrive>& fitted);
 
 }  // namespace hrp::diagnosis

@@ -12,16 +12,16 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kTolerance = 1e-3;
-constexpr double kWorth = 0.03;     // of the squares that a joint leaves, which one more law must take away
-constexpr int kMostAdded = 3;       // laws at one joint
+constexpr double kWorth = 0.03;     // share of a joint's squared residual that an additional law must remove
+constexpr int kMostAdded = 3;       // additional laws at one joint
 constexpr int kTryIterations = 3;
-constexpr double kQuiet = 1.2;      // times its noise (squares) below which a joint gets no more laws
-constexpr double kInstant = 0.003;  // [s] that lags and delays start from
-constexpr double kShareOfFastest[] = {0.05, 0.2};  // at which friction has come down to its level, of the fastest motion
-// Parameters x samples x joints^2 of one step through the whole robot: some seconds of one core.
+constexpr double kQuiet = 1.2;      // times the noise (squares): below it, a joint gets no additional laws
+constexpr double kInstant = 0.003;  // [s] start value of lags and delays
+constexpr double kShareOfFastest[] = {0.05, 0.2};  // share of the fastest speed: start values of the Stribeck velocity
+// Largest product of parameters, samples and joints^2 for a step through the whole robot: some seconds of one core.
 constexpr double kMostWhole = 4e7;
 
-// [rad/s]
+// Largest speed of the joint in the training recordings [rad/s].
 double find_fastest(const Problem& problem, int joint) {
   double fastest = 0.0;
   for (int r : problem.train) {
@@ -36,7 +36,7 @@ Hypothesis with(Hypothesis own, const Effect& added) {
   return own;
 }
 
-// The model of a joint with one more law, or a richer one in the place of a plain one.
+// Hypotheses with one additional law, or with a Stribeck curve in place of Coulomb friction.
 std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded) {
   std::vector<Hypothesis> list;
   for (size_t i = 0; i < own.size(); ++i) {

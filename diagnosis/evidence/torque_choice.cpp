@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Terms of the whole robot one after another, each beside the joints' best subsets.
+// Selects terms of the whole robot one by one, each with the joints' best subsets beside it.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -15,16 +15,16 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr size_t kMostWhole = 4;
-constexpr size_t kTried = 6;         // terms of the whole robot that are tried beside new subsets
+constexpr size_t kTried = 6;         // terms of the whole robot that are tried with newly chosen subsets
 
 using Terms = std::vector<size_t>;
 
 bool has(const Terms& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
 
-// Two of the four parameters of a load.
+// True for a wrong mass or centre of mass: one or three of the four parameters of a load.
 bool is_link_mass(const Term& term) { return term.row->is_of_mass() && !term.row->load; }
 
-// [m] within which a body's effect may act; 0 where that says nothing.
+// Reach [m] of the link at which the term acts; 0 for terms at other places.
 double find_reach(const TorqueData& data, const Term& term) {
   if (term.row->place != PlaceKind::kLink) return 0.0;
   return calc_link_reach(data.experiment->robot.tree, term.place);
@@ -52,8 +52,8 @@ class Chooser {
                            [](long sum, const Term& term) { return sum + term.columns(); });
   }
 
-  // A load has all four parameters of a link's mass: beside it a wrong mass, or a centre of mass elsewhere, would only make
-  // up for inertia that is not a point's.
+  // True if the model also has the mass or centre of mass of a load's link. A load has all four of these parameters.
+  // Such a second term would only fit inertia that differs from a point mass.
   bool is_twice(const Terms& whole, size_t load) const {
     return design_.whole[load].row->load && std::any_of(whole.begin(), whole.end(), [&](size_t term) {
       return is_link_mass(design_.whole[term]) && design_.whole[term].place == design_.whole[load].place;
@@ -63,7 +63,7 @@ class Chooser {
     return std::any_of(whole.begin(), whole.end(), [&](size_t term) { return is_twice(whole, term); });
   }
 
-  // What a load takes the place of.
+  // Adds a term, and removes the mass terms that a load replaces.
   Terms add_term(Terms whole, size_t term) const {
     const auto is_part = [&](size_t other) { return is_twice({other}, term); };
     whole.erase(std::remove_if(whole.begin(), whole.end(), is_part), whole.end());
@@ -71,7 +71,7 @@ class Chooser {
     return whole;
   }
 
-  // A wrong mass and a centre of mass elsewhere, of one link, are one load: it has the same four parameters.
+  // Tries one load in place of the mass and centre-of-mass terms of one link, which have the same four parameters.
   void merge_into_loads(Choice* choice) const {
     for (size_t load = 0; load < design_.whole.size(); ++load) {
       if (!design_.whole[load].row->load) continue;
@@ -82,8 +82,8 @@ class Chooser {
     }
   }
 
-  // One term in the place of one or two that were chosen one after another: a load looks like a wrong mass first, and a
-  // tilt or a zero takes the rest.
+  // Tries one term in place of one or two chosen terms. A load may look like a wrong mass first, with a tilt or a zero
+  // for the rest.
   bool exchange_whole(Choice* choice) const {
     Choice best = *choice;
     for (const Terms& whole : rank_exchanges(*choice)) {
@@ -95,7 +95,7 @@ class Chooser {
     return better;
   }
 
-  // The best of all exchanges beside the joints' terms as they are.
+  // The best exchanges, with the joints' terms unchanged.
   std::vector<Terms> rank_exchanges(const Choice& choice) const {
     const Terms& have = choice.model.whole;
     std::vector<TorqueModel> models;
@@ -126,22 +126,23 @@ class Chooser {
     return list;
   }
 
-  // The joints' best subsets beside terms of the whole robot, whose parameters come from a fit of both.
+  // The joints' best subsets beside terms of the whole robot. A joint fit gives the parameters of the latter.
   Choice choose_beside(const Terms& whole) const { return choose_beside(whole, list_usual_terms(design_)); }
 
-  // The same from given terms of the joints: what they take, and what is left to the whole robot, depend on each other.
+  // The same, starting from given terms of the joints: their values and those of the whole robot's terms depend on each
+  // other.
   Choice choose_beside(const Terms& whole, const std::vector<Terms>& own) const {
     const TorqueModel model{own, whole};
     const Choice with = choose_own(whole, spread_whole(model, fit_torque(design_, model)));
-    // Once more, with parameters that the chosen subsets leave.
+    // Repeats with the parameters that fit the chosen subsets.
     Choice again = choose_own(whole, spread_whole(with.model, with.fit));
     while (drop_own(&again)) {
     }
     return again;
   }
 
-  // From what every drive has, and from the terms chosen so far without their gains: a gain may have taken what a new
-  // term of the whole robot says, and hides it.
+  // Starts from the usual terms, and from the chosen terms without gains; returns the better result. A gain may have
+  // absorbed, and so hidden, the effect of a new term of the whole robot.
   Choice choose_from_either(const Terms& whole, std::vector<Terms> chosen) const {
     const Choice usual = choose_beside(whole);
     for (size_t i = 0; i < chosen.size(); ++i) {
@@ -152,8 +153,8 @@ class Chooser {
     return other.fit.evidence > usual.fit.evidence ? other : usual;
   }
 
-  // A joint's subset is chosen beside given parameters of the whole robot: what it took in their place, as a gain takes a
-  // load's weight, goes where the fit of all is better without. What every drive has stays.
+  // Removes a joint's term if the joint fit is better without it. The subset was chosen with fixed parameters of the
+  // whole robot, so a term may have absorbed part of them, such as a gain the weight of a load. Usual terms stay.
   bool drop_own(Choice* choice) const {
     Choice best = *choice;
     for (size_t i = 0; i < design_.joints.size(); ++i) {
@@ -172,7 +173,7 @@ class Chooser {
     return better;
   }
 
-  // The joints' best subsets beside given terms of the whole robot, whose columns have the parameters `theta`.
+  // The joints' best subsets beside terms of the whole robot with the fixed parameters `theta`.
   Choice choose_own(const Terms& whole, const Eigen::VectorXd& theta) const {
     Choice choice;
     choice.model.whole = whole;
@@ -205,7 +206,8 @@ class Chooser {
       gains[term] = {has(have, term) ? -1e300 : fit_torque(design_, with).evidence - base, term};
     });
     std::sort(gains.rbegin(), gains.rend());
-    // Beside a rotor at every joint a delay of all of them shows little, but it saves a delay at each.
+    // Beside a rotor at every joint, a bus delay gains little, but it replaces a delay at each joint. It is always
+    // tried.
     std::vector<size_t> ranked;
     bool delay = timing_ == Timing::kAsRecorded || std::any_of(have.begin(), have.end(), [&](size_t t) { return design_.whole[t].row->is_of_bus(); });
     for (size_t i = 0; i < gains.size(); ++i) {
@@ -217,7 +219,7 @@ class Chooser {
     return ranked;
   }
 
-  // Where a link's mass or its centre is worth trying, so is a load, which is both.
+  // If a link's mass or centre of mass is tried, the link's load is tried as well.
   void add_loads(const Terms& have, Terms* ranked) const {
     std::set<int> links;
     for (size_t term : *ranked) {
@@ -229,7 +231,7 @@ class Chooser {
     }
   }
 
-  // The parameters of the whole robot's terms beside the joints' terms, by column of all such terms.
+  // Fitted parameters of the model's terms of the whole robot, by column of all such terms; 0 for the others.
   Eigen::VectorXd spread_whole(const TorqueModel& model, const TorqueFit& fit) const {
     Eigen::VectorXd theta = Eigen::VectorXd::Zero(whole_width());
     const Slots slots = list_slots(design_, model);
@@ -240,7 +242,7 @@ class Chooser {
     return theta;
   }
 
-  // All together: beside terms of the whole robot a joint's own have other values than those that it was chosen with.
+  // True if all terms are physical in the joint fit. The values of a joint's terms differ from those in the subset fit.
   bool is_choice_physical(const Choice& choice) const {
     const Slots slots = list_slots(design_, choice.model);
     for (size_t i = 0; i < design_.joints.size(); ++i) {
@@ -257,7 +259,7 @@ class Chooser {
     return true;
   }
 
-  // One delay in the place of one at each joint adds nothing: it makes the model smaller.
+  // A bus delay replaces delays of joints and makes the model smaller, so it needs no additional gain.
   double get_margin(size_t whole_term) const {
     return design_.whole[whole_term].row->is_of_bus() ? 0.0 : kWholeGain;
   }
@@ -316,7 +318,7 @@ Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen:
     for (long c = 0; c < p.size(); ++c) squares[c] += joint.total.get(columns[static_cast<size_t>(c)], columns[static_cast<size_t>(c)]);
   }
   for (long c = 0; c < p.size(); ++c) {
-    const bool mass = term.row->load && c == 0;  // its place is its moment over it
+    const bool mass = term.row->load && c == 0;  // its position is moment over mass
     if (!mass && squares[c] < kUnseen * squares.maxCoeff()) p[c] = 0.0;
   }
   return p;

@@ -13,15 +13,15 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kFoldTime = 2.5;   // [s] about; long against any correlation of what is left
+constexpr double kFoldTime = 2.5;   // [s] approximate length; long compared with the correlation of residuals
 constexpr int kFewestFolds = 6, kMostFolds = 16;
-constexpr long kFewestSamples = 20;  // that a joint must have in training
-constexpr double kOutlier = 10.0;  // median absolute deviations: 6.7 standard deviations of a normal distribution
+constexpr long kFewestSamples = 20;  // least number of training samples of a joint
+constexpr double kOutlier = 10.0;  // times the median absolute residual: 6.7 standard deviations if normal
 constexpr int kOutlierPasses = 3;
-constexpr double kMostOutliers = 0.1;  // of a recording
+constexpr double kMostOutliers = 0.1;  // share of a recording
 constexpr double kLoaded = 0.85;   // correlation of effort and nominal torque above which friction is the smaller part
 
-// Fold of every kept sample, by recording; -1 of those that are held out.
+// By recording and kept sample: index of the fold; -1 in held-out recordings.
 std::vector<std::vector<int>> assign_folds(const TorqueData& data, int* count) {
   double time = 0.0;
   for (const TorqueRecording& r : data.recordings)
@@ -45,7 +45,7 @@ struct Rows {
   std::vector<Eigen::MatrixXd> whole;  // by recording
 };
 
-// Half-cycles of the joint's motion in training: how often its direction changes, and one more a recording.
+// Half-cycles of the joint's motion in training: changes of direction, plus one per recording.
 double count_half_cycles(const TorqueData& data, int joint) {
   double count = 0.0;
   for (const TorqueRecording& r : data.recordings) {
@@ -60,7 +60,7 @@ double count_half_cycles(const TorqueData& data, int joint) {
   return count;
 }
 
-// Of what most joints may have: columns with a memory follow any slow error of a motion.
+// Columns of all terms without memory. Terms with memory can follow any slow error of a motion.
 Columns list_common_columns(const JointDesign& joint, long whole_width) {
   Columns list;
   for (size_t t = 0; t < joint.terms.size(); ++t) {
@@ -71,7 +71,8 @@ Columns list_common_columns(const JointDesign& joint, long whole_width) {
   return list;
 }
 
-// What these columns, fitted to `fitted`, leave: by recording and kept sample; NaN where a row is not used.
+// Residual [N m] of these columns with parameters from the sums `fitted`: by recording and kept sample; NaN where a row
+// is not used.
 std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows, const Gram& fitted, const Columns& columns) {
   Eigen::VectorXd theta = Eigen::VectorXd::Zero(joint.own_width + rows.whole[0].cols());
   const Eigen::VectorXd found = solve(fitted, columns);
@@ -88,8 +89,8 @@ std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDe
   return left;
 }
 
-// How many of the training samples are independent. What a model leaves follows
-// the motion: within a half-cycle there are only a few looks at it, however long its noise is white.
+// Number of independent training samples. The residual of a model follows the motion. Therefore at most `kLooks`
+// samples per half-cycle count as independent, even if the noise is white.
 double count_independent(const TorqueData& data, const JointDesign& joint,
                          const std::vector<std::vector<double>>& all_left) {
   double independent = 0.0;
@@ -105,9 +106,10 @@ double count_independent(const TorqueData& data, const JointDesign& joint,
   return std::min(independent, kLooks * count_half_cycles(data, joint.joint));
 }
 
-// Moments that no term comes near (knocks, hands, blow-ups) say nothing of any: beyond kOutlier median deviations. Where
-// they are many, the terms are wrong and not the moments. A load that swings and then rests is no knock, nor is another
-// motion on held-out data: terms of the whole robot count, too, and all recordings are fitted.
+// Marks samples as unused if no term explains them (knocks, touches, numerical failures): their residual exceeds
+// kOutlier times the median. In a recording with many such samples the terms are wrong, so they stay. A load that
+// swings and then rests, or another motion in held-out data, is no outlier. Therefore the fit uses the terms of the
+// whole robot and all recordings. Returns true if it marked any.
 bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data) {
   const long width = joint.own_width + rows.whole[0].cols();
   Gram everything = sum(joint.held, width);
@@ -123,7 +125,8 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
   const double limit = kOutlier * find_median(std::move(size));
   bool any = false;
   for (size_t r = 0; r < left.size(); ++r) {
-    const auto is_far = [&](double x) { return std::abs(x) > limit; };  // not those that are not used
+    // false for NaN, so unused samples are no outliers
+    const auto is_far = [&](double x) { return std::abs(x) > limit; };
     const auto is_used = [](double x) { return std::isfinite(x); };
     const double share = static_cast<double>(std::count_if(left[r].begin(), left[r].end(), is_far)) /
                          std::max(1.0, static_cast<double>(std::count_if(left[r].begin(), left[r].end(), is_used)));
@@ -136,7 +139,7 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
   return any;
 }
 
-// Folds of a joint: those of all, or, where it is used in too few of them, equal parts of its own samples.
+// Folds of one joint. If the joint is used in too few folds, its own samples are divided into equal parts.
 std::vector<std::vector<int>> assign_own_folds(const TorqueData& data, int joint, std::vector<std::vector<int>> folds) {
   std::set<int> used;
   long samples = 0, at = 0;
@@ -178,7 +181,8 @@ void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& fol
   joint->total = sum(joint->train, width);
 }
 
-// What a joint without a drive is moved by, in place of an effort's spread: gravity and its own inertia [N m or N].
+// Reference in place of the effort's spread for a joint without a drive: rms of gravity and own inertia torque [N m or
+// N].
 double calc_passive_spread(const TorqueData& data, int joint) {
   const Plant plant = make_plant(*data.experiment, {});
   double sum = 0.0, n = 0.0;
@@ -191,7 +195,7 @@ double calc_passive_spread(const TorqueData& data, int joint) {
   return std::sqrt(sum / std::max(1.0, n));
 }
 
-// Correlation of effort and nominal torque, training samples in use.
+// Correlation of effort and nominal torque in the training samples in use.
 double correlate_load(const TorqueData& data, int joint) {
   Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -231,7 +235,8 @@ TorqueDesign make_torque_design(TorqueData&& given) {
   for (const Term& term : design.whole) design.whole_first.push_back(width), width += term.columns();
   int fold_count = 0;
   const std::vector<std::vector<int>> folds = assign_folds(data, &fold_count);
-  fold_count = std::max(fold_count, kFewestFolds);  // as many for all: a joint that is used in few folds has its own
+  // same count for all joints; joints in few folds have their own folds
+  fold_count = std::max(fold_count, kFewestFolds);
   std::vector<std::vector<Eigen::MatrixXd>> whole;  // by recording, by joint
   for (const TorqueRecording& r : data.recordings) whole.push_back(calc_whole_columns(data, r, design.whole));
   for (int j = 0; j < data.experiment->num_joints(); ++j) {

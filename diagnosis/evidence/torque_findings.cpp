@@ -20,17 +20,18 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Share of a joint's effort below which what is missing is no mismatch worth words.
+// Share of a joint's effort [1]. A smaller missing torque gets no analysis of what it depends on.
 constexpr double kNothing = 0.02;
 
-// A joint is exact when less than this share of its effort is missing, and less than that of it is predicted by anything.
+// A joint is exact if less than kSmall of its effort is missing and any model predicts less than kFollows of that.
 constexpr double kSmall = 0.1, kFollows = 0.2;
-// Share of what a model without physics predicts that laws must reach to be supported.
+// A supported law must explain this share of what a model without physics predicts.
 constexpr double kLaw = 0.7;
-// Held-out mean square over that of friction and rotors below which a delay is told from them: half of what they leave.
+// Ratio of held-out mean squares of a delay and of friction with rotors. Below it (half in rms) the delay is
+// distinguished.
 constexpr double kTells = 0.25;
-constexpr int kSeveral = 3;  // joints, at least; with fewer it may be the one effect of a clean world
-constexpr int kFew = 3;      // effects of drives that sets of a few have at most
+constexpr int kSeveral = 3;  // least number of joints; with fewer, it may be the single effect of a clean world
+constexpr int kFew = 3;      // most drive effects in a set of a few effects
 
 class Judge {
  public:
@@ -55,7 +56,7 @@ class Judge {
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     for (size_t j = 0; j < design_.data->velocity.size(); ++j) add_velocity(static_cast<int>(j), &out);
     add_remaining(&out);
-    // In an exact world what is not needed is not there.
+    // In an exact world, an effect that the model does not need does not exist.
     if (out.exact == 0 && !out.evidence.findings.empty()) add_possible(&out);
     sort_findings(&out.evidence.findings);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
@@ -64,12 +65,14 @@ class Judge {
   }
 
  private:
-  // A servo that damps by kd gives a late command the look of a rotor kd T0, and the look of friction. One delay in the
-  // place of a rotor at each joint makes the model smaller, but only a delay that is told from them takes their place.
+  // A servo with damping kd gives a late command (delay T0) the signature of a rotor kd T0, and of friction. One delay
+  // in place of a rotor at each joint makes the model smaller. Therefore the delay stays only if it is supported and
+  // predicts clearly better than friction and rotors.
   void drop_untold_delay(int jobs) {
     const auto delay = std::find_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->is_of_bus(); });
     if (delay == graded_.end()) return;
-    for (JointDesign& joint : design_.joints) joint.barred.clear();  // what misled beside the delay need not without it
+    // rows that misled beside the delay may be right without it
+    for (JointDesign& joint : design_.joints) joint.barred.clear();
     Choice drives = choose_torque_model(design_, jobs, Timing::kAsRecorded);
     drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &drives);
     const TorqueFit friction_and_rotors = fit_torque(design_, drop_timing(drives.model));
@@ -80,7 +83,7 @@ class Judge {
     graded_ = grade_terms(design_, choice_, jobs);
   }
 
-  // A model without the joints' lags, which say the same as a delay.
+  // The model without lags and delays of joints, which have the same signature as a bus delay.
   TorqueModel drop_timing(TorqueModel model) const {
     for (size_t i = 0; i < model.own.size(); ++i) {
       const auto is_timing = [&](size_t t) { return design_.joints[i].terms[t].effect().family == EffectFamily::kTiming; };
@@ -89,14 +92,14 @@ class Judge {
     return model;
   }
 
-  // A Stribeck curve without a level to exceed is no law.
+  // A Stribeck excess without a friction level is no law.
   void drop_lone_excess() {
     for (GradedTerm& g : graded_) {
       if (g.term.row->excess && find_level(g) == nullptr) g.named = false;
     }
   }
 
-  // Of dry friction at the joint of another term.
+  // The named dry friction at the joint of another term; null if none.
   const GradedTerm* find_level(const GradedTerm& other) const {
     for (const GradedTerm& g : graded_) {
       if (g.term.row->level && g.place.joint == other.place.joint && g.named) return &g;
@@ -123,7 +126,7 @@ class Judge {
         out->evidence.not_identifiable.push_back(make_detail(e_, g));
         continue;
       }
-      if (g.term.row->excess) continue;  // with its level
+      if (g.term.row->excess) continue;  // reported with its level
       const GradedTerm* excess = g.term.row->level ? find_excess(g) : nullptr;
       std::vector<Alternative> alternatives = list_indistinguishable(*design_.data, g, excess, find_level(g));
       if (const GradedTerm* gear = find_gear(design_, g, &graded_)) alternatives.insert(alternatives.begin(), make_gear_alternative(*design_.data, g, *gear));
@@ -140,7 +143,7 @@ class Judge {
       out->evidence.findings.push_back(make_finding(e_, g, nullptr, list_indistinguishable(*design_.data, g, nullptr, find_level(g))));
   }
 
-  // Told by the servo's own law, beside whatever acts on the joint.
+  // The servo's own law determines this delay, whatever else acts on the joint.
   void add_delay(const ServoDelay& d, TorqueVerdict* out) const {
     Finding f;
     f.effect = get_effect(EffectId::kDelay).name, f.family = get_family_name(EffectFamily::kTiming);
@@ -156,9 +159,10 @@ class Judge {
     out->model.push_back({EffectId::kDelay, d.joint, {d.delay}});
   }
 
-  // What the log of an effort has that the servo's law has not. Smaller faults are taken out and not named.
+  // Differences between an effort log and the servo's law. Faults below 5 % of the residual correct the model but are
+  // not reported.
   void add_log(int joint, TorqueVerdict* out) const {
-    constexpr double kLeastNamed = 0.05;  // of what the law misses
+    constexpr double kLeastNamed = 0.05;  // share of the residual of the servo's law
     const ServoReading& log = design_.data->servo[static_cast<size_t>(joint)];
     for (Finding& f : make_log_findings(e_, joint, log)) {
       if (f.share > kLeastNamed) out->evidence.findings.push_back(std::move(f));
@@ -168,7 +172,7 @@ class Judge {
     if (log.is_biased()) out->model.push_back({EffectId::kSensorBias, reading, {log.bias}});
   }
 
-  // Faults of a joint's position or velocity, told by each other.
+  // Faults of a joint's position or velocity column, from the comparison of the two.
   void add_velocity(int joint, TorqueVerdict* out) const {
     const VelocityReading& log = design_.data->velocity[static_cast<size_t>(joint)];
     for (Finding& f : make_velocity_findings(e_, joint, design_.data->velocity)) out->evidence.findings.push_back(std::move(f));
@@ -180,7 +184,7 @@ class Judge {
   }
 
   void add_to_model(const GradedTerm& g, Hypothesis* model) const {
-    if (g.term.row->excess) return;  // with its level
+    if (g.term.row->excess) return;  // its level contains it
     const GradedTerm* excess = g.term.row->level ? find_excess(g) : nullptr;
     const std::optional<Effect> effect = make_effect(g, excess);
     if (!effect) return;
@@ -196,7 +200,7 @@ class Judge {
     return list;
   }
 
-  // One finding for each joint, with what the delay does there.
+  // Reports a bus delay as one finding per joint, with its share at that joint.
   void add_bus_delay(const GradedTerm& g, TorqueVerdict* out) const {
     const std::vector<int> servo = list_servo_joints();
     for (size_t i = 0; i < design_.joints.size(); ++i) {
@@ -208,7 +212,7 @@ class Judge {
     }
   }
 
-  // Missing torque of a joint that the model leaves, by recording; samples in use.
+  // Missing torque of a joint that the model leaves, by recording, for samples in use.
   std::vector<Observed> observe(size_t i, bool train, FreeData* free) const {
     std::vector<Observed> list;
     const JointDesign& joint = design_.joints[i];
@@ -258,7 +262,8 @@ class Judge {
     return out + calc_whole_columns(*design_.data, r, terms)[static_cast<size_t>(design_.joints[i].joint)] * theta;
   }
 
-  // What is missing at a joint follows its motion far closer than the laws that were found: they stand in for another.
+  // The missing torque follows the motion much more closely than the laws that were found. They may stand in for
+  // another law, so the joint's findings become ambiguous.
   static void doubt_law(const Where& where, TorqueVerdict* out) {
     for (Finding& f : out->evidence.findings) {
       if (f.where != where || f.grade != Grade::kSupported) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the missing torque of a robot on a fixed base says: findings, what remains, and the model for a simulation.
+// Judges the missing torque of a fixed-base robot: findings, what remains, and the model for a simulation.
 #pragma once
 
 #include "diagnosis/findings/finding.h"
@@ -8,25 +8,29 @@
 
 namespace hrp::diagnosis {
 
+// Result of the missing torque of all joints.
 struct TorqueVerdict {
-  bool judged = false;    // else `evidence.missing` says what was not recorded
+  bool judged = false;    // if false, `evidence.missing` says what was not recorded
   Evidence evidence;      // without `fit`, `mismatch` and `verdict`
-  Hypothesis model;       // all terms that help to predict, for `updated/`
+  Hypothesis model;       // all terms that improve the prediction, for `updated/`
   int joints = 0;         // that are judged
-  int exact = 0;          // of them, those whose missing torque is small and follows nothing: noise
-  std::vector<size_t> frozen;  // recordings whose log freezes: no simulation follows them
-  int drive_terms = 0;    // friction and rotors that are supported
-  int with_drives = 0;    // of them, those with friction or a rotor that is supported
-  int any_drives = 0;     // the same, ambiguous ones too
+  int exact = 0;          // judged joints whose missing torque is small and unpredictable: noise
+  std::vector<size_t> frozen;  // recordings whose log freezes; no simulation can follow them
+  int drive_terms = 0;    // number of supported friction and rotor terms
+  int with_drives = 0;    // number of joints with such terms
+  int any_drives = 0;     // the same including ambiguous terms
   std::vector<SignalFit> torque;  // by joint: root mean squares of the missing torque, held-out recordings [N m]
 };
 
+// Judges the missing torque of an experiment, or of given data. Nothing is judged without recordings or judged joints.
 TorqueVerdict judge_torque(const Experiment& experiment, int jobs);
 TorqueVerdict judge_torque(TorqueData&& data, int jobs);
 
-// Share of the joints in which friction or a rotor is found, from which sets of a few effects cannot explain the
-// robot: each joint has several of its own.
+// Least share of joints with friction or a rotor at which the robot counts as having real drives. Sets of a few effects
+// cannot explain such a robot, as each joint has several effects.
 constexpr double kEveryDrive = 0.6;
+
+// True if friction or rotors are found in most joints, so that sets of a few effects cannot explain the robot.
 bool has_real_drives(const TorqueVerdict& torque);
 
 }  // namespace hrp::diagnosis

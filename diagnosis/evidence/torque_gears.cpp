@@ -9,25 +9,24 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The bodies' torque is that of the nominal mass.
+// The regressor of kLoadOfBodies contains the load of the nominal mass, so its coefficient is mass_factor times too large.
 void relate_to_true_load(double mass_factor, GradedTerm* friction) {
   if (friction->term.shape != kLoadOfBodies) return;
   friction->parameters /= mass_factor, friction->std /= mass_factor, friction->width /= mass_factor;
 }
 
-// Torque that the drive needs to lift, over the true link's: of friction that is a share of the bodies' torque, or of the
-// drive's effort.
+// Torque that the drive needs to lift the true link, over the link's own torque [1]. See the table in torque_gears.h.
 double calc_lift(const GradedTerm& friction) {
   const double mu = friction.parameters[0];
   return friction.term.shape == kLoadOfBodies ? 1.0 + mu : 1.0 / (1.0 - mu);
 }
 
-// [nats] before any recording is seen.
+// Compares prior costs [nats]; the recordings fit both explanations equally.
 bool is_likelier(const GradedTerm& mass, const GradedTerm& friction) {
   const double mu = friction.parameters[0];
   const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gear_gain(mass, friction));
   const double as_mass = find_term_row(&TermRow::by_load).cost + calc_term_cost(*mass.term.row, mass.parameters);
-  return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // what was measured stays where it is not absurd
+  return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // the mass needs odds against it, else it stays
 }
 
 void replace(GradedTerm* mass, GradedTerm* friction) {
@@ -44,7 +43,7 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
   mass->std = mass->width = Eigen::VectorXd::Constant(1, k * std::hypot(own, of_mass));
   mass->named = std::abs(k - 1.0) > std::max(mass->term.row->material, kNinetyFive * mass->width[0]);
   mass->grade = Grade::kAmbiguous, mass->rivals = {rival};
-  mass->share = mass->weight = 0.0;  // the gear's
+  mass->share = mass->weight = 0.0;  // counted for the gear
 }
 
 }  // namespace

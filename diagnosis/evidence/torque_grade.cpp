@@ -14,17 +14,18 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSupportedShare = 0.05;  // of its place's mismatch that a supported finding takes away at least
-constexpr double kProbable = 0.9;         // of a family, over all subsets
-constexpr double kDeviations = 3.0;       // of its value from none
-constexpr double kAgree = 0.85;           // of the stretches must give the same sign
-constexpr double kOverwhelming = 20.0;    // [nats] with which a term is named, even if its share is small
+constexpr double kSupportedShare = 0.05;  // of its place's mismatch, for a supported finding
+constexpr double kProbable = 0.9;         // probability of the family over all subsets
+constexpr double kDeviations = 3.0;       // standard deviations between its value and zero
+constexpr double kAgree = 0.85;           // share of the stretches that must give the same sign
+constexpr double kOverwhelming = 20.0;    // [nats] with this gain, a term is named even if its share is small
 constexpr double kMuch = 0.3;             // of its place's mismatch
-constexpr double kLeastShare = 0.001;     // but not none
-constexpr double kExpected = 6.0;         // [nats] the same for what every drive has: viscous and dry friction, a rotor
-constexpr double kUnequal = 3.0;          // times its deviation: parts of one joint's rows say little of a term of the whole robot
-constexpr double kHarms = 1.05;           // of a held-out recording's mean square: less is the chance of its motion
-constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own when it is asked alone
+constexpr double kLeastShare = 0.001;     // least share for a term with an overwhelming gain
+constexpr double kExpected = 6.0;  // [nats] the same for terms that every drive has: viscous and dry friction, rotor
+// cap, in standard deviations, for terms of the whole robot: parts of one joint say little
+constexpr double kUnequal = 3.0;
+constexpr double kHarms = 1.05;           // ratio of a held-out recording's mean squares; a smaller increase is chance
+constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own data, in average stretches
 
 bool is_same_family(const Term& a, const Term& b) { return a.effect().family == b.effect().family; }
 
@@ -50,7 +51,7 @@ class Grader {
     return grade()[0];
   }
 
-  // Only its values and how well they are known.
+  // Only the values and their uncertainties.
   GradedTerm measure(const TermPlace& place) {
     add(place);
     find_agreement();
@@ -94,7 +95,8 @@ class Grader {
     graded_.push_back(g);
   }
 
-  // Half the distance of a gain's two bounds, by the effort and by the model's torque: the truth is between them.
+  // Half the distance between the two estimates of a gain, by the effort column and by the torque column. They are
+  // bounds: the true gain is between them.
   double find_bracket(const GradedTerm& g) const {
     const size_t i = static_cast<size_t>(g.place.joint);
     TorqueModel other = choice_.model;
@@ -103,7 +105,7 @@ class Grader {
     return 0.5 * std::abs(1.0 - g.parameters[0] - 1.0 / std::max(1e-3, 1.0 + by_model));
   }
 
-  // Over all subsets, members of a family exclude each other nearly always: their probabilities add up.
+  // Members of a family nearly always exclude each other in a subset, so their probabilities add up.
   double find_family_probability(size_t joint, const Term& term) const {
     double p = 0.0;
     for (size_t other = 0; other < design_.joints[joint].terms.size(); ++other) {
@@ -123,11 +125,11 @@ class Grader {
     return columns;
   }
 
-  // Each stretch on its own, held to the whole only as far as it does not tell; what stretches differ by widens the
-  // intervals (random effects).
+  // Estimates the first (whole robot: largest) parameter from each stretch, with a weak prior from all data. The
+  // differences between stretches widen the interval (random effects).
   void find_agreement() {
     for (GradedTerm& g : graded_) {
-      std::vector<double> own;  // by stretch and, of the whole robot's terms, by the joint that shows most of it
+      std::vector<double> own;  // by stretch, at the joint that shows most of the term
       const size_t i = find_judge(g);
       const JointDesign& joint = design_.joints[i];
       const Columns columns = list_own_columns(i);
@@ -147,7 +149,7 @@ class Grader {
     }
   }
 
-  // Intervals hold what parts of the recordings differ by.
+  // Adds the spread between parts of the recordings to the interval widths.
   void find_widths() {
     std::vector<Eigen::VectorXd> between(design_.joints.size());
     std::vector<DryCurve> curves(between.size());
@@ -164,14 +166,14 @@ class Grader {
       const long first = find_first_column(g, i);
       g.width = g.std;
       for (long c = 0; c < g.width.size(); ++c) {
-        if (!(g.std[c] > 0.0)) continue;  // not of what is not seen
+        if (!(g.std[c] > 0.0)) continue;  // parameters that are not determined have std 0
         const double most = g.term.whole() ? kUnequal * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
       }
     }
   }
 
-  // The joint whose rows say most of a term.
+  // The joint whose rows contain most of the term's signal.
   size_t find_judge(const GradedTerm& g) const {
     if (g.place.joint >= 0) return static_cast<size_t>(g.place.joint);
     size_t best = 0;
@@ -188,7 +190,7 @@ class Grader {
     return best;
   }
 
-  // Place of a term's first parameter among the columns of a joint's rows.
+  // Index of the term's first parameter among the columns that the model uses in the joint's rows.
   long find_first_column(const GradedTerm& g, size_t i) const {
     if (g.place.joint >= 0) return slots_.own[i][g.place.at] - slots_.own[i][0];
     long at = 0;
@@ -197,7 +199,7 @@ class Grader {
     return at;
   }
 
-  // Place of its largest parameter.
+  // Index of its largest parameter.
   long find_column(const GradedTerm& g, size_t i) const {
     if (g.place.joint >= 0) return find_first_column(g, i);
     long largest = 0;
@@ -205,8 +207,8 @@ class Grader {
     return find_first_column(g, i) + largest;
   }
 
-  // Held-out sum of squares of a joint with some of its players: terms fitted to training beside each other, terms of
-  // the whole robot with the parameters they have.
+  // Held-out mean square of a joint with the terms in `mask` (the players of a Shapley value). The joint's own terms
+  // are fitted to training again; terms of the whole robot keep their parameters.
   double calc_held(size_t i, size_t mask) const {
     const JointDesign& joint = design_.joints[i];
     Columns columns, fixed;
@@ -238,7 +240,7 @@ class Grader {
     return calc_per_effort(joint, fitted, theta) * rest / std::max(1.0, n);
   }
 
-  // What each term takes of a joint's held-out mismatch.
+  // Held-out mean square that each term removes (Shapley value).
   std::vector<double> calc_shares(size_t i) const {
     const size_t players = choice_.model.own[i].size() + choice_.model.whole.size();
     return calc_shapley(players, [&](size_t mask) { return -calc_held(i, mask); }, players);
@@ -262,7 +264,7 @@ class Grader {
           const double own = value[choice_.model.own[i].size() + g.place.at];
           g.weight += own * scale[i] / whole;
           g.joint_share.push_back(own / nominal), g.joint_weight.push_back(own * scale[i] / whole);
-          g.share = std::max(g.share, own / nominal);  // of the joint that it says most of
+          g.share = std::max(g.share, own / nominal);  // of the joint that shows most of it
         }
       }
     }
@@ -275,7 +277,7 @@ class Grader {
     return model;
   }
 
-  // What the model loses without the term, and which other terms would fill the gap.
+  // Finds what the model loses without the term, and which other terms fill the gap.
   void compare(GradedTerm* g) const {
     const TorqueModel rest = without(g->place);
     const TorqueFit alone = fit_torque(design_, rest);
@@ -294,7 +296,7 @@ class Grader {
     return Grader(design_, choice, 1).measure(r.place);
   }
 
-  // Whether a held-out recording is predicted worse with the term, at the joint that says most of it.
+  // True if the term makes the prediction of one held-out recording worse, at the joint that shows most of the term.
   bool harms_one(const GradedTerm& g, const TorqueFit& alone) const {
     const std::vector<double>& with = fit_.each_held[find_judge(g)];
     const std::vector<double>& without = alone.each_held[find_judge(g)];
@@ -304,7 +306,7 @@ class Grader {
     return false;
   }
 
-  // Whether a joint's term is more than a small part of the joint's effort.
+  // True if the rms of a joint's term exceeds 2 % of the effort's spread.
   bool is_visible(const GradedTerm& g) const {
     constexpr double kVisible = 0.02;
     const JointDesign& joint = design_.joints[find_judge(g)];
@@ -312,13 +314,13 @@ class Grader {
     return std::sqrt(joint.total.get(c, c) / std::max(1.0, joint.total.n)) * std::abs(g.parameters[0]) > kVisible * joint.spread;
   }
 
-  // Smaller deviations of gains and zeros no drive or encoder is free of.
+  // False for deviations of gains and zeros that every real drive or encoder has.
   bool is_material(const GradedTerm& g) const {
     return g.parameters.norm() >= g.term.row->material;
   }
 
-  // A log that holds commands or efforts between its samples, or writes them a cycle before or after its readings, shifts
-  // them by up to a period: a delay that may be less is its own.
+  // True if the delay may be an artefact of sampling. A log that holds values between samples, or writes them one cycle
+  // early or late, shifts them by up to a period.
   bool is_of_sampling(const GradedTerm& g) const {
     return (g.term.row->late || g.term.row->of_log) && g.parameters[0] - kNinetyFive * g.width[0] < design_.data->experiment->sample_time;
   }
@@ -326,35 +328,37 @@ class Grader {
   void decide(GradedTerm* g) const {
     const bool other_family = std::any_of(g->rivals.begin(), g->rivals.end(),
                                           [&](const Rival& r) { return !is_same_family(r.term, g->term); });
-    // Neither chance nor what parts of the recordings differ by may make it none.
-    // A load is there if its mass is, wherever it hangs.
+    // The value must differ from zero by more than its standard error and by more than the differences between parts of
+    // the recordings. For a load, only its mass counts, not its position.
     const long counted = g->term.row->load ? 1 : g->parameters.size();
     const Eigen::VectorXd value = g->parameters.head(counted);
     const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
     const double size = value.norm();
     const bool told = size > kDeviations * over(g->std), clear = told && size > kNinetyFive * over(g->width);
-    // A small share that no held-out recording confirms is none.
+    // A small share needs confirmation by held-out recordings, except for terms that every drive has.
     const double enough = g->term.row->usual ? kExpected : kOverwhelming;
     const bool overwhelming = g->gain > enough && g->share > kLeastShare && (design_.has_held || g->term.row->usual);
     const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
-    // Friction and rotors that are clear in the model, if not on held-out data: listed, not supported.
+    // Friction and rotors that are clear in the model, though not on held-out data, are listed as ambiguous.
     const bool usual = g->term.row->usual && told && g->gain > kOdds && is_visible(*g);
-    // Parts of the recordings that differ by more than the value itself give no value that could be reported, unless much
-    // of what is missing goes with it: that is said, with how little is known of its size.
+    // If parts of the recordings differ by more than the value, the value is not reported. An exception is a term that
+    // explains much of the mismatch: it is reported with its wide interval.
     const bool sized = size >= over(g->width), much = told && g->share > kMuch;
-    // What takes much of what is missing on held-out data is listed, though few independent samples say how much it is.
+    // A common term that explains much of the held-out mismatch is listed, even if few independent samples make its
+    // size uncertain.
     const bool likely = g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
     g->named = (sized && (holds || usual || likely)) || (holds && much);
-    // What not every drive has is told from what no list holds by recordings that it was not fitted to, by each of them, and
-    // by a share that details of friction do not make.
+    // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
+    // recordings, harm none of them, and remove more than details of friction do.
     const bool confirmed = g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one && g->share >= kSupportedShare);
     const bool sure = confirmed && g->probability >= kProbable && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }
 
-  // The effort was recorded; else it follows from gains that somebody stated, and a wrong gain is theirs or the drive's.
+  // True if the effort was recorded. Otherwise it follows from stated servo gains, and the wrong gain may be the
+  // servo's or the drive's.
   bool is_measured(int i) const {
     const int joint = design_.joints[static_cast<size_t>(i)].joint;
     return design_.data->source[static_cast<size_t>(joint)] == EffortSource::kRecorded;

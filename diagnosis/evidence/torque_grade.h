@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far each term of the chosen model may be trusted (docs/report.md): how much of its joint's held-out mismatch it
-// takes away, whether its value is the same in all stretches, and what would do as well in its place.
+// Grades each term of the chosen model (docs/report.md). Three questions: which part of the joint's held-out mismatch
+// it removes, whether all stretches give the same value, and which other terms fit equally well in its place.
 #pragma once
 
 #include "diagnosis/findings/finding.h"
@@ -9,46 +9,47 @@
 
 namespace hrp::diagnosis {
 
-// A term of a model: of a joint (index in the design), or of the whole robot (joint = -1); `at`: its place in the
-// model's list.
+// Place of a term in a model: joint (index in the design; -1: whole robot) and index `at` in the model's list.
 struct TermPlace {
   int joint = -1;
   size_t at = 0;
 };
 
-// Another term that does as well in the place of a term.
+// Another term that fits equally well in the place of a term.
 struct Rival {
   Term term;
   Eigen::VectorXd parameters;
-  Eigen::VectorXd width;  // standard deviation of each, as GradedTerm::width
-  TorqueModel model;      // with it in the term's place; without terms where its values follow from the term's own
-  TermPlace place;        // of it there
+  Eigen::VectorXd width;  // standard deviations, as GradedTerm::width
+  TorqueModel model;      // with the rival in the term's place; empty if the rival's values follow from the term's
+  TermPlace place;        // of the rival in `model`
 };
 
+// A term of the model with its value, its uncertainty and the results of all tests.
 struct GradedTerm {
   Term term;
   TermPlace place;
-  Eigen::VectorXd parameters, std;  // by column; std of the value that fits all recordings together
-  Eigen::VectorXd width;            // standard deviation for intervals: also what parts of the recordings differ by
-  DryCurve curve;                   // of a level of dry friction: what excess at rest it may have
-  double probability = 1.0;         // that it is in the best model
+  Eigen::VectorXd parameters, std;  // by column; std of the value common to all recordings
+  Eigen::VectorXd width;  // standard deviation for intervals: contains differences between parts of the recordings
+  DryCurve curve;                   // for a level of dry friction: profile of its excess at rest
+  double probability = 1.0;         // that its family is in the best model
   double gain = 0.0;    // [nats] that the model loses without it
-  double share = 0.0;   // of its joint's held-out mismatch (Shapley), of the whole robot's: of all joints' together
-  double weight = 0.0;  // of the whole mismatch
-  std::vector<double> joint_share, joint_weight;  // of the whole robot's: the same by joint of the design
-  double agreement = 0.0;  // share of stretches that give its first parameter the same sign
-  bool helps_held = true;  // held-out recordings together are predicted worse without it
-  bool harms_one = false;  // of them is predicted worse with it
+  double share = 0.0;   // of its joint's held-out mismatch (Shapley); whole robot: the largest share of a joint
+  double weight = 0.0;  // of the mismatch of all joints
+  std::vector<double> joint_share, joint_weight;  // for terms of the whole robot: the same by joint of the design
+  double agreement = 0.0;  // share of stretches that give its first (whole robot: largest) parameter the same sign
+  bool helps_held = true;  // without it, the held-out prediction of all recordings is worse
+  bool harms_one = false;  // with it, the prediction of one held-out recording is more than 5 % worse
   std::vector<Rival> rivals;
-  bool named = false;      // else it only helps to predict
+  bool named = false;      // if false, it only improves the prediction
   Grade grade = Grade::kAmbiguous;
 };
 
+// Grades all terms of the chosen model: those of joints first, then those of the whole robot.
 std::vector<GradedTerm> grade_terms(const TorqueDesign& design, const Choice& choice, int jobs);
-// One of them.
+// Grades a single term.
 GradedTerm grade_term(const TorqueDesign& design, const Choice& choice, const TermPlace& place);
 
-// By joint: mean square of the missing torque on held-out recordings, nothing added.
+// Mean square [(N m)^2] of the missing torque on held-out recordings, without any term.
 double calc_nominal_held(const JointDesign& joint);
 
 }  // namespace hrp::diagnosis

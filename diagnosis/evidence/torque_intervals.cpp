@@ -11,16 +11,16 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kGainDeviation = 0.02;  // of a torque constant
-constexpr double kUneven = 0.1;          // of dry friction over a turn: what was seen of the turn has another mean
-constexpr double kInstant = 0.5;         // [samples] between an effort's instant and its position's
-constexpr double kFewest = 3.0;          // independent samples that a part must have
-constexpr size_t kParts = 4;             // by any quantity but recordings
-constexpr size_t kFewestParts = 3;       // the difference of two says hardly how much a third would differ
+constexpr double kGainDeviation = 0.02;  // relative standard deviation of a torque constant
+constexpr double kUneven = 0.1;          // relative deviation of dry friction over a turn
+constexpr double kInstant = 0.5;         // [samples] uncertain offset between effort and position
+constexpr double kFewest = 3.0;          // independent samples that a part needs
+constexpr size_t kParts = 4;             // parts by each quantity except recordings
+constexpr size_t kFewestParts = 3;       // two parts hardly determine a variance
 
 using Rows = std::vector<long>;
 
-// By recording, or by quarters of another quantity.
+// Divides the samples by recording (`by` = 0), or by quartiles of another quantity.
 std::vector<Rows> divide(const TorqueSamples& all, long by) {
   std::vector<double> values(all.of.col(by).data(), all.of.col(by).data() + all.of.rows());
   std::sort(values.begin(), values.end());
@@ -36,8 +36,8 @@ std::vector<Rows> divide(const TorqueSamples& all, long by) {
   return parts;
 }
 
-// Each parameter alone asked by each part, all others as the whole has them: a part of the speeds or positions says little
-// of several at once. `left`: what the model leaves.
+// Fits each parameter alone to each part, with the others fixed, because a part of the speeds or positions hardly
+// determines several at once. `left`: residual of the model. `most`: largest variance so far, by column.
 void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const std::vector<Rows>& parts, double correlated,
                  Eigen::VectorXd* most) {
   for (long c = 0; c < most->size(); ++c) {
@@ -55,8 +55,8 @@ void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const st
   }
 }
 
-// How far each parameter moves from the middle of a recording to its ends, where it drifts for certain: drives warm up.
-// No chance but a bound: the value that somebody wrote down may be that of a cold drive.
+// Change of each parameter from the middle of a recording to its ends, if it is significant: drives warm up. It is a
+// bound, not a random error: a stated value may be that of a cold drive.
 Eigen::VectorXd calc_drift(const TorqueSamples& all, double correlated) {
   const long width = all.x.cols(), n = all.x.rows();
   Eigen::MatrixXd x(n, 2 * width);
@@ -72,15 +72,15 @@ Eigen::VectorXd calc_drift(const TorqueSamples& all, double correlated) {
   return drift;
 }
 
-// What an effort that is larger by a factor, or later by an instant, makes of the parameters.
+// Squared change of the parameters if the effort has a wrong factor (2 %) or is late by `instant` [s].
 Eigen::VectorXd calc_considered(const TorqueSamples& all, double instant) {
   Eigen::MatrixXd moved(all.x.rows(), 2);
   moved << kGainDeviation * all.effort, instant * all.effort_rate;
   return (invert_gram(all.x) * (all.x.transpose() * moved)).rowwise().squaredNorm();
 }
 
-// Gears, seals and brushes hold unevenly over a turn. A joint that moved by a part of it tells its level there only.
-// Variance by column, none where the joint made a whole turn or slides.
+// Variance by column from the unseen part of a turn. Gears, seals and brushes have uneven friction over a turn. Zero if
+// the joint made a whole turn or is prismatic.
 Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t>& own, size_t i, const TorqueSamples& all,
                             const Eigen::VectorXd& theta) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(theta.size());

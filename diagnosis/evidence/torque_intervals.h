@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far a parameter differs between parts of the recordings: a law that is right but not alone has another best value
-// in every regime, and no noise says so.
+// Estimates how much a parameter differs between parts of the recordings. If the model lacks some physics, the best
+// value depends on the regime. The noise alone does not show that.
 #pragma once
 
 #include "diagnosis/evidence/torque_model.h"
 
 namespace hrp::diagnosis {
 
-// Standard deviation by column of a joint's part of the model (its own terms, then the whole robot's), beside what
-// noise makes of it:
-// - Between parts: recordings; quarters by time, speed, position, load. Variance between parts by random effects
-//   (DerSimonian and Laird 1986), as the value in one more part would differ (Higgins, Thompson and Spiegelhalter 2009).
-//   Of these ways of dividing, the one that differs most.
-// - Drift: from the middle of a recording to its ends, where it is certain.
-// - Considered, not estimated (Schmidt 1966): a torque constant is known to 2 %, an instant to half a sample. Smaller
-//   errors get no name, but they move the other parameters. Dry friction differs by a tenth over a turn; of a joint that
-//   moved by a part of it, only that part is known.
+// Standard deviation by column of a joint's part of the model (its own terms, then the whole robot's), in addition to
+// the noise:
+//
+// - Between parts: recordings; quarters by time, speed, position, load. The variance between parts is that of random
+//   effects (DerSimonian and Laird 1986), for the value in one more part (Higgins, Thompson and Spiegelhalter 2009).
+//   The division with the largest variance counts.
+// - Drift: change from the middle of a recording to its ends, if it is significant.
+// - Considered, not estimated (Schmidt 1966): the torque constant is known to 2 %, sampling instants to half a sample.
+//   Such errors are too small to be named, but they change the other parameters. Dry friction varies by a tenth over a
+//   turn; a joint that moved through part of a turn shows only that part.
 Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint);
 
-// Variance between groups from a value and its own variance for each.
+// Variance between groups (DerSimonian and Laird) from each group's value and its variance.
 double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances);
 
 }  // namespace hrp::diagnosis

@@ -9,15 +9,15 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kPlacings = 2;     // of a load, whose inertia follows from where it hangs
-constexpr double kMoved = 0.01;  // [m]: 10 % of the inertia of a load at 0.2 m
+constexpr int kPlacings = 2;     // refits of the positions
+constexpr double kMoved = 0.01;  // [m] smallest move: 10 % of the inertia of a load at 0.2 m
 
-// What every drive has, and one load of the whole robot.
+// The usual terms of all drives and one load.
 TorqueModel make_load_model(const TorqueDesign& design, size_t load) {
   return {list_usual_terms(design), {load}};
 }
 
-// The same model with a load in the place of all that it has of the link's mass.
+// The model with a load in place of all terms for the mass of that link.
 TorqueModel exchange_masses(const TorqueDesign& design, const TorqueModel& model, size_t load) {
   TorqueModel with{model.own, {}};
   for (size_t term : model.whole) {
@@ -27,7 +27,7 @@ TorqueModel exchange_masses(const TorqueDesign& design, const TorqueModel& model
   return with;
 }
 
-// Where the last term of a model, a load, hangs.
+// Position of the load that is the last term of the model; empty if the load is not physical.
 std::optional<Vector3d> fit_place(const TorqueDesign& design, const TorqueModel& model) {
   const size_t load = model.whole.back();
   const Eigen::VectorXd all = fit_torque(design, model).theta.segment(list_slots(design, model).whole.back(), 4);
@@ -36,7 +36,8 @@ std::optional<Vector3d> fit_place(const TorqueDesign& design, const TorqueModel&
   return Vector3d(p.tail<3>() / p[0]);
 }
 
-// Loads of the given models, each of which has one at its end.
+// Moves the loads to the positions that the models give, and builds the design again. Each model ends with a load.
+// Returns false, without any change, if no load moves by more than kMoved.
 bool move_loads(const std::vector<TorqueModel>& models, TorqueDesign* design) {
   bool moved = false;
   TorqueData data = *design->data;
@@ -57,7 +58,7 @@ std::vector<size_t> list_loads(const TorqueDesign& design) {
   return loads;
 }
 
-// Every load where it hangs alone; false, and nothing changed, if none moves by more than a hand's width tells.
+// Places every load that is significant beside the usual terms. Returns as move_loads.
 bool place_each_load(TorqueDesign* design) {
   std::vector<TorqueModel> models;
   const double without = fit_torque(*design, {list_usual_terms(*design), {}}).evidence;
@@ -68,7 +69,7 @@ bool place_each_load(TorqueDesign* design) {
   return move_loads(models, design);
 }
 
-// Loads of the links whose mass is in question in a model, beside all else that it has; as above.
+// Places loads at the links whose mass the model changes, beside its other terms. Returns as move_loads.
 bool place_loads(const TorqueModel& model, TorqueDesign* design) {
   std::set<int> links;
   for (size_t term : model.whole) {
@@ -87,8 +88,8 @@ Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
   for (int i = 0; i < kPlacings && place_each_load(design); ++i) {
   }
   Choice choice = choose_torque_model(*design, jobs);
-  // A place is the moment over the mass. Where the mass hardly shows, a place further out takes mass away, and that puts
-  // the place still further out: only what fits better is a step.
+  // The position is moment over mass. If the mass is hardly determined, a larger distance reduces the mass, which
+  // increases the distance further. Therefore a step counts only if the evidence improves.
   for (int i = 0; i < kPlacings; ++i) {
     TorqueDesign moved = *design;
     if (!place_loads(choice.model, &moved)) break;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a load hangs. Its mass m and its moment m p are linear in the missing torque; its inertia m |p|^2 is not: the
-// columns take it at a place that was fitted before.
+// Finds the position of loads. The missing torque is linear in a load's mass m and moment m p, but not in its inertia m
+// |p|^2. The columns therefore use a position from an earlier fit.
 #pragma once
 
 #include "diagnosis/evidence/torque_model.h"
 
 namespace hrp::diagnosis {
 
-// The best model, and the design with loads where they fit: first of every link, each alone beside what every drive has, as
-// loads far from their link's centre of mass lose against wrong gains otherwise; then of links whose mass is in question in
-// the model.
+// Returns the best model, and moves the loads of `design` to fitted positions. First, each load is fitted alone beside
+// the usual terms of all drives: loads far from their link's centre of mass would otherwise lose against wrong gains.
+// Then loads are fitted in the chosen model, for links whose mass it changes.
 Choice choose_with_placed_loads(int jobs, TorqueDesign* design);
 
 }  // namespace hrp::diagnosis

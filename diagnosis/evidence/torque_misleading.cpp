@@ -9,18 +9,18 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostRows = 3;        // that one joint loses
-constexpr double kMisleads = 0.95;  // of a joint's held-out mean square: less is the chance of which motions were held out
+constexpr int kMostRows = 3;        // most barred rows of a joint
+constexpr double kMisleads = 0.95;  // ratio of held-out mean squares; a smaller improvement is chance
 
 struct Suspect {
-  const TermRow* row = nullptr;  // null: none
-  double held = 0.0;             // without it
+  const TermRow* row = nullptr;  // null: no term misleads
+  double held = 0.0;             // [(N m)^2] held-out mean square without it
 };
 
-// Share of a joint's effort that smoothing leaves of a perfect model, or nearly: nothing misleads there.
+// Share of a joint's effort that smoothing leaves even with a perfect model. Below it, no term misleads.
 constexpr double kExact = 0.01;
 
-// The joint's term without which its held-out recordings are predicted best, all others fitted again.
+// The joint's term whose removal improves the held-out prediction most, with all other terms fitted again.
 Suspect find_misleading(const TorqueDesign& design, const Choice& choice, size_t i) {
   Suspect worst{nullptr, kMisleads * choice.fit.held[i]};
   if (worst.held < std::pow(kExact * design.joints[i].spread, 2)) return worst;
@@ -33,7 +33,7 @@ Suspect find_misleading(const TorqueDesign& design, const Choice& choice, size_t
   return worst;
 }
 
-// Bars one more row at each joint that a term misleads; false: at none.
+// Bars one more row at each joint with a misleading term. Returns false if there is none.
 bool bar_rows(int jobs, const Choice& choice, TorqueDesign* design) {
   std::vector<Suspect> suspects(design->joints.size());
   parallel_for(jobs, static_cast<int>(suspects.size()), [&](int i) {
@@ -46,7 +46,7 @@ bool bar_rows(int jobs, const Choice& choice, TorqueDesign* design) {
   return any;
 }
 
-// Where the new choice predicts no better, its last row is allowed again; false: nowhere.
+// Allows the last barred row again at joints where the new choice predicts no better. Returns false if there is none.
 bool allow_again(const Choice& before, const Choice& after, const std::vector<size_t>& barred, TorqueDesign* design) {
   bool any = false;
   for (size_t i = 0; i < barred.size(); ++i) {
@@ -57,8 +57,8 @@ bool allow_again(const Choice& before, const Choice& after, const std::vector<si
   return any;
 }
 
-// [nats] Log-likelihood of what a choice predicts: of training stretches that it was not fitted to, less the costs of its
-// terms, and of the held-out recordings, whose independent samples are as dense as those of training.
+// Score [nats] of a choice: its evidence on the training recordings plus its log-likelihood on the held-out recordings.
+// Their independent samples are taken as dense as those of training.
 double calc_score(const TorqueDesign& design, const Choice& choice) {
   double score = choice.fit.evidence;
   for (size_t i = 0; i < design.joints.size(); ++i) {

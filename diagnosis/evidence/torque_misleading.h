@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Terms that fit the training recordings and mislead on others: another model is the better one there.
+// Removes terms that fit the training recordings but make the held-out prediction worse (overfitting).
 #pragma once
 
 #include "diagnosis/evidence/torque_model.h"
 
 namespace hrp::diagnosis {
 
-// Joint by joint, chooses again without the row of terms with which held-out recordings are predicted worse, as long as
-// that helps there. No parameter is fitted to them. Nothing happens without held-out recordings.
+// For each joint, bars the kind of term (TermRow) without which held-out recordings are predicted clearly better, and
+// chooses the model again. Repeats while this helps. Held-out recordings only select; no parameter is fitted to them.
+// Without held-out recordings, nothing changes.
 void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice* choice);
 
 }  // namespace hrp::diagnosis

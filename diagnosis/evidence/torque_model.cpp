@@ -8,14 +8,14 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kFactorSpread = 0.15;  // standard deviation of ln(factor): what torque constants and weighed links are off by
+constexpr double kFactorSpread = 0.15;  // standard deviation of ln(factor) for torque constants and masses
 
 double calc_evidence(const JointDesign& joint, double cross) {
   const double floor = kFloor * joint.spread * joint.spread;
   return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));
 }
 
-// Columns of one joint's Gram that a model uses, and the slots of theta that they stand for.
+// Columns of a model in one joint's Gram matrix, and their indices in theta.
 struct Use {
   Columns columns, slots;
 };
@@ -34,7 +34,7 @@ Use list_use(const TorqueDesign& design, const TorqueModel& model, const Slots& 
   return use;
 }
 
-// Factor of a joint's torque constant that a model has, by the effort or by the model's torque; 1 without.
+// Factor of the joint's torque constant in the model, from the effort column or from the torque column; 1 without one.
 double find_gain(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
   long at = 0;
   for (size_t term : terms) {
@@ -103,7 +103,8 @@ class Fitter {
     }
   }
 
-  // Rows of every joint over the mean square that it leaves when the whole robot's terms are its own.
+  // Weights each joint's rows by the inverse of its mean square. This is found with the whole robot's terms fitted to
+  // that joint alone.
   void fit_together(TorqueFit* out) const {
     std::vector<double> weights;
     for (size_t i = 0; i < design_.joints.size(); ++i) {

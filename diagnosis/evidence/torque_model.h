@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which terms, of each joint and of the whole robot, predict the missing torque that they were not fitted to.
+// Fits and scores models of the missing torque: sets of terms of each joint and of the whole robot.
 //
-// Evidence of a model: L = - sum over joints of N/2 ln(cross-validated mean square) - cost of its terms, N the number of
-// independent samples. What the best model leaves is thus the yardstick, not the noise of an encoder.
+// Evidence of a model: L = - sum over joints of N/2 ln(cross-validated mean square) - cost of its terms, with N
+// independent samples. The residual of the model itself sets the scale, not the noise of an encoder.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace hrp::diagnosis {
 
-// Terms by their places in the design's lists.
+// A model: indices into the term lists of the design.
 struct TorqueModel {
   std::vector<std::vector<size_t>> own;  // by joint of the design: terms, ascending
   std::vector<size_t> whole;             // terms of the whole robot
@@ -26,7 +26,7 @@ struct TorqueFit {
   double evidence = 0.0;
 };
 
-// Where the columns of a model stand in theta.
+// Indices of a model's parameters in theta.
 struct Slots {
   std::vector<std::vector<long>> own;  // by joint, by term of the model: first slot
   std::vector<long> whole;             // by term of the model
@@ -34,58 +34,63 @@ struct Slots {
 };
 Slots list_slots(const TorqueDesign& design, const TorqueModel& model);
 
+// Fits a model by least squares: each joint alone, or all joints together if the model has terms of the whole robot.
+// Evidence and errors are cross-validated over the folds.
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance = false);
 
-// Held-out mean square that a fit leaves, summed over the joints, each over the spread of its effort.
+// Held-out mean squares, each relative to the squared spread of the joint's effort, summed over joints [1].
 double calc_held_left(const TorqueDesign& design, const TorqueFit& fit);
 
-// A gain k of the effort moves the recorded effort to the left of the equation: what is left is k times what it would be
-// in units of the effort, and a small k would fit anything. Factor that takes a mean square of `terms` (columns of the
-// joint, with the parameters theta) back to the effort's units; 1 without a gain, and where k is over one.
+// With a gain k, the recorded effort becomes a regressor and the residual is k times the residual in units of the
+// effort. A small k would then fit anything. Returns the factor 1 / k^2 that converts a mean square of `terms` (columns
+// of the joint, parameters theta) back to units of the effort; 1 without a gain or with k > 1.
 double calc_per_effort(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta);
 
-// [nats] that the size of a joint's gain costs, by `calc_factor_cost`; 0 without one.
+// Prior cost [nats] of the size of the joint's gain, by `calc_factor_cost`; 0 without a gain.
 double calc_gain_cost(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta);
 
-// What every drive has, by joint of the design.
+// Terms that every drive has (friction, rotor), by joint of the design.
 std::vector<std::vector<size_t>> list_usual_terms(const TorqueDesign& design);
 
-constexpr double kWholeGain = 6.0;  // [nats] that a term of the whole robot must add: a likelihood ratio of 400
+constexpr double kWholeGain = 6.0;  // [nats] least gain of a term of the whole robot: likelihood ratio 400
 
-// Least mean square, as a share of the effort's: filters and rounding leave about as much of a perfect model.
+// Smallest mean square as a share of the squared effort spread: errors of filters and rounding.
 constexpr double kFloor = 1e-6;
 
-// [nats] of a log-normal prior: a drive that loses half of its torque is less likely than friction.
+// Prior cost [nats] of a factor, log-normal: a drive that loses half of its torque is less likely than friction.
 double calc_factor_cost(double factor);
-// [nats] the same for a link's mass: most are near what the model says, but some are placeholders, or a tool is missing
-// (Student's t of ten degrees of freedom: as wide at its middle, and not as sure far away).
+// Prior cost [nats] of a link's mass factor, Student's t with ten degrees of freedom in ln(factor). It is as wide as
+// the log-normal prior in the middle but has heavier tails, because some masses are placeholders or lack a tool.
 double calc_mass_cost(double factor);
-// [nats] of a term with these parameters before any recording: that it is there, and its size where it is a factor.
+// Prior cost [nats] of a term with these parameters: of its presence, and of its size if it is a factor.
 double calc_term_cost(const TermRow& row, const Eigen::VectorXd& parameters);
 
-// Whether the parameters of a joint's terms are those of a real drive: friction brakes, rotors have mass, delays are
+// True if the parameters of a joint's terms are physical: friction opposes motion, inertias are positive, delays are
 // positive and short.
 bool is_physical(const TorqueDesign& design, size_t joint, const std::vector<size_t>& terms,
                  const Eigen::VectorXd& theta);
 
-// Loads have mass and hang within reach of their link; masses are wrong by factors, zeros by fractions of a radian.
+// True if a term of the whole robot is physical: a load has positive mass within reach of its link; mass factors and
+// encoder zeros are within their bounds.
 bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& parameters);
 
-// Parameters of a term of the whole robot; 0 for those that hardly move any joint's torque: their values mean nothing.
+// Parameters of a term of the whole robot, with 0 for those that hardly change any joint's torque. The values of these
+// are not determined.
 Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen::VectorXd parameters);
 
+// The chosen model, its fit, and averages over all subsets of terms.
 struct Choice {
   TorqueModel model;
   TorqueFit fit;
-  std::vector<std::vector<double>> inclusion;  // by joint, by term of the design: probability over all subsets
-  // By joint, by term: standard deviation of its first parameter over the subsets that have it, by their probabilities:
-  // how far the value depends on what else is in the model.
+  std::vector<std::vector<double>> inclusion;  // by joint, by term of the design: posterior probability
+  // By joint, by term: standard deviation of its first parameter over the subsets that contain it, weighted by their
+  // probabilities. It shows how far the value depends on the other terms.
   std::vector<std::vector<double>> choice_std;
 };
-// Whether commands may be late.
+// kFree: commands may be late. kAsRecorded: the models contain no delays of commands.
 enum class Timing { kFree, kAsRecorded };
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing = Timing::kFree);
-// The same without terms of the whole robot.
+// Chooses terms of the joints only, without terms of the whole robot.
 Choice choose_joint_terms(const TorqueDesign& design, int jobs);
 
 }  // namespace hrp::diagnosis

@@ -12,9 +12,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPossible = 0.2;    // probability of a family: odds of one to four
-constexpr double kMostSame = 0.85;   // of the stretches must give the same sign, as of any finding
-constexpr double kLeast = 0.05;      // of its joint's held-out mismatch, as of any finding
+constexpr double kPossible = 0.2;    // least probability of a family: odds of one to four
+constexpr double kMostSame = 0.85;   // share of the stretches that must give the same sign, as for any finding
+constexpr double kLeast = 0.05;      // share of its joint's held-out mismatch, as for any finding
 
 struct Candidate {
   Choice choice;  // with the term
@@ -33,7 +33,7 @@ class Lister {
   }
 
  private:
-  // In the model, or a rival of what is, at a joint.
+  // True if the family at this joint is in the model or a rival of a named term.
   bool is_listed(EffectFamily family, int joint) const {
     const auto is_it = [&](const Term& t) {
       return t.effect().family == family && (t.whole() || t.place == joint);
@@ -76,11 +76,12 @@ class Lister {
   std::vector<Candidate> list_;
 };
 
-// What any finding has to show, but for the evidence.
+// The conditions of a finding, except the one on evidence.
 bool is_worth_listing(const GradedTerm& g) {
   const double size = g.parameters.norm();
   const auto over = [&](const Eigen::VectorXd& std) { return (g.parameters.array() != 0.0).select(std, 0.0).norm(); };
-  const bool told = size > kNinetyFive * over(g.std) && size > over(g.width);  // parts of the recordings give one sign
+  // parts of the recordings agree about the sign
+  const bool told = size > kNinetyFive * over(g.std) && size > over(g.width);
   return told && g.helps_held && g.share > kLeast && g.agreement >= kMostSame &&
          size >= g.term.row->material && !g.term.row->excess && g.term.row->allows(g.parameters);
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Terms that are not in the best model and may still be there: which of several models is best changes with a little
-// noise, the probability of what they have in common does not.
+// Lists terms that are not in the best model but may exist. A little noise can change which of several models is best.
+// The probability of a family over all models is more stable.
 #pragma once
 
 #include "diagnosis/evidence/torque_grade.h"
 
 namespace hrp::diagnosis {
 
-// Ambiguous, one of each family and place that neither the model nor a rival of its terms has. None of them is in the
-// model.
+// Returns ambiguous terms that are not in the model: at most one per family and place, and only if the family is
+// neither in the model nor among its rivals.
 std::vector<GradedTerm> list_possible_terms(const TorqueDesign& design, const Choice& choice,
                                             const std::vector<GradedTerm>& graded, int jobs);
 

@@ -9,9 +9,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms say the same, whatever they cost
+constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms are indistinguishable
 
-// A spring has a constant part: it always does as well as a constant torque, and is no rival of it.
+// A spring has a constant part. It always fits as well as a constant torque, so it is no rival of one.
 bool contains(const TermRow& larger, const TermRow& smaller) { return larger.constant > 0 && smaller.is_constant(); }
 
 bool has(const std::vector<size_t>& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
@@ -29,8 +29,8 @@ class RivalSearch {
   }
 
  private:
-  // A drive that carries one link alone from the base: its gain and the link's mass scale the same torque in every
-  // motion, whatever noise says.
+  // If a drive carries one link alone from the base, its gain and the link's mass scale the same torque in every
+  // motion. The mass is then a rival, whatever its evidence.
   void add_equal_mass() {
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     const std::string& joint = tree.joint(g_.term.place).name;
@@ -49,8 +49,9 @@ class RivalSearch {
     }
   }
 
-  // A load that nobody stated makes every drive before it look weak: what is wrong with one mass competes with all gains
-  // together, by what the recordings say alone. Before any recording a gain is off more often than a mass.
+  // An unknown load makes every drive before it look weak. Therefore each change of one mass competes with all gains
+  // together. The comparison uses the likelihood without prior costs, because the prior favours wrong gains over wrong
+  // masses.
   void compare_masses() {
     TorqueModel rest = rest_;
     double costs = calc_term_cost(*g_.term.row, g_.parameters);
@@ -72,7 +73,7 @@ class RivalSearch {
     rivals_.push_back({other, drop_unseen(design_, other, p), {}, model, {-1, model.whole.size() - 1}});
   }
 
-  // Takes the gain of a joint out of its terms; [nats] that it costs.
+  // Removes the gain of a joint from its terms. Returns its prior cost [nats].
   double drop_gains(size_t i, std::vector<size_t>* terms) const {
     double costs = 0.0;
     std::vector<size_t> left;
@@ -88,18 +89,19 @@ class RivalSearch {
     return costs;
   }
 
-  // Does as well in the place of a term: nearly all of what the term adds; or says the same, as a cart's mass and the
-  // rotor that drives it. `p`: what it is there.
+  // True if `other` fits nearly as well in the place of the term: it recovers most of the term's gain, or has nearly
+  // the same likelihood, such as a cart's mass and the rotor that drives it. `p`: parameters of `other`.
   bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
     const bool of_one_mass = other.row->is_of_mass() && g_.term.row->is_of_mass() && other.place == g_.term.place;
-    // How far a factor is from one counts against it, but not between descriptions of one mass.
+    // Prior costs of factor sizes count, except between two descriptions of the same mass.
     const double costs = of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost;
-    const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;  // others of the whole robot help elsewhere, too
+    // other terms of the whole robot gain evidence at other joints as well
+    const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
     return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
   }
 
-  // Whether a term of the whole robot has anything in a joint's rows.
+  // True if a term of the whole robot has a nonzero column in the joint's rows.
   bool shows(const Term& whole, const JointDesign& joint) const {
     for (size_t t = 0; t < design_.whole.size(); ++t) {
       if (design_.whole[t].row != whole.row || design_.whole[t].place != whole.place) continue;
@@ -110,7 +112,7 @@ class RivalSearch {
     return false;
   }
 
-  // Whether a link moves with a joint, so that what is wrong with it shows there.
+  // True if the place of a term moves with the joint, so that its effect appears there.
   bool is_beyond(const Term& other, size_t i) const {
     const TermRow& row = *other.row;
     if (row.place == PlaceKind::kNone || row.late) return true;
@@ -122,7 +124,7 @@ class RivalSearch {
     return false;
   }
 
-  // Terms of the joint whose rows say most of it.
+  // Compares with the terms of the judge joint.
   void compare_own() {
     const std::vector<size_t>& have = model_.own[i_];
     for (size_t term = 0; term < design_.joints[i_].terms.size(); ++term) {
@@ -130,9 +132,9 @@ class RivalSearch {
       if (has(have, term) || contains(*other.row, *g_.term.row) ||
           other.row->effect == g_.term.row->effect)
         continue;
-      // What dry friction does before it slips is no other effect.
+      // The pre-sliding of dry friction resembles hysteresis but is no other effect.
       if (other.row->memory && g_.term.row->is_dry()) continue;
-      // Beside a wrong mass, a gain always competes by the model's torque, which a mass scales, too.
+      // A gain by the model's torque scales the same regressor as a wrong mass, so it would always compete with it.
       const bool of_drive = g_.place.joint >= 0;
       if (other.row->scales_model && of_drive) continue;
       if (other.row->scales_effort && (!of_drive || !design_.joints[i_].loaded)) continue;
@@ -155,7 +157,7 @@ class RivalSearch {
     return count;
   }
 
-  // Terms of the whole robot.
+  // Compares with the terms of the whole robot.
   void compare_whole() {
     for (size_t term = 0; term < design_.whole.size(); ++term) {
       const Term& other = design_.whole[term];
@@ -174,8 +176,8 @@ class RivalSearch {
     }
   }
 
-  // A term of the whole robot helps at other joints, too, which says nothing of this one: the joint's own term is
-  // needed if it still adds beside the other. `without`: the fit of the other alone.
+  // A term of the whole robot may gain evidence at other joints only. The joint's own term is needed if it still adds
+  // evidence beside the other. `without`: fit with the other term alone.
   bool is_needed_beside(size_t whole_term, const TorqueFit& without) const {
     if (g_.place.joint < 0) return false;
     TorqueModel both = model_;
@@ -183,7 +185,7 @@ class RivalSearch {
     return fit_torque(design_, both).evidence - without.evidence > kOdds;
   }
 
-  // Whether a term of the whole robot fills the gap in the joint's own row: cheap, and most do not.
+  // Fast filter: true if a term of the whole robot fills most of the gap in the joint's own rows. Most do not.
   bool may_fill(size_t whole_term) const {
     const size_t i = static_cast<size_t>(g_.place.joint);
     const JointDesign& joint = design_.joints[i];

@@ -6,7 +6,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Kept rows of a recording in which the joint is used.
+// Kept training samples of a recording in which the joint is used.
 std::vector<long> list_term_rows(const TorqueRecording& r, int joint) {
   std::vector<long> rows;
   for (long k = 0; k < r.kept() && r.train; ++k) {

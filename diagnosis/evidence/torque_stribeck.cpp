@@ -10,10 +10,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-// [nats] below the best that a 95 % region reaches: chi-square of two parameters, the velocity and the excess.
+// [nats] Depth of the 95 % region: half the 95 % quantile of chi-square with two parameters (velocity, excess).
 constexpr double kWithin = 3.0;
-constexpr double kFinest = 0.01, kWidest = 0.6;  // velocities that are tried, of the fastest
-constexpr double kStep = 1.2;           // factor between them
+constexpr double kFinest = 0.01, kWidest = 0.6;  // range of the velocities tried, relative to the fastest
+constexpr double kStep = 1.2;           // ratio of successive velocities
 
 void widen(double value, double std, Range* range) {
   range->low = std::min(range->low, value - kNinetyFive * std), range->high = std::max(range->high, value + kNinetyFive * std);
@@ -23,13 +23,14 @@ struct Point {
   double velocity = 0.0, likelihood = -1e300, level = 0.0, level_std = 0.0, rest = 0.0, rest_std = 0.0;
 };
 
-// `samples.x` has the level in column `at` and the excess in its last one.
+// Least squares at one Stribeck velocity. `samples.x` has the level in column `at` and the excess in its last column. A
+// negative excess gives an empty point.
 Point fit_curve(const TorqueSamples& samples, long at, double velocity, double effective) {
   const long last = samples.x.cols() - 1;
   const Eigen::MatrixXd inverse = invert_gram(samples.x);
   const Eigen::VectorXd theta = inverse * (samples.x.transpose() * samples.y);
   const double rest = (samples.y - samples.x * theta).squaredNorm();
-  // Mean square times the samples that one independent look stands for.
+  // Residual square per independent sample: correlated samples do not add information.
   const double variance = rest / std::max(1.0, effective);
   const auto deviation = [&](double v) { return std::sqrt(std::max(0.0, variance * v)); };
   Point p;
@@ -40,7 +41,7 @@ Point fit_curve(const TorqueSamples& samples, long at, double velocity, double e
   return theta[last] < 0.0 ? Point{} : p;
 }
 
-// Column of the level, or -1; samples without the excess that the model may have.
+// Removes the Stribeck excess from the joint's model. Returns the column of the level, or -1 if there is none.
 long take_level(const TorqueDesign& design, size_t i, TorqueModel* model) {
   const JointDesign& joint = design.joints[i];
   std::vector<size_t> own;

@@ -9,7 +9,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostTerms = 7;  // of one joint
+constexpr int kMostTerms = 7;  // in one subset
 
 using Terms = std::vector<size_t>;
 
@@ -35,7 +35,7 @@ Columns list_own(const JointDesign& joint, const Terms& terms) {
   return columns;
 }
 
-// The joint's own columns with what terms of the whole robot contribute taken away.
+// Sums of the joint's own columns after subtraction of the whole robot's terms with the parameters `whole`.
 Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& whole) {
   Gram out(own_width);
   const Eigen::MatrixXd G = gram.G.selfadjointView<Eigen::Lower>();
@@ -56,7 +56,7 @@ class SubsetSearch {
     total_ = sum(folds_, joint_.own_width);
   }
 
-  // Best first; all that are physical.
+  // Physical subsets, best first.
   std::vector<Subset> run() {
     const Terms pool = list_pool();
     std::vector<Subset> subsets;
@@ -92,11 +92,12 @@ class SubsetSearch {
     return subset;
   }
 
-  // Factor to which a term has to bring the mean square down to be worth its cost, and as many nats more as a supported
-  // term must add: each term of the pool doubles the sets.
+  // Ratio of mean squares at which a term repays its prior cost and gains kOdds nats, as a supported term must. Each
+  // term of the pool doubles the number of subsets, so weak ones are left out.
   double calc_worth(const TermRow& row) const { return std::exp(-2.0 * (row.cost + kOdds) / std::max(1.0, joint_.effective)); }
 
-  // A wrong gain shows from both sides: by the effort and by the model's torque.
+  // True if the estimates of a gain from the effort column and from the torque column agree: both on the same side of
+  // one, and close.
   bool has_bracketed_gain(const Terms& terms) const {
     if (!has(joint_, terms, &TermRow::scales_effort)) return true;
     const double k = 1.0 - get_parameter(joint_, terms, solve(total_, list_own(joint_, terms)), &TermRow::scales_effort);
@@ -112,8 +113,9 @@ class SubsetSearch {
     return std::find(joint_.barred.begin(), joint_.barred.end(), &row) != joint_.barred.end();
   }
 
-  // Of rows with several shapes the one that helps most beside the usual terms. A gear that is hard to turn backwards, and
-  // hysteresis, only if they are worth their cost beside all of these: friction says much of them, too.
+  // Terms that may be in a subset. Of terms with several shapes, the shape that fits best beside the usual terms.
+  // Hysteresis and gears that are hard to drive backwards only if they repay their cost beside all of these, because
+  // friction explains much of them.
   Terms list_pool() const {
     Terms pool, base;
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
@@ -136,8 +138,8 @@ class SubsetSearch {
     return pool;
   }
 
-  // Mean square with all dry friction of constant level acting through a memory: friction that bends before it slips. Only
-  // hysteresis beside a level that acts at once leaves less.
+  // Mean square if dry friction acts through the memory term only, as in pre-sliding. True hysteresis beside an
+  // instantaneous level must leave less.
   double calc_pre_sliding(const TermRow& memory, const Terms& all) const {
     Terms beside;
     for (size_t t : all) {
@@ -153,7 +155,7 @@ class SubsetSearch {
     return least;
   }
 
-  // The joint's term of a row that leaves least beside given ones, if that is less than `least`.
+  // Adds the joint's term of this row with the smallest mean square beside the given terms, if that is below `least`.
   void add_best(const TermRow& row, const Terms& beside, double least, Terms* pool, Terms* all) const {
     size_t chosen = joint_.terms.size();
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
@@ -176,8 +178,9 @@ class SubsetSearch {
 
 }  // namespace
 
-// A Stribeck curve is an excess over a level, hysteresis stands beside one (pre-sliding looks like it), a spring has a constant of its own, a lag and a delay look alike. A gear
-// with the loss 2 mu backwards and a gain of 1 + mu are load-dependent friction mu in two terms.
+// Rules: a Stribeck excess needs a friction level. Hysteresis also needs one, because pre-sliding looks like it. A
+// spring has its own constant. A lag and a delay have the same signature. A backdriving loss 2 mu with a gain of 1 + mu
+// equals load-dependent friction mu, so the two exclude each other.
 bool is_sensible(const JointDesign& joint, const std::vector<size_t>& terms) {
   const auto count = [&](const auto& is) {
     return std::count_if(terms.begin(), terms.end(), [&](size_t t) { return is(*joint.terms[t].row); });

@@ -31,9 +31,10 @@ Estimate scalar(const char* name, const std::string& unit, double value, double 
   return {name, unit, {value}, {std}, false};
 }
 
-// Parameters of the report from coefficients p with deviations s, at a joint that turns: names and units of the table.
+// Parameters with the names and units of the effect table, for a revolute joint, from coefficients p with standard
+// deviations s.
 std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
-  if (term.row->excess)  // beside a level that another term has
+  if (term.row->excess)  // the level belongs to another term
     return {scalar("excess", "N m", p[0], s[0]), scalar("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
   const TermValues values = calc_values(term, p, s);
   const std::vector<EffectParameter>& row = term.effect().parameters;
@@ -68,7 +69,7 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
   return text + ".";
 }
 
-// One effect at one place is one alternative, whatever shapes of it would do. A delay of the bus is one of this joint.
+// Adds a rival unless its effect is already listed at that place. A delay of the bus is listed as one of this joint.
 void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
   Term term = rival.term;
   if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;

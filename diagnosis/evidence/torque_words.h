@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Graded terms as findings, effects of a simulation, and sentences.
+// Converts graded terms to findings, to effects of a simulation, and to sentences.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,16 @@
 
 namespace hrp::diagnosis {
 
-// `excess`: the Stribeck term of a dry friction, or null; `alternatives`: alternatives beside those that do as well.
+// `excess`: the Stribeck term beside a dry friction, or null. `alternatives`: come before the term's rivals.
 Finding make_finding(const Experiment& experiment, const GradedTerm& term, const GradedTerm* excess,
                      const std::vector<Alternative>& alternatives);
-// Nothing where the simulator has no law for it.
+// Empty if the simulator has no law for the term.
 std::optional<Effect> make_effect(const GradedTerm& term, const GradedTerm* excess);
+
+// A term that improves the prediction but is not named, with the reason.
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);
 
+// Sentence on the missing torque of a joint and on what remains. `follows`: what it depends on; may be empty.
 std::string make_remaining_words(const Experiment& experiment, int joint, const Remaining& remaining,
                                  const std::string& follows);
 

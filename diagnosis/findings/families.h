@@ -7,13 +7,14 @@
 
 namespace hrp::diagnosis {
 
-// What is claimed when the single law cannot be: "dry friction" of "coulomb_friction". What is in no row of the table is a zero.
+// Family that is claimed if the single law is uncertain: "dry friction" of "coulomb_friction"; "zero" for unknown
+// effects.
 std::string find_family_name(const std::string& effect);
 
-// The one effect of a family at places of a kind: a sensor's gain. There must be just one.
+// The effect of a family at a kind of place, such as the scale of a sensor. There must be exactly one.
 const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family);
 
-// Whether a report's name is that of a row.
+// True if `name` is the report's name of the effect.
 bool is_effect(const std::string& name, EffectId id);
 
 }  // namespace hrp::diagnosis

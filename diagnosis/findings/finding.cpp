@@ -11,9 +11,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Share of the ceiling from which the rest is detail (design: `mostly_explained`).
+// Least share of the ceiling for `mostly_explained`. The rest counts as detail.
 constexpr double kMostly = 0.8;
-// Least share of the mismatch that is called an explanation of a part.
+// Least share of the ceiling that counts as explained. With findings, less is still `partly_explained`.
 constexpr double kPartly = 0.1;
 
 Json make_estimate(const Estimate& e) {
@@ -77,7 +77,7 @@ Json make_mismatch(const Mismatch& m) {
           {"regime", m.regime}};
 }
 
-// Places that findings do not explain: schema 1's list, for programs that read it.
+// Places that findings do not explain, as in schema 1, for programs that read it.
 Json make_unexplained(const Evidence& e) {
   Json list = Json::array();
   if (e.verdict == Verdict::kNoMismatch || e.verdict == Verdict::kExplained) return list;

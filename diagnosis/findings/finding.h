@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tool says of a robot, whichever measurement it comes from: findings with grades, what remains, the ceiling
-// and the verdict. This is report.json, schema 2 (docs/report.md).
+// Findings of the tool, from any kind of measurement: findings with grades, remainders, ceiling and verdict. These are
+// the contents of report.json, schema 2 (docs/report.md).
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,35 +9,35 @@
 
 namespace hrp::diagnosis {
 
-// How far a finding may be trusted, strongest first.
+// Certainty of a finding, strongest first.
 enum class Grade {
-  kCertain,    // the model explains the recordings down to their noise, and nothing else does
-  kSupported,  // the physics is there and this is its size, though not all around it is known
-  kAmbiguous   // something is missing here that one of several effects describes
+  kCertain,    // the model explains the recordings down to the noise, and no other does
+  kSupported,  // the effect exists and has this size; other physics may be unknown
+  kAmbiguous   // something is missing here, and several effects explain it
 };
 const char* get_grade_name(Grade grade);
 
 enum class Verdict { kNoMismatch, kExplained, kMostlyExplained, kPartlyExplained, kUnexplained, kNotJudged };
 const char* get_verdict_name(Verdict verdict);
 
-// A parameter of an effect with its 95 % interval: one number, or one for each axis of a vector.
+// A parameter of an effect with its 95 % interval: one number, or one per axis of a vector.
 struct Estimate {
-  std::string name;  // of the report: "coefficient", "com"
+  std::string name;  // in the report: "coefficient", "com"
   std::string unit;
   std::vector<double> value;
-  std::vector<double> std;  // with what recordings, halves and regimes differ by
-  bool vector = false;      // reported as a list even when it has one element
+  std::vector<double> std;  // contains differences between recordings, halves and regimes
+  bool vector = false;      // reported as a list even with a single element
 };
 
 // {"joint": "elbow"}, {"link": "hand"}, {"foot": "l_foot"}, {"sensor": "/wrench/l_ankle/force"}, {} for the ground.
 using Where = nlohmann::ordered_json;
 
-// An effect that the recordings cannot tell from a finding.
+// An effect that the recordings cannot distinguish from a finding.
 struct Alternative {
   std::string effect, family;
   Where where;
   std::vector<Estimate> parameters;
-  std::string motion;  // that would tell the two apart
+  std::string motion;  // that would distinguish the two
 };
 
 struct Finding {
@@ -46,23 +46,23 @@ struct Finding {
   std::vector<Estimate> parameters;
   Grade grade = Grade::kSupported;
   double probability = 0.0;  // 0 to 1, that this effect is in the best model
-  double share = 0.0;        // of its place's held-out mismatch that goes away with it
+  double share = 0.0;        // of its place's held-out mismatch that it removes
   double weight = 0.0;       // of the whole mismatch; findings are sorted by it
   std::string statement;     // one sentence with value, unit, place and grade
   std::vector<Alternative> alternatives;
 };
 
-// What is left at a place after everything that was found.
+// What remains at a place beside all findings.
 struct Remaining {
   Where where;
   std::string unit;                       // of before and after: "N m", "rad", "N"
-  double before = 0.0, after = 0.0;       // root mean squares, held-out recordings where there are some
-  std::vector<std::string> depends_on;    // position, velocity, load, ...; empty: none of those that were tried
+  double before = 0.0, after = 0.0;       // root mean squares, on held-out recordings if there are any
+  std::vector<std::string> depends_on;    // position, velocity, load, ...; empty: none of the tested ones
   std::string statement;
   double share() const { return before > 0.0 ? after * after / (before * before) : 0.0; }
 };
 
-// A mismatch at a place and time, before anything is added.
+// A mismatch of the nominal model at a place and time.
 struct Mismatch {
   std::string signal, recording;
   double score = 0.0;  // in units of the signal's noise
@@ -70,22 +70,24 @@ struct Mismatch {
   std::string regime;
 };
 
+// An effect or parameter that the recordings do not determine, and a motion that would.
 struct NotIdentifiable {
   std::string effect;
   Where where;
   std::string why, motion;
 };
 
-// How well one signal is predicted, root mean squares in `unit`.
+// Errors of the prediction of one signal: root mean squares in `unit`.
 struct SignalFit {
   std::string signal, unit;
   double before = 0.0, after = 0.0;
   double spread = 0.0;  // standard deviation of the recording
 };
 
+// Errors of the prediction, before and after the findings.
 struct Fit {
-  double train_before = 0.0, train_after = 0.0;        // over each signal's noise
-  double validate_before = 0.0, validate_after = 0.0;  // the same, recordings that nothing was fitted to
+  double train_before = 0.0, train_after = 0.0;        // in units of each signal's noise
+  double validate_before = 0.0, validate_after = 0.0;  // the same on held-out recordings
   std::vector<SignalFit> signals;
 };
 
@@ -96,22 +98,22 @@ struct Evidence {
   std::vector<Finding> findings;
   std::vector<Remaining> remaining;
   std::vector<NotIdentifiable> not_identifiable;
-  double ceiling = 0.0;    // share of the mismatch that can be predicted at all from what was recorded, 0 to 1
-  double explained = 0.0;  // share of the mismatch that the findings take away on held-out recordings
+  double ceiling = 0.0;    // share (0 to 1) of the mismatch that the recorded signals can predict at all
+  double explained = 0.0;  // share of the held-out mismatch that the findings remove
   Fit fit;
-  std::string method;    // how readings are predicted
+  std::string method;    // of the prediction
   double horizon = 0.0;  // [s] 0: sample by sample
   std::vector<std::string> missing;   // "l_foot.csv: no column /wrench/l_sole/torque/x: centre of pressure not compared"
   std::vector<std::string> warnings;
 };
 
-// By weight, largest first; certain before supported before ambiguous where weights are equal.
+// Sorts by weight, largest first; for equal weights certain, supported, ambiguous.
 void sort_findings(std::vector<Finding>* findings);
 
-// `mostly_explained` from 80 % of the ceiling on, else partly or not at all; for evidence that is not down to the noise.
+// Verdict if noise is not reached: `mostly_explained` from 80 % of the ceiling on, otherwise partly or not at all.
 Verdict find_verdict(const Evidence& evidence);
 
-// report.json, schema 2. Findings must be sorted.
+// The report (report.json, schema 2). Findings must be sorted.
 nlohmann::ordered_json make_report(const Evidence& evidence);
 nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alternatives);
 nlohmann::ordered_json make_fit(const Fit& fit);

@@ -16,14 +16,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kWeights = 3.0;    // a rope or a person pulls as hard as this, weights of all that moves; hardly harder
-constexpr double kLoads = 2.0;      // masses of all that moves
+constexpr double kWeights = 3.0;    // weights of all moving links: as hard as a rope or a person pulls
+constexpr double kLoads = 2.0;      // masses of all moving links
 constexpr double kGravity = 9.81;   // [m/s^2]
-constexpr double kTool = 0.5;       // [m] by which what a link carries may stand out
-constexpr double kSink = 1e-3;      // [m] of a sole under half the weight
-constexpr double kTilt = 5e-3;      // [rad] of a sole when half the weight moves by kMove
+constexpr double kTool = 0.5;       // [m] by which a carried object may extend beyond its link
+constexpr double kSink = 1e-3;      // [m] compression of a sole under half the weight
+constexpr double kTilt = 5e-3;      // [rad] tilt of a sole when half the weight moves by kMove
 constexpr double kMove = 0.05;      // [m]
-constexpr double kIdle = 0.25;      // standard deviations
+constexpr double kIdle = 0.25;      // standard deviations from neutral
 
 double calc_moving_mass(const TreeSpec& tree) {
   double mass = 0.0;
@@ -42,7 +42,7 @@ double calc_norm(const std::vector<double>& v) {
   return std::sqrt(sum);
 }
 
-// Why one parameter's value is odd. `reach`, `mass` of what the effect acts on; 0: not known.
+// Reason why one parameter's value is implausible. `reach` [m], `mass` [kg] of what the effect acts on; 0: unknown.
 std::string find_odd_value(const EffectParameter& p, const std::vector<double>& value, double reach, double mass) {
   const double size = calc_norm(value);
   if (p.factor && value.size() == 1 && !(std::abs(std::log(std::max(1e-300, value[0]))) <= kFactor))
@@ -75,7 +75,7 @@ void doubt(const std::string& why, Json* finding) {
 
 bool has_odd_size(const Json& finding) { return finding.contains("odd_size"); }
 
-// The value of a parameter; infinite where it is not stated: nothing gives there.
+// Value of a stiffness; infinite if it is not stated, so nothing is compliant.
 double read_stiffness(const Json& parameters, const char* name) {
   if (!parameters.contains(name) || !parameters[name].is_object() || !parameters[name]["value"].is_number()) return HUGE_VAL;
   return parameters[name]["value"].get<double>();
@@ -88,7 +88,7 @@ bool is_stiff_sole(const Json& finding, double half_weight) {
   return half_weight / read_stiffness(p, "kz") < kSink && half_weight * kMove / tilt < kTilt;
 }
 
-// All of an effect's parameters that tell whether it is there lie within `kIdle` standard deviations of none.
+// True if all parameters that define the effect are within `kIdle` standard deviations of neutral.
 bool is_idle(const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
   if (!effect || finding.value("grade", "") != get_grade_name(Grade::kAmbiguous)) return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An effect of a size that no machine has stands for something else: its law fits, its value says that it is not the cause.
+// Finds effects of an implausible size. Such an effect fits, but stands in for another cause.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,24 +8,25 @@
 
 namespace hrp::diagnosis {
 
-// Why a value is hardly possible on this robot, empty where it is possible:
-// - a mass, an inertia or a torque constant that is wrong by more than a factor of e (sensors may log in any unit);
-// - a centre of mass further off than the link reaches (calc_link_reach), a load half a metre further;
-// - a constant force of more than three times the weight of all that moves;
-// - a load heavier than all that moves, twice.
+// Reason why a value is hardly possible on this robot; empty if it is possible:
+//
+// - a mass, inertia or torque constant that is wrong by more than a factor of e (sensors may log in any unit);
+// - a centre of mass beyond the link's reach (calc_link_reach), or a load more than half a metre beyond it;
+// - a constant force of more than three times the weight of the moving links;
+// - a load of more than twice the mass of the moving links.
 std::string find_odd_size(const TreeSpec& tree, const nlohmann::ordered_json& finding);
 
-// Findings of an odd size become `ambiguous` and say so. What was `certain` beside them becomes `ambiguous`, too, because
-// it is certain only as a part of a whole that explains everything; `explained` becomes `mostly_explained`.
+// Makes findings of an implausible size `ambiguous` and says why. Other `certain` findings become `ambiguous` as well,
+// because they are certain only in a model that explains everything. `explained` becomes `mostly_explained`.
 void doubt_odd_sizes(const TreeSpec& tree, nlohmann::ordered_json* report);
 
-// A sole that sinks by less than a millimetre under half the robot's weight, and tilts by less than 5 mrad when the force on
-// it moves by 5 cm, is as stiff as floors, force sensors and the contacts of simulators are: where the give sits is not told,
-// and the finding becomes `ambiguous`.
+// Makes findings of very stiff soles `ambiguous`: less than 1 mm compression under half the robot's weight, and less
+// than 5 mrad tilt if that force moves by 5 cm. Floors, force sensors and simulated contacts are as stiff, so the place
+// of the compliance is unknown.
 void doubt_stiff_soles(const TreeSpec& tree, nlohmann::ordered_json* report);
 
-// Findings whose value is less than a quarter of a standard deviation from none say nothing. They are left out of the report, not of
-// the model, as long as another finding stays.
+// Removes ambiguous findings within a quarter of a standard deviation of neutral from the report, not from the model.
+// Keeps them if no other finding remains.
 void drop_idle_findings(nlohmann::ordered_json* report);
 
 }  // namespace hrp::diagnosis

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Share of the held-out squares above the noise that goes away with the findings.
+// Share of the held-out squares above the noise that the findings remove.
 double find_explained(const Json& report) {
   if (report["findings"].empty()) return 0.0;
   const Json& fit = report["fit"]["validate"];
@@ -26,14 +26,14 @@ bool holds(const Json& interval, double value) {
          interval[0].get<double>() <= value && value <= interval[1].get<double>();
 }
 
-// All axes of a vector, or the one number.
+// True if the intervals of all components contain the value.
 bool all_hold(const Json& intervals, double value) {
   if (!intervals.is_array() || intervals.empty()) return false;
   if (!intervals[0].is_array()) return holds(intervals, value);
   return std::all_of(intervals.begin(), intervals.end(), [&](const Json& interval) { return holds(interval, value); });
 }
 
-// The interval of the parameter with which the effect would be absent holds that value: it may not be there.
+// True if the interval of a parameter contains its neutral value, at which the effect is absent.
 bool may_be_absent(const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
   if (!effect) return false;
@@ -45,8 +45,8 @@ bool may_be_absent(const Json& finding) {
   return false;
 }
 
-// Nothing is certain without recordings that nothing was fitted to, nor while something else is missing as well. Where an
-// effect of another family does as well in its place, neither is known to be there.
+// Grade of a finding. Nothing is certain without held-out recordings or while something else is missing. If another
+// family fits as well, both are ambiguous.
 const char* find_grade(const Json& finding, bool may_be_certain) {
   const std::string own = find_family_name(finding["effect"].get<std::string>());
   const Json others = finding.value("alternatives", Json::array());
@@ -102,10 +102,11 @@ void doubt_unconfirmed(const std::vector<Finding>& torque, Json* report) {
 }
 
 void lower_grades(Json* report) {
-  // What nothing was fitted to is predicted no better: the values may be those of something else.
+  // The held-out prediction is no better, so the values may belong to another cause.
   const bool useless = report->value("explained", 1.0) <= 0.0;
   for (Json& f : (*report)["findings"]) {
-    const bool unit = f.contains("of_log") && f["where"].contains("sensor");  // told by its size, whatever else is predicted
+    // determined by its size, whatever is predicted
+    const bool unit = f.contains("of_log") && f["where"].contains("sensor");
     if (f.contains("grade") && ((useless && !unit) || may_be_absent(f))) make_ambiguous(&f);
   }
 }

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reports of engines that speak schema 1, as schema 2.
+// Converts reports of schema 1 to schema 2.
 #pragma once
 
 #include "diagnosis/findings/finding.h"
 
 namespace hrp::diagnosis {
 
-// Adds what schema 2 has beside schema 1: findings are certain (supported where nothing was held out, ambiguous where an
-// interval holds the effect's absence), take away what the fit says, and have a family; the verdict of recordings that
-// could not be judged is `not_judged`.
+// Adds the fields of schema 2: grade, family, share, ceiling and others. Findings are certain; supported without
+// held-out recordings or unless all is explained; ambiguous if an interval contains the neutral value or another family
+// fits as well. Recordings that could not be judged get the verdict `not_judged`.
 void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 
-// Grade, and the grade that its statement names.
+// Sets the grade `ambiguous`, also in the statement.
 void make_ambiguous(nlohmann::ordered_json* finding);
 
 // " These recordings cannot tell it from mass_error at arm, com_error at arm."; "" without any.
 std::string describe_alternatives(const nlohmann::ordered_json& alternatives);
 
-// Findings of a simulation that nothing was held out from: those that the missing torque does not support as well, at the
-// same place, are ambiguous, with what it cannot tell them from.
+// For simulations without held-out recordings: makes findings ambiguous that the missing torque does not support at the
+// same place, and adds its alternatives.
 void doubt_unconfirmed(const std::vector<Finding>& torque, nlohmann::ordered_json* report);
 
-// Whatever engine found it: what an interval says may not be there is ambiguous, and so is everything where the held-out
-// recordings are predicted no better.
+// Makes findings ambiguous whose interval contains their neutral value, and all findings if the held-out prediction did
+// not improve. Applies to reports of any method.
 void lower_grades(nlohmann::ordered_json* report);
 
 }  // namespace hrp::diagnosis

@@ -32,7 +32,7 @@ bool is_untold_curve(const Json& finding) {
 
 constexpr const char* kHardening = "hardening_angle";
 
-// 1 / angle^2 has the deviation 2 std / angle^3: less than two of them from none where angle < 4 std.
+// 1 / angle^2 has the standard deviation 2 std / angle^3. It is below two of these if angle < 4 std.
 bool is_untold_hardening(const Json& finding) {
   if (!is_effect(finding["effect"], EffectId::kFootHardening) || !is_number(finding["parameters"], kHardening)) return false;
   const Json& angle = finding["parameters"][kHardening];
@@ -71,7 +71,7 @@ Json make_viscous(const Json& curve) {
   Json plain = make_plain(curve, "viscous_friction", "viscous", "coefficient");
   plain["statement"] = get_place(curve) + ": viscous friction, coefficient " + make_words(plain["parameters"]["coefficient"]) +
                        ", beside dry friction.";
-  plain["share"] = plain["weight"] = 0.0;  // stands with the dry friction
+  plain["share"] = plain["weight"] = 0.0;  // counted for the dry friction
   return plain;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A prediction that another step changes is the integrator's: what recordings differ from it by is no physics.
+// Handles predictions that change with the integrator's step. Differences from the recordings are then no physics.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@
 
 namespace hrp::diagnosis {
 
-// A warning for each suspect joint.
+// Adds a warning for each suspect joint.
 void warn_of_suspects(const Experiment& e, const std::vector<SuspectJoint>& suspects, nlohmann::ordered_json* report);
 
-// The same; and findings of the simulation there are ambiguous, and what it could not explain there follows nothing.
+// The same; and makes findings of the simulation at these joints ambiguous, without dependence of what remains there.
 void doubt_suspects(const Experiment& e, const std::vector<SuspectJoint>& suspects, nlohmann::ordered_json* report);
 
 }  // namespace hrp::diagnosis

@@ -18,7 +18,7 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
   const StandProblem& stand = stands.all;
   const auto halves = {&stands.even, &stands.odd, &stands.wide_even, &stands.wide_odd};
   for (StandProblem* half : halves) {
-    // Halves are multiplied sample by sample: keep the same ones.
+    // Samples of both halves are multiplied with each other, so all halves keep the same ones.
     for (size_t r = 0; r < stand.recordings.size(); ++r) {
       half->recordings[r].samples = stand.recordings[r].samples;
       half->recordings[r].window = stand.recordings[r].window, half->recordings[r].step = stand.recordings[r].step;

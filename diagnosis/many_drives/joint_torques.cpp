@@ -15,8 +15,8 @@ SmoothSeries differentiate_twice(const Eigen::VectorXd& value, double step) {
   return {list(value), list(rate), list(differentiate(rate, step))};
 }
 
-// One recording on an even grid, all of it filtered alike: joints as they are there, IMU and feet resampled. The local
-// cubics that these come from keep whatever is below the cutoff.
+// Converts one recording to a uniform time grid, with the same filter for all signals. Joints are on the grid already;
+// IMU and feet are resampled. The local cubics of the input preserve everything below the cutoff.
 class Gridder {
  public:
   Gridder(const StandRecording& in, const TorqueRecording& grid, double cutoff) : in_(in), grid_(grid), cutoff_(cutoff) {}
@@ -55,7 +55,7 @@ class JointTorques : StandMotion {
   JointTorques(const StandProblem& problem, const Hypothesis& hypothesis)
       : StandMotion(problem, hypothesis, 0, TeethOffsets(static_cast<size_t>(problem.tree.num_joints()))) {}
 
-  // Sample x joint [N m].
+  // Inverse dynamics [N m], sample x joint.
   Eigen::MatrixXd run() {
     Eigen::VectorXd tau(model_.nv());
     Eigen::MatrixXd out(static_cast<long>(r_.samples.size()), model_.num_joints());

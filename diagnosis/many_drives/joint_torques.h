@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The missing torque of a standing robot's joints (measurement/torque.h): the base's motion is the IMU's, and what feet
-// feel is on the links. Nothing is simulated and no joint's error reaches another.
+// Missing torque of a standing robot's joints (measurement/torque.h). The base moves as the IMU measures, and the
+// feet's wrenches act on the links. No simulation is needed, and an error of one joint does not affect the others.
 #pragma once
 
 #include "diagnosis/measurement/torque.h"
@@ -8,8 +8,8 @@
 
 namespace hrp::diagnosis::standing {
 
-// Along the recorded motion, with what a hypothesis says of links, sensors and zeros of encoders. Effects of drives in
-// it say nothing here.
+// Missing torque along the recorded motion. The hypothesis corrects links, sensors and encoder zeros; its effects of
+// drives are ignored.
 TorqueData make_joint_torques(const StandProblem& problem, const Hypothesis& hypothesis);
 
 }  // namespace hrp::diagnosis::standing

@@ -15,7 +15,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-// The equations in which no drive has a part.
+// The same problem with the equations without drives only.
 StandProblem make_without_drives(StandProblem problem) {
   problem.effort.assign(problem.effort.size(), false);
   problem.command = problem.effort;
@@ -35,7 +35,7 @@ StandProblems make_without_drives(const StandProblems& p) {
   return out;
 }
 
-// Effects of drives in the coefficients of effects.h, where standing robots have such a row.
+// Converts effects of drives to the coefficients of effects.h; drops those that standing robots have no row for.
 Hypothesis place_drives(const Hypothesis& model) {
   Hypothesis out;
   for (Effect e : model) {
@@ -49,7 +49,7 @@ Hypothesis place_drives(const Hypothesis& model) {
   return out;
 }
 
-// What all equations leave, nothing added and with everything: for the report's fit and curves.
+// Judges the nominal model and the complete model with all equations, for the fit and the curves of the report.
 StandOutcome compare(const StandProblems& problems, const Hypothesis& all) {
   const StandProblem& p = problems.all;
   StandOutcome out;
@@ -70,7 +70,8 @@ bool has_other_family(const Json& finding) {
                      [&](const Json& a) { return a["family"] != finding["family"]; });
 }
 
-// What was found of links, feet and sensors, graded as the joints are: not all around it is known.
+// Findings of links, feet and sensors. Their grade is at most `supported`, as for the joints, because the drives are
+// not completely known.
 Json list_body_findings(const StandProblem& p, const StandOutcome& body, bool has_held) {
   Json report = make_stand_report(p, body);
   upgrade_report(&report, has_held);
@@ -105,7 +106,8 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
   return out;
 }
 
-// A sensor that all joints hang on may hide that each has its own friction.
+// True if at most 40 % of the joints are exact. A faulty sensor that all joints depend on may hide that each has
+// friction.
 bool may_have_real_drives(const TorqueVerdict& torque) {
   return torque.judged && torque.exact <= (1.0 - kEveryDrive) * torque.joints;
 }

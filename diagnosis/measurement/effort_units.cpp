@@ -13,15 +13,15 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLoad = 2.3;     // the same of efforts that are larger than expected: a heavy load asks for as much
-constexpr double kSame = 0.1;     // |ln| by which scales of joints may differ to be one; a load differs by more
-constexpr double kAlike = 0.3;    // |ln| by which scales of neighbours may differ to stand for a joint that cannot tell
-constexpr double kTells = 0.3;    // share of tau's spread that friction and rotor must leave to it
+constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
+constexpr double kSame = 0.1;     // |ln| within which scales of joints are equal; loads differ by more
+constexpr double kAlike = 0.3;    // |ln| within which neighbours' scales are used for an undetermined joint
+constexpr double kTells = 0.3;    // share of tau's spread that must remain beside friction and rotor
 constexpr long kFewest = 50;      // samples
 
 constexpr long kNuisance = 4;     // v, direction, a, constant
 
-// Samples of one joint in the training recordings: tau, effort, and what may be missing in any unit.
+// Training samples of one joint: tau, effort, and regressors of friction, rotor and constant in any unit.
 struct JointRows {
   Eigen::VectorXd tau, effort;
   Eigen::MatrixXd nuisance;
@@ -48,14 +48,14 @@ JointRows collect(const TorqueData& data, int joint) {
   return rows;
 }
 
-// What of y no column of X explains.
+// Residual of y after a regression on the columns of X.
 Eigen::VectorXd take_out(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
   return y - X * X.colPivHouseholderQr().solve(y);
 }
 
 double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
 
-// The joint's bracket; nothing where friction and rotor explain tau, or tau tells nothing of the effort.
+// The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide.
 std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   const JointRows rows = collect(data, joint);
   if (rows.tau.size() < kFewest) return std::nullopt;
@@ -63,14 +63,14 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
   const bool told = tt > kTells * kTells * calc_variance(rows.tau) * static_cast<double>(tau.size());
   if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
-  EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // of opposite biases
+  EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
   const double width = std::log(unit.high / unit.low), far = std::abs(std::log(std::abs(unit.scale)));
   if (width > kBracket * std::max(kFactor, far)) return std::nullopt;
   return unit;
 }
 
-// All further from one than a wrong model takes them.
+// True if all scales are further from one than a wrong model could make them.
 bool are_far(const std::vector<EffortUnit>& units) {
   double low = 1e300, high = -1e300;
   for (const EffortUnit& u : units) low = std::min(low, std::log(u.scale)), high = std::max(high, std::log(u.scale));
@@ -91,7 +91,7 @@ bool are_far(const std::vector<EffortUnit>& units) {
   throw InputError(d);
 }
 
-// Joints that cannot tell take their neighbours' scale where those agree.
+// Joints without a result get the mean scale of the others if those agree.
 void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   double sum = 0.0, low = 1e300, high = -1e300;
   for (const EffortUnit& u : *units) {
@@ -104,7 +104,8 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   for (size_t j = 0; j < data.source.size(); ++j) {
     const int joint = static_cast<int>(j);
     const bool known = std::any_of(units->begin(), units->end(), [&](const EffortUnit& u) { return u.joint == joint; });
-    const bool driven = data.experiment->robot.tree.joint(joint).actuated;  // else it has no effort in any unit
+    // without a drive, it has no effort in any unit
+    const bool driven = data.experiment->robot.tree.joint(joint).actuated;
     if (driven && !known && data.source[j] == data.source[static_cast<size_t>(units->front().joint)])
       others.push_back({joint, scale, scale, scale, true, units->front().of_gains});
   }

@@ -73,7 +73,7 @@ std::vector<double> close_chain(const Experiment& e, const Recording& recording,
   for (const JointColumns& columns : recording.joints)
     known.push_back(columns.has(Quantity::kPosition) ? fill_gaps(columns.signal[0]) : std::vector<double>{});
   std::vector<double> position(recording.size());
-  Vector3d p_WA = Vector3d::Zero();  // where the foot is held
+  Vector3d p_WA = Vector3d::Zero();  // position of the held foot
   for (size_t k = 0; k < position.size(); ++k) {
     for (int j = 0; j < model.num_joints(); ++j) state.q(j) = known[static_cast<size_t>(j)].empty() ? 0.0 : known[static_cast<size_t>(j)][k];
     update_kinematics(model, state, &data);

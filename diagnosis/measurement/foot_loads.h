@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Feet of a robot on a rail or stand that touch the ground or are held, with the measured force of the ground on them:
+// Feet of a robot on a rail or stand that touch the ground or are held, with the measured wrench of the ground on them:
 //
 //   tau = M(q) a + h(q, v) - J^T F,   F: measured wrench on the foot
 //
-// A foot that is held closes the chain: it gives the position of a rail that was not recorded.
+// A held foot closes the kinematic chain and so gives the position of a rail that was not recorded.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,23 +16,24 @@
 namespace hrp::diagnosis {
 
 struct LoadedFoot {
-  std::string sensor;  // name of the wrench in the experiment
-  int frame = -1;      // of the robot's tree, at which the wrench acts
-  bool world = false;  // axes of the reading: the world's, else the frame's
+  std::string sensor;  // name of the wrench sensor in the experiment
+  int frame = -1;      // index in the robot's tree, where the wrench acts
+  bool world = false;  // axes of the reading: world, else the frame's
 };
 
-// Sensors at links under `feet` or `feet_attached` of a base that does not move, with forces in every recording.
+// Wrench sensors at links of `feet` or `feet_attached` of a fixed base, if every recording has their forces.
 std::vector<LoadedFoot> list_loaded_feet(const Experiment& experiment);
 
-// Columns of one foot's reading: force x y z, torque x y z; empty where a torque was not recorded.
+// Columns of a foot's wrench: force x y z, torque x y z; null if not recorded.
 std::vector<const std::vector<double>*> find_wrench_columns(const Recording& recording, const std::string& sensor);
 
-// J^T F by joint [N m or N]. `wrench`: six numbers of every foot as recorded, force then torque. Needs updated kinematics.
+// J^T F by joint [N m or N]. `wrench`: six numbers per foot as recorded, force [N] then torque [N m]. Requires updated
+// kinematics.
 Eigen::VectorXd calc_load_torques(const Model& model, const Data& data, const std::vector<LoadedFoot>& feet,
                                   const Eigen::VectorXd& wrench);
 
-// Position at every sample of a prismatic joint that was not recorded, from a foot that is held. Its zero is where the
-// recording begins. Empty when the recording has no such foot.
+// Positions [m], one per sample, of a prismatic joint that was not recorded, from a held foot. Zero at the first
+// sample. Empty if the recording has no held foot.
 std::vector<double> close_chain(const Experiment& experiment, const Recording& recording, int joint);
 
 }  // namespace hrp::diagnosis

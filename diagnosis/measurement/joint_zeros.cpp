@@ -10,21 +10,21 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLeast = 0.1;     // [rad] below it the linear term of an offset is exact to half a percent
-constexpr double kWorth = 0.9;     // of the squares that a joint's zero or sense must bring the rest down to
-constexpr long kSamples = 600;     // of all recordings, evenly taken
+constexpr double kLeast = 0.1;     // [rad] smaller offsets are linear to half a percent
+constexpr double kWorth = 0.9;     // ratio of squares that a joint's zero or sense must reach
+constexpr long kSamples = 600;     // from all recordings, at equal distances
 constexpr int kSweeps = 3;
-constexpr int kHalvings = 12;      // of a step of a quarter radian: to 6e-5 rad
-constexpr double kLeastStd = 0.005;  // [rad] how well a zero is set by hand
+constexpr int kHalvings = 12;      // of a step of a quarter radian: down to 6e-5 rad
+constexpr double kLeastStd = 0.005;  // [rad] accuracy of a zero set by hand
 constexpr long kNuisance = 4;      // v, direction, a, constant
-constexpr long kFewest = 10 * kNuisance;  // samples, below which nothing is said
+constexpr long kFewest = 10 * kNuisance;  // fewest samples for a result
 
-// Samples of all recordings, and what friction and rotors can take of each joint's torque.
+// Samples of the recordings, and what friction and rotor can explain of each joint's torque.
 struct Rows {
   Eigen::MatrixXd q, v, a, effort;       // sample x joint
-  Eigen::MatrixXd use;                   // 1 where the joint moves and its effort is known, else 0
+  Eigen::MatrixXd use;                   // 1 if the joint moves and its effort is known, else 0
   std::vector<Eigen::MatrixXd> basis;    // by joint: orthonormal columns of the nuisance
-  Eigen::VectorXd weight;                // by joint: 1 / variance of the effort; 0 where it tells nothing
+  Eigen::VectorXd weight;                // by joint: 1 / variance of the effort; 0 if it is not judged
 
   bool tell_nothing() const { return q.rows() < kFewest || weight.isZero(); }
 };
@@ -60,7 +60,7 @@ Rows take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
   return rows;
 }
 
-// Zeros and senses of all joints, and what they leave.
+// Zeros and senses of all joints, and their squared residual.
 class Fitter {
  public:
   Fitter(const Plant& plant, const Rows& rows) : plant_(plant), rows_(rows) {
@@ -69,7 +69,7 @@ class Fitter {
     least = calc_left();
   }
 
-  // Squares of what no friction and no rotor takes, over the efforts' variances.
+  // Sum over the joints of the squared residual after friction and rotor, relative to the effort's variance.
   double calc_left() const {
     const auto turn = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd { return m * sense.asDiagonal(); };
     const Eigen::MatrixXd q = turn(rows_.q).rowwise() + zero.transpose();
@@ -83,7 +83,7 @@ class Fitter {
     return sum;
   }
 
-  // Takes the value where it leaves less.
+  // Accepts the values if they reduce the residual.
   bool try_joint(long joint, double new_zero, double new_sense) {
     const double old_zero = zero[joint], old_sense = sense[joint];
     zero[joint] = std::remainder(new_zero, 2.0 * M_PI), sense[joint] = new_sense;
@@ -109,7 +109,7 @@ class Fitter {
     refine(joint);
   }
 
-  // Back to the model's where that costs little.
+  // Returns to the model's values if the residual hardly increases.
   void simplify(long joint, double zero_then, double sense_then) {
     const double old_zero = zero[joint], old_sense = sense[joint], before = least;
     zero[joint] = zero_then, sense[joint] = sense_then;
@@ -128,7 +128,7 @@ class Fitter {
   const Rows& rows_;
 };
 
-// Without those in which somebody hung something on the robot or pulled at it: the others have zeros and gravity as well.
+// Leaves out recordings with loads or forces by hand. The others contain zeros and gravity as well.
 std::vector<size_t> list_training(const TorqueData& data) {
   std::vector<size_t> train;
   for (size_t r = 0; r < data.recordings.size(); ++r) {
@@ -167,7 +167,7 @@ Fitter fit(const TorqueData& data, const Plant& plant, const Rows& rows) {
   return fitter;
 }
 
-// How far the zero differs between recordings, of their mean.
+// Standard error of the zero from its spread between recordings.
 double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found, long joint) {
   double sum = 0.0, squares = 0.0, n = 0.0;
   for (size_t r : list_training(data)) {

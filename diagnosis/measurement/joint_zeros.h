@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Joints whose zero, or whose sense of turning, is not the model's: a driver counts from another pose than the URDF.
+// Finds joints whose zero or sense of rotation differs from the model, because the driver counts from another pose than
+// the URDF.
 //
-// Effort = tau(s q + d, s v, s a) + friction + rotor, with d the zero of each joint and s = +-1 its sense. An offset of a
-// quarter of a radian is beyond what a linear term tells from loads and forces, so zeros are searched for with the whole
-// inverse dynamics, joint by joint.
+// Effort = tau(s q + d, s v, s a) + friction + rotor, with the zero d and the sense s = +-1 of each joint. A linear
+// term cannot represent an offset of a quarter of a radian well enough to separate it from loads and forces. Therefore
+// the search uses the full inverse dynamics, joint by joint.
 #pragma once
 
 #include <vector>
@@ -14,26 +15,26 @@ namespace hrp::diagnosis {
 
 struct JointZero {
   int joint = 0;
-  double offset = 0.0, std = 0.0;  // [rad] encoder reads true + offset
-  bool turned = false;             // positions, rates and efforts have the other sign
+  double offset = 0.0, std = 0.0;  // [rad] encoder reading = true position + offset
+  bool turned = false;             // positions, rates and efforts have the opposite sign
 };
 
 struct JointZeros {
-  std::vector<JointZero> joints;  // that are turned, or off by more than a linear term tells
-  double left = 1.0;              // share of the squares of the missing torque that stays with them, friction and rotor taken out
+  std::vector<JointZero> joints;  // reversed joints, and offsets too large for a linear term
+  double left = 1.0;  // squared missing torque that remains, relative to the nominal zeros, beside friction and rotor
 };
 
-// Revolute joints of a robot on a fixed base whose gravity tells. `data` must have recordings.
+// Checks the revolute joints of a robot on a fixed base. Empty without gravity. `data` must have recordings.
 JointZeros find_joint_zeros(const TorqueData& data);
 
-// Gravity in world axes [m/s^2] that the efforts ask for, by least squares: torques are linear in it.
+// Gravity in world axes [m/s^2] that fits the efforts by least squares; torques are linear in it.
 struct FoundGravity {
   Vector3d g_W = Vector3d::Zero();
-  double left = 1.0;  // as above
+  double left = 1.0;  // squared missing torque that remains, relative to the stated gravity
 };
 FoundGravity find_gravity(const TorqueData& data);
 
-// The same experiment with readings and commands that count as the model does.
+// The experiment with readings and commands in the model's zeros and senses.
 Experiment convert_zeros(Experiment experiment, const std::vector<JointZero>& joints);
 
 }  // namespace hrp::diagnosis

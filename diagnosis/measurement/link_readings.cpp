@@ -5,22 +5,22 @@
 
 namespace hrp::diagnosis {
 
-// A frame of a link in motion: its pose, and how it turns and accelerates, gravity taken off.
+// A frame of a link in motion: its pose, angular motion, and acceleration minus gravity.
 struct LinkReadings::Body {
   Transform X_WB;
   Vector3d omega_W, alpha_W, apparent_W;  // [rad/s], [rad/s^2], [m/s^2] a_B - g
 
-  // Of the point that is at r_W from the origin.
+  // Acceleration minus gravity of the point at r_W from the origin [m/s^2].
   Vector3d calc_apparent(const Vector3d& r_W) const {
     return apparent_W + alpha_W.cross(r_W) + omega_W.cross(omega_W.cross(r_W));
   }
-  // d calc_apparent / d r along e.
+  // Derivative of calc_apparent with respect to r, along e.
   Vector3d calc_change(const Vector3d& e_W) const { return alpha_W.cross(e_W) + omega_W.cross(omega_W.cross(e_W)); }
 };
 
 namespace {
 
-// [moment about the world's origin; force] of a force at a point.
+// [moment about the world's origin; force] of a force at a point, world axes.
 Vector6d make_wrench(const Vector3d& p_WP, const Vector3d& force_W) {
   Vector6d out;
   out << p_WP.cross(force_W), force_W;
@@ -88,7 +88,7 @@ bool LinkReadings::is_beyond(size_t sensor, int link) const {
   return beyond_[sensor][static_cast<size_t>(link)] || (s.kind == LinkSensorKind::kWrench && !s.whole && s.link == link);
 }
 
-// What a sensor reads of a wrench that something beyond it needs.
+// Adds the reading of a sensor for a wrench that something beyond it needs.
 void LinkReadings::add_passed(size_t sensor, const Vector6d& wrench, Eigen::Ref<Eigen::VectorXd> readings) const {
   const LinkSensor& s = sensors_[sensor];
   const Vector3d moment = wrench.head<3>(), force = wrench.tail<3>();

@@ -54,7 +54,7 @@ class Finder {
   }
 
  private:
-  // Columns of joints that the robot has not.
+  // Throws if a column names a joint that the robot does not have.
   void check_columns() const {
     for (const Recording& r : e_.recordings) {
       for (const auto& column : r.other) {
@@ -104,7 +104,7 @@ class Finder {
     else out_.link_encoders.push_back(j);
   }
 
-  // A driver that publishes one position twice has one encoder.
+  // True if the two positions are identical: a driver may publish one encoder twice.
   bool repeats_encoder(int j, const std::string& position) const {
     for (const Recording& r : e_.recordings) {
       const std::vector<double>&a = r.other.at(position), &b = r.joints[static_cast<size_t>(j)].signal[0];
@@ -212,7 +212,7 @@ void read_motion(const Experiment& e, const TorqueData& motion, const TorqueReco
   }
 }
 
-// A point mass that hung on a link is felt by every sensor before it.
+// Adds a point mass that hung on a link in this recording.
 void add_load(const Experiment& e, const LoadSpec& load, const LinkReadings& predict, long row, Eigen::MatrixXd* predicted) {
   const int link = e.robot.tree.find_link(load.link);
   if (link > 0) predicted->row(row) += load.mass * predict.calc_load_columns({link, load.p_LC}).col(0).transpose();
@@ -227,13 +227,13 @@ LinkData make_link_data(const Experiment& e, const TorqueData& motion, const Lin
   for (const TorqueRecording& in : motion.recordings) {
     if (std::find(motion.frozen.begin(), motion.frozen.end(), in.index) != motion.frozen.end()) continue;
     const Recording& r = e.recordings[in.index];
-    if (!r.spec.pushes.empty()) continue;  // forces at places other than a link's centre are not predicted here
+    if (!r.spec.pushes.empty()) continue;  // forces at other points than a link's centre of mass are not predicted here
     LinkRecording out;
     out.index = in.index, out.train = in.train, out.step = in.step, out.stride = in.stride, out.trim = in.trim;
     read_motion(e, motion, in, sensors, known, &out);
     const long rows = in.q.rows();
     out.predicted.resize(rows, predict->size());
-    out.read.setZero(rows, predict->size());  // of sensors that are predicted only
+    out.read.setZero(rows, predict->size());  // 0 for sensors that are only predicted
     for (const ReadingGroup& group : predict->groups()) {
       const std::vector<std::string> columns = list_columns(predict->sensors()[group.sensor], group);
       for (size_t i = 0; i < columns.size() && r.has(columns[i]); ++i)
@@ -252,7 +252,7 @@ LinkData make_link_data(const Experiment& e, const TorqueData& motion, const Lin
 
 namespace {
 
-// How a reading stands to its prediction over all recordings: the factor of least squares and the correlation.
+// Relation of a reading to its prediction over all recordings: least-squares factor and correlation.
 struct Ratio {
   double factor = 1.0, correlation = 0.0;
 };

@@ -11,17 +11,18 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLeastPeriods = 1.5;  // within the joint's travel
-constexpr double kPassed = 0.7;        // of the cutoff: slower ripples pass the filter
-constexpr double kPasses = 0.3;        // of the samples are slow enough for the fastest ripple that is looked for
-constexpr double kStep = 0.25;         // of a period more within the travel: four points on the main lobe's half
-constexpr double kLeastShare = 0.25;   // of what friction, rotor and load leave: what repeats with a motion takes less
+constexpr double kLeastPeriods = 1.5;  // periods within the joint's travel
+constexpr double kPassed = 0.7;        // share of the cutoff: slower ripples pass the filter
+constexpr double kPasses = 0.3;        // share of the samples that are slow enough for the fastest ripple
+constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
+// share of the residual of friction, rotor and load; a repeated motion explains less
+constexpr double kLeastShare = 0.25;
 constexpr size_t kMostPeaks = 3;
 constexpr long kMostRows = 4000;
-constexpr long kStretches = 16;  // of all samples: what the rest of a stretch repeats is no ripple
-constexpr double kAgree = 8.0;  // coherence of stretches: by chance e^-8, half of what stretches that agree have
+constexpr long kStretches = 16;  // of all samples: a ripple has the same phase in all of them
+constexpr double kAgree = 8.0;  // coherence of stretches: chance exceeds it with e^-8; full agreement has 16
 
-// Training samples of a joint: position, speed, and what friction, rotor, load and a constant leave of the missing torque.
+// Training samples of a joint: position, speed, and the residual of friction, rotor, load and a constant.
 struct Rest {
   Eigen::VectorXd q, speed, torque;
   double travel() const { return q.maxCoeff() - q.minCoeff(); }
@@ -50,13 +51,13 @@ Rest find_rest(const TorqueData& data, int joint) {
   return rest;
 }
 
-// Share of the rest that a ripple takes, and how far stretches agree on its phase: the square of their sum over the sum of
-// their squares (Rayleigh's test of stretches), from 1 by chance to kStretches.
+// Share of the residual that a ripple explains, and the agreement of its phase between stretches. The latter is the
+// squared sum of the stretches over the sum of their squares (Rayleigh's test), from 1 by chance to kStretches.
 struct Peak {
   double share = 0.0, coherence = 0.0, periods = 0.0;
 };
 
-// A ripple of N periods a radian, where it passes the filter.
+// A ripple with wave number `periods` [1/rad], from samples at which it passes the filter.
 Peak calc_peak(const Rest& rest, double periods, double fastest) {
   double n = 0.0, squares = 0.0;
   std::complex<double> sum = 0.0, stretch = 0.0;

@@ -16,19 +16,19 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLongest = 0.1;    // [s] that a drive's commands are late at most
+constexpr double kLongest = 0.1;    // [s] longest delay of commands
 constexpr double kScan = 0.001;     // [s]
-constexpr double kBetter = 3.0;     // times less that the law misses with the delay
-constexpr double kFollows = 0.3;    // of the effort's spread that the law misses at most: else it is no such servo
+constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
+constexpr double kFollows = 0.3;    // share of the effort's spread: largest residual of a servo with this law
 
 constexpr int kStretches = 16;      // of all training samples
 constexpr size_t kLeastSamples = 100;
-constexpr double kCertain = 4.0;    // standard deviations of a fault from none
-constexpr double kLeast = 0.01;     // of a scale from one; of a bias, over the effort's spread
-constexpr double kExact = 1e-3;     // to which a log and a law agree at best: of a scale; of a bias, over the spread
-constexpr size_t kLater = 3;        // samples after which noise is another, and what lasts is not
-constexpr double kBetween = 0.1;    // of a sample: how well commands are known between two of them
-constexpr size_t kCells = 24;       // of a joint's travel: shorter than half a wave of a ripple that is seen in it
+constexpr double kCertain = 4.0;    // standard deviations between a fault and none
+constexpr double kLeast = 0.01;     // of a scale from one; of a bias, relative to the effort's spread
+constexpr double kExact = 1e-3;     // best agreement of a log and a law: of a scale; of a bias, relative to the spread
+constexpr size_t kLater = 3;        // [samples] lag at which noise is uncorrelated
+constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
+constexpr size_t kCells = 24;       // parts of a joint's travel, shorter than half a ripple's period
 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
@@ -37,10 +37,10 @@ bool has_all(const Experiment& e, size_t j) {
   });
 }
 
-constexpr double kSmooth = 0.015;   // [s] half the window of a rate that was not recorded
-constexpr double kSmoother = 0.03;  // [s] of another one, to see what smoothing takes from the law
+constexpr double kSmooth = 0.015;   // [s] half the smoothing window of a rate that was not recorded
+constexpr double kSmoother = 0.03;  // [s] of a wider one, which shows the effect of smoothing
 
-// The velocity that the servo works with: recorded, else the rate of the position smoothed over +- `window` [s].
+// Velocity that the servo uses: recorded, else the rate of the position smoothed over +- `window` [s].
 std::vector<double> find_rate(const Recording& r, size_t j, double window) {
   const JointColumns& c = r.joints[j];
   if (c.has(Quantity::kVelocity)) return c.signal[1];
@@ -50,7 +50,7 @@ std::vector<double> find_rate(const Recording& r, size_t j, double window) {
   return rate;
 }
 
-// A joint's log and the servo that made it.
+// A joint's log and its servo.
 struct ServoLog {
   const Experiment& e;
   size_t j;
@@ -65,8 +65,8 @@ struct ServoLog {
     return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) { return r.joints[j].has(Quantity::kVelocity); });
   }
 
-  // Calls take(law, effort, position) with what the servo's law asks for, before its limit, and the recorded effort, at every
-  // sample of the recordings of training (or of the others) that commands `delay` late have reached.
+  // Calls take(law, effort, position) at every sample of the training (or of the other) recordings that commands with
+  // this `delay` [s] cover. `law`: effort by the servo law before its limit [N m].
   template <typename Take>
   void walk(double delay, bool train, const Take& take) const {
     for (size_t i = 0; i < e.recordings.size(); ++i) {
@@ -83,7 +83,7 @@ struct ServoLog {
   }
 };
 
-// Mean square of what the law misses when commands are `delay` late.
+// Mean square [(N m)^2] of the law's residual with commands `delay` [s] late.
 double calc_missed(const ServoLog& log, double delay, bool train) {
   double sum = 0.0, n = 0.0;
   log.walk(delay, train, [&](double law, double effort, double) {
@@ -93,7 +93,7 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
   return n > 0.0 ? sum / n : 0.0;
 }
 
-// Sums for effort over law and a constant, when commands are `delay` late, by parts of the training samples.
+// Sums of effort over law and a constant, with commands `delay` [s] late, by parts of the training samples.
 std::vector<Gram> sum_parts(const ServoLog& log, double delay, size_t parts) {
   std::vector<Eigen::Vector2d> pairs;
   log.walk(delay, true, [&](double law, double effort, double) {
@@ -108,11 +108,11 @@ double calc_missed(const Gram& gram) {
   return gram.n > 0.0 ? calc_rest(gram, {0, 1}, solve(gram, {0, 1})) / gram.n : 0.0;
 }
 
-// The same beside the scale and bias of the log that fit best: a log of another scale asks for another delay.
+// The same with the best scale and bias of the log, because a wrong scale would bias the delay.
 double calc_missed_by_line(const ServoLog& log, double delay) { return calc_missed(sum_parts(log, delay, 1)[0]); }
 
-// Standard error of the delay that misses least, by what parts of the recordings ask for, and by what commands do between
-// two samples.
+// Standard error [s] of the best delay: from its spread between parts of the recordings, and from the unknown commands
+// between samples.
 double find_delay_error(const ServoLog& log, double delay) {
   constexpr size_t kParts = 8;
   const std::vector<Gram> before = sum_parts(log, delay - kScan, kParts), at = sum_parts(log, delay, kParts), after = sum_parts(log, delay + kScan, kParts);
@@ -125,7 +125,7 @@ double find_delay_error(const ServoLog& log, double delay) {
   return std::hypot(spread.get() / std::sqrt(kParts - 1.0), kBetween * log.e.sample_time);
 }
 
-// Least of f on a grid from 0 to `end`, then the vertex of the parabola through it and its neighbours.
+// Minimum of f on a grid from 0 to `end`, refined by a parabola through its neighbours.
 template <typename F>
 double find_least(const F& f, double step, double end) {
   double best = f(0.0), at = 0.0;
@@ -144,7 +144,7 @@ double calc_spread(const Experiment& e, size_t j) {
   return spread.get();
 }
 
-// Largest less smallest position of all recordings.
+// Range of positions over all recordings [rad].
 double calc_travel(const Experiment& e, size_t j) {
   double low = 1e300, high = -1e300;
   for (const Recording& r : e.recordings) {
@@ -155,7 +155,7 @@ double calc_travel(const Experiment& e, size_t j) {
   return std::max(0.0, high - low);
 }
 
-// Law, recorded effort and position, training samples at which the drive is not at its limit.
+// Law, recorded effort and position at training samples where the drive is not at its limit.
 struct Pairs {
   std::vector<double> law, effort, position;
 };
@@ -188,7 +188,7 @@ double calc_mean(const std::vector<double>& x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(std::max<size_t>(1, x.size()));
 }
 
-// A series less its mean, or less its mean over each cell of the position's range.
+// A series minus its mean over each cell of the position's range; one cell for the overall mean.
 std::vector<double> centre(std::vector<double> x, const std::vector<size_t>& cell) {
   std::vector<double> sum(kCells, 0.0), n(kCells, 0.0);
   for (size_t k = 0; k < x.size(); ++k) sum[cell[k]] += x[k], n[cell[k]] += 1.0;
@@ -204,13 +204,13 @@ std::vector<size_t> find_cells(const std::vector<double>& position) {
   return cells;
 }
 
-// Standard deviation by stretches.
+// Slope with its standard deviation from stretches.
 struct Slope {
   double value = 1.0, std = std::numeric_limits<double>::infinity();
 };
 
-// Slope of effort over law with the law of some samples before as the instrument: what noise of the encoders puts into the
-// law is forgotten by then, so it neither flattens nor steepens the line. All three less their means over each cell.
+// Slope of effort over law with an earlier law (kLater samples) as the instrument. Encoder noise in the law is
+// uncorrelated after that time, so it does not bias the slope. All series are centred in each cell.
 Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
   const std::vector<size_t> cells(all_cells.begin() + kLater, all_cells.end());
   const std::vector<double> earlier = centre({pairs.law.begin(), pairs.law.end() - kLater}, cells);
@@ -231,8 +231,8 @@ Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
   return slope;
 }
 
-// Of all samples, or of those at one position: a log that ripples over position bends the line through all of them, and
-// leaves that between two motions past one place as it is. The one that stretches agree on better.
+// Slope over all samples, or over samples at equal positions. Ripple of a log over position distorts the first, but not
+// the difference between two passes of one position. Returns the one with the smaller standard deviation.
 Slope find_slope(const Pairs& pairs) {
   const Slope of_all = find_slope(pairs, std::vector<size_t>(pairs.law.size(), 0));
   const Slope at_places = find_slope(pairs, find_cells(pairs.position));
@@ -245,7 +245,7 @@ double calc_rms(const Pairs& pairs, double scale, double bias) {
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(1, pairs.law.size())));
 }
 
-// The part of what a line leaves that lasts over some samples.
+// Correlated part of the line's residual [N m].
 double calc_wavers(const Pairs& pairs, double scale, double bias) {
   const auto left = [&](size_t k) { return pairs.effort[k] - scale * pairs.law[k] - bias; };
   double sum = 0.0;
@@ -253,8 +253,7 @@ double calc_wavers(const Pairs& pairs, double scale, double bias) {
   return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
 }
 
-// What other delays of the commands, within their error, and another window of rates that had to be smoothed change of the
-// slope is not known, either.
+// Adds uncertainties to the slope: of the delay, and of the smoothing window where rates were not recorded.
 Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& late) {
   Slope slope = find_slope(pairs);
   const auto add_doubt = [&](const ServoLog& other, double delay) {
@@ -279,7 +278,7 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spre
   out.follows = true;
   if (std::abs(off) > std::max(kLeast, kCertain * slope.std))
     out.scale = slope.value, out.scale_std = std::hypot(slope.std, kExact);
-  // Beside the scale that is believed: noise of the law flattens a line and would make a bias of it.
+  // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias.
   const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
   if (std::abs(bias) > std::max(kLeast * spread, kCertain * line.std[1]))
     out.bias = bias, out.bias_std = std::hypot(line.std[1], kExact * spread);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measurement of the servo: recorded effort against kp (command - position) + kd (rates), clamped. No dynamics is in it,
-// so it tells late commands from everything that acts on the joint.
+// Compares the recorded effort with the servo's law kp (command - position) + kd (rates), clamped. This needs no
+// dynamics, so it separates late commands from everything that acts on the joint.
 #pragma once
 
 #include <vector>
@@ -12,26 +12,26 @@ namespace hrp::diagnosis {
 struct ServoDelay {
   int joint = 0;
   double delay = 0.0, std = 0.0;      // [s]
-  double before = 0.0, after = 0.0;   // [N m] root mean squares of what the law misses, held-out recordings
+  double before = 0.0, after = 0.0;   // [N m] rms residual of the law, held-out recordings
 };
 
-// Recorded effort = scale x what the law asks for + bias. Neutral where no law is followed, or no fault is certain.
+// Recorded effort = scale x law + bias. Neutral if the effort does not follow a law or no fault is significant.
 struct ServoReading {
-  bool follows = false;                 // the effort is the servo's, but for these two
+  bool follows = false;                 // the effort is that of the servo, except for scale and bias
   double scale = 1.0, scale_std = 0.0;
   double bias = 0.0, bias_std = 0.0;    // [N m]
-  double before = 0.0, after = 0.0;     // [N m] root mean squares of what the law misses, training
-  double wavers = 0.0;                  // [N m] the part of `after` that lasts: a log's ripple over position
-  double travel = 0.0;                  // [rad] largest less smallest position
+  double before = 0.0, after = 0.0;     // [N m] rms residual of the law, training recordings
+  double wavers = 0.0;                  // [N m] correlated part of `after`, such as the log's ripple over position
+  double travel = 0.0;                  // [rad] range of the positions
   bool is_scaled() const { return scale != 1.0; }
   bool is_biased() const { return bias != 0.0; }
 };
 
-// Joints whose recorded effort follows the servo's law with commands from `delay` ago, and not with those of the
-// moment. Needs recorded commands, positions and efforts.
+// Joints whose recorded effort follows the servo's law with commands from `delay` ago, but not with current ones. Needs
+// recorded commands, positions and efforts.
 std::vector<ServoDelay> find_servo_delays(const Experiment& experiment);
 
-// By joint. Needs what delays need.
+// By joint. Needs the same columns as delays.
 std::vector<ServoReading> find_servo_readings(const Experiment& experiment, const std::vector<ServoDelay>& delays);
 
 }  // namespace hrp::diagnosis

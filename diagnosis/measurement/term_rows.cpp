@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Terms of one joint, in its own row of the missing torque.
+// Terms of one joint, in its own rows of the missing torque.
 #include "diagnosis/measurement/term_rows.h"
 
 #include <algorithm>
@@ -21,23 +21,23 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 using R = TorqueRecording;
 
-constexpr double kMostLoss = 0.6;    // of the load: no transmission loses so much
-constexpr double kMostHeld = 0.8;    // of the load: a gear that holds more is not seen to be turned back by it
+constexpr double kMostLoss = 0.6;    // share of the load; no transmission loses more
+constexpr double kMostHeld = 0.8;    // share of the load; a gear that holds more would hardly be driven backwards
 constexpr double kLeastGain = 0.5, kMostGain = 2.0;
 
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
 constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};
-// Yield angles [rad] by factors of kYieldStep to a fifth of the joint's range; half a step is what the next one would fit
-// as well. The smallest one, or less, is what dry friction does before it slips.
+// Yield angles [rad] by factors of kYieldStep up to a fifth of the joint's range; the uncertainty is half a step. Below
+// the smallest one, pre-sliding of dry friction looks the same.
 constexpr double kFirstYield = 0.004, kYieldStep = 1.4, kYieldTravel = 0.2, kYieldStd = 0.25;
 constexpr double kFast = 0.9;
-// [s] A delay's torque is linear in the delay near one of these: with r'' of 10 rad/s^2 and 200 N m/rad, the square of
-// 12 ms is 0.14 N m.
+// [s] Delays near which the torque is linearised. With r'' of 10 rad/s^2 and 200 N m/rad, the quadratic term of 12 ms
+// is 0.14 N m.
 constexpr double kDelays[] = {0.003, 0.006, 0.012, 0.024, 0.048};
 
 const char* const kSpeeds = "constant speeds, slow and fast, in both directions, in postures of different load";
 
-// Columns of the table of effects, of which each is a smooth function of the motion at its instant.
+// Columns of the table that are smooth functions of the motion at one sample.
 Matrix calc_smooth(const TorqueData&, const R& r, const Term& t) {
   Matrix out(r.kept(), t.columns());
   double columns[2];
@@ -56,14 +56,14 @@ Matrix calc_nominal(const TorqueData&, const R& r, const Term& t) {
   return out;
 }
 
-// What follows the direction of motion is no smooth signal: filtered as the torque is.
+// The direction of motion is not smooth, so it passes the same filter as the torque.
 Matrix calc_direction(const TorqueData& data, const R& r, const Term& t) { return data.calc_direction(r, t.place); }
 
 Matrix calc_load(const TorqueData& data, const R& r, const Term& t) {
   return data.condition(r, data.calc_sign(r, t.place).cwiseProduct(r.load.col(t.place).cwiseAbs()));
 }
 
-// What the load does to a gear that it drives backwards: tau against the motion.
+// Torque of a load that drives a gear backwards: tau against the motion.
 Matrix calc_backwards(const TorqueData& data, const R& r, const Term& t) {
   const Vector sign = data.calc_sign(r, t.place);
   const Eigen::ArrayXd tau = r.tau.col(t.place).array(), driven = (sign.array() * tau < 0.0).cast<double>();
@@ -87,7 +87,7 @@ Matrix calc_late_log(const TorqueData&, const R& r, const Term& t) {
   return out;
 }
 
-// From rest in the middle of its range: what was before the recording is forgotten after a few yield angles.
+// Bouc-Wen state, started at zero. It forgets the time before the recording within a few yield angles.
 Matrix calc_memory(const TorqueData& data, const R& r, const Term& t) {
   Vector z = Vector::Zero(r.q.rows());
   for (long k = 1; k < z.size(); ++k) z[k] = t.effect().torque.advance(z[k - 1], r.q(k, t.place) - r.q(k - 1, t.place), &t.shape);
@@ -110,7 +110,7 @@ std::vector<double> list_stribeck_velocities(const TorqueData& data, int joint) 
   return list;
 }
 
-// Those that the joint passes: behind a larger one it is a spring.
+// Yield angles that the joint exceeds; with a larger one it acts as a spring.
 std::vector<double> list_yield_angles(const TorqueData& data, int joint) {
   double low = 1e300, high = -1e300;
   for (const R& r : data.recordings) low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
@@ -148,13 +148,14 @@ TermValues make_spring(const Term&, const Vector& x, const Vector& s) {
 }
 Vector take_spring(const std::vector<double>& p) { return Eigen::Vector2d(p[0], -p[0] * p[1]); }
 
-// The ripple acts on the joint, so as much is missing the other way: -A cos(phase) sin(N q) - A sin(phase) cos(N q).
+// The ripple acts on the joint, so the missing torque has the opposite sign: -A cos(phase) sin(N q) - A sin(phase)
+// cos(N q).
 TermValues make_cogging(const Term& t, const Vector& x, const Vector& s) {
   return {{x.norm(), t.shape, std::atan2(-x[1], -x[0])}, {s[0], 0.1 * t.shape, s[0] / std::max(1e-12, x.norm())}};
 }
 Vector take_cogging(const std::vector<double>& p) { return Eigen::Vector2d(-p[0] * std::cos(p[2]), -p[0] * std::sin(p[2])); }
 
-// The coefficient is the torque of the element that has yielded: stiffness times yield angle.
+// The coefficient is the torque of the yielded element: stiffness times yield angle.
 TermValues make_hysteresis(const Term& t, const Vector& x, const Vector& s) {
   return {{x[0] / t.shape, t.shape}, {std::hypot(s[0], kYieldStd * x[0]) / t.shape, kYieldStd * t.shape}};
 }
@@ -184,14 +185,14 @@ std::vector<TermRow> make_joint_rows() {
       Row("backdriving_friction", 2.0, kSpeeds).column(&calc_backwards).within(0.0, kMostHeld).is(&T::needs_drive)
           .is(&T::of_motor_and_gear).is(&T::backwards).is(&T::only_beside_all),
       Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::needs_drive).is(&T::usual).is(&T::of_motor_and_gear),
-      // ln 2: as many torque constants are off as right; by how much costs, too.
+      // Cost ln 2: a torque constant is as often wrong as right. Its size has a cost, too (calc_factor_cost).
       Row("torque_constant_error", 0.7, kPostures).column(&calc_smooth).within(1.0 - kMostGain, 1.0 - kLeastGain)
           .parameters(&make_gain, &take_gain).worth_saying_from(kMaterialFactor).is(&T::needs_drive).is(&T::scales_effort),
       Row("torque_constant_error", 0.7, kPostures).column(&calc_nominal).parameters(&make_gain_of_model, nullptr)
           .is(&T::needs_drive).is(&T::scales_model),
       Row("constant_torque", 2.0, kSweeps).column(&calc_smooth).constant_in(0),
       Row("actuator_lag", 3.0, kReversals).column(&calc_smooth).within(0.0, kLongest).is(&T::needs_drive),
-      // A bus or a filter that is late is so at all joints: one joint alone rarely is.
+      // A late bus or filter affects all joints; a delay of a single joint is rare.
       Row("sensor_delay", 6.0, kReversals).column(&calc_late_log).shapes(&list_log_delays).within(0.0, kLongest)
           .is(&T::needs_drive).is(&T::scanned).is(&T::of_log),
       Row("parallel_spring", 3.0, kSweeps).column(&calc_smooth, 2).shapes(&list_springs).positive()

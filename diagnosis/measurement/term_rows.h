@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The two parts of the list of terms, and how a row is written. Private to measurement.
+// The two parts of the list of terms, and a helper to write rows. Private to measurement.
 #pragma once
 
 #include "diagnosis/measurement/torque_terms.h"
@@ -9,19 +9,19 @@ namespace hrp::diagnosis {
 std::vector<TermRow> make_joint_rows();
 std::vector<TermRow> make_whole_rows();
 
-// Motions that would tell a term from others.
+// Motions that would distinguish a term from others.
 extern const char* const kReversals;
 extern const char* const kSweeps;
 extern const char* const kPostures;
 
-constexpr double kLongest = 0.1;  // [s] of a drive's lag or delay
+constexpr double kLongest = 0.1;  // [s] longest lag or delay of a drive
 constexpr double kMaterialFactor = 0.03, kMaterialAngle = 0.003;  // [rad]
 
-// [rad/s] that a joint exceeds in a tenth of its samples in use; 0: it has none.
+// Speed [rad/s] that a joint exceeds in a tenth of its used samples; 0 if it has none.
 double find_fast_speed(const TorqueData& data, int joint);
 std::vector<double> list_delays();
 
-// For a row to be written in one expression.
+// A row written in one expression.
 struct Row : TermRow {
   Row(const char* name, double nats, const char* motion_in) { effect = find_effect(name), cost = nats, motion = motion_in; }
   Row& column(decltype(TermRow::calc_columns) calc, int count = 1) { return calc_columns = calc, columns = count, *this; }

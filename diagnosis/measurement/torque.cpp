@@ -16,44 +16,45 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Cutoffs that are tried [Hz], highest first.
+// Cutoff frequencies to try [Hz], highest first.
 constexpr double kCutoffs[] = {40.0, 30.0, 24.0, 19.0, 15.0, 12.0, 10.0, 8.5, 7.0, 6.0, 5.0, 4.0, 3.0};
-// Times the frequency below which 90 % of the velocity's energy is: friction has harmonics of the motion, and above them
-// are noise, structures that ring and play that rattles, which belong to no term.
+// Factor on the frequency below which 90 % of the velocity's energy lies. Friction has harmonics of the motion. Above
+// them there is only noise, structural vibration and rattling, which no term describes.
 constexpr double kOfMotion = 2.5;
 constexpr double kMotionShare = 0.9;
-constexpr double kLeastLimit = 8.5;      // [Hz] reversals of friction are sharp, however slow the motion
-constexpr double kFastestMotion = 10.0;  // [Hz] that a drive follows on purpose
+constexpr double kLeastLimit = 8.5;      // [Hz] friction reverses sharply even in slow motion
+constexpr double kFastestMotion = 10.0;  // [Hz] fastest intended motion of a drive
 constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
-// Noise of inertia x acceleration, as a share of the effort's spread, that a cutoff may leave.
+// Largest noise of inertia x acceleration, as a share of the effort's spread, at the chosen cutoff.
 constexpr double kNoiseShare = 0.05;
-// The same noise as a share of the missing torque's spread: above it, accelerations hide what is missing.
+// The same noise as a share of the missing torque's spread. Above it, accelerations hide the missing torque.
 constexpr double kMissingShare = 0.3;
-// [s] between kept samples: a fifth of the cutoff's period, so that nothing is lost and little is kept twice.
+// Kept samples per period of the cutoff: enough to lose nothing, and few duplicates.
 constexpr double kPerPeriod = 5.0;
 // [s] left out at both ends, where derivatives are one-sided.
 constexpr double kTrim = 0.15;
-// Speeds below this share of the largest one have no sure direction; so have speeds within two deviations of noise.
+// Speeds below this share of the largest one, or within kSlowDeviations of the noise, have no certain direction.
 constexpr double kSlowShare = 0.005;
 constexpr double kSlowDeviations = 2.0;
 constexpr double kSlowest = 1e-4;  // [rad/s]
-// Cutoffs [Hz] that are tried for speeds, highest first. Friction turns around within milliseconds; both sides of the
-// equation are filtered after its law has been evaluated, so the law needs the speed as sharp as noise allows.
+// Cutoffs [Hz] that are tried for speeds, highest first. Dry friction reverses within milliseconds. Its law is evaluated
+// before both sides of the equation are filtered, so it needs the sharpest speed that noise allows.
 constexpr double kSpeedCutoffs[] = {160.0, 80.0, 40.0, 20.0};
-constexpr double kSpeedNoise = 1.0;  // of `slow`, that a speed may have
-// Of the squares that friction by the bodies' torque leaves: what friction by the drive's effort may leave to be believed.
+constexpr double kSpeedNoise = 1.0;  // largest standard deviation of a speed, in units of `slow`
+// Friction by the drive's effort is chosen if it leaves less than this share of the squares that friction by the bodies'
+// torque leaves: a smaller difference decides nothing.
 constexpr double kLoadGain = 0.98;
-// Recordings shorter than this [s] have no middle beside their ends.
+// [s] Shorter recordings have no samples between their ends.
 constexpr double kShortest = 1.0;
 
-// Noise of a position after the filter, differentiated `order` times: white noise up to the cutoff.
+// Standard deviation of a filtered position after `order` derivatives, for white noise up to the cutoff.
 double scale_noise(double sigma, double step, double cutoff, int order) {
   const double omega = 2.0 * M_PI * cutoff, share = std::min(1.0, 2.0 * cutoff * step);
   return sigma * std::pow(omega, order) * std::sqrt(share / (2.0 * order + 1.0));
 }
 
-// Position noise as it is after rounding to encoder steps: a signal that moves less than a step from one sample to the
-// next repeats, and high-pass estimates of its noise read zero.
+// Position noise including the encoder's resolution. A signal that moves less than one step per sample repeats its
+// values, so high-pass estimates of its noise give zero.
 double find_position_noise(const Experiment& e, size_t joint) {
   double quantum = 0.0;
   for (const Recording& r : e.recordings) {
@@ -73,7 +74,7 @@ double find_position_noise(const Experiment& e, size_t joint) {
 
 EffortSource find_source(const Experiment& e, size_t j) {
   const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
-  if (!joint.actuated) return EffortSource::kRecorded;  // nothing drives it: y = 0
+  if (!joint.actuated) return EffortSource::kRecorded;  // without a drive: y = 0
   bool effort = true, command = true;
   for (const Recording& r : e.recordings) {
     effort = effort && r.joints[j].has(Quantity::kEffort);
@@ -85,7 +86,7 @@ EffortSource find_source(const Experiment& e, size_t j) {
   return command && e.scenario.drive == "servo" && gains.kp > 0.0 ? EffortSource::kServoLaw : EffortSource::kNone;
 }
 
-// What the servo asks for at the recording's own samples, and the rate at which commands change it.
+// Effort by the servo law at the recording's own samples [N m], and its rate from the commands [N m/s].
 struct ServoSeries {
   std::vector<double> effort, command_rate;
 };
@@ -106,10 +107,10 @@ ServoSeries calc_servo(const Recording& r, size_t j, const JointLaws& laws, cons
   return out;
 }
 
-// A servo that swings between its limits jumps by twice the limit within a sample: half a sample of that, filtered, is
-// more than friction. Such stretches are left out where enough others tell of the joint.
-constexpr double kAtLimit = 0.95;  // of the limit: the scale of a log is good to 2 %
-constexpr double kEnough = 0.25;   // of the samples in use, in training
+// A servo that oscillates between its limits jumps by twice the limit within a sample. The filtered error of half a
+// sample is then larger than friction. Such stretches are left out if enough others remain.
+constexpr double kAtLimit = 0.95;  // share of the limit; the scale of a log is good to 2 %
+constexpr double kEnough = 0.25;   // share of the used training samples
 
 class Maker {
  public:
@@ -156,7 +157,8 @@ class Maker {
   }
 
  private:
-  // Grids and smoothed motion at the cutoff; the median over joints of how noisy inertia x acceleration is.
+  // Computes grids and smoothed motion at the cutoff. Returns the median over joints of the relative noise of inertia x
+  // acceleration.
   double make_motions() {
     data_.recordings.clear();
     for (size_t r = 0; r < e_.recordings.size(); ++r) add_recording(r);
@@ -177,8 +179,8 @@ class Maker {
     return find_median(std::move(shares));
   }
 
-  // The same noise as a share of the missing torque, effort less tau: of a heavy arm whose encoders are coarse it may be the
-  // whole. Median over joints; 0 where the torques are not those of bodies on a fixed base.
+  // The same noise relative to the missing torque, effort - tau. With a heavy arm and coarse encoders, it may be all of
+  // it. Median over joints; 0 if the torques are not those of bodies on a fixed base.
   double find_missing_share() const {
     if (bodies_ || data_.recordings.empty()) return 0.0;
     const Eigen::VectorXd noise = calc_torque_noise(data_.recordings[0]);
@@ -195,7 +197,7 @@ class Maker {
     return find_median(std::move(shares));
   }
 
-  // [N m] of every joint, from the noise of all accelerations through the mass matrix; root mean square over some poses.
+  // Noise [N m] of every joint: noise of all accelerations through the mass matrix, rms over some poses.
   Eigen::VectorXd calc_torque_noise(const TorqueRecording& r) const {
     constexpr long kPoses = 20;
     const long n = r.q.cols(), poses = std::min(kPoses, r.q.rows()), stride = std::max(1L, r.q.rows() / poses);
@@ -211,7 +213,7 @@ class Maker {
     return squares.cwiseSqrt();
   }
 
-  // [Hz] median over joints and recordings, of the smoothed velocities: frequencies by low-passing them.
+  // [Hz] frequency below which 90 % of the velocity's energy lies; median over joints and recordings.
   double find_motion_frequency() const {
     std::vector<double> found;
     for (const TorqueRecording& r : data_.recordings) {
@@ -225,7 +227,7 @@ class Maker {
     return found.empty() ? data_.cutoff : find_median(std::move(found));
   }
 
-  // As recorded, or from a foot that is held; empty: unknown.
+  // Position as recorded, or from a held foot; empty if unknown.
   const std::vector<double>& find_position(size_t recording, size_t j) const {
     const JointColumns& columns = e_.recordings[recording].joints[j];
     return columns.has(Quantity::kPosition) ? columns.signal[0] : closed_[recording][j];
@@ -313,7 +315,7 @@ class Maker {
     return true;
   }
 
-  // Velocity that the servo works with, at the recording's samples: recorded, else of the smoothed position.
+  // Velocity that the servo uses, at the recording's samples: recorded, else of the smoothed position.
   std::vector<double> find_rate(const Recording& in, size_t j, const TorqueRecording& out) const {
     if (in.joints[j].has(Quantity::kVelocity)) return in.joints[j].signal[1];
     std::vector<double> grid(static_cast<size_t>(out.v.rows())), rate(in.size());
@@ -338,7 +340,7 @@ class Maker {
     }
   }
 
-  // Of the recorded velocity, else of the position; the smoothed one where neither is precise enough.
+  // Takes the speed from the recorded velocity, else from the position. Keeps the smoothed one if both are too noisy.
   void find_speed(TorqueRecording* r) const {
     const Recording& in = e_.recordings[r->index];
     r->speed = r->v;
@@ -357,7 +359,8 @@ class Maker {
     }
   }
 
-  // Columns on the full grid that a drive's effort follows beside the bodies' torque. Friction grows with |load|.
+  // Regressors of a drive's effort beside the bodies' torque, on the full grid: acceleration, speed, direction,
+  // direction x |load|, 1.
   Eigen::MatrixXd make_load_columns(const TorqueRecording& r, int j, const Eigen::VectorXd& load) const {
     const Eigen::VectorXd sign = data_.calc_sign(r, j);
     Eigen::MatrixXd x(r.q.rows(), 5);
@@ -371,7 +374,7 @@ class Maker {
     double left = 0.0;      // [(N m)^2] sum of squares
   };
 
-  // Least squares of the missing torque on the training recordings, with r.load as it stands.
+  // Least squares of effort - tau on the training recordings, with the present r.load.
   LoadFit fit_loads(int j) const {
     Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(5, 5);
     LoadFit fit{Eigen::VectorXd::Zero(5), 0.0};
@@ -388,8 +391,8 @@ class Maker {
     return fit;
   }
 
-  // The drive's effort is predicted from inertia and friction along the motion. The recorded effort stands on the other side
-  // of the equation: as a column it would explain its own errors.
+  // Chooses the load of each joint, see TorqueData::loaded_by_drive. The load of a drive is its effort as the regressors
+  // predict it. The recorded effort is the left side of the equation; as a regressor it would explain its own errors.
   void find_loads() {
     data_.loaded_by_drive.assign(data_.source.size(), 0);
     for (TorqueRecording& r : data_.recordings) r.load = r.tau;
@@ -405,7 +408,7 @@ class Maker {
     }
   }
 
-  // What a joint takes by the laws of its description and those that the experiment states, at the kept samples.
+  // Torque of the joint's laws, from its description and the experiment, at the kept samples [N m].
   Eigen::VectorXd calc_stated(const TorqueRecording& r, int j) const {
     const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
     const Eigen::VectorXd sign = data_.calc_sign(r, j);
@@ -420,12 +423,13 @@ class Maker {
     return stated;
   }
 
-  // Full grid: what acts on the joint is known.
+  // Full grid: true where all torques on the joint are known.
   Flags find_known(const TorqueRecording& r, long j) const {
     const RecordingSpec& spec = e_.recordings[r.index].spec;
     const JointSpec& joint = e_.robot.tree.joint(static_cast<int>(j));
     const bool pushed = std::find(spec.unknown_force.begin(), spec.unknown_force.end(), joint.name) != spec.unknown_force.end();
-    const bool followed = !closed_[r.index][static_cast<size_t>(j)].empty();  // from the equation of a foot, not measured
+    // from the equation of a foot, not measured
+    const bool followed = !closed_[r.index][static_cast<size_t>(j)].empty();
     if (pushed || followed) return Flags::Constant(r.q.rows(), false);
     Flags known = find_read(r, static_cast<size_t>(j));
     if (data_.feet.empty()) return known;
@@ -433,7 +437,7 @@ class Maker {
     return joint.actuated ? Flags(known && !find_clipped(r.effort.col(j))) : known;
   }
 
-  // Full grid: every joint's position and this one's effort were recorded.
+  // Full grid: true where every joint's position and this joint's effort were recorded.
   Flags find_read(const TorqueRecording& r, size_t joint) const {
     const Recording& in = e_.recordings[r.index];
     Flags read = Flags::Constant(r.q.rows(), true);
@@ -445,7 +449,7 @@ class Maker {
     return read;
   }
 
-  // Kept samples within the filter's reach of where the recorded effort is at its limit.
+  // Kept samples within the filter's reach of a recorded effort at its limit.
   Flags find_limited(const TorqueRecording& r, int j) const {
     const Recording& in = e_.recordings[r.index];
     const std::vector<double>& log = in.joints[static_cast<size_t>(j)].signal[static_cast<int>(Quantity::kEffort)];
@@ -475,7 +479,7 @@ class Maker {
       data_.recordings[r].use.col(j) = data_.recordings[r].use.col(j) && !limited[r];
   }
 
-  // Missing torque at the kept samples, less what the nominal model's own joints take.
+  // Missing torque at the kept samples: effort minus bodies minus the joint's own laws.
   void finish(TorqueRecording* r) {
     const long kept = std::max(0L, (r->q.rows() - 2 * r->trim + r->stride - 1) / r->stride), n = r->q.cols();
     r->missing.setZero(kept, n);
@@ -508,7 +512,7 @@ class Maker {
   std::vector<double> noise_;  // [rad] by joint
   std::vector<Flags> still_;   // by recording of the experiment, full grid
   std::vector<Flags> sudden_;  // the same; of robots with loaded feet
-  std::vector<std::vector<std::vector<double>>> closed_;  // by recording, by joint: position by sample, where a foot gives it
+  std::vector<std::vector<std::vector<double>>> closed_;  // by recording, by joint: positions from a held foot
 };
 
 }  // namespace

@@ -9,22 +9,22 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Stretches in which no encoder moves although drives work: a frozen log, or a robot that somebody switched off. With
-// them goes what led there.
-constexpr double kFrozenTime = 0.3;   // [s] at least
-constexpr double kLeadTime = 0.5;     // [s] before a frozen stretch
-constexpr double kStillDeviations = 8.0;  // of position noise, within which an encoder stands still
-// While a joint sticks, its friction is whatever the drive gives: no term says which. The filter carries that into the
-// samples around. A joint that only turns around is slow for a shorter time than the filter sees.
-constexpr double kSticks = 0.1;   // periods of the cutoff below the slow speed, from which on a joint sticks
-// A line between two samples is no motion: where samples are missing for longer than a filter bridges nothing is known, nor
-// within its reach.
-constexpr double kBridged = 0.5;     // periods of the cutoff
-constexpr double kLostSamples = 3.5;  // periods of sampling, at least
-constexpr double kGapReach = 1.0;    // periods of the cutoff around a gap
+// Stretches in which no encoder moves although drives work: a frozen log, or a robot that was switched off. Leaves out
+// the time before and after as well.
+constexpr double kFrozenTime = 0.3;   // [s] shortest stretch
+constexpr double kLeadTime = 0.5;     // [s] left out around a frozen stretch
+constexpr double kStillDeviations = 8.0;  // standard deviations of position noise of a resting encoder
+// While a joint sticks, friction equals the drive's effort, and no term describes it. The filter spreads this to
+// neighbouring samples. A joint that only reverses is slow for a shorter time than the filter sees.
+constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed, after which a joint counts as sticking
+// Interpolation across a gap is no motion. Gaps longer than the filter bridges, and samples within its reach, are left
+// out.
+constexpr double kBridged = 0.5;     // [periods of the cutoff]
+constexpr double kLostSamples = 3.5;  // [sampling periods] at least
+constexpr double kGapReach = 1.0;    // [periods of the cutoff] left out around a gap
 constexpr double kSudden = 8.0;  // robust standard deviations
 
-// Largest less smallest effort of each joint over the samples with `still` == `wanted`.
+// Range of each joint's effort over the samples with `still` == `wanted`.
 Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wanted) {
   Eigen::ArrayXd low = Eigen::ArrayXd::Constant(r.effort.cols(), 1e300), high = -low;
   for (long k = 0; k < r.effort.rows(); ++k) {

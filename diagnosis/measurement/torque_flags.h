@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which samples of a recording say something of its torques. Full grid, one flag a sample.
+// Flags of the samples whose torques can be used: full grid, one flag per sample.
 #pragma once
 
 #include "diagnosis/measurement/torque.h"
@@ -8,27 +8,29 @@ namespace hrp::diagnosis {
 
 using Flags = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
-constexpr double kFilterReach = 0.5;  // periods of the cutoff: so far a filter carries what happens at one sample
+constexpr double kFilterReach = 0.5;  // [periods of the cutoff] distance to which the filter spreads a sample
 
-// Where the direction of motion is known: faster than `slow`, and out of the filter's reach of where the joint sticks.
+// True where the direction of motion is known: faster than `slow`, and outside the filter's reach of sticking.
 Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cutoff);
 
-// Full grid: far from gaps of a signal; NaN is no sample. A signal that nobody recorded has no gaps.
+// Clears the flags near gaps of a signal (NaN: no sample). A signal that was not recorded has no gaps. `sample_time`
+// [s], `cutoff` [Hz].
 void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
                double cutoff, Flags* read);
 
-// Where every encoder stays within its noise for a while from here on. `raw`: positions on the grid, not smoothed.
+// True where every encoder stays within its noise for a while. `raw`: unfiltered positions on the grid.
 Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, double step);
 
-// A joint that sticks breaks loose at its friction: efforts at rest stay within those in motion. Where they do not, the
-// encoders no longer tell what the robot does.
+// Finds frozen logs. A joint that sticks breaks loose at its friction, so efforts at rest stay within those in motion.
+// If they do not, the encoders no longer measure the robot.
 Flags find_frozen(const TorqueRecording& r, const Flags& still);
 
-// Impacts: what the filter takes off a foot's force is beyond any noise. `reach` samples around are left out with it.
+// Sets the flags at impacts, where the filter removes more of a foot's force than noise explains, and `reach` samples
+// around.
 void mark_sudden(const Eigen::VectorXd& raw, const Eigen::VectorXd& smooth, long reach, Flags* sudden);
 
-// Efforts that stand at a limit: within 1 % of the greatest one for more than a fiftieth of the recording, which no
-// motion does by chance. How much the drive gave there the log does not say.
+// Finds efforts at a limit: within 1 % of the largest one for more than a fiftieth of the recording, which does not
+// happen by chance. The log does not tell the drive's true effort there.
 Flags find_clipped(const Eigen::VectorXd& effort);
 
 }  // namespace hrp::diagnosis

@@ -9,7 +9,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Torque [N m] that a joint's laws take beside the bodies, on the full grid.
+// Torque [N m] of a joint's laws in addition to the bodies, on the full grid.
 Eigen::VectorXd calc_taken(const TorqueData& data, const JointLaws& laws, const TorqueRecording& r, const Eigen::VectorXd& tau, int j) {
   const Eigen::VectorXd direction = data.calc_sign(r, j);
   Eigen::VectorXd taken(tau.size());

@@ -9,12 +9,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-// One for each shape that is worth trying at that joint or link.
+// Adds one term for each shape to try at a joint or link.
 void add_terms(const TorqueData& data, const TermRow& row, int place, std::vector<Term>* terms) {
   for (double shape : row.list_shapes ? row.list_shapes(data, place) : std::vector<double>{0.0}) terms->push_back({&row, place, shape});
 }
 
-// A signal of the full grid at sample i, between samples by a straight line.
+// Linear interpolation of a signal at sample i of the full grid.
 double read_between(const Eigen::MatrixXd& signal, long joint, double i) {
   const long low = static_cast<long>(i), high = std::min(low + 1, signal.rows() - 1);
   return signal(low, joint) + (i - static_cast<double>(low)) * (signal(high, joint) - signal(low, joint));
@@ -30,7 +30,7 @@ double calc_late(const TorqueRecording& r, long joint, long k, double delay) {
   const double samples = std::min(delay / r.step, static_cast<double>(k));
   const long whole = static_cast<long>(samples);
   if (samples <= 0.0) return r.command_rate(k, joint);
-  double sum = 0.0;  // trapezia, the last one a part
+  double sum = 0.0;  // trapezoidal rule; the last interval may be a part
   for (long i = 0; i < whole; ++i) sum += 0.5 * (r.command_rate(k - i, joint) + r.command_rate(k - i - 1, joint));
   const double rest = samples - static_cast<double>(whole), end = static_cast<double>(k) - samples;
   sum += 0.5 * rest * (read_between(r.command_rate, joint, end) + r.command_rate(k - whole, joint));
@@ -57,7 +57,8 @@ std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
 std::vector<Term> list_whole_terms(const TorqueData& data) {
   std::vector<Term> terms;
   const TreeSpec& tree = data.experiment->robot.tree;
-  // On a base that moves, the balance of the whole body tells links and zeros far better than drives with friction do.
+  // On a moving base, the balance of the whole body determines links and zeros much better than drives with friction
+  // do.
   const bool fixed = !data.experiment->scenario.floating_base && !data.behind_gears;
   for (int link = 1; fixed && link < static_cast<int>(tree.links.size()); ++link) {
     for (const TermRow& row : list_term_rows()) {

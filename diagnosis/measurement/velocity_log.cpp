@@ -12,25 +12,25 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kCutoff = 8.0;         // [Hz] of the motion that both columns are compared in
-constexpr double kTrim = 0.3;           // [s] at both ends, where derivatives are one-sided
+constexpr double kCutoff = 8.0;         // [Hz] cutoff of both columns
+constexpr double kTrim = 0.3;           // [s] left out at both ends, where derivatives are one-sided
 constexpr double kShortest = 1.0;       // [s]
-constexpr double kFollows = 0.1;        // of the velocity's spread that its rate misses at most: a rate of noise tells nothing
+constexpr double kFollows = 0.1;  // share of the velocity's spread: largest residual, as a rate of noise says nothing
 constexpr int kStretches = 16;          // of all samples
-constexpr double kCertain = 4.0;        // standard deviations of a fault from none
-constexpr double kLeastFilter = 0.004;  // [s] that a velocity is late at least: differences and filters take as much
+constexpr double kCertain = 4.0;        // standard deviations between a fault and none
+constexpr double kLeastFilter = 0.004;  // [s] smallest delay of a velocity; differences and filters cause as much
 constexpr double kMostLate = 0.1;       // [s]
-constexpr double kLeastBias = 0.02;     // of the velocity's root mean square
-constexpr double kExact = 1e-3;         // to which differences over samples agree with a rate: of a scale
-constexpr double kExactTime = 0.05;     // the same of a delay, over the sampling time
+constexpr double kLeastBias = 0.02;     // share of the velocity's root mean square
+constexpr double kExact = 1e-3;         // relative agreement of differences over samples with a rate
+constexpr double kExactTime = 0.05;     // the same for a delay, in sampling times
 constexpr int kRounds = 3;              // of linear steps towards the delay
 
-// Columns of v = scale (r - late r' + c r'') + bias, r the rate of the position: the first terms of any filter or delay. A
-// filter that takes away from fast motion has its c, and is no scale.
+// Columns of v = scale (r - late r' + c r'') + bias, with r the rate of the position: the first terms of any filter or
+// delay. A filter that attenuates fast motion has its c, so it does not look like a scale.
 constexpr int kRates = 3, kColumns = 4;
 const Columns kAll = {0, 1, 2, 3};
 
-// The rate and its derivatives along one recording, on an even grid.
+// The rate and its derivatives along one recording, on a uniform grid.
 struct Motion {
   const Recording* recording;
   double step;                                              // [s]
@@ -44,7 +44,7 @@ Eigen::VectorXd read(const Motion& motion, const std::vector<double>& series, do
   return low_pass(resample(r.time, series, r.time[0] + shift, motion.step, motion.columns.rows()), motion.step, kCutoff);
 }
 
-// Of the recordings of training that have both columns.
+// Training recordings with both columns.
 std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
   std::vector<Motion> list;
   for (const Recording& r : e.recordings) {
@@ -62,7 +62,7 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
   return list;
 }
 
-// Stretches of all motions, velocities read `late` [s] after the positions.
+// Sums over stretches of all motions, with velocities read `late` [s] after the positions.
 std::vector<Gram> add_stretches(const std::vector<Motion>& motions, size_t joint, double late) {
   long samples = 0;
   for (const Motion& motion : motions) samples += motion.count(late);
@@ -92,7 +92,7 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
     late -= theta[1] / theta[0];
     if (!(std::abs(late) < kMostLate)) return {};
     const Eigen::VectorXd std = calc_covariance(folds, total, kAll, theta).diagonal().cwiseMax(0.0).cwiseSqrt();
-    // Noise of the rate flattens the line by no more than the share of squares that is left.
+    // Noise of the rate reduces the slope by at most the relative squared residual.
     out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kExact);
     out.ratio = out.scale, out.ratio_std = out.scale_std;
     out.late = late, out.late_std = std::hypot(std[1] / theta[0], kExactTime * e.sample_time);
@@ -106,7 +106,7 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
   return out;
 }
 
-// A series at the recording's stamps, read `late` [s] after them.
+// Shifts a series: its value at each stamp becomes that of `late` [s] later.
 void move_series(const std::vector<double>& time, double late, std::vector<double>* series) {
   const std::vector<double> logged = *series;
   for (size_t k = 0; k < time.size(); ++k) (*series)[k] = interpolate(time, logged, time[k] + late, k);

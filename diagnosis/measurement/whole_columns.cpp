@@ -12,10 +12,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kAngleStep = 1e-4;  // [rad] central differences of inverse dynamics over a position
-constexpr double kMostAngle = 0.3;   // [rad] that a linear term of a zero or a tilt reaches
-constexpr double kLeastMass = 0.3, kMostMass = 3.0;        // of a link's nominal mass
-constexpr double kLeastCarried = 0.3, kMostCarried = 1.1;  // of gravity: less is a mass that is wrong
+constexpr double kAngleStep = 1e-4;  // [rad] step of central differences of inverse dynamics over a position
+constexpr double kMostAngle = 0.3;   // [rad] range of a linear term of a zero or a tilt
+constexpr double kLeastMass = 0.3, kMostMass = 3.0;        // share of a link's nominal mass
+constexpr double kLeastCarried = 0.3, kMostCarried = 1.1;  // share of gravity; less is a wrong mass
 
 const char* const kLook = "look whether the log's effort is the whole of the drive's torque, and whether a spring or a counterweight carries the arm";
 
@@ -33,12 +33,12 @@ Inertial make_inertial(double mass, const Vector3d& moment, const Matrix3d& I) {
   return all;
 }
 
-// Inertial parameters [m^2] of one kilogram at a place, about the link's frame: its moments of inertia alone.
+// Inertial parameters [m^2] of a unit mass at a point, about the link's frame: moments of inertia only.
 Inertial make_point_inertia(const Vector3d& p_L) {
   return make_inertial(0.0, Vector3d::Zero(), p_L.squaredNorm() * Matrix3d::Identity() - p_L * p_L.transpose());
 }
 
-// d(inertial parameters) / d(centre of mass along an axis).
+// Derivative of the inertial parameters with respect to the centre of mass along an axis.
 Inertial move_com(const LinkInertia& inertia, int axis) {
   const double m = inertia.mass;
   const Vector3d c = inertia.p_LLcm_L, e = Vector3d::Unit(axis);
@@ -50,14 +50,14 @@ Eigen::VectorXd take_scale(const std::vector<double>& p) { return Eigen::VectorX
 
 TermValues make_share(const Term&, const Eigen::VectorXd& x, const Eigen::VectorXd& s) { return {{std::clamp(x[0], 0.0, 1.0)}, {s[0]}}; }
 
-// m and m p_LP
+// Parameters m and m p_LP.
 TermValues make_payload(const Term&, const Eigen::VectorXd& x, const Eigen::VectorXd& s) {
   const double size = std::max(1e-12, std::abs(x[0]));
   return {{x[0], x[1] / x[0], x[2] / x[0], x[3] / x[0]}, {s[0], s[1] / size, s[2] / size, s[3] / size}};
 }
 Eigen::VectorXd take_payload(const std::vector<double>& p) { return Eigen::Vector4d(p[0], p[0] * p[1], p[0] * p[2], p[0] * p[3]); }
 
-const std::vector<double> kOne{0.0}, kNone;  // shapes of a term without one; no such term
+const std::vector<double> kOne{0.0}, kNone;  // shapes: one term without a shape; no term
 
 std::vector<double> list_own_mass(const TorqueData& data, int link) {
   return data.experiment->robot.tree.links[static_cast<size_t>(link)].inertia.mass > 0.0 ? kOne : kNone;
@@ -67,7 +67,7 @@ std::vector<double> list_tilt(const TorqueData& data, int) { return data.experim
 
 long count_laws(const TorqueData& data) { return std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw); }
 
-// A servo's law is all that its drive gives; only a log may leave out what a controller adds for gravity.
+// The servo law gives all of a drive's effort. Only a log may lack the gravity compensation of a controller.
 std::vector<double> list_carried(const TorqueData& data, int) {
   return count_laws(data) == 0 && data.feet.empty() ? list_tilt(data, 0) : kNone;
 }
@@ -76,7 +76,7 @@ std::vector<double> list_bus_delays(const TorqueData& data, int) { return count_
 
 }  // namespace
 
-// What one moment of a recording says of the whole robot.
+// Columns of the whole robot for one sample of a recording.
 class WholeColumns {
  public:
   WholeColumns(const TorqueData& data, const TorqueRecording& recording, const std::vector<Term>& terms)
@@ -102,7 +102,7 @@ class WholeColumns {
       update_kinematics(model_, state_, &kinematics_);
       calc_regressor(model_, a_, &kinematics_, &regressor_);
     }
-    for (bool moving : {false, true}) {  // what moves the model comes last
+    for (bool moving : {false, true}) {  // terms that move the model come last
       long column = 0;
       for (const Term& term : terms_) {
         const auto own = rows->middleCols(column, term.columns());
@@ -126,12 +126,12 @@ class WholeColumns {
     columns.col(0) = get_regressor(t.place) * mine_.segment(static_cast<long>(t.place) * kInertialParameters, kInertialParameters);
   }
 
-  void fill_payload(const Term& t, Block columns) {  // m, with the inertia that it has at its place; m c
+  void fill_payload(const Term& t, Block columns) {  // column of m contains the inertia at its position; m c
     columns = get_regressor(t.place).leftCols(4);
     columns.col(0) += get_regressor(t.place) * make_point_inertia(data_.load_p_L[static_cast<size_t>(t.place)]);
   }
 
-  void fill_com(const Term& t, Block columns) {  // moments of the link's mass, and inertia to first order
+  void fill_com(const Term& t, Block columns) {  // moment of the link's mass, and inertia to first order
     const LinkInertia& inertia = tree_.links[static_cast<size_t>(t.place)].inertia;
     for (int axis = 0; axis < 3; ++axis) columns.col(axis) = get_regressor(t.place) * move_com(inertia, axis);
   }
@@ -158,20 +158,20 @@ class WholeColumns {
     state_.q[t.place] = q;
   }
 
-  // A base that is turned by kAngleStep about x (roll) or y (pitch), or by as much the other way.
+  // Model on a base that is rotated by +- kAngleStep about x (roll) or y (pitch).
   Model turn(int axis, double sign) const {
     const Vector3d gravity_B = Eigen::AngleAxisd(-sign * kAngleStep, Vector3d::Unit(axis)) * data_.experiment->scenario.gravity_W;
     return Model(loaded_, gravity_B);
   }
 
   void fill_tilt(const Term&, Block columns) {
-    for (size_t axis = 0; axis < 2; ++axis)  // central: what is left of gravity's size would be a weight of any size
+    for (size_t axis = 0; axis < 2; ++axis)  // central: a one-sided step changes gravity's size, like a weight
       columns.col(static_cast<long>(axis)) = (calc_under(turned_[2 * axis]) - calc_under(turned_[2 * axis + 1])) / (2.0 * kAngleStep);
   }
 
   void fill_carried(const Term&, Block columns) { columns.col(0) = calc_under(weightless_) - calc_under(model_); }
 
-  // Torques of this moment's motion under another gravity.
+  // Inverse dynamics of this sample's motion with another gravity.
   Eigen::VectorXd calc_under(const Model& model) {
     update_kinematics(model, state_, &kinematics_);
     calc_inverse_dynamics(model, a_, nullptr, &kinematics_, &tau_);
@@ -183,7 +183,7 @@ class WholeColumns {
   const TorqueRecording& recording_;
   const std::vector<Term>& terms_;
   const TreeSpec& tree_;
-  const TreeSpec loaded_;                  // with what hung on it in this recording
+  const TreeSpec loaded_;                  // with the loads of this recording
   const std::vector<SteadyForce> pulls_;
   const Model model_;
   Data kinematics_;
@@ -196,7 +196,7 @@ class WholeColumns {
   long row_ = 0;
 };
 
-// The costs of terms with several parameters are those of the parameters, too.
+// The prior cost of a term includes its number of parameters.
 std::vector<TermRow> make_whole_rows() {
   using T = TermRow;
   using At = WholeColumns;

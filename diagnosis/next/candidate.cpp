@@ -11,7 +11,8 @@ namespace {
 
 using Residuals = std::vector<double>;
 
-// An effect at a joint that leaves links where they are changes that joint's readings only.
+// True for an effect at a joint that changes only the readings of that joint, because links follow their recorded
+// paths.
 bool is_local(const Effect& effect) { return find_joint(effect) >= 0 && !moves_link(effect); }
 
 bool is_local(const Hypothesis& hypothesis) {
@@ -20,10 +21,10 @@ bool is_local(const Hypothesis& hypothesis) {
 
 struct Slopes {
   Residuals at;
-  std::vector<Residuals> columns;  // d prediction / d parameter, over the noise
+  std::vector<Residuals> columns;  // derivatives of the prediction, in units of noise
 };
 
-// Whitened residuals along the paths under one hypothesis, and their slopes over its parameters.
+// Whitened residuals along the paths under one hypothesis, and their derivatives with respect to its parameters.
 class Along {
  public:
   Along(const Problem& problem, const Hypothesis& hypothesis) : problem_(problem), hypothesis_(hypothesis) {
@@ -44,7 +45,8 @@ class Along {
   }
 
  private:
-  // A law in a joint without give changes that joint's readings only; of robots with friction everywhere that is nearly all.
+  // Residuals with one parameter changed. A law of a joint without an elastic or loose transmission changes that
+  // joint's readings only. On robots with friction everywhere, nearly all effects are of this kind.
   bool calc_moved(const Move& move, int recording, const Residuals& at, Residuals* moved) {
     const int joint = find_joint(move.hypothesis[move.effect]);
     const bool alone = joint >= 0 && std::none_of(hypothesis_.begin(), hypothesis_.end(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One motion that could be proposed, with everything its worth is computed from.
+// A motion that could be proposed, with the data for its worth.
 #pragma once
 
 #include <memory>
@@ -11,17 +11,18 @@
 
 namespace hrp::diagnosis {
 
+// A motion with its commands and its comparisons.
 struct MotionCandidate {
   MotionPlan plan;
   Commands commands;
-  std::vector<Comparison> comparisons;  // by explanation, against the best as truth; the first: the best's own Fisher information
+  std::vector<Comparison> comparisons;  // by explanation, the best one as truth; the first: its own information
   bool ok = false;
 };
 
-// Information that recordings hold about the parameters of an explanation, along the recorded paths.
+// Fisher information of recordings about the parameters of an explanation, along the recorded paths.
 Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, double discrepancy);
 
-// Every explanation against the best along this motion. `rate`: samples of the recorder for one of the motion's.
+// Compares every explanation with the best one along this motion. `rate`: recorder samples per sample of the motion.
 void compare(const Problem& problem, const Explanations& explanations, double rate, MotionCandidate* candidate);
 
 }  // namespace hrp::diagnosis

@@ -11,7 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kUnsure = 0.5;  // of a value, or a natural size: wider intervals say only that nothing was seen of it
+constexpr double kUnsure = 0.5;  // share of a value or its natural size: largest half width of an interval
 
 }  // namespace
 

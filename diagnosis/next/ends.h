@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Explanations with values that the recordings allow as well: a motion must be safe under these, too.
+// Explanations with parameters at the ends of their intervals. A motion must be safe under these as well.
 #pragma once
 
 #include <Eigen/Dense>
@@ -9,9 +9,9 @@
 
 namespace hrp::diagnosis {
 
-// The explanation with one value after the other at either end of its 95 % interval. `fisher`: information of the
-// recordings about its fitted parameters. Values that nothing is known of move by half of themselves. Effects that `looked_at`
-// has as well stay: their ends were looked at with it.
+// The explanation with one parameter at a time at either end of its 95 % interval. `fisher`: information of the
+// recordings about the fitted parameters. Parameters without information change by half of their value. Skips effects
+// that `looked_at` contains: their ends were checked with it.
 std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher, const Hypothesis& looked_at = {});
 
 }  // namespace hrp::diagnosis

@@ -12,17 +12,17 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kCandidates = 10;  // tried in the place of an effect
-constexpr size_t kMost = 8;         // explanations altogether: each costs simulations of every motion
-constexpr size_t kLargest = 6;      // findings that are taken out in turn
-// A rival leaves so much more of the mean square at most. Held-out recordings that are as poor as the others may take
-// either side within it.
+constexpr size_t kCandidates = 10;  // candidates in the place of an effect
+constexpr size_t kMost = 8;         // explanations in total; each needs simulations of every motion
+constexpr size_t kLargest = 6;      // findings that are replaced in turn
+// Largest ratio of a rival's mean square to the best one's. Held-out recordings as bad as the others may decide either
+// way within it.
 constexpr double kAlike = 1.1;
 constexpr double kNats = 10.0;
-constexpr double kStill = 0.05;     // [rad or m] of travel: such a joint has shown nothing
-constexpr double kHidden = 0.05;    // of the largest effort: friction that a joint that stood still may have
+constexpr double kStill = 0.05;     // [rad or m] travel below which a joint has shown nothing
+constexpr double kHidden = 0.05;    // share of the effort limit: friction that a joint at rest may have
 
-// Where the report does not say: the law's default, or what makes the effect vanish.
+// Value of a parameter; the law's default or the neutral value if the report does not state one.
 double find_value(const Json& parameters, const EffectParameter& info) {
   const double value = read_value(parameters, info);
   if (std::isfinite(value)) return value;
@@ -67,7 +67,7 @@ class Finder {
     out_.list.push_back({lead.hypothesis, get_label(*problem_.experiment, lead.hypothesis), lead.cost, listed});
   }
 
-  // Sets with one effect more; at joints that are `quiet` only what others feel, too.
+  // Adds sets with one more effect; at `quiet` joints only effects that other joints show, too.
   void add_grown(const Hypothesis& rest, const std::vector<char>& quiet) {
     for (const Lead& lead : explorer_.grow({explorer_.make_lead(rest)}, kCandidates, quiet)) add(lead, false);
   }
@@ -80,7 +80,8 @@ class Finder {
     add_hidden();
   }
 
-  // What each finding may be instead, whether the report lists it or not. Effects of the model that are no findings stay.
+  // Finds what each finding may be instead, whether the report lists it or not. Effects of the model without a finding
+  // stay.
   void add_replacements(const Json& report, const Hypothesis& model) {
     size_t tried = 0;
     for (const Json& finding : report.value("findings", Json::array())) {
@@ -110,7 +111,7 @@ class Finder {
     }
   }
 
-  // What a joint that hardly moved may hide: dry friction and a rotor that are felt as soon as it moves.
+  // Adds dry friction and a rotor at joints that hardly moved. They would appear as soon as the joint moves.
   void add_hidden() {
     const Experiment& e = *problem_.experiment;
     for (int j = 0; j < e.num_joints() && out_.list.size() < kMost; ++j) {
@@ -139,7 +140,8 @@ class Finder {
     return high - low;
   }
 
-  // The best, and what is about as good. What the report lists stays, however much worse its stated values are here.
+  // Keeps the best explanation and those that are about as good. Alternatives of the report stay, even if their stated
+  // values fit worse here.
   void choose() {
     if (out_.unseen) return;
     std::vector<Explanation>& list = out_.list;
@@ -155,7 +157,8 @@ class Finder {
     list = kept;
   }
 
-  // What is richer than the best and does not do better: the report takes the simpler one, whatever is recorded next.
+  // True for a richer explanation that does not fit better: the report prefers the simpler one, whatever is recorded
+  // next.
   bool is_given_up(const Explanation& rival, const Explanation& best) const {
     const double readings = count_readings(problem_), unit = std::max(1.0, best.cost / std::max(1.0, readings));
     const double dearer = std::min(0.0, rival.cost - best.cost) / unit + calc_own_price(rival.hypothesis, readings) - calc_own_price(best.hypothesis, readings);

@@ -9,9 +9,9 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMasses[] = {5.0, 2.0, 1.0, 0.5, 0.2, 0.1};  // [kg]
-constexpr double kShare = 0.25;      // of what moves: drives carry themselves and some
-constexpr size_t kMostPlaces = 2;    // every place costs simulations of every motion
-constexpr double kPlace = 1e-3;      // [m] to which a place is said: nobody measures better
+constexpr double kShare = 0.25;      // share of the moving mass, which drives can carry in addition
+constexpr size_t kMostPlaces = 2;    // each place needs simulations of every motion
+constexpr double kPlace = 1e-3;      // [m] resolution of a stated place, as precise as people measure
 
 double calc_moving_mass(const TreeSpec& tree, int last) {
   double mass = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Loads that somebody could hang on a robot on a fixed base: a known weight tells a wrong torque constant from a wrong mass.
+// Loads to hang on a fixed-base robot. A known weight distinguishes a wrong torque constant from a wrong mass.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace hrp::diagnosis {
 
-// One for the last link of each limb, at its centre of mass, of the masses that people have: 0.1, 0.2, 0.5, 1, 2, 5 kg.
-// `most` [kg] that may hang; 0: none.
+// One load for the last link of each limb, at its centre of mass: 0.1, 0.2, 0.5, 1, 2 or 5 kg, weights that people
+// have. `most` [kg]: largest load; 0: none.
 std::vector<LoadSpec> list_hung_loads(const TreeSpec& tree, double most);
 
 // "Hang 1 kg on fore, its centre at (0.15, 0, 0) m in the link's frame."

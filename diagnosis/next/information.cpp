@@ -7,7 +7,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// A difference is foreseen to a factor of about e: values that it rests on are not known yet.
+// Uncertainty of a predicted difference in its logarithm, about a factor of e: it depends on values that are not known
+// yet.
 constexpr double kForesight = 1.0;
 
 double calc_normal_share(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
@@ -36,7 +37,7 @@ double calc_decision_probability(double left, double needed, double discrepancy)
   if (needed <= 0.0) return 1.0;
   if (!(left > 0.0)) return 0.0;
   const double grown = left / (discrepancy * discrepancy);
-  // Noise changes the difference of two chi2 by 2 sqrt(grown) [standard deviation].
+  // Noise changes the difference of two chi2 with a standard deviation of 2 sqrt(grown).
   const double spread = std::hypot(kForesight, 2.0 / std::sqrt(grown));
   return calc_normal_share(std::log(grown / needed) / spread);
 }

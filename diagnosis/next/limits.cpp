@@ -12,13 +12,14 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kMargin = 0.05;     // of a joint's range that stays unused at either end
-constexpr double kReach = 1.0;       // [rad or m] from where the robot stands: further than that nobody expects
-constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may leave what was commanded where no limit is known
-// Efforts that nobody has seen yet are reached in steps: a drive may give less than its description says.
-constexpr double kGrow = 2.0;        // times the largest effort of the recordings,
-constexpr double kFirst = 0.5;       // or of the limit, whichever is more
-constexpr double kUnknownSpeed = 2.0;  // [rad/s] where nothing is stated: a slow industrial arm
+constexpr double kMargin = 0.05;     // share of a joint's range that is not used at either end
+constexpr double kReach = 1.0;       // [rad or m] largest distance from the start pose
+constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may differ from its command if no limit is known
+// Efforts beyond those of the recordings are approached in steps, because a drive may give less than its description
+// says.
+constexpr double kGrow = 2.0;        // factor on the largest effort of the recordings,
+constexpr double kFirst = 0.5;       // or share of the limit, whichever is larger
+constexpr double kUnknownSpeed = 2.0;  // [rad/s] if no speed is stated: that of a slow industrial arm
 
 const JointColumns* find_columns(const Experiment& e, size_t joint) {
   for (const Recording& r : e.recordings) {
@@ -27,7 +28,7 @@ const JointColumns* find_columns(const Experiment& e, size_t joint) {
   return nullptr;
 }
 
-// Where a motion begins: the stated pose, else the first command.
+// Start of a motion: the stated pose, else the first command.
 double find_start(const Experiment& e, size_t joint) {
   const auto stated = e.scenario.initial_joints.find(e.robot.tree.joint(static_cast<int>(joint)).name);
   if (stated != e.scenario.initial_joints.end()) return stated->second;
@@ -35,7 +36,7 @@ double find_start(const Experiment& e, size_t joint) {
   return columns ? columns->command.front() : 0.0;
 }
 
-// The range that recordings show, for joints without limits.
+// Range of the recorded commands, for joints without limits.
 void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
   limits->lower = limits->upper = limits->start;
   for (const Recording& r : e.recordings) {
@@ -108,7 +109,7 @@ void tighten(const std::string& what, const std::string& key, double value, Join
   } else if (key == "lower") joint->lower = std::max(joint->lower, value);
   else if (key == "upper") joint->upper = std::min(joint->upper, value);
   else refuse(what);
-  // Commands keep the margin that a joint needs to follow them.
+  // Commands keep a distance from the limits that a joint needs to follow them.
   if (joint->lower > before_lower) joint->hard_lower = joint->lower, joint->lower += kMargin * (joint->upper - joint->lower);
   if (joint->upper < before_upper) joint->hard_upper = joint->upper, joint->upper -= kMargin * (joint->upper - joint->lower);
   joint->lower = std::min(joint->lower, std::max(joint->start, joint->hard_lower));

@@ -10,10 +10,10 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kTwoPi = 6.28318530717958647692;
-constexpr double kRest = 0.3;  // [s] at both ends
-constexpr double kFade = 1.0;  // [s] in which a motion grows and dies away
+constexpr double kRest = 0.3;  // [s] at rest at both ends
+constexpr double kFade = 1.0;  // [s] in which a motion grows and fades
 
-// In the place of <random>'s distributions, which differ between libraries.
+// Replaces the distributions of <random>, which differ between libraries.
 class Draw {
  public:
   explicit Draw(unsigned seed) : engine_(seed) {}
@@ -24,13 +24,13 @@ class Draw {
   std::mt19937 engine_;
 };
 
-// 0 to 1 within one second, twice differentiable at both ends.
+// Smooth step from 0 to 1 within one second, with zero first and second derivatives at both ends.
 double rise(double t) {
   const double s = std::clamp(t, 0.0, 1.0);
   return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
 }
 
-using Curve = std::function<double(double)>;  // -1 to 1 over time [s]
+using Curve = std::function<double(double)>;  // -1 to 1 as a function of time [s]
 
 Curve make_sines(Draw& draw) {
   struct Term { double a, w, p; };
@@ -56,7 +56,7 @@ Curve follow(const std::vector<Leg>& legs, bool even) {
     for (const Leg& leg : legs) {
       if (t < leg.begin) break;
       const double s = std::clamp((t - leg.begin) / leg.length, 0.0, 1.0);
-      // Even speed but for a tenth of the way at each end.
+      // Constant speed, except for a tenth of the way at each end.
       constexpr double b = 0.1;
       const double ramp = s < b ? s * s / (2.0 * b) : s > 1.0 - b ? 1.0 - b - (1.0 - s) * (1.0 - s) / (2.0 * b) : s - b / 2.0;
       q = leg.from + (leg.to - leg.from) * (even ? ramp / (1.0 - b) : rise(s));
@@ -65,7 +65,7 @@ Curve follow(const std::vector<Leg>& legs, bool even) {
   };
 }
 
-// From end to end and back, slowly and fast, with stops in between.
+// Moves from end to end and back, slowly and fast, with stops in between.
 Curve make_two_speeds(Draw& draw, double seconds) {
   std::vector<Leg> legs;
   double t = draw.uniform(0.0, 0.4), at = 0.0, side = draw.uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
@@ -77,7 +77,7 @@ Curve make_two_speeds(Draw& draw, double seconds) {
   return follow(legs, true);
 }
 
-// Quick moves by parts of the range, with pauses in which what was excited dies away.
+// Quick moves over parts of the range, with pauses in which vibrations decay.
 Curve make_targets(Draw& draw, double seconds, double shortest, double longest, double pause) {
   std::vector<Leg> legs;
   double t = draw.uniform(0.0, 0.4), at = 0.0;
@@ -89,7 +89,7 @@ Curve make_targets(Draw& draw, double seconds, double shortest, double longest, 
   return follow(legs, false);
 }
 
-// From low to high frequency; amplitudes fall as speed would else grow.
+// From low to high frequency, with decreasing amplitude to limit the speed.
 Curve make_chirp(Draw& draw, double seconds) {
   const double low = draw.uniform(0.15, 0.3), high = draw.uniform(4.0, 7.0), k = std::log(high / low) / seconds, p = draw.uniform(0.0, kTwoPi);
   return [=](double t) {
@@ -98,13 +98,13 @@ Curve make_chirp(Draw& draw, double seconds) {
   };
 }
 
-// So slowly that what sticks is seen to stick, with reversals of many sizes.
+// So slow that joints with friction stick visibly, with reversals of many sizes.
 Curve make_creep(Draw& draw) {
   const double f = draw.uniform(0.1, 0.2), g = draw.uniform(0.45, 0.7), p = draw.uniform(0.0, kTwoPi);
   return [=](double t) { return 0.75 * std::sin(kTwoPi * f * t + p) + 0.25 * std::sin(kTwoPi * g * t); };
 }
 
-// A slow sweep with a quick small motion on it.
+// A slow sweep plus a fast small motion.
 Curve make_ripple(Draw& draw) {
   const double f = draw.uniform(0.1, 0.18), g = draw.uniform(2.5, 5.0), p = draw.uniform(0.0, kTwoPi);
   return [=](double t) { return 0.9 * std::sin(kTwoPi * f * t + p) + 0.1 * std::sin(kTwoPi * g * t); };
@@ -122,7 +122,7 @@ Curve make_curve(Family family, double seconds, Draw& draw) {
   }
 }
 
-// Around the middle of what is free, back to the start at both ends.
+// Motion around the middle of the free range, from the start position and back to it.
 void fill(const Curve& curve, const JointLimits& limits, const MotionPlan& plan, std::vector<double>* q) {
   const double middle = 0.5 * (limits.lower + limits.upper), half = 0.5 * (limits.upper - limits.lower);
   const double end = static_cast<double>(q->size() - 1) * plan.period;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Families of motions that a robot on a fixed base can play. Every motion begins and ends at rest where the robot stands.
+// Families of motions for a robot on a fixed base. Every motion starts and ends at rest in the robot's pose.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace hrp::diagnosis {
 
-// Behind kCount: of robots on their feet (stance_motions.h).
+// After kCount: motions of robots on their feet (stance_motions.h).
 enum class Family { kMultisine, kTwoSpeeds, kSteps, kChirp, kPostures, kCreep, kRipple, kCount, kSway = kCount, kLean, kSquat, kStir, kEnd };
-const char* get_family_word(Family family);      // "two_speeds": of file names
+const char* get_family_word(Family family);      // "two_speeds", for file names
 const char* get_family_sentence(Family family);  // what people see the robot do
 
-// Commands of all joints at regular times.
+// Commands of all joints with a fixed sampling time.
 struct Commands {
   std::vector<double> time;                     // [s] from 0
   std::vector<std::vector<double>> position;    // [rad or m] by joint, by sample
@@ -23,15 +23,15 @@ struct Commands {
 
 struct MotionPlan {
   Family family = Family::kMultisine;
-  std::vector<char> moves;   // by joint; the others hold
+  std::vector<char> moves;   // by joint; the others hold their position
   unsigned seed = 1;
-  double size = 1.0;         // of the range that limits leave
+  double size = 1.0;         // share of the range that limits leave
   double seconds = 10.0;
   double period = 0.004;     // [s] between samples
-  std::vector<LoadSpec> loads;  // that somebody hangs on the robot before it
+  std::vector<LoadSpec> loads;  // that hang on the robot
 };
 
-// Within positions and speeds of `limits`, as commands.
+// The commands of a plan, within the positions and speeds of `limits`.
 Commands make_motion(const MotionPlan& plan, const Limits& limits);
 
 }  // namespace hrp::diagnosis

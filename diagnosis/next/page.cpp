@@ -17,7 +17,7 @@ using html::format_number;
 
 constexpr double kWidth = 640, kHeight = 220, kLeft = 60, kTop = 18, kBottom = 34;
 
-// Colours that stay apart in light and dark, by explanation.
+// Colours by explanation that differ in light and dark mode.
 const char* get_colour(size_t i) {
   static const char* const colours[] = {"#0b8", "#d62", "#58d", "#c3a", "#990", "#777", "#a53", "#399", "#63c"};
   return colours[i % 9];
@@ -57,7 +57,7 @@ std::string make_plot(const std::vector<double>& time, const Curves& curves, con
   return out + make_text(kLeft, 11, title, "start") + "</svg>";
 }
 
-// What each explanation predicts beyond the first.
+// Differences of all predictions from the first one.
 Curves subtract_first(Curves curves) {
   const std::vector<double> first = curves.front();
   for (auto& curve : curves) {
@@ -66,7 +66,7 @@ Curves subtract_first(Curves curves) {
   return curves;
 }
 
-// Curves that an eye cannot tell apart.
+// True if the curves cannot be distinguished by eye.
 bool coincide(const Curves& curves) {
   constexpr double kSeen = 0.1;  // of the height of the picture
   Range whole, apart;
@@ -122,7 +122,7 @@ std::string make_stop(const json& motion) {
   return text.empty() ? "" : "<p class='small'>Stop the robot when a joint is further from its command than [rad or m]: " + text + ". No explanation goes that far. A recording that ends there is still of use.</p>";
 }
 
-// Step by step what a person does at the robot before and after the motion; empty where nothing hangs on it.
+// Steps for a person before and after the motion; empty if no load hangs on the robot.
 std::string make_steps(const json& motion) {
   std::string hang;
   for (const json& load : html::get_list(motion, "loads")) hang += "<li>" + escape(html::get_text(load, "sentence")) + "</li>";

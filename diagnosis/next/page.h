@@ -6,7 +6,7 @@
 
 namespace hrp::diagnosis {
 
-// The page for people, from next.json: one self-contained file, no script.
+// The page for people, made from next.json: one self-contained file without scripts.
 std::string make_next_page(const nlohmann::ordered_json& next, const std::string& robot);
 
 }  // namespace hrp::diagnosis

@@ -18,13 +18,13 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr unsigned kSeeds = 2;          // of each family
-constexpr double kSmaller = 0.8;        // in the place of a size that is not safe
+constexpr double kSmaller = 0.8;        // factor on a size that is not safe
 constexpr double kLeastSize = 0.2;
-constexpr double kWide = 100.0;         // natural sizes of a parameter: what is known of it before any recording
-constexpr double kLeastSpread = 1e-3;   // of a value: what two writers of a law agree to
-constexpr double kSameFamily = 0.9;     // worth of a second motion of the same family: it may miss the same
-constexpr double kByHand = 0.9;         // worth of a motion for which somebody has to hang a load on the robot
-constexpr double kSettled = 0.02;       // of a value: half an interval that asks for no more
+constexpr double kWide = 100.0;         // natural sizes of a parameter: its uncertainty without recordings
+constexpr double kLeastSpread = 1e-3;   // relative: agreement of two implementations of a law
+constexpr double kSameFamily = 0.9;     // factor on a second motion of the same family, which may miss the same effects
+constexpr double kByHand = 0.9;         // factor on a motion that needs a load hung on by hand
+constexpr double kSettled = 0.02;       // relative half width of an interval that needs no further motion
 
 class Proposer {
  public:
@@ -61,8 +61,8 @@ class Proposer {
   }
 
  private:
-  // Whether the recordings are explained and all values known, by the report's own intervals where it has them; of
-  // parameters that shape a law nothing is asked.
+  // True if the recordings are explained and all values are known, by the report's intervals if it has them. Shape
+  // parameters of laws do not count.
   bool is_settled(const Json& report) const {
     if (report.value("verdict", "") != "explained" || !is_narrow(report)) return false;
     const std::vector<ExpectedInterval> now = list_intervals(Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols()));
@@ -80,7 +80,7 @@ class Proposer {
     return true;
   }
 
-  // Joints that the open effects sit at, and those that carry their links.
+  // Joints at which the possible effects act, and joints that carry such links.
   std::vector<char> find_concerned() const {
     std::vector<char> moves(static_cast<size_t>(e_.num_joints()), 0);
     for (const Explanation& one : explanations_.list) {
@@ -112,7 +112,7 @@ class Proposer {
     return plans;
   }
 
-  // Weight shows where joints are slow or stand.
+  // Adds motions with loads. A weight shows best if joints are slow or at rest.
   void add_loaded(std::vector<MotionPlan>* plans) const {
     const std::vector<MotionPlan> bare = *plans;
     for (const LoadSpec& load : list_hung_loads(e_.robot.tree, limits_.load)) {
@@ -130,7 +130,7 @@ class Proposer {
                        [&](const Explanation& one) { return safety->find_fault(motion, one.hypothesis).empty(); });
   }
 
-  // As large as all explanations allow.
+  // Simulates a motion with the largest size that is safe under all explanations.
   void try_motion(const MotionPlan& plan, Safety* safety, MotionCandidate* candidate) const {
     candidate->plan = plan;
     for (MotionPlan& p = candidate->plan; p.size >= kLeastSize; p.size *= kSmaller) {
@@ -145,7 +145,7 @@ class Proposer {
     }
   }
 
-  // What the best leaves above the noise repeats along a motion.
+  // The residual of the best explanation above the noise is correlated along a motion, which reduces the information.
   void weigh(MotionCandidate* candidate) const {
     const double samples = static_cast<double>(candidate->commands.time.size()) * kPeriod / std::max(1e-4, e_.sample_time);
     candidate->comparisons[0].fisher *= calc_information_factor(explanations_.discrepancy, samples, kIndependent);
@@ -163,7 +163,7 @@ class Proposer {
     next_.tried = static_cast<int>(plans.size());
   }
 
-  // By the search's own rule: a rival is listed no longer from so much on.
+  // Uses the search's own rule for the cost difference at which a rival is no longer listed.
   double calc_probability(const Comparison& c, size_t rival) const {
     const Hypothesis &best = explanations_.list[0].hypothesis, &other = explanations_.list[rival].hypothesis;
     const double readings = count_readings(problem_) + c.count;
@@ -202,7 +202,7 @@ class Proposer {
     return list;
   }
 
-  // Decisions that a motion is expected to bring, and values that it makes certain: 1 + kValues at most.
+  // Expected decisions plus expected narrowing of intervals: at most 1 + kValues.
   double calc_worth(const MotionCandidate& c, const Eigen::MatrixXd& gained) const {
     double decided = 0.0, narrowed = 0.0;
     for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c.comparisons[i], i);
@@ -213,7 +213,8 @@ class Proposer {
     return decided + kValues * narrowed;
   }
 
-  // Under the nominal model, every explanation, and every explanation with a value at an end of its interval.
+  // Reason why a motion is not safe, or empty. Checks the nominal model, every explanation, and every explanation with
+  // a value at an end of its interval.
   std::string find_fault(const MotionCandidate& c, std::vector<double>* leave) {
     const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
     if (!motion) return "the simulated robot leaves all bounds";
@@ -232,7 +233,7 @@ class Proposer {
     return "";
   }
 
-  // Each motion has to decide by itself: the second is what the first's lesson is judged on.
+  // Chooses motions that are useful on their own: the second one validates what the first one teaches.
   void choose() {
     std::vector<char> used(candidates_.size(), 0);
     Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols());
@@ -278,7 +279,7 @@ class Proposer {
     return p;
   }
 
-  // The signal in which explanations differ most.
+  // Predictions of the signal in which the explanations differ most.
   Overlay make_overlay(const MotionCandidate& c) const {
     Overlay overlay;
     const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
@@ -315,12 +316,12 @@ class Proposer {
   Experiment bare_;
   std::vector<int> all_;
   Explanations explanations_;
-  std::vector<Eigen::MatrixXd> known_;  // by explanation: information of the recordings
+  std::vector<Eigen::MatrixXd> known_;  // by explanation: Fisher information of the recordings
   std::vector<MotionCandidate> candidates_;
   Next next_;
 };
 
-// Empty when motions can be proposed, else why not.
+// Reason why no motion can be proposed; empty if one can.
 std::string find_obstacle(const Experiment& e) {
   if (e.num_joints() == 0) return "The robot has no joints.";
   if (e.scenario.drive != "servo" && e.scenario.drive != "voltage")

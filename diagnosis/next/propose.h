@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The next experiment: of many motions those that are expected to tell most between the explanations that recordings
-// leave open, and of values that are uncertain.
+// Proposes the next experiment: of many motions, those that are expected to distinguish best between the remaining
+// explanations and to narrow uncertain values.
 #pragma once
 
 #include <string>
@@ -14,25 +14,25 @@ namespace hrp::diagnosis {
 
 struct NextOptions {
   std::vector<std::string> limits;  // see limits.h
-  double seconds = 10.0;            // of a motion
-  int count = 2;                    // motions: the first to fit to, the second to judge on, and so on
+  double seconds = 10.0;            // duration of a motion
+  int count = 2;  // number of motions: the first is for training, the second for validation, and so on
   int jobs = 1;
 };
 
-// One explanation against the best, for a set of motions.
+// One explanation against the best one, for a set of motions.
 struct Expected {
   std::string label;           // of the rival
-  double probability = 0.0;    // that one of the two is given up after the motion
-  double difference = 0.0;     // [noise deviations] root mean square that stays after fitting again
+  double probability = 0.0;    // that one of the two is rejected after the motion
+  double difference = 0.0;     // rms difference [noise] that remains after fitting again
 };
 
-// A value of the best explanation, half widths of its 95 % interval.
+// A parameter of the best explanation, with half widths of its 95 % interval.
 struct ExpectedInterval {
   std::string label, parameter, unit;
   double value = 0.0, before = 0.0, after = 0.0;
 };
 
-// Predictions of one signal under every explanation.
+// Predictions of one signal under all explanations.
 struct Overlay {
   std::string signal, unit;
   std::vector<double> time;
@@ -44,30 +44,31 @@ struct Proposal {
   MotionPlan plan;
   Commands commands;
   std::vector<std::string> moving;
-  std::vector<Expected> expected;             // of this motion alone
-  std::vector<ExpectedInterval> intervals;    // after this motion and those before it
+  std::vector<Expected> expected;             // for this motion alone
+  std::vector<ExpectedInterval> intervals;    // after this motion and all before it
   Overlay overlay;
   double worth = 0.0;
-  std::vector<double> stop;  // by joint [rad or m]: a robot whose joint is further from its command should stop
+  std::vector<double> stop;  // by joint [rad or m]: stop if a joint is further from its command
 };
 
 struct Next {
-  std::string nothing;                  // why no motion is proposed; else empty
+  std::string nothing;                  // reason why no motion is proposed; else empty
   std::vector<std::string> explanations;
   std::vector<Proposal> proposals;      // best first
-  std::vector<std::string> remarks;     // limits that are not known, checks that were not made
-  std::vector<std::string> rejected;    // motions that tell more but are not safe, and why
+  std::vector<std::string> remarks;     // limits that are unknown, checks that were not made
+  std::vector<std::string> rejected;    // motions that would tell more but are not safe, and why
   bool unseen = false;
-  int tried = 0;                        // motions that were simulated
+  int tried = 0;                        // number of simulated motions
 };
 
+// Proposes motions for the explanations that a report leaves open. Does not write files.
 Next propose(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress);
 
-// Proposes and writes; what was proposed, as text.
+// Proposes motions and writes the files. Returns the proposal as text.
 std::string propose_next(const Experiment& experiment, const std::string& folder, const Json& report, const NextOptions& options,
                          const Progress& progress);
 
-// DIR/next/*.csv, next.json and next.html. Removes what a proposal before it left there.
+// Writes DIR/next/*.csv, next.json and next.html. Removes the files of an earlier proposal there.
 void write_next(const Experiment& experiment, const Next& next, const std::string& folder);
 
 }  // namespace hrp::diagnosis

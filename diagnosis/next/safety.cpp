@@ -10,8 +10,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kCollisionPeriod = 0.02;  // [s] between poses that are checked for contact
-constexpr double kClear = 0.02;            // [m] that hung robots keep from the ground at least
+constexpr double kCollisionPeriod = 0.02;  // [s] between poses of the collision check
+constexpr double kClear = 0.02;            // [m] least clearance of a hanging robot above the ground
 
 double find_radius(const CollisionShape& shape) {
   switch (shape.kind) {
@@ -21,7 +21,7 @@ double find_radius(const CollisionShape& shape) {
   }
 }
 
-// The lowest point of what turns, shapes as the spheres about them [m].
+// Height [m] of the lowest point of the moving links, with each shape replaced by a sphere around it.
 double find_lowest(const RobotDescription& robot, const Data& data) {
   double lowest = 1e300;
   for (const CollisionShape& shape : robot.shapes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a motion may be proposed: checked in simulation under every explanation.
+// Checks by simulation under every explanation whether a motion is safe.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@ class Safety {
  public:
   Safety(const Experiment& experiment, const Limits& limits);
 
-  // Empty when the robot keeps to all limits under this explanation, else what it does: "elbow reaches 1.62 rad".
-  // `leave`, if given: by joint [rad or m], raised to how far it is from its command at most.
+  // Empty if the robot keeps all limits under this explanation, else the fault: "elbow reaches 1.62 rad". `leave`, if
+  // given: by joint [rad or m], increased to the largest difference from the command.
   std::string find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave = nullptr);
 
   // What is not checked, and why.

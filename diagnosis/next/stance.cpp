@@ -17,15 +17,15 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr unsigned kSeeds = 2;
-constexpr double kForeseen = 0.02;     // of a reading's range: what simulation of feet and ground is good for
+constexpr double kForeseen = 0.02;     // share of a reading's range: accuracy of simulated feet and ground
 
-// A motion that is safe under every explanation, and what it would tell.
+// A motion that is safe under every explanation, and its information.
 struct StanceCandidate {
   MotionPlan plan;
   Commands commands;
   std::vector<StanceRun> runs;          // by explanation
   std::vector<double> weights;          // of readings
-  std::vector<Comparison> comparisons;  // against the first as truth
+  std::vector<Comparison> comparisons;  // against the first one as truth
   std::string fault;                    // of the last size that was tried
   bool ok = false;
 };
@@ -63,7 +63,7 @@ class StanceProposer {
   }
 
  private:
-  // Noise of every reading of a StanceRun's stretch; 0 where it is not recorded.
+  // Noise of every reading of a stretch of a StanceRun; 0 if it is not recorded.
   void list_noise() {
     for (size_t j = 0; j < e_.joint_noise.size(); ++j) {
       for (const Quantity q : {Quantity::kPosition, Quantity::kEffort})
@@ -80,7 +80,7 @@ class StanceProposer {
     for (double& sigma : noise_) sigma *= std::sqrt(std::min(1.0, e_.sample_time / kStretch));
   }
 
-  // 1 / what a reading is foreseen to: its noise, and a share of how far it goes along the motion.
+  // Inverse standard deviation of a predicted reading: of its noise, and of a share of its range along the motion.
   Readings make_weights(const StanceRun& run) const {
     Readings weights(noise_.size(), 0.0);
     for (size_t c = 0; c < weights.size(); ++c) {
@@ -99,7 +99,7 @@ class StanceProposer {
 
   StanceRun play(const Scenario& scenario, const Commands& commands) const { return run_stance(e_, scenario, commands, limits_); }
 
-  // As large as every explanation allows.
+  // Simulates a motion with the largest size that is safe under all explanations.
   void try_motion(MotionPlan plan, StanceCandidate* c) const {
     for (; plan.size >= kLeastStance; plan.size *= kSmallerStance) {
       c->plan = plan, c->fault = "a leg does not reach, or a joint would pass its limits";
@@ -157,7 +157,7 @@ class StanceProposer {
     }
   }
 
-  // What recordings know, in units of the steps that slopes were taken with: a step is one standard deviation.
+  // Information of the recordings, in units of the steps of the derivatives: a step is one standard deviation.
   Eigen::MatrixXd make_known(size_t world) const {
     const long p = static_cast<long>(worlds_.list[world].moved.size());
     Eigen::MatrixXd known = Eigen::MatrixXd::Zero(p, p);
@@ -175,7 +175,7 @@ class StanceProposer {
   }
 
   std::vector<ExpectedInterval> list_intervals(const Eigen::MatrixXd& gained) const {
-    constexpr double kUnknown = 20.0;  // steps of a twentieth: the value itself
+    constexpr double kUnknown = 20.0;  // in steps of a twentieth: the value itself
     std::vector<ExpectedInterval> list;
     const long p = gained.rows();
     const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, kUnknown));
@@ -187,7 +187,8 @@ class StanceProposer {
     return list;
   }
 
-  // Widths rank motions; none is stated: reports of standing robots fit equations, not simulations.
+  // Expected worth of a motion. Interval widths only rank motions and are not reported, because reports of standing
+  // robots fit equations, not simulations.
   double calc_worth(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
     double decided = 0.0, narrowed = 0.0;
     for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c, i) / static_cast<double>(c.comparisons.size() - 1);
@@ -197,7 +198,7 @@ class StanceProposer {
     return decided + kValues * narrowed;
   }
 
-  // Where values are at the ends of their intervals, and under the nominal model.
+  // Checks the motion under the nominal model and with values at the ends of their intervals.
   std::string find_fault(const StanceCandidate& c, std::vector<double>* leave) const {
     std::vector<StanceRun> runs(worlds_.ends.size());
     parallel_for(options_.jobs, static_cast<int>(runs.size()), [&](int i) { runs[static_cast<size_t>(i)] = play(worlds_.ends[static_cast<size_t>(i)].scenario, c.commands); });
@@ -256,7 +257,7 @@ class StanceProposer {
     next_.proposals.push_back(std::move(p));
   }
 
-  // The reading in which explanations differ most.
+  // Predictions of the reading in which the explanations differ most.
   Overlay make_overlay(const StanceCandidate& c) const {
     Readings sums(noise_.size(), 0.0);
     for (const StanceRun& run : c.runs) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The next experiment of a robot on its feet: sways, leans and squats that keep the zero-moment point inside the soles
-// under every explanation.
+// Proposes the next experiment for a robot on its feet: sways, leans and squats that keep the zero-moment point inside
+// the soles under every explanation.
 #pragma once
 
 #include "diagnosis/next/propose.h"

@@ -9,13 +9,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kReach[3] = {0.04, 0.06, 0.03};  // [m] of the body either way: forward, sideways, up and down
+constexpr double kReach[3] = {0.04, 0.06, 0.03};  // [m] amplitude of the body: forward, sideways, vertical
 constexpr double kBodySpeed = 0.25;               // [m/s]
 constexpr int kIterations = 6;
-constexpr double kClose = 1e-5;    // [m and rad] that a foot may be off
-constexpr double kDamping = 1e-8;  // of the squares that are inverted
+constexpr double kClose = 1e-5;    // [m and rad] tolerance of a foot's pose
+constexpr double kDamping = 1e-8;  // regularisation of the inverted squares
 
-// A robot whose three joints are the body's ways.
+// Limits of a robot whose three joints are the directions of the body.
 Limits make_body_limits(double size) {
   Limits body;
   for (double reach : kReach) {
@@ -35,7 +35,7 @@ std::vector<char> find_ways(Family family) {
   }
 }
 
-// Keeps all feet where they stand, by Newton steps of the joints.
+// Keeps all feet in place by Newton steps of the joints.
 class Legs {
  public:
   Legs(const Experiment& e, const Limits& limits) : model_(e.robot.tree, e.scenario.gravity_W), data_(model_) {
@@ -49,7 +49,7 @@ class Legs {
     }
   }
 
-  // False where a foot cannot stay.
+  // Moves the body by `moved` [m]. Returns false if a foot cannot stay in place.
   bool follow(const Vector3d& moved) {
     if (targets_.empty() || targets_.size() != frames_.size()) return false;
     state_.p_WB = start_ + moved;
@@ -96,7 +96,7 @@ class Legs {
   std::vector<Transform> targets_;
 };
 
-// Velocities of the commands; false where a limit would be passed.
+// Adds the velocities of the commands; returns false if a limit would be exceeded.
 bool finish(const Limits& limits, double period, Commands* out) {
   for (size_t j = 0; j < limits.joints.size(); ++j) {
     const std::vector<double>& q = out->position[j];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Motions of a robot that stands: the soles stay where they are, the body moves over them.
+// Motions of a standing robot: the soles stay in place while the body moves.
 #pragma once
 
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace hrp::diagnosis {
 
-// A size that is not safe is made smaller by this factor, down to the least.
+// An unsafe size is reduced by this factor, down to the least one.
 constexpr double kSmallerStance = 0.6, kLeastStance = 0.2;
 
-// Commands of all joints so that the body sways, leans or squats by `plan.size` of what is usual. `plan.moves` is not
-// looked at. No samples where a leg does not reach, or a joint would pass the limits of its commands.
+// Commands of all joints for a sway, lean or squat by `plan.size` of the usual amplitude; ignores `plan.moves`. No
+// samples if a leg cannot reach or a joint would exceed the limits of its commands.
 Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan, const Limits& limits);
 
 }  // namespace hrp::diagnosis

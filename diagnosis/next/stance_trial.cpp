@@ -13,12 +13,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRest = 1.0;         // [s] before the motion
-constexpr double kSettled = 0.6;      // [s] from which on the robot is looked at: it is put down at 0
-constexpr double kLean = 0.3;         // [rad] of the base: a robot that only moves over its soles leans less
-constexpr double kLeastLoad = 0.1;    // of the weight, on every foot
-constexpr double kLevel = 0.005;      // [m] above the lowest point a point of a sole still stands
-constexpr double kWindow = 0.02;      // [s] over which forces are averaged: a light sole chatters; also between looks
+constexpr double kRest = 1.0;         // [s] at rest before the motion
+constexpr double kSettled = 0.6;      // [s] start of the checks; the robot is put down at 0
+constexpr double kLean = 0.3;         // [rad] of the base; a motion over fixed soles leans less
+constexpr double kLeastLoad = 0.1;    // share of the weight, on every foot
+constexpr double kLevel = 0.005;  // [m] height above the lowest point up to which a point of a sole is on the ground
+constexpr double kWindow = 0.02;      // [s] over which forces are averaged (light soles chatter), and between checks
 
 class StanceController : public Controller {
  public:
@@ -46,7 +46,7 @@ class StanceController : public Controller {
   std::vector<int> joints_;
 };
 
-// What the soles cover of the ground, counter-clockwise: the hull of all their points that are down.
+// Support polygon, counter-clockwise: hull of all sole points on the ground.
 std::vector<Vector3d> find_stand(const RobotDescription& robot, const State& state, const GroundPlane& ground) {
   Model model(robot.tree);
   Data data(model);
@@ -67,7 +67,7 @@ std::vector<Vector3d> find_stand(const RobotDescription& robot, const State& sta
   return calc_support_polygon({all}, ground);
 }
 
-// [m] from the nearest edge, negative outside.
+// Distance [m] from the nearest edge, negative outside.
 double calc_distance(const std::vector<Vector3d>& hull, const Vector3d& p) {
   double least = 1e300;
   for (size_t i = 0; i < hull.size(); ++i) {
@@ -87,7 +87,7 @@ class Watch {
     for (const LinkSpec& link : tree.links) weight_ += gravity_ * link.inertia.mass;
   }
 
-  // After every step.
+  // Called after every step.
   void add_forces(const Trial& trial) {
     const ContactForces& now = trial.engine().contact_forces();
     forces_.insert(forces_.end(), now.begin(), now.end());
@@ -96,7 +96,7 @@ class Watch {
     ++steps_;
   }
 
-  // At the end of a window.
+  // Called at the end of a window.
   void look(Trial& trial, StanceRun* run) {
     const State& state = trial.engine().state();
     if (trial.time() >= kSettled) {
@@ -120,7 +120,7 @@ class Watch {
     }
   }
 
-  // Sums over a stretch, then their mean.
+  // Adds readings and stores their mean at the end of a stretch.
   void read(const Trial& trial, StanceRun* run) {
     const SensorSample& sample = trial.engine().sensors();
     std::vector<double> now;
@@ -164,7 +164,7 @@ class Watch {
   std::vector<int> joints_;
   std::vector<Vector3d> hull_;
   ContactForces forces_;        // of all steps of the window
-  std::vector<double> loads_;   // [N] by foot, sums over the window
+  std::vector<double> loads_;   // [N] by foot, summed over the window
   int steps_ = 0;
   std::vector<double> sums_;    // of readings
   int summed_ = 0, stretch_;    // [steps]

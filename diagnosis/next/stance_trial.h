@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A motion of a standing robot, simulated with feet, ground and drives, and looked at for what must not happen.
+// Simulates a motion of a standing robot with feet, ground and drives, and checks its safety.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@
 
 namespace hrp::diagnosis {
 
-constexpr double kZmpMargin = 0.015;  // [m] of the zero-moment point from the edge of what the soles cover
+constexpr double kZmpMargin = 0.015;  // [m] least distance of the zero-moment point from the soles' edge
 
-constexpr double kStretch = 0.05;     // [s] over which readings are averaged: light soles chatter, in simulation at least
+constexpr double kStretch = 0.05;     // [s] over which readings are averaged, because light soles chatter in simulation
 
 struct StanceRun {
-  std::string fault;              // empty: safe. "the zero-moment point comes within 0.004 m of the soles' edge"
-  double margin = 1e300;          // [m] least distance of the zero-moment point from that edge
-  std::vector<double> readings;   // [stretch][signal]: of all joints position and effort; of all force sensors force and torque
-  std::vector<double> leave;      // [rad or m] by joint: how far it is from its command at most
+  std::string fault;  // empty: safe. Example: "the zero-moment point comes within 0.004 m of the soles' edge"
+  double margin = 1e300;          // [m] smallest distance of the zero-moment point from that edge
+  std::vector<double> readings;   // [stretch][signal]: position, effort of joints; force, torque of sensors
+  std::vector<double> leave;      // [rad or m] by joint: largest difference from its command
 };
 
-// Of `scenario`, which stands for one second at the beginning of the motion and then plays it.
+// Runs `scenario`: stands for one second, then plays the motion.
 StanceRun run_stance(const Experiment& experiment, const Scenario& scenario, const Commands& commands, const Limits& limits);
 
 }  // namespace hrp::diagnosis

@@ -11,7 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kUnknownStep = 0.05;  // of a value without an interval
+constexpr double kUnknownStep = 0.05;  // relative step of a value without an interval
 
 std::string make_label(const Json& effects) {
   std::string text;
@@ -23,7 +23,7 @@ std::string make_label(const Json& effects) {
   return text.empty() ? "nothing" : text;
 }
 
-// None where the simulator has no law for all of it.
+// The scenario with these effects; empty if the simulator lacks a law for one of them.
 std::optional<Scenario> make_scenario(const Experiment& e, const Json& effects) {
   try {
     const std::string text = make_scenario_text(e, nlohmann::json::parse(effects.dump()));
@@ -39,7 +39,7 @@ const Json* get_number(const Json& parameter) {
   return value->is_number() ? value : nullptr;
 }
 
-// Half of the 95 % interval over its quantile; 0 where there is none.
+// Standard deviation from the 95 % interval; 0 if there is none.
 double find_std(const Json& parameter) {
   if (!parameter.is_object() || !parameter.contains("ci95") || parameter["ci95"].size() != 2 || !parameter["ci95"][0].is_number()) return 0.0;
   return 0.5 * (parameter["ci95"][1].get<double>() - parameter["ci95"][0].get<double>()) / kNinetyFive;

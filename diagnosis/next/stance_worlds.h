@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a standing robot may be, as scenarios that can be simulated.
+// Possible explanations of a standing robot, as scenarios that can be simulated.
 #pragma once
 
 #include <string>
@@ -13,22 +13,23 @@ namespace hrp::diagnosis {
 struct StanceWorld {
   std::string label;
   Scenario scenario;
-  std::vector<Scenario> moved;   // with one value after the other moved by its step
+  std::vector<Scenario> moved;   // with one value at a time changed by its step
 };
 
-// A value of the report's model.
+// A parameter of the report's model.
 struct StanceValue {
   std::string label, parameter, unit;
-  double value = 0.0, std = 0.0;  // std 0: nothing is known of it
+  double value = 0.0, std = 0.0;  // std 0: unknown
 };
 
 struct StanceWorlds {
   std::vector<StanceWorld> list;     // the report's model first, then with each alternative in its finding's place
   std::vector<StanceValue> values;   // by list[0].moved
-  std::vector<StanceWorld> ends;     // to be safe under, too: nominal; every value at either end of its interval
+  std::vector<StanceWorld> ends;     // further cases for safety: nominal; every value at either end of its interval
   std::vector<std::string> remarks;  // alternatives that no simulator knows
 };
 
+// Converts a report's model and its alternatives to scenarios.
 StanceWorlds make_stance_worlds(const Experiment& experiment, const Json& report);
 
 }  // namespace hrp::diagnosis

@@ -6,7 +6,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kStep = 0.001;  // [s] of integration: what is compared is far above its error
+constexpr double kStep = 0.001;  // [s] integration step; its error is far below the compared differences
 
 Recording make_recording(const Recording& like, const Commands& commands, const std::vector<LoadSpec>& loads) {
   Recording r;
@@ -36,7 +36,7 @@ bool simulate_trial(const TrialMotion& motion, const Hypothesis& hypothesis, std
   const Plant plant = make_plant(motion.experiment, hypothesis, motion.experiment.recordings[0].spec);
   RolloutOptions options;
   options.max_step = kStep;
-  options.free_running = true;  // nothing holds a real robot to what it should do
+  options.free_running = true;  // no pull to the commanded motion, as on a real robot
   return simulate_recording(plant, motion.experiment.recordings[0], motion.problem.smooth[0], options, readings);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The proposal as files: commands that a robot can play, next.json for programs, next.html for people.
+// Writes a proposal: commands that a robot can play, next.json for programs, next.html for people.
 #include <cmath>
 #include <filesystem>
 
@@ -43,7 +43,7 @@ Json make_loads(const std::vector<LoadSpec>& loads) {
 
 std::string get_role(const Proposal& p) { return p.file.rfind("train", 0) == 0 ? "train" : "validate"; }
 
-// The line that states the recording in the experiment.
+// The line for the experiment that states the recording.
 std::string make_line(const Proposal& p) {
   std::string loads;
   for (const LoadSpec& load : p.plan.loads) {

@@ -13,18 +13,18 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kShare = 0.01;          // of a joint's effort, that a probe is about
-constexpr double kShift = 5e-4;          // [s]
-constexpr double kCoarser = 4.0;         // steps: differences need not be as exact as readings
-constexpr size_t kTrain = 2, kHeld = 1;  // recordings: enough to say what to try
+constexpr double kShare = 0.01;          // size of a step as a share of a joint's effort
+constexpr double kShift = 5e-4;          // [s] size of a step in time
+constexpr double kCoarser = 4.0;         // factor on the step: differences need less accuracy than readings
+constexpr size_t kTrain = 2, kHeld = 1;  // numbers of recordings: enough to rank
 
-// An effect at one place: small steps of it, and its parameters from how much of each step the residual asks for.
+// Small steps of an effect at one place. `make_start` converts the step sizes that fit the residual to parameters.
 struct Probe {
   std::vector<Effect> steps;
   std::function<bool(const Eigen::VectorXd& x, std::vector<double>* p)> make_start;
 };
 
-// How much a joint does, root mean squares over the training recordings.
+// Rms of a joint's motion and effort over the training recordings.
 struct Activity {
   double effort = 0.0, position = 0.0, rate = 0.0, acceleration = 0.0;
 };
@@ -76,7 +76,7 @@ class Probes {
     }
   }
 
-  // What repeats over position has a frequency, which no small step can find: the best of the missing effort's.
+  // Ripples over position: no small step finds their wave number, so the best one of the missing effort is used.
   void add_ripples(const Effect& start) {
     const EffectInfo& row = get_effect(start.id);
     const double shape = start.p[static_cast<size_t>(row.periods)];
@@ -96,7 +96,7 @@ class Probes {
   const std::vector<Probe>& list() const { return list_; }
 
  private:
-  // One parameter from its neutral value; `rest` are the others.
+  // Steps the first parameter from its neutral value; `rest` are the others.
   void add(const EffectInfo& row, const Place& place, double step, std::vector<double> rest = {}) {
     const double none = row.parameters[0].neutral, low = row.parameters[0].low, high = row.parameters[0].high;
     Effect effect{row.id, place, {none + step}};
@@ -108,7 +108,7 @@ class Probes {
                      }});
   }
 
-  // A vector of three parameters around none.
+  // Steps each component of a vector from zero.
   void add_vector(const EffectInfo& row, const Place& place, double step) {
     Probe probe;
     for (size_t i = 0; i < 3; ++i) {
@@ -122,7 +122,7 @@ class Probes {
     list_.push_back(probe);
   }
 
-  // The row's own steps.
+  // Uses the steps that the row lists.
   void add_steps(const EffectInfo& row, const Place& place, double size) {
     Probe probe;
     for (const std::vector<double>& p : row.probe.list(size)) probe.steps.push_back({row.id, place, p});
@@ -132,7 +132,7 @@ class Probes {
     list_.push_back(probe);
   }
 
-  // Laws of one number times a column of torque: as much as makes a share of a typical effort.
+  // Steps the laws of one parameter by as much as makes a share of a typical effort.
   void add_joint(int j) {
     const Activity& a = activity_[static_cast<size_t>(j)];
     const double effort = kShare * a.effort;
@@ -189,13 +189,13 @@ class Probes {
 
 using Columns = std::vector<std::vector<double>>;
 
-// What is left and how it changes with the parameters fitted already, of one recording.
+// Residuals of one recording and their derivatives with respect to the fitted parameters.
 struct Base {
-  std::vector<double> residuals, coarse;  // with the problem's steps and with coarser ones
+  std::vector<double> residuals, coarse;  // with the problem's steps; with coarser ones
   Columns columns;
 };
 
-// Adds sums of products of [fitted parameters, steps, residual].
+// Adds sums of products of [columns of fitted parameters, steps, residual].
 void add_products(const Base& base, const Columns& steps, Eigen::MatrixXd* gram) {
   std::vector<const std::vector<double>*> all;
   for (const auto& column : base.columns) all.push_back(&column);
@@ -212,18 +212,18 @@ void add_products(const Base& base, const Columns& steps, Eigen::MatrixXd* gram)
   }
 }
 
-// Of the residual on the first `size` columns.
+// Regresses the residual on the first `size` columns.
 Regression regress(const Eigen::MatrixXd& gram, long size) {
   return solve_gram(gram.topLeftCorner(size, size), -gram.col(gram.rows() - 1).head(size));
 }
 
-// By what chi2 falls with steps x.
+// Decrease of chi2 for the step sizes x.
 double calc_drop(const Eigen::MatrixXd& gram, const Eigen::VectorXd& x) {
   const long size = x.size(), last = gram.rows() - 1;
   return -2.0 * x.dot(gram.col(last).head(size)) - x.dot(gram.topLeftCorner(size, size) * x);
 }
 
-// Of one effect at one place only the best start.
+// Keeps only the best start of each effect and place.
 void drop_copies(std::vector<Addition>* ranked) {
   std::vector<Addition> kept;
   for (const Addition& addition : *ranked) {
@@ -269,7 +269,7 @@ class Ranker {
     recordings_.insert(recordings_.end(), from.begin(), from.begin() + static_cast<long>(std::min(most, from.size())));
   }
 
-  // Of a sum over some recordings: what all of them would give.
+  // Factor from a sum over some recordings to one over all.
   static double scale_up(const std::vector<int>& all, size_t used) {
     return used == 0 ? 0.0 : static_cast<double>(all.size()) / static_cast<double>(used);
   }
@@ -297,7 +297,7 @@ class Ranker {
     return calc_residuals(problem_, hypothesis, recordings_[r], options, start, residuals);
   }
 
-  // Differences to a simulation with the same steps; dry friction is not there in coarse ones.
+  // Differences must be of simulations with the same steps. Coarse steps miss dry friction, so it uses fine ones.
   bool calc_column(const Hypothesis& moved, double delta, size_t r, std::vector<double>* column) const {
     const bool fine = sticks(moved.back().id);
     const std::vector<double>& from = fine ? bases_[r].residuals : bases_[r].coarse;
@@ -337,7 +337,7 @@ class Ranker {
   const Hypothesis& fitted_;
   RolloutOptions options_;
   std::vector<int> recordings_;
-  size_t trained_ = 0;       // of them, the first
+  size_t trained_ = 0;       // number of training recordings, which come first
   std::vector<Base> bases_;  // by recording
 };
 

@@ -10,8 +10,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Over so long [s], missing efforts are averaged: accelerations carry the noise of two derivatives, which would hide
-// what the rest follows; what changes faster than that is no function of slow quantities anyway.
+// [s] Length over which missing efforts are averaged. Accelerations contain the noise of two derivatives, which would
+// hide a relation. Anything faster is no function of slow quantities.
 constexpr double kAverage = 0.05;
 
 std::vector<double> average(const MissingEffort& m, int j) {
@@ -26,7 +26,7 @@ std::vector<double> average(const MissingEffort& m, int j) {
   return out;
 }
 
-// Of joint j; then the positions of the others.
+// Quantities of joint j, then the positions of the other joints.
 std::vector<Regressor> list_quantities(const Experiment& e, int j) {
   std::vector<Regressor> list{{"position", "its position", "rad"},
                               {"velocity", "its velocity", "rad/s"},
@@ -49,7 +49,7 @@ Observed observe(const MissingEffort& m, int j) {
   for (long k = 0; k < m.q.rows(); ++k) {
     if (k > 0) swing = 0.97 * swing + m.q(k, j) - m.q(k - 1, j);
     const double v = m.qd(k, j);
-    // The effort that the drive gives has what is missing in it; the one that the motion takes has not.
+    // The given effort minus the missing effort is the effort of the motion.
     const double values[] = {m.q(k, j),
                              v,
                              v > kStands    ? 1.0
@@ -68,8 +68,7 @@ Observed observe(const MissingEffort& m, int j) {
   return o;
 }
 
-// Joints whose readings are missed by a tenth or more of what the worst is missed by, as sums of squares beyond noise;
-// the worst first.
+// Joints whose squared error beyond noise is at least a tenth of the worst joint's; the worst first.
 std::vector<int> list_missed(const Score& left) {
   std::vector<double> beyond(left.signal_chi2.size() / kQuantities, 0.0);
   for (size_t c = 0; c < left.signal_chi2.size(); ++c)
@@ -83,7 +82,7 @@ std::vector<int> list_missed(const Score& left) {
   return joints;
 }
 
-// Mean square of the missing effort in units of what noise alone gives.
+// Mean square of the missing effort in units of its noise.
 double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
   double sum = 0.0, count = 0.0;
   for (const MissingEffort& m : recordings) {
@@ -93,17 +92,17 @@ double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
   return sum / std::max(1.0, count);
 }
 
-// Joints to be spoken of, strongest first.
+// Joints to report, strongest first.
 std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, const Score& left) {
-  constexpr double kStandsOut = 4.0;  // twice the noise
-  constexpr double kShare = 0.1;      // of the strongest
+  constexpr double kStandsOut = 4.0;  // squared, in units of noise
+  constexpr double kShare = 0.1;      // share of the strongest
   constexpr size_t kMost = 3;
   std::vector<std::pair<double, int>> missed;
   for (int j : list_missed(left)) missed.push_back({calc_missed(recordings, j), j});
   if (missed.empty()) return {};
   const int worst = missed.front().second;
   std::stable_sort(missed.begin(), missed.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  // Efforts that are lost in the noise of accelerations still move the joint: it is known by its readings.
+  // If the noise of accelerations hides the efforts, the worst joint is still known from its readings.
   if (missed.front().first < kStandsOut) return {worst};
   std::vector<int> joints;
   for (const auto& [square, j] : missed) {

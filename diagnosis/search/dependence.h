@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the effort that is missing at a joint depends on, when no known effect explains it.
+// Finds what the missing effort of a joint depends on if no known effect explains it.
 #pragma once
 
 #include <vector>
@@ -9,15 +9,16 @@
 
 namespace hrp::diagnosis {
 
+// What the missing effort of one joint depends on.
 struct Dependence {
   int joint = 0;
-  double effort = 0.0;  // [N m] root mean square of what is missing
-  Relation relation;    // to position, velocity, direction, load, time, history
+  double effort = 0.0;  // [N m] rms of the missing effort
+  Relation relation;    // dependence on position, velocity, direction, load, time, history
 };
 
-// Joints whose missing effort stands out, strongest first, at most three, of those that simulation under `base` misses
-// most (`left`: what it leaves of the held-out recordings); elsewhere a heavy link's effort is only smoothed a little
-// too much. What they follow is learnt on the training recordings and judged on the others.
+// Returns at most three joints with a significant missing effort, strongest first. Only joints that the simulation
+// under `base` predicts badly count (`left`: its score on held-out recordings); at others, smoothing alone may distort
+// the effort of a heavy link. Relations are learnt on training recordings and judged on held-out ones.
 std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base, const Score& left);
 
 }  // namespace hrp::diagnosis

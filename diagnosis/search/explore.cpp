@@ -14,9 +14,9 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-constexpr double kChanged = 0.5;  // of what was left: an effect that takes more away changes what others were fitted to
-constexpr size_t kGaps = 3;       // from which a loose or elastic transmission is fitted: many minima
-constexpr size_t kKept = 12;      // leads of one size that are looked at further
+constexpr double kChanged = 0.5;  // ratio of residuals: if an effect removes more, friction beside it is fitted again
+constexpr size_t kGaps = 3;       // number of gaps from which a transmission is fitted, because of local minima
+constexpr size_t kKept = 12;      // number of sets of one size that are kept
 
 FitOptions quick_options() {
   FitOptions options;
@@ -62,7 +62,7 @@ Lead Explorer::make_lead(const Hypothesis& hypothesis) {
   return lead;
 }
 
-// The best of an effect's alternatives, or of the values of those parameters only that no fit moves.
+// Best of an effect's start values; with `scanned_only`, only of parameters that are scanned and not fitted.
 std::vector<Effect> Explorer::choose_starts(const Problem& problem, const Hypothesis& hypothesis, size_t at,
                                             bool scanned_only, size_t count) const {
   const std::vector<Effect> options = list_options(hypothesis[at], scanned_only);
@@ -74,7 +74,7 @@ void Explorer::choose_start(const Problem& problem, Hypothesis* hypothesis, size
   (*hypothesis)[at] = choose_starts(problem, *hypothesis, at, scanned_only, 1)[0];
 }
 
-// What friction was fitted to changes with what stands beside it now: its shape is chosen again.
+// The best shape of a friction law depends on the effects beside it, so it is chosen again.
 void Explorer::choose_again(const Problem& problem, const FitOptions& options, FitResult* result) const {
   for (size_t i = 0; i + 1 < result->hypothesis.size(); ++i) {
     const EffectInfo& info = get_effect(result->hypothesis[i].id);
@@ -87,7 +87,7 @@ void Explorer::choose_again(const Problem& problem, const FitOptions& options, F
   }
 }
 
-// Of all joints: those beyond feel how the link moves behind its transmission, more than its own joint's readings do.
+// Chi-square over all joints: links beyond an elastic transmission show its motion better than the joint itself.
 double Explorer::calc_left(Problem& p, const FitResult& result) const {
   const View own = std::exchange(p.view, {true, nullptr, -1});
   const Score score = calc_score(p, result.hypothesis, p.train);
@@ -95,7 +95,7 @@ double Explorer::calc_left(Problem& p, const FitResult& result) const {
   return score.ok ? score.chi2 : 1e300;
 }
 
-// What rattles or swings does so about the motion of a rotor without play, which is quick to fit.
+// Starts a transmission from the rotor inertia that fits without a transmission, which is a fast fit.
 Effect Explorer::start_from_rotor(const Problem& problem, Hypothesis with, const FitOptions& options) const {
   Effect effect = with.back();
   with.back() = make_part(effect, get_effect(effect.id).parts.front());
@@ -105,7 +105,7 @@ Effect Explorer::start_from_rotor(const Problem& problem, Hypothesis with, const
   return effect;
 }
 
-// `start` and the effects of the parent at its joint, fitted together; the rest of the parent frozen.
+// Fits `start` and the parent's effects at its joint together; the other effects of the parent are frozen.
 Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect& start) const {
   const int joint = find_joint(start);
   p.view = {true, parent.paths.get(), joint};
@@ -195,7 +195,7 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
   });
   std::vector<Task> tasks;
   std::set<EffectSet> seen;
-  std::vector<size_t> fresh;  // tasks that need a fit: shared ones, and local ones not known yet
+  std::vector<size_t> fresh;  // tasks that need a fit: shared ones, and local ones that are not known
   std::set<LocalKey> planned;
   for (size_t i = 0; i < from.size(); ++i) {
     for (const Effect& start : starts[i]) {
@@ -239,7 +239,7 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
   return leads;
 }
 
-// Keeps the fits along paths that are still in use: a freed path's address may come again.
+// Keeps only fits along paths in use, because a new object may reuse the address of a deleted one.
 void Explorer::forget(const std::vector<Lead>& from, const std::vector<Lead>& leads) {
   kept_ = {nominal_.paths};
   for (const auto* list : {&from, &leads}) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The wide search: sets of effects, grown one effect at a time, compared along the recorded paths (bodies.h). There a
-// joint's readings depend on the effects at that joint only, and on those that all joints feel (masses, forces, encoder
-// offsets, links moved by elastic transmissions); so most fits are of one joint, and are shared by all sets alike
-// there.
+// Searches sets of effects, grown by one effect at a time, with joints simulated along recorded paths (bodies.h). There
+// a joint's readings depend only on effects at that joint and on shared ones (masses, forces, encoder offsets, links
+// behind elastic transmissions). Therefore most fits concern one joint, and all sets with the same effects at that
+// joint share the fit.
 #pragma once
 
 #include <map>
@@ -15,17 +15,17 @@ namespace hrp::diagnosis {
 
 class Explorer {
  public:
-  // Needs the problem's nominal paths.
+  // Requires the problem's nominal paths.
   explicit Explorer(const Problem& problem);
 
   // The empty set.
   const Lead& nominal() const { return nominal_; }
 
-  // A set as it is.
+  // Judges a set without fitting it.
   Lead make_lead(const Hypothesis& hypothesis);
 
-  // The best sets that have one effect more than one of `from`, best first, none twice; at `quiet` joints (by joint)
-  // none is added that would show in their readings alone.
+  // The best sets with one effect more than one of `from`, best first, without duplicates. Adds no effect that changes
+  // only the readings of a `quiet` joint (flag by joint).
   std::vector<Lead> grow(const std::vector<Lead>& from, size_t candidates, const std::vector<char>& quiet);
 
  private:
@@ -37,7 +37,8 @@ class Explorer {
     size_t parent;
     Effect start;
   };
-  // Paths, joint, and the effects there; of clocks, which run in all joints, their values, too.
+  // Key of a local fit: paths, joint, the effects there. Clock effects act on all joints, so their values are in the
+  // key.
   using LocalKey = std::tuple<const Paths*, int, std::vector<std::tuple<EffectId, Place, double>>>;
 
   double calc_left(Problem& p, const FitResult& result) const;
@@ -53,11 +54,11 @@ class Explorer {
   void forget(const std::vector<Lead>& from, const std::vector<Lead>& leads);
   LocalKey make_key(const Lead& parent, const Effect& start) const;
 
-  std::vector<Problem> workers_;  // one a thread; coarser steps than the final fits
+  std::vector<Problem> workers_;  // one per thread; coarser steps than final fits
   std::vector<int> held_;
   Lead nominal_;
   std::map<LocalKey, Local> locals_;
-  std::vector<std::shared_ptr<const Paths>> kept_;  // paths are keys: they must not move
+  std::vector<std::shared_ptr<const Paths>> kept_;  // keys contain their addresses, so they must not move
 };
 
 }  // namespace hrp::diagnosis

@@ -13,7 +13,7 @@ namespace {
 
 using FreeParameter = Parameter<EffectParameter>;
 
-// What creeps so far above the noise, in its deviations, will not get there: its fit is not worth many digits.
+// Above kFar (rms in units of noise) a slowly converging fit stops early: it will not reach the noise.
 constexpr double kFar = 2.0, kFarTolerance = 5e-3;
 
 std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
@@ -22,7 +22,7 @@ std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const s
       [&](size_t e, const EffectParameter& info) { return !info.scanned && !(e < frozen.size() && frozen[e]); });
 }
 
-// Sticking and slipping make readings a jagged function of friction: differences over 2 % see its trend.
+// Stick-slip makes readings a non-smooth function of friction. Differences over 2 % show its trend.
 double find_difference(EffectId id, const EffectParameter& info, double value) {
   return (sticks(id) ? 0.02 : 0.005) * std::max(info.step, std::abs(value));
 }
@@ -34,10 +34,10 @@ struct Normal {
   Eigen::MatrixXd A;
   Eigen::VectorXd b;
   bool ok = true;
-  std::vector<Eigen::VectorXd> blocks;  // sums of score vectors over stretches of the recordings
+  std::vector<Eigen::VectorXd> blocks;  // score vectors summed over stretches of the recordings
 };
 
-// J^T J and J^T r of one recording from its residuals and those with each parameter moved.
+// J^T J and J^T r of one recording, from its residuals and those with each parameter changed.
 Normal make_normal(const Residuals& residuals, const std::vector<Residuals>& moved, const std::vector<double>& deltas,
                    bool blocks) {
   const size_t p = deltas.size(), size = residuals.size();
@@ -118,7 +118,7 @@ class Fitter {
   }
 
  private:
-  // Goes there if it leaves less than `before`.
+  // Accepts the hypothesis if its chi2 is below `before`.
   bool try_hypothesis(const Hypothesis& hypothesis, double before) {
     std::vector<Residuals> residuals;
     const Score score = calc_score_(hypothesis, &residuals);
@@ -129,7 +129,7 @@ class Fitter {
     return true;
   }
 
-  // From the residuals with every parameter moved, all recordings; the rollouts run in parallel.
+  // Normal equations of all recordings. The rollouts with changed parameters run in parallel.
   Normal linearise(bool blocks) const {
     const size_t p = parameters_.size(), n = recordings_.size();
     const std::vector<Move> moves = list_moves(hypothesis_, options_.frozen);
@@ -158,7 +158,7 @@ class Fitter {
     Eigen::MatrixXd A = normal.A;
     for (long i = 0; i < A.rows(); ++i) {
       const double step = parameters_[static_cast<size_t>(i)].info->step;
-      A(i, i) = A(i, i) * (1.0 + lambda) + 1e-6 / (step * step);  // a direction without information stays where it is
+      A(i, i) = A(i, i) * (1.0 + lambda) + 1e-6 / (step * step);  // keeps parameters without information
     }
     const Eigen::VectorXd dx = A.ldlt().solve(-normal.b);
     Hypothesis trial = hypothesis_;
@@ -170,7 +170,7 @@ class Fitter {
     return trial;
   }
 
-  // A^-1 B A^-1 with B from sums over stretches, at least A (times the mean square residual where that exceeds 1).
+  // Covariance A^-1 B A^-1 with B from sums over stretches, at least A (times the mean squared residual if above 1).
   void add_intervals(FitResult* result) {
     const Normal normal = linearise(true);
     if (!normal.ok) return;
@@ -182,8 +182,8 @@ class Fitter {
     for (long i = 0; i < p; ++i) {
       const EffectParameter& info = *parameters_[static_cast<size_t>(i)].info;
       A(i, i) += 1e-9 / (info.step * info.step);
-      // What is known beforehand of the drive's timing: somewhere between its bounds (variance of a uniform
-      // distribution). Without it a lag of the servo's rate and a rotor's inertia would be taken for the same thing.
+      // Prior of the drive's timing: uniform between its bounds, as a variance. Without it, a lag of the servo's rate
+      // could not be distinguished from a rotor's inertia.
       if (is_timing(hypothesis_[parameters_[static_cast<size_t>(i)].effect]))
         A(i, i) += 12.0 / std::pow(info.high - info.low, 2);
     }
@@ -198,8 +198,8 @@ class Fitter {
     for (size_t e = 0; e < result->hypothesis.size(); ++e) result->distance.push_back(calc_distance(A, B, inflate, e));
   }
 
-  // How far an effect as a whole is from none, in standard deviations: along the step that takes it away, the others
-  // following as suits best. A force of which no component is sure may still be there for sure.
+  // Distance of an effect from zero in standard deviations: along the step that removes it, with the other parameters
+  // fitted again. A force may be significant even if none of its components is.
   double calc_distance(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, double inflate, size_t effect) const {
     const long p = A.rows();
     Eigen::VectorXd w = Eigen::VectorXd::Zero(p);
@@ -226,7 +226,7 @@ class Fitter {
   FitOptions options_;
   Hypothesis hypothesis_;
   std::vector<FreeParameter> parameters_;
-  Score score_;                       // of hypothesis_, and
+  Score score_;                       // of hypothesis_
   std::vector<Residuals> residuals_;  // by recording
 };
 

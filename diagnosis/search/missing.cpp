@@ -81,7 +81,7 @@ class Builder {
     }
   }
 
-  // What the base hypothesis has for friction, spring, rotor and drive along the motion.
+  // Effort of the base hypothesis' laws (friction, spring, rotor, drive) along the motion.
   double calc_law_effort(int j, const Grid& g, long k) const {
     const JointLaws& law = plant_.laws[static_cast<size_t>(j)];
     const double v = g.qd(k, j), q = g.q(k, j), s = calc_direction(v), u = g.u(k, j);
@@ -91,7 +91,7 @@ class Builder {
     return u - given + calc_taken_torque(law, q, v, g.qdd(k, j)) + dry;
   }
 
-  // Standard deviation of each row kind: effort noise after smoothing, acceleration noise through the mass matrix.
+  // Standard deviation of each kind of row: smoothed effort noise, and acceleration noise times the mass matrix.
   void find_deviations() {
     const Problem& p = problem_;
     out_.sigma.assign(static_cast<size_t>(2 * n_), 0.0);

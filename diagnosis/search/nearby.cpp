@@ -4,7 +4,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Moves one parameter by a factor as long as the training recordings are met better.
+// Multiplies one parameter by a factor as long as the fit of the training recordings improves.
 void walk(const Problem& problem, size_t effect, size_t index, double factor, Hypothesis* best, double* lowest) {
   const EffectParameter& info = list_infos((*best)[effect].id)[index];
   while (true) {

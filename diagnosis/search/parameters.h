@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parameters of all effects of a hypothesis as one list: the columns of a fit. An effect is any struct with its
-// values in `p`.
+// Lists the parameters of all effects of a hypothesis: the columns of a fit. An effect is any struct with values in
+// `p`.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@ struct Parameter {
   const Info* info;
 };
 
-// In the order of the hypothesis; `find_infos(effect)` are the descriptions of an effect's parameters, and a parameter
-// is left out where keep(effect's place in the hypothesis, info) is false.
+// In the order of the hypothesis. `find_infos(effect)` describes an effect's parameters; keep(index of the effect,
+// info) selects them.
 template <class Info, class Hypothesis, class FindInfos, class Keep>
 std::vector<Parameter<Info>> flatten(const Hypothesis& hypothesis, const FindInfos& find_infos, const Keep& keep) {
   std::vector<Parameter<Info>> list;

@@ -12,7 +12,7 @@ namespace hrp::diagnosis {
 double Score::rms() const { return count > 0.0 ? std::sqrt(chi2 / count) : 0.0; }
 
 double Score::rms(size_t signal) const {
-  if (signal >= signal_count.size()) return 1e300;  // of no rollout, as the first one of a fit did not stay finite
+  if (signal >= signal_count.size()) return 1e300;  // no rollout has stayed finite
   return signal_count[signal] > 0.0 ? std::sqrt(signal_chi2[signal] / signal_count[signal]) : 0.0;
 }
 
@@ -40,7 +40,7 @@ Problem make_problem(const Experiment& experiment, int jobs) {
   problem.experiment = &experiment;
   problem.jobs = jobs;
   problem.smooth.resize(experiment.recordings.size());
-  // Floating robots are smoothed by the engine that judges them, from even and from odd samples.
+  // Standing robots are smoothed elsewhere, from even and odd samples (standing/data.h).
   const int smoothed = experiment.scenario.floating_base ? 0 : static_cast<int>(experiment.recordings.size());
   parallel_for(jobs, smoothed, [&](int r) {
     problem.smooth[static_cast<size_t>(r)] =
@@ -64,7 +64,7 @@ double get_weight(const Problem& problem, size_t recording, size_t sample, size_
 
 namespace {
 
-// Accelerations of a simulated link from its velocities, over +- 2 samples: they are smooth, only sampled.
+// Accelerations of a simulated link are derived from its velocities over +- 2 samples; these have no noise.
 constexpr int kLinkWindow = 2;
 
 RobotPath make_path(const Problem& problem, const Plant& plant, int recording) {
@@ -109,7 +109,7 @@ Paths make_paths(const Problem& problem, const Hypothesis& hypothesis) {
 
 namespace {
 
-// Readings that a hypothesis predicts along the recorded paths.
+// Readings that a hypothesis predicts along recorded paths.
 bool predict_along(const Problem& problem, const Plant& plant, int recording, std::vector<double>* readings) {
   const Recording& data = problem.experiment->recordings[static_cast<size_t>(recording)];
   const SmoothRecording& smooth = problem.smooth[static_cast<size_t>(recording)];

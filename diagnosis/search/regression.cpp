@@ -4,7 +4,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSingular = 1e-6;  // of a column: less that is its own is none
+constexpr double kSingular = 1e-6;  // relative ridge: a column with less variance of its own is singular
 
 }  // namespace
 

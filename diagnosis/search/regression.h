@@ -11,7 +11,7 @@ struct Regression {
   double gain = 0.0;  // decrease of the sum of squares
 };
 
-// From X^T X and X^T y. Columns may have any units; directions that are not excited stay at zero.
+// Solves from X^T X and X^T y. Columns may have any units; directions without excitation stay at zero.
 Regression solve_gram(const Eigen::MatrixXd& gram, const Eigen::VectorXd& projection);
 
 }  // namespace hrp::diagnosis

@@ -12,16 +12,16 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kCoarse = 16, kFine = 60;  // intervals of one quantity: of what changes slowly with it, and sharply
-constexpr double kLeastShare = 0.12;     // of the held-out squares, or nothing is followed
-constexpr double kTie = 0.03;            // a difference of shares that says nothing
-constexpr double kSecond = 0.7;          // of what one quantity leaves: a second one has to leave less
-constexpr double kSecondShare = 0.05;    // and to take away more than that
-constexpr double kHighest = 14.0;        // [Hz] of oscillations: faster ones are averaged away
-constexpr double kActive = 0.25;         // of a function's height: where it is more, it acts
-constexpr double kNarrow = 0.45;         // of the range: what acts in less acts there only
-constexpr double kRepeats = 0.5;         // of a held-out motion's squares: it repeats, or swings like the series
-constexpr double kStraight = 0.9;        // of the variance of logarithms: then it is a power
+constexpr int kCoarse = 16, kFine = 60;  // intervals of one quantity, for smooth and for sharp functions
+constexpr double kLeastShare = 0.12;     // least share of the held-out squares of a relation
+constexpr double kTie = 0.03;            // shares that differ by less count as equal
+constexpr double kSecond = 0.7;  // a second quantity must leave less than this share of what the first one leaves,
+constexpr double kSecondShare = 0.05;    // and explain this much more of the whole
+constexpr double kHighest = 14.0;        // [Hz] faster oscillations are averaged away
+constexpr double kActive = 0.25;         // share of a function's height above which it acts
+constexpr double kNarrow = 0.45;  // share of the range: a function that acts within less is described by its range
+constexpr double kRepeats = 0.5;  // share of a held-out motion's squares: it repeats, or oscillates like the series
+constexpr double kStraight = 0.9;        // squared correlation of logarithms above which a power is reported
 
 double get_squares(const std::vector<Observed>& recordings) {
   double sum = 0.0;
@@ -29,7 +29,7 @@ double get_squares(const std::vector<Observed>& recordings) {
   return std::max(1e-300, sum);
 }
 
-// Intervals of a quantity that hold as many samples each.
+// Limits of intervals with equally many samples.
 std::vector<double> find_edges(const std::vector<Observed>& recordings, int quantity, int count) {
   std::vector<double> values, edges;
   for (const Observed& o : recordings) {
@@ -43,7 +43,7 @@ std::vector<double> find_edges(const std::vector<Observed>& recordings, int quan
   return edges;
 }
 
-// Means over the intervals of one quantity; or in each of them a parabola of a second one.
+// Table of means over the intervals of one quantity, or of a parabola of a second quantity in each interval.
 class Table {
  public:
   Table(const std::vector<Observed>& train, int quantity, int count, int beside = -1)
@@ -58,7 +58,7 @@ class Table {
       }
     }
     for (size_t cell = 0; cell < A.size(); ++cell) {
-      // Where the second one hardly varied within an interval, nothing is expected of it.
+      // The ridge removes dependence on the second quantity where it hardly varies within an interval.
       A[cell].diagonal().array() += kRidge * std::max(1.0, A[cell](0, 0));
       parabolas_.push_back(A[cell].ldlt().solve(b[cell]));
     }
@@ -104,7 +104,7 @@ class Table {
   double scale_ = 1e-12;
 };
 
-// Share of an oscillation, alone or in proportion to a quantity, whose amplitude and phase are each recording's own.
+// Share of squares of an oscillation, alone or times a quantity. Amplitude and phase are fitted to each recording.
 double judge_oscillation(const std::vector<Observed>& recordings, double frequency, int factor) {
   double taken = 0.0;
   for (const Observed& o : recordings) {
@@ -127,12 +127,12 @@ double find_length(const std::vector<Observed>& recordings) {
   return longest;
 }
 
-// Middles of a table's intervals that have two ends; values there.
+// A function of a quantity: centres of the table's inner intervals, and its values there.
 struct Curve {
   std::vector<double> x, y;
 };
 
-// Where a function of a quantity acts, if that is a small part of the range.
+// Range in which a function acts, if it is a small part of the quantity's range.
 std::string describe_range(const Curve& curve, const std::string& unit) {
   if (curve.x.size() < 6) return "";
   const double middle = find_median(curve.y);
@@ -148,7 +148,7 @@ std::string describe_range(const Curve& curve, const std::string& unit) {
   return format(" between %.3g and %.3g ", curve.x[first], curve.x[last]) + unit;
 }
 
-// The exponent of an odd power of the quantity.
+// Exponent of an odd power of the quantity, if one fits.
 std::string describe_power(const Curve& curve) {
   std::vector<std::pair<double, double>> points;  // logarithms
   double height = 0.0;
@@ -182,7 +182,7 @@ class Finder {
     if (time >= 0) swing = find_oscillation(train_, test_, lowest);
     if (moves_like(swing)) swing.share = 0.0;
     if (time >= 0 && load >= 0) driven = find_oscillation(train_, test_, lowest, load);
-    double best = swing.share - kTie;  // a motion that oscillates makes everything oscillate
+    double best = swing.share - kTie;  // in an oscillating motion, everything oscillates
     for (double share : alone) best = std::max(best, share);
 
     Relation one;
@@ -215,7 +215,7 @@ class Finder {
     return -1;
   }
 
-  // The recordings with a quantity, less its mean, in the place of the series.
+  // The recordings with a quantity minus its mean as the series.
   static std::vector<Observed> take(std::vector<Observed> recordings, int quantity) {
     for (Observed& o : recordings) {
       o.y = o.x[static_cast<size_t>(quantity)];
@@ -226,14 +226,14 @@ class Finder {
     return recordings;
   }
 
-  // Whether all recordings are of one motion: then time stands for all that the motion is.
+  // True if all recordings contain the same motion. Then time explains everything that the motion explains.
   bool does_repeat() const {
     const int time = find("time"), position = find("position");
     if (time < 0 || position < 0) return false;
     return Table(take(train_, position), time, kFine).judge(take(test_, position)) > kRepeats;
   }
 
-  // Whether the joint itself moves at that frequency: then the oscillation may be of whatever follows the motion.
+  // True if the joint itself moves at that frequency. The cause may then be anything that follows the motion.
   bool moves_like(const Oscillation& o) const {
     for (const char* name : {"position", "velocity"}) {
       const int quantity = find(name);
@@ -244,7 +244,7 @@ class Finder {
 
   double judge_alone(int i) const {
     double share = std::max(Table(train_, i, kCoarse).judge(test_), Table(train_, i, kFine).judge(test_));
-    // A direction says nothing that its velocity does not.
+    // The velocity contains the direction.
     if (i == find("velocity") && find("direction") >= 0)
       share = std::max(share, Table(train_, find("direction"), kCoarse, i).judge(test_));
     return share;
@@ -257,7 +257,7 @@ class Finder {
   bool is_pair(int i, int j) const {
     if (i == j || (is(i, "direction") && is(j, "velocity")) || (is(i, "velocity") && is(j, "direction"))) return false;
     if (repeats_ && (is(i, "time") || is(j, "time"))) return false;
-    // A coupling acts on both positions, its own and another's.
+    // A coupling acts on both positions, the joint's own and the other's.
     const bool other_i = is_other_joint(i), other_j = is_other_joint(j);
     if (other_i || other_j) return other_i != other_j && is(i, "position") && is(j, "position");
     return quantities_[static_cast<size_t>(i)].pairs && quantities_[static_cast<size_t>(j)].pairs;
@@ -299,7 +299,7 @@ class Finder {
     return range.empty() && quantity.name == "velocity" ? describe_power(curve) : range;
   }
 
-  // Friction that depends on a quantity: half the difference of both directions.
+  // For friction that depends on a quantity: half the difference of both directions.
   std::string describe_beside(int i, int other) const {
     const Regressor& quantity = quantities_[static_cast<size_t>(i)];
     if (quantity.unit.empty() || quantities_[static_cast<size_t>(other)].name != "direction") return "";
@@ -309,7 +309,7 @@ class Finder {
     return describe_range(curve, quantity.unit);
   }
 
-  // Of the intervals that have two ends.
+  // Uses the intervals that are bounded on both sides.
   template <class Get>
   static Curve make_curve(const Table& table, Get get) {
     Curve curve;

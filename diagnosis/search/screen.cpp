@@ -11,7 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Gain and coefficients of a shape's columns alone.
+// Gain and coefficients of the columns of one shape alone.
 Regression solve_columns(const Signatures& s, const std::vector<int>& columns) {
   const long p = static_cast<long>(columns.size());
   Eigen::MatrixXd gram(p, p);

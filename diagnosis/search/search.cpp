@@ -18,29 +18,29 @@ namespace {
 
 constexpr size_t kLargestSet = 3;
 constexpr size_t kBeam = 4;          // sets that are grown further
-constexpr size_t kLastBeam = 2;      // the same, to the largest: sets that are wrong have grown far apart by then
-constexpr size_t kCandidates = 10;   // effects that may be added to each
-constexpr size_t kSimulated = 3;     // sets of each size that are fitted through the simulation
-constexpr size_t kAsked = 3;         // effects that what is left asks for, that are tried
-constexpr size_t kScanned = 2;       // starts of play that are fitted: many minima
-constexpr double kAskedShare = 0.1;  // of what is left above the noise, that is worth asking for
-constexpr double kAskedAlike = 0.3;  // of the best one's gain: such may be the right one
-constexpr double kAskedTwin = 0.9;   // the same once it has left noise only
-constexpr double kAlike = 1.5;       // in cost
-constexpr double kIndistinguishable = 1.02;         // in cost: no difference that paths can tell
-constexpr double kClearlyWorse = 4.0;  // in cost: twice the error
-constexpr double kLeastSpread = 1e-3;  // of a value
-constexpr double kQuiet = 1.5;         // noise deviations: what a joint feels of others that are not explained yet
-constexpr double kQuietShare = 0.005;  // of what is left above the noise
-constexpr double kAlmost = 0.01;       // of what the nominal model leaves, by a set in which one effect may be wrong
-constexpr double kRest = 0.05;         // of what the nominal model leaves: what more would be no special case
-constexpr double kLeastGain = 0.95;    // in cost, of the sets of two that are simulated
-constexpr double kLeastDrop = 0.7;     // of what is left, or adding effects is given up
-constexpr double kClosely = 0.6;       // of the work that a search may cost, for looking closer
-constexpr double kGrowing = 0.85;      // the same, after which no larger sets are begun
+constexpr size_t kLastBeam = 2;      // the same before the largest size, when wrong sets are far behind
+constexpr size_t kCandidates = 10;   // effects that may be added to each set
+constexpr size_t kSimulated = 3;     // sets of each size that are simulated
+constexpr size_t kAsked = 3;         // effects by score test that are tried
+constexpr size_t kScanned = 2;       // start values of a gap that are fitted, because of local minima
+constexpr double kAskedShare = 0.1;  // least gain as a share of the residual above the noise
+constexpr double kAskedAlike = 0.3;  // share of the best gain: such effects may be the right one
+constexpr double kAskedTwin = 0.9;   // the same if the best one leaves only noise
+constexpr double kAlike = 1.5;       // ratio of costs that counts as similar
+constexpr double kIndistinguishable = 1.02;         // ratio of costs that paths cannot distinguish
+constexpr double kClearlyWorse = 4.0;  // ratio of costs: twice the error
+constexpr double kLeastSpread = 1e-3;  // relative: least standard deviation of a value
+constexpr double kQuiet = 1.5;         // rms in units of noise of a joint that needs no effect
+constexpr double kQuietShare = 0.005;  // share of the residual above the noise
+constexpr double kAlmost = 0.01;       // share of the nominal cost below which only one effect of a set may be wrong
+constexpr double kRest = 0.05;         // share of the nominal cost above which special cases are not tried
+constexpr double kLeastGain = 0.95;    // ratio of costs above which a larger simulated set is no gain
+constexpr double kLeastDrop = 0.7;     // ratio of residuals above which one more effect is no gain
+constexpr double kClosely = 0.6;       // share of the work for score tests
+constexpr double kGrowing = 0.85;      // share of the work after which no larger sets start
 
-// What is left above the noise is no chance: in every stretch it could lie along a parameter and shift it. And no
-// interval is narrower than what two integrators and two writers of a law's details agree to.
+// Adds the systematic parts to the intervals. The residual above the noise may be correlated with a parameter in every
+// stretch. Integrators and details of laws agree to kLeastSpread at best.
 void widen(size_t recordings, Trial* trial) {
   const double above = std::max(0.0, 1.0 - trial->train.count / std::max(1.0, trial->train.chi2));
   const double shift = above * trial->train.count / static_cast<double>(kIndependent * std::max<size_t>(1, recordings));
@@ -52,7 +52,7 @@ void widen(size_t recordings, Trial* trial) {
   }
 }
 
-// From none on; copies of the problem add to the same count.
+// Counts work from zero; copies of the problem share the counter.
 Problem count_work(Problem problem) {
   problem.options.work = std::make_shared<Work>(0);
   return problem;
@@ -91,8 +91,8 @@ class Search {
   double calc_share() const { return static_cast<double>(prepared_.options.work->load()) / prepared_.most_work; }
   bool is_spent(double share = 1.0) const { return calc_share() > share; }
 
-  // A set may hold more than there is because another cause stood in for the rest when its first effect was chosen. And
-  // less, because what is left of a rotor whose transmission gives a little passes for noise.
+  // Replaces effects of a good set by special cases, since a second cause may have been fitted by a richer law. Also
+  // tries transmissions in place of a rotor, since the residual of a slightly elastic one may look like noise.
   void try_special_cases() {
     const Hypothesis best = trials_.best().hypothesis;
     if (calc_cost(trials_.best()) > kRest * calc_cost(nominal_)) return;
@@ -114,7 +114,7 @@ class Search {
     return info.find_special_case(effect.p.data(), speed, mass);
   }
 
-  // In the place of a rotor, as they were fitted along the paths, where they did better there.
+  // Tries transmissions in place of a rotor if they were better along the paths.
   void try_transmissions(const Hypothesis& best, size_t rotor) {
     const auto find = [&](const EffectSet& set) {
       return std::find_if(passed_over_.begin(), passed_over_.end(),
@@ -131,7 +131,7 @@ class Search {
     }
   }
 
-  // Sets of one, two, three effects along the recorded paths; the best of each size go through the simulation.
+  // Grows sets of one to three effects along recorded paths, and simulates the best ones of each size.
   void look_wide() {
     prepare_paths(&prepared_);
     Explorer explorer(prepared_);
@@ -147,7 +147,7 @@ class Search {
       for (const Lead& lead : beam)
         progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
       simulate_best(beam);
-      // What paths miss by themselves may be more than a small effect.
+      // Errors of the recorded paths may exceed a small effect.
       if (size == 1 && calc_cost(trials_.best()) > kLeastDrop * calc_cost(nominal_)) try_asked(nominal_);
       const bool grown = deepen();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
@@ -163,7 +163,7 @@ class Search {
     if (!is_spent(kGrowing) && loosen()) deepen();
   }
 
-  // Polishes the best set and grows it by what it leaves. Whether it has grown.
+  // Polishes the best set and adds effects by score tests. Returns true if it has grown.
   bool deepen() {
     bool grown = false;
     trials_.polish_best();
@@ -172,8 +172,8 @@ class Search {
     return grown;
   }
 
-  // By joint: whether the simulation leaves nothing but noise of its readings. Along the paths such a joint may still
-  // be missed: its motion is driven by recorded accelerations of others.
+  // By joint: true if the simulation leaves only noise in its readings. Along paths, recorded accelerations of other
+  // joints may still cause errors there.
   std::vector<char> list_quiet(const Trial& t) const {
     std::vector<double> excess(static_cast<size_t>(e_.num_joints()), 0.0);
     std::vector<char> quiet(excess.size(), 1);
@@ -188,7 +188,7 @@ class Search {
     return quiet;
   }
 
-  // Whether one effect more takes its share of what the best sets that have one less leave.
+  // True if one more effect reduces the residual of the best smaller sets below kLeastDrop.
   static bool helps(const std::vector<Lead>& parents, const std::vector<Lead>& leads) {
     std::map<size_t, double> least;  // by size
     for (const Lead& parent : parents) {
@@ -207,12 +207,12 @@ class Search {
         leads->end());
   }
 
-  // Larger sets are not looked for: noise is left, or details of which no effect would take a share.
+  // True if no larger sets are needed: only noise is left, or details that no effect reduces.
   bool is_finished(const Trial& t) const {
     return is_complete(t, nominal_) || (is_explained(t, nominal_) && content_.count(make_set(t.hypothesis)) > 0);
   }
 
-  // The best sets of a size that the simulation cannot tell apart, the simplest first.
+  // Best sets of a size that the simulation cannot distinguish, the simplest first.
   std::vector<Trial> list_bases() const {
     const Trial& best = trials_.best();
     std::vector<Trial> bases;
@@ -226,7 +226,8 @@ class Search {
     return bases;
   }
 
-  // Tries what the best set leaves in the simulation asks for. Whether a set with one effect more came out best.
+  // Tries the effects that the score test suggests for the best set. Returns true if a set with one more effect is
+  // best.
   bool look_closer() {
     const size_t size = trials_.best().hypothesis.size();
     if (size == 0 || size >= kLargestSet || is_finished(trials_.best()) || is_spent(kClosely)) return false;
@@ -234,7 +235,7 @@ class Search {
     const std::vector<Effect> asked = try_asked(bases[0]);
     if (asked.empty() && loosen()) return true;
     const bool helped = calc_cost(trials_.best()) < kLeastDrop * calc_cost(bases[0]);
-    // Which of the bases it was shows near the noise only.
+    // Other bases are tried only near the noise, where the true one can be distinguished.
     for (size_t i = 1; helped && i < bases.size() && is_near(trials_.best()); ++i) {
       if (is_explained(trials_.best(), nominal_)) break;
       try_with(bases[i], asked[0]);
@@ -244,9 +245,10 @@ class Search {
     return grown;
   }
 
-  // Where a rotor helps and leaves much, its transmission may give. Play that is not near its true gap is no help along
-  // the paths, and what is left asks for none to first order: so its values are scanned in the whole simulation, beside
-  // the others of the set and, because those may only stand in for it, without them. Whether it helped.
+  // If a rotor helps but leaves much, its transmission may be elastic or loose. A gap that is far from the true one
+  // does not help along paths, and the score test does not suggest it. Therefore gaps are scanned in the whole
+  // simulation. This is done beside the other effects of the set and without them, as they may be stand-ins. Returns
+  // true if it helped.
   bool loosen() {
     const Trial best = trials_.best();
     if (is_near(best) || is_explained(best, nominal_)) return false;
@@ -274,13 +276,13 @@ class Search {
     }
   }
 
-  // What is chosen first may stand for two causes that are not there yet: once they are, another may do better in its
-  // place.
+  // Exchanges effects: the first one may stand in for two causes. Once these are found, another effect may fit better
+  // in its place.
   void exchange() {
     while (exchange_one()) trials_.polish_best();
   }
 
-  // Whether the best set came out better with another effect in the place of one.
+  // Returns true if the best set improved with one effect exchanged.
   bool exchange_one() {
     const Trial best = trials_.best();
     if (best.hypothesis.size() < 2 || !is_near(best) || is_finished(best) || is_spent(kClosely)) return false;
@@ -295,7 +297,7 @@ class Search {
     return false;
   }
 
-  // Whether what a set leaves is so little that all its effects but one may be right.
+  // True if the residual is so small that all effects but one may be right.
   bool is_near(const Trial& t) const { return calc_cost(t) < kAlmost * calc_cost(nominal_); }
 
   bool try_with(const Trial& base, const Effect& added) {
@@ -308,10 +310,10 @@ class Search {
     return true;
   }
 
-  // Whether what is left is next to nothing and may be the details of a law of friction, memory or play.
+  // True if the small residual may be details of a law of friction, memory or play.
   bool has_details(const Trial& t) const { return is_explained(t, nominal_) && !is_smooth(t.hypothesis); }
 
-  // Such details show in the law's own joint, and there other effects fit them as well.
+  // True if the added effect is at the joint of such a law, where it may only fit these details.
   bool fits_details(const Trial& base, const Effect& added) const {
     const int joint = find_joint(added);
     return joint >= 0 && has_details(base) &&
@@ -319,7 +321,7 @@ class Search {
                        [&](const Effect& e) { return find_joint(e) == joint && !is_smooth({e}); });
   }
 
-  // The effects that were tried beside a set, those that promise most first.
+  // Tries effects beside a set, by decreasing gain. Returns those that were tried.
   std::vector<Effect> try_asked(const Trial& base) {
     std::vector<Effect> asked;
     double least = kAskedShare * (calc_cost(base) - base.train.count - base.validate.count);
@@ -334,17 +336,17 @@ class Search {
     return asked;
   }
 
-  // Fits the first of the sets through the simulation. Once one leaves noise only, no set that has more parameters or
-  // did clearly worse along the paths can take its place.
+  // Simulates the first sets. Once one leaves only noise, sets with more parameters, or clearly worse ones along the
+  // paths, are skipped.
   void simulate_best(std::vector<Lead> beam) {
-    // Of those that do about as well along the paths, the simple ones first: a richer one may only contain them.
+    // Among similar sets along the paths, the simple ones first: a richer one may only contain a simple one.
     const double alike = kAlike * beam.front().cost;
     const auto rich = std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost > alike; });
     const double best_cost = beam.front().cost;
     std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) {
       return count_parameters(a.hypothesis) < count_parameters(b.hypothesis);
     });
-    // The best of all is tried in any case: none is near the noise where all are alike.
+    // The best set is always tried, because all may be similar far above the noise.
     const auto best_of_all =
         std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost == best_cost; });
     if (best_of_all - beam.begin() >= static_cast<long>(kSimulated))
@@ -353,7 +355,7 @@ class Search {
       const Trial& best = trials_.best();
       const bool done = !best.hypothesis.empty() && is_noise(best);
       if (i > 1 && is_spent()) break;
-      if (!done && i >= kSimulated) break;  // a simpler one may explain as much as one that leaves noise only
+      if (!done && i >= kSimulated) break;  // a simpler set may explain as much
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       const size_t more = count_parameters(beam[i].hypothesis), least = count_parameters(best.hypothesis);
       if (done && (more > least || (more == least && beam[i].cost > kIndistinguishable * best_cost))) continue;
@@ -361,7 +363,7 @@ class Search {
     }
   }
 
-  // For the list of rivals: what a set leaves of the held-out recordings along the recorded paths.
+  // Trial for the list of rivals: held-out residual along recorded paths.
   Trial make_trial(const Lead& lead) const {
     Trial trial;
     trial.hypothesis = lead.hypothesis;
@@ -373,25 +375,25 @@ class Search {
     return trial;
   }
 
-  // In units of noise, as rms.
+  // Converts a cost to an rms in units of noise.
   double scale(double cost) const {
     return std::sqrt(cost / std::max(1.0, nominal_.train.count + nominal_.validate.count));
   }
 
-  // The best of the others, when the chosen one cannot be told from nothing.
+  // Takes the next best explanation if the chosen one is not significant.
   void take_next(Outcome* outcome) {
     const EffectSet worthless = make_set(outcome->chosen.hypothesis);
     outcome->chosen = nominal_, outcome->explained = false;
     for (const Trial* t : trials_.sort()) {
       if (t->hypothesis.empty() || make_set(t->hypothesis) == worthless || !is_explained(*t, nominal_)) continue;
       outcome->chosen = *t, outcome->explained = true;
-      outcome->chosen.probability = 0.5;  // it did worse than what was thrown out
+      outcome->chosen.probability = 0.5;  // it fits worse than the removed one
       trials_.finish(&outcome->chosen);
       return;
     }
   }
 
-  // A second effect that cannot be told from nothing only stands in for the first one's details.
+  // Removes effects that are not significant. They only fit details of the others.
   void drop_insignificant(Outcome* outcome) {
     Trial& chosen = outcome->chosen;
     if (chosen.hypothesis.empty() || chosen.std.size() < chosen.hypothesis.size()) return;
@@ -410,7 +412,7 @@ class Search {
     if (kept.empty()) return take_next(outcome);
     Trial trial = trials_.fit_aside(kept);
     progress_("  without what is no more than nothing: " + get_label(e_, kept) + describe(trial));
-    // Without it the rest may be above the noise by the details of laws: then nothing is named.
+    // Without it, details of laws may exceed the noise; then nothing is named.
     trial.probability = chosen.probability;
     trials_.finish(&trial);
     outcome->rivals.insert(outcome->rivals.begin(), trial);
@@ -418,7 +420,7 @@ class Search {
     outcome->explained = is_explained(chosen, nominal_);
   }
 
-  // The simplest of those that cannot be told from the best by the recordings they were not fitted to.
+  // Chooses the simplest set among those that held-out recordings cannot distinguish from the best.
   void decide(Outcome* outcome) {
     std::vector<Trial> list;
     for (const Trial* t : trials_.sort()) list.push_back(*t);
@@ -436,14 +438,14 @@ class Search {
   }
 
   const Experiment& e_;
-  Problem prepared_;  // with nominal paths, and a count of the work
+  Problem prepared_;  // with nominal paths and a counter of work
   Progress progress_;
   Trials trials_;
   const Trial& nominal_;
-  std::set<EffectSet> content_;     // sets whose rest asks for nothing
+  std::set<EffectSet> content_;     // sets that no addition improves
   std::set<EffectSet> loosened_;    // sets whose rotors were tried behind transmissions
-  std::set<EffectSet> exchanged_;   // sets of which no effect is to be exchanged again
-  std::vector<Trial> passed_over_;  // judged along the recorded paths only
+  std::set<EffectSet> exchanged_;   // sets whose effects were exchanged already
+  std::vector<Trial> passed_over_;  // judged along recorded paths only
 };
 
 }  // namespace

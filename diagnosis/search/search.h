@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From recordings to a verdict: which effects, if any, explain the mismatch.
+// Searches the sets of effects that explain the mismatch of the recordings.
 #pragma once
 
 #include <functional>
@@ -9,18 +9,19 @@
 namespace hrp::diagnosis {
 
 struct Outcome {
-  Trial nominal;  // nothing added
-  Trial chosen;   // best model found; of a partial explanation the effects of those subtrees that are explained
-  Hypothesis best;  // what left least of all that was tried through the simulation, explained or not
+  Trial nominal;  // without effects
+  Trial chosen;   // best model; of a partial explanation, the effects of the explained subtrees
+  Hypothesis best;  // smallest residual of all simulated sets, explained or not
   bool mismatch = false, explained = false, partly = false;
-  bool modelled = false;          // the chosen model is to be shown, though nothing in it is named
-  bool spent = false;             // the search ended at its limit of work
-  std::vector<Trial> rivals;      // best first, the chosen one too
-  std::vector<Trial> indistinguishable;  // as good as the chosen one: the data cannot tell
+  bool modelled = false;          // report the chosen model although no effect is named
+  bool spent = false;             // the search reached its limit of work
+  std::vector<Trial> rivals;      // best first, with the chosen one
+  std::vector<Trial> indistinguishable;  // sets that the data cannot distinguish from the chosen one
 };
 
 using Progress = std::function<void(const std::string&)>;
 
+// Searches a robot without independent subtrees; search_subtrees() handles the general case.
 Outcome search(const Problem& problem, const Progress& progress);
 
 }  // namespace hrp::diagnosis

@@ -35,7 +35,7 @@ class Builder {
   }
 
  private:
-  // A column from a function of (grid, sample): value in row kind `kind` (0: motion, 1: servo) of joint j.
+  // Adds a column f(grid, sample) in the rows of joint j and of one kind (0: motion, 1: servo). Returns its index.
   int add_column(int j, int kind, const std::function<double(const Grid&, long)>& f) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(rows_ * 2 * n_);
     long row = 0;
@@ -52,7 +52,7 @@ class Builder {
     return static_cast<int>(columns_.size()) - 1;
   }
 
-  // A column of changed efforts [sample][joint], one matrix per grid.
+  // Adds a column of changed efforts [sample][joint], one matrix per grid.
   int add_column(const std::vector<Eigen::MatrixXd>& efforts) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(rows_ * 2 * n_);
     long row = 0;
@@ -70,7 +70,7 @@ class Builder {
     out_.shapes.push_back({id, place, std::move(columns), std::move(make_start)});
   }
 
-  // Change of all efforts when joint j really is at q - delta(t): what an elastic or loose transmission does.
+  // Change of all efforts if the link of joint j is at q - delta(t), as behind an elastic or loose transmission.
   int add_motion_change(
       int j, const std::function<void(const Grid&, Eigen::VectorXd*, Eigen::VectorXd*, Eigen::VectorXd*)>& delta) {
     std::vector<Eigen::MatrixXd> efforts;
@@ -86,7 +86,7 @@ class Builder {
     return add_column(efforts);
   }
 
-  // One parameter: its neutral value and what of the column is missing, within bounds.
+  // An effect of one parameter: neutral value plus coefficient, within its bounds.
   void add_single(const EffectInfo& row, const Place& place, int column) {
     const EffectParameter& info = row.parameters[0];
     add_shape(row.id, place, {column}, [&info](const std::vector<double>& x, std::vector<double>* p) {
@@ -113,7 +113,7 @@ class Builder {
     }
   }
 
-  // Rows of the table that are linear in torque, at every shape that is to be tried.
+  // Rows of the table that are linear in torque, with all shapes to try.
   void add_rows(int j) {
     double effort = 0.0, speed = 0.0;
     for (const Grid& g : grids_) {
@@ -122,7 +122,8 @@ class Builder {
     }
     for (const EffectInfo& effect : list_effects()) {
       if (effect.place != PlaceKind::kJoint || (effect.torque.num_columns == 0 && !effect.torque.advance)) continue;
-      if (plant_.effort_driven && effect.family == EffectFamily::kTiming) continue;  // no servo that could be late
+      // without a servo, no command can be late
+      if (plant_.effort_driven && effect.family == EffectFamily::kTiming) continue;
       std::vector<std::vector<double>> shapes = effect.torque.shapes;
       if (effect.torque.shape_from_data) shapes = find_periods(j);
       else if (shapes.empty()) shapes.emplace_back();
@@ -162,7 +163,7 @@ class Builder {
     });
   }
 
-  // A rotor and how the link lags behind it.
+  // A rotor inertia, and the lag of the link behind it.
   void add_transmissions(int j) {
     const int inertia = add_column(j, 0, [j](const Grid& g, long k) { return g.qdd(k, j); });
     for (const EffectInfo& row : list_effects()) {
@@ -185,7 +186,7 @@ class Builder {
     }
   }
 
-  // The best few spatial frequencies [1/rad] of the missing effort.
+  // Best wave numbers [1/rad] of ripples in the missing effort, at most four.
   std::vector<std::vector<double>> find_periods(int j) const {
     double low = 1e300, high = -1e300;
     for (const Grid& g : grids_)
@@ -214,8 +215,8 @@ class Builder {
     return best;
   }
 
-  // A fault of the logged effort shows in both kinds of rows alike; one of the position (the servo is not deceived) as a
-  // wrong servo effort.
+  // A fault of the logged effort appears equally in both kinds of rows. A fault of the logged position, which the servo
+  // does not have, appears as a wrong servo effort.
   void add_sensors(int j) {
     if (!missing_.has_effort[static_cast<size_t>(j)]) return;
     const JointLaws& laws = plant_.laws[static_cast<size_t>(j)];
@@ -236,7 +237,7 @@ class Builder {
     }
   }
 
-  // Change of all efforts when the model changes.
+  // Change of all efforts per unit of a change of the model.
   int add_model_change(const Effect& change, double per) {
     Hypothesis hypothesis{change};
     const Plant changed = make_plant(e_, hypothesis);
@@ -248,8 +249,8 @@ class Builder {
     return add_column(efforts);
   }
 
-  // Rows whose effect on efforts is linear in all their parameters, and a mass that is carried: any mass, and a shift of
-  // the centre of mass as a carried moment makes it.
+  // Effects of links that are linear in all parameters, and a payload. The payload is a mass at the link's origin and
+  // the moment of a shifted centre of mass.
   void add_link(int link) {
     if (link == 0) return;
     const double mass = e_.robot.tree.links[static_cast<size_t>(link)].inertia.mass;
@@ -310,14 +311,14 @@ class Builder {
 
   const Experiment& e_;
   Plant plant_;
-  std::vector<Plant> held_;  // by grid: the same with what was done by hand in that recording
+  std::vector<Plant> held_;  // by grid: with external forces by hand in that recording
   int n_;
   const MissingRows missing_;
   const std::vector<Grid>& grids_;
   const long rows_;
   const std::vector<double>& sigma_;
   const Eigen::VectorXd& residual_;
-  std::vector<Eigen::MatrixXd> nominal_;  // by grid: efforts of the nominal bodies
+  std::vector<Eigen::MatrixXd> nominal_;  // by grid: inverse dynamics of the nominal model
   std::vector<Eigen::VectorXd> columns_;
   Signatures out_;
 };

@@ -12,7 +12,7 @@ namespace {
 
 bool is_vector(const Effect& effect) { return get_effect(effect.id).vector && effect.p.size() == 3; }
 
-// A stiffness whose interval holds infinity, or one at a bound, is no elasticity.
+// False if the interval of the stiffness contains infinity, or the value is at a bound.
 bool is_elastic(const Effect& effect, const std::vector<double>& std) {
   for (size_t i : {size_t{0}, static_cast<size_t>(get_effect(effect.id).rotor)}) {
     const EffectParameter& info = list_infos(effect.id)[i];
@@ -30,7 +30,7 @@ bool is_significant(const Effect& effect, const std::vector<double>& std, double
   if (is_vector(effect)) return distance > kSignificantVector;
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const double neutral = list_infos(effect.id)[i].neutral;
-    // 1e-3 of a scale: below what any law is known to.
+    // A scale must differ by 2e-3: laws are known no better.
     const double least = list_infos(effect.id)[i].factor ? 2e-3 : 0.0;
     if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(kSignificantInJoint * std[i], least)) return true;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a fitted effect says by its parameters alone.
+// What the parameters of a fitted effect imply, without its fit.
 #pragma once
 
 #include <vector>
@@ -8,27 +8,27 @@
 
 namespace hrp::diagnosis {
 
-// Does an effect differ from its absence by four standard deviations (std: of its parameters; distance: of all of them
-// at once, which counts for vectors)? A transmission must give within bounds; what has no absent value (saturation, a
-// Stribeck curve) always does.
+// True if an effect differs significantly from its absence. `std`: of its parameters; `distance`: of all of them
+// together, which decides for vectors. An elasticity must be within its bounds. Effects without a neutral value
+// (saturation, Stribeck curve) always count as significant.
 bool is_significant(const Effect& effect, const std::vector<double>& std, double distance);
 
-// Friction with a dry part of its own: there is one of these in a joint.
+// Friction with a Coulomb part; a joint has at most one of these.
 bool is_dry(EffectId id);
 
-// Dry friction, also in proportion to the load: readings are a jagged function of it, and coarse steps miss it.
+// Dry friction, also load-dependent: readings depend on it non-smoothly, and coarse steps miss it.
 bool sticks(EffectId id);
 
-// [kg m^2] of a rotor, also behind a transmission; 0 for other effects.
+// Rotor inertia [kg m^2], also behind a transmission; 0 for other effects.
 double get_rotor(const Effect& effect);
 
-// A rotor that nothing parts from its link.
+// True for a rotor that is rigidly connected to its link.
 bool is_rigid_rotor(const Effect& effect);
 
-// Without friction, memory, play or limits.
+// True without friction, memory, play or limits.
 bool is_smooth(const Hypothesis& hypothesis);
 
-// Phases between 0 and 2 pi, amplitudes positive.
+// Brings phases to [0, 2 pi) and amplitudes to positive values.
 void normalise(Hypothesis* hypothesis);
 
 }  // namespace hrp::diagnosis

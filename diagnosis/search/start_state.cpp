@@ -7,7 +7,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kIterations = 2;  // the state enters almost linearly
+constexpr int kIterations = 2;  // the state acts almost linearly
 
 double calc_rms(const std::vector<double>& values) {
   double sum = 0.0;
@@ -15,7 +15,7 @@ double calc_rms(const std::vector<double>& values) {
   return std::sqrt(sum / std::max<size_t>(1, values.size()));
 }
 
-// One number of the state: where it is kept, and how far off it may be, a standard deviation.
+// One component of the state: where it is stored, and its prior standard deviation.
 struct Slot {
   std::vector<double> StartState::*member;
   size_t joint;
@@ -54,8 +54,9 @@ class Estimator {
   }
 
  private:
-  // Positions are read to some deviations of their noise; rates are as uncertain as they are large; a link is where the
-  // load's twist puts it, and swings there with the frequency of the motor at most.
+  // Prior standard deviations: a position is known to some deviations of its noise; a rate is as uncertain as its rms.
+  // A link is uncertain by the twist under the load, and its rate by that twist times the natural frequency of the
+  // motor.
   void list_slots(const Plant& plant) {
     for (size_t j = 0; j < plant.laws.size(); ++j) {
       const SmoothJoint& joint = smooth_.joints[j];

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the simulation of a recording begins. The smoothed readings give it only roughly: smoothing rounds off a motion
-// that starts sharply, and no encoder sees the link behind an elastic transmission. An error there rings for as long as
-// the transmission does and would be taken for missing physics, so the state is estimated from what follows.
+// Estimates the state in which the simulation of a recording starts. The smoothed readings are only approximate:
+// smoothing rounds a sudden start, and no encoder measures the link behind an elastic transmission. A wrong start state
+// rings as long as the transmission does and looks like missing physics.
 #pragma once
 
 #include "diagnosis/search/fit.h"
 
 namespace hrp::diagnosis {
 
-// Corrections of the smoothed state at the begin of the given recordings under a hypothesis, by least squares over the
-// samples before those that are judged; empty elements for all other recordings, and where a rollout fails. They are
-// states, no parameters of a model: recordings that nothing is fitted to have theirs, too.
+// Corrections of the smoothed start state of the given recordings under a hypothesis. They are least-squares fits to
+// the samples before the judged ones. Empty for other recordings and if a rollout fails. Start states are no model
+// parameters, so held-out recordings have their own.
 Starts estimate_starts(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings);
 
 }  // namespace hrp::diagnosis

@@ -19,7 +19,7 @@ int find_joint(const Effect& effect) {
 
 namespace {
 
-// Pairs that are special cases of each other at one joint say nothing together.
+// True if an effect at the joint is a special case of the added one, or the reverse.
 bool is_redundant(const Hypothesis& hypothesis, const Effect& added) {
   for (const Effect& e : hypothesis) {
     if (e.place.kind != PlaceKind::kJoint || e.place != added.place) continue;
@@ -38,14 +38,14 @@ bool can_add(const Hypothesis& hypothesis, const Effect& added) {
 
 namespace {
 
-constexpr double kGearing[] = {25.0, 80.0, 250.0};  // [Hz] of rotors against their links
+constexpr double kGearing[] = {25.0, 80.0, 250.0};  // [Hz] natural frequencies of rotors against their links
 
-// [N m/rad] that lets a rotor swing against its link at a frequency [Hz].
+// Stiffness [N m/rad] at which a rotor oscillates against its link at a frequency [Hz].
 double calc_stiffness(double rotor_inertia, double frequency) {
   return rotor_inertia * std::pow(2.0 * M_PI * frequency, 2);
 }
 
-// Start values that a regression cannot give, because readings are no smooth function of them.
+// Start values for parameters that readings depend on non-smoothly, which a regression cannot give.
 std::vector<double> list_alternatives(const Effect& effect, size_t index) {
   const EffectParameter& info = list_infos(effect.id)[index];
   if (info.scanned) return {std::begin(kPreslidings), std::end(kPreslidings)};
@@ -111,8 +111,8 @@ std::vector<Effect> choose_options(const Problem& problem, const std::vector<int
 
 namespace {
 
-// How many effects are looked at in each joint beside those that promise most: the joint that is missed most and the
-// one after it. A second cause elsewhere is hidden by what the first one's details leave.
+// Number of effects that are tried at each joint beside the best ones: most at the joint with the largest residual,
+// some at the next. Details of the first cause may hide a second one elsewhere.
 std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
   std::vector<size_t> order(chi2.size()), most(chi2.size(), 0);
   for (size_t j = 0; j < order.size(); ++j) order[j] = j;
@@ -122,22 +122,21 @@ std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
   return most;
 }
 
-constexpr double kRateShare = 0.1;  // of what is left of a velocity: less is not worth a fit
+constexpr double kRateShare = 0.1;  // share of a velocity's residual that a fault must explain
 
-// The joint that is missed most.
+// The joint with the largest residual.
 int find_worst(const Lead& lead) {
   return static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
 }
 
-// One positive parameter, in which readings are smooth and linear.
+// True for effects with one positive parameter that readings depend on smoothly and linearly.
 bool is_plain(const EffectInfo& row) {
   return row.place == PlaceKind::kJoint && row.reported && row.linear && row.smooth && row.parameters.size() == 1 &&
          row.parameters[0].lower == 0.0 && !row.parameters[0].factor;
 }
 
-// Beside friction whose fit has taken up some of another cause in the same joint, the linear signature of that cause
-// may point the wrong way. The joint that is missed most and those with friction get the effects of one positive
-// parameter in any case.
+// Adds simple effects at the joint with the largest residual and at joints with friction. A friction fit that absorbed
+// part of another cause may change the sign of that cause's linear signature.
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   std::vector<int> joints{find_worst(lead)};
   for (const Effect& effect : lead.hypothesis) {
@@ -153,8 +152,8 @@ void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   }
 }
 
-// A rotor, one behind a transmission that gives, and one behind play look alike to a regression, which may find one and
-// miss the others. A plain rotor has some part in most joints; the others are tried in the joint that is missed most.
+// Adds transmissions where a rotor is a candidate. To a regression, a rotor, an elastic one and a loose one look alike.
+// A rotor is a candidate in most joints, so a rigid one gets transmissions only at the joint with the largest residual.
 void add_indistinguishable(const Lead& lead, std::vector<Effect>* list) {
   const int worst = find_worst(lead);
   std::vector<Effect> others;
@@ -169,8 +168,8 @@ void add_indistinguishable(const Lead& lead, std::vector<Effect>* list) {
   list->insert(list->end(), others.begin(), others.end());
 }
 
-// Faults of the velocity's log leave efforts and positions alone, so no signature in the missing effort shows them:
-// what is left of the reading itself is regressed on what each fault would add.
+// Adds faults of the velocity log. They change neither efforts nor positions, so the missing effort does not show them.
+// Instead the residual of the reading is regressed on each fault.
 void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* list) {
   const Experiment& e = *problem.experiment;
   constexpr int kRate = static_cast<int>(Quantity::kVelocity);
@@ -212,7 +211,7 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
   }
 }
 
-constexpr size_t kBodies = 4;  // effects of links that are looked at beside joints' that promise more
+constexpr size_t kBodies = 4;  // effects of links that are tried beside better ones of joints
 
 }  // namespace
 
@@ -230,7 +229,7 @@ std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, cons
     const bool high = list.size() < count && c.gain > 0.01 * screening.candidates.front().gain;
     const int joint = c.start.place.kind == PlaceKind::kJoint ? c.start.place.index : find_joint(c.start);
     const size_t j = static_cast<size_t>(std::max(0, joint));
-    // Offsets of encoders look like masses of links nearby; few enough to try all once.
+    // Encoder offsets look like masses of links nearby. There are few, so all are tried once.
     const bool offset = get_effect(c.start.id).felt_elsewhere && lead.hypothesis.empty();
     const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
     const bool body = c.start.place.kind == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;

@@ -9,12 +9,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kChange = 3.0;  // noise deviations: less is not seen
-constexpr double kShare = 0.3;   // of what is left: less is not what is left
-constexpr double kBusy = 0.1;    // of the time at the limit
-constexpr double kMostly = 0.5;  // of the time
-constexpr double kFarOff = 1.0, kOff = 0.1;  // of a velocity's standard deviation: its mean, off the position's rate
-constexpr double kNearLimit = 0.98;  // of the limit: a log's noise and scale
+constexpr double kChange = 3.0;  // in units of noise: smaller changes are not visible
+constexpr double kShare = 0.3;   // share of the residual: smaller changes do not explain it
+constexpr double kBusy = 0.1;    // share of the time at the limit
+constexpr double kMostly = 0.5;  // share of the time
+constexpr double kFarOff = 1.0, kOff = 0.1;  // mean velocity off the position's rate, in standard deviations
+constexpr double kNearLimit = 0.98;  // share of the limit, for noise and scale of a log
 
 // Share of the samples in which the nominal servo of a joint is at its limit.
 double find_limited(const Problem& problem, const Plant& plant, int joint) {
@@ -36,7 +36,7 @@ double find_limited(const Problem& problem, const Plant& plant, int joint) {
 }
 
 struct Readings {
-  double off = 0.0;      // mean of the velocity less the mean rate of the position, of the velocity's standard deviation
+  double off = 0.0;      // mean velocity minus mean rate of the position, in standard deviations of the velocity
   double limited = 0.0;  // share of the samples at the effort limit
 };
 
@@ -56,7 +56,7 @@ Readings read_joint(const Recording& recording, const JointColumns& joint, doubl
 
 }  // namespace
 
-// A log that meets a hum in the same phase every time reads one velocity, whatever the position does.
+// A log that samples an oscillation always in the same phase shows a constant velocity, whatever the position does.
 Hum find_hum(const Experiment& e) {
   const Plant plant = make_plant(e, {});
   Hum hum;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Predictions that are the integrator's and not the robot's: those that another step changes.
+// Finds predictions that depend on the integrator's step rather than on the robot.
 #pragma once
 
 #include <vector>
@@ -8,19 +8,20 @@
 
 namespace hrp::diagnosis {
 
-// A joint whose nominal prediction differs with half the step by much of what the recordings differ from it.
+// A joint whose nominal prediction changes with half the step by a good part of its residual.
 struct SuspectJoint {
   int joint = 0;
-  double change = 0.0;     // root mean square, noise deviations, of the reading that changes most
-  double left = 0.0;       // of what the recordings differ from the prediction there
-  bool saturated = false;  // the predicted servo is at its limit for more than a tenth of the time
+  double change = 0.0;     // rms change of the reading that changes most, in units of noise
+  double left = 0.0;       // rms residual of that reading, in units of noise
+  bool saturated = false;  // the predicted servo is at its limit for over a tenth of the time
 };
 
+// Compares nominal rollouts with full and with half steps on the training recordings.
 std::vector<SuspectJoint> find_suspect_joints(const Problem& problem);
 
-// Joints whose servo hums at its effort limit faster than a log samples: at the limit for most of the time, with a velocity
-// that is not the rate of the position. Simulated recordings of stiff servos on light links are such. And those that it
-// shakes: their velocity is not the position's rate either.
+// Finds joints whose servo oscillates at its effort limit faster than the log's sampling rate: most samples are at the
+// limit, and the velocity is not the rate of the position. Simulated recordings of stiff servos on light links show
+// this. `shaken`: joints whose velocity is not the position's rate, as the oscillation shakes them.
 struct Hum {
   std::vector<int> humming, shaken;
 };

@@ -10,15 +10,15 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kRivals = 14;  // that are listed
+constexpr size_t kRivals = 14;  // in the list
 
-// Number of the subtree's joint in the whole robot's list, -1: of another subtree.
+// Index of the robot's joint in the subtree; -1 if it belongs to another one.
 int find_place(const Subtree& subtree, int joint) {
   const auto it = std::find(subtree.joints.begin(), subtree.joints.end(), joint);
   return it == subtree.joints.end() ? -1 : static_cast<int>(it - subtree.joints.begin());
 }
 
-// A place in one numbering, from its place in another; index -1: not there. Link i + 1 moves with joint i.
+// Converts a place between numberings; index -1 if it does not exist there. Link i + 1 moves with joint i.
 template <class MapJoint>
 Place map_place(Place place, const MapJoint& map_joint) {
   if (place.kind == PlaceKind::kNone) return place;
@@ -105,7 +105,7 @@ Score join_scores(const Problem& problem, const std::vector<const Score*>& parts
   return whole;
 }
 
-// One trial of the whole robot from one of each subtree. The clocks of a robot are the same in all of them.
+// Joins one trial per subtree to one of the whole robot. Clocks are common to all subtrees, so they count once.
 Trial join_trials(const Problem& problem, const std::vector<const Trial*>& parts) {
   Trial whole;
   whole.probability = 1.0, whole.refined = true;
@@ -138,12 +138,12 @@ void keep_parts(const std::vector<const Trial*>& parts, Trial* whole) {
   }
 }
 
-// Of a subtree whose search settled nothing, nothing is taken.
+// A subtree without an explanation contributes no effects.
 const Trial& get_model(const Outcome& outcome) {
   return outcome.explained ? outcome.chosen : outcome.nominal;
 }
 
-// What is best in each subtree, once what is of the whole robot.
+// The best set of each subtree; effects of the whole robot appear once.
 Hypothesis join_best(const Problem& problem, const std::vector<Outcome>& subtrees) {
   Hypothesis best;
   for (size_t l = 0; l < subtrees.size(); ++l) {
@@ -154,7 +154,7 @@ Hypothesis join_best(const Problem& problem, const std::vector<Outcome>& subtree
   return best;
 }
 
-// The subtree's other explanations, and what each would leave of the whole robot, the other subtrees as chosen.
+// Adds a subtree's other explanations, with their residual for the whole robot, the other subtrees as chosen.
 void add_rivals(const Problem& problem, const Trial& model, size_t subtree, const Outcome& own, Outcome* whole) {
   const double count = std::max(1.0, whole->chosen.validate.count);
   const double rest = whole->chosen.validate.chi2 - model.validate.chi2;
@@ -200,7 +200,7 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtre
 }  // namespace
 
 std::vector<std::vector<int>> list_subtrees(const TreeSpec& tree) {
-  std::vector<size_t> subtree(tree.links.size(), 0);  // by link: the first one of its subtree
+  std::vector<size_t> subtree(tree.links.size(), 0);  // by link: first link of its subtree
   for (size_t i = 1; i < tree.links.size(); ++i) {
     const size_t parent = static_cast<size_t>(tree.links[i].parent);
     subtree[i] = parent == 0 ? i : subtree[parent];

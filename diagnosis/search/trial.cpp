@@ -11,27 +11,27 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kDetail = 0.1;     // of the noise's power, that counts as none
-constexpr double kBent = 3.0;       // above the noise, of recordings not fitted to over the others
-constexpr double kSurprise = 20.0;  // price of a factor of e
+constexpr double kDetail = 0.1;     // share of the noise power that counts as nothing
+constexpr double kBent = 3.0;       // ratio of held-out to training power above the noise
+constexpr double kSurprise = 20.0;  // prior cost of a factor of e
 constexpr double kEffectPrice = 60.0, kParameterPrice = 15.0;
-constexpr double kDetailPrice = 0.004;  // of an effect, a reading: what the details of laws can give
-constexpr double kEvidence = 20.0;      // correlated readings for one
+constexpr double kDetailPrice = 0.004;  // per effect and reading: what details of laws may gain
+constexpr double kEvidence = 20.0;      // correlated readings that count as one
 constexpr double kSure = 10.0 * kEvidence;
-constexpr double kLeastDearer = 30.0;  // a parameter more
+constexpr double kLeastDearer = 30.0;  // per additional parameter
 
-// Above the noise, in its power.
+// Power of the held-out residual above the noise.
 double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
 
 double count_readings(const Trial& t) { return t.train.count + t.validate.count; }
 
-// Several smooth effects can bend to what is none of them: then they leave more of recordings they were not fitted to.
+// True if smooth effects overfit: together they can imitate other causes, but leave more in held-out recordings.
 bool is_bent(const Trial& t) {
   const double fitted = std::max(0.0, std::pow(t.train.rms(), 2) - 1.0);
   return t.hypothesis.size() > 1 && is_smooth(t.hypothesis) && calc_excess(t) > kBent * fitted + kDetail;
 }
 
-// Factors that are far from one: of twins, one that has to make a mass fifty times as large is not believed.
+// Prior cost of factors far from one: of indistinguishable sets, one with a mass 50 times too large is unlikely.
 double calc_surprise(const Hypothesis& hypothesis) {
   double surprise = 0.0;
   for (const Effect& effect : hypothesis) {
@@ -41,7 +41,8 @@ double calc_surprise(const Hypothesis& hypothesis) {
   return surprise;
 }
 
-// One more parameter must earn more than chance and the detail of laws can give. In units of the best one's noise.
+// Cost in units of the best one's noise plus prior costs. A further parameter must gain more than chance and details of
+// laws.
 double calc_price(const Trial& t, const Trial& best) {
   const double readings = count_readings(best), unit = std::max(1.0, calc_cost(best) / std::max(1.0, readings));
   return calc_cost(t) / unit + calc_own_price(t.hypothesis, readings);
@@ -51,7 +52,8 @@ bool is_simpler(const Hypothesis& a, const Hypothesis& b) {
   return a.size() < b.size() || (a.size() == b.size() && count_parameters(a) < count_parameters(b));
 }
 
-// The same set with a rotor in the place of a transmission. What such a rotor leaves is no detail of a law.
+// True if `rotor` is the same set with rigid rotors in place of transmissions. The residual of such a rotor is no
+// detail.
 bool is_stiffer(const Hypothesis& rotor, const Hypothesis& transmission) {
   const auto stands = [&](const Effect& e) {
     if (contains(transmission, e.id, e.place)) return true;
@@ -62,7 +64,7 @@ bool is_stiffer(const Hypothesis& rotor, const Hypothesis& transmission) {
   return rotor.size() == transmission.size() && std::all_of(rotor.begin(), rotor.end(), stands);
 }
 
-// A simpler one goes first unless the richer one removes most of what it leaves above the noise.
+// Moves a simpler set to the front unless the richer one removes most of its residual above the noise.
 void prefer_simple(const Trial& nominal, const Trial& best, std::vector<Trial>* list) {
   const double most = 2.0 * std::max(0.0, calc_excess(list->front())) + kDetail;
   for (size_t i = 1; i < list->size(); ++i) {
@@ -76,8 +78,8 @@ void prefer_simple(const Trial& nominal, const Trial& best, std::vector<Trial>* 
   }
 }
 
-// Odds from the prices, a twentieth of whose difference is taken for evidence because residuals are correlated. A
-// model that the first one was preferred to for its simplicity does not gain by what it has more.
+// Probabilities from cost differences, divided by kEvidence because residuals are correlated. A richer set that lost to
+// the simpler one does not gain by its additional parameters.
 void set_probabilities(const Trial& best, std::vector<Trial>* list) {
   const double price = calc_price(list->front(), best);
   const double parameters = static_cast<double>(count_parameters(list->front().hypothesis));

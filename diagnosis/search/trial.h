@@ -1,56 +1,57 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fitted hypotheses, and which of them is preferred.
+// Fitted hypotheses and the preference among them.
 #pragma once
 
 #include "diagnosis/search/fit.h"
 
 namespace hrp::diagnosis {
 
-// A hypothesis that was fitted on the training recordings and judged on the others.
+// A hypothesis that was fitted to the training recordings and judged on the others.
 struct Trial {
-  Hypothesis hypothesis;                 // without the timing of the drive's loop
-  Hypothesis timing;                     // of the drives' loops, by subtree; empty: they take no time
+  Hypothesis hypothesis;                 // without the timing of the drives
+  Hypothesis timing;                     // timing of the drives, by subtree; empty: without delay
   std::vector<std::vector<double>> std;  // by effect, by parameter
   std::vector<double> distance;          // by effect, see FitResult
   Starts starts;                         // of all recordings, under this hypothesis
   StepErrors step_errors;
   Score train, validate;
-  double rms = 1e300;    // on the recordings it was not fitted to
-  double worst = 1e300;  // largest root mean square of one signal there
+  double rms = 1e300;    // on held-out recordings [noise]
+  double worst = 1e300;  // largest rms of one signal there
   double probability = 0.0;
-  bool refined = false;      // fitted to the end, with timing
-  std::vector<Trial> subtrees;  // of a robot of several: starts and step errors
+  bool refined = false;      // fitted completely, with timing
+  std::vector<Trial> subtrees;  // of a robot with several: start states and step errors
   Hypothesis full() const;   // with the timing
 };
 
-// chi2 of all recordings.
+// Chi-square of all recordings.
 double calc_cost(const Trial& trial);
 size_t count_parameters(const Hypothesis& hypothesis);
-// Standard deviations of one effect's parameters; 0 where the trial has none.
+// Standard deviations of one effect's parameters; 0 if the trial has none.
 std::vector<double> get_std(const Trial& trial, size_t effect);
 
-// What a hypothesis has to earn, in chi2: effects, parameters, and factors far from one. `readings`: of all recordings.
+// Prior cost of a hypothesis in chi2: of effects, parameters, and factors far from one. `readings`: number in all
+// recordings.
 double calc_own_price(const Hypothesis& hypothesis, double readings);
-// Odds against the preferred one of a hypothesis that is dearer by so much (chi2 over the best one's noise, and own
-// prices) and has so many parameters more; and how much dearer it is where two are left and
-// it has this probability.
+// Odds of a hypothesis against the preferred one. `dearer`: difference of costs (chi2 in units of the best one's noise,
+// plus prior costs). `more_parameters`: difference of parameters. calc_dearer: the inverse for two hypotheses, the
+// difference at which the second one has this probability.
 double calc_odds(double dearer, double more_parameters);
 double calc_dearer(double probability);
-// Of hypotheses that are listed beside the preferred one.
+// Least probability of hypotheses that are listed beside the preferred one.
 constexpr double kListed = 0.1;
 
-// Nothing is left but noise.
+// True if only noise is left.
 bool is_noise(const Trial& trial);
-// What is left is so small a share of what the nominal model left that it may be the details of laws.
+// True if the residual is so small a share of the nominal one that it may be details of laws.
 bool is_detail(const Trial& trial, const Trial& nominal);
-// One of the two, and more than the nominal model.
+// One of the two, and not the nominal model.
 bool is_explained(const Trial& trial, const Trial& nominal);
-// Nothing more is asked. Laws of friction, memory and play have details that no two engines share and may leave as much
-// as passes for noise; smooth laws have none, and what one leaves above the noise has a cause of its own.
+// True if no further effect is needed. Laws of friction, memory and play differ in detail between engines, and may
+// leave some noise-like residual. Smooth laws do not, so their residual above the noise has another cause.
 bool is_complete(const Trial& trial, const Trial& nominal);
 
-// Best first, with probabilities: by cost and what every effect and parameter has to earn; among those that leave noise
-// (or details) only, the simplest that the recordings they were not fitted to cannot tell from the best.
+// Sorts best first and sets probabilities. The cost is chi2 plus prior costs. Among hypotheses that leave only noise
+// (or details), the simplest one that held-out recordings cannot distinguish from the best comes first.
 void sort_by_preference(const Trial& nominal, std::vector<Trial>* list);
 
 }  // namespace hrp::diagnosis

@@ -13,12 +13,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRough = 20.0;         // noise deviations that steps are never to blame for
-constexpr int kFiner = 4, kFinest = 8;  // steps for one
-constexpr int kRounds = 2;              // of start states and parameters
-constexpr double kNear = 2.0;           // noise deviations, of a set that is worth polishing before it is grown
-constexpr double kFar = 4.0;            // the same, of one that no polishing will bring to it
-constexpr double kVague = 5.0;          // the same, of one that lacks more than the digits of a displacement
+constexpr double kRough = 20.0;         // [noise] residual that step errors never cause
+constexpr int kFiner = 4, kFinest = 8;  // factors on the number of steps
+constexpr int kRounds = 2;              // rounds of start states and parameters
+constexpr double kNear = 2.0;           // [noise] residual of a set that is polished before it is grown
+constexpr double kFar = 4.0;            // [noise] residual that polishing cannot reduce to noise
+constexpr double kVague = 5.0;          // [noise] residual at which pre-sliding displacements are scanned coarsely
 constexpr double kVagueFactor = 1.5;
 
 bool is_better(const Trial& a, const Trial& b) {
@@ -84,8 +84,8 @@ std::vector<Effect> Trials::choose(const Trial& from, size_t at, const std::vect
   return choose_options(problem_, problem_.train, from.full(), at, options, count);
 }
 
-// A set that is right may be kept from the noise by its start states and pre-sliding displacements alone; to try
-// larger sets would cost ten times as much.
+// Polishing may bring the right set to the noise by start states and pre-sliding displacements alone. Larger sets would
+// cost ten times as much.
 void Trials::polish_best() {
   const Trial& first = best();
   const bool near = first.rms < kNear || is_detail(first, nominal());
@@ -93,7 +93,7 @@ void Trials::polish_best() {
   polish(&trials_.at(make_set(first.hypothesis)));
 }
 
-// One that is far from the noise would not come near: it is not named, and only its intervals are wanted.
+// A trial far from the noise would not reach it. It is not named, so only its intervals are computed.
 void Trials::finish(Trial* trial) {
   if (trial->hypothesis.empty() || !trial->refined || !trial->std.empty()) return;
   if (trial->rms < kFar || is_detail(*trial, nominal())) polish(trial);
@@ -115,7 +115,8 @@ FitResult Trials::refine(const Hypothesis& hypothesis) {
   for (const EffectInfo& row : list_effects()) {
     if (!is_timing_row(row)) continue;
     const std::vector<double> none(row.parameters.size(), 0.0);
-    if (row.place == PlaceKind::kNone) start.push_back({row.id, at_joint(0), none});  // of the subtree that begins there
+    // of the subtree that starts there
+    if (row.place == PlaceKind::kNone) start.push_back({row.id, at_joint(0), none});
     for (const Effect& effect : hypothesis) {
       if (row.place == PlaceKind::kJoint && moves_link(effect)) start.push_back({row.id, effect.place, none});
     }
@@ -127,7 +128,7 @@ FitResult Trials::refine(const Hypothesis& hypothesis) {
   problem_.step_errors.clear();
   const FitResult rough = fit(problem_, start, problem_.train, options);
   if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
-  // What stands beside friction now may have been part of how it seemed to bend.
+  // Friction next to new effects may need another pre-sliding displacement.
   const double finest = rough.train.rms() > kVague ? kVagueFactor : kFinestFactor;
   const Hypothesis bent = try_nearby(problem_, rough.hypothesis, finest);
   problem_.step_errors = estimate_step_errors(problem_, bent, all_, kFiner);
@@ -153,13 +154,13 @@ Trial Trials::judge(const Hypothesis& hypothesis, const FitResult& result) const
   return trial;
 }
 
-// Less than two ripples over the whole motion are any smooth function of position, not cogging.
+// With less than two ripples over the motion, the effect is any smooth function of position, not cogging.
 bool Trials::ripples(const Effect& effect) const {
   const int periods = get_effect(effect.id).periods;
   return periods < 0 || effect.p[static_cast<size_t>(periods)] * find_range(effect.place.index, &SmoothJoint::q) > 4.0 * M_PI;
 }
 
-// A fit that turned one of its effects into something else; no set with that one is tried again.
+// Refuses effects that the fit changed into something else; no later set may contain them.
 bool Trials::refuse(const FitResult& result) {
   for (const Effect& effect : result.hypothesis) {
     if (result.ok && !ripples(effect)) refused_.insert({effect.id, effect.place});
@@ -167,7 +168,7 @@ bool Trials::refuse(const FitResult& result) {
   return is_refused(result.hypothesis);
 }
 
-// Of a trial as it is.
+// Intervals of a trial with its parameters unchanged.
 void Trials::add_intervals(Trial* trial) {
   FitOptions options;
   options.max_iterations = 0;
@@ -176,8 +177,7 @@ void Trials::add_intervals(Trial* trial) {
   trial->std = result.std, trial->distance = result.distance;
 }
 
-// Start states and parameters in turn until neither gains, with the pre-sliding displacements that suit best; then
-// the intervals.
+// Fits start states, pre-sliding displacements and parameters for kRounds rounds, then computes the intervals.
 void Trials::polish(Trial* trial) {
   FitOptions options;
   options.max_iterations = 8;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sets of effects that were fitted through the simulation, with the start states and steps that suit each.
+// The sets of effects that were fitted through the simulation, with their start states and step errors.
 #pragma once
 
 #include <map>
@@ -9,35 +9,36 @@
 
 namespace hrp::diagnosis {
 
-// How well a trial does, for the progress.
+// Errors of a trial, for the progress.
 std::string describe(const Trial& trial);
 
+// Fits sets of effects and keeps the best fit of each set.
 class Trials {
  public:
-  // Fits the model without any effect.
+  // Fits the nominal model.
   Trials(const Problem& problem, const Progress& progress);
 
   const Trial& nominal() const { return trials_.at({}); }
   bool has(const Hypothesis& hypothesis) const { return trials_.count(make_set(hypothesis)) > 0; }
-  // Those that were fitted, best first; the best (the nominal one where nothing else was).
+  // Completely fitted trials, best first; the best one (nominal if there is no other).
   std::vector<const Trial*> sort() const;
   const Trial& best() const;
 
-  // Sets that no fit is worth: an effect of them became something else in another fit.
+  // True for sets with an effect that turned into another one in an earlier fit.
   bool is_refused(const Hypothesis& hypothesis) const;
-  // Fits a set from where its parameters are; keeps it unless it is known from better ones.
+  // Fits a set from its parameters as start values. Keeps the result unless a better one of the set is known.
   void add(const Hypothesis& start);
   // The same without keeping it.
   Trial fit_aside(const Hypothesis& start);
-  // Of options for one effect of a trial, the best from the trial's start states (choose_options() of starts.h).
+  // Best options for one effect of a trial, from the trial's start states (choose_options() of starts.h).
   std::vector<Effect> choose(const Trial& from, size_t at, const std::vector<Effect>& options, size_t count);
-  // Polishes the best one if that may be all that keeps it from the noise.
+  // Polishes the best trial if only that may keep it from the noise.
   void polish_best();
-  // Polishes a trial if that may help, and gives it its intervals.
+  // Polishes a trial if that may help, and computes its intervals.
   void finish(Trial* trial);
-  // The problem with a trial's start states and steps.
+  // The problem with a trial's start states and step errors.
   const Problem& take_up(const Trial& trial);
-  // Between the largest and the least value of a joint's motion in the recordings that are fitted.
+  // Range of a joint's series in the training recordings.
   double find_range(int joint, std::vector<double> SmoothJoint::*series) const;
 
  private:
@@ -48,11 +49,11 @@ class Trials {
   void polish(Trial* trial);
   void add_intervals(Trial* trial);
 
-  Problem problem_;  // with the start states of the trial at work
+  Problem problem_;  // with the start states of the current trial
   Progress progress_;
   std::vector<int> all_, held_out_;
   std::map<EffectSet, Trial> trials_;      // the nominal one, too
-  std::set<std::pair<EffectId, Place>> refused_;  // effects and places
+  std::set<std::pair<EffectId, Place>> refused_;  // with an effect that a fit changed into another one
   double best_chi2_ = 1e300;
 };
 

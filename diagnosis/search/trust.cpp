@@ -9,9 +9,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kAgreement = 1e-3;  // of an acceleration, between two integrators, or a law and its robot
-constexpr double kAtLimit = 0.99;    // of the limit, in the log or by the servo's law
-constexpr double kSettled = 3.0;     // time constants of a servo that holds again
+constexpr double kAgreement = 1e-3;  // share of an acceleration: difference of integrators, or law and robot
+constexpr double kAtLimit = 0.99;    // share of the limit, in the log or by the servo law
+constexpr double kSettled = 3.0;     // time constants until a servo has settled again
 
 // By sample: the drive is at its limit, or its servo has not settled since.
 std::vector<char> find_loose(const JointLaws& law, const Recording& recording, const SmoothRecording& smooth,
@@ -61,7 +61,7 @@ std::vector<float> find_trust(const Problem& problem, size_t recording) {
     const double off = kAgreement * calc_rms(smooth.joints[j].qdd, loose);  // [rad/s^2]
     if (off == 0.0) continue;
     if (trust.empty()) trust.assign(data.size() * width, 1.0f);
-    // Of a critically damped pull: the position it settles at, and the largest rate on the way.
+    // Of a critically damped pull: final position and largest rate.
     const double q = off / (kFollow * kFollow), qd = off / (M_E * kFollow), slack[kQuantities] = {q, qd, law.kp * q};
     for (size_t i = 0; i < kQuantities; ++i) {
       const size_t c = j * kQuantities + i;

@@ -8,7 +8,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The model of a plant with the constant forces at its links.
+// Model of a plant with the constant forces on its links.
 class Dynamics {
  public:
   explicit Dynamics(const Plant& plant)
@@ -96,7 +96,7 @@ class PathBodies : public Bodies {
   const std::vector<double>& time_;
 };
 
-// The true motion of every joint: the recorded one less the encoder's offset, or what is known better.
+// True motion of every joint: the recorded one minus the encoder's offset, or a better known one.
 void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::vector<LinkMotion>& links,
                  RobotPath* path) {
   path->resize(smooth.joints.size());
@@ -112,7 +112,8 @@ void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::v
   }
 }
 
-// Moves of a joint for its slopes [rad], [rad/s]: large against rounding, small against where slopes change.
+// [rad], [rad/s] Steps of a joint for its derivatives: large compared with rounding, small compared with changes of the
+// slopes.
 constexpr double kMove = 1e-4, kMoveRate = 1e-3;
 constexpr size_t kSlopeStride = 4;
 

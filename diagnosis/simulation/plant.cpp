@@ -10,8 +10,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The pieces of a plant at an effect's place.
-// `force_W`: by link, at its centre of mass.
+// The parts of a plant that an effect changes. `force_W`: by link, at its centre of mass.
 EffectTarget find_target(const Effect& effect, Plant* plant, std::vector<Vector3d>* force_W, Vector3d* gravity_W) {
   EffectTarget target;
   const auto place = static_cast<size_t>(effect.place.index);
@@ -101,7 +100,8 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
   for (size_t j = 0; j < n; ++j) {
     const JointLaws& laws = plant.laws[j];
     plant.rotor.push_back(laws.elastic ? 0.0 : std::max(0.0, laws.motor_inertia));
-    if (laws.elastic) plant.tree.joint(static_cast<int>(j)).rotor_inertia = 0.0;  // of the motor side, as a whole
+    // the whole inertia is on the motor side
+    if (laws.elastic) plant.tree.joint(static_cast<int>(j)).rotor_inertia = 0.0;
   }
   for (size_t link = 0; link < force_W.size(); ++link) {
     if (!force_W[link].isZero()) plant.forces.push_back({static_cast<int>(link), plant.tree.links[link].inertia.p_LLcm_L, force_W[link]});

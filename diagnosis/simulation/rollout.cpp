@@ -11,12 +11,12 @@ namespace hrp::diagnosis {
 namespace {
 
 const double kGamma = 1.0 - 1.0 / std::sqrt(2.0);
-constexpr int kFiner = 4;       // steps for one where a joint turns around
-constexpr double kHeld = 0.02;  // share of dry friction that bristles do not carry yet: slipping joints have none
+constexpr int kFiner = 4;       // factor on the number of steps where a joint reverses
+constexpr double kHeld = 0.02;  // share of dry friction that bristles do not carry yet; 0 while slipping
 
 class Rollout {
  public:
-  // Simulates `joints` of the robot; `bodies` are theirs.
+  // Simulates `joints` of the robot with the dynamics `bodies`.
   Rollout(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, std::vector<int> joints,
           Bodies* bodies)
       : plant_(plant),
@@ -76,7 +76,7 @@ class Rollout {
   size_t index(int j) const { return static_cast<size_t>(joints_[static_cast<size_t>(j)]); }  // in the robot
   const JointLaws& laws(int j) const { return plant_.laws[index(j)]; }
 
-  // From what was measured at sample k.
+  // Starts from the measured state at sample k.
   void begin(size_t k) {
     for (int j = 0; j < n_; ++j) {
       const SmoothJoint& joint = smooth_.joints[index(j)];
@@ -101,12 +101,12 @@ class Rollout {
     }
   }
 
-  // A transmission is much stiffer than a servo. Dry friction along a recorded path is cheap to follow well, and steps
-  // of 1 ms hide what else there is in the joint.
+  // True for transmissions, which are much stiffer than a servo, and for dry friction along a recorded path. Small
+  // steps cost little there, and steps of 1 ms would hide other effects of the joint.
   bool wants_small_steps() const { return N_ > n_ || (n_ == 1 && laws(0).has_friction()); }
 
-  // Is a joint held by dry friction, or does it come to rest or start from it within about a step of h [s]? The force
-  // is no smooth function of time there, and no method is of order 2 across it.
+  // True if dry friction holds a joint, or if it stops or starts within about a step of h [s]. The force is then not a
+  // smooth function of time, and no method has order 2.
   bool is_turning(double h) const {
     for (int j = 0; j < n_; ++j) {
       const size_t m = static_cast<size_t>(motor_[j]);
@@ -116,7 +116,7 @@ class Rollout {
     return false;
   }
 
-  // Bent by what the drive gives and the motion does not take.
+  // Initial deflection of the bristles: from the drive's effort minus that of the motion.
   void start_bristles(size_t k) {
     std::vector<double> tau(static_cast<size_t>(n_));
     bodies_.calc_efforts(k, tau.data());
@@ -130,7 +130,7 @@ class Rollout {
     }
   }
 
-  // Elastic joints: the encoder is on the motor; the link lags by the twist that carries the present load.
+  // Start of elastic joints. The encoder is on the motor; the link differs by the twist under the present load.
   void start_transmissions(size_t k) {
     if (N_ == n_) return;
     std::vector<double> tau(static_cast<size_t>(n_));
@@ -153,7 +153,7 @@ class Rollout {
     }
   }
 
-  // Draws the joint to its recorded motion.
+  // Pulls the joint to its recorded motion.
   void follow(int j, double t, double q, double v) {
     const SmoothJoint& joint = smooth_.joints[index(j)];
     const double q_recorded = interpolate(recording_.time, joint.q, t, near_),
@@ -163,7 +163,7 @@ class Rollout {
     K_[m] += follow_k_[j], D_[m] += follow_d_[j];
   }
 
-  // Servo (or recorded) effort of joint j before lag; K_ and D_ of its motor coordinate are set to its slopes.
+  // Servo (or recorded) effort of joint j before lag. Sets K_ and D_ of its motor coordinate to the derivatives.
   double calc_drive(int j, double t, const double* Q, const double* V) {
     const JointLaws& law = laws(j);
     const JointColumns& columns = recording_.joints[index(j)];
@@ -187,20 +187,20 @@ class Rollout {
     return u;
   }
 
-  // Viscous friction and cogging, on the motor side. Adds the slope to D_.
+  // Viscous friction and cogging on the motor side. Adds the derivative to `slope`.
   double calc_friction(int j, double q, double v, double* slope) const {
     const JointLaws& law = laws(j);
     *slope += law.viscous;
     return -law.viscous * v + (law.cogging_amplitude != 0.0 ? calc_cogging(law, q) : 0.0);
   }
 
-  // Of dry friction at a speed; which way, bristles know that are bent, not a joint at rest.
+  // Level of dry friction at a speed. The direction is that of the bent bristles `b`, since a joint at rest has none.
   double calc_level(int j, double speed, double load, double b) const {
     return std::max(1e-9, calc_friction_level(laws(j), speed, load, b > 0.0 ? 1.0 : -1.0));
   }
 
-  // While the drive brakes, a gear that is hard to turn backwards multiplies what comes to it (joint_law.h), the rotor's
-  // inertia included; by as much as its bristles are bent, `bend` -1 to 1.
+  // A gear that is hard to drive backwards multiplies the braking effort of the drive (joint_law.h), with the rotor's
+  // inertia. The factor grows with the deflection of its bristles, `bend` from -1 to 1.
   void add_gear(int j, double drive, double bend) {
     const int m = motor_[j];
     gear_[j] = calc_holding_level(laws(j), drive, bend) / std::max(1e-300, std::abs(drive)) * std::min(1.0, std::abs(bend));
@@ -208,9 +208,9 @@ class Rollout {
     K_[m] *= 1.0 + gear_[j], D_[m] *= 1.0 + gear_[j];
   }
 
-  // Dry friction as bristles that bend and slip (Dahl, AIAA J. 14, 1976): effort = -level b / d, b' = v - |v| b / d with
-  // the pre-sliding displacement d. The level follows speed and load at once: in sliding friction is what the law of
-  // the level says, however fast it changes.
+  // Dry friction by bristles that bend and slip (Dahl, AIAA J. 14, 1976): effort = -level b / d, b' = v - |v| b / d,
+  // with the pre-sliding displacement d. The level follows speed and load without delay. While sliding, friction
+  // therefore equals the law's level, however fast that changes.
   double calc_dry_friction(int j, double h, double v, double load, double b, double* slope) {
     const double d = laws(j).presliding, speed = std::abs(v), k = calc_level(j, speed, load, b) / d;
     const double slip = speed / d, bend = 1.0 - (v > 0.0 ? b : -b) / d, c = kGamma * h;
@@ -269,7 +269,7 @@ class Rollout {
     couple_k_[m] = -k, couple_d_[m] = -d;
   }
 
-  // Forces f_, slopes K_, D_, mass matrix M_ at a state.
+  // Computes forces f_, derivatives K_ and D_, and mass matrix M_ at a state.
   void evaluate(double t, double h, const double* Q, const double* V, const double* U, const double* Z,
                 const double* B) {
     std::fill(f_.begin(), f_.end(), 0.0), std::fill(K_.begin(), K_.end(), 0.0), std::fill(D_.begin(), D_.end(), 0.0);
@@ -280,14 +280,14 @@ class Rollout {
     for (int i = 0; i < n_; ++i) {
       for (int j = 0; j < n_; ++j) M_[i * N_ + j] = mass_[i * n_ + j];
       M_[motor_[i] * N_ + motor_[i]] += (1.0 + gear_[i]) * plant_.rotor[index(i)];
-      // A first-order correction: it must stay a small one of what moves there.
+      // First-order correction for the lag of the servo's rate. It is limited to half of the inertia.
       double& own = M_[motor_[i] * N_ + motor_[i]];
       if (K_[motor_[i]] > 0.0) own -= std::min(laws(i).kd * plant_.timing.rate_lag, 0.5 * own);
       if (laws(i).elastic) M_[motor_[i] * N_ + motor_[i]] += laws(i).motor_inertia;
     }
   }
 
-  // Solves (M + c D + c^2 K) x = rhs_, c = gamma h, into x. False when not positive.
+  // Solves (M + c D + c^2 K) x = rhs_ for x, with c = gamma h. Returns false if the matrix is not positive definite.
   bool solve(double c, double* x) {
     for (int i = 0; i < N_; ++i) {
       for (int j = 0; j <= i; ++j) A_[i * N_ + j] = M_[i * N_ + j];
@@ -296,7 +296,7 @@ class Rollout {
     for (int j = 0; j < n_; ++j) {
       if (motor_[j] != j) A_[motor_[j] * N_ + j] += c * couple_d_[motor_[j]] + c * c * couple_k_[motor_[j]];
     }
-    // L D L^T, a row at a time; the diagonal holds the inverses of D.
+    // L D L^T factorisation by rows; the diagonal contains the inverses of D.
     for (int i = 0; i < N_; ++i) {
       double* row = &A_[i * N_];
       for (int j = 0; j < i; ++j) {
@@ -323,7 +323,7 @@ class Rollout {
     return std::isfinite(x[0]);
   }
 
-  // x += (K dq) of the stiff terms, as rhs correction.
+  // Subtracts c K dq, the change of the stiff terms, from rhs_.
   void subtract_stiffness(double c, const double* dq) {
     for (int i = 0; i < N_; ++i) rhs_[i] -= c * K_[i] * dq[i];
     for (int j = 0; j < n_; ++j) {
@@ -334,15 +334,16 @@ class Rollout {
     }
   }
 
-  // A servo may be so stiff for its link that one step at the effort limit throws the link far past the reference, to
-  // the other limit: between two steps it would hum there, whatever the real one does in between.
+  // True if the servo is too stiff for its link. One step at the effort limit would then move the link far beyond the
+  // reference, to the other limit. The simulation would oscillate between the limits, whatever the real servo does in
+  // between.
   bool throws_over(int j, double h) const {
     const double own = M_[motor_[j] * N_ + motor_[j]];  // 0: not known before the first step
     return !plant_.effort_driven && own > 0.0 && laws(j).kd * h > own;
   }
 
-  // Such a servo leaves its limit within the step: then the effort at the step's end is within it, and the step is
-  // that of the servo without a limit. Where it is not, the limit lasts.
+  // One step in which such servos leave their limit. The step assumes a servo without limit and is valid if the effort
+  // at its end is within the limit. Otherwise the step is repeated with the limit.
   bool step_within_limits(double t, double h) {
     bool any = false;
     for (int j = 0; j < n_; ++j) any = any || (within_[j] = throws_over(j, h));
@@ -416,13 +417,13 @@ class Rollout {
                                   : 0.0;
   }
 
-  // Bristles never carry more than the largest friction, whatever the step.
+  // Limits bristles to the largest friction, whatever the step.
   void limit_bristles(int j) {
     const double most = laws(j).presliding;
     B_[j] = std::min(most, std::max(-most, B_[j]));
   }
 
-  // The changes of lagged efforts and of bristles within the stage act on the motors.
+  // Adds the forces on the motors from changes of lagged efforts and bristles within the stage.
   void add_lag(double c, const double* fu) {
     for (int j = 0; j < n_; ++j) {
       if (laws(j).has_friction()) rhs_[motor_[j]] -= c * bristle_k_[j] * bristle_a_[j] * fb_[j];
@@ -471,8 +472,8 @@ class Rollout {
   size_t near_ = 0;
   bool free_running_ = false;
   std::vector<double> follow_k_, follow_d_;
-  std::vector<char> free_;    // the drive does not hold the joint now
-  std::vector<char> within_;  // the servo is back within its limit at the end of this step
+  std::vector<char> free_;    // the drive does not hold the joint at present
+  std::vector<char> within_;  // the servo is within its limit again at the end of this step
   std::vector<int> motor_;  // coordinate of each joint's motor
   std::vector<double> Q_, V_, Qs_, Vs_, f_, K_, D_, k1q_, k1v_, k2q_, k2v_, rhs_;
   std::vector<double> B_, Bs_, fb_, k1b_, bristle_k_, bristle_a_, bristle_slip_;  // by joint; B_: deflections [rad]

@@ -20,7 +20,7 @@ void add_windows(const Experiment& e, const SmoothRecording& smooth, int recordi
   size_t begin = smooth.start;
   for (size_t k = begin; k < time.size(); ++k) {
     if (time[k] - time[begin] < kWindow) continue;
-    if (time[k] - time[begin] < 1.5 * kWindow) list->push_back({recording, begin, k});  // not across a gap
+    if (time[k] - time[begin] < 1.5 * kWindow) list->push_back({recording, begin, k});  // no gap within
     begin = k;
   }
 }
@@ -32,7 +32,7 @@ std::vector<Window> choose(const std::vector<Window>& all) {
   return out;
 }
 
-// Sums of squares and counts by joint.
+// Sums of squared errors and counts by joint.
 struct Sums {
   std::vector<double> square, count;
   int finite = 0;
@@ -42,7 +42,7 @@ std::vector<double> cut(const std::vector<double>& v, const Window& w) {
   return v.empty() ? v : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
 }
 
-// The recording's part that a window needs.
+// Copies the part of a recording that a window needs.
 Recording cut(const Recording& in, const Window& w) {
   Recording out;
   out.spec = in.spec;
@@ -67,7 +67,7 @@ SmoothRecording cut(const SmoothRecording& in, const Window& w) {
   return out;
 }
 
-// `plant`: with what was done by hand in the recording.
+// `plant`: with the loads and forces by hand in this recording.
 bool simulate(const Plant& plant, const Recording& recording, const SmoothRecording& smooth, const Window& w,
               std::vector<double>* readings) {
   RolloutOptions options;
@@ -113,7 +113,7 @@ WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const s
   });
   WindowErrors out;
   std::vector<double> square(n, 0.0), count(n, 0.0);
-  for (const Sums& s : parts) {  // in order: sums repeat to the bit
+  for (const Sums& s : parts) {  // in order, so that sums are reproducible to the bit
     out.windows += s.finite;
     for (size_t j = 0; j < n; ++j) square[j] += s.square[j], count[j] += s.count[j];
   }

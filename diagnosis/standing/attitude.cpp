@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Quaterniond;
 
-constexpr double kDrift = 1.0;  // [s] half the stretch in which a gyroscope's drift is taken as a cubic
+constexpr double kDrift = 1.0;  // [s] half the window in which the gyroscope's drift is fitted by a cubic
 
 Vector3d get(const SmoothSeries (&s)[3], size_t k) { return {s[0].value[k], s[1].value[k], s[2].value[k]}; }
 Vector3d get_rate(const SmoothSeries (&s)[3], size_t k) { return {s[0].rate[k], s[1].rate[k], s[2].rate[k]}; }
@@ -32,7 +32,8 @@ class AttitudeFinder {
  private:
   size_t count() const { return r_.time.size(); }
 
-  // Pose of the IMU and the mean of the feet in the base, at the encoders' angles.
+  // Orientation of the IMU in the base, and the mean position of the feet relative to the IMU in its axes [m], from the
+  // encoders.
   void place(size_t k, Matrix3d* R_BI, Vector3d* foot_I) {
     for (int j = 0; j < model_.num_joints(); ++j) state_.q(j) = r_.position[static_cast<size_t>(j)].value[k];
     state_.R_WB.setIdentity(), state_.p_WB.setZero();
@@ -58,8 +59,8 @@ class AttitudeFinder {
     return 0;
   }
 
-  // Direction of gravity in the IMU's axes. The feet stand, so what accelerates the IMU is its turning about them and
-  // what the joints do: f + g_I = a_I = -(dw x r + w x (w x r) + 2 w x dr + ddr), r from the IMU to the feet.
+  // Direction of gravity in the IMU's axes. The feet stand, so the IMU accelerates only by its rotation about them and
+  // by the joints: f + g_I = a_I = -(dw x r + w x (w x r) + 2 w x dr + ddr), with r from the IMU to the feet.
   std::vector<Vector3d> find_gravity() {
     std::vector<Vector3d> at(count()), down(count());
     for (size_t k = 0; k < count(); ++k) {
@@ -104,7 +105,8 @@ class AttitudeFinder {
       attitude_[k] = make_turn({x.value[k], y.value[k], 0}) * attitude_[k];
       sum += std::pow(drift[0][k] - x.value[k], 2) + std::pow(drift[1][k] - y.value[k], 2);
     }
-    // The drifts were smoothed before over one window; a cubic's value has 9/4 of the variance of a mean.
+    // The inputs are smoothed over one window already, so windows are the independent samples. The value of a local
+    // cubic has 9/4 of the variance of a mean, hence the factor 1.5.
     const double scatter = std::sqrt(sum / (2.0 * static_cast<double>(count())));
     const double independent = std::max(1.0, 2.0 * half / static_cast<double>(r_.window));
     return 1.5 * scatter / std::sqrt(independent);

@@ -8,10 +8,10 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kItsPart = 0.25;  // share of the largest gain from which on an equation needs an effect
+constexpr double kItsPart = 0.25;  // share of the largest gain; with a larger one, an equation needs the effect
 
-// What links, IMU and force sensors are blamed for is felt in the balance of the whole body: with an unknown force in
-// it none of them is sure.
+// Effects of links, IMU and force sensors appear in the balance of the whole body. If the balance contains an unknown
+// force, none of them is certain.
 bool acts_on_balance(const Effect& e) { return is_link(e) || is_imu(e) || is_wrench(e); }
 
 bool are_about_one_place(const Channel& a, const Channel& b) {
@@ -31,7 +31,7 @@ void StandSearcher::update_noise(const Hypothesis& h) {
                       {evaluate(p.even, h), evaluate(p.odd, h), evaluate(p.wide_even, h), evaluate(p.wide_odd, h)}, h);
 }
 
-// The final fit of a hypothesis, with deviations.
+// Final fit of a hypothesis with its covariance. Contact stiffness and slip add to the variance where they matter.
 StandFit StandSearcher::finish(const StandFit& so_far, const Hypothesis& hypothesis) const {
   Hypothesis h = hypothesis;
   Eigen::MatrixXd covariance;
@@ -63,7 +63,8 @@ StandFit StandSearcher::judge_again(const StandFit& fit) const {
   return out;
 }
 
-// Whether each recording alone asks for the same parameters: what is true is the same everywhere.
+// True if each recording alone gives the same parameters, within its errors and a fifth of the value. A true effect is
+// the same in all recordings.
 bool StandSearcher::is_consistent(size_t effect) const {
   const Hypothesis& h = out_.chosen.hypothesis;
   size_t first = 0;
@@ -87,8 +88,9 @@ bool StandSearcher::is_consistent(size_t effect) const {
   return true;
 }
 
-// Whether a transmission explains what soles and ground that give, by whatever much, do not: each foot tilts by its own
-// moment, a leg by that of its joint. What the ground may give is then no reason to doubt it.
+// True if an elastic transmission explains more than soft soles and ground can, whatever their stiffness. A foot tilts
+// by its own moment, a leg by the moment of its joint. The possible compliance of the ground is then no reason to doubt
+// the transmission.
 bool StandSearcher::exceeds_ground(const StandFit& fit) const {
   const auto flat = [](const StandFoot& f) { return f.kind == SoleKind::kFlat; };
   if (!get_row(fit.hypothesis.back()).bends_leg || !std::all_of(p_.feet.begin(), p_.feet.end(), flat)) {
@@ -103,9 +105,9 @@ bool StandSearcher::exceeds_ground(const StandFit& fit) const {
   return soft.score - kCorrelated * static_cast<double>(soles.p.size()) > fit.score + kGain;
 }
 
-// Weight of a load beside a force at its link is more of that force, and its lever a displaced centre of mass: they
-// stand still alike, and only what the load takes to accelerate tells them apart. A load of unknown size where all
-// of the force that points down may be such a weight, or none.
+// Checks whether a displaced centre of mass beside a force may be a load. At rest, the weight of a load equals a force,
+// and its lever a displaced centre of mass. Only the force that accelerates the load distinguishes them. Returns a load
+// of unknown size if the mass from the force is within its 95 % interval of zero; else nothing.
 std::optional<Effect> StandSearcher::find_load(size_t effect) const {
   Hypothesis h = out_.chosen.hypothesis;
   const Effect& offset = h[effect];
@@ -127,14 +129,15 @@ std::optional<Effect> StandSearcher::find_load(size_t effect) const {
   return load < kNinetyFive * std::sqrt(covariance(at, at)) ? std::optional<Effect>(none) : std::nullopt;
 }
 
-// Whether the equations that need an effect are then left with noise: what stands in for something else hardly ever
-// explains all of it. Equations about one place count together: an unknown force on the body is felt in its balance as
-// a moment or as a force, and a displaced mass that takes away the one leaves the other.
+// True if the equations that need an effect are noise with it. A stand-in hardly ever explains its equations
+// completely. Equations at one place count together. An unknown force on the body appears in its balance as a force or
+// a moment, and a displaced mass may remove only one of them.
 bool StandSearcher::explains_its_part(size_t effect) const {
   Hypothesis rest = out_.chosen.hypothesis;
   rest.erase(rest.begin() + static_cast<long>(effect));
   const StandFit without = judge(rest);
-  // Held-out recordings need not have shown it (feet on their edges tell no tilt): each set of recordings for itself.
+  // Each set of recordings (held-out, training) is judged on its own: held-out ones need not show the effect, for
+  // example if feet stand on their edges.
   const std::vector<double> StandFit::*sets[] = {&StandFit::channel_rms, &StandFit::train_rms};
   const auto gain = [&](auto set, size_t c) { return (without.*set)[c] - (out_.chosen.*set)[c]; };
   double most = 0;
@@ -161,7 +164,7 @@ bool StandSearcher::is_balanced() const {
   return true;
 }
 
-// Whether another joint lacks what follows the position of this effect's joint: then something couples the two.
+// True if the residual of another joint follows the position of this effect's joint, as if something coupled the two.
 bool StandSearcher::is_coupled(size_t effect) const {
   const Effect& e = out_.chosen.hypothesis[effect];
   if (!is_joint(e)) return false;
@@ -180,8 +183,8 @@ size_t StandSearcher::find_effort_channel(int joint) const {
   return c;
 }
 
-// Two drives whose missing efforts are equal and opposite pull at each other, and two springs that one spring across
-// both joints explains as well are one: no effects of the one and of the other.
+// Refuses effects of joints that something couples. Signs of a coupling: two drives lack equal and opposite efforts, or
+// one spring across two joints explains as much as a spring in each.
 void StandSearcher::refuse_couplings() {
   const Evaluation nominal = evaluate(p_, {});
   const Hypothesis& h = out_.chosen.hypothesis;
@@ -199,7 +202,7 @@ void StandSearcher::refuse_couplings() {
   if (out_.opposite || out_.coupled) out_.explained = false;
 }
 
-// Dry friction that is another at another position is in no list.
+// Dry friction whose level depends on the position is not in the list of effects.
 void StandSearcher::refuse_uneven_friction() {
   const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
   for (const Effect& e : out_.chosen.hypothesis) {
@@ -211,8 +214,9 @@ void StandSearcher::refuse_uneven_friction() {
   if (out_.uneven) out_.explained = false;
 }
 
-// Several effects in one joint can bend to much that is none of them: then each must be the same in every recording,
-// what is missing no sinusoid of time, and what they leave noise.
+// Refuses several effects in one joint unless they are certain, because together they can fit physics that is none of
+// them. Each must be the same in every recording, the missing effort must be no sinusoid of time, and the residual must
+// be noise.
 void StandSearcher::refuse_bundles() {
   const Hypothesis& h = out_.chosen.hypothesis;
   const Evaluation nominal = evaluate(p_, {});
@@ -226,7 +230,8 @@ void StandSearcher::refuse_bundles() {
     };
     if (std::none_of(h.begin(), h.end(), beside)) continue;
     out_.periodic = out_.periodic || is_periodic(h[i].place.index);
-    // A thousandth of what there was, which details of a law may leave, is not enough here.
+    // Stricter than is_quiet(): a residual of a thousandth of the power, as details of a law may leave, is not enough
+    // here.
     const size_t c = find_effort_channel(h[i].place.index);
     const bool noise = c >= channels() || out_.chosen.channel_rms[c] < StandJudge::kLeftOver;
     out_.bent = out_.bent || !noise;
@@ -234,8 +239,8 @@ void StandSearcher::refuse_bundles() {
   }
 }
 
-// Whether a drive that an effect was found in lacks the same effort as another, or the opposite one. Drives that are
-// alike and move alike do, too: this is asked only where something remains that no effect explains.
+// True if a drive with an effect lacks the same effort as another drive, or the opposite one. Identical drives in
+// identical motion do so, too. Therefore this is used only if something remains unexplained.
 bool StandSearcher::has_equal_drives() const {
   const Evaluation nominal = evaluate(p_, {});
   for (const Effect& e : out_.chosen.hypothesis) {
@@ -250,7 +255,8 @@ bool StandSearcher::has_equal_drives() const {
   return false;
 }
 
-// When not all is explained, an effect may be a stand-in for what is missing: named only if it is the same everywhere.
+// Removes uncertain effects if something remains unexplained. An effect may then be a stand-in, so it is named only if
+// it is the same in all recordings and explains its equations.
 void StandSearcher::doubt() {
   out_.opposite = out_.opposite || has_equal_drives();
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {

@@ -13,11 +13,11 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kInside = 0.88;  // share of a sole's half edges within which the centre of pressure means flat contact
-constexpr int kTurning = 5;       // windows: half of the 0.3 s over which turning is compared
-constexpr double kLongEnough = 4;  // [s] a place known to 1 mm tells the mean acceleration over it to 3e-3 m/s^2
-constexpr double kNearly = 0.9;    // share of what friction holds at which a foot may slide: forces are smoothed
-constexpr double kLoaded = 0.01;   // share of the weight that a foot must carry to count as standing
+constexpr double kInside = 0.88;  // share of a sole's half edges; a centre of pressure inside means flat contact
+constexpr int kTurning = 5;       // [windows] half of the 0.3 s over which rotations are compared
+constexpr double kLongEnough = 4;  // [s] a position known to 1 mm gives a mean acceleration to 3e-3 m/s^2
+constexpr double kNearly = 0.9;    // share of the friction limit beyond which a foot may slide; forces are smoothed
+constexpr double kLoaded = 0.01;   // share of the weight that a standing foot must carry
 
 class Calculator : StandMotion {
  public:
@@ -46,7 +46,8 @@ class Calculator : StandMotion {
     return std::move(out_);
   }
 
-  // Samples one by one, places as they are: their means and what takes many samples are left to run().
+  // Channels of all samples with absolute positions. run() subtracts their means and adds the channels over many
+  // samples.
   std::vector<double> add_samples(StandBase* base) {
     channels_ = list_channels(p_).size();
     out_.reserve(r_.samples.size() * channels_);
@@ -59,14 +60,14 @@ class Calculator : StandMotion {
   }
 
  private:
-  // Where the ground presses on the sole: at an edge the foot may roll over it, and its tilt says nothing.
+  // True if the centre of pressure is inside the sole. At an edge the foot may roll, and its tilt says nothing.
   bool presses_flat(const StandFoot& foot, const Vector3d& force, const Vector3d& torque) const {
     const Vector3d moment = torque - foot.sole.cross(force);
     return force.z() > load_ && std::abs(moment.y() / force.z()) < kInside * foot.size.x() / 2 &&
            std::abs(moment.x() / force.z()) < kInside * foot.size.y() / 2;
   }
 
-  // Tilt of a flat foot against the ground, less what its bush gives.
+  // Tilt of a flat foot relative to the ground, minus the rotation of its bush.
   void add_tilt(size_t foot, const Vector3d& normal_W, bool flat) {
     const StandFoot& f = p_.feet[foot];
     const FootTerms& t = terms_.feet[foot];
@@ -74,7 +75,7 @@ class Calculator : StandMotion {
     const Vector3d w_F = X.R.transpose() * get_velocity(data_, f.link).head<3>(), n = X.R.transpose() * normal_W;
     const double angles[2] = {std::atan2(n.y(), n.z()), -std::asin(std::clamp(n.x(), -1.0, 1.0))};  // roll, pitch
     const Vector3d center = f.bush + t.shift;
-    // Through the bush goes what the sensor feels and the weight of the foot between them.
+    // The bush transmits the sensor's wrench and the weight of the foot between them.
     const Vector3d weight = f.mass * (X.R.transpose() * p_.experiment->scenario.gravity_W);
     const Vector3d moment = torque_[foot] - center.cross(force_[foot]) - (f.com - center).cross(weight);
     for (int a = 0; a < 2; ++a) {
@@ -84,8 +85,8 @@ class Calculator : StandMotion {
     }
   }
 
-  // A point of the foot that stays where it is: the bush's centre less how far it sank, a ball's centre less how far
-  // it rolled.
+  // A point of the foot that stays in place: the bush's centre minus its compression, or a ball's centre minus the
+  // distance that it rolled.
   Vector3d find_fixed_point(size_t foot, double dt) {
     const StandFoot& f = p_.feet[foot];
     const Transform X = get_pose(data_, f.link);
@@ -109,7 +110,7 @@ class Calculator : StandMotion {
       all_flat = all_flat && flat;
       if (p_.feet[foot].kind == SoleKind::kFlat) add_tilt(foot, normal_W, flat);
       points.push_back(find_fixed_point(foot, dt));
-      // The ground also carries the foot, which hangs below its sensor.
+      // The ground also carries the foot itself, which is below its sensor.
       const double weight = p_.feet[foot].mass * p_.experiment->scenario.gravity_W.norm();
       const double vertical = std::max(1.0, force_[foot].z() + weight);
       const double ratio = find_asked_friction(p_.feet[foot], force_[foot], torque_[foot], vertical);
@@ -122,7 +123,7 @@ class Calculator : StandMotion {
     flat_.push_back(all_flat), slips_.push_back(slips), ratios_.push_back(worst);
   }
 
-  // The first foot in the world, by the recorded pose of the base.
+  // Position of the first foot in the world, from the recorded pose of the base.
   Vector3d find_standing_point(size_t k) const {
     const StandFoot& f = p_.feet[0];
     const Vector3d at_B = state_.R_WB.conjugate() * (get_pose(data_, f.link) * f.bush - rolled_[0]);
@@ -143,7 +144,7 @@ class Calculator : StandMotion {
   void add_base(size_t k) {
     if (!p_.base_pose || !p_.attitude) return;
     const Eigen::Quaterniond off = state_.R_WB * read_base_attitude(k).conjugate();
-    add_vector((off.w() < 0 ? -2.0 : 2.0) * off.vec());  // in world axes; the heading less its mean, see below
+    add_vector((off.w() < 0 ? -2.0 : 2.0) * off.vec());  // in world axes; run() subtracts the mean heading
     yaw_ += out_.back();
   }
 
@@ -159,11 +160,11 @@ class Calculator : StandMotion {
       drives_.add(j, k, joints_[j], &out_);
     }
     gravity_.push_back(f_ + R_WI_.transpose() * p_.experiment->scenario.gravity_W);
-    for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // filled by add_turning and add_gravity
+    for (int i = 0; i < 2; ++i) add_vector(Vector3d::Zero());  // add_turning and add_gravity fill these
   }
 
-  // Whether a foot may stand elsewhere than at the sample before: between them one was lifted, stood on an edge of its
-  // sole, where it turns and creeps, or was pushed along the ground or turned nearly as hard as friction holds it.
+  // True if a foot may stand elsewhere than at the previous sample. Reasons: between the samples it was lifted, stood
+  // on an edge of its sole, or its load along the ground came close to the friction limit.
   bool may_have_moved(size_t k) const {
     for (auto i = static_cast<size_t>(r_.samples[k - 1]); i <= static_cast<size_t>(r_.samples[k]); ++i) {
       for (size_t foot = 0; foot < p_.feet.size(); ++foot) {
@@ -177,8 +178,8 @@ class Calculator : StandMotion {
     return false;
   }
 
-  // Places are known but for constants: the mean over the flat samples is taken out, or, where feet may have moved,
-  // over each stretch in which they stood. The heading of IMU and base pose: the mean.
+  // Positions are known except for a constant. This subtracts the mean over the flat samples, separately for each
+  // stretch in which the feet did not move. It also subtracts the mean of the heading between IMU and base pose.
   void remove_mean_places() {
     const size_t n = r_.samples.size(), first = find_places(p_);
     std::vector<size_t> stretch(n, 0);
@@ -202,9 +203,10 @@ class Calculator : StandMotion {
     for (size_t k = 0; k < n; ++k) out_[k * channels_ + find_drives(p_) - 1] -= yaw_ / static_cast<double>(n);
   }
 
-  // How the attitude turned in a stretch against the gyroscope's integral over it: a derivative of the attitude would
-  // be far noisier. One stretch after the other, so that their errors are independent; between them nothing is said.
-  // The trapezoidal rule with its end correction (Euler-Maclaurin): alone it errs by 1 % at 2 Hz and 30 ms a sample.
+  // Compares the rotation of the attitude over a stretch with the integral of the gyroscope; a derivative of the
+  // attitude would be much noisier. Stretches do not overlap, so their errors are independent; other samples stay 0.
+  // The integral is the trapezoidal rule with end correction (Euler-Maclaurin): without it, it errs by 1 % at 2 Hz and
+  // 30 ms per sample.
   void add_turning() {
     const auto half = static_cast<size_t>((kTurning * r_.window + r_.step - 1) / r_.step);  // samples
     for (size_t s = half; s + half < r_.samples.size(); s += 2 * half) {
@@ -224,10 +226,11 @@ class Calculator : StandMotion {
     }
   }
 
-  // No sample is left out before the k-th. Never so where samples are thinned out: what takes a whole run is silent.
+  // True if no sample is missing before the k-th. Always false for thinned samples, so channels over a whole run stay
+  // 0.
   bool follows(size_t k) const { return r_.samples[k] - r_.samples[k - 1] <= r_.window; }
 
-  // First and end of the longest run of samples without a gap or a slip.
+  // First and end index of the longest run of samples without a gap or a slip.
   std::pair<size_t, size_t> find_longest_run() const {
     std::pair<size_t, size_t> best{0, 0};
     size_t begin = 0;
@@ -240,8 +243,9 @@ class Calculator : StandMotion {
     return best;
   }
 
-  // Mean of specific force and gravity with a window w = 1 - cos that fades at both ends, less the mean acceleration of
-  // the IMU over its standing foot: w and its rate vanish at the ends, so that is the mean of w'' times the place.
+  // Weighted mean of specific force plus gravity, minus the mean acceleration of the IMU relative to its foot. The
+  // weight w = 1 - cos and its derivative vanish at both ends. By partial integration, the mean of w times the
+  // acceleration is the mean of w'' times the position.
   void add_gravity() {
     const auto [begin, end] = find_longest_run();
     const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
@@ -255,7 +259,7 @@ class Calculator : StandMotion {
       const double w = 1 - std::cos(angle), second = std::pow(2 * M_PI / span, 2) * std::cos(angle);
       sum += w * (attitudes_[k] * gravity_[k]) - second * places_[k], weight += w;
     }
-    sum = attitudes_[(begin + end) / 2].conjugate() * sum;  // summed in the world, told in the sensor's axes
+    sum = attitudes_[(begin + end) / 2].conjugate() * sum;  // summed in world axes, reported in the sensor's axes
     for (size_t k = 0; k < r_.samples.size(); ++k) {
       for (size_t i = 0; i < 3; ++i) {
         out_[k * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;
@@ -278,7 +282,7 @@ struct PlacedLink {
   std::vector<double> offsets;  // [rad]
 };
 
-// Once with the teeth in the middle, once a little to the side: what the feet say about where they lie.
+// Evaluates the channels with the teeth in the middle and slightly aside. The feet then tell where the link lies.
 PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
                       TeethOffsets offsets, size_t joint, double gap, double slack) {
   StandBase middle, aside;
@@ -295,7 +299,7 @@ PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis,
   return out;
 }
 
-// [N m] A torque that holds the teeth on one side; none does in a gap that nothing was seen to end.
+// Torque [N m] above which the teeth are held on one side; infinite if no end of the gap was ever seen.
 double choose_slack(const StandProblem& problem, const Effect& backlash) {
   return backlash.p[0] < kMostPlay ? problem.slack[static_cast<size_t>(backlash.place.index)] : 1e300;
 }

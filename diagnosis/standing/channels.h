@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a standing robot's recordings say that must agree, as residuals ("channels"), under a hypothesis.
+// Residuals ("channels") of a standing robot: equations between its recorded signals, under a hypothesis.
 //
 //   tilt      roll and pitch of each flat foot against the level ground: attitude and encoders
 //   stand     place of the first foot by the base's recorded pose, less its mean over the recording
@@ -12,8 +12,8 @@
 //   gyro      rate of the attitude against the gyroscope
 //   gravity   mean specific force against the attitude
 //
-// Each is exact for any motion, so nothing has to be simulated; what a hypothesis changes in sensors, masses, joints or
-// feet is applied before the residual is taken.
+// Each equation is exact for any motion, so no simulation is needed. Effects of a hypothesis change sensors, masses,
+// joints or feet before the residuals are computed.
 #pragma once
 
 #include "diagnosis/standing/drive.h"
@@ -21,7 +21,7 @@
 
 namespace hrp::diagnosis::standing {
 
-// What effects of drives (StandRow::at_drive) leave as it is, of one recording.
+// Results of one recording. Effects of one drive (StandRow::at_drive) change only the channels of that drive.
 struct StandBase {
   std::vector<double> residuals;
   std::vector<DriveState> states;  // by sample, by joint
@@ -29,20 +29,20 @@ struct StandBase {
   std::vector<double> ratios;      // by sample: friction that a foot asks for, the most of all
 };
 
-// Residuals [sample][channel], flat, of one recording. 0 where a channel says nothing: tilt and gap of a foot that
-// stands on an edge of its sole, a joint that is stuck.
+// Residuals of one recording, flat: [sample][channel]. 0 means that a channel says nothing: tilt and gap of a foot on
+// an edge of its sole, or a joint that friction holds.
 std::vector<double> calc_channels(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
                                   StandBase* base = nullptr);
 
-// [rad] How far a joint's link would have to move against its encoder, whatever the torque, for the feet to stand where
-// they stand: range of nine tenths of the training samples.
+// Distance [rad] that a joint's link must move against its encoder, without regard to torque, so that the feet stay in
+// place. It is the range of nine tenths of the training samples.
 double find_play(const StandProblem& problem, const Hypothesis& hypothesis, size_t joint);
 
-// [rad] Notes in a loose transmission what its free link was seen to move, if no torque ever held it at both ends of
-// the gap. Where none held it at either end the gap may be any: then the link is free wherever it is.
+// Writes the observed motion [rad] of a free link into `backlash` (p[3]) if no torque ever held it at both ends of the
+// gap; else 0. If no torque held it at either end, the gap is set to kMostPlay and the link counts as free everywhere.
 void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, Effect* backlash);
 
-// The same for a hypothesis that differs from that of `base` only in effects of one joint's drive: fast.
+// As calc_channels(), but fast: for a hypothesis that differs from that of `base` only in effects of one joint's drive.
 std::vector<double> calc_drive_channels(const StandProblem& problem, const Hypothesis& hypothesis,
                                         size_t recording, const StandBase& base, int joint);
 

@@ -12,14 +12,15 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kWindow = 0.03;  // [s] half of it: a standing robot moves below 3 Hz, a local cubic keeps that
+constexpr double kWindow = 0.03;  // [s] half width; a standing robot moves below 3 Hz, which a local cubic follows
 
-// Windows whose remainder exceeds the quiet ones' so many times are left out: of white noise in 10 samples the rms
-// scatters by a quarter of itself. A robot that shakes all the time is judged by its quieter part.
+// kRough: windows whose residual exceeds that of the quietest quarter by this factor are left out. For white noise in
+// 10 samples the rms scatters by a quarter. kLeastShare of the samples is always kept, so a robot that always shakes is
+// judged by its quieter part.
 constexpr double kRough = 3.0, kLeastShare = 0.2;
-constexpr double kHeldShare = 0.2;  // of samples equal to the one before: noise that is read anew repeats none
+constexpr double kHeldShare = 0.2;  // share of samples equal to the previous one, above which a sensor holds its values
 
-// Columns base/x, base/y, ... smoothed; false when the recording lacks one.
+// Reads and smooths the columns base/x, base/y, ...; returns false if the recording lacks one.
 bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
                  SmoothSeries* out) {
   for (int i = 0; parts[i]; ++i) {
@@ -67,8 +68,8 @@ bool read_feet(const Recording& recording, const Smoother& smoother, const Stand
   return true;
 }
 
-// Where a local cubic cannot follow the raw signals of IMU and force sensors (an impact, a foot that rolls on to its
-// edge): rms of what it leaves there, over that of the quietest quarter; the worst of the columns, by sample.
+// Finds samples where a local cubic cannot follow the raw signals of IMU and force sensors, such as impacts or a foot
+// that rolls onto its edge. By sample: rms of the residual relative to the quietest quarter, for the worst column.
 std::vector<double> find_roughness(const Recording& recording, const StandRecording& out,
                                    const std::vector<std::pair<std::string, const SmoothSeries*>>& columns) {
   const auto n = out.time.size();
@@ -90,7 +91,7 @@ std::vector<double> find_roughness(const Recording& recording, const StandRecord
   return worst;
 }
 
-// One sample a window; ends of a recording, where the cubics stand on one side only, and rough samples left out.
+// Selects one sample per window. Leaves out the ends of the recording, where cubics are one-sided, and rough samples.
 void choose_samples(const Recording& recording, const StandProblem& problem, StandRecording* out) {
   std::vector<std::pair<std::string, const SmoothSeries*>> columns;
   const std::string imu = "/imu/" + problem.imu, axes = "xyz";
@@ -140,13 +141,13 @@ bool read_recording(const Experiment& e, const Recording& recording, Smoothing s
   if (!read_feet(recording, smoother, problem, out, why)) return false;
   out->window = out->step = smoother.half();
   choose_samples(recording, problem, out);
-  // Halves and wide windows are looked at where the usual smoothing of all samples keeps them.
+  // Half-sampled and wide smoothings may have few samples: they are only used where the usual smoothing has samples.
   const bool usual = smoothing.parity == Parity::kAll && smoothing.wider == 1;
   if (usual && out->samples.size() <= 20) return *why = out->file + " is too short", false;
   return true;
 }
 
-// Whether many samples of a sensor are those before them, in all its columns: they were held until the next ones came.
+// True if many samples of a sensor equal the previous one in all of its columns, so values are held between updates.
 bool are_held(const std::vector<const std::vector<double>*>& columns) {
   size_t same = 0;
   const size_t size = columns.empty() ? 0 : columns[0]->size();
@@ -164,12 +165,13 @@ bool has_held_samples(const Recording& recording) {
     }
     if (are_held(columns)) return true;
   }
-  std::map<std::string, std::vector<const std::vector<double>*>> sensors;  // by name, which the columns' begin with
+  // by sensor name, the prefix of the column names
+  std::map<std::string, std::vector<const std::vector<double>*>> sensors;
   for (const auto& [name, column] : recording.other) sensors[name.substr(0, name.rfind('/'))].push_back(&column);
   return std::any_of(sensors.begin(), sensors.end(), [](const auto& sensor) { return are_held(sensor.second); });
 }
 
-// Feet must be links of their own with a force sensor; their mass hangs below it.
+// Feet must be separate links with a force sensor. Moves the mass of each foot from the tree to its StandFoot.
 bool find_feet(const Experiment& e, StandProblem* problem) {
   for (const std::string& name : e.scenario.feet) {
     StandFoot foot;
@@ -189,11 +191,11 @@ bool find_feet(const Experiment& e, StandProblem* problem) {
   return !problem->feet.empty();
 }
 
-// Which columns every recording has; false when a joint has no position.
+// Finds which columns all recordings have. Returns false if a joint has no position.
 bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) {
   for (int j = 0; j < e.num_joints(); ++j) {
     const auto i = static_cast<size_t>(j);
-    // Joints that are taken as recorded have no servo whose law could be held against them.
+    // With drive "motion" the joints follow the recording, so there is no servo law to compare with.
     bool effort = true, command = e.scenario.drive != "motion", velocity = true;
     for (const StandRecording& r : problem->recordings) {
       if (r.position[i].value.empty()) {

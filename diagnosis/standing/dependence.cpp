@@ -9,12 +9,12 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr size_t kFew = 12;         // samples by which no relation is judged
-constexpr double kNearlyAll = 0.7;  // share of squares; the noise of an effort that is twice its noise has a quarter
-constexpr double kRuns = 0.02;      // [rad/s] far from where friction holds a joint
-constexpr double kOwnMotion = 1.0;  // [Hz] slower than that is how a robot sways
+constexpr size_t kFew = 12;         // fewest samples of a recording for a relation
+constexpr double kNearlyAll = 0.7;  // share of squares; noise of half the signal's rms leaves a quarter
+constexpr double kRuns = 0.02;      // [rad/s] speed at which friction certainly slips
+constexpr double kOwnMotion = 1.0;  // [Hz] a robot's own sway is slower
 
-// That what is left at a joint may follow, or what is left elsewhere (-1).
+// Quantities that the residual of a joint may depend on, or that of another channel (joint -1).
 std::vector<Regressor> list_quantities(const StandProblem& p, int joint) {
   if (joint < 0) return {{"load", "the vertical force", "N"}, {"time", "time", "s"}};
   std::vector<Regressor> list{{"load", "the effort that its motion takes", "N m"},
@@ -28,7 +28,7 @@ std::vector<Regressor> list_quantities(const StandProblem& p, int joint) {
   return list;
 }
 
-// The remainder of a channel in one recording, and the quantities of list_quantities beside it.
+// The residual of a channel in one recording, with the quantities of list_quantities.
 Observed observe(const StandProblem& p, const Channel& channel, size_t index, size_t r, const StandBase& base) {
   const StandRecording& recording = p.recordings[r];
   const size_t channels = base.residuals.size() / recording.samples.size();
@@ -43,7 +43,7 @@ Observed observe(const StandProblem& p, const Channel& channel, size_t index, si
     if (j >= 0) {
       const auto i = static_cast<size_t>(j);
       const double velocity = recording.position[i].rate[k];
-      // The effort that was given has what is missing in it; the one that the motion takes has not.
+      // The given effort minus the residual is the effort of the motion.
       if (!recording.effort[i].value.empty()) x[0] = recording.effort[i].value[k] - y;
       x.insert(x.end(), {recording.position[i].value[k], velocity, velocity > 0 ? 1.0 : -1.0});
       for (int other = 0; other < p.tree.num_joints(); ++other) {
@@ -87,7 +87,7 @@ bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, 
                    int other) {
   const int own = p.tree.find_joint(channel.joint);
   if (own < 0 || own == other) return false;
-  std::vector<Eigen::Vector4d> rows;  // 1, own position, other's position, what is left
+  std::vector<Eigen::Vector4d> rows;  // 1, own position, other's position, residual
   for (size_t r = 0; r < evaluation.size(); ++r) {
     const StandRecording& recording = p.recordings[r];
     const size_t channels = evaluation[r].residuals.size() / recording.samples.size();
@@ -110,7 +110,8 @@ bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, 
 }
 
 double calc_spring_gain(const StandProblem& p, const Evaluation& evaluation, const SpringPair& pair) {
-  // Both efforts one below the other; columns: their means, a slope each, one slope of the sum or the difference.
+  // Rows: both efforts. Columns: their means, one slope each, one slope of the sum, one of the difference, the
+  // residual.
   std::vector<Eigen::Matrix<double, 7, 1>> rows;
   for (size_t r = 0; r < evaluation.size(); ++r) {
     const StandRecording& recording = p.recordings[r];
@@ -143,7 +144,7 @@ double calc_spring_gain(const StandProblem& p, const Evaluation& evaluation, con
 
 namespace {
 
-// What friction lacks in a direction of motion, and the joint's position, where it moves.
+// Rows of a moving joint: 1, position, its square, residual along the direction of motion.
 Eigen::Matrix<double, Eigen::Dynamic, 4> collect_friction(const StandProblem& p, const Evaluation& evaluation,
                                                           size_t channel, size_t joint, bool train) {
   std::vector<Eigen::Vector4d> rows;
@@ -185,7 +186,7 @@ bool are_equal(const Evaluation& evaluation, size_t channels, size_t a, size_t b
       apart += (x - y) * (x - y), one += x * x, other += y * y;
     }
   }
-  return apart < 0.3 * std::min(one, other);  // noise adds to the difference, twice
+  return apart < 0.3 * std::min(one, other);  // noise counts twice in the difference
 }
 
 }  // namespace hrp::diagnosis::standing

@@ -10,9 +10,9 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kStick = 0.004;  // [rad/s] below it a joint may be stuck: smoothed velocities have 0.001 of noise
+constexpr double kStick = 0.004;  // [rad/s] below it a joint may stick; smoothed velocities have 0.001 of noise
 
-// Bouc-Wen state [rad] along a recorded position; it forgets where it began after a few yield angles.
+// Bouc-Wen state [rad] along a recorded position. It forgets its start within a few yield angles.
 std::vector<double> wind(const std::vector<double>& position, double yield, double start) {
   std::vector<double> out(1, start);
   double z = start;
@@ -68,7 +68,7 @@ double Drives::read_log(size_t joint, size_t k, double* rate) const {
   return (read(effort.value, k, t.effort.delay) - t.effort.bias.x()) / t.effort.scale.x();
 }
 
-// What is missing in the effort after dry friction: all of what it can hold at rest, its level in motion.
+// Missing effort after dry friction. At rest friction takes any value up to its limit, in motion its level.
 double Drives::take_friction(size_t joint, size_t k, double v, double given, double missing) const {
   const JointTerms& t = terms_.joints[joint];
   if (!t.has_friction()) return missing;
@@ -119,7 +119,7 @@ void take_out_memory(const Drives& drives, const StandRecording& r, size_t joint
     a += change * change, b -= change * (*rows)[s * stride + first];
   }
   if (a == 0) return;
-  const double share = std::clamp(b / a, -2.0, 2.0);  // of half a yield angle
+  const double share = std::clamp(b / a, -2.0, 2.0);  // in units of half a yield angle
   for (size_t s = 0; s < r.samples.size(); ++s) {
     (*rows)[s * stride + first] += share * drives.find_memory(joint, static_cast<size_t>(r.samples[s]));
   }

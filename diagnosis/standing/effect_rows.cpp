@@ -10,11 +10,11 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kWider = 3;        // a gap is tried from there on: what nothing stops may go further than it was seen
-constexpr double kSeen = 2;         // noise deviations from which on a sample shows something
-constexpr double kPlumb = 0.02;     // [rad] as well as a robot's base knows where down is
-constexpr double kLoopStep = 2e-4;  // [s] of a drive; as large as the timing that fixed bases are granted
-constexpr double kMostStamping = 2e-3;  // [s] slower logs are stamped well within their step
+constexpr double kWider = 3;        // factor on the observed motion: start value of a gap
+constexpr double kSeen = 2;         // noise standard deviations above which a sample shows something
+constexpr double kPlumb = 0.02;     // [rad] accuracy of a robot's vertical
+constexpr double kLoopStep = 2e-4;  // [s] step of a drive's loop; as large as the timing parameter on fixed bases
+constexpr double kMostStamping = 2e-3;  // [s] largest uncertainty of stamps; slower logs stamp well within their step
 
 const ServoGains& find_servo(const StandProblem& problem, int joint) {
   const Scenario& scenario = problem.experiment->scenario;
@@ -22,7 +22,7 @@ const ServoGains& find_servo(const StandProblem& problem, int joint) {
   return at == scenario.servo_joints.end() ? scenario.servo_default : at->second;
 }
 
-// [s] Where in its own step a log puts the stamps of velocities and efforts is no fault: a step, of fast logs.
+// Uncertainty [s] of the stamps of velocities and efforts within a step of the log. Smaller delays are no fault.
 double find_stamping(const StandProblem& problem) {
   double step = kLoopStep;
   for (const StandRecording& r : problem.recordings) {
@@ -32,20 +32,21 @@ double find_stamping(const StandProblem& problem) {
   return step;
 }
 
-// [N m] Of the equation of a joint's effort; 0 where it is not known yet.
+// Noise [N m] of a joint's effort equation; 0 while it is unknown.
 double find_noise(const StandProblem& problem, int joint) {
   return problem.noise.empty() ? 0 : problem.noise[find_drive(problem, static_cast<size_t>(joint))];
 }
 
-// [m] Twice the edge of a cube of the link's mass, half as dense as water: its centre of mass is not further off, and
-// half of that is a deviation of how far off it is. Upright robots hardly tell how high it is: then this does.
+// Largest distance [m] of a wrong centre of mass: twice the edge of a cube with the link's mass and half the density of
+// water. Half of it is the standard deviation of the prior. An upright robot hardly determines the height of a centre
+// of mass, so the prior decides.
 double find_size(const StandProblem& problem, int link) {
   return 2 * std::cbrt(problem.tree.links[static_cast<size_t>(link)].inertia.mass / 500);
 }
 
 Vector3d get3(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
 
-// ---- Coefficients of their own: how they act ----------------------------------------------------------------------
+// ---- How coefficients act that differ from the table's parameters --------------------------------------------------
 
 void apply_stribeck(const std::vector<double>& p, const StandTarget& at) {
   JointLaws& laws = at.joint->laws;
@@ -72,8 +73,8 @@ void apply_mass(const std::vector<double>& p, const StandTarget& at) {
   scale_mass(std::max(1e-6, p[0]), at.link);  // a step of a fit may go too far
 }
 
-// A payload written in mass and mass x com, in which forces are linear. A step of a fit may ask for a moment without a
-// mass, or for a mass far outside the robot: that has no inertia that would mean anything.
+// A payload as mass and mass x com, in which forces are linear. A step of a fit may give a moment without mass, or a
+// mass far outside the robot. Its inertia would mean nothing and is then left out.
 void apply_payload(const std::vector<double>& p, const StandTarget& at) {
   constexpr double kFar = 2.0;  // [m]
   const Vector3d moment(p[1], p[2], p[3]);
@@ -98,7 +99,7 @@ void apply_soles(const std::vector<double>& all, const StandTarget& at) {
   }
 }
 
-// ---- And back to the table's parameters, with standard deviations to first order ----------------------------------
+// ---- Back to the table's parameters, with standard deviations to first order ---------------------------------------
 
 using Values = std::vector<double>;
 
@@ -122,7 +123,7 @@ void tell_elasticity(Values* p, Eigen::VectorXd* std) {
   *p = {1 / (*p)[0], std::nan(""), (*p)[1]};
 }
 
-// Where no torque held the link at both ends the gap is at least what was seen.
+// If no torque held the link at both ends, the gap is at least the observed motion.
 void tell_backlash(Values* p, Eigen::VectorXd*) { *p = {(*p)[3] > 0 ? (*p)[3] : (*p)[0]}; }
 
 void tell_payload(Values* p, Eigen::VectorXd* std) {
@@ -132,7 +133,7 @@ void tell_payload(Values* p, Eigen::VectorXd* std) {
   }
 }
 
-// ---- Where to look for effects that no linear prediction from none finds --------------------------------------------
+// ---- Start values of effects that no linear prediction from neutral finds ------------------------------------------
 
 std::vector<Start> list_at(size_t coefficient, const std::vector<double>& values) {
   std::vector<Start> out;
@@ -140,7 +141,7 @@ std::vector<Start> list_at(size_t coefficient, const std::vector<double>& values
   return out;
 }
 
-// Limits within what the drive was asked for.
+// Torque limits within the range of the logged efforts.
 std::vector<Start> list_limits(const StandProblem& p, const StandHints&, size_t joint) {
   if (!p.effort[joint]) return {};
   double most = 0;
@@ -158,7 +159,7 @@ StandRow make_row(EffectId id, std::vector<double> neutral, std::vector<double> 
   return row;
 }
 
-// Of the drive alone; the first coefficient is not negative.
+// A row of an effect in the drive alone, whose first coefficient is positive.
 StandRow make_drive_row(EffectId id, std::vector<double> neutral, std::vector<double> step) {
   StandRow row = make_row(id, std::move(neutral), std::move(step), true);
   row.at_drive = true;
@@ -225,7 +226,7 @@ StandRow make_cogging() {
 StandRow make_saturation() {
   StandRow row = make_drive_row(EffectId::kSaturation, {1e300}, {0.01});
   row.positive = false, row.away = true;
-  // Of a drive that gives less than can be seen nothing tells what takes the rest.
+  // If a drive gives less than the noise, nothing tells what limits it.
   row.is_sensible = [](const StandProblem& problem, const Effect& e) {
     return e.p[0] > kSeen * find_noise(problem, e.place.index);
   };
@@ -246,9 +247,9 @@ StandRow make_backlash() {
   StandRow row = make_row(EffectId::kBacklash, {0, 0, 0, 0}, {1e-3, 0.01, 1e-6, 0}, true);
   row.apply = &apply_backlash, row.to_table = &tell_backlash, row.keep = &keep_rotor;
   row.away = row.loose = true, row.refined = 1;
-  // A gap below what encoders resolve is none.
+  // A smaller gap is below the resolution of encoders.
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[0] > 1e-4; };
-  // [rad/(N m)] Teeth bend less than the servo that drives them gives, or it would ring.
+  // [rad/(N m)] The compliance of the teeth is below that of the servo, as it would oscillate otherwise.
   row.find_prior = [](const StandProblem& problem, const Effect& e, size_t parameter) {
     return parameter == 2 ? 0.3 / std::max(1.0, find_servo(problem, e.place.index).kp) : 0.0;
   };
@@ -292,7 +293,8 @@ StandRow make_com_error() {
 StandRow make_force() {
   StandRow row = make_row(EffectId::kExternalForce, {0, 0, 0}, {1, 1, 1});
   row.all_count = true;
-  // Of pulls from anywhere the share that is plumb within an angle is half its square; weight is plumb by itself.
+  // A random direction is vertical within an angle with a probability of half its square. A vertical force is therefore
+  // more likely to be a weight.
   row.find_doubt = [](const Effect& e) {
     const Vector3d force = get3(e.p);
     const double angle = std::max(kPlumb, force.head<2>().norm() / std::max(1e-9, force.norm()));
@@ -304,9 +306,9 @@ StandRow make_force() {
 double find_sole_prior(const StandProblem& problem, const Effect& e, size_t parameter) {
   const size_t size = get_row(e).step.size(), at = parameter % size;
   const StandFoot& foot = problem.feet[parameter / size];
-  if (at == 5 || at == 6) return 0.02;  // [m] "near the sole's centre"
-  if (at == 7) return 0.01;             // [m] half the height of a sole or so
-  // [N m] The foot's weight acts where the model has it; how much of it is above the bush is not known.
+  if (at == 5 || at == 6) return 0.02;  // [m] the bush is near the sole's centre
+  if (at == 7) return 0.01;             // [m] about half the height of a sole
+  // [N m] Moment of the foot's weight: the part of the foot above the bush is not known.
   if (at == 8 || at == 9) return foot.mass * 9.81 * (0.5 * (foot.com - foot.bush).head<2>().norm() + 0.005);
   return 0;
 }
@@ -343,7 +345,7 @@ std::vector<StandRow> make_ground_rows() {
   return {slope, friction};
 }
 
-// ---- Sensors: a row for what is read, with the size of the reading ------------------------------------------------
+// ---- Sensors: one row per reading, with finite-difference steps of the reading's size ------------------------------
 
 StandRow make_sensor_row(EffectId id, Reading reading, std::vector<double> neutral, double step) {
   StandRow row = make_row(id, neutral, std::vector<double>(neutral.size(), step));
@@ -368,7 +370,7 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
   for (const Size& s : sizes) {
     rows->push_back(make_sensor_row(EffectId::kSensorBias, s.reading, std::vector<double>(s.axes, 0), s.bias));
     rows->push_back(make_sensor_row(EffectId::kSensorScale, s.reading, {1}, s.scale));
-    rows->back().noisy = s.reading != Reading::kPosition;  // positions are too quiet to matter
+    rows->back().noisy = s.reading != Reading::kPosition;  // positions have too little noise to matter
   }
   const std::vector<Reading> of_joint{Reading::kEffort, Reading::kVelocity, Reading::kPosition};
   const std::vector<Reading> of_wrench{Reading::kWrench, Reading::kForce, Reading::kTorque};
@@ -385,7 +387,7 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
     if (one) continue;
     rows->push_back(make_sensor_row(EffectId::kClockSkew, group->front(), {0}, 3e-3));
     rows->back().drifts = true;
-    // Over 10 s the clocks part too far for a slope at none.
+    // Within 10 s the clocks drift so far that a slope at zero skew says nothing.
     rows->back().list_starts = [](const StandProblem&, const StandHints&, size_t) {
       return list_at(0, {0, -0.03, -0.01, 0.01, 0.03});
     };

@@ -14,7 +14,7 @@ const std::vector<StandRow>& list_rows() {
   return rows;
 }
 
-// Effects that multiply something: of one number, none when it is 1.
+// True for scale factors: one coefficient with neutral value 1.
 bool is_factor(const StandRow& row) { return row.neutral == std::vector<double>{1}; }
 
 class Lister {
@@ -50,18 +50,19 @@ class Lister {
     }
   }
 
-  // Whether what was recorded says anything about it.
+  // True if the recordings can show the effect.
   bool can_show(const StandRow& row, const Effect& e) const {
     const auto i = static_cast<size_t>(e.place.index);
     const auto flat = [](const StandFoot& foot) { return foot.kind == SoleKind::kFlat; };
     if (is_joint(e)) return (p_.is_driven(i) || (!row.at_drive && !row.bends_leg)) && (!row.by_command || p_.command[i]);
     if (is_foot(e) || row.tilts_feet) return std::all_of(p_.feet.begin(), p_.feet.end(), flat);
-    if (e.place.reading == Reading::kOrientation) return p_.attitude;  // else there is none that could be wrong
+    if (e.place.reading == Reading::kOrientation) return p_.attitude;  // an estimated attitude has no sensor fault
     if (!is_joint_sensor(e)) return true;
     const bool effort = p_.is_driven(i) && p_.effort[i];
     if (e.place.reading == Reading::kEffort) return effort;
     if (e.place.reading == Reading::kVelocity) return p_.velocity[i];
-    // Only a log of efforts and the servo's law together tell a zero of the log from an offset that the servo sees.
+    // A zero of the position log differs from an offset that the servo also has only if efforts and commands were
+    // recorded.
     return get_effect(e.id).change.constant == 0.0 || (effort && p_.command[i]);
   }
 
@@ -142,7 +143,7 @@ bool is_vector(const Effect& e) { return get_effect(e.id).vector && get_row(e).n
 Effect make_soft_soles(const StandProblem& problem) {
   const auto& rows = list_rows();
   const auto is_sole = [](const StandRow& row) { return get_effect(row.id).place == PlaceKind::kFoot; };
-  const EffectId id = std::find_if(rows.begin(), rows.end(), is_sole)->id;  // the plainer one comes first
+  const EffectId id = std::find_if(rows.begin(), rows.end(), is_sole)->id;  // the simpler one comes first
   return {id, {PlaceKind::kFoot, 0, Reading::kAll}, std::vector<double>(kFootParameters * problem.feet.size(), 0.0)};
 }
 
@@ -173,7 +174,7 @@ double find_bound(const StandProblem& problem, const Effect& e, size_t parameter
   }
   if (!get_row(e).bends_leg || parameter != 0) return 0;
   for (const StandFoot& foot : problem.feet) {
-    Matrix3d R_LF = Matrix3d::Identity();  // foot in the link at hand, joints straight
+    Matrix3d R_LF = Matrix3d::Identity();  // orientation of the foot in the link, joints at zero
     for (int link = foot.link; link > 0; link = problem.tree.links[static_cast<size_t>(link)].parent) {
       const JointSpec& joint = problem.tree.links[static_cast<size_t>(link)].joint;
       const Vector3d axis = (R_LF.transpose() * joint.axis_F).cwiseAbs();

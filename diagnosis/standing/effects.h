@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every effect that a standing robot's recordings may hide: how it is written, started, varied, bounded.
+// Table of the effects that recordings of a standing robot can show: coefficients, start values, bounds.
 #pragma once
 
 #include <utility>
@@ -9,108 +9,110 @@
 
 namespace hrp::diagnosis::standing {
 
-// Where to look for effects that no linear prediction finds, or that only some motions can show (hints.h).
+// Hints where to look for effects that no linear prediction finds, or that only some motions show.
 struct StandHints {
-  double slip_ratio = 0;                     // friction at which feet were seen to slip; 0: they were not
-  std::vector<std::vector<double>> ripples;  // by joint [1/rad]: how often the missing effort repeats
-  std::vector<double> play;                  // by joint [rad]: how far its link would have to move against its encoder
+  double slip_ratio = 0;                     // friction coefficient at which feet slipped; 0: no slip
+  std::vector<std::vector<double>> ripples;  // by joint [1/rad]: angular wave numbers of ripples in the missing effort
+  std::vector<double> play;  // by joint [rad]: how far its link must move against its encoder (find_play)
 };
 
-// [rad/(N m)] How far ground and sole may give of themselves: feet are taken as rigid above 5e4 N m/rad.
+// [rad/(N m)] Largest compliance of ground and sole. Stiffer feet (above 5e4 N m/rad) count as rigid.
 constexpr double kContact = 2e-5;
 
-constexpr double kMostPlay = 0.2;  // [rad] between teeth that somebody would still call a transmission
+constexpr double kMostPlay = 0.2;  // [rad] largest gap between the teeth of a usable transmission
 
-// Where values of an effect go that are written in coefficients of their own (see StandRow).
+// Where apply() writes coefficients that differ from the table's parameters (see StandRow).
 struct StandTarget {
   JointTerms* joint = nullptr;
   LinkInertia* link = nullptr;
   std::vector<FootTerms>* feet = nullptr;
 };
 
-// Coefficients from which a candidate starts, the others neutral.
+// Start values of a candidate: pairs of coefficient index and value. The others start at neutral.
 using Start = std::vector<std::pair<size_t, double>>;
 
-// How an effect of the table shows in the equations of a standing robot: the coefficients that are fitted, of which the
-// first is absent at its neutral value, and what a search has to know. Residuals are linear in most coefficients:
+// An effect of the table in the equations of a standing robot: its fitted coefficients and what a search has to know.
+// The effect is absent if the first coefficient is neutral. Residuals are linear in most coefficients:
 //   feet: 1/k, c/k of roll, then of pitch, 1/kz, and nuisances: where the centre of the bush truly is
 //   (x y z [m] off the nominal), and moments at rest about x and y [N m]; hardening adds one coefficient [1/rad^2]
 //   payload: mass, mass x com;  spring: stiffness, moment at position 0;  cogging: sine and cosine amplitude, periods
 //   elasticity: 1/stiffness, rotor inertia;  Stribeck: Coulomb, static less Coulomb, velocity, viscous
 //   backlash: gap (kMostPlay where no torque ever held the link at an end), and as nuisances rotor inertia and
 //   compliance of the teeth; what the link was seen to move where no torque held it at both ends (read off), else 0
-// All others are the table's parameters, the first of them that are fitted.
+// For all other effects the coefficients are the table's parameters, those that are fitted first.
 struct StandRow {
   EffectId id;
   Reading reading = Reading::kAll;
   std::vector<double> neutral, step;  // step: of finite differences; 0: read off, not fitted
-  void (*apply)(const std::vector<double>& p, const StandTarget& at) = nullptr;  // null: the table's
-  std::vector<double> (*from_table)(const std::vector<double>& p) = nullptr;  // coefficients from the table's parameters
-  // And back, with standard deviations: both in the table's order, the first of them; NaN: not told. Null: the same.
+  void (*apply)(const std::vector<double>& p, const StandTarget& at) = nullptr;  // null: as the table does
+  std::vector<double> (*from_table)(const std::vector<double>& p) = nullptr;  // converts the table's parameters
+  // Converts coefficients and standard deviations back to the table's order; NaN: unknown. Null: they are the same.
   void (*to_table)(std::vector<double>* p, Eigen::VectorXd* std) = nullptr;
-  bool positive = false;      // first coefficient must not fall below its neutral value
-  bool at_drive = false;      // leaves motion and forces as they are: changes only what a drive's effort is compared with
-  bool by_command = false;    // shows where commands were recorded
+  bool positive = false;      // first coefficient must exceed its neutral value
+  bool at_drive = false;      // changes only what a drive's effort is compared with, not motion or forces
+  bool by_command = false;    // needs recorded commands
   bool noisy = false;         // multiplies a noisy signal: rates, accelerations, efforts, moments
-  bool away = false;          // without a neutral start, or far from it: a slope at none says nothing
-  bool drifts = false;        // the same where it starts elsewhere than at none: clocks part too far
-  int refined = 0;            // so many steps of a fit, instead of one linear prediction, in screening
-  bool all_count = false;     // all coefficients define the effect, not the first alone
+  bool away = false;          // starts far from neutral, where a slope at neutral says nothing
+  bool drifts = false;        // the same for starts that are not neutral: clocks drift too far
+  int refined = 0;            // iterations of a fit in screening, in place of one linear prediction
+  bool all_count = false;     // all coefficients define the effect, not only the first
   bool follows_position = false;
-  bool loose = false;         // the link's place is read off the feet
-  bool slides = false;        // is seen where feet slide only
-  bool tilts_feet = false;    // what ground and sole give looks like it
-  bool bends_leg = false;     // the same by how much: find_bound()
-  bool of_transmission = false;  // a transmission that gives has it, too
-  // None: not a candidate here. Null: from none.
+  bool loose = false;         // the position of the link comes from the feet
+  bool slides = false;        // visible only if feet slide
+  bool tilts_feet = false;    // compliance of ground and sole looks like it
+  bool bends_leg = false;     // the same, up to find_bound()
+  bool of_transmission = false;  // an elastic transmission contains it
+  // An empty list: not a candidate. Null: one start at neutral.
   std::vector<Start> (*list_starts)(const StandProblem&, const StandHints&, size_t place) = nullptr;
   bool (*is_sensible)(const StandProblem&, const Effect&) = nullptr;
-  void (*keep)(std::vector<double>* p) = nullptr;  // shapes within bounds after a step
+  void (*keep)(std::vector<double>* p) = nullptr;  // limits shape coefficients after a step
   double (*find_prior)(const StandProblem&, const Effect&, size_t parameter) = nullptr;
   double (*find_doubt)(const Effect&) = nullptr;
   std::vector<Effect> (*list_richer)(const StandProblem&, const Effect&) = nullptr;
 };
-std::vector<StandRow> make_rows();  // of all effects: effect_rows.cpp
-const StandRow* find_row(const Effect& effect);  // null: a standing robot's equations do not show it
+std::vector<StandRow> make_rows();  // of all effects (effect_rows.cpp)
+const StandRow* find_row(const Effect& effect);  // null: the equations of a standing robot do not show it
 const StandRow& get_row(const Effect& effect);
 
-// What may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity, the
-// periods of cogging) come several times, with different starts.
+// Candidates that may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity,
+// a wave number of cogging) occur several times, with different start values.
 std::vector<Effect> list_candidates(const StandProblem& problem, const Hypothesis& base,
                                          const StandHints& hints);
 
-// Richer laws of the same kind, from where the plain one ended: no linear prediction from nothing finds them.
+// Richer laws that contain a fitted one, starting at its values. A linear prediction from neutral does not find them.
 std::vector<Effect> list_richer(const StandProblem& problem, const Effect& effect);
 
+// True if the candidate starts far from neutral, so that its slope at neutral says nothing.
 bool starts_away(const Effect& effect);
 
-// One quantity written in axes that somebody chose: a force, an offset, a slope.
+// True for one quantity given in components of chosen axes: a force, an offset, a slope.
 bool is_vector(const Effect& effect);
 
-// Soles that give, from none.
+// Soft soles at their neutral value.
 Effect make_soft_soles(const StandProblem& problem);
 
-// Parameters that define an effect; what else is fitted with it may be ill-determined in one recording.
+// True for parameters that define the effect. Others are fitted as well but may be ill-determined in one recording.
 bool is_main(const Effect& effect, size_t parameter);
 
-// Within what can be: positive stiffness, scales that a sensor can have.
+// True if the effect is physical: positive stiffness, plausible scales.
 bool is_sensible(const StandProblem& problem, const Effect& effect);
 bool are_sensible(const StandProblem& problem, const Hypothesis& hypothesis);
 
-// [rad/(N m)] The most that ground and sole give about a foot's roll (axis 0) or pitch: kContact about the sole's short
-// edge, more about the long one. Straight down [m/N]: find_sinking.
+// Largest compliance [rad/(N m)] of ground and sole about a foot's roll (axis 0) or pitch (axis 1): kContact about the
+// axis with the longer lever, more about the other. find_sinking: the same in height [m/N].
 double find_give(const StandFoot& foot, int axis);
 double find_sinking(const StandFoot& foot);
 
-// How much of a parameter the ground may be to blame for, whatever the recordings say: what gives under the feet looks
-// like soles, or like transmissions of the leg about the same axis. An effect is sure of what exceeds that only.
+// Part of a parameter that compliance of the ground may cause, in the parameter's unit. It looks like soft soles, or
+// like elastic transmissions of the leg about the same axis. Only an excess over this bound is certain.
 double find_bound(const StandProblem& problem, const Effect& effect, size_t parameter);
 
-// Minus the logarithm of how much likelier than here an effect of this kind is at the likeliest place, before anything
-// is recorded: of links that move alike (hips and a waist that hardly turns) the heavy one carries the load.
+// Prior cost [nats] of an effect at this link: logarithm of how much likelier the heaviest link is. Of links that move
+// alike (hips and a waist that hardly turns), the heavy one is likely to carry a load. 0 for effects that do not act on
+// links.
 double find_doubt(const StandProblem& problem, const Effect& effect);
 
-// Standard deviation of what is known beforehand of a parameter about its neutral value; 0: nothing.
+// Standard deviation of the prior of a parameter about its neutral value; 0: no prior.
 double find_prior(const StandProblem& problem, const Effect& effect, size_t parameter);
 
 }  // namespace hrp::diagnosis::standing

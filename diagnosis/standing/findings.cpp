@@ -8,22 +8,24 @@ namespace hrp::diagnosis::standing {
 
 namespace {
 
-constexpr double kLaws = 1e-3;  // share to which one's laws and integrator agree with another's
+constexpr double kLaws = 1e-3;  // relative difference between laws and integrators of two engines
 
-// A value with a deviation of chance, and an unknown that is not chance but anywhere between two ends, the same every
-// time: the interval holds what chance says about each end. So ranges add, not squares.
+// An estimate with a statistical standard deviation `chance` and a systematic error. The true value is anywhere between
+// two ends, the same in every recording. Therefore the interval adds the range and the deviation linearly, not in
+// quadrature.
 Json make_bounded(double value, double chance, double one_end, double other_end, const char* unit) {
   const double reach = std::max(std::abs(one_end - value), std::abs(other_end - value));
   return make_value(value, chance + reach / kNinetyFive, unit);
 }
 
-// Values a bush's coefficients stand for: k = 1 / a, c = b / a, by first-order propagation of chance. Ground and sole
-// give in series with the bush, by anything up to `contact`, so that a is what was seen less that.
+// Stiffness k = 1 / a and damping c = b / a of one axis of a bush, with first-order error propagation. Ground and sole
+// are in series with the bush and have a compliance of up to `contact`. So the bush's own a is the observed one minus 0
+// to `contact`.
 void add_bush_axis(const Effect& e, const Eigen::VectorXd& std, size_t at, const char* axis, double contact,
                    Json* out) {
   const double seen = e.p[at], series = std::min(contact, 0.5 * seen), a = seen - 0.5 * series;
   const double sa = std(static_cast<long>(at)), b = e.p[at + 1], sb = std(static_cast<long>(at) + 1);
-  // The bush turns by the rest of the tilt only, so its damping seems smaller than it is by the same share.
+  // The bush rotates only by the rest of the tilt. Its damping then seems too small by the same ratio.
   const auto damping = [&](double own) { return b * seen / (own * own); };
   const double chance = std::hypot(sb * seen / (a * a), 2 * damping(a) * sa / a);
   const double stiff = seen - series;
@@ -37,7 +39,7 @@ Json make_bush(const StandProblem& p, const Effect& e, const Eigen::VectorXd& st
   Json out;
   const double seen = e.p[at + 4], sink = std::min(find_sinking(p.feet[foot]), 0.5 * seen), a = seen - 0.5 * sink;
   const double s = std(static_cast<long>(at) + 4);
-  const bool told = a > 3 * (s + 0.5 * sink / kNinetyFive);  // else the data do not say how far the foot sinks
+  const bool told = a > 3 * (s + 0.5 * sink / kNinetyFive);  // if false, the compression of the foot is not determined
   if (told) out["kz"] = make_bounded(1 / a, s / (a * a), 1 / seen, 1 / (seen - sink), "N/m");
   add_bush_axis(e, std, at, "roll", find_give(p.feet[foot], 0), &out);
   add_bush_axis(e, std, at + 2, "pitch", find_give(p.feet[foot], 1), &out);
@@ -94,7 +96,7 @@ Json make_parameters(const StandProblem& p, const Effect& e, const Eigen::Vector
     if (vector) out[all[i].name] = make_vector({&values[i], &values[i] + 3}, {std.data() + i, std.data() + i + 3}, unit);
     else out[all[i].name] = make_value(values[i], std(static_cast<long>(i)), unit);
   }
-  if (row.loose && e.p[3] > 0) {  // anything that lets the link go where it was seen
+  if (row.loose && e.p[3] > 0) {  // bounds for any gap in which the link can move as observed
     const double rest = std::max(0.0, kMostPlay - e.p[3]);
     out[all[0].name]["std"] = rest / std::sqrt(12), out[all[0].name]["ci95"] = {0.95 * e.p[3], e.p[3] + rest};
   }
@@ -110,7 +112,7 @@ std::string describe_values(const Json& parameters) {
       for (size_t i = 0; i < p["value"].size(); ++i) out += (i ? ", " : "") + number(p["value"][i].get<double>(), 3);
       out += ")";
     } else if (p["ci95"][1].get<double>() - p["value"].get<double>() > 3 * p["std"].get<double>()) {
-      out += "at least " + number(p["value"].get<double>(), 3);  // an interval to one side
+      out += "at least " + number(p["value"].get<double>(), 3);  // a one-sided interval
     } else {
       out += number(p["value"].get<double>(), 3) + " +- " + number(kNinetyFive * p["std"].get<double>(), 2);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Findings about a standing robot in the report's names, units and words.
+// Converts findings about a standing robot to the names, units and words of the report.
 #pragma once
 
 #include <string>
@@ -10,16 +10,17 @@
 
 namespace hrp::diagnosis::standing {
 
-// The place in the report's words: kind and name.
+// Place of an effect in the report: kind and name.
 std::pair<std::string, std::string> find_place(const StandProblem& problem, const Effect& effect);
 
-// Parameters with deviations and intervals; of a sole's compliance those of one foot.
+// Parameters with standard deviations and intervals. For a sole's compliance, those of the foot with index `foot`.
 Json make_parameters(const StandProblem& problem, const Effect& effect, const Eigen::VectorXd& fitted,
                      size_t foot);
 
+// Text of parameters with the half widths of their 95 % intervals.
 std::string describe_values(const Json& parameters);
 
-// Root mean square over the recordings of one role in units of each channel's noise.
+// Root mean square of the residuals of training or of other recordings, in units of each channel's noise.
 double calc_fit(const StandProblem& problem, const StandOutcome& outcome, const Evaluation& evaluation, bool train);
 
 }  // namespace hrp::diagnosis::standing

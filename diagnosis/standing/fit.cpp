@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kHalvings = 3;
 
-// Normal equations of columns against residuals; `left` and `right` are the same for plain least squares.
+// Normal equations of columns and residuals of two sides; both sides are the same for plain least squares.
 struct Normal {
   Eigen::MatrixXd A, B;
   Eigen::VectorXd b;
@@ -183,7 +183,7 @@ StandStep solve(const StandProblem& problem, const FitSelection& selection, cons
 
 namespace {
 
-// A shape parameter that the data hardly see may be thrown far by one step: it stays within its bounds.
+// Limits shape parameters, which a step may move too far if the data hardly determine them.
 void keep_shapes(Hypothesis* hypothesis) {
   for (Effect& e : *hypothesis) {
     const size_t size = get_row(e).step.size();
@@ -209,7 +209,7 @@ void add_step(const Eigen::VectorXd& delta, size_t first, Hypothesis* hypothesis
 
 namespace {
 
-// What a fit makes small: weighted products of the residuals of two sides, and what is known beforehand.
+// Cost of a fit: weighted products of the residuals of two sides, plus the priors.
 double calc_cost(const StandProblem& problem, const FitSelection& selection, const Hypothesis& h,
                  const Evaluation& x, const Evaluation& y) {
   double cost = 0;
@@ -228,8 +228,8 @@ double calc_cost(const StandProblem& problem, const FitSelection& selection, con
   return cost;
 }
 
-// Where a step leads; half of it, a quarter, an eighth where all of it makes things worse: samples that stick and slide
-// by turns let whole steps go to and fro. `judge` evaluates a hypothesis and returns its cost.
+// Takes a step, or a half, quarter or eighth of it if the full step increases the cost. Samples that alternately stick
+// and slide can make full steps oscillate. `judge` evaluates a hypothesis and returns its cost.
 template <class Judge>
 Hypothesis take_step(const Hypothesis& from, const Eigen::VectorXd& delta, double cost, Judge judge) {
   Hypothesis h;

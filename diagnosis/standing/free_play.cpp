@@ -11,12 +11,13 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kSure = 4;  // deviations of noise: of some thousand samples none is taken for a torque by chance
-constexpr int kRounds = 5;   // until it is settled which samples lie at an end of the gap
+constexpr double kSure = 4;  // standard deviations of noise: none of some thousand samples exceeds it by chance
+constexpr int kRounds = 5;   // to find which samples are at an end of the gap
 constexpr double kRidge = 1e-6;
 
-// Constants of the places when every free sample lies where it fits best: of its equations only what no offset changes
-// counts. The ridge: where nothing tells a constant from an offset of all samples, the offsets' mean is none.
+// Constants of the positions if every free sample is at its best place. A free sample counts only by the part of its
+// equations that no offset changes. The ridge makes the mean of the offsets zero where a constant and a common offset
+// cannot be distinguished.
 Eigen::VectorXd find_means(const Eigen::MatrixXd& at, const Eigen::MatrixXd& slope, long places,
                            const std::vector<double>& offset, const std::vector<char>& fixed) {
   const long n = at.rows() - places;
@@ -83,11 +84,11 @@ std::vector<double> place_teeth(const TeethRows& rows, const std::vector<double>
                                 double gap) {
   const size_t n = sides.size();
   const auto size = static_cast<long>(rows.geometry), places = static_cast<long>(rows.places);
-  Eigen::MatrixXd at(size, static_cast<long>(n)), slope(size, static_cast<long>(n));  // in deviations of noise
+  Eigen::MatrixXd at(size, static_cast<long>(n)), slope(size, static_cast<long>(n));  // in units of noise
   for (size_t k = 0; k < n; ++k) {
     for (size_t c = 0; c < rows.geometry; ++c) {
       const size_t i = k * rows.channels + c;
-      const bool says = rows.middle[i] != 0 && rows.aside[i] != 0;  // a foot on its edge does not
+      const bool says = rows.middle[i] != 0 && rows.aside[i] != 0;  // a foot on its edge says nothing
       at(static_cast<long>(c), static_cast<long>(k)) = says ? rows.middle[i] / noise[c] : 0;
       slope(static_cast<long>(c), static_cast<long>(k)) =
           says ? (rows.aside[i] - rows.middle[i]) / (kTeethStep * noise[c]) : 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the link behind a loose transmission lies between the teeth. A torque holds it on one side; else it is free
-// within the gap, and the feet, which stand, tell where it is.
+// Finds where the link behind a loose transmission is in its gap. A torque holds it at one end. Without torque it is
+// free, and the standing feet tell where it is.
 #pragma once
 
 #include <vector>
@@ -12,27 +12,27 @@ namespace hrp::diagnosis::standing {
 struct StandBase;
 
 using TeethOffsets = std::vector<std::vector<double>>;  // [rad] by joint, by sample; empty where nothing is loose
-constexpr double kTeethStep = 1e-4;                     // [rad] for slopes; the feet's places are as good as linear
+constexpr double kTeethStep = 1e-4;                     // [rad] step for slopes; foot positions are nearly linear
 
-// [N m] By joint: a torque that is this large is no noise.
+// By joint: torque [N m] that exceeds the noise.
 std::vector<double> find_slack(const StandProblem& problem, const std::vector<StandBase>& nominal);
 
-// By sample: 1 or -1 where the torque holds the teeth on one side, 0 where it does not or is about to change: a link
-// that is let go takes its time to cross the gap.
+// By sample: 1 or -1 where the torque holds the teeth on one side; 0 where it does not, or changes at a neighbouring
+// sample. A released link needs time to cross the gap.
 std::vector<int> find_sides(const std::vector<double>& torque, double slack);
 
-// Whether a torque holds a joint on the side of an offset [rad] in every recording and never on the other one: then the
+// True if a torque holds a joint on the side of `offset` [rad] in every recording and never on the other side. Then the
 // offset may be half of a gap.
 bool may_be_play(const StandProblem& problem, const std::vector<StandBase>& evaluation, size_t joint, double offset);
 
-// What the channels say with the link in the middle of the teeth and kTeethStep aside, [sample][channel], flat. The
-// first `geometry` of them follow the feet; those from `places` on are known but for a constant.
+// Channels [sample][channel], flat, with the link in the middle of the teeth and kTeethStep aside. The first `geometry`
+// of them depend on the feet; those from index `places` are known except for a constant.
 struct TeethRows {
   const std::vector<double>&middle, &aside;
   size_t channels, geometry, places;
 };
 
-// [rad] By sample, where the link lies in a gap.
+// Position [rad] of the link in a gap, by sample.
 std::vector<double> place_teeth(const TeethRows& rows, const std::vector<double>& noise, const std::vector<int>& sides,
                                 double gap);
 

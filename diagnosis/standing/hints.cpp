@@ -10,16 +10,16 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kMostPeriods = 400;   // [1/rad] some 60 poles behind a gear of 40
-constexpr size_t kStarts = 2;          // ripples of a joint that are tried
+constexpr double kMostPeriods = 400;   // [1/rad] of sin(p q): 10 periods per motor turn behind a gear of 40
+constexpr size_t kStarts = 2;          // ripples per joint that are tried
 constexpr size_t kLeastSamples = 100;  // of a joint
 
-// One drive's effort residual with what it may follow besides a ripple.
+// A drive's effort residual with the smooth quantities that it may depend on.
 struct DriveRows {
   std::vector<double> position;
   Eigen::MatrixXd smooth;  // bias, position, speed, direction, acceleration
   Eigen::VectorXd missing;
-  double range = 0, step = 0;  // [rad] of the position; its usual way within half a smoothing window
+  double range = 0, step = 0;  // [rad] range of the position; usual move within half a smoothing window
 };
 
 DriveRows collect(const StandProblem& p, const Evaluation& evaluation, size_t joint, size_t channel) {
@@ -54,7 +54,7 @@ DriveRows collect(const StandProblem& p, const Evaluation& evaluation, size_t jo
   return out;
 }
 
-// Squares of the missing effort that a ripple takes away beside the smooth columns.
+// Squared missing effort that a ripple explains beside the smooth columns.
 double calc_power(const DriveRows& rows, const Eigen::MatrixXd& Q, const Eigen::VectorXd& left, double periods) {
   Eigen::MatrixXd wave(left.size(), 2);
   for (long i = 0; i < left.size(); ++i) {
@@ -73,9 +73,9 @@ std::vector<double> find_joint_ripples(const DriveRows& rows) {
   const Eigen::MatrixXd Q = Eigen::HouseholderQR<Eigen::MatrixXd>(rows.smooth).householderQ() *
                             Eigen::MatrixXd::Identity(rows.smooth.rows(), rows.smooth.cols());
   const Eigen::VectorXd left = rows.missing - Q * (Q.transpose() * rows.missing);
-  // Within half a window a ripple must not turn by more than a radian, or the smoothing takes it away.
+  // A ripple must turn by less than a radian within half a window, otherwise the smoothing removes it.
   const double most = std::min(kMostPeriods, 1 / std::max(1e-6, rows.step)), step = M_PI / (2 * rows.range);
-  std::vector<std::pair<double, double>> peaks;  // power, periods
+  std::vector<std::pair<double, double>> peaks;  // -power, wave number
   double before = 0, here = 0;
   for (double p = 2 * M_PI / rows.range; p <= most + step; p += step) {
     const double next = p <= most ? calc_power(rows, Q, left, p) : 0;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the recordings hint at before anything is fitted: StandHints of effects.h.
+// Hints from the recordings before any fit: StandHints of effects.h.
 #pragma once
 
 #include "diagnosis/standing/fit.h"
 
 namespace hrp::diagnosis::standing {
 
-// The strongest ripples of each drive's residual on training recordings, beside bias, slope, speed, direction and
-// acceleration. Only such that repeat within the range of the motion: less than one period looks like a spring.
+// Wave numbers [1/rad], by joint, of the strongest ripples of the drive's residual in training recordings, beside bias,
+// slope, speed, direction and acceleration. Only ripples with at least one period within the motion: shorter motion
+// makes a ripple look like a spring.
 std::vector<std::vector<double>> find_ripples(const StandProblem& problem, const Evaluation& evaluation);
 
 }  // namespace hrp::diagnosis::standing

@@ -10,24 +10,25 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kFew = 8;  // samples
+constexpr double kFew = 8;  // samples of noise that are added to each rms
 constexpr double kLeastNoise = 0.25;
-constexpr double kTurn = 0.3;  // [s] over which a gyroscope is held against two attitudes
-constexpr double kLeadingOrder =
-    2;  // times an error that is known to its leading order, and the same in all recordings
-constexpr double kLeastShared = 0.25;  // square of what is worth telling, in squares of the noise
-// Of a product's sum over the root of its squares' sum: products of two independent errors are as often negative, so
-// that this is exceeded with a probability below 2 exp(-5^2 / 2): twice in 80 equations of one robot of a thousand.
+constexpr double kTurn = 0.3;  // [s] over which a gyroscope is compared with two attitudes
+// Factor on a smoothing error, which is known to leading order only and is the same in all recordings.
+constexpr double kLeadingOrder = 2;
+constexpr double kLeastShared = 0.25;  // squared rms, in units of noise, that is worth reporting
+// Limit on a sum of products over the root of their summed squares. Products of two independent errors have either
+// sign, so the probability to exceed it is below 2 exp(-5^2 / 2). With two lags in 80 equations, this is one robot of a
+// thousand.
 constexpr double kNoChance = 5;
-// Windows next but one do not overlap: filters of sensors forget sooner, motion does not. What swings by a
-// quarter from one to the other shows one later.
+// Lags [windows]. Windows two apart do not overlap, and sensor filters forget within that time, while motion does not.
+// An oscillation with a quarter period at one lag appears at the other.
 constexpr size_t kLater[] = {2, 3};
-constexpr double kClearer = 0.5;  // of an equation's noise, so that another reading of the same is worth it
-constexpr size_t kThin = 3;       // one sample of so many is enough to rank candidates by
+constexpr double kClearer = 0.5;  // ratio of noises of two readings, below which the clearer one is used
+constexpr size_t kThin = 3;       // one of so many samples ranks candidates
 
-// Smallest noise of a channel that is believed: what rounding in a file and contact of a stiff sole leave, and the
-// error of an attitude that was not recorded. Balance and efforts have none of that: IMU, encoders and force sensors
-// tell all of it in the robot's own axes.
+// Smallest plausible noise of a channel: rounding in files, contact of a stiff sole, and the error of an estimated
+// attitude. Balance and efforts do not depend on the attitude: IMU, encoders and force sensors measure in the robot's
+// axes.
 double find_floor(const StandProblem& p, const Channel& c) {
   const double tilt = p.attitude_error;
   if (c.kind == "tilt") return std::max(2e-5, tilt);
@@ -43,7 +44,8 @@ bool is_loose(const Hypothesis& h) {
   return std::any_of(h.begin(), h.end(), [](const Effect& e) { return get_row(e).loose; });
 }
 
-// Where a link is free between loose teeth its place is read off the feet: their noise is no longer all there.
+// First channel whose noise can be estimated. The position of a link in a loose transmission is read off the feet, so
+// their residuals no longer contain all of the noise.
 size_t find_first_sure(const StandProblem& p, const Hypothesis& h) {
   return is_loose(h) ? find_places(p) + count_places(p) : 0;
 }
@@ -65,7 +67,7 @@ void StandJudge::update_sigma(const Evaluation& evaluation, const Hypothesis& h)
       std::vector<double> one;
       for (size_t k = c; k < base.residuals.size(); k += channels_.size()) {
         const double v = base.residuals[k];
-        if (v != 0 || !sparse) one.push_back(v == 0 ? std::nan("") : v);  // 0: says nothing
+        if (v != 0 || !sparse) one.push_back(v == 0 ? std::nan("") : v);  // 0: the channel says nothing
       }
       const double noise = one.size() > 8 ? estimate_noise(one) : 0;
       if (noise > 0 || sigma_[c] == 1e300) found.push_back(noise);
@@ -77,7 +79,7 @@ void StandJudge::update_sigma(const Evaluation& evaluation, const Hypothesis& h)
   }
 }
 
-// Square of the noise of each channel in the mean of even and odd samples: a quarter of the square of their difference.
+// Squared noise of the mean of even and odd samples: a quarter of their squared difference.
 std::vector<double> StandJudge::find_noise(const Evaluation& even, const Evaluation& odd) const {
   std::vector<double> out;
   for (size_t c = 0; c < channels_.size(); ++c) {
@@ -93,8 +95,9 @@ std::vector<double> StandJudge::find_noise(const Evaluation& even, const Evaluat
   return out;
 }
 
-// Square of what smoothing takes away from each channel. A local cubic's error grows with the square of its window, so
-// windows wider by the root of two err twice as much; the product of both halves' differences has no noise in it.
+// Squared error of smoothing, by channel. A local cubic's error (second derivative) grows with the square of its
+// window. Windows wider by the root of two double it, so the difference equals the error. The product of both halves'
+// differences contains no noise.
 std::vector<double> StandJudge::find_smoothed_away(const std::array<Evaluation, 4>& halves) const {
   std::vector<double> sum(channels_.size(), 0.0), count(channels_.size(), 0.0);
   for (size_t r = 0; r < halves[0].size(); ++r) {
@@ -126,17 +129,17 @@ void StandJudge::update_sigma(const Evaluation& all, const std::array<Evaluation
   set_reference(noise);
 }
 
-// As sigma_ it can only get smaller.
+// Like sigma_, the reference only decreases.
 void StandJudge::set_reference(const std::vector<double>& noise) {
   if (reference_.empty()) reference_ = noise;
   for (size_t c = 0; c < noise.size(); ++c) {
     reference_[c] = std::min(reference_[c], noise[c]);
-    sigma_[c] = std::max(sigma_[c], std::sqrt(reference_[c]));  // third differences of few samples may be none
+    sigma_[c] = std::max(sigma_[c], std::sqrt(reference_[c]));  // third differences of few samples may be zero
   }
 }
 
-// Mean of the products of a channel's even samples with odd ones so many windows later, and the reverse, in squares of
-// its noise; 0 where its size may be chance.
+// Mean product of a channel's even samples with odd samples `later` windows on, and the reverse, in units of squared
+// noise; 0 if its size may be chance.
 double StandJudge::find_memory(size_t c, size_t later, const Evaluation& even, const Evaluation& odd) const {
   double sum = 0, squares = 0, count = 0;
   for (size_t r = 0; r < even.size(); ++r) {
@@ -157,7 +160,7 @@ double StandJudge::find_memory(size_t c, size_t later, const Evaluation& even, c
 std::vector<double> StandJudge::find_shared(const Evaluation& even, const Evaluation& odd) const {
   std::vector<double> out(channels_.size(), 0.0);
   for (size_t c = 0; c < channels_.size() && !problem_->held; ++c) {
-    if (channels_[c].kind == "gravity") continue;  // one number a recording
+    if (channels_[c].kind == "gravity") continue;  // one value per recording
     const double floor = find_floor(*problem_, channels_[c]);
     const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / (sigma_[c] * sigma_[c]);
     double most = 0;
@@ -173,8 +176,8 @@ std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const E
   return out;
 }
 
-// What noise and smoothing leave of a channel [square, in units of sigma_]. Third differences of samples whose windows
-// overlap make sigma_ too large by a tenth or so; below that, what is left could not be told from noise.
+// Squared rms [noise] that noise and smoothing leave in a channel. Third differences of overlapping windows make sigma_
+// about a tenth too large. Below this limit a residual cannot be distinguished from noise.
 double StandJudge::find_least(size_t channel) const {
   if (reference_.empty()) return 1;
   const double left = reference_[channel] + (away_.empty() ? 0 : away_[channel]);
@@ -188,22 +191,22 @@ double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, 
     const std::vector<double>& residuals = evaluation[r].residuals;
     for (size_t k = c; k < residuals.size(); k += channels_.size(), ++count) {
       sum += residuals[k] * residuals[k];
-      said += residuals[k] != 0;  // where friction holds or a foot rolls over its edge nothing is said
+      said += residuals[k] != 0;  // 0 where friction holds the joint or a foot rolls over its edge
     }
   }
   sum = std::max(0.0, sum - said * extra);
-  // With as many samples of noise beside them as an rms needs: few may be large by chance.
+  // Adds kFew samples of pure noise, because a few samples may be large by chance.
   const double square = (sum / (sigma_[c] * sigma_[c]) + kFew) / (said + kFew);
   if (channels_[c].kind == "gyro") count = said;
-  // A link that is free at every sample follows the noise of the feet's places: nothing is won by that.
+  // A free link follows the noise of the feet, so a residual below the noise gains nothing.
   const bool free = c < find_places(*problem_) + count_places(*problem_) && is_loose(fit->hypothesis);
   fit->score += count * std::log(std::max(square, free ? 1.0 : find_least(c)));
   if (square > kMismatch * kMismatch) fit->mismatch += count * std::log(square);
   return std::sqrt(square);
 }
 
-// Recordings that were fitted count as well: of so many samples a few parameters cannot follow the noise. What helps
-// must help the others, too (add_effect()).
+// Training recordings count as well, since a few parameters cannot fit the noise of so many samples. add_effect()
+// requires that held-out recordings improve, too.
 StandFit StandJudge::judge(const Hypothesis& h, const Evaluation& evaluation,
                            const std::vector<double>& extra) const {
   StandFit fit;
@@ -257,7 +260,7 @@ void choose_laws(StandProblems* problems) {
     if (!law) shared = judge.find_shared(halves[0], halves[1]);
   }
   for (size_t j = 0; j < joints; ++j) {
-    const size_t c = find_drive(all, j);  // its equation of motion, and log against law after that
+    const size_t c = find_drive(all, j);  // channel of its equation of motion; the next one compares log and law
     const bool better = both[j] && shared[c + 1] == 0 && noise[1][c] < kClearer * noise[0][c];
     for (StandProblem* p : each) p->law[j] = better;
   }
@@ -290,7 +293,7 @@ double find_student(double normal, double degrees) {
 }
 
 double find_length(double normal, size_t components) {
-  const auto chance = [](double z, size_t n) {  // of more than z: chi's distribution
+  const auto chance = [](double z, size_t n) {  // probability to exceed z: chi distribution
     if (n == 2) return std::exp(-0.5 * z * z);
     return std::erfc(z * M_SQRT1_2) + (n == 3 ? z * std::sqrt(2 / M_PI) * std::exp(-0.5 * z * z) : 0.0);
   };

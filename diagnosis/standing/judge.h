@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How well a hypothesis agrees with the recordings it was not fitted to.
+// Judges how well a hypothesis agrees with recordings, also those that it was not fitted to.
 #pragma once
 
 #include <array>
@@ -8,56 +8,60 @@
 
 namespace hrp::diagnosis::standing {
 
-constexpr double kMismatch = 2.0;  // a channel beyond this many noise deviations (rms) disagrees with the model
-constexpr double kCorrelated = 8;  // samples that tell as much as one: errors of neighbours are alike
+constexpr double kMismatch = 2.0;  // [noise rms] a channel above this disagrees with the model
+constexpr double kCorrelated = 8;  // samples that count as one independent sample: errors of neighbours are correlated
 
+// A hypothesis with its score and its residuals by channel.
 struct StandFit {
   Hypothesis hypothesis;
   std::vector<Eigen::VectorXd> std;         // by effect, by parameter
-  std::vector<Eigen::MatrixXd> covariance;  // the same with what the parameters of one effect err alike
-  std::vector<double> channel_rms;          // whitened, on the recordings that were not fitted
-  std::vector<double> train_rms;            // the same on the others
-  double score = 0;                         // sum over channels of n log(rms^2), not below the noise; lower is better
-  double held_score = 0;                    // the part of it by the recordings that were not fitted
-  double mismatch = 0;                      // the part of it by channels that disagree with the model
+  std::vector<Eigen::MatrixXd> covariance;  // by effect: covariance of its parameters
+  std::vector<double> channel_rms;          // rms in units of noise, by channel, held-out recordings
+  std::vector<double> train_rms;            // the same on the training recordings
+  double score = 0;       // sum over channels of n ln(rms^2), limited at the noise, plus priors; lower is better
+  double held_score = 0;  // part of it from held-out recordings
+  double mismatch = 0;    // part of it from channels that disagree with the model
 };
 
+// Knows the noise of each channel and scores hypotheses with it.
 class StandJudge {
  public:
-  // A fit of dozens of parameters leaves the details of laws in the worst of some eighty equations; so do wide motions
-  // in the worst of the recordings that are not judged. More than what makes a mismatch where nothing was fitted.
+  // Rms [noise] above which something is left over although a hypothesis was fitted. With dozens of parameters, details
+  // of laws remain in the worst of some eighty equations. The same holds for wide motions in the worst training
+  // recording. Therefore it is above kMismatch.
   static constexpr double kLeftOver = 2.5;
 
   explicit StandJudge(const StandProblem& problem);
 
   const std::vector<Channel>& list() const { return channels_; }
-  const std::vector<double>& sigma() const { return sigma_; }  // of each channel
-  const std::vector<size_t>& train() const { return train_; }  // recordings
+  const std::vector<double>& sigma() const { return sigma_; }  // noise of each channel, in the channel's unit
+  const std::vector<size_t>& train() const { return train_; }  // indices of the training recordings
 
-  // Noise of each channel under a hypothesis; once more is explained it can only get smaller. Even and odd samples
-  // differ by noise alone, and wide windows from narrow ones, in both halves alike, by what smoothing takes away from
-  // fast motion. Where values are held the halves share their noise: then third differences of the residual, which
-  // fast disturbances enlarge. `halves`: at even samples, at odd ones, both with wide windows.
+  // Updates the noise of each channel under a hypothesis. It only decreases, because a better model explains more. Even
+  // and odd samples differ by noise alone. Wide and narrow windows differ, alike in both halves, by what smoothing
+  // removes from fast motion. If sensors hold values, the halves share noise; then third differences of the residual
+  // are used, which fast disturbances increase. `halves`: even, odd, and both with wide windows.
   void update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves, const Hypothesis& hypothesis);
-  void update_sigma(const Evaluation& all, const Hypothesis& hypothesis);  // by third differences
+  void update_sigma(const Evaluation& all, const Hypothesis& hypothesis);  // from third differences
 
-  // `extra`: noise [squared] by channel that the hypothesis itself adds, as find_extra_noise() has it; empty: none.
+  // `extra`: squared noise by channel that the hypothesis adds, from find_extra_noise(); empty: none.
   StandFit judge(const Hypothesis& hypothesis, const Evaluation& evaluation,
                  const std::vector<double>& extra = {}) const;
 
-  // A heavier link turns the same acceleration's noise into more force; that is no disagreement. Even and odd samples
-  // differ by noise alone. Its square by channel, and how much more that is than under the reference.
+  // A heavier link converts the same noise of acceleration to more force, which is no disagreement. find_noise: squared
+  // noise by channel, from the difference of even and odd samples. find_extra_noise: its excess over the noise of the
+  // reference hypothesis.
   std::vector<double> find_noise(const Evaluation& even, const Evaluation& odd) const;
   std::vector<double> find_extra_noise(const Evaluation& even, const Evaluation& odd) const;
 
-  // [noise deviations] By channel what even and odd samples of windows that do not overlap have in common, and noise
-  // has not, though a sensor's filter colours it; 0 where that may be chance, or is less than half of the noise.
+  // By channel, in units of its noise: the rms that even and odd samples share in windows that do not overlap. Noise
+  // shares nothing, even if a sensor's filter correlates it. 0 if it may be chance or is below half of the noise.
   std::vector<double> find_shared(const Evaluation& even, const Evaluation& odd) const;
 
-  // Channels that stay far from their noise count less: whatever else is missing there must not bend the parameters.
+  // Weights of a fit. Channels far above their noise count less, so unknown physics there bends the parameters less.
   FitSelection select(const StandFit& so_far) const;
 
-  // What is left of a channel [noise deviations] is noise, or a thousandth (of its power) of what there was.
+  // True if the residual `left` of a channel [noise] is noise, or a thousandth of the power of `before`.
   static bool is_quiet(double left, double before);
 
  private:
@@ -65,38 +69,39 @@ class StandJudge {
   double find_memory(size_t channel, size_t later, const Evaluation& even, const Evaluation& odd) const;
   void set_reference(const std::vector<double>& noise);
   std::vector<double> find_smoothed_away(const std::array<Evaluation, 4>& halves) const;
-  // Adds one channel over some recordings to a fit; returns its rms.
+  // Adds one channel over some recordings to the score of a fit. Returns its rms [noise].
   double add_channel(size_t channel, const std::vector<size_t>& recordings, const Evaluation& evaluation, double extra,
                      StandFit* fit) const;
   const StandProblem* problem_;
   std::vector<Channel> channels_;
-  std::vector<double> sigma_, reference_;  // reference_: as find_noise() has it, of the hypothesis that sigma_ is from
-  std::vector<double> away_;               // square of what smoothing takes away
+  std::vector<double> sigma_, reference_;  // reference_: find_noise() of the hypothesis that sigma_ is from
+  std::vector<double> away_;               // squared residual that smoothing causes, by channel
   std::vector<size_t> train_, held_;
 };
 
-// A log of efforts is as noisy as its sensor is wide: at a wrist it can hide what a hand weighs, and the servo law, by
-// command and encoder, tells the same effort a hundred times better. So where log and law agree (all that even and odd
-// samples share of their difference may be chance), and the equation of motion is then known twice as well, the law
-// stands in it; the log is still held against the law.
+// Selects for each joint the effort log or the servo law as the effort in the equation of motion. An effort sensor's
+// noise grows with its range, so at a wrist it can exceed the weight of a hand. The law, from command and encoder, may
+// be a hundred times more precise. The law is selected if it agrees with the log (no significant shared residual) and
+// halves the noise of the equation. The log is still compared with the law.
 void choose_laws(StandProblems* problems);
 
-// The same problem with a third of the samples: enough to rank candidates by; and its rows of a whole evaluation.
+// Problem with a third of the samples, enough to rank candidates. thin_out: its rows of a complete evaluation.
 StandProblem make_coarse(StandProblem problem);
 Evaluation thin_out(const Evaluation& evaluation, size_t channels);
 
-// So many deviations of a normal distribution, where the deviation itself is known from so many independent errors
-// only: Student's t by Wallace's approximation, good to 1 % from four on.
+// Limit in standard deviations with the probability of `normal` deviations, if the deviation itself is estimated from
+// `degrees` independent errors. Student's t by Wallace's approximation, accurate to 1 % from four degrees on.
 double find_student(double normal, double degrees);
 
-// Length of a vector of so many normal errors of deviation 1, one to three, that is exceeded as rarely as so many
-// deviations of one error.
+// Limit on the length of a vector of `components` (1 to 3) independent unit normal errors. It has the probability that
+// one error exceeds `normal` standard deviations.
 double find_length(double normal, size_t components);
 
-// Deviations of a vector from nothing, whatever axes it is written in: sqrt(v^T C^-1 v).
+// Distance of a vector from zero in standard deviations, independent of axes: sqrt(v^T C^-1 v).
 double calc_deviations(const Eigen::VectorXd& vector, const Eigen::MatrixXd& covariance);
 
-// Deviation of feet's roll and pitch [rad]: their moments (rms) times what ground and sole may give, evenly up to most.
+// Standard deviation of the feet's roll and pitch [rad] from unknown contact stiffness: rms moments times a compliance
+// that is uniform between zero and find_give().
 Eigen::Vector2d find_tilting(const StandProblem& problem);
 
 }  // namespace hrp::diagnosis::standing

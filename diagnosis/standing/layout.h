@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The order of a standing robot's channels in a sample's row.
+// Order of a standing robot's channels within one sample.
 #pragma once
 
 #include <string>
@@ -9,18 +9,19 @@
 
 namespace hrp::diagnosis::standing {
 
+// One equation: its kind, and the signal and place that the report names.
 struct Channel {
-  std::string kind;                       // as channels.h has them
-  std::string signal;                     // the recorded signal nearest to it, as in the report
-  std::string joint, foot, sensor, link;  // where it points, empty where it does not
+  std::string kind;                       // equation, as in channels.h
+  std::string signal;                     // recorded signal that is closest to it, as in the report
+  std::string joint, foot, sensor, link;  // place of the equation; empty if not applicable
 };
 std::vector<Channel> list_channels(const StandProblem& problem);
 
-// First channels of places that are known but for a constant (stand, gap), and how many.
+// First channel of positions that are known except for a constant (stand, gap), and their number.
 size_t find_places(const StandProblem& problem);
 size_t count_places(const StandProblem& problem);
 
-// First channel of the drives, and how many each joint has.
+// First channel of the drives, and the number of channels of each joint.
 size_t find_drives(const StandProblem& problem);
 size_t count_drive_channels(const StandProblem& problem, size_t joint);
 size_t find_drive(const StandProblem& p, size_t joint);  // first channel of a joint

@@ -24,7 +24,7 @@ StandMotion::StandMotion(const StandProblem& problem, const Hypothesis& hypothes
       torque_(problem.feet.size()),
       offsets_(std::move(offsets)) {}
 
-// A sensor's series at sample k, where its readings come late or its clock runs at another rate.
+// Value or rate of a sensor's series at sample k, corrected for its delay [s] and clock skew [1].
 double StandMotion::shifted(const SmoothSeries& s, bool rate, size_t k, double delay, double skew) {
   const std::vector<double>& values = rate ? s.rate : s.value;
   if (delay == 0 && skew == 0) return values[k];
@@ -53,7 +53,7 @@ void StandMotion::read_imu(size_t k) {
   R_WI_ = attitude.toRotationMatrix() * R_attitude.transpose();
 }
 
-// Joints as the encoders have them, and the links behind elastic or loose transmissions.
+// State of the joints from the encoders, and of the links behind elastic or loose transmissions.
 void StandMotion::read_joints(size_t k, size_t sample) {
   for (int j = 0; j < model_.num_joints(); ++j) {
     const auto i = static_cast<size_t>(j);
@@ -91,7 +91,7 @@ void StandMotion::read_motion(size_t sample) {
   read_wrenches(k);
 }
 
-// Base attitude, rate and accelerations from the IMU, wherever in the tree it sits.
+// Attitude, angular velocity and accelerations of the base, from an IMU at any link.
 void StandMotion::find_base_motion() {
   state_.R_WB.setIdentity(), state_.p_WB.setZero(), state_.V_WB.setZero();
   update_kinematics(model_, state_, &data_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a standing robot moves at a sample of a recording, and what its force sensors feel, under a hypothesis.
+// Motion of a standing robot at one sample of a recording, and its foot wrenches, under a hypothesis.
 #pragma once
 
 #include "common/multibody/inverse_dynamics.h"
@@ -8,13 +8,14 @@
 
 namespace hrp::diagnosis::standing {
 
+// Base class of computations along a recording: sets the robot's state and wrenches at a sample.
 class StandMotion {
  public:
-  // `offsets` [rad] by joint, by sample: where links lie between loose teeth; empty where they are not loose.
+  // `offsets` [rad]: by joint, by sample, the position of links in a gap; empty where a joint is not loose.
   StandMotion(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, TeethOffsets offsets);
 
  protected:
-  // Everything below at the sample-th of the recording's samples.
+  // Computes all members below for a sample (index into the recording's samples).
   void read_motion(size_t sample);
 
   const StandProblem& p_;
@@ -23,14 +24,14 @@ class StandMotion {
   Model model_;
   Data data_;
   State state_;
-  LinkWrenches wrenches_;  // on the links: feet's sensors, forces from outside
+  LinkWrenches wrenches_;  // by link: foot sensors and external forces
   Eigen::VectorXd vdot_;
   Drives drives_;
   std::vector<DriveState> joints_;
   std::vector<Vector3d> force_, torque_;  // by foot, in the foot's axes
   Matrix3d R_WI_ = Matrix3d::Identity();
-  Vector3d w_, dw_, f_;  // of the IMU in its axes: rate, its derivative, specific force
-  bool known_ = true;    // false where a late sensor's reading, or that of a wrong clock, is not in the recording
+  Vector3d w_, dw_, f_;  // of the IMU in its axes: angular velocity, its derivative, specific force
+  bool known_ = true;    // false if a delayed or skewed sensor reading is outside the recording
 
  private:
   void read_imu(size_t k);

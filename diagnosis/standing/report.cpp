@@ -47,7 +47,8 @@ Json make_alternatives(const StandProblem& p, const std::vector<Effect>& others)
   return out;
 }
 
-// Share of the squares above the noise that each effect takes away, of held-out recordings where there are some.
+// Share of the squared residual above the noise that each effect removes (Shapley), on held-out recordings if there are
+// any.
 std::vector<double> calc_shares(const StandProblem& p, const StandOutcome& o) {
   const Hypothesis& all = o.chosen.hypothesis;
   const bool train = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
@@ -88,7 +89,7 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
   }
 }
 
-// Where a channel points, as the schema writes places.
+// Place of a channel in the form of the schema.
 Json make_where(const Channel& c) {
   if (!c.joint.empty()) return {{"joint", c.joint}};
   if (!c.foot.empty()) return {{"foot", c.foot}};
@@ -96,7 +97,7 @@ Json make_where(const Channel& c) {
   return {{"link", c.link}};
 }
 
-// What stays: the worst channel, and other places that stand out nearly as much.
+// Describes what remains: the worst channel, and up to two other places that stand out at least half as much.
 void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
   const Evaluation left = evaluate(p, o.chosen.hypothesis);
   std::vector<size_t> order(o.channels.size());
@@ -152,7 +153,7 @@ double calc_fit(const StandProblem& p, const StandOutcome& o, const Evaluation& 
 
 namespace {
 
-// Spread of the recorded columns of a channel's signal about their means, in that signal's unit; 0 when none is found.
+// Rms of the columns of a channel's signal about their means, in the signal's unit; 0 if no column is found.
 double calc_spread(const StandProblem& p, const std::string& signal, bool held) {
   double sum = 0, count = 0;
   for (const Recording& recording : p.experiment->recordings) {
@@ -180,14 +181,14 @@ double calc_spread(const StandProblem& p, const std::string& signal, bool held) 
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-// Largest normalised error of the channels of each signal: what an equation leaves over the spread of the signal.
+// By signal, the largest residual of its channels relative to the spread of the signal.
 Json make_signals(const StandProblem& p, const StandOutcome& o) {
   const bool held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
   Json out = Json::object();
   for (size_t c = 0; c < o.channels.size(); ++c) {
     const Channel& channel = o.channels[c];
     double spread = calc_spread(p, channel.signal, held);
-    if (channel.kind == "tilt" || channel.kind == "base") spread *= 2;  // a quaternion's part is half an angle
+    if (channel.kind == "tilt" || channel.kind == "base") spread *= 2;  // a quaternion's component is half an angle
     if (spread == 0 || channel.kind == "gap") continue;                 // a gap has no recorded signal in metres
     const double unit = o.sigma[c] / spread;
     const double before = o.nominal.channel_rms[c] * unit, after = o.chosen.channel_rms[c] * unit;

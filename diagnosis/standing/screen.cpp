@@ -10,11 +10,11 @@ namespace hrp::diagnosis::standing {
 
 namespace {
 
-constexpr size_t kRefined = 8;  // candidates that are fitted to the end in each round
+constexpr size_t kRefined = 8;  // candidates that are fitted completely in each round
 
 }  // namespace
 
-// The linear prediction of what a candidate would leave: enough to rank.
+// Ranks a candidate by the linear prediction of its residual.
 StandTrial StandSearcher::screen(const StandFit& so_far, const Effect& candidate, const Screen& all) const {
   const SharedColumns& shared = all.columns;
   const Evaluation& base = all.base;
@@ -22,7 +22,7 @@ StandTrial StandSearcher::screen(const StandFit& so_far, const Effect& candidate
   Hypothesis h = so_far.hypothesis;
   h.push_back(candidate);
   const StandRow& row = get_row(candidate);
-  if (row.refined > 0) {  // too far from linear
+  if (row.refined > 0) {  // not linear enough
     h = refine(coarse_, judge_.select(so_far), h, row.refined);
     trial.fit = judge_.judge(h, evaluate(coarse_, h));
     if (!are_sensible(p_, h)) trial.fit.score = 1e300;
@@ -54,8 +54,8 @@ StandTrial StandSearcher::screen(const StandFit& so_far, const Effect& candidate
   return trial;
 }
 
-// To the parameters of a hypothesis whose last effect's columns are `added`. What multiplies a noisy signal is stepped
-// by even against odd samples: plain least squares would make it small for the noise's sake.
+// Step to the parameters of a hypothesis whose last effect has the columns `added`. If the effect multiplies a noisy
+// signal, the step uses even and odd samples as instruments, because least squares would be biased towards zero.
 Eigen::VectorXd StandSearcher::find_step(const StandFit& so_far, const Hypothesis& h,
                                          const std::vector<Derivative>& added, const Screen& all) const {
   const FitSelection selection = judge_.select(so_far);
@@ -67,7 +67,7 @@ Eigen::VectorXd StandSearcher::find_step(const StandFit& so_far, const Hypothesi
   return solve_with(coarse_, selection, h, {all.even_columns, even}, {all.odd_columns, odd});
 }
 
-// By channel the noise [squared] that the last effect of a hypothesis adds.
+// Squared noise by channel that the last effect of a hypothesis adds.
 std::vector<double> StandSearcher::find_noise_of(const Hypothesis& h, const Screen& all) const {
   const Effect& last = h.back();
   const auto with = [&](const StandProblem& half, const Evaluation& without) {
@@ -83,7 +83,8 @@ std::vector<double> StandSearcher::find_noise_of(const Hypothesis& h, const Scre
   return out;
 }
 
-// What may be added: anything at first, then only what was found at other joints already.
+// Candidates of the next round. From kMostEffects effects on, effects of joints must be of a kind that was found at
+// another joint.
 std::vector<Effect> StandSearcher::list_next(const StandFit& so_far, const Evaluation& base) const {
   StandHints hints = hints_;
   hints.ripples = find_ripples(coarse_, base);
@@ -115,7 +116,8 @@ StandSearcher::Screen StandSearcher::prepare_screen(const StandFit& so_far) cons
   return out;
 }
 
-// A hypothesis from a start fitted to the training recordings, and judged.
+// Fits a hypothesis to the training recordings and judges it. Its score is 1e300 if it is not physical, or if ground
+// compliance could explain it.
 StandFit StandSearcher::fit_trial(const StandFit& so_far, const Hypothesis& start, int iterations) const {
   Hypothesis h = refine(p_, judge_.select(so_far), start, iterations);
   Eigen::MatrixXd covariance;
@@ -127,7 +129,8 @@ StandFit StandSearcher::fit_trial(const StandFit& so_far, const Hypothesis& star
   return fit;
 }
 
-// Candidates added to what was found so far, the best few of them fitted to the end; best first.
+// Adds each candidate to the effects found so far and fits the best few completely. Returns them best first, with
+// probabilities.
 std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) const {
   const Screen shared = prepare_screen(so_far);
   const std::vector<Effect> candidates = list_next(so_far, shared.base);
@@ -137,7 +140,7 @@ std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) co
   });
   const auto better = [](const StandTrial& a, const StandTrial& b) { return a.fit.score < b.fit.score; };
   std::stable_sort(trials.begin(), trials.end(), better);
-  std::vector<StandTrial> best;  // of one effect at one place only the best start
+  std::vector<StandTrial> best;  // only the best start of each effect and place
   for (const StandTrial& t : trials) {
     if (best.size() >= kRefined || t.fit.score >= shared.score) break;
     const bool known = std::any_of(best.begin(), best.end(), [&](const StandTrial& b) {
@@ -145,7 +148,7 @@ std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) co
     });
     if (!known) best.push_back(t);
   }
-  for (const int iterations : {2, 3}) {  // those that are far behind after the first two are left there
+  for (const int iterations : {2, 3}) {  // candidates far behind after the first two iterations get no more
     const double first = best.empty() ? 0 : best[0].fit.score;
     const double within = first + 0.5 * std::abs(so_far.score - first) + kGain;
     parallel_for(jobs_, static_cast<int>(best.size()), [&](int i) {

@@ -30,8 +30,8 @@ StandOutcome StandSearcher::run() {
   return std::move(out_);
 }
 
-// No equation stands out and nothing was found: what even and odd samples share all the same is there, and no effect of
-// the list is it.
+// No equation stands out and no effect was found. If even and odd samples still share a residual, there is a mismatch
+// that no listed effect explains.
 void StandSearcher::look_below_noise() {
   out_.shared = judge_.find_shared(evaluate(problems_.even, {}), evaluate(problems_.odd, {}));
   out_.mismatch = std::any_of(out_.shared.begin(), out_.shared.end(), [](double s) { return s > 0; });
@@ -53,8 +53,9 @@ void StandSearcher::extend() {
   out_.explained = found && quiet;
 }
 
-// Soft soles beside a second effect in the feet may look impossible alone (a stiffness below zero) and are then never
-// the first to be added: once more from them, if that explains what else would stay unexplained.
+// Starts again from soft soles if something remains unexplained. Soft soles next to a second effect of the feet may
+// look unphysical alone (negative stiffness), so they are never added first. Keeps the result only if it explains
+// everything.
 void StandSearcher::start_with_soles() {
   const auto soft = [](const Effect& e) { return is_foot(e); };
   const Hypothesis& found = out_.chosen.hypothesis;
@@ -95,8 +96,8 @@ bool StandSearcher::has_moving_feet() const {
 bool StandSearcher::is_significant(const StandFit& fit) const {
   const Effect& e = fit.hypothesis.back();
   const StandRow& row = get_row(e);
-  // How far a free link moves has no deviation; the held-out gain tells. A link that nothing ever held follows what the
-  // feet say at every sample: then they must say it beyond their noise.
+  // The motion of a free link has no standard deviation; the held-out gain decides. A link that no torque ever held
+  // follows the feet at every sample, so the feet must move beyond their noise.
   if (row.loose) return e.p[3] == 0 || has_moving_feet();
   if (is_vector(e)) {
     const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
@@ -113,8 +114,9 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
 
 namespace {
 
-// A transmission has a rotor, too: where what it gives is not sure the rotor alone may be, unless it is far worse than
-// `so_far` allows: beside other effects that are still missing a little more is no proof.
+// True if `simple` is the rotor alone of the elastic transmission `rich` and fits nearly as well. If the elasticity is
+// uncertain, the rotor alone may be the cause. While other effects are missing, a slightly better fit of the
+// transmission proves nothing.
 bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& so_far) {
   const Effect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
   const double far = std::max(kRicher, kRotorsLack * (so_far.score - rich.score));
@@ -124,8 +126,8 @@ bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& 
 
 }  // namespace
 
-// Of those that explain as much, and of the rotors of transmissions among them that are not sure, the first that differs
-// from nothing; no hypothesis where none does.
+// First significant candidate among those that explain about as much, and among the rotors of uncertain transmissions;
+// an empty fit if there is none.
 StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) const {
   std::vector<const StandFit*> unsure;
   for (const StandTrial& t : trials) {
@@ -154,10 +156,9 @@ bool StandSearcher::add_effect() {
     }
     progress_(text);
   }
-  if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // also shown when nothing is accepted
+  if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // reported even if nothing is accepted
   if (gain < std::max(kGain, 0.02 * out_.nominal.mismatch)) return false;
-  // Feet that were seen to slide need not slide again in the recordings that were not fitted; all else must not make
-  // them worse.
+  // Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
   const bool slips = get_row(best.fit.hypothesis.back()).slides;
   if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
   const StandFit finished = find_significant(trials);
@@ -169,7 +170,7 @@ bool StandSearcher::add_effect() {
   return true;
 }
 
-// What makes the law richer differs from nothing.
+// True if the parameter that makes the law richer is significant.
 bool StandSearcher::is_richer(const StandFit& fit, size_t effect) const {
   const Effect& e = fit.hypothesis[effect];
   const Eigen::VectorXd& std = fit.std[effect];
@@ -193,7 +194,8 @@ void StandSearcher::enrich_effects() {
     }
     if (best.hypothesis.empty()) continue;
     const StandFit finished = finish(best, best.hypothesis);
-    // Parameters of a richer law are often alike (a level that falls with speed): then what it wins counts.
+    // Parameters of a richer law may be strongly correlated (a level that decreases with speed). Then the gain in score
+    // counts.
     const bool wins = out_.chosen.score - best.score > kGain && best.held_score < out_.chosen.held_score;
     if (!wins && !is_richer(finished, i)) continue;
     if (progress_) progress_("refined to " + get_effect(finished.hypothesis[i].id).name);
@@ -205,8 +207,8 @@ void StandSearcher::enrich_effects() {
   }
 }
 
-// Each effect against all others in its place, given the rest: what came first was chosen without knowing the second.
-// The last one knew all others, but for one that was taken out since.
+// Tries all other effects in the place of each effect, beside the rest, because earlier effects were chosen without the
+// later ones. The last effect was chosen with all others, so it is skipped unless `all`.
 void StandSearcher::exchange_effects(bool all) {
   for (size_t i = 0; i + (all ? 0 : 1) < out_.chosen.hypothesis.size(); ++i) {
     Hypothesis rest = out_.chosen.hypothesis;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The search of search.h: its state, its rounds (search.cpp), what may be added (screen.cpp), how sure it is
-// (certainty.cpp).
+// State of the search of search.h. Rounds: search.cpp; candidates: screen.cpp; certainty: certainty.cpp.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +10,15 @@
 
 namespace hrp::diagnosis::standing {
 
-// For the score, whose eighth is a logarithm of probability: ln(500 / 1e-3).
+// Least gain in score of an effect. Score / kCorrelated is a log-likelihood ratio of independent samples, and 13.1 =
+// ln(500 / 1e-3): 500 starts, one false effect in a thousand robots.
 constexpr double kNormal = kSignificantInRobot;
 constexpr double kGain = kCorrelated * 13.1;
-constexpr double kRicher = 40;  // the same where a law is replaced by a richer one at the same place
+constexpr double kRicher = 40;  // score gain of a richer law at the same place
 constexpr double kRotorsLack = 0.05;  // share of a transmission's gain that its rotor alone may lack
-constexpr double kIndistinguishable = 0.05;  // least probability of what is reported as not to be told apart
+constexpr double kIndistinguishable = 0.05;  // least probability of a reported alternative
 constexpr size_t kMostEffects = 3;
-// A robot's drives are made alike: what one joint lacks the others may lack, too. So many effects with those.
+// Most effects in total. Drives of a robot are alike, so an effect of one joint may occur at others.
 constexpr size_t kMostAlike = 12;
 
 inline bool is_same(const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place; }
@@ -53,10 +53,10 @@ class StandSearcher {
   bool is_richer(const StandFit& fit, size_t effect) const;
   std::vector<Effect> list_next(const StandFit& so_far, const Evaluation& base) const;
   std::vector<StandTrial> try_candidates(const StandFit& so_far) const;
-  struct Screen {  // what screening of all candidates shares: the rows of what was found so far
+  struct Screen {  // results on coarse samples that all candidates share
     Evaluation base, even, odd;
     std::vector<double> noise;
-    double score = 0, offset = 0;  // of it; less that of all samples thinned out, whose means are others
+    double score = 0, offset = 0;  // score of the fit so far; offset: minus the score of thinned complete samples
     SharedColumns columns, even_columns, odd_columns;
   };
   Screen prepare_screen(const StandFit& so_far) const;
@@ -70,7 +70,7 @@ class StandSearcher {
   StandFit finish(const StandFit& so_far, const Hypothesis& hypothesis) const;
   StandFit judge_again(const StandFit& fit) const;
   double find_deviations(double normal) const;
-  bool has_moving_feet() const;  // against the ground or each other, as what was found so far has them
+  bool has_moving_feet() const;  // positions of the feet, relative to ground or each other, exceed their noise
   bool is_significant(const StandFit& fit) const;
   StandFit find_significant(const std::vector<StandTrial>& trials) const;
   bool exceeds_ground(const StandFit& fit) const;
@@ -87,11 +87,11 @@ class StandSearcher {
   void refuse_couplings();
   void refuse_uneven_friction();
   void refuse_bundles();
-  size_t find_effort_channel(int joint) const;  // channels() where no effort drives it
+  size_t find_effort_channel(int joint) const;  // channels() if the joint has no effort
 
   const StandProblems& problems_;
   const StandProblem& p_;
-  StandProblem coarse_, coarse_even_, coarse_odd_;  // a third of the samples: enough to rank candidates
+  StandProblem coarse_, coarse_even_, coarse_odd_;  // a third of the samples, to rank candidates
   StandJudge judge_;
   int jobs_;
   Progress progress_;
@@ -99,7 +99,7 @@ class StandSearcher {
   std::vector<size_t> all_;
   StandHints hints_;
   double slip_spread_ = 0, significant_ = 0;
-  Eigen::Vector2d give_{0, 0};  // [rad] deviation of a foot's roll and pitch by what ground and sole may give
+  Eigen::Vector2d give_{0, 0};  // [rad] standard deviation of the feet's roll and pitch from contact stiffness
 };
 
 }  // namespace hrp::diagnosis::standing

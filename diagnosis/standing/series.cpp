@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the page's plots need of a standing robot's diagnosis.
+// Data for the plots of a standing robot's diagnosis on the page.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMapBins = 120;
 
-// Root mean square in units of noise by stretch of time.
+// Rms in units of noise, by bin of time.
 Json make_map_row(const StandRecording& rec, const std::vector<double>& residuals, size_t channels, size_t c,
                   double sigma) {
   const double start = rec.time[static_cast<size_t>(rec.samples.front())];
@@ -84,7 +84,7 @@ Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, cons
           {"why", chosen ? "agrees best with the recordings it was not fitted to" : lost}};
 }
 
-// Held-out error with the first so many of the findings: what each of them adds.
+// Rms residual with the first n findings, for n = 0, 1, ...: shows what each one adds.
 Json make_steps(const StandProblem& p, const StandOutcome& o) {
   const bool none_held = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
   Json out = Json::array();

@@ -10,11 +10,11 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kSlide = 0.01;  // [m/s] a foot that is faster slides
-constexpr double kMoved = 8;     // times what the quietest quarter of samples moves: no noise of encoders
+constexpr double kSlide = 0.01;  // [m/s] a faster foot slides
+constexpr double kMoved = 8;     // times the motion of the quietest quarter of samples: not encoder noise
 constexpr size_t kEnough = 20;   // samples
 
-// Distance that the feet moved against each other from each sample to the next [m], where both stand flat; else -1.
+// Distance [m] that the feet moved relative to each other since the previous sample; -1 unless both stand flat.
 std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
   const std::vector<double>& residuals = base.residuals;
   const std::vector<char>& flat = base.flat;
@@ -23,7 +23,7 @@ std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
   for (size_t k = 1; k < flat.size(); ++k) {
     double moved = 0;
     for (size_t c = first; c < first + 3 * (p.feet.size() - 1); ++c) {
-      if ((c - first) % 3 == 2) continue;  // across the ground
+      if ((c - first) % 3 == 2) continue;  // vertical
       moved = std::max(moved, std::abs(residuals[k * channels + c] - residuals[(k - 1) * channels + c]));
     }
     out.push_back(flat[k] && flat[k - 1] ? moved : -1);
@@ -31,7 +31,7 @@ std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
   return out;
 }
 
-// [m] Mean distance of a rectangle's points from its middle; 0 for a ball, and where no sole was described.
+// Mean distance [m] of a rectangle's points from its centre; 0 for a ball or an unknown sole.
 double find_lever(const StandFoot& foot) {
   const double a = foot.size.x() / 2, b = foot.size.y() / 2, d = std::hypot(a, b);
   if (foot.kind == SoleKind::kBall || d > 100) return 0;
@@ -43,7 +43,7 @@ double find_lever(const StandFoot& foot) {
 double find_asked_friction(const StandFoot& foot, const Vector3d& force, const Vector3d& torque, double vertical) {
   const double lever = find_lever(foot), push = force.head<2>().norm() / vertical;
   if (lever == 0) return push;
-  // Where the ground presses on the sole the moment is vertical: what it has along the force it has everywhere.
+  // At the pressure point the moment is vertical. Its component along the force is the same at every point.
   const double turn = (torque - foot.sole.cross(force)).dot(force) / vertical;
   return std::hypot(push, turn / (vertical * lever));
 }
@@ -64,7 +64,7 @@ bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread)
   if (problem.feet.size() < 2) return false;
   std::vector<StandBase> bases(problem.recordings.size());
   std::vector<std::vector<double>> slides;
-  StandProblem whole = problem;  // feet begin and cease to slide with a jerk: those samples are not kept
+  StandProblem whole = problem;  // all samples: feet start and stop sliding with a jerk
   for (size_t r = 0; r < bases.size(); ++r) {
     whole.recordings[r].samples = whole.recordings[r].grid;
     calc_channels(whole, {}, r, &bases[r]);
@@ -80,7 +80,7 @@ bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread)
       if (slides[r][k] > std::max(kSlide * step, kMoved * rest)) slipping.push_back(bases[r].ratios[k]);
     }
   }
-  // The densest half: a foot that turns as it slides feels less than the whole friction, one that is about to stop too.
+  // Uses the densest half. A foot that turns while it slides, or is about to stop, shows less than the full friction.
   const size_t n = slipping.size(), half = n / 2;
   if (n < kEnough) return false;
   std::sort(slipping.begin(), slipping.end());

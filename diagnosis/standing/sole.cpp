@@ -10,10 +10,10 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kLevel = 0.005;  // [m] points of a sole differ by less in height: treads, rounded edges
-constexpr double kFlat = 0.015;   // [m] what is shorter along x or y tells no tilt: it rolls
-constexpr double kAbove = 0.01;   // [m] of a bush above the sole, half the height of a usual one
-constexpr int kRim = 8;           // points of a cylinder's rim
+constexpr double kLevel = 0.005;  // [m] largest height difference of a sole's points: treads, rounded edges
+constexpr double kFlat = 0.015;   // [m] a shorter sole shows no tilt: it rolls
+constexpr double kAbove = 0.01;   // [m] height of a bush above the sole, half that of a usual sole
+constexpr int kRim = 8;           // points on a cylinder's rim
 
 void add_box(const CollisionShape& shape, std::vector<Vector3d>* points) {
   for (int corner = 0; corner < 8; ++corner) {
@@ -30,7 +30,7 @@ void add_cylinder(const CollisionShape& shape, std::vector<Vector3d>* points) {
   }
 }
 
-// A mesh that is not there leaves the sole unknown; the model parser has said so.
+// A missing mesh leaves the sole unknown; the model parser has reported it.
 void add_mesh(const CollisionShape& shape, std::vector<Vector3d>* points) {
   try {
     for (const Vector3d& v : load_mesh(shape.mesh, shape.scale).vertices) points->push_back(shape.X_LG * v);
@@ -74,7 +74,7 @@ void read_sole(const RobotDescription& robot, StandFoot* foot) {
   }
   const Vector3d size = high - low, center = 0.5 * (low + high);
   if (std::min(size.x(), size.y()) < kFlat) {
-    // A round foot: as wide as it is, it turns about its middle.
+    // A round foot rolls about its centre.
     double width = 0;
     for (const Vector3d& p : points) width = std::max(width, (p - center).head<2>().norm());
     return set_ball(center + Vector3d(0, 0, width), width, foot);

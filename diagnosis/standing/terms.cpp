@@ -10,7 +10,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-// What the experiment states about a joint's drive.
+// Terms that the experiment states about a joint's drive.
 JointTerms make_stated_terms(const JointLaws& laws) {
   JointTerms t;
   t.laws = laws;
@@ -22,7 +22,7 @@ JointTerms make_stated_terms(const JointLaws& laws) {
   return t;
 }
 
-// Values for the table: what is fitted comes first; one number of a sensor is that of all of its axes.
+// Values in the table's order, fitted ones first. A single value of a sensor applies to all of its axes.
 std::vector<double> list_values(const Effect& e) {
   std::vector<double> values;
   for (const EffectParameter& p : get_effect(e.id).parameters) {

@@ -11,10 +11,12 @@
 namespace hrp::diagnosis::toss {
 namespace {
 
-// A window shows the velocities before and after an impact (about half of it each) but not yet the chaos of many.
+// [s] Length of a window: it shows about half of the motion before and after an impact, but not the chaos after many
+// impacts.
 constexpr double kHorizon = 0.06;    // [s]
-constexpr size_t kLeastSamples = 8;  // of a window: 6 numbers each against 12 of the start state
-// A twist that repeats a difference quotient of the poses to a fraction of that quotient's own noise was made from it.
+constexpr size_t kLeastSamples = 8;  // per window: 6 values per sample, 12 unknowns of the start state
+// A twist counts as derived from the poses if it differs from their difference quotient by less than this fraction of
+// the quotient's own noise.
 constexpr double kDerived = 0.65;
 
 bool read_three(const Recording& recording, const std::string& base, std::vector<double> out[3]) {
@@ -49,7 +51,7 @@ bool read_toss(const Recording& recording, Toss* toss) {
   return toss->time.size() >= kLeastSamples;
 }
 
-// Root mean squares of what cubics leave of the positions and of the turns of one window.
+// Rms residual [m], [rad] of cubics fitted to the positions and rotations of one window.
 void calc_roughness(const Toss& toss, const Window& window, double* p, double* R) {
   const auto n = static_cast<long>(window.count);
   const size_t centre = window.first + window.count / 2;
@@ -66,7 +68,7 @@ void calc_roughness(const Toss& toss, const Window& window, double* p, double* R
   *R = std::sqrt(left.rightCols<3>().squaredNorm() / degrees);
 }
 
-// Noise as it shows within a window: the median over windows, most of which hold no impact, of what is left by cubics.
+// Noise of positions and attitudes: median over the windows of the residual of cubics. Most windows contain no impact.
 void find_noise(const Experiment& e, TossProblem* problem) {
   std::vector<double> p, R;
   for (const Window& window : problem->windows) {
@@ -83,8 +85,8 @@ void find_noise(const Experiment& e, TossProblem* problem) {
   problem->sigma_p = std::max(problem->sigma_p, 1e-6), problem->sigma_R = std::max(problem->sigma_R, 1e-5);
 }
 
-// Height over the model's ground and slopes of the plane that a body at rest lies on, in the tracker's eyes: through its
-// lowest points.
+// Plane through the lowest points of a body at rest, as the tracker measures it: height [m] above the model's ground
+// and slopes [1].
 struct RestPlane {
   bool ok = false;
   double height = 0.0, slope_x = 0.0, slope_y = 0.0;
@@ -96,7 +98,8 @@ RestPlane find_rest_plane(const TossProblem& problem, const Toss& toss) {
   if ((toss.p[n - 1] - toss.p[from]).norm() > 6.0 * problem.sigma_p) return out;
   const Transform X{toss.R[n - 1].toRotationMatrix(), toss.p[n - 1]};
   const std::vector<Vector3d> points = list_lowest_points(problem, X);
-  // A face that lies flat is tilted by the tracker's error only: a tenth of the body's size tells it from the next.
+  // A face that lies flat is tilted by the tracker's error only, so points within a tenth of the body's size belong to
+  // it.
   double size = 0.0, lowest = 1e300;
   for (const Vector3d& p : points) size = std::max(size, (p - X.p).norm()), lowest = std::min(lowest, p.z());
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
@@ -114,7 +117,7 @@ RestPlane find_rest_plane(const TossProblem& problem, const Toss& toss) {
   return {true, x[0] - modelled, x[1], x[2]};
 }
 
-// What of height and tilt differs from toss to toss in bodies at rest: errors of the tracker that are no white noise.
+// Spread of height and tilt between tosses, from bodies at rest: tracker errors that are no white noise.
 void find_slow_errors(TossProblem* problem) {
   std::vector<double> height, tilt;
   std::vector<RestPlane> planes;
@@ -133,10 +136,10 @@ void find_slow_errors(TossProblem* problem) {
   problem->slow_R = std::max(problem->sigma_R, 0.5 * (spread(&RestPlane::slope_x) + spread(&RestPlane::slope_y)));
 }
 
-// Twist in the axes of the body or of the world, whichever agrees with the poses better.
+// Finds whether a twist is in the axes of the body or of the world, by agreement with the poses.
 struct TwistCheck {
   double body = 0.0, world = 0.0;  // median distance from the central difference
-  double derived = 0.0;            // least median distance from a difference quotient, in units of its noise
+  double derived = 0.0;            // smallest median distance from a difference quotient, in units of its noise
 };
 
 TwistCheck check_twist(const TossProblem& problem, bool angular) {
@@ -173,7 +176,7 @@ void judge_twist(TossProblem* problem) {
     const TwistCheck check = check_twist(*problem, angular);
     const std::string name = angular ? "/base/twist/angular" : "/base/twist/linear";
     (angular ? problem->angular_in_body : problem->linear_in_body) = check.body < check.world;
-    // Median of the length of three errors of standard deviation 1 is 1.54.
+    // 1.54 is the median length of a vector of three unit normal errors.
     const bool own = check.derived > kDerived * 1.54;
     (angular ? problem->has_angular : problem->has_linear) = own;
     if (!own) {
@@ -185,7 +188,7 @@ void judge_twist(TossProblem* problem) {
   }
 }
 
-// Windows one after the other from the start.
+// Consecutive windows from the start of each toss.
 std::vector<Window> cut_windows(const TossProblem& problem) {
   std::vector<Window> windows;
   const double dt = problem.experiment->sample_time;
@@ -201,7 +204,7 @@ std::vector<Window> cut_windows(const TossProblem& problem) {
   return windows;
 }
 
-// Stretches at rest beyond the first of a toss repeat it.
+// Keeps only the first window at rest of each toss; further ones repeat it.
 void drop_rest(TossProblem* problem) {
   std::vector<Window> kept;
   bool rested = false;

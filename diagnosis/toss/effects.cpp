@@ -15,7 +15,7 @@ const Place kGround{PlaceKind::kGround, 0, Reading::kAll}, kBody = at_link(0), k
                                                            kPosition = at_sensor(0, Reading::kPosition),
                                                            kAttitude = at_sensor(0, Reading::kOrientation);
 
-// Parameters from the `first` of the table on, `count` of them, all with the same step and bounds.
+// The parameters [first, first + count) of the table, all with the same step and bounds.
 std::vector<TossParameter> take(EffectId id, size_t first, size_t count, double step, double low, double high) {
   std::vector<TossParameter> out;
   for (size_t i = first; i < first + count; ++i) out.push_back({&get_effect(id).parameters.at(i), step, low, high});
@@ -26,7 +26,7 @@ TossRow make_friction() {
   TossRow row{EffectId::kGroundFriction, kGround, take(EffectId::kGroundFriction, 0, 1, 0.01, 0, 3)};
   row.find_nominal = [](const World& world, size_t) { return world.ground.friction; };
   row.jumps = true;
-  // What sticks does not feel friction: less and more.
+  // Sticking contacts do not depend on friction, so a slope may be zero. Tries less and more.
   row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
     Hypothesis out{none, none};
     out[0].p[0] *= 0.5, out[1].p[0] *= 1.5;
@@ -39,7 +39,7 @@ TossRow make_restitution() {
   TossRow row{EffectId::kRestitution, kGround, take(EffectId::kRestitution, 0, 1, 0.01, 0, 1)};
   row.find_nominal = [](const World& world, size_t) { return world.restitution; };
   row.jumps = true;
-  // Below a threshold speed nothing bounces.
+  // Nothing bounces below a threshold speed, so a slope may be zero.
   row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
     Hypothesis out{none};
     out[0].p[0] = std::min(1.0, none.p[0] + 0.2);
@@ -58,7 +58,7 @@ TossRow make_payload() {
   TossRow row{EffectId::kPayload, kBody, take(EffectId::kPayload, 0, 4, 1e-3, -1, 1)};
   row.parameters[0].low = 0, row.parameters[0].high = 1e3;
   row.inside = EffectId::kComError;
-  // The centre of mass is where the offset put it; a tenth of the mass did it.
+  // Starts with a tenth of the body's mass, at the place that gives the fitted offset of the centre of mass.
   row.list_starts = [](const TossProblem& problem, const Hypothesis& found, const Effect& none) {
     Hypothesis out{none};
     out[0].p[0] = 0.1 * problem.nominal.body.links[0].inertia.mass;
@@ -74,7 +74,7 @@ TossRow make_inertia() {
   TossRow row{EffectId::kInertiaError, kBody, take(EffectId::kInertiaError, 0, 1, 0.01, 0.1, 10)};
   row.refused = "only impacts speak of it, and their law is not known well enough";
   row.get_measured = [](const TossProblem& problem) { return problem.inertia; };
-  // Windows end in other contacts with another inertia: a small step may show nothing.
+  // Another inertia may lead to other contacts in a window, so a small step may show nothing.
   row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
     Hypothesis out{none, none, none};
     out[1].p[0] *= 0.8, out[2].p[0] *= 1.25;
@@ -96,7 +96,7 @@ TossRow make_flying(EffectId id, const Place& place, std::vector<TossParameter> 
   return row;
 }
 
-// Lengths that read `scale` times too long, and a clock that is slow, make a body fall faster.
+// Positions with a scale that is too large, or a slow clock, make the body seem to fall faster.
 TossRow make_scale() {
   TossRow row = make_flying(EffectId::kSensorScale, kPosition, take(EffectId::kSensorScale, 0, 1, 1e-3, 0.5, 2));
   row.get_measured = [](const TossProblem& problem) { return problem.fall; };
@@ -127,12 +127,13 @@ std::vector<TossRow> make_rows() {
           make_height(),
           make_scale(),
           {kTurn, kAttitude, take(kTurn, 0, 3, 1e-3, -1, 1)},
-          make_flying(kDelay, kAttitude, take(kDelay, 0, 1, 2e-4, -0.1, 0.1)),  // against positions: may be early
+          // relative to positions, so it may be negative
+          make_flying(kDelay, kAttitude, take(kDelay, 0, 1, 2e-4, -0.1, 0.1)),
           make_skew(),
           make_flying(kDrag, kBody, take(kDrag, 0, 1, 0.01, -10, 10))};
 }
 
-// All values for the table: NaN, which changes nothing, for what poses do not tell.
+// All parameters in the table's order; NaN (no change) for those that poses do not determine.
 std::vector<double> list_values(const Effect& effect) {
   const EffectInfo& info = get_effect(effect.id);
   const TossRow& row = get_toss_row(effect);

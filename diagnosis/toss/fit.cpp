@@ -12,7 +12,7 @@
 namespace hrp::diagnosis::toss {
 namespace {
 
-// Root mean square over windows of a role, the worst twentieth (at least one of ten or more) left out.
+// Rms over the windows of a role without the worst twentieth (at least one of ten or more).
 double calc_typical(const TossProblem& problem, const TossFit& fit, bool train) {
   std::vector<std::pair<double, double>> windows;
   for (size_t i = 0; i < problem.windows.size(); ++i) {
@@ -44,8 +44,8 @@ void summarise(const TossProblem& problem, TossFit* fit) {
     (problem.tosses[t].train ? fit->train_cost : fit->validate_cost) += fit->cost[t];
 }
 
-// Windows that fit badly are tried once more from where the window before them ends: under a right model that is where
-// they begin.
+// Fits bad windows again, starting where the prediction of the previous window ends. Under the right model this is
+// their start state.
 void continue_windows(const TossProblem& problem, int jobs, TossFit* fit) {
   const std::vector<WindowStart> starts = fit->starts;
   const std::vector<double> misfit = fit->misfit;
@@ -71,12 +71,13 @@ Parameters list_parameters(const Hypothesis& hypothesis) {
       hypothesis, [](const Effect& e) -> const auto& { return get_toss_row(e).parameters; });
 }
 
-// Normal equations of the parameters with every start state eliminated, and the scores of each toss.
+// Normal equations of the parameters after elimination of all start states, and the score vector of each toss.
 struct Normal {
-  Eigen::MatrixXd A, scores;  // scores: one column a toss
+  Eigen::MatrixXd A, scores;  // scores: one column per toss
   Eigen::VectorXd b;
-  std::vector<Eigen::MatrixXd> by_toss;  // its share of A; empty where the toss has no windows
-  std::vector<Eigen::MatrixXd> follow;   // by window: how its nuisances follow the parameters (kStart x n)
+  std::vector<Eigen::MatrixXd> by_toss;  // share of each toss in A; empty without windows
+  // by window: derivative of its nuisance parameters with respect to the parameters (kStart x n)
+  std::vector<Eigen::MatrixXd> follow;
 };
 
 struct WindowNormal {
@@ -145,7 +146,7 @@ Normal make_normal(const TossProblem& problem, const TossFit& fit, const Paramet
   return out;
 }
 
-// The fit with its parameters moved and every start state along with them, as far as that is linear.
+// Takes a step in the parameters and moves all start states along, to first order.
 TossFit move_fit(const TossFit& fit, const Normal& normal, const Parameters& parameters, Eigen::VectorXd step) {
   TossFit moved = fit;
   for (size_t i = 0; i < parameters.size(); ++i) {
@@ -165,9 +166,9 @@ double sum_cost(const TossFit& fit, const std::vector<char>& use) {
   return sum;
 }
 
-// Standard deviation of a parameter from toss to toss (DerSimonian and Laird, 1986, eq. 8: the scatter of their own
-// values less what their information allows). `along`: how all parameters move when this one does by 1 and the others
-// follow. Tosses that hardly tell it are left out: their own values are far from where the slope holds.
+// Standard deviation of a parameter between tosses (DerSimonian and Laird, 1986, eq. 8: scatter of their own values
+// minus what their information allows). `along`: change of all parameters if this one changes by 1 and the others are
+// fitted again. Leaves out tosses with little information, whose own values are too far away for the linearisation.
 double calc_spread(const Normal& normal, const Eigen::VectorXd& along) {
   std::vector<std::pair<double, double>> tosses;  // information, score
   double most = 0.0;
@@ -197,7 +198,7 @@ void fill_std(const Normal& normal, const Parameters& parameters, TossFit* fit) 
   const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
   double tosses = 0.0;
   for (const Eigen::MatrixXd& own : normal.by_toss) tosses += own.size() > 0 ? 1.0 : 0.0;
-  const double few = tosses > 1.5 ? find_few(tosses) : 4.0;  // of one toss: as if of two, that differ twice as much
+  const double few = tosses > 1.5 ? find_few(tosses) : 4.0;  // a single toss counts as two that differ twice as much
   const RobustCovariance covariance = make_robust_covariance(inverse, normal.scores * normal.scores.transpose(), few);
   fit->covariance = covariance.robust;
   fit->std.clear();

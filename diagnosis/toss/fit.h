@@ -1,59 +1,61 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hypotheses about a tossed body, fitted to the poses through simulation over short windows. Each window has a start
-// state of its own, which is estimated along with everything else: it is not known.
+// Fits hypotheses about a tossed body to its poses, by simulation over short windows. The start state of each window is
+// unknown and is estimated with the parameters.
 #pragma once
 
 #include "diagnosis/toss/effects.h"
 
 namespace hrp::diagnosis::toss {
 
+// Nuisance parameters of a window: start state, and the ground as the tracker measures it.
 struct WindowStart : BodyState {
   Vector3d ground{0, 0,
-                  0};  // [m, rad, rad] height, roll, pitch of the ground in the tracker's eyes, beyond the model's
+                  0};  // height [m], roll, pitch [rad] of the ground as the tracker measures it, minus the model's
 };
 
+// A hypothesis fitted to windows, with its errors on training and held-out tosses.
 struct TossFit {
   Hypothesis hypothesis;
   std::vector<WindowStart> starts;       // by window
-  std::vector<double> misfit;            // by window: mean square of whitened residuals per degree of freedom
-  std::vector<std::vector<double>> std;  // by effect, by parameter: from scores summed over tosses, so that it holds
-                                         // whatever is left in a toss is correlated with
-  // By effect, by parameter: standard deviation of its value from toss to toss, beyond what noise makes of it: a law
-  // that is not quite the right one has no one value.
+  std::vector<double> misfit;            // by window: mean squared whitened residual per degree of freedom
+  std::vector<std::vector<double>> std;  // by effect, by parameter; robust, with tosses as clusters,
+                                         // so it includes any correlation within a toss
+  // By effect, by parameter: standard deviation of its value between tosses, beyond the noise. A law that is only
+  // approximately right has no single value.
   std::vector<std::vector<double>> spread;
   Eigen::MatrixXd covariance;
-  double train = 0.0, validate = 0.0;  // root mean square of whitened residuals (noise = 1)
-  // The same without the twentieth of the windows that is worst: near an edge or a corner two motions can be as likely,
-  // and the estimate of a start may end at the wrong one.
+  double train = 0.0, validate = 0.0;  // rms of whitened residuals (noise = 1)
+  // The same without the worst twentieth of the windows. Near an edge or a corner two motions can be equally likely,
+  // and the estimated start state may be that of the wrong one.
   double typical_train = 0.0, typical_validate = 0.0;
   std::vector<double> cost;  // by toss: robust, see calc_cost()
   double train_cost = 0.0, validate_cost = 0.0;
 };
 
-// Predicted readings against recorded ones, whitened: per sample position x y z, turn x y z. Empty when the simulation
-// failed.
+// Whitened residuals of predicted and recorded poses, per sample: position x y z, rotation x y z. Empty if the
+// simulation failed.
 std::vector<double> calc_window_residuals(const TossProblem& problem, const Hypothesis& hypothesis,
                                           const Window& window, const WindowStart& start,
                                           std::vector<Regime>* regimes = nullptr);
 
 struct TossFitOptions {
   int jobs = 1;
-  int rounds = 6;                          // of the parameters
-  const std::vector<char>* use = nullptr;  // by toss: parameters are fitted to these; all of role train where null
+  int rounds = 6;                          // iterations over the parameters
+  const std::vector<char>* use = nullptr;  // by toss: parameters are fitted to these; null: those of role train
 };
 
-// Start states under the hypothesis as it stands.
+// Estimates the start states under a fixed hypothesis. `warm`: start values, or null.
 TossFit fit_starts(const TossProblem& problem, const Hypothesis& hypothesis, const TossFit* warm, int jobs);
 
-// Parameters and start states. Start states are found for every window, parameters from the windows in `use`.
+// Estimates parameters and start states: start states of all windows, parameters from the tosses in `use`.
 TossFit fit_tosses(const TossProblem& problem, const TossFit& start, const TossFitOptions& options);
 
-// How far the cost of the training recordings would fall with each candidate added to the fit, to first order.
+// First-order estimate of the reduction of the training cost for each candidate, if it were added to the fit.
 std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, const std::vector<EffectId>& candidates,
                                int jobs);
 
-// What a window adds to the cost: 2 n log(1 + misfit / 4), that of residuals whose scale is not known: a window in
-// which the prediction took another branch (edge instead of corner) does not outweigh all others.
+// Cost of a window, 2 n ln(1 + misfit / 4), as for residuals of unknown scale (Student's t). A window whose prediction
+// took another branch (edge instead of corner) then does not dominate the sum. `degrees`: n, degrees of freedom.
 double calc_cost(double misfit, double degrees);
 
 }  // namespace hrp::diagnosis::toss

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a hypothesis makes of the world and of the pose sensor.
+// Converts a hypothesis to the world and the pose sensor of a simulation.
 #pragma once
 
 #include "diagnosis/toss/fit.h"
 
 namespace hrp::diagnosis::toss {
 
-// Recorded pose of a true one.
+// Maps true poses to recorded ones.
 struct PoseSensor {
   double scale = 1.0;                 // of positions
   Vector3d bias{0, 0, 0};             // [m]
   Matrix3d R = Matrix3d::Identity();  // of the tracked frame in the body
   double delay = 0.0;                 // [s] of attitudes
-  double skew = 0.0;                  // a stamp t is that of the true time t (1 + skew)
+  double skew = 0.0;                  // a stamp t belongs to the true time t (1 + skew)
 };
 
 struct TossModel {
@@ -20,6 +20,7 @@ struct TossModel {
   PoseSensor sensor;
 };
 
+// The nominal world and an ideal sensor, changed by the effects of the hypothesis.
 TossModel make_toss_model(const TossProblem& problem, const Hypothesis& hypothesis);
 
 }  // namespace hrp::diagnosis::toss

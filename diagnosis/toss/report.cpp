@@ -25,7 +25,7 @@ Json make_where(const TossProblem& problem, EffectId id) {
   return {{"sensor", place.reading == Reading::kPosition ? "/base/pose/position" : "/base/pose/orientation"}};
 }
 
-// One axis alone of what is no vector stands for all of them.
+// True for scalars: a single axis of a quantity that is no vector stands for all axes.
 bool is_scalar(const TossRow& row, size_t i) {
   return row.parameters[i].info->axis < 0 || (row.parameters.size() == 1 && !get_effect(row.id).vector);
 }
@@ -75,10 +75,10 @@ std::string describe(const TossProblem& problem, const Effect& effect, const std
   return text;
 }
 
-// Residuals of a fit by toss, sample by sample; NaN outside its windows.
+// Residuals of a fit by toss and sample; NaN outside its windows.
 struct Left {
   std::vector<std::vector<double>> by_toss;  // [sample * 6 + signal], whitened
-  std::vector<Regime> worst;                 // by window
+  std::vector<Regime> worst;                 // by window: regime with the most contact
 };
 
 Left calc_left(const TossProblem& problem, const TossFit& fit) {
@@ -98,7 +98,7 @@ Left calc_left(const TossProblem& problem, const TossFit& fit) {
   return left;
 }
 
-// Root mean square over the samples of a role (or of one toss), 0 when there are none.
+// Rms over the samples of a role and of a toss (-1: all) in one signal (-1: all); 0 if there are none.
 double calc_score(const TossProblem& problem, const Left& left, int role, int toss, int signal) {
   double sum = 0.0, count = 0.0;
   for (size_t t = 0; t < problem.tosses.size(); ++t) {
@@ -144,7 +144,7 @@ Json make_mismatch(const TossProblem& problem, const TossOutcome& outcome, const
   return list;
 }
 
-// Standard deviations that intervals are made of: they hold what a single toss asks for, too.
+// Standard deviations for intervals: they contain the spread between tosses.
 std::vector<double> find_widths(const TossFit& fit, size_t effect) {
   std::vector<double> widths = fit.std[effect];
   for (size_t i = 0; i < widths.size(); ++i) widths[i] = std::hypot(widths[i], fit.spread[effect][i]);
@@ -161,7 +161,7 @@ Json make_finding(const TossProblem& problem, const Effect& effect, const std::v
           {"statement", info.name + ": " + info.phrase + " (" + describe(problem, effect, widths) + "). " + rest}};
 }
 
-// What passes every test, and may still stand in for impacts that are not as the model has them.
+// A finding that passes all tests but may stand in for impacts that differ from the model's law.
 Json make_doubted(const TossProblem& problem, const TossTrial& trial) {
   const size_t last = trial.fit.hypothesis.size() - 1;
   Json finding = make_finding(problem, trial.fit.hypothesis[last], find_widths(trial.fit, last), 0.5,
@@ -182,7 +182,7 @@ Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
   for (size_t e = 0; e < fit.hypothesis.size(); ++e) {
     const Effect& effect = fit.hypothesis[e];
     const EffectInfo& info = get_effect(effect.id);
-    if (!info.reported) continue;  // what slows a body in flight the recordings do not say
+    if (!info.reported) continue;  // poses do not show what slows a body in flight
     const std::string rest =
         outcome.explained
             ? "With it what is left is noise."

@@ -10,17 +10,17 @@
 namespace hrp::diagnosis::toss {
 namespace {
 
-constexpr double kFlightStep = 4e-3;   // [s] turns by less than 0.1 rad at 25 rad/s: error of RK4 below 1e-7 rad
-constexpr double kContactStep = 1e-3;  // [s] positions move by the mean of the velocities before and after
-constexpr double kBand = 2e-5;         // [m] points this near the ground touch it: far below what a tracker sees
-constexpr double kImpactSpeed = 0.05;  // [m/s] below this a contact counts as rolling or resting
+constexpr double kFlightStep = 4e-3;   // [s] rotates by less than 0.1 rad at 25 rad/s: error of RK4 below 1e-7 rad
+constexpr double kContactStep = 1e-3;  // [s] positions move with the mean velocity of the step
+constexpr double kBand = 2e-5;         // [m] points this close to the ground touch it: below a tracker's resolution
+constexpr double kImpactSpeed = 0.05;  // [m/s] slower contacts count as rolling or resting
 
 ImpulseOptions make_options(double restitution) {
   ImpulseOptions options;
   options.restitution = restitution;
   options.slop = kBand;
-  options.correction = 0.1;  // a start state that errs below the ground comes out within 10 ms, not in one jump
-  options.max_sweeps = 25;   // of a handful of points
+  options.correction = 0.1;  // a start state below the ground comes out within 10 ms, not in one jump
+  options.max_sweeps = 25;   // enough for a few points
   options.tolerance = 1e-6;
   return options;
 }
@@ -47,11 +47,11 @@ class Stepper {
   void start(const BodyState& s) { state_.R_WB = s.R_WB, state_.p_WB = s.p_WB, state_.V_WB << s.w_WB, s.v_WB; }
   BodyState get() const { return {state_.R_WB, state_.p_WB, state_.V_WB.head<3>(), state_.V_WB.tail<3>()}; }
 
-  // Moves on by dt; true when it stayed finite.
+  // Advances by dt [s]; returns false if the state does not stay finite.
   bool advance(double dt, Regime* regime) {
     *regime = Regime::kFlight;
     for (int guard = 0; dt > 1e-9; ++guard) {
-      if (guard > 400) return false;  // chatter without end
+      if (guard > 400) return false;  // endless chatter
       const bool touching = find_contacts(&pairs_[0]);
       if (touching && *regime == Regime::kFlight) *regime = Regime::kContact;
       const double step =
@@ -63,7 +63,7 @@ class Stepper {
   }
 
  private:
-  // Visits every point that may touch, with its depth below the raised plane.
+  // Visits every point that may touch, with its depth [m] below the raised plane.
   template <typename Visit>
   void visit_points(const State& state, const Visit& visit) const {
     const Transform X = state.X_WB();
@@ -91,7 +91,7 @@ class Stepper {
     return !pair->points.empty();
   }
 
-  // Greatest depth of a point that did not touch at the start of the step.
+  // Largest depth [m] of a point that did not touch at the start of the step.
   double find_new_depth(const State& state) const {
     double deepest = -1e3;
     visit_points(state, [&](int index, const Vector3d&, double depth) {
@@ -100,7 +100,8 @@ class Stepper {
     return deepest;
   }
 
-  // Takes the longest step up to `dt` after which no new point is deeper than the band. move(dt) must be pure.
+  // Takes the longest step up to `dt` after which no new point is deeper than the band; returns its length [s].
+  // move(dt) must be pure.
   template <typename Move>
   double take_step(double dt, const Move& move) {
     const double gap = find_new_depth(state_);
@@ -119,7 +120,7 @@ class Stepper {
     return take_step(dt, [&](double h) { return fly(h); });
   }
 
-  // Quaternion rate under a constant angular momentum.
+  // Derivative of the quaternion for a constant angular momentum.
   Eigen::Vector4d calc_rate(const Eigen::Vector4d& c, const Vector3d& momentum_W) const {
     Eigen::Quaterniond q;
     q.coeffs() = c;
@@ -147,7 +148,8 @@ class Stepper {
     return next;
   }
 
-  // A step on touching points. Where a new point would strike before its end, it is made anew with the shorter time.
+  // A step with touching points. If a new point touches before the end of the step, the step is repeated with the
+  // shorter time.
   double step_contact(double dt, Regime* regime) {
     if (is_struck()) *regime = Regime::kImpact;
     update_kinematics(model_, state_, &data_);
@@ -169,7 +171,8 @@ class Stepper {
     return taken;
   }
 
-  // Velocities after `dt` on the points that touch now, and those that move the positions (penetration taken out).
+  // Velocities after `dt` with the points that touch now, and the velocities that move the positions (they also remove
+  // penetration).
   bool calc_contact_step(double dt, Vector6d* move, Vector6d* after) {
     const Matrix3d R = state_.R_WB.toRotationMatrix();
     const Vector3d w = state_.V_WB.head<3>(), r = R * com_;
@@ -186,7 +189,8 @@ class Stepper {
     const Vector3d dw = R * (I_inverse_ * (R.transpose() * (Vector3d(impulses[0].head<3>()) - r.cross(P))));
     *after = free_;
     after->head<3>() += dw, after->tail<3>() += P / model_.mass() - dw.cross(r);
-    // Between impacts the mean velocity makes the step of second order; at an impact only the one after it holds.
+    // Without an impact, the mean velocity makes the step second-order accurate. At an impact only the velocity after
+    // it is valid.
     const bool smooth = (*after - v_).tail<3>().norm() < 5.0 * dt * world_.gravity_W.norm();
     *move = (smooth ? Vector6d(0.5 * (*after + v_)) : *after) + contact_.correction_velocity(dt);
     return true;

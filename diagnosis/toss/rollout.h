@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One rigid body that flies, strikes the ground, slides, rolls and comes to rest: its motion from a start state, with
-// the simulator's own law of rigid contact (impulse_contact.h). Free flight is integrated in long steps and ends where
-// the first point touches, so that a prediction depends smoothly on where and how fast the body starts.
+// Simulates one rigid body from a start state: it flies, strikes the ground, slides, rolls and comes to rest. Contacts
+// follow the simulator's law of rigid contact (impulse_contact.h). Free flight uses long steps that end at the first
+// touch, so the prediction is a smooth function of the start state.
 #pragma once
 
 #include <vector>
@@ -11,6 +11,7 @@
 
 namespace hrp::diagnosis::toss {
 
+// Pose and twist of the body; world axes.
 struct BodyState {
   Eigen::Quaterniond R_WB = Eigen::Quaterniond::Identity();
   Vector3d p_WB = Vector3d::Zero();  // [m] origin of the body's frame
@@ -18,7 +19,7 @@ struct BodyState {
   Vector3d v_WB = Vector3d::Zero();  // [m/s]
 };
 
-// Everything that decides the motion.
+// Everything that determines the motion.
 struct World {
   TreeSpec body;  // one link, floating
   GroundSpec ground;
@@ -27,11 +28,11 @@ struct World {
   Vector3d gravity_W{0, 0, -9.81};  // [m/s^2]
 };
 
-// Which kind of motion a sample lies in.
+// Kind of motion at a sample.
 enum class Regime { kFlight, kImpact, kContact };
 
-// States at `time` (increasing; the first is `start`). False when the motion does not stay finite.
-// `regimes`, where asked for: impact when the interval before the sample holds one.
+// Computes the states at `time` [s] (increasing); the first one is `start`. Returns false if the motion becomes
+// infinite or chatters without end. `regimes`, if given: kImpact if the interval before the sample contains an impact.
 bool roll_out(const World& world, const std::vector<Sole>& soles, const BodyState& start,
               const std::vector<double>& time, std::vector<BodyState>* states, std::vector<Regime>* regimes = nullptr);
 

@@ -9,17 +9,17 @@
 namespace hrp::diagnosis::toss {
 namespace {
 
-constexpr size_t kSearchWindows = 110;  // a minute on two cores
+constexpr size_t kSearchWindows = 110;  // takes about a minute on two cores
 constexpr int kMostEffects = 5;
-constexpr int kTrialRounds = 2, kRounds = 4;  // of a fit: two rank candidates roughly, four give values
-constexpr size_t kClosest = 3;  // candidates, by their rough gains, that are ranked by four rounds
-// While something else is missing as well, an effect must take away this share of the cost that is left: a smaller one
-// may be a stand-in for what is missing.
+constexpr int kTrialRounds = 2, kRounds = 4;  // iterations of a fit: two for a first ranking, four for values
+constexpr size_t kClosest = 3;  // candidates with the largest gains, which are ranked again after four iterations
+// Share of the remaining cost that an effect must remove while something else is missing. A weaker effect may stand in
+// for what is missing.
 constexpr double kLeastShare = 0.03;
-constexpr double kLeastGain = 10.0;  // of the cost, beside 2 for each parameter: odds of about e^10 on noise alone
+constexpr double kLeastGain = 10.0;  // least cost reduction, besides 2 per parameter: odds of about e^10 by noise
 constexpr double kSure = kSignificantInTosses;  // standard errors
-constexpr double kSteady = 0.5;      // spread from toss to toss over the value: beyond it is no property of anything
-constexpr double kSame = 0.25;       // relative difference of two halves that still counts as the same value
+constexpr double kSteady = 0.5;      // spread between tosses over the value; above it, no property of the body
+constexpr double kSame = 0.25;       // relative difference of two halves that counts as equal
 
 bool has_validation(const TossProblem& problem) {
   return std::any_of(problem.tosses.begin(), problem.tosses.end(), [](const Toss& t) { return !t.train; });
@@ -37,7 +37,7 @@ void decide(const TossProblem& problem, TossOutcome* outcome) {
   outcome->partly = found && !outcome->explained;
 }
 
-// Mean over training tosses of what each gained, over its standard error.
+// Mean reduction of cost per training toss over its standard error.
 double calc_sureness(const TossProblem& problem, const TossFit& before, const TossFit& after) {
   double n = 0.0, sum = 0.0, square = 0.0;
   for (size_t t = 0; t < problem.tosses.size(); ++t) {
@@ -45,7 +45,7 @@ double calc_sureness(const TossProblem& problem, const TossFit& before, const To
     const double d = before.cost[t] - after.cost[t];
     n += 1.0, sum += d, square += d * d;
   }
-  if (n < 3.0) return sum > 0.0 ? kSure : 0.0;  // too few to tell: the other tests decide
+  if (n < 3.0) return sum > 0.0 ? kSure : 0.0;  // too few tosses; the other tests decide
   const double variance = std::max(1e-12, (square - sum * sum / n) / (n - 1.0));
   return sum / std::sqrt(n * variance);
 }
@@ -96,7 +96,7 @@ class Search {
     return best;
   }
 
-  // The added effect's parameters from each half of the training tosses alone.
+  // Fits the parameters of the added effect to each half of the training tosses and compares them.
   bool is_consistent(const TossTrial& trial) const {
     TossFit half[2];
     for (size_t h = 0; h < 2; ++h) {
@@ -119,14 +119,15 @@ class Search {
     return true;
   }
 
-  // Every other one of the training tosses that have windows.
+  // Half (0 or 1) of a toss: alternates over the training tosses with windows.
   size_t chosen_half(size_t toss) const {
     size_t number = 0;
     for (size_t t = 0; t < toss; ++t) number += problem_.tosses[t].train && out_.nominal.cost[t] > 0.0 ? 1 : 0;
     return number % 2;
   }
 
-  // Whether single tosses ask for about the same value: material and clocks do not change between them.
+  // True if the spread between tosses is below half of each significant value. Materials and clocks do not change
+  // between tosses.
   bool is_steady(const TossTrial& trial) const {
     const Effect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
@@ -147,7 +148,8 @@ class Search {
     return false;
   }
 
-  // What acts in flight must not make windows without contact worse, beyond chance. True when there are none.
+  // An effect in flight must not increase the cost of windows without contact, except by chance. True if there are
+  // none.
   bool shows_in_flight(const TossTrial& trial) const {
     if (!get_toss_row(trial.added).flies) return true;
     double gain = 0.0, count = 0.0;
@@ -162,7 +164,7 @@ class Search {
     return count == 0.0 || gain > -kLeastGain;
   }
 
-  // What the poses give without a law of contact, where that is not what the model has.
+  // The value from poses without a law of contact, if it differs significantly from the model's.
   std::optional<Measured> find_measured(EffectId id) const {
     const TossRow& row = get_toss_row(id);
     const std::optional<Measured> measured = row.get_measured ? row.get_measured(problem_) : std::nullopt;
@@ -170,7 +172,7 @@ class Search {
     return differs ? measured : std::nullopt;
   }
 
-  // The fit found what was measured.
+  // True if the fit agrees with a significant measured value.
   bool is_measured(const TossTrial& trial) const {
     const auto measured = find_measured(trial.added);
     if (!measured) return false;
@@ -203,7 +205,8 @@ class Search {
       trial->accepted = true;
   }
 
-  // What is never named for sure, beside all that was found: it is told where it passes every test.
+  // Tries the effects that need an independent measurement, beside all others. Those that pass every other test are
+  // reported as ambiguous.
   void doubt() {
     for (const TossRow& row : list_toss_rows()) {
       if (!row.refused || out_.chosen.hypothesis.empty() || has_effect(out_.chosen.hypothesis, row.id)) continue;
@@ -214,13 +217,13 @@ class Search {
     }
   }
 
-  // Of the nominal model's cost on held-out tosses, that of an effect added to those before it.
+  // Share of the nominal model's held-out cost that an effect removes, in the order of adding.
   double calc_share(const TossFit& with) const {
     const auto get_cost = [&](const TossFit& fit) { return has_validation(problem_) ? fit.validate_cost : fit.train_cost; };
     return std::max(0.0, (get_cost(out_.chosen) - get_cost(with)) / get_cost(out_.nominal));
   }
 
-  // From a fit that ranks it to one that its value can be taken from.
+  // Continues the fit of a candidate for `rounds` iterations.
   void complete(TossTrial* trial, int rounds) const {
     trial->fit = fit_tosses(problem_, trial->fit, options(rounds));
     trial->gain = out_.chosen.train_cost - trial->fit.train_cost;
@@ -255,7 +258,7 @@ class Search {
   }
 
   bool add_best() {
-    if (out_.chosen.typical_train < 0.5) return false;  // the noise is overstated: nothing to find
+    if (out_.chosen.typical_train < 0.5) return false;  // the stated noise is too large, so nothing can be found
     std::vector<TossTrial> round;
     for (EffectId id : list_candidates()) {
       round.push_back(try_effect(id));
@@ -307,8 +310,8 @@ TossProblem make_small_problem(const TossProblem& problem, size_t most, bool oth
 
 namespace {
 
-// Tosses that had no part in the search must ask for the same values; half of what they differ by widens the intervals.
-// Effects that others do not confirm are taken out.
+// Fits the result to tosses that the search did not use. Half of the difference widens the intervals. Effects whose
+// significant values are not confirmed are removed.
 void confirm(const TossProblem& problem, const TossProblem& others, int jobs, const TossProgress& progress,
              TossOutcome* outcome) {
   if (others.windows.empty() || outcome->chosen.hypothesis.empty()) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From the tosses of a body to a verdict: effects are added one by one while they earn their place.
+// Diagnosis of a tossed body: effects are added one by one while each improves the fit enough.
 #pragma once
 
 #include <functional>
@@ -12,38 +12,43 @@
 
 namespace hrp::diagnosis::toss {
 
+// A fitted candidate with the results of the tests.
 struct TossTrial {
   EffectId added;
   TossFit fit;
-  double gain = 0.0;       // of the cost, training recordings
-  double sureness = 0.0;   // mean gain of a toss over the standard error of that mean
+  double gain = 0.0;       // reduction of the training cost
+  double sureness = 0.0;   // mean gain per toss over its standard error
   bool consistent = true;  // both halves of the tosses give the same parameters
   bool accepted = false;
-  bool doubted = false;    // passes every test, but another cause may do the same (TossRow::refused)
-  std::string why;  // not accepted
+  bool doubted = false;    // passes every test, but another cause is possible (TossRow::refused)
+  std::string why;  // reason if not accepted
 };
 
+// Result of the search, with all that the report needs.
 struct TossOutcome {
   TossFit nominal, chosen;
-  std::vector<TossTrial> trials;  // all that were fitted, in the order of trying
-  std::vector<TossTrial> doubted;  // beside what was chosen, one by one
-  std::map<EffectId, double> shares;  // of the nominal model's cost, by effect in the order of adding
+  std::vector<TossTrial> trials;  // all fitted candidates in the order of trying
+  std::vector<TossTrial> doubted;  // each fitted beside the chosen effects
+  std::map<EffectId, double> shares;  // of the nominal cost, by effect, in the order of adding
   bool mismatch = false, explained = false, partly = false;
-  double flight = 0.0;  // score of windows without contact, as it is left
+  double flight = 0.0;  // final score of windows without contact
 };
 
 using TossProgress = std::function<void(const std::string&)>;
+
+// Runs the search. `jobs`: threads.
 TossOutcome search_tosses(const TossProblem& problem, int jobs, const TossProgress& progress);
 
-// A problem small enough for the search: an even choice of tosses, both roles. `other`: as many again that are not in
-// the first choice; without windows when all are.
+// A problem of at most about `most_windows` windows: an even selection of tosses of both roles. `other`: as many other
+// tosses; without windows if there are none.
 TossProblem make_small_problem(const TossProblem& problem, size_t most_windows, bool other = false);
 
+// Contents of report.json, and the data of the page's plots.
 nlohmann::ordered_json make_toss_report(const TossProblem& problem, const TossOutcome& outcome);
 nlohmann::ordered_json make_toss_series(const TossProblem& problem, const TossOutcome& outcome);
 
-// Tossed bodies: a floating base without joints, its pose recorded, over a ground. False when these recordings are not
-// that; else the contents of report.json and series.json.
+// Diagnoses a tossed body: a floating base without joints, with recorded pose, above a ground. Returns false for other
+// recordings; else fills report.json and series.json.
 bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress,
                      nlohmann::ordered_json* report, nlohmann::ordered_json* series);
 

@@ -10,21 +10,21 @@
 namespace hrp::diagnosis::toss {
 namespace {
 
-constexpr size_t kFlight = 5;         // poses of a stretch of flight: a quadratic leaves two to judge it by
-constexpr double kSmooth = 4.0;       // times the noise that it may leave
-constexpr double kFalls = 0.2;        // of gravity: no clock or length is wrong by more
-constexpr double kAlone = 0.1;        // of the body's size, by which the next point is above the one that strikes
-constexpr double kImpactSpeed = 0.3;  // [m/s] of weaker strikes too little is seen between two poses
-constexpr size_t kLeast = 8, kLeastRests = 4;  // values of a median with an error; heights of rest scatter little
+constexpr size_t kFlight = 5;         // poses of a flight; a quadratic leaves two to check the fit
+constexpr double kSmooth = 4.0;       // limit of the residual, in units of the noise
+constexpr double kFalls = 0.2;        // share of gravity; no clock or length is wrong by more
+constexpr double kAlone = 0.1;        // share of the body's size by which the next point must be higher
+constexpr double kImpactSpeed = 0.3;  // [m/s] weaker impacts change the motion too little
+constexpr size_t kLeast = 8, kLeastRests = 4;  // least numbers of values for a median with an error
 
 std::optional<Measured> find_median_with_error(const std::vector<double>& values, size_t least) {
   if (values.size() < least) return std::nullopt;
-  // Of a normal distribution a median errs by sqrt(pi / 2) times as much as a mean.
+  // The standard error of a median of normal errors is sqrt(pi / 2) times that of a mean.
   const double std = find_deviation_about_median(values) * std::sqrt(M_PI_2 / static_cast<double>(values.size()));
   return Measured{find_median(values), std, values.size()};
 }
 
-// A stretch of poses, and its motion at one of them.
+// A short sequence of poses and its motion at sample `at`.
 struct Stretch {
   bool flies = false;
   size_t at = 0;
@@ -38,7 +38,7 @@ Stretch look_at(const TossProblem& problem, const Toss& toss, size_t begin, size
   return stretch;
 }
 
-// The body `dt` after the pose of a stretch, as if it flew on.
+// State of the body `dt` after the pose of a stretch, in free flight.
 struct Body {
   Transform X_WB;
   Vector3d p_WBcm, v_WBcm, w_WB;
@@ -55,7 +55,7 @@ Body fly_on(const TossProblem& problem, const Toss& toss, const Stretch& stretch
   return body;
 }
 
-// The lowest point, if it is alone: else what of the impulse acts where is not known.
+// Index of the lowest point if no other point is nearly as low. Otherwise the impulse may act at several points.
 std::optional<size_t> find_lone_point(const TossProblem& problem, const Body& body) {
   const std::vector<Vector3d> points = list_lowest_points(problem, body.X_WB);
   size_t lowest = 0;
@@ -71,7 +71,8 @@ std::optional<size_t> find_lone_point(const TossProblem& problem, const Body& bo
   return lowest;
 }
 
-// Between the last pose of one flight and the first of the next: where both have the point at one height.
+// Finds the impact between the last pose of one flight and the first of the next: the time at which both predict the
+// same height of the point.
 std::optional<Strike> find_strike(const TossProblem& problem, size_t toss, const Stretch& before, const Stretch& after) {
   const Toss& t = problem.tosses[toss];
   const double gap = t.time[after.at] - t.time[before.at];
@@ -101,7 +102,7 @@ std::vector<Strike> find_strikes(const TossProblem& problem) {
   std::vector<Strike> strikes;
   for (size_t i = 0; i < problem.tosses.size(); ++i) {
     const Toss& toss = problem.tosses[i];
-    for (size_t end = kFlight; end + kFlight < toss.p.size(); ++end) {  // the first pose that may lie in the strike
+    for (size_t end = kFlight; end + kFlight < toss.p.size(); ++end) {  // first pose that may be in the impact
       const Stretch before = look_at(problem, toss, end - kFlight, end - 1);
       std::optional<Strike> strike;
       for (size_t begin = end; before.flies && !strike && begin < end + 2 && begin + kFlight <= toss.p.size(); ++begin) {
@@ -118,7 +119,7 @@ std::optional<Measured> measure_fall(const TossProblem& problem) {
   std::vector<double> values;
   const double g = problem.nominal.gravity_W.norm();
   for (const Toss& toss : problem.tosses) {
-    // The longest flight from the start of a toss on: its end is where a longer one no longer falls freely.
+    // The longest free fall from the start of a toss. A longer one would contain the end of the flight.
     size_t count = 0;
     LocalMotion fall;
     for (size_t n = 2 * kFlight; n <= toss.p.size(); ++n) {

@@ -10,7 +10,7 @@ namespace hrp::diagnosis::toss {
 namespace {
 
 VectorS get_start_steps(const TossProblem& problem) {
-  VectorS steps;  // a fifth of what a window resolves
+  VectorS steps;  // a fifth of the resolution of a window
   const double speed = 2.0 / problem.horizon;
   steps << Vector3d::Constant(0.2 * problem.sigma_R), Vector3d::Constant(0.2 * problem.sigma_p),
       Vector3d::Constant(0.2 * problem.sigma_R * speed), Vector3d::Constant(0.2 * problem.sigma_p * speed),
