@@ -89,9 +89,10 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
   const bool driven = g.term.whole() || e.robot.tree.joint(j).actuated;
   const bool of_log = !g.term.whole() && driven && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded &&
                       !data.servo[static_cast<size_t>(j)].follows;
-  if (g.term.row->scales_effort && of_log)
-    alternatives.push_back(make_alternative(EffectId::kSensorScale, make_log_place(e, j),
-                              {{"scale", "1", {1.0 / (1.0 - g.parameters[0])}, {g.width[0]}, false}}, kCommands));
+  if (g.term.row->scales_effort && of_log) {
+    const double gain = 1.0 - g.parameters[0];
+    alternatives.push_back(make_alternative(EffectId::kSensorScale, make_log_place(e, j), {{"scale", "1", {1.0 / gain}, {g.width[0] / (gain * gain)}, false}}, kCommands));
+  }
   if (g.term.row->is_constant() && of_log)
     alternatives.push_back(make_alternative(EffectId::kSensorBias, make_log_place(e, j),
                               {{"value", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kCommands));

@@ -66,18 +66,19 @@ class Judge {
 
  private:
   // A servo with damping kd gives a late command (delay T0) the signature of a rotor kd T0, and of friction. One delay
-  // in place of a rotor at each joint makes the model smaller. Therefore the delay stays only if it is supported and
-  // predicts clearly better than friction and rotors.
+  // in place of a rotor at each joint makes the model smaller. So do delays at several joints. Therefore they stay only if
+  // they predict clearly better than friction and rotors; that of a bus must also be supported.
   void drop_untold_delay(int jobs) {
     const auto delay = std::find_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->is_of_bus(); });
-    if (delay == graded_.end()) return;
+    const auto late = std::count_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->late; });
+    if (delay == graded_.end() && late < 2) return;
     // rows that misled beside the delay may be right without it
     for (JointDesign& joint : design_.joints) joint.barred.clear();
     Choice drives = choose_torque_model(design_, jobs, Timing::kAsRecorded);
     drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &drives);
     const TorqueFit friction_and_rotors = fit_torque(design_, drop_timing(drives.model));
     const bool told = calc_held_left(design_, choice_.fit) < kTells * calc_held_left(design_, friction_and_rotors);
-    if (delay->grade == Grade::kSupported && told) return;
+    if (told && (delay == graded_.end() || delay->grade == Grade::kSupported)) return;
     choice_ = drives;
     choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);

@@ -13,8 +13,6 @@ using Json = nlohmann::ordered_json;
 
 // Least share of the ceiling for `mostly_explained`. The rest counts as detail.
 constexpr double kMostly = 0.8;
-// Least share of the ceiling that counts as explained. With findings, less is still `partly_explained`.
-constexpr double kPartly = 0.1;
 
 Json make_estimate(const Estimate& e) {
   const bool list = e.vector || e.value.size() != 1;
@@ -111,9 +109,8 @@ void sort_findings(std::vector<Finding>* findings) {
 
 Verdict find_verdict(const Evidence& e) {
   const double ceiling = std::max(e.ceiling, e.explained);
-  const bool named = !e.findings.empty();
-  if (!named || e.explained <= 0.0 || e.explained < kPartly * ceiling) return named ? Verdict::kPartlyExplained : Verdict::kUnexplained;
-  return e.explained >= kMostly * ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
+  if (e.findings.empty()) return Verdict::kUnexplained;
+  return e.explained > 0.0 && e.explained >= kMostly * ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
 }
 
 nlohmann::ordered_json make_fit(const Fit& fit) {

@@ -139,7 +139,7 @@ std::vector<double> list_log_delays(const TorqueData& data, int joint) {
 TermValues make_gain(const Term&, const Vector& x, const Vector& s) { return {{1.0 - x[0]}, {s[0]}}; }
 Vector take_gain(const std::vector<double>& p) { return Vector::Constant(1, 1.0 - p[0]); }
 
-TermValues make_gain_of_model(const Term&, const Vector& x, const Vector& s) { return {{1.0 / (1.0 + x[0])}, {s[0]}}; }
+TermValues make_gain_of_model(const Term&, const Vector& x, const Vector& s) { return {{1.0 / (1.0 + x[0])}, {s[0] / std::pow(1.0 + x[0], 2)}}; }
 
 // k q - k rest
 TermValues make_spring(const Term&, const Vector& x, const Vector& s) {

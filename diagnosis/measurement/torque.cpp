@@ -41,6 +41,7 @@ constexpr double kSlowest = 1e-4;  // [rad/s]
 // before both sides of the equation are filtered, so it needs the sharpest speed that noise allows.
 constexpr double kSpeedCutoffs[] = {160.0, 80.0, 40.0, 20.0};
 constexpr double kSpeedNoise = 1.0;  // largest standard deviation of a speed, in units of `slow`
+constexpr double kSmoothGain = 0.9;  // share of the squares that the sharp speed leaves, below which the smoothed one is taken
 // Friction by the drive's effort is chosen if it leaves less than this share of the squares that friction by the bodies'
 // torque leaves: a smaller difference decides nothing.
 constexpr double kLoadGain = 0.98;
@@ -149,7 +150,8 @@ class Maker {
       if (noise_share <= kNoiseShare && find_missing_share() <= kMissingShare) break;
     }
     find_slow();
-    for (TorqueRecording& r : data_.recordings) find_speed(&r);
+    for (TorqueRecording& r : data_.recordings) find_speed(&r), r.load = r.tau;
+    choose_speeds();
     find_loads();
     for (TorqueRecording& r : data_.recordings) finish(&r);
     for (int j = 0; j < e_.num_joints(); ++j) leave_out_limits(j);
@@ -391,11 +393,22 @@ class Maker {
     return fit;
   }
 
+  // Friction that bends before it slips reverses slowly. For such a joint the smoothed speed predicts the effort better.
+  void choose_speeds() {
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      if (!data_.is_judged(j)) continue;
+      std::vector<Eigen::VectorXd> sharp;
+      const double with_sharp = fit_loads(j).left;
+      for (TorqueRecording& r : data_.recordings) sharp.push_back(r.speed.col(j)), r.speed.col(j) = r.v.col(j);
+      if (fit_loads(j).left < kSmoothGain * with_sharp) continue;
+      for (size_t r = 0; r < sharp.size(); ++r) data_.recordings[r].speed.col(j) = sharp[r];
+    }
+  }
+
   // Chooses the load of each joint, see TorqueData::loaded_by_drive. The load of a drive is its effort as the regressors
   // predict it. The recorded effort is the left side of the equation; as a regressor it would explain its own errors.
   void find_loads() {
     data_.loaded_by_drive.assign(data_.source.size(), 0);
-    for (TorqueRecording& r : data_.recordings) r.load = r.tau;
     for (int j = 0; j < e_.num_joints(); ++j) {
       if (!data_.is_judged(j) || !e_.robot.tree.joint(j).actuated) continue;
       const LoadFit bodies = fit_loads(j);

@@ -208,7 +208,7 @@ class Proposer {
     for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c.comparisons[i], i);
     if (c.comparisons.size() > 1) decided /= static_cast<double>(c.comparisons.size() - 1);
     const std::vector<ExpectedInterval> before = list_intervals(gained), after = list_intervals(gained + c.comparisons[0].fisher);
-    for (size_t i = 0; i < after.size(); ++i) narrowed += std::min(1.0, std::log2(std::max(1.0, before[i].before / after[i].after)) / 2.0);
+    for (size_t i = 0; i < after.size(); ++i) narrowed += std::min(1.0, std::log2(std::max(1.0, before[i].after / after[i].after)) / 2.0);
     if (!after.empty()) narrowed /= static_cast<double>(after.size());
     return decided + kValues * narrowed;
   }
