@@ -50,7 +50,8 @@ std::vector<Effect> list_known(const Experiment& e, const Json& findings) {
   for (const Json& f : findings) {
     const EffectInfo* info = find_effect(f["effect"].get<std::string>());
     if (!info || f.value("grade", "") != "certain") continue;
-    Effect effect{info->id, {}, {}};
+    Effect effect;
+    effect.id = info->id;
     if (f["where"].contains("link")) effect.place = at_link(e.robot.tree.find_link(f["where"]["link"]));
     else if (info->felt_elsewhere) effect.place = at_joint(e.robot.tree.find_joint(f["where"]["joint"]));
     else continue;

@@ -135,6 +135,25 @@ TEST(LinkSensors, ABiasOfASensorIsNoMass) {
   EXPECT_NEAR(f.parameters[0].value[2], 1.5, 0.01);
 }
 
+// A fault of a drive's own log is of no link and of no encoder's zero.
+TEST(LinkSensors, ACertainBiasOfAJointsVelocityStaysBesideThem) {
+  Experiment e = make_arm("velocity_bias");
+  LinkSensors wrench;
+  wrench.sensors = {make_at(e, LinkSensorKind::kWrench, "fore")};
+  record(wrench, {}, &e);
+  Reports reports;
+  reports.report = {{"verdict", "explained"}, {"fit", {{"per_signal", Json::object()}}}, {"prediction", {{"method", "simulation"}}}};
+  for (const char* key : {"mismatch", "remaining", "not_identifiable", "warnings", "unexplained"}) reports.report[key] = Json::array();
+  const Json bias = {{"effect", "sensor_bias"}, {"where", {{"sensor", "/joint_states/elbow/velocity"}}}, {"grade", "certain"},
+                     {"parameters", {{"value", {{"value", 0.09}, {"std", 0.001}, {"unit", "rad/s"}}}}}};
+  reports.report["findings"] = Json::array({bias});
+  std::set<std::string> compared;
+  add_link_evidence(e, wrench, 1, [](const std::string&) {}, &reports, &compared);
+  ASSERT_EQ(reports.report["findings"].size(), 1u);
+  EXPECT_EQ(reports.report["findings"][0]["effect"], "sensor_bias");
+  EXPECT_EQ(reports.report["verdict"], "explained");
+}
+
 TEST(LinkSensors, NothingIsNamedWhereNothingIsMissing) {
   Experiment e = make_arm("nothing");
   LinkSensors all = make_all(e);
