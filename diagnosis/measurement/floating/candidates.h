@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <utility>
 
 #include "common/effects/effect_info.h"
@@ -35,6 +36,8 @@ struct Candidate {
   double lever = 0;          // [m] of a joint's torque without a shape of its own: a force under the sole makes one, too
   bool is_listed() const;    // in the table of effects; else a free law
   std::vector<long> core;    // coefficients by which it is sure and of one size in all regimes; none: by its kind
+  // Of a vector its length, else the size of the first coefficient.
+  double calc_size(const Eigen::VectorXd& x) const { return vector ? x.norm() : std::abs(x(0)); }
 };
 
 // Links that something from outside may pull at: the base, those that several links hang on, and the last ones.

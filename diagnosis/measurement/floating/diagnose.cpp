@@ -18,7 +18,7 @@
 #include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/remaining.h"
-#include "diagnosis/measurement/floating/search.h"
+#include "diagnosis/measurement/floating/search/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
 #include "diagnosis/measurement/floating/words.h"
 

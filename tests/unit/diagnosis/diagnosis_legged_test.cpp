@@ -24,7 +24,7 @@
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
 #include "diagnosis/measurement/floating/remaining.h"
-#include "diagnosis/measurement/floating/search.h"
+#include "diagnosis/measurement/floating/search/search.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/tracks.h"
 #include "diagnosis/many_drives/joint_torques.h"
