@@ -12,7 +12,7 @@
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
-#include "diagnosis/measurement/floating/equations.h"
+#include "diagnosis/measurement/floating/equations/equations.h"
 #include "diagnosis/measurement/floating/imu_rows.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
 #include "diagnosis/measurement/floating/landings.h"
