@@ -10,8 +10,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Share of the way from the reading in the air to that in stance by which a foot's reading may differ from the air's. A foot
-// that scrapes along the ground reads more.
+// Share of the way from the reading in the air to that in stance by which a foot's reading may differ from the air's. A
+// foot that scrapes along the ground reads more.
 constexpr double kScrape = 0.02;
 
 bool is_at(const LeggedLog& log, int from, int link) { return is_above(log.tree, from, link); }
@@ -35,7 +35,8 @@ void add_sensor_columns(const LeggedLog& log, const ColumnLayout& layout, int fr
 void add_imu_columns(const LeggedLog& log, const ColumnLayout& layout, std::vector<int>* out) {
   const int imu = BodyMotion::find_main_imu(log);
   for (int c = 0; uses_accelerometer(log) && c < kGyroScaleColumn; ++c) out->push_back(layout.imu(imu, c));
-  for (int c = kGyroScaleColumn; uses_gyroscope(log) && c < kAttitudeTurnColumn; ++c) out->push_back(layout.imu(imu, c));
+  for (int c = kGyroScaleColumn; uses_gyroscope(log) && c < kAttitudeTurnColumn; ++c)
+    out->push_back(layout.imu(imu, c));
 }
 
 void add_pull_columns(const LeggedLog& log, const ColumnLayout& layout, const std::vector<int>& pulled, int from,
@@ -50,7 +51,8 @@ void add_pull_columns(const LeggedLog& log, const ColumnLayout& layout, const st
 }
 
 // Columns that may change the equation of a link and of all that hangs on it.
-std::vector<int> list_columns(const LeggedLog& log, const ColumnLayout& layout, const std::vector<int>& pulled, int from) {
+std::vector<int> list_columns(const LeggedLog& log, const ColumnLayout& layout, const std::vector<int>& pulled,
+                              int from) {
   std::vector<int> out = list_link_columns(log, layout, from);
   add_sensor_columns(log, layout, from, &out);
   add_imu_columns(log, layout, &out);
@@ -82,7 +84,8 @@ void add_balance(const LeggedLog& log, const std::vector<int>& columns, BodyChan
   }
 }
 
-void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, BodyChannels* channels, RowTable* table) {
+void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, BodyChannels* channels,
+              RowTable* table) {
   if (log.feet.empty() || !log.tree.floating_base) return;
   const bool forces = std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) { return has_force(log, f); });
   const bool vertical = std::find(channels->felt.begin(), channels->felt.end(), 1) != channels->felt.end();
@@ -97,8 +100,8 @@ void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout
       {"weight", "/wrench/" + log.sensors[0].name + "/force", "N", "link", log.tree.links[0].name}, columns);
 }
 
-// Whether a joint's torque is known, and the base's motion well enough for it. A pose that is differentiated twice misses the
-// impacts of steps: too much for torques of legs.
+// Whether a joint's torque is known, and the base's motion well enough for it. A pose that is differentiated twice
+// misses the impacts of steps: too much for torques of legs.
 bool is_compared(const LeggedLog& log, const Contacts& contacts, int j) {
   const auto i = static_cast<size_t>(j);
   const bool driven = log.is_driven(i) && log.tree.joint(j).actuated;
@@ -107,8 +110,8 @@ bool is_compared(const LeggedLog& log, const Contacts& contacts, int j) {
   return (driven || passive) && is_motion_known(log, contacts) && !blurred;
 }
 
-void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, int j, BodyChannels* channels,
-               RowTable* table) {
+void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, int j,
+               BodyChannels* channels, RowTable* table) {
   const auto i = static_cast<size_t>(j);
   const JointSpec& joint = log.tree.joint(j);
   const std::string signal = "/joint_states/" + joint.name + "/effort";
@@ -117,7 +120,8 @@ void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayou
     std::vector<int> columns = list_columns(log, layout, channels->pulled, j + 1);
     for (int c = 0; c < kOffsetColumn; ++c) columns.push_back(layout.joint(j, c));
     if (!log.has_effort[i]) columns.push_back(layout.joint(j, kDelayColumn));
-    channels->row[static_cast<size_t>(kJointRow + j)] = table->add_channel({"joint", signal, unit, "joint", joint.name}, columns);
+    channels->row[static_cast<size_t>(kJointRow + j)] =
+        table->add_channel({"joint", signal, unit, "joint", joint.name}, columns);
   }
   if (log.has_effort[i] && log.has_law[i] && joint.actuated) {
     channels->servo[i] = table->add_channel({"servo", signal, unit, "joint", joint.name},
@@ -134,7 +138,8 @@ bool touches(const BodySample& at, const Contacts& contacts, size_t foot, size_t
   return std::abs(force - level.air) > kScrape * (level.stance - level.air);
 }
 
-// Samples as far before and after as the smoothing reaches: a foot that lands or lifts pushes before it counts as loaded.
+// Samples as far before and after as the smoothing reaches: a foot that lands or lifts pushes before it counts as
+// loaded.
 std::pair<size_t, size_t> find_reach(const BodySample& at) {
   const size_t reach = at.clip.edge;
   return {at.k > reach ? at.k - reach : 0, std::min(at.k + reach, at.clip.size() - 1)};
@@ -142,7 +147,8 @@ std::pair<size_t, size_t> find_reach(const BodySample& at) {
 
 }  // namespace
 
-BodyChannels add_body_channels(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table) {
+BodyChannels add_body_channels(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout,
+                               RowTable* table) {
   BodyChannels out;
   out.row.assign(static_cast<size_t>(kJointRow + layout.joints), -1);
   out.servo.assign(static_cast<size_t>(layout.joints), -1);
@@ -170,7 +176,9 @@ bool is_weight_known(const BodySample& at, const Contacts& contacts, const BodyC
 bool is_joint_known(const BodySample& at, const Contacts& contacts, int j) {
   const auto [before, after] = find_reach(at);
   const std::vector<std::string>& unknown = at.log.experiment->recordings[at.clip.recording].spec.unknown_force;
-  const auto is_unknown = [&](const std::string& name) { return std::find(unknown.begin(), unknown.end(), name) != unknown.end(); };
+  const auto is_unknown = [&](const std::string& name) {
+    return std::find(unknown.begin(), unknown.end(), name) != unknown.end();
+  };
   for (size_t f = 0; f < at.log.feet.size(); ++f) {
     const Foot& foot = at.log.feet[f];
     if (!is_above(at.log.tree, j + 1, foot.link)) continue;
@@ -178,7 +186,8 @@ bool is_joint_known(const BodySample& at, const Contacts& contacts, int j) {
     if (is_known(at.log, foot)) continue;
     const std::vector<char>& loaded = contacts.loaded[at.clip_index][f];
     if (loaded[before] || loaded[at.k] || loaded[after]) return false;
-    if (touches(at, contacts, f, before) || touches(at, contacts, f, at.k) || touches(at, contacts, f, after)) return false;
+    if (touches(at, contacts, f, before) || touches(at, contacts, f, at.k) || touches(at, contacts, f, after))
+      return false;
   }
   return !is_unknown(at.log.tree.joint(j).name);
 }

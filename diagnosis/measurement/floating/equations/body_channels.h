@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which equations of the body, of its joints and of its servos a log allows, and when they hold.
 //
-// The equations of the body and its joints are numbered by row: 0 to 5 are moments and forces of the whole body (row 3 is its
-// weight where feet tell no other force), 6 + j is the torque of joint j.
+// The equations of the body and its joints are numbered by row: 0 to 5 are moments and forces of the whole body (row 3
+// is its weight where feet tell no other force), 6 + j is the torque of joint j.
 #pragma once
 
-#include "diagnosis/measurement/floating/equations/body_sample.h"
 #include "diagnosis/measurement/floating/columns.h"
 #include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/equations/body_sample.h"
 #include "diagnosis/measurement/floating/row_table.h"
 
 namespace hrp::diagnosis::floating {
@@ -26,7 +26,8 @@ struct BodyChannels {
 };
 
 // Adds the channels with the columns that may change them.
-BodyChannels add_body_channels(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);
+BodyChannels add_body_channels(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout,
+                               RowTable* table);
 
 // Whether specific force and rate of the body come from the main IMU, so that its faults change all equations.
 bool uses_accelerometer(const LeggedLog& log);

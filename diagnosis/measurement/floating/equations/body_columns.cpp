@@ -23,7 +23,8 @@ void add_pull_on_link(const BodySample& at, const ColumnLayout& layout, int link
   const Vector3d place = at.motion.find_place(at.k);
   const Vector3d p = get_pose(at.motion.data(), link) * at.log.tree.links[static_cast<size_t>(link)].inertia.p_LLcm_L;
   for (int a = 0; a < 3; ++a) pull(at, link, p, a, 1, layout.pull(link, kPullColumn + a), rows);
-  const std::pair<int, int> by_place[] = {{0, 0}, {0, 1}, {1, 1}, {2, 0}, {2, 1}};  // axes of the force and of the place
+  const std::pair<int, int> by_place[] = {
+      {0, 0}, {0, 1}, {1, 1}, {2, 0}, {2, 1}};  // axes of the force and of the place
   for (int i = 0; i < 5; ++i) {
     const auto [axis, along] = by_place[i];
     const int column = layout.pull(link, kPullByPlaceColumn + i);
@@ -32,8 +33,8 @@ void add_pull_on_link(const BodySample& at, const ColumnLayout& layout, int link
   }
 }
 
-// Which of the five columns of a foot count at a sample of the clip: it is loaded, about to lift, just lifted, about to land,
-// just landed.
+// Which of the five columns of a foot count at a sample of the clip: it is loaded, about to lift, just lifted, about to
+// land, just landed.
 bool is_in_phase(const std::vector<char>& loaded, long i, long near, int which) {
   const auto n = static_cast<long>(loaded.size());
   const auto is = [&](long at) { return loaded[static_cast<size_t>(std::clamp(at, 0L, n - 1))] != 0; };
@@ -94,7 +95,8 @@ void add_drive_columns(const BodyEquations& equations, BodyRows* rows) {
     if (!rows->is_open(kJointRow + j)) continue;
     const Track& q = at.clip.position[i];
     const bool moves = !q.empty();
-    const double v = moves ? q.rate[at.k] : 0, a = moves ? q.second[at.k] : 0, way = moves ? equations.ways[i][at.k] : 0;
+    const double v = moves ? q.rate[at.k] : 0, a = moves ? q.second[at.k] : 0,
+                 way = moves ? equations.ways[i][at.k] : 0;
     const double effort = rows->nominal().measured(kJointRow + j);
     double rate = 0;
     if (at.log.has_effort[i]) {

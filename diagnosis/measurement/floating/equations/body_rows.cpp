@@ -4,7 +4,10 @@
 namespace hrp::diagnosis::floating {
 
 BodyRows::BodyRows(const BodyEquations& equations, const BodySample& sample)
-    : equations_(equations), at_(sample), normal_(find_normal(at_)), nominal_(calc_residuals(at_, equations.channels, normal_)) {
+    : equations_(equations),
+      at_(sample),
+      normal_(find_normal(at_)),
+      nominal_(calc_residuals(at_, equations.channels, normal_)) {
   const BodyChannels& channels = equations.channels;
   open_.assign(channels.row.size(), 0);
   for (int row = 0; row < kJointRow; ++row) {
@@ -18,7 +21,8 @@ BodyRows::BodyRows(const BodyEquations& equations, const BodySample& sample)
 
 void BodyRows::open(int row) {
   open_[static_cast<size_t>(row)] = 1;
-  equations_.table.begin_row(equations_.channels.row[static_cast<size_t>(row)], nominal_.y(row), nominal_.measured(row));
+  equations_.table.begin_row(equations_.channels.row[static_cast<size_t>(row)], nominal_.y(row),
+                             nominal_.measured(row));
 }
 
 void BodyRows::put_all(const Eigen::VectorXd& by_row, int column) {

@@ -53,8 +53,8 @@ class BodyRows {
 
 // Columns of links: mass, first moments and inertia.
 void add_link_columns(BodyEquations* equations, BodyRows* rows);
-// Columns of forces from outside, 1 N each. On links: constant in the world, and in proportion to the place of the body, with
-// a symmetric stiffness along the ground as a tether has. On feet: by the time from lifting and landing.
+// Columns of forces from outside, 1 N each. On links: constant in the world, and in proportion to the place of the
+// body, with a symmetric stiffness along the ground as a tether has. On feet: by the time from lifting and landing.
 void add_pull_columns(const BodyEquations& equations, BodyRows* rows);
 // Columns of drives: friction, rotor, gain, spring, lag, delay.
 void add_drive_columns(const BodyEquations& equations, BodyRows* rows);

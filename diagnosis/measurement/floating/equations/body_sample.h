@@ -41,7 +41,8 @@ Vector3d calc_force_below(const BodySample& at);
 // [N m] The moment about a link's origin that its parent passes on to it. After inverse dynamics.
 Vector3d calc_passed_moment(const BodySample& at, int link);
 
-// Along it the weight is compared where feet tell no other force: the mean of the soles' normals by load, or the vertical.
+// Along it the weight is compared where feet tell no other force: the mean of the soles' normals by load, or the
+// vertical.
 Vector3d find_normal(const BodySample& at);
 
 }  // namespace hrp::diagnosis::floating

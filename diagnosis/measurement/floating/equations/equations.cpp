@@ -5,13 +5,14 @@
 #include <cmath>
 
 #include "diagnosis/measurement/floating/equations/body_rows.h"
-#include "diagnosis/measurement/floating/foot_rows.h"
-#include "diagnosis/measurement/floating/imu_rows.h"
+#include "diagnosis/measurement/floating/equations/foot_rows.h"
+#include "diagnosis/measurement/floating/equations/imu_rows.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kCell = 0.04;      // [s] of a row: two or three deviations of the kernel, so that errors of neighbours are nearly free
+constexpr double kCell =
+    0.04;  // [s] of a row: two or three deviations of the kernel, so that errors of neighbours are nearly free
 constexpr double kSpacing = 0.008;  // [s] between the samples of a cell: the kernel passes nothing that is finer
 constexpr double kBlock = 0.5;      // [s] errors of different blocks are independent
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed above which dry friction has its full size
@@ -67,8 +68,8 @@ struct Cells {
 RowTable::Cell make_cell(const Clip& clip, const Cells& cells, size_t begin, int block, int phase) {
   double rough = 0;
   for (size_t i = 0; i < cells.count; ++i) rough += std::pow(clip.roughness[begin + i * cells.stride], 2);
-  return {clip.time[begin + cells.length() / 2], static_cast<int>(clip.recording), block, phase, clip.train,
-          static_cast<int>(cells.count), rough / static_cast<double>(cells.count)};
+  return {clip.time[begin + cells.length() / 2], static_cast<int>(clip.recording),        block, phase, clip.train,
+          static_cast<int>(cells.count),         rough / static_cast<double>(cells.count)};
 }
 
 // Adds a clip's rows. `block`: the first number that is free; blocks are numbered over all clips.

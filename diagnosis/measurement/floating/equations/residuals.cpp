@@ -38,7 +38,8 @@ BodyResiduals calc_residuals(const BodySample& at, const BodyChannels& channels,
   out.y = Eigen::VectorXd::Zero(kJointRow + n), out.tau.resize(model.nv());
   calc_inverse_dynamics(model, at.motion.vdot(), nullptr, &at.motion.data(), &out.tau);
   for (size_t s = 0; s < at.log.sensors.size(); ++s) {
-    project(at, channels, normal, read_wrench(at, static_cast<int>(s)), 1, [&](int row, double value) { out.y(row) += value; });
+    project(at, channels, normal, read_wrench(at, static_cast<int>(s)), 1,
+            [&](int row, double value) { out.y(row) += value; });
   }
   out.measured = out.y;
   out.load = out.tau.tail(n) - out.y.tail(n);

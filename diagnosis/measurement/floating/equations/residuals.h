@@ -24,7 +24,8 @@ std::vector<JointSides> find_sides(const BodySample& at, const Eigen::VectorXd& 
 
 // Calls put(row, value) for each equation that a wrench on a link is in. Joints between the link and the base see it.
 template <class Put>
-void project(const BodySample& at, const BodyChannels& channels, const Vector3d& normal, const PointWrench& w, double sign, const Put& put) {
+void project(const BodySample& at, const BodyChannels& channels, const Vector3d& normal, const PointWrench& w,
+             double sign, const Put& put) {
   const Vector3d about = w.moment + w.p.cross(w.force);
   for (int i = 0; i < 6 && channels.balances; ++i) put(i, sign * (i < 3 ? about(i) : w.force(i - 3)));
   if (channels.weighs) put(kWeightRow, sign * normal.dot(w.force));

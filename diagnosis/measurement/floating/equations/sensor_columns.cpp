@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Columns of faults of force sensors and of the main IMU, whose readings enter all equations of the body. Each fault changes
-// a reading to first order: a factor adds the reading, a zero adds a unit, a turn by the vector a adds -a x reading, a delay
-// subtracts the reading's rate.
+// Columns of faults of force sensors and of the main IMU, whose readings enter all equations of the body. Each fault
+// changes a reading to first order: a factor adds the reading, a zero adds a unit, a turn by the vector a adds -a x
+// reading, a delay subtracts the reading's rate.
 #include "common/multibody/kinematics.h"
 #include "diagnosis/measurement/floating/equations/body_rows.h"
 
@@ -63,7 +63,8 @@ void add_accelerometer_columns(const BodyEquations& equations, BodyRows* rows) {
   const int imu = BodyMotion::find_main_imu(at.log);
   const ImuSensor& sensor = at.log.imus[static_cast<size_t>(imu)];
   const Track* accelerometer = at.clip.imus[static_cast<size_t>(imu)].accelerometer;
-  const Eigen::MatrixXd slope = calc_slope_by_specific_force(*rows, get_pose(at.motion.data(), sensor.link).R * sensor.R_LI);
+  const Eigen::MatrixXd slope =
+      calc_slope_by_specific_force(*rows, get_pose(at.motion.data(), sensor.link).R * sensor.R_LI);
   const auto add = [&](const Vector3d& change, int c) {
     const Eigen::VectorXd d = slope * change;
     const int column = equations.layout.imu(imu, c);

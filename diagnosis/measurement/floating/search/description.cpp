@@ -17,13 +17,15 @@ constexpr double kConfirmed = 0.25;
 
 // Whether the effect is a zero of one of several force sensors.
 bool is_one_zero_of_many(const SearchState& state, const Candidate& c) {
-  if (c.place < 0 || c.place >= state.layout.sensors || state.layout.sensors < 2 || c.terms.empty() || c.terms[0].empty()) return false;
+  if (c.place < 0 || c.place >= state.layout.sensors || state.layout.sensors < 2 || c.terms.empty() ||
+      c.terms[0].empty())
+    return false;
   const int column = c.terms[0][0].first, first = state.layout.sensor(c.place, kForceBiasColumn);
   return column >= first && column < first + 3;
 }
 
-// Whether all equations but the one that shows an effect most ask for it in the same size, from half to twice. The sum of
-// the feet's forces tells how large a zero is, and not whose. Their moments about the base tell whose.
+// Whether all equations but the one that shows an effect most ask for it in the same size, from half to twice. The sum
+// of the feet's forces tells how large a zero is, and not whose. Their moments about the base tell whose.
 bool is_confirmed_elsewhere(const SearchState& state, size_t effect, size_t channel) {
   const Eigen::VectorXd x = state.chosen.get(effect);
   const auto [all, covariance] = state.fitter.fit_without(state.chosen.effects, channel);

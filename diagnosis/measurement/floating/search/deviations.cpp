@@ -11,8 +11,8 @@ namespace {
 
 using PartFit = LeggedFitter::PartFit;
 
-// Variance of a coefficient by what recordings differ by: the parts' differences from the whole, each with its share of the
-// information, widened because there are few parts.
+// Variance of a coefficient by what recordings differ by: the parts' differences from the whole, each with its share of
+// the information, widened because there are few parts.
 double calc_variance_between(const std::vector<PartFit>& parts, double value, long k) {
   double weighted = 0;
   for (const PartFit& p : parts) weighted += std::pow(p.weight(k) * (p.x(k) - value), 2);

@@ -10,8 +10,8 @@ namespace hrp::diagnosis::floating {
 // where that is larger. They tell whether the effect may be none.
 Eigen::VectorXd calc_scatter(const SearchState& state, const LeggedFit& fit, size_t effect);
 
-// Deviations that a report states: the robust covariance, widened to what recordings differ by (random effects), and what
-// the equations are exact to.
+// Deviations that a report states: the robust covariance, widened to what recordings differ by (random effects), and
+// what the equations are exact to.
 Eigen::VectorXd calc_deviation(const SearchState& state, const LeggedFit& fit, size_t effect);
 
 // Standard deviation of an effect's first coefficient over recordings, relative to the coefficient.

@@ -35,15 +35,15 @@ double calc_certainty(const FoundEffect& f) {
     square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
   }
   // One core coefficient that is sure is enough: a sole may give about one axis alone.
-  const std::vector<long>& core = f.effect.core;
+  const std::vector<long>& core = f.effect.law->core;
   for (size_t k = 1; k < core.size(); ++k) {
     square = std::max(square, std::pow(f.x(core[k]) / std::max(1e-300, f.std(core[k])), 2));
   }
   return std::sqrt(square);
 }
 
-// An effect that may be none, because recordings differ by as much as its size, is not claimed. The least certain one goes.
-// It is not banned if it is listed: with another set of effects it may be certain.
+// An effect that may be none, because recordings differ by as much as its size, is not claimed. The least certain one
+// goes. It is not banned if it is listed: with another set of effects it may be certain.
 bool drop_unsure(const std::vector<FoundEffect>& found, SearchState* state) {
   size_t worst = found.size();
   double least = kSure;
@@ -58,14 +58,15 @@ bool drop_unsure(const std::vector<FoundEffect>& found, SearchState* state) {
   return true;
 }
 
-// An effect that takes less than half of its equation's mismatch, where more than half is left, may stand in for the cause of
-// all of it. The one with the smallest share goes. Effects that every drive and sensor has may stay beside another cause.
+// An effect that takes less than half of its equation's mismatch, where more than half is left, may stand in for the
+// cause of all of it. The one with the smallest share goes. Effects that every drive and sensor has may stay beside
+// another cause.
 bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
   size_t worst = found.size();
   double least = kHalf;
   for (size_t i = 0; i < found.size(); ++i) {
     const FoundEffect& f = found[i];
-    if (!f.effect.is_listed() || is_expected(f.effect.effect)) continue;
+    if (!f.effect.is_listed() || is_expected(f.effect.info())) continue;
     const double left = get_left(*state, f.channel), exact = std::pow(state->fitter.find_exactness(f.channel), 2);
     if (left > kHalf * get_nominal(*state, f.channel) && left > exact && f.share < least) least = f.share, worst = i;
   }
@@ -74,8 +75,8 @@ bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
   return true;
 }
 
-// An error of a clock or of a mounting explains the effect as well, and it is smaller than clocks and mountings are known.
-// Then there is no mismatch to report.
+// An error of a clock or of a mounting explains the effect as well, and it is smaller than clocks and mountings are
+// known. Then there is no mismatch to report.
 bool drop_known(const std::vector<FoundEffect>& found, SearchState* state) {
   const auto is_little = [](const Rival& r) { return r.effect.calc_size(r.x) < r.effect.known; };
   for (size_t i = 0; i < found.size(); ++i) {
@@ -126,7 +127,7 @@ bool drop_unsteady(SearchState* state) {
   for (size_t i = 0; i < chosen.effects.size(); ++i) {
     if (!chosen.effects[i].is_listed()) continue;
     const std::vector<Regime> regimes = list_regimes(state->fitter, chosen, i, state->layout);
-    if (is_steady(regimes) && (is_expected(chosen.effects[i].effect) || is_alike(regimes))) continue;
+    if (is_steady(regimes) && (is_expected(chosen.effects[i].info()) || is_alike(regimes))) continue;
     const LeggedFit rest = fit_without(*state, i);
     const double gain = calc_total_gain(*state, rest, chosen);
     if (gain < least) least = gain, worst = i, channel = find_main_channel(*state, rest, chosen);
@@ -137,7 +138,8 @@ bool drop_unsteady(SearchState* state) {
 }
 
 bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
-  return drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) || drop_forced(found, state);
+  return drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
+         drop_forced(found, state);
 }
 
 }  // namespace hrp::diagnosis::floating

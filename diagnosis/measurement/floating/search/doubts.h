@@ -7,8 +7,8 @@
 
 namespace hrp::diagnosis::floating {
 
-// A law has one size in all regimes: in each phase of walking, in calm and in rough rows. Of the effects that have not, the
-// one with the smallest gain goes. False: there is none.
+// A law has one size in all regimes: in each phase of walking, in calm and in rough rows. Of the effects that have not,
+// the one with the smallest gain goes. False: there is none.
 bool drop_unsteady(SearchState* state);
 
 // Drops by the rules that need the description of what was chosen. False: all effects hold.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/measurement/floating/candidate_laws.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
 
@@ -28,8 +30,8 @@ size_t find_main_channel(const SearchState& state, const LeggedFit& without, con
   size_t best = 0;
   double most = -1e300;
   for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
-    const double gain = state.fitter.calc_gain(Part::kHeld, c, without, with) +
-                        state.fitter.calc_gain(Part::kTrain, c, without, with);
+    const double gain =
+        state.fitter.calc_gain(Part::kHeld, c, without, with) + state.fitter.calc_gain(Part::kTrain, c, without, with);
     if (gain > most) most = gain, best = c;
   }
   return best;
@@ -42,7 +44,7 @@ double calc_share(const SearchState& state, const LeggedFit& without, const Legg
 }
 
 bool is_large_enough(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel) {
-  const double worth = with.effects.back().worth;
+  const double worth = with.effects.back().law->worth;
   if (worth <= 0) return true;
   const double gone = without.mean_square[1][channel] - with.mean_square[1][channel];
   return std::sqrt(std::max(0.0, gone)) > worth * state.fitter.channels()[channel].scale;

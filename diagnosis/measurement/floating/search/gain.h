@@ -7,6 +7,8 @@
 
 namespace hrp::diagnosis::floating {
 
+// What an effect must gain on held-out rows [n log].
+constexpr double kLeastHeldGain = 4;
 // Share of its equation's held-out mismatch (mean square) that an effect must take away.
 constexpr double kLeastShare = 0.1;
 // Two gains that differ by less do not decide between two effects [n log].
@@ -27,11 +29,11 @@ size_t find_main_channel(const SearchState& state, const LeggedFit& without, con
 double calc_share(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
 
 // Whether the last effect of `with` takes away enough in comparison with the spread of the equation's signal
-// (Candidate::worth).
+// (CandidateLaw::worth).
 bool is_large_enough(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
 
-// Whether an effect is larger than its least size and than chance would make it, in all rows together. The limit is low:
-// the gain on held-out rows is the strict test.
+// Whether an effect is larger than its least size and than chance would make it, in all rows together. The limit is
+// low: the gain on held-out rows is the strict test.
 bool is_significant(const SearchState& state, const LeggedFit& fit, size_t effect);
 
 }  // namespace hrp::diagnosis::floating

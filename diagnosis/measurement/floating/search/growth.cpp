@@ -11,8 +11,7 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr size_t kMostEffects = 24;  // far more than any recording has shown
-constexpr double kStay = 0.6;        // share of its cost and of the held-out gain that an effect must keep to stay
-constexpr double kHeldGain = 4;      // [n log] on held-out rows, as for a new effect
+constexpr double kStay = 0.6;  // share of its cost and of the least held-out gain that an effect must keep to stay
 
 // Adds the first of these candidates, best first, that takes a share of its equation's mismatch and is not chance.
 bool add_best(const std::vector<LeggedTrial>& trials, double least_share, SearchState* state) {
@@ -39,7 +38,7 @@ bool is_needed(const SearchState& state, size_t effect, const LeggedFit& rest) {
   const Candidate& c = chosen.effects[effect];
   const double gain = state.fitter.calc_gain(Part::kTrain, rest, chosen) - kStay * calc_cost(c);
   const double held = state.fitter.calc_gain(Part::kHeld, rest, chosen);
-  const bool wins = gain + held > 0 && held > kStay * kHeldGain;
+  const bool wins = gain + held > 0 && held > kStay * kLeastHeldGain;
   if (!wins || !is_sensible(c, chosen.get(effect), state.reach)) return false;
   const size_t channel = find_main_channel(state, rest, chosen);
   const bool matters = !c.is_listed() || calc_share(state, rest, chosen, channel) > kLeastShare;
@@ -94,14 +93,14 @@ bool merge_two(size_t first, size_t second, SearchState* state) {
   return true;
 }
 
-// Replaces two effects of one family, such as masses of two links, by a single one that wins as much. The first of them was
-// chosen while the other was not known.
+// Replaces two effects of one family, such as masses of two links, by a single one that wins as much. The first of them
+// was chosen while the other was not known.
 bool merge_any(SearchState* state) {
   const std::vector<Candidate>& chosen = state->chosen.effects;
   for (size_t i = 0; i < chosen.size(); ++i) {
     for (size_t k = i + 1; k < chosen.size(); ++k) {
       if (!chosen[i].is_listed() || !chosen[k].is_listed()) continue;
-      if (get_effect(chosen[i].effect).family != get_effect(chosen[k].effect).family) continue;
+      if (chosen[i].info().family != chosen[k].info().family) continue;
       if (merge_two(i, k, state)) return true;
     }
   }

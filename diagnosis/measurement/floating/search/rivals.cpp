@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/search/deviations.h"
 #include "diagnosis/measurement/floating/search/gain.h"
 #include "diagnosis/measurement/floating/search/trials.h"
@@ -10,16 +11,17 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kStrong = 3;   // times the gain of what was found, on fitted rows alone
-constexpr long kMostPlaces = 6; // of one effect in a list of rivals
-// Squared correlation of what two laws predict: above it, what no law holds (damping, links that bend) is larger than what
-// the two laws differ by.
+constexpr double kStrong = 3;    // times the gain of what was found, on fitted rows alone
+constexpr long kMostPlaces = 6;  // of one effect in a list of rivals
+// Squared correlation of what two laws predict: above it, what no law holds (damping, links that bend) is larger than
+// what the two laws differ by.
 constexpr double kAlike = 0.8;
 
-bool is_same_place(const Candidate& a, const Candidate& b) { return a.effect == b.effect && a.where == b.where; }
+bool is_same_effect(const Candidate& a, const Candidate& b) { return a.law->effect == b.law->effect; }
+bool is_same_finding(const Candidate& a, const Candidate& b) { return is_same_effect(a, b) && a.where == b.where; }
 
-// Whether a candidate wins far more on fitted rows than what was found, and loses nothing on held-out rows. It may be the
-// cause although held-out rows do not confirm it.
+// Whether a candidate wins far more on fitted rows than what was found, and loses nothing on held-out rows. It may be
+// the cause although held-out rows do not confirm it.
 bool is_strong(const SearchState& state, const LeggedFit& rest, const LeggedTrial& t, double gain) {
   if (t.held <= 0 || t.gain <= kStrong * gain) return false;
   const size_t channel = find_main_channel(state, rest, t.fit);
@@ -38,12 +40,14 @@ Rival make_rival(const SearchState& state, const LeggedFit& with, double gain, c
   return {with.effects[at], with.get(at), calc_deviation(state, with, at), found.gain - gain};
 }
 
-// Adds the other laws of how far a link is from its encoder. A leg that stands bears a torque of one sign and of about one
-// size. There these laws predict about the same, and gains do not decide between them.
-void add_other_departures(const SearchState& state, const LeggedFit& rest, const FoundEffect& found, std::vector<Rival>* rivals) {
+// Adds the other laws of how far a link is from its encoder. A leg that stands bears a torque of one sign and of about
+// one size. There these laws predict about the same, and gains do not decide between them.
+void add_other_departures(const SearchState& state, const LeggedFit& rest, const FoundEffect& found,
+                          std::vector<Rival>* rivals) {
   for (const Candidate& c : state.candidates) {
-    if (!leaves_encoder(state.layout, c) || c.where != found.effect.where || c.effect == found.effect.effect) continue;
-    const bool listed = std::any_of(rivals->begin(), rivals->end(), [&](const Rival& r) { return is_same_place(r.effect, c); });
+    if (!leaves_encoder(state.layout, c) || c.where != found.effect.where || is_same_effect(c, found.effect)) continue;
+    const bool listed =
+        std::any_of(rivals->begin(), rivals->end(), [&](const Rival& r) { return is_same_finding(r.effect, c); });
     if (listed || state.fitter.calc_overlap(found.effect, c) < kAlike) continue;
     std::vector<Candidate> effects = rest.effects;
     effects.push_back(c);
@@ -62,9 +66,10 @@ std::vector<Rival> list_rivals(const SearchState& state, const LeggedFit& rest, 
   const auto is_kept = [&](const LeggedTrial& t) { return is_confirmed(t) || is_strong(state, rest, t, found.gain); };
   for (const LeggedTrial& t : list_trials(state, rest, Pool::kListed, is_kept)) {
     const double gain = t.gain + t.held + calc_cost(t.added());
-    if (gain < least || is_same_place(t.added(), found.effect)) continue;
+    if (gain < least || is_same_finding(t.added(), found.effect)) continue;
     // Links that move alike share a load in many places. These must not crowd out effects of other kinds.
-    const auto alike = std::count_if(out.begin(), out.end(), [&](const Rival& r) { return r.effect.effect == t.added().effect; });
+    const auto alike =
+        std::count_if(out.begin(), out.end(), [&](const Rival& r) { return is_same_effect(r.effect, t.added()); });
     if (alike < kMostPlaces) out.push_back(make_rival(state, t.fit, gain, found));
   }
   if (leaves_encoder(state.layout, found.effect)) add_other_departures(state, rest, found, &out);

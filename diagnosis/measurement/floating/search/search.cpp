@@ -30,8 +30,8 @@ LeggedOutcome search_legged(LeggedFitter* fitter, const std::vector<Candidate>& 
                             double reach, const Say& say) {
   SearchState state{*fitter, candidates, layout, reach, say, {}, {}, {}, {}};
   std::vector<FoundEffect> effects = find_effects(&state);
-  // Rows at impacts normally weigh little. An effect that needs large accelerations, such as the rotor of a knee, may show
-  // in those rows alone.
+  // Rows at impacts normally weigh little. An effect that needs large accelerations, such as the rotor of a knee, may
+  // show in those rows alone.
   if (effects.empty()) {
     fitter->count_impacts(true);
     settle({}, &state);

@@ -27,14 +27,14 @@ struct Rival {
 struct FoundEffect {
   Candidate effect;
   Eigen::VectorXd x;
-  Eigen::VectorXd std;         // of x: chance, differences between recordings, and what the equations are exact to
-  Eigen::VectorXd scatter;     // of x: chance and differences between recordings alone
-  double gain = 0;             // n log of what is left without the effect over what is left with it, all rows
-  double share = 0;            // of its equation's held-out mismatch that the effect takes away, 0 to 1
-  double spread = 0;           // of the first value over the recordings, relative to the value
-  size_t channel = 0;          // the equation that shows it most
+  Eigen::VectorXd std;      // of x: chance, differences between recordings, and what the equations are exact to
+  Eigen::VectorXd scatter;  // of x: chance and differences between recordings alone
+  double gain = 0;          // n log of what is left without the effect over what is left with it, all rows
+  double share = 0;         // of its equation's held-out mismatch that the effect takes away, 0 to 1
+  double spread = 0;        // of the first value over the recordings, relative to the value
+  size_t channel = 0;       // the equation that shows it most
   std::vector<Rival> rivals;
-  bool sums_up = false;        // a sensor's zero that only the sum of all feet's forces shows: any other foot may have it
+  bool sums_up = false;  // a sensor's zero that only the sum of all feet's forces shows: any other foot may have it
 };
 
 struct LeggedOutcome {

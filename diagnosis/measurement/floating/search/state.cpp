@@ -8,16 +8,16 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr int kPlaceRounds = 4;  // of fits about the place of a mass: each is exact about the last one's place
-constexpr int kWeightRounds = 4; // of weights: they change by a few percent in the last one
+constexpr int kPlaceRounds = 4;   // of fits about the place of a mass: each is exact about the last one's place
+constexpr int kWeightRounds = 4;  // of weights: they change by a few percent in the last one
 
 // Takes the terms of a mass about the place that a fit has found. False: its terms need no place, or none is possible.
 bool place_mass(const SearchState& state, const Eigen::VectorXd& x, Candidate* effect) {
   return effect->law->refine && effect->law->refine(state.layout, x, state.reach, effect);
 }
 
-// Bans chosen effects with a column that is noise alone by the present weights, and returns the others. It happens when an
-// effect explains the mismatch of rough rows: they gain weight then, and their columns are the noisiest.
+// Bans chosen effects with a column that is noise alone by the present weights, and returns the others. It happens when
+// an effect explains the mismatch of rough rows: they gain weight then, and their columns are the noisiest.
 std::vector<Candidate> ban_without_information(SearchState* state) {
   std::vector<Candidate> told;
   for (const Candidate& c : state->chosen.effects) {
@@ -33,11 +33,12 @@ std::vector<Candidate> ban_without_information(SearchState* state) {
 }  // namespace
 
 bool is_same(const Candidate& a, const Candidate& b) {
-  return a.effect == b.effect && a.law->unlisted == b.law->unlisted && a.where == b.where;
+  return a.law->effect == b.law->effect && a.law->unlisted == b.law->unlisted && a.where == b.where;
 }
 
 bool is_banned(const SearchState& state, const Candidate& candidate) {
-  return std::any_of(state.banned.begin(), state.banned.end(), [&](const Candidate& b) { return is_same(b, candidate); });
+  return std::any_of(state.banned.begin(), state.banned.end(),
+                     [&](const Candidate& b) { return is_same(b, candidate); });
 }
 
 LeggedFit fit_effects(const SearchState& state, std::vector<Candidate> effects) {
@@ -69,7 +70,7 @@ void settle(const std::vector<Candidate>& effects, SearchState* state) {
 
 void say_of(const SearchState& state, const std::string& what, const Candidate& candidate) {
   if (!state.say) return;
-  const std::string name = candidate.is_listed() ? get_effect(candidate.effect).name : candidate.law->unlisted;
+  const std::string name = candidate.is_listed() ? candidate.info().name : candidate.law->unlisted;
   state.say(what + " " + name + " at " + candidate.where.dump());
 }
 

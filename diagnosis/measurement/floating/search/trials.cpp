@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search/gain.h"
 
@@ -11,16 +10,15 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kFittedGain = 3;  // [n log] that a candidate wins at least on fitted rows, before its cost
-constexpr double kHeldGain = 4;    // [n log] and on held-out rows
 
 // Two effects of one family at one place, such as a wrong mass and a load of a link, would share what one explains.
 bool is_same_kind(const Candidate& a, const Candidate& b) {
   return a.is_listed() && b.is_listed() && a.where == b.where && a.place == b.place &&
-         get_effect(a.effect).family == get_effect(b.effect).family;
+         a.info().family == b.info().family;
 }
 
-// A free law without the terms whose columns are noise alone. A robot that never moves sideways shows no change of a force
-// with its sideways place.
+// A free law without the terms whose columns are noise alone. A robot that never moves sideways shows no change of a
+// force with its sideways place.
 Candidate keep_told(const SearchState& state, Candidate c) {
   const std::vector<Terms> all = c.terms;
   std::vector<Terms> told;
@@ -57,7 +55,7 @@ std::vector<LeggedTrial> try_each(const SearchState& state, const LeggedFit& bas
 }  // namespace
 
 bool is_confirmed(const LeggedTrial& t) {
-  return t.gain + calc_cost(t.added()) > kFittedGain && t.held > kHeldGain && t.gain + t.held > 0;
+  return t.gain + calc_cost(t.added()) > kFittedGain && t.held > kLeastHeldGain && t.gain + t.held > 0;
 }
 
 std::vector<LeggedTrial> list_trials(const SearchState& state, const LeggedFit& base, Pool pool,
@@ -66,9 +64,8 @@ std::vector<LeggedTrial> list_trials(const SearchState& state, const LeggedFit& 
   for (LeggedTrial& t : try_each(state, base, pool)) {
     if (is_kept(t)) out.push_back(std::move(t));
   }
-  std::stable_sort(out.begin(), out.end(), [](const LeggedTrial& a, const LeggedTrial& b) {
-    return a.gain + a.held > b.gain + b.held;
-  });
+  std::stable_sort(out.begin(), out.end(),
+                   [](const LeggedTrial& a, const LeggedTrial& b) { return a.gain + a.held > b.gain + b.held; });
   return out;
 }
 
@@ -80,8 +77,8 @@ std::vector<LeggedTrial> list_lasting(const SearchState& state) {
   std::vector<LeggedTrial> out;
   for (LeggedTrial& t : try_each(state, state.chosen, Pool::kListed)) {
     const size_t channel = find_main_channel(state, state.chosen, t.fit);
-    // Where a dropped effect helped an equation, all others would be tried there in turn. Soles lie a little askew all the
-    // time, which is no effect.
+    // Where a dropped effect helped an equation, all others would be tried there in turn. Soles lie a little askew all
+    // the time, which is no effect.
     const bool tried = std::find(state.unsteady.begin(), state.unsteady.end(), channel) != state.unsteady.end();
     if (tried || is_of_soles(state.fitter.channels()[channel].info)) continue;
     if (t.held <= 0 || calc_share(state, state.chosen, t.fit, channel) < kLastingShare) continue;

@@ -24,9 +24,9 @@ TEST(LeggedColumns, InertiaOfAMassThatLiesElsewhereIsExact) {
   const Experiment e = make_biped({});
   const LeggedLog log = make_legged_log(e, Half::kEven);
   const ColumnLayout at(log);
-  const std::vector<Candidate> all = list_candidates(log, find_contacts(log), at);
+  const std::vector<Candidate> all = list_candidates(log, at);
   const auto moved = std::find_if(all.begin(), all.end(), [](const Candidate& c) {
-    return c.effect == EffectId::kComError && c.where.at("link") == "l_thigh";
+    return c.law == &get_laws().com_error && c.where.at("link") == "l_thigh";
   });
   ASSERT_NE(moved, all.end());
   const Vector3d d(0.02, -0.03, 0.05), c = moved->center;
@@ -133,7 +133,7 @@ TEST(LeggedFit, PlayAndGiveAreAsAlikeAsTorquesAreOfOneSize) {
 
 TEST(LeggedLaws, AGiveThatMayBeNoneHasNoStiffness) {
   const Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 4e-5), sure = 0.1 * x, unsure = 0.6 * x;
-  const CandidateLaw& give = get_give_law();
+  const CandidateLaw& give = get_laws().elasticity;
   ASSERT_EQ(give.make_estimates({}, x, sure).size(), 1u);
   EXPECT_DOUBLE_EQ(give.make_estimates({}, x, sure)[0].value[0], 25000);
   EXPECT_TRUE(give.make_estimates({}, x, unsure).empty()) << "4e-5 +- 4.7e-5 rad/(N m), two deviations";

@@ -2,6 +2,7 @@
 // Rows of equations, as recordings give them: from even and from odd samples.
 #pragma once
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,11 +57,14 @@ inline double get_mixed_roughness(int i) { return 1.0 + 0.001 * (i % 7); }
 
 // An effect at a joint, of which a report would tell the first coefficient.
 inline Candidate make_candidate(EffectId effect, const char* joint, std::vector<Terms> terms) {
-  static const CandidateLaw law{[](const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+  static std::map<EffectId, CandidateLaw> laws;
+  CandidateLaw& law = laws[effect];
+  law.effect = effect;
+  law.make_estimates = [](const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
     return std::vector<Estimate>{{"value", "1", {x(0)}, {std(0)}, false}};
-  }};
+  };
   Candidate c;
-  c.effect = effect, c.law = &law, c.where = {{"joint", joint}}, c.terms = std::move(terms);
+  c.law = &law, c.where = {{"joint", joint}}, c.terms = std::move(terms);
   return c;
 }
 

@@ -25,7 +25,7 @@ TEST(LeggedSearch, AnEffectThatLosesItsInformationTakesNoOtherWithIt) {
                                      {make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}}),
                                       make_candidate(EffectId::kSpring, "A", {{{0, 1.0}}, {{1, 1.0}}})});
   ASSERT_EQ(found.chosen.effects.size(), 1u);
-  EXPECT_EQ(found.chosen.effects[0].effect, EffectId::kRotorInertia);
+  EXPECT_EQ(found.chosen.effects[0].law->effect, EffectId::kRotorInertia);
   EXPECT_NEAR(found.chosen.x(0), 100, 1);
 }
 
@@ -67,7 +67,7 @@ bool is_first_listed(double listed, double free) {
     });
   }
   Candidate hold = make_candidate(EffectId::kNamed, "A", {{{1, 1.0}}});
-  hold.law = &get_hold_law();
+  hold.law = &get_laws().hold;
   const LeggedOutcome out = search(rows.merge(), 2, {make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), hold});
   return !out.effects.empty() && out.effects[0].effect.is_listed();
 }
