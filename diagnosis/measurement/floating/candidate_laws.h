@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the coefficients of a candidate mean: parameters as the table of effects names them, values that can be, and terms
-// about the values that were found where an effect is not linear in them.
+// The table of laws that the search of a legged robot can name. Each row is an effect of the table of effects
+// (common/effects), and what this engine adds to it: which values are possible here, and what the coefficients of its
+// columns mean. Rules about single effects, such as what looks like what, refer to the rows.
 #pragma once
 
 #include "diagnosis/measurement/floating/candidates.h"
@@ -8,27 +9,42 @@
 namespace hrp::diagnosis::floating {
 
 struct CandidateLaw {
-  // Parameters as the report has them; none: no value is told.
-  std::vector<Estimate> (*make_estimates)(const Candidate& candidate, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
-  // Whether the values can be; a load lies within `reach` [m] of its link's origin. Null: all can.
+  // Parameters as the report has them; empty: no value is told.
+  std::vector<Estimate> (*make_estimates)(const Candidate& candidate, const Eigen::VectorXd& x,
+                                          const Eigen::VectorXd& std);
+  EffectId effect = EffectId::kNamed;
+  bool vector = false;            // coefficients are axes of one quantity, where there are several
+  bool positive = false;          // the first coefficient cannot be negative
+  double least = 0;               // what the first coefficient must exceed to be worth a name
+  double low = -1e9, high = 1e9;  // of the first coefficient
+  double worth = 0;               // share of an equation's spread that it must take away
+  // Coefficients by which it is certain and of one size in all regimes; none: those of its kind.
+  std::vector<long> core{};
+  // Whether the values are possible; a load lies within `reach` [m] of its link's origin. Null: all are.
   bool (*is_sensible)(const Candidate& candidate, const Eigen::VectorXd& x, double reach) = nullptr;
-  // The candidate with its terms taken about the values x, so that they are exact there; false: x has no place that can
-  // be. Null: the terms are exact everywhere.
+  // Takes the terms about the values x, where they are exact then; false: x has no place that is possible. Null: the
+  // terms are exact everywhere.
   bool (*refine)(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate) = nullptr;
-  // Of physics that the table of effects does not hold, and no scenario therefore: completes "hip_yaw: ". Null: a row of it.
+  // A free law: physics that the table of effects does not hold, so that no scenario can. Completes "hip_yaw: ".
   const char* unlisted = nullptr;
+
+  const EffectInfo& info() const { return get_effect(effect); }  // of a law that is listed
 };
 
-const CandidateLaw& get_plain_law();    // parameter = its neutral value + coefficient
-const CandidateLaw& get_angle_law();    // the same, for angles that are small
-const CandidateLaw& get_load_law();     // mass, mass times place
-const CandidateLaw& get_moved_law();    // by how far a link's mass lies elsewhere
-const CandidateLaw& get_spring_law();   // stiffness, -stiffness times rest
-const CandidateLaw& get_give_law();     // 1 / stiffness of a transmission
-const CandidateLaw& get_bush_law();     // a flat sole: 1 / stiffness and damping / stiffness about two axes and along z
-const CandidateLaw& get_point_law();    // a foot that touches in a point: 1 / stiffness along z
-const CandidateLaw& get_bend_law();     // unlisted: 1 / stiffness about two axes across a joint
-const CandidateLaw& get_pull_law();     // unlisted: a force in world axes, and how it changes with the place
-const CandidateLaw& get_hold_law();     // unlisted: downward forces on a foot, by time from lifting and landing
+struct LawTable {
+  // Of a link.
+  CandidateLaw payload, mass_error, com_error;
+  // Of a joint: its encoder, its transmission, its friction, its drive.
+  CandidateLaw joint_offset, backlash, elasticity;
+  CandidateLaw viscous, coulomb, load_friction, rotor_inertia;
+  CandidateLaw torque_constant, spring, lag, delay;
+  // Of a sensor.
+  CandidateLaw sensor_bias, sensor_scale, sensor_delay, sensor_misalignment;
+  // Of a foot: a flat sole, or a foot that touches in a point. Of the ground.
+  CandidateLaw flat_sole, point_foot, ground_slope;
+  // Free laws of a joint, a link, a foot.
+  CandidateLaw bend, pull, hold;
+};
+const LawTable& get_laws();
 
 }  // namespace hrp::diagnosis::floating

@@ -10,71 +10,53 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kMounting = 0.01;    // [rad] to which force sensors are screwed on
-constexpr double kSpringShare = 0.02;  // of a joint's torque's spread that a spring must give: rigid models miss a little that follows the position
-constexpr double kInstant = 0.1;       // of a period: within it, nobody knows when the sensors of one row were read
-constexpr double kThick = 0.03;        // [m] of housings about joints, at least
-constexpr double kSmallScale = 0.005;  // a factor nearer to 1 than this is within what scales and models are known to
+constexpr double kMounting = 0.01;  // [rad] to which force sensors are screwed on
+constexpr double kInstant = 0.1;    // of a sample time: nobody knows more exactly when the sensors of one row were read
+constexpr double kThick = 0.03;     // [m] of housings about joints, at least
+constexpr double kSmallMass = 0.005;  // of the robot's mass: models are no better
+constexpr double kSmallShare = 0.02;  // of a link's own mass
+
+// Coefficients that multiply one column each.
+std::vector<Terms> list_columns(int first, int count) {
+  std::vector<Terms> out;
+  for (int c = 0; c < count; ++c) out.push_back({{first + c, 1.0}});
+  return out;
+}
+
+std::vector<Terms> list_axes(int first) { return list_columns(first, 3); }
 
 class Lister {
  public:
-  Lister(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout)
-      : log_(log), contacts_(contacts), at_(layout) {}
+  Lister(const LeggedLog& log, const ColumnLayout& layout) : log_(log), at_(layout) {}
 
   std::vector<Candidate> run() {
     for (int l = 0; l < at_.links; ++l) add_link(l);
     for (int j = 0; j < at_.joints; ++j) add_joint(j);
     for (int s = 0; s < at_.sensors; ++s) add_sensor(s);
-    add_all_sensors();
+    if (at_.sensors > 1) add_all_sensors();
     for (int i = 0; i < at_.imus; ++i) add_imu(i);
     for (int f = 0; f < at_.feet; ++f) add_foot(f);
-    Candidate& slope = add(EffectId::kGroundSlope, {{"ground", "ground"}}, -1, {{{at_.slope(0), 1.0}}, {{at_.slope(1), 1.0}}});
-    slope.vector = true, slope.law = &get_angle_law();
-    add_unlisted();
+    add(laws_.ground_slope, {{"ground", "ground"}}, -1, {{{at_.slope(0), 1.0}}, {{at_.slope(1), 1.0}}});
+    add_free_laws();
     return std::move(out_);
   }
 
  private:
-  // Free laws: physics outside the table, with as many coefficients as equations can tell. No effect is named for what they
-  // explain better.
-  void add_unlisted() {
-    const auto add_all = [&](const CandidateLaw& law, const Where& where, int place, int first, int count) {
-      Candidate free;
-      free.law = &law, free.where = where, free.place = place, free.vector = true;
-      for (int c = 0; c < count; ++c) free.terms.push_back({{first + c, 1.0}});
-      out_.push_back(std::move(free));
-    };
-    for (int j = 0; j < at_.joints; ++j) {
-      if (log_.has_position[static_cast<size_t>(j)] && may_bend(log_, j)) add_all(get_bend_law(), {{"joint", log_.tree.joint(j).name}}, j, at_.joint(j, kBendColumn), 2);
-    }
-    for (int l : list_pulled_links(log_)) add_all(get_pull_law(), {{"link", log_.tree.links[static_cast<size_t>(l)].name}}, l, at_.pull(l, 0), kPullColumns);
-    for (int f = 0; f < at_.feet; ++f) add_all(get_hold_law(), {{"foot", log_.feet[static_cast<size_t>(f)].name}}, f, at_.foot(f, kHoldColumn), kHolds);
-  }
-
-  Candidate& add(EffectId effect, Where where, int place, std::vector<Terms> terms) {
+  Candidate& add(const CandidateLaw& law, Where where, int place, std::vector<Terms> terms) {
     Candidate c;
-    c.effect = effect, c.law = &get_plain_law(), c.where = std::move(where), c.place = place, c.terms = std::move(terms);
+    c.law = &law, c.where = std::move(where), c.place = place, c.terms = std::move(terms);
+    c.vector = law.vector && c.terms.size() > 1, c.least = law.least;
     out_.push_back(std::move(c));
     return out_.back();
   }
 
-  void be_late(Candidate* c) const {
-    c->positive = true, c->least = 0.5 * log_.sample_time, c->high = 0.2, c->known = kInstant * log_.sample_time;
+  Candidate& add_late(const CandidateLaw& law, const Where& where, int place, Terms terms) {
+    Candidate& late = add(law, where, place, {std::move(terms)});
+    late.least = 0.5 * log_.sample_time, late.known = kInstant * log_.sample_time;
+    return late;
   }
 
-  void add_zero(const Where& where, int place, int first, const char* unit) {
-    Candidate& zero = add(EffectId::kSensorBias, where, place, list_axes(first));
-    zero.vector = true, zero.unit = unit;
-  }
-
-  void add_turn(const Where& where, int place, std::vector<Terms> axes) {
-    Candidate& turn = add(EffectId::kSensorMisalignment, where, place, std::move(axes));
-    turn.vector = true, turn.law = &get_angle_law();
-  }
-
-  std::vector<Terms> list_axes(int first) const { return {{{first, 1.0}}, {{first + 1, 1.0}}, {{first + 2, 1.0}}}; }
-
-  // [m] How far from its origin a link's mass may lie: as far again as the model has it, or out to joints and soles.
+  // [m] How far from its origin a link's mass may lie: twice as far as in the model, or out to its joints and soles.
   double find_extent(int l) const {
     double out = 2 * log_.tree.links[static_cast<size_t>(l)].inertia.p_LLcm_L.norm();
     for (const LinkSpec& child : log_.tree.links) {
@@ -86,35 +68,37 @@ class Lister {
     return out + kThick;
   }
 
-  // [m] At least so far from the axis of a leg's joint a force under the sole may act: half of its length; 0: no leg.
+  // [m] The largest lever about the axis of a leg's joint that a force under its sole has for certain: half of the
+  // sole's length; 0: no leg.
   double find_lever(int j) const {
     double out = 0;
     for (const Foot& foot : log_.feet) {
-      for (int l = foot.link; foot.flat && l > 0; l = log_.tree.links[static_cast<size_t>(l)].parent) {
-        if (l == j + 1) out = std::max(out, 0.5 * foot.size.head<2>().maxCoeff());
-      }
+      if (foot.flat && is_above(log_.tree, j + 1, foot.link)) out = std::max(out, 0.5 * foot.size.head<2>().maxCoeff());
     }
     return out;
   }
 
   void add_link(int l) {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
-    const LinkInertia& I = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia;
     const Where where{{"link", link.name}};
-    Candidate& load = add(EffectId::kPayload, where, l, {{{at_.link(l, 0), 1.0}}, {{at_.link(l, 1), 1.0}}, {{at_.link(l, 2), 1.0}}, {{at_.link(l, 3), 1.0}}});
-    load.law = &get_load_law(), load.positive = true, load.least = kSmallScale * log_.mass;
-    const LinkInertia& own = link.inertia;
-    if (own.mass < 1e-3 * log_.mass || I.mass <= 0) return;
+    add(laws_.payload, where, l, list_columns(at_.link(l, 0), 4)).least = kSmallMass * log_.mass;
+    const double stated = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia.mass;
+    if (link.inertia.mass < 1e-3 * log_.mass || stated <= 0) return;
+    add_own_mass(l, link.inertia, where);
+  }
+
+  void add_own_mass(int l, const LinkInertia& own, const Where& where) {
     const Vector3d c = own.p_LLcm_L;
     const Matrix3d about = own.I_LLcm_L + own.mass * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose());
-    const double values[] = {own.mass, own.mass * c.x(), own.mass * c.y(), own.mass * c.z(), about(0, 0), about(0, 1), about(0, 2), about(1, 1), about(1, 2), about(2, 2)};
+    const double values[] = {own.mass,    own.mass * c.x(), own.mass * c.y(), own.mass * c.z(), about(0, 0),
+                             about(0, 1), about(0, 2),      about(1, 1),      about(1, 2),      about(2, 2)};
     Terms all;
     for (int p = 0; p < kLinkColumns; ++p) all.emplace_back(at_.link(l, p), values[p]);
-    Candidate& scale = add(EffectId::kMassError, where, l, {all});
-    scale.low = -0.9, scale.least = std::max(0.02, kSmallScale * log_.mass / own.mass), scale.high = 4;
-    Candidate& moved = add(EffectId::kComError, where, l, {});
-    for (int a = 0; a < 3; ++a) moved.terms.push_back({{at_.link(l, 1 + a), own.mass}});
-    moved.law = &get_moved_law(), moved.vector = true, moved.center = c, moved.extent = find_extent(l);
+    add(laws_.mass_error, where, l, {all}).least = std::max(kSmallShare, kSmallMass * log_.mass / own.mass);
+    std::vector<Terms> axes;
+    for (int a = 0; a < 3; ++a) axes.push_back({{at_.link(l, 1 + a), own.mass}});
+    Candidate& moved = add(laws_.com_error, where, l, std::move(axes));
+    moved.center = c, moved.extent = find_extent(l);
     moved = make_moved(moved, at_, Vector3d::Zero());
   }
 
@@ -122,108 +106,93 @@ class Lister {
     const auto i = static_cast<size_t>(j);
     const JointSpec& joint = log_.tree.joint(j);
     const Where where{{"joint", joint.name}};
-    const auto one = [&](EffectId effect, int column) -> Candidate& {
-      return add(effect, where, j, {{{at_.joint(j, column), 1.0}}});
-    };
+    const auto one = [&](const CandidateLaw& law, int column) { add(law, where, j, {{{at_.joint(j, column), 1.0}}}); };
     if (log_.has_position[i]) {
-      Candidate& zero = one(EffectId::kJointOffset, kOffsetColumn);
-      zero.least = 0.002, zero.law = &get_angle_law();
-      Candidate& gap = one(EffectId::kBacklash, kPlayColumn);
-      gap.positive = true, gap.least = 0.002, gap.high = 0.2;
-      Candidate& give = one(EffectId::kElasticity, kGiveColumn);
-      give.positive = true, give.law = &get_give_law();
+      one(laws_.joint_offset, kOffsetColumn), one(laws_.backlash, kPlayColumn), one(laws_.elasticity, kGiveColumn);
     }
     if (!log_.is_driven(i) && joint.actuated) return;
-    one(EffectId::kViscous, kViscousColumn).positive = true;
-    one(EffectId::kCoulomb, kDryColumn).positive = true;
-    one(EffectId::kLoadFriction, kLoadColumn).positive = true;
-    one(EffectId::kRotorInertia, kRotorColumn).positive = true;
-    if (!joint.actuated) return;
-    Candidate& gain = one(EffectId::kTorqueConstant, kGainColumn);
-    gain.low = -0.9, gain.high = 4, gain.least = 0.02, gain.lever = find_lever(j);
-    Candidate& spring = add(EffectId::kSpring, where, j, {{{at_.joint(j, kSpringColumn), 1.0}}, {{at_.joint(j, kConstantColumn), 1.0}}});
-    spring.positive = true, spring.worth = kSpringShare, spring.law = &get_spring_law(), spring.lever = find_lever(j);
-    const std::string effort = "/joint_states/" + joint.name + "/effort";
+    one(laws_.viscous, kViscousColumn), one(laws_.coulomb, kDryColumn), one(laws_.load_friction, kLoadColumn);
+    one(laws_.rotor_inertia, kRotorColumn);
+    if (joint.actuated) add_drive(j, where);
+  }
+
+  void add_drive(int j, const Where& where) {
+    const auto i = static_cast<size_t>(j);
+    const Where effort{{"sensor", "/joint_states/" + log_.tree.joint(j).name + "/effort"}};
+    const Terms constant{{at_.joint(j, kConstantColumn), 1.0}}, gain{{at_.joint(j, kGainColumn), 1.0}};
+    add(laws_.torque_constant, where, j, {gain}).lever = find_lever(j);
+    add(laws_.spring, where, j, {{{at_.joint(j, kSpringColumn), 1.0}}, constant}).lever = find_lever(j);
     if (log_.has_effort[i]) {
-      Candidate& bias = add(EffectId::kSensorBias, {{"sensor", effort}}, j, {{{at_.joint(j, kConstantColumn), 1.0}}});
+      Candidate& bias = add(laws_.sensor_bias, effort, j, {constant});
       bias.unit = "N m", bias.lever = find_lever(j);
-      Candidate& lag = one(EffectId::kLag, kLagColumn);
-      be_late(&lag);
+      add_late(laws_.lag, where, j, {{at_.joint(j, kLagColumn), 1.0}});
     }
-    if (log_.has_law[i]) {
-      Candidate& delay = one(EffectId::kDelay, kDelayColumn);
-      be_late(&delay);
-    }
+    if (log_.has_law[i]) add_late(laws_.delay, where, j, {{at_.joint(j, kDelayColumn), 1.0}});
     if (log_.has_law[i] && log_.has_effort[i]) {
-      Candidate& scale = add(EffectId::kSensorScale, {{"sensor", effort}}, j, {{{at_.joint(j, kEffortScaleColumn), 1.0}, {at_.joint(j, kGainColumn), -1.0}}});
-      scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
+      add(laws_.sensor_scale, effort, j,
+          {{{at_.joint(j, kEffortScaleColumn), 1.0}, {at_.joint(j, kGainColumn), -1.0}}});
     }
   }
 
   void add_sensor(int s) {
-    const auto i = static_cast<size_t>(s);
-    const ForceSensor& sensor = log_.sensors[i];
+    const ForceSensor& sensor = log_.sensors[static_cast<size_t>(s)];
     const std::string name = "/wrench/" + sensor.name;
     const Where force{{"sensor", name + "/force"}}, torque{{"sensor", name + "/torque"}}, both{{"sensor", name}};
-    Candidate& scale = add(EffectId::kSensorScale, force, s, {{{at_.sensor(s, kForceScaleColumn), 1.0}}});
-    scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
+    add(laws_.sensor_scale, force, s, {{{at_.sensor(s, kForceScaleColumn), 1.0}}});
     if (sensor.has_force()) {
-      add_zero(force, s, at_.sensor(s, kForceBiasColumn), "N");
-      Candidate& turn = add(EffectId::kSensorMisalignment, both, s, list_axes(at_.sensor(s, kWrenchTurnColumn)));
-      turn.vector = true, turn.least = turn.known = kMounting, turn.law = &get_angle_law();
+      add(laws_.sensor_bias, force, s, list_axes(at_.sensor(s, kForceBiasColumn))).unit = "N";
+      Candidate& turn = add(laws_.sensor_misalignment, both, s, list_axes(at_.sensor(s, kWrenchTurnColumn)));
+      turn.least = turn.known = kMounting;
     } else if (sensor.axis[2]) {
-      add(EffectId::kSensorBias, force, s, {{{at_.sensor(s, kForceBiasColumn + 2), 1.0}}}).unit = "N";
+      add(laws_.sensor_bias, force, s, {{{at_.sensor(s, kForceBiasColumn + 2), 1.0}}}).unit = "N";
     }
-    Candidate& delay = add(EffectId::kSensorDelay, both, s, {{{at_.sensor(s, kWrenchDelayColumn), 1.0}}});
-    be_late(&delay);
+    add_late(laws_.sensor_delay, both, s, {{at_.sensor(s, kWrenchDelayColumn), 1.0}});
     if (!sensor.has_wrench()) return;
-    add_zero(torque, s, at_.sensor(s, kTorqueBiasColumn), "N m");
-    Candidate& gain = add(EffectId::kSensorScale, torque, s, {{{at_.sensor(s, kTorqueScaleColumn), 1.0}}});
-    gain.low = -0.9, gain.high = 4, gain.least = kSmallScale;
+    add(laws_.sensor_bias, torque, s, list_axes(at_.sensor(s, kTorqueBiasColumn))).unit = "N m";
+    add(laws_.sensor_scale, torque, s, {{{at_.sensor(s, kTorqueScaleColumn), 1.0}}});
   }
 
-  // One factor, one zero or one delay of all force sensors: they often share an amplifier, a calibration or a bus. The
-  // factor is of their moments, too: as much as if all masses were wrong by it. Where the weight goes from foot to foot, one
-  // sensor that is late alone would miss some of it, and all together miss none.
+  // One factor, one zero or one delay of all force sensors, which often share an amplifier, a calibration or a bus. The
+  // factor is that of their moments, too, so that it equals a factor of all masses.
   void add_all_sensors() {
+    const Where all{{"sensor", "/wrench"}};
     Terms scale, zero, late;
     for (int s = 0; s < at_.sensors; ++s) {
-      scale.emplace_back(at_.sensor(s, kForceScaleColumn), 1.0), zero.emplace_back(at_.sensor(s, kForceBiasColumn + 2), 1.0);
+      scale.emplace_back(at_.sensor(s, kForceScaleColumn), 1.0),
+          zero.emplace_back(at_.sensor(s, kForceBiasColumn + 2), 1.0);
       late.emplace_back(at_.sensor(s, kWrenchDelayColumn), 1.0);
       if (log_.sensors[static_cast<size_t>(s)].has_wrench()) scale.emplace_back(at_.sensor(s, kTorqueScaleColumn), 1.0);
     }
-    if (at_.sensors < 2) return;
-    Candidate& all = add(EffectId::kSensorScale, {{"sensor", "/wrench"}}, -1, {scale});
-    all.low = -0.9, all.high = 4, all.least = kSmallScale;
-    add(EffectId::kSensorBias, {{"sensor", "/wrench"}}, -1, {zero}).unit = "N";
-    Candidate& delay = add(EffectId::kSensorDelay, {{"sensor", "/wrench"}}, -1, {late});
-    be_late(&delay);
+    add(laws_.sensor_scale, all, -1, {scale});
+    add(laws_.sensor_bias, all, -1, {zero}).unit = "N";
+    add_late(laws_.sensor_delay, all, -1, late);
   }
 
   void add_imu(int i) {
     const ImuSensor& imu = log_.imus[static_cast<size_t>(i)];
     const std::string name = "/imu/" + imu.name;
-    const Where force{{"sensor", name + "/linear_acceleration"}}, rate{{"sensor", name + "/angular_velocity"}};
-    const auto add_all = [&](const Where& where, int first, const char* unit) {
-      Candidate& scale = add(EffectId::kSensorScale, where, i, {{{at_.imu(i, first), 1.0}}});
-      scale.low = -0.9, scale.high = 4, scale.least = kSmallScale;
-      add_zero(where, i, at_.imu(i, first + 1), unit);
-      Candidate& delay = add(EffectId::kSensorDelay, where, i, {{{at_.imu(i, first + 4), 1.0}}});
-      be_late(&delay);
-      add_turn(where, i, list_axes(at_.imu(i, first + 5)));
-    };
-    if (imu.accelerometer) add_all(force, kAccelerometerScaleColumn, "m/s^2");
-    if (imu.gyro) add_all(rate, kGyroScaleColumn, "rad/s");
+    if (imu.accelerometer)
+      add_imu_reading(i, {{"sensor", name + "/linear_acceleration"}}, kAccelerometerScaleColumn, "m/s^2");
+    if (imu.gyro) add_imu_reading(i, {{"sensor", name + "/angular_velocity"}}, kGyroScaleColumn, "rad/s");
     if (imu.attitude) {
-      add_turn({{"sensor", name + "/orientation"}}, i, list_axes(at_.imu(i, kAttitudeTurnColumn)));
+      add(laws_.sensor_misalignment, {{"sensor", name + "/orientation"}}, i,
+          list_axes(at_.imu(i, kAttitudeTurnColumn)));
     }
-    add_whole_imu(i, {{"sensor", name}});
+    if (imu.accelerometer + imu.gyro + imu.attitude > 1) add_whole_imu(i, {{"sensor", name}});
   }
 
-  // A housing that sits askew turns all that is in it; a late bus delays all of it.
+  // `first`: the column of the scale; those of zero, delay and turn follow it.
+  void add_imu_reading(int i, const Where& where, int first, const char* unit) {
+    const int zero = first + 1, delay = zero + 3, turn = delay + 1;
+    add(laws_.sensor_scale, where, i, {{{at_.imu(i, first), 1.0}}});
+    add(laws_.sensor_bias, where, i, list_axes(at_.imu(i, zero))).unit = unit;
+    add_late(laws_.sensor_delay, where, i, {{at_.imu(i, delay), 1.0}});
+    add(laws_.sensor_misalignment, where, i, list_axes(at_.imu(i, turn)));
+  }
+
+  // A housing that is turned turns all sensors in it; a late bus delays all of them.
   void add_whole_imu(int i, const Where& where) {
     const ImuSensor& imu = log_.imus[static_cast<size_t>(i)];
-    if (imu.accelerometer + imu.gyro + imu.attitude < 2) return;
     std::vector<Terms> turn(3);
     Terms late;
     const auto put = [&](bool there, int turn_column, int delay_column) {
@@ -233,28 +202,40 @@ class Lister {
     put(imu.accelerometer, kAccelerometerTurnColumn, kAccelerometerDelayColumn);
     put(imu.gyro, kGyroTurnColumn, kGyroDelayColumn);
     put(imu.attitude, kAttitudeTurnColumn, kAttitudeDelayColumn);
-    add_turn(where, i, turn);
-    Candidate& delay = add(EffectId::kSensorDelay, where, i, {late});
-    be_late(&delay);
+    add(laws_.sensor_misalignment, where, i, turn);
+    add_late(laws_.sensor_delay, where, i, late);
   }
 
   void add_foot(int f) {
     const Foot& foot = log_.feet[static_cast<size_t>(f)];
     const Where where{{"foot", foot.name}};
     if (!foot.flat) {
-      Candidate& sink = add(EffectId::kFootCompliance, where, f, {{{at_.foot(f, kSinkColumn), 1.0}}});
-      sink.positive = true, sink.law = &get_point_law();
+      add(laws_.point_foot, where, f, {{{at_.foot(f, kSinkColumn), 1.0}}});
       return;
     }
-    std::vector<Terms> terms;
-    for (int c = 0; c < kHoldColumn; ++c) terms.push_back({{at_.foot(f, c), 1.0}});
-    Candidate& sole = add(EffectId::kFootCompliance, where, f, terms);
-    sole.law = &get_bush_law(), sole.core = {kRollGiveColumn, kPitchGiveColumn};
+    add(laws_.flat_sole, where, f, list_columns(at_.foot(f, 0), kHoldColumn));
+  }
+
+  // Physics outside the table of effects, with as many coefficients as the equations can tell. Where they explain more
+  // than an effect does, the report names no effect.
+  void add_free_laws() {
+    for (int j = 0; j < at_.joints; ++j) {
+      if (!log_.has_position[static_cast<size_t>(j)] || !may_bend(log_, j)) continue;
+      add(laws_.bend, {{"joint", log_.tree.joint(j).name}}, j, list_columns(at_.joint(j, kBendColumn), 2));
+    }
+    for (int l : list_pulled_links(log_)) {
+      const std::string& link = log_.tree.links[static_cast<size_t>(l)].name;
+      add(laws_.pull, {{"link", link}}, l, list_columns(at_.pull(l, 0), kPullColumns));
+    }
+    for (int f = 0; f < at_.feet; ++f) {
+      add(laws_.hold, {{"foot", log_.feet[static_cast<size_t>(f)].name}}, f,
+          list_columns(at_.foot(f, kHoldColumn), kHolds));
+    }
   }
 
   const LeggedLog& log_;
-  const Contacts& contacts_;
   const ColumnLayout& at_;
+  const LawTable& laws_ = get_laws();
   std::vector<Candidate> out_;
 };
 
@@ -269,8 +250,8 @@ std::vector<int> list_pulled_links(const LeggedLog& log) {
   return log.tree.floating_base ? out : std::vector<int>{};
 }
 
-std::vector<Candidate> list_candidates(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout) {
-  return Lister(log, contacts, layout).run();
+std::vector<Candidate> list_candidates(const LeggedLog& log, const ColumnLayout& layout) {
+  return Lister(log, layout).run();
 }
 
 namespace {
@@ -295,7 +276,8 @@ Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const 
   for (Terms& t : out.terms) t.resize(1);
   const Matrix3d by_mass = c * c.transpose() - c.squaredNorm() * Matrix3d::Identity();
   add_inertia(layout, payload.place, by_mass, 1, &out.terms[0]);
-  for (int i = 0; i < 3; ++i) add_inertia(layout, payload.place, calc_inertia_slope(c, i), 1, &out.terms[static_cast<size_t>(i) + 1]);
+  for (int i = 0; i < 3; ++i)
+    add_inertia(layout, payload.place, calc_inertia_slope(c, i), 1, &out.terms[static_cast<size_t>(i) + 1]);
   return out;
 }
 
@@ -310,14 +292,31 @@ Candidate make_moved(const Candidate& com_error, const ColumnLayout& layout, con
   return out;
 }
 
-bool is_expected(EffectId effect) {
-  const EffectInfo& row = get_effect(effect);
-  switch (row.family) {
+bool Candidate::is_listed() const { return law->unlisted == nullptr; }
+
+const EffectInfo& Candidate::info() const { return law->info(); }
+
+std::vector<Estimate> make_estimates(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+  return c.law->make_estimates(c, x, std);
+}
+
+bool is_sensible(const Candidate& c, const Eigen::VectorXd& x, double reach) {
+  if (!x.allFinite()) return false;
+  if (c.law->positive && x(0) <= 0) return false;
+  if (x(0) < c.law->low || x(0) > c.law->high) return false;
+  return !c.law->is_sensible || c.law->is_sensible(c, x, reach);
+}
+
+bool is_expected(const EffectInfo& effect) {
+  switch (effect.family) {
     case EffectFamily::kDryFriction:
     case EffectFamily::kSpeedLoss:
-    case EffectFamily::kReflectedInertia: return true;
-    case EffectFamily::kZero: return row.place == PlaceKind::kSensor;
-    default: return false;
+    case EffectFamily::kReflectedInertia:
+      return true;
+    case EffectFamily::kZero:
+      return effect.place == PlaceKind::kSensor;
+    default:
+      return false;
   }
 }
 

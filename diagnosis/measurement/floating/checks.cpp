@@ -11,6 +11,7 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/floating/body_motion.h"
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
@@ -23,18 +24,19 @@ constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's sp
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 constexpr double kWay = 0.3;         // [m] that a foot must have gone from its middle to tell a slope
 constexpr double kRaised = 0.002;    // [m] by which an edge may lift a foot that lies flat: soles are no flatter
-constexpr double kSlip = 0.02;       // [m/s] of a foot that slides
-constexpr double kStuck = 0.5;       // of this: a foot that holds
-constexpr double kSettled = 0.1;     // [s]
+constexpr double kSlip = 0.02;       // [m/s] a foot that is faster slides
+constexpr double kStuck = 0.5;       // of this speed: a foot that is slower holds
+constexpr double kSettled = 0.1;     // [s] after landing and before lifting, in which feet scrape
 constexpr double kLying = 0.88;      // cosine of the base's tilt (28 degrees) beyond which it falls
 constexpr double kFalling = 1.0;     // [s] that it has been falling by then
-constexpr size_t kSlips = 20;        // samples
-constexpr double kSameGround = 0.25; // by which recordings may differ in it
-constexpr double kMoreHeld = 1.3;    // of the sliding feet's ratio, in more than
-constexpr double kBeyond = 0.02;     // of the samples of feet that hold: then they slide for another reason
-constexpr double kBack = 0.9;        // cosine (26 degrees) of a force that points against the way of a foot
-constexpr double kMostlyBack = 0.7;  // of this (45 degrees), over all that slide, must be the middle one
-constexpr double kClose = 0.25;      // of the limit to which it must be told
+constexpr size_t kSlips = 20;        // samples of feet that slide, at least
+constexpr double kSameGround = 0.25; // share by which the friction of recordings may differ
+// Feet that hold bear no more side force than sliding friction. Where more than kBeyond of their samples bear more than
+// kMoreHeld times as much, feet slide for another reason than friction.
+constexpr double kMoreHeld = 1.3, kBeyond = 0.02;
+constexpr double kBack = 0.9;        // cosine: a side force within 26 degrees of the way back is friction
+constexpr double kMostlyBack = 0.7;  // cosine (45 degrees) that half of all sliding samples must exceed
+constexpr double kClose = 0.25;      // of the friction: a larger spread tells nothing
 constexpr double kBearing = 0.5;     // share of the weight that a foot must carry: below, chatter is much of its force
 
 class Checker {
@@ -121,10 +123,12 @@ class Checker {
       out_.notes.push_back(name + when + format(" %.4f +- %.4f of gravity: they agree", k.mean, 2 * k.std));
       return;
     }
-    Finding f = make_finding(EffectId::kSensorScale, {{"sensor", name}}, {make_one("scale", "1", k.mean, k.std)});
+    const EffectInfo &scale = get_laws().sensor_scale.info(), &bias = get_laws().sensor_bias.info();
+    Finding f = make_finding(scale, {{"sensor", name}}, {make_value(scale, k.mean, k.std)});
     f.grade = Grade::kAmbiguous, f.probability = 0.9, f.share = 1, f.weight = 0.3;
     f.statement = name + when + format(" it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright shows only their sum.", k.mean, 2 * k.std);
-    f.alternatives.push_back(make_alternative(EffectId::kSensorBias, f.where, {make_one("value", "m/s^2", (k.mean - 1) * g, k.std * g)}, "the IMU at rest in six attitudes"));
+    const Estimate zero = make_value(bias, (k.mean - 1) * g, k.std * g, "m/s^2");
+    f.alternatives.push_back(make_alternative(bias, f.where, {zero}, "the IMU at rest in six attitudes"));
     out_.findings.push_back(std::move(f));
   }
 
@@ -243,11 +247,13 @@ class Checker {
     const Vector3d& x = slope;
     const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
     if (way < kWay || !sure || slope.norm() * way < 1e-3) return;
-    Finding f = make_finding(EffectId::kGroundSlope, {{"ground", "ground"}},
+    Finding f = make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}},
                              {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())});
     f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = 0.5, f.weight = 0.1;
     f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * 2 * way, 2 * way);
-    f.alternatives.push_back(make_alternative(EffectId::kSensorMisalignment, {{"sensor", "/base/pose"}}, {make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()))}, "a level, or an attitude by another sensor"));
+    const Estimate tilt = make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()));
+    f.alternatives.push_back(make_alternative(get_laws().sensor_misalignment.info(), {{"sensor", "/base/pose"}}, {tilt},
+                                              "a level, or an attitude by another sensor"));
     out_.findings.push_back(std::move(f));
   }
 
@@ -345,7 +351,8 @@ class Checker {
     if (spread > kClose * value || value > 0.95 * nominal || value < 0.02) return false;
     if (!is_same_ground(steps, slow, value)) return false;
     if (static_cast<double>(beyond) > kBeyond * static_cast<double>(held)) return false;
-    Finding f = make_finding(EffectId::kGroundFriction, {{"ground", "ground"}}, {make_one("coefficient", "1", value, spread)});
+    const EffectInfo& friction = get_effect(EffectId::kGroundFriction);  // no equation has a column of it
+    Finding f = make_finding(friction, {{"ground", "ground"}}, {make_value(friction, value, spread)});
     f.grade = Grade::kSupported, f.probability = 0.9, f.share = 1, f.weight = 0.8;
     f.statement = format("Loaded feet slide at %.2f +- %.2f of their normal force: the ground is more slippery than the model's %.2f.", value, 2 * spread, nominal);
     out_.findings.push_back(std::move(f));

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/measurement/floating/candidates.h"
+#include "diagnosis/measurement/floating/contacts.h"
 #include "diagnosis/measurement/floating/row_table.h"
 
 namespace hrp::diagnosis::floating {

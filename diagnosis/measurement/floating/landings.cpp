@@ -8,7 +8,7 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/floating/correct_log.h"
-#include "diagnosis/measurement/floating/foot_rows.h"
+#include "diagnosis/measurement/floating/equations/foot_rows.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
@@ -101,7 +101,7 @@ class LandingFitter {
     return {x.transpose() * x, x.transpose() * rows.left, rows.left.squaredNorm() / static_cast<double>(rows.left.size())};
   }
 
-  // Landings that the law leaves more of than usual, as those on an edge, weigh less.
+  // Landings that the law explains worse than others, such as those on an edge, weigh less.
   std::vector<Sums> sum_up_weighed() const {
     std::vector<Sums> sums;
     std::vector<double> squares;
@@ -244,8 +244,8 @@ std::vector<double> calc_sinking(const std::vector<double>& force, double step, 
   return lag_track(x, step, lag).value;
 }
 
-// How a force went between two samples is not known. What a fit of every second sample says otherwise bounds what that
-// costs: an error that grows with the square of the step has grown by three times itself.
+// How a force went between two samples is not known. A fit of every second sample bounds the error that this makes: the error
+// grows with the square of the step, so that it differs by three times the error of the whole fit.
 std::vector<SoleLaw> fit_landings(const std::vector<Landing>& landings, const std::vector<char>& soft) {
   std::vector<SoleLaw> laws = LandingFitter(landings, soft).run();
   const std::vector<SoleLaw> even = LandingFitter(take_every_second(landings, 0), soft).run();

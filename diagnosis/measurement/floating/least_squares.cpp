@@ -15,7 +15,7 @@ namespace {
 constexpr double kExact = 5e-3;   // share of a quantity's spread to which models of rigid bodies are exact
 constexpr int kLags = 25;         // rows, the most that errors remember
 constexpr double kRidge = 1e-9;   // of the diagonal: against exact twins
-constexpr size_t kBins = 8, kLeastInBin = 12;  // rows
+constexpr size_t kBins = 8, kLeastInBin = 12;  // of rows by roughness; rows in each, at least
 constexpr double kMedianOfSquare = 0.455;  // of a normal error of variance 1
 constexpr double kOddNoise = 4;   // deviations by which halves of a row may differ: beyond is an impact, not noise
 
@@ -142,8 +142,8 @@ void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
   }
 }
 
-// Where even and odd samples tell different things, neither tells what was between them: a body that strikes the ground.
-// Judged by noise alone, so that no mismatch is put aside.
+// Rows whose even and odd samples differ by more than noise weigh less: at an impact, neither tells what was between them. The
+// rule uses noise alone, so that it puts no mismatch aside.
 void LeggedFitter::dampen_impacts(size_t c, const std::vector<size_t>& bin) {
   const std::vector<double>& noise = channels()[c].noise_y;
   std::vector<double> squares;
@@ -161,7 +161,7 @@ double LeggedFitter::count_independent(Part part, size_t channel) const {
   return static_cast<double>(count(part, channel)) / memory_[channel];
 }
 
-// Rows that one error lasts for: one, and twice its correlations with those that follow.
+// How many rows one error lasts for: one, and twice its correlations with the rows that follow.
 double LeggedFitter::calc_memory(size_t c, std::vector<double> r) const {
   const ChannelRows& rows = channels()[c];
   for (size_t i = 0; i < r.size(); ++i) r[i] *= std::sqrt(rows_[c][i]);

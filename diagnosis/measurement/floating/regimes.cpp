@@ -5,39 +5,53 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/measurement/floating/candidate_laws.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kToldSign = 0.5;      // deviation of a size that tells its sign
-constexpr double kToldSize = 0.2;  // that tells its size
-constexpr double kMost = 2;        // of a size: laws harden, other effects are beside
-constexpr double kFlat = 0.8;      // least size for a sole that lies flat: nothing beside it excuses less
-constexpr double kDeviations = 3;
+// Sizes of an effect are relative to its size in the whole fit: 1 is the same.
+constexpr double kToldSign = 0.5;  // deviation of a size up to which its sign is told
+constexpr double kToldSize = 0.2;  // deviation of a size up to which the size is told
+constexpr double kMost = 2;        // largest size of one law: laws harden, and other effects are beside it
+constexpr double kFlat = 0.8;      // smallest size of a sole that lies flat: nothing beside it explains less
+constexpr double kDeviations = 3;  // beyond which a difference is no chance
 const char* const kLittle = "the foot bears little";
 const char* const kMuch = "the foot bears much";
 
-// Products of a row: what the effect predicts there, times itself and times what the fit leaves, without noise's square.
+// What one row tells of the size of an effect. With z what the effect predicts there and r what the fit leaves, zr / zz is by
+// how much the size should change.
 struct Product {
   size_t channel = 0, row = 0;
-  double zz = 0, zr = 0, size = 0;  // size: of what the effect predicts, in the unit of the row
+  double zz = 0, zr = 0;     // weighted, without the square of the noise
+  double size = 0;           // of z, in the unit of the row
   int block = 0, phase = 0;
   double roughness = 0;
-  double bears = -1;         // [N] of the sensor whose zero or scale it is; -1: of none
-  double load = 0, arm = 0;  // [N, m] of a sole: its force, and how far from its middle it presses
+  double bears = -1;         // [N] reading of the sensor whose zero or scale the effect is; -1: it is of none
+  double load = 0, arm = 0;  // [N] force on a sole, [m] how far from its middle it presses
 };
 
-// A sole by what it gives alone: a foot that comes down on its edge turns while it lands, which looks like damping.
-Candidate take_give(const Candidate& effect, Eigen::VectorXd* x) {
-  if (effect.core.empty()) return effect;
+// An effect without the coefficients that may differ between regimes. Of a sole: its give without its damping, because a foot
+// that comes down on its edge turns while it lands, which looks like damping.
+Candidate take_core(const Candidate& effect, Eigen::VectorXd* x) {
+  const std::vector<long>& core = effect.law->core;
+  if (core.empty()) return effect;
   Candidate out = effect;
-  Eigen::VectorXd own(static_cast<long>(effect.core.size()));
+  Eigen::VectorXd own(static_cast<long>(core.size()));
   out.terms.clear();
   for (long k = 0; k < own.size(); ++k) {
-    const long from = effect.core[static_cast<size_t>(k)];
+    const long from = core[static_cast<size_t>(k)];
     own(k) = (*x)(from), out.terms.push_back(effect.terms[static_cast<size_t>(from)]);
   }
   *x = own;
   return out;
+}
+
+// Whether it adds a constant to a reading, or a share of the reading.
+bool is_zero_or_scale(const Candidate& c) {
+  if (!c.is_listed()) return false;
+  const ReadingChange& change = c.info().change;
+  return change.constant != 0 || change.of_reading != 0;
 }
 
 class Splitter {
@@ -45,9 +59,8 @@ class Splitter {
   Splitter(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout)
       : fitter_(fitter), layout_(layout) {
     const Candidate& c = fit.effects[effect];
-    const bool of_force = (c.effect == EffectId::kSensorBias || c.effect == EffectId::kSensorScale) && c.place >= 0 && c.place < layout.sensors &&
-                          c.where.dump().find("/wrench/") != std::string::npos;
-    if (of_force) reading_ = layout.sensor(c.place, kForceScaleColumn);
+    const bool of_one_sensor = c.place >= 0 && c.place < layout.sensors && c.where.dump().find("/wrench/") != std::string::npos;
+    if (of_one_sensor && is_zero_or_scale(c)) reading_ = layout.sensor(c.place, kForceScaleColumn);
     for (size_t c = 0; c < fitter.channels().size(); ++c) add_channel(c, fit, effect);
   }
 
@@ -79,7 +92,7 @@ class Splitter {
   void add_channel(size_t c, const LeggedFit& fit, size_t effect) {
     const ChannelRows& rows = fitter_.channels()[c];
     Eigen::VectorXd x = fit.get(effect);
-    const std::vector<Candidate> one{take_give(fit.effects[effect], &x)};
+    const std::vector<Candidate> one{take_core(fit.effects[effect], &x)};
     const Eigen::VectorXd z = fitter_.calc_columns(c, one, false) * x;
     if (rows.rows() == 0 || z.isZero(0)) return;
     const Eigen::VectorXd n = fitter_.calc_columns(c, one, true) * x;
@@ -103,7 +116,8 @@ class Splitter {
     return at == rows.columns.end() ? -1 : static_cast<int>(at - rows.columns.begin());
   }
 
-  // A zero is the same whatever the foot bears, and a scale grows with it: one is not the other where the load changes.
+  // Compares rows in which the foot bears little and much. A zero is the same in both, and the error of a scale grows with the
+  // load: so a scale does not pass for a zero.
   void add_bearing() {
     std::vector<Product> felt;
     for (const Product& p : all_) {
@@ -114,7 +128,7 @@ class Splitter {
     add(kLittle, take(felt, by_load, 0, 0.25)), add(kMuch, take(felt, by_load, 0.75, 1));
   }
 
-  // The rows between two shares of the information, in the order of a key.
+  // The rows between two shares (0 to 1) of all information on the effect, in the order of a key.
   template <class Key>
   static std::vector<Product> take(std::vector<Product> rows, const Key& key, double from, double to) {
     std::stable_sort(rows.begin(), rows.end(), [&](const Product& a, const Product& b) { return key(a) < key(b); });
@@ -137,15 +151,15 @@ class Splitter {
     for (const Product& p : rows) scores[p.block] += p.zr - more * p.zz;
     double scatter = 0;
     for (const auto& [block, score] : scores) scatter += score * score;
-    // What an equation is not exact to may follow the effect there.
+    // An equation may err by its exactness in line with the effect, in all rows of the regime.
     std::map<size_t, double> exact;
     for (const Product& p : rows) exact[p.channel] += fitter_.get_weight(p.channel, p.row) * fitter_.find_exactness(p.channel) * p.size;
     for (const auto& [channel, score] : exact) scatter += score * score;
     if (scores.size() > 3) out_.push_back({name, 1 + more, std::sqrt(scatter) / zz, least});
   }
 
-  // A sole that carries much and presses near its middle lies flat for sure. One that gives does so there, too; one that
-  // rolls over its edge does not.
+  // A sole that carries much and presses near its middle lies flat for certain. A sole that gives turns there, too. A rigid one
+  // that rolls over its edge does not.
   void add_soles() {
     std::vector<Product> soles;
     for (const Product& p : all_) {
@@ -163,7 +177,7 @@ class Splitter {
   std::vector<Regime> out_;
 };
 
-// Two regimes that differ by more than a law that hardens, beyond chance.
+// Whether two regimes differ by more than a law that hardens does, and by more than chance does.
 bool are_apart(const Regime& a, const Regime& b) {
   const double most = std::max(a.size, b.size), least = std::min(a.size, b.size);
   return std::max(a.std, b.std) < kToldSize && most > kMost * least && most - least > kDeviations * std::hypot(a.std, b.std);
@@ -182,7 +196,7 @@ bool is_steady(const std::vector<Regime>& regimes) {
   return std::none_of(regimes.begin(), regimes.end(), [](const Regime& r) {
     const bool far = r.size < r.least || r.size > kMost, by_chance = std::abs(r.size - 1) <= kDeviations * r.std;
     if (r.least == kFlat) return far && r.std < kToldSize;
-    // The other sign tells without being exact.
+    // A size with the other sign is wrong even where it is not told exactly.
     return !by_chance && ((far && r.std < kToldSize) || (r.size < 0 && r.std < kToldSign));
   });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether an effect is of one size in every regime that tells it: in each phase, calm or rough, and, of a sole, wherever
-// it presses. What mops up another cause is not.
+// Whether an effect has one size in every regime that tells it: in each phase of walking, in calm and in rough rows, and, of a
+// sole, wherever it presses. An effect that only stands in for another cause has not.
 #pragma once
 
 #include <string>
@@ -20,7 +20,8 @@ struct Regime {
 // Regimes of an effect of a fit. Sizes do not depend on each other's rows except through the fit.
 std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout);
 
-// Below its least, or twice the size, in no regime that tells it to a fifth, beyond three deviations.
+// Whether no regime has less than its least size or more than twice the size, as far as a regime tells the size to a fifth and
+// by more than three deviations.
 bool is_steady(const std::vector<Regime>& regimes);
 
 // Whether calm and rough rows tell the same size, to a factor of two or beyond chance.

@@ -9,11 +9,11 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kClear = 0.35;   // share of an equation's mismatch that can be predicted: then something is missing
-constexpr double kLasts = 0.2;    // share of rows whose errors are independent: below, what is left lasts and is no chance
-constexpr double kStands = 3.0;   // times its noise and exactness that a mismatch must be
-constexpr double kChanged = 0.7;  // of a mean square: what a model leaves no more of, it has changed
-constexpr size_t kMost = 8;
+constexpr double kClear = 0.35;   // share of an equation's mismatch that its columns can predict: then something is missing
+constexpr double kLasts = 0.2;    // share of rows with independent errors: with fewer, an error lasts and is no chance
+constexpr double kStands = 3.0;   // times its noise and exactness that a mismatch exceeds
+constexpr double kChanged = 0.7;  // of a mean square: a model that leaves less has changed it
+constexpr size_t kMost = 8;       // equations in a report
 
 // [unit] Of all rows, their noise included.
 double calc_rms(const ChannelRows& rows) {

@@ -23,7 +23,7 @@ constexpr size_t kQuietRows = 20;    // cells that tell a quarter's weight
 constexpr double kSwing = 0.25;      // [s] in the air before a landing, as scripts/diagnosis/walk_figures.py has it
 constexpr double kImpact = 0.25;     // [s] after it
 constexpr size_t kFewestLandings = 3;
-constexpr double kRougher = 1.5;     // times what is left else: then landings stand out
+constexpr double kRougher = 1.5;     // times what is left otherwise: then landings stand out
 constexpr double kPeak = 0.03;       // of the weight: four times what scales are known to
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
 
@@ -160,12 +160,13 @@ class WeightChecker {
     const LinkInertia& root = log_.tree.links[0].inertia;
     const double own = std::max(1e-6, root.mass);
     const Where link{{"link", log_.tree.links[0].name}};
-    const std::vector<Estimate> scale{make_one("scale", "1", 1 + more / g / own, error / g / own)};
-    Finding f = make_finding(EffectId::kMassError, link, scale);
+    const EffectInfo &heavier = laws_.mass_error.info(), &load = laws_.payload.info();
+    const std::vector<Estimate> scale{make_value(heavier, 1 + more / g / own, error / g / own)};
+    Finding f = make_finding(heavier, link, scale);
     if (more > 0) {
       const Estimate place{"com", "m", {root.p_LLcm_L.x(), root.p_LLcm_L.y(), root.p_LLcm_L.z()}, {1, 1, 1}, true};
-      f = make_finding(EffectId::kPayload, link, {make_one("mass", "kg", more / g, error / g), place});
-      f.alternatives.push_back(make_alternative(EffectId::kMassError, link, scale, kMotion));
+      f = make_finding(load, link, {make_value(load, more / g, error / g), place});
+      f.alternatives.push_back(make_alternative(heavier, link, scale, kMotion));
     }
     f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
     f.statement = format("The feet carry %.3f +- %.3f of what the model weighs: ", k.mean, 2 * k.std) +
@@ -174,7 +175,7 @@ class WeightChecker {
     add_sensors(k, more, error, &f);
     out_.findings.push_back(std::move(f));
     Candidate mass;
-    mass.effect = EffectId::kPayload, mass.law = &get_load_law(), mass.where = link, mass.place = 0, mass.terms = {{{at_.link(0, 0), 1.0}}};
+    mass.law = &laws_.payload, mass.where = link, mass.place = 0, mass.terms = {{{at_.link(0, 0), 1.0}}};
     for (int a = 0; a < 3; ++a) mass.terms[0].emplace_back(at_.link(0, 1 + a), root.p_LLcm_L(a));
     out_.weight = {mass};
   }
@@ -182,19 +183,26 @@ class WeightChecker {
   void add_sensors(const Consensus& k, double more, double error, Finding* f) const {
     const auto n = static_cast<double>(std::max<size_t>(1, log_.sensors.size()));
     const Where all{{"sensor", log_.sensors.size() > 1 ? "/wrench" : "/wrench/" + log_.sensors[0].name + "/force"}};
-    f->alternatives.push_back(make_alternative(EffectId::kSensorScale, all, {make_one("scale", "1", k.mean, k.std)}, kMotion));
-    f->alternatives.push_back(make_alternative(EffectId::kSensorBias, all, {make_one("value", "N", more / n, error / n)}, kMotion));
+    const auto scaled = [&](const Where& where, double value, double std) {
+      const EffectInfo& effect = laws_.sensor_scale.info();
+      f->alternatives.push_back(make_alternative(effect, where, {make_value(effect, value, std)}, kMotion));
+    };
+    const auto shifted = [&](const Where& where, double value, double std) {
+      const EffectInfo& effect = laws_.sensor_bias.info();
+      f->alternatives.push_back(make_alternative(effect, where, {make_value(effect, value, std, "N")}, kMotion));
+    };
+    scaled(all, k.mean, k.std), shifted(all, more / n, error / n);
     for (const ForceSensor& s : log_.sensors) {
       if (log_.sensors.size() < 2) break;
       const Where one{{"sensor", "/wrench/" + s.name + "/force"}};
-      f->alternatives.push_back(make_alternative(EffectId::kSensorBias, one, {make_one("value", "N", more, error)}, kMotion));
+      shifted(one, more, error);
       // Of feet that bear the weight in turn, one sensor's scale would show in its own phase only.
       const double part = 1 / n;
-      if (!contacts_.walks) f->alternatives.push_back(make_alternative(EffectId::kSensorScale, one, {make_one("scale", "1", 1 + (k.mean - 1) / part, k.std / part)}, kMotion));
+      if (!contacts_.walks) scaled(one, 1 + (k.mean - 1) / part, k.std / part);
     }
-    const int imu = BodyMotion::find_main_imu(log_);
     if (BodyMotion::find_force_source(log_) != MotionSource::kImu) return;
-    f->alternatives.push_back(make_alternative(EffectId::kSensorScale, {{"sensor", "/imu/" + log_.imus[static_cast<size_t>(imu)].name + "/linear_acceleration"}}, {make_one("scale", "1", 1 / k.mean, k.std)}, kMotion));
+    const auto imu = static_cast<size_t>(BodyMotion::find_main_imu(log_));
+    scaled({{"sensor", "/imu/" + log_.imus[imu].name + "/linear_acceleration"}}, 1 / k.mean, k.std);
   }
 
   // Places of each sensor's reading along the normal in a row.
@@ -259,12 +267,13 @@ class WeightChecker {
     for (const Eigen::VectorXd& e : each) spread += std::pow(e(s) - per_unit, 2) / static_cast<double>(each.size());
     spread = std::sqrt(spread);
     const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
-    Finding f = make_finding(EffectId::kSensorScale, {{"sensor", name}}, {make_one("scale", "1", 1 / per_unit, spread / (per_unit * per_unit))});
+    const EffectInfo &scale = laws_.sensor_scale.info(), &bias = laws_.sensor_bias.info();
+    Finding f = make_finding(scale, {{"sensor", name}}, {make_value(scale, 1 / per_unit, spread / (per_unit * per_unit))});
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
     f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
     out_.findings.push_back(f);
     if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
-    Finding zero = make_finding(EffectId::kSensorBias, f.where, {make_one("value", "N", level.air, level.air_spread)});
+    Finding zero = make_finding(bias, f.where, {make_value(bias, level.air, level.air_spread, "N")});
     zero.grade = f.grade, zero.probability = f.probability, zero.share = f.share, zero.weight = 0.5;
     zero.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
     out_.findings.push_back(std::move(zero));
@@ -286,6 +295,7 @@ class WeightChecker {
   const Contacts& contacts_;
   const std::vector<ChannelRows>& channels_;
   const ColumnLayout& at_;
+  const LawTable& laws_ = get_laws();
   CheckResult& out_;
 };
 

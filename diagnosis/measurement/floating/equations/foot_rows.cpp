@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/measurement/floating/foot_rows.h"
+#include "diagnosis/measurement/floating/equations/foot_rows.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/report/check_findings.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/remaining.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+bool is(const Finding& f, const CandidateLaw& law) { return f.effect == law.info().name; }
+bool is_at(const Finding& f, const char* signal) { return f.where.dump().find(signal) != std::string::npos; }
+bool is_of_mass(const Finding& f) { return f.family == get_family_name(EffectFamily::kMass); }
+
+// Whether an accelerometer's zero makes at least half of what the feet carry too much or too little.
+bool holds_weight(const LeggedLog& log, const Finding& bias, const Finding& weight) {
+  const LawTable& laws = get_laws();
+  if (!is(bias, laws.sensor_bias) || !is_at(bias, "linear_acceleration")) return false;
+  const auto scale = std::find_if(weight.alternatives.begin(), weight.alternatives.end(),
+                                  [&](const Alternative& a) { return a.effect == laws.sensor_scale.info().name; });
+  if (scale == weight.alternatives.end()) return false;
+  double square = 0;
+  for (double v : bias.parameters[0].value) square += v * v;
+  const double g = log.experiment->scenario.gravity_W.norm();
+  return std::sqrt(square) / g > 0.5 * std::abs(scale->parameters[0].value[0] - 1);
+}
+
+// Whether a finding of the search explains the weight that a check found too large or too small.
+bool explains_weight(const LeggedLog& log, const Finding& found, const Finding& weight) {
+  const bool scales = is(found, get_laws().sensor_scale) && is_at(found, "linear_acceleration");
+  return is_of_mass(found) || is_at(found, "/wrench") || scales || holds_weight(log, found, weight);
+}
+
+// Whether a finding of the search is the cause of what a check found.
+bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const Finding& check) {
+  const LawTable& laws = get_laws();
+  if (found.effect == check.effect && found.where == check.where) return true;
+  if (is_of_mass(check) && explains_weight(log, found, check)) return true;
+  // Soles that give sink by what they carry, which looks like a slope.
+  if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole))) return true;
+  return check.where.contains("sensor") && found.where == check.where && !raw_counts;
+}
+
+// Puts a mass into the model, where it explains something. What the feet carry too much is one number, so that the fit
+// says what a mass takes away, whatever the cause is.
+void add_weight(const Candidate& mass, Finding* finding, ReportState* state) {
+  const LeggedFitter& fitter = state->fitter;
+  const LeggedFit &nominal = state->outcome.nominal, &chosen = state->outcome.chosen;
+  std::vector<Candidate> effects = state->model.effects;
+  effects.push_back(mass);
+  const LeggedFit with = fitter.fit(effects);
+  const auto get = [&](const LeggedFit& fit, size_t c) { return get_mean_square(fitter, fit, c); };
+  const auto gone = [&](size_t c) { return get(nominal, c) / fitter.floor(c) - get(with, c) / fitter.floor(c); };
+  size_t best = 0;
+  for (size_t c = 0; c < fitter.channels().size(); ++c) {
+    if (gone(c) > gone(best)) best = c;
+  }
+  if (!with.x.allFinite() || get(with, best) >= get(chosen, best)) return;
+  finding->share = std::clamp(1 - get(with, best) / get(chosen, best), 0.0, 1.0);
+  state->model = with;
+}
+
+}  // namespace
+
+void add_check_findings(const CheckResult& checks, ReportState* state) {
+  std::vector<Finding>& findings = state->evidence.findings;
+  for (const Finding& f : checks.findings) {
+    const bool known = std::any_of(findings.begin(), findings.end(), [&](const Finding& found) {
+      return explains(state->log, checks.raw_counts, found, f);
+    });
+    if (known) continue;
+    findings.push_back(f);
+    if (!checks.weight.empty() && is_of_mass(f)) add_weight(checks.weight[0], &findings.back(), state);
+  }
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/report/unexplained.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/remaining.h"
+#include "diagnosis/measurement/floating/words.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kRemains = 0.9;  // of an equation's mismatch: what leaves more has not explained it
+
+Remaining make_free_law(const ReportState& state, const FoundEffect& f) {
+  Remaining r;
+  const ChannelInfo& info = state.fitter.channels()[f.channel].info;
+  r.where = f.effect.where, r.unit = info.unit;
+  r.before = r.after = std::sqrt(get_mean_square(state.fitter, state.model, f.channel));
+  r.statement = get_place(r.where) + ": " + f.effect.law->unlisted + " (" +
+                describe(make_estimates(f.effect, f.x, f.std)) + "). It takes " +
+                format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + info.kind +
+                "' away. No scenario can hold it.";
+  return r;
+}
+
+}  // namespace
+
+std::vector<size_t> list_unsteady(const ReportState& state) {
+  const LeggedOutcome& found = state.outcome;
+  std::vector<size_t> out;
+  std::copy_if(found.unsteady.begin(), found.unsteady.end(), std::back_inserter(out), [&](size_t c) {
+    const double before = get_mean_square(state.fitter, found.nominal, c),
+                 after = get_mean_square(state.fitter, found.chosen, c);
+    const bool gone = has_free_law(found) && after < kRemains * kRemains * before;
+    return !gone && !is_of_soles(state.fitter.channels()[c].info);
+  });
+  return out;
+}
+
+void add_unexplained(ReportState* state) {
+  std::vector<Remaining>& out = state->evidence.remaining;
+  for (const FoundEffect& f : state->outcome.effects) {
+    if (!f.effect.is_listed()) out.push_back(make_free_law(*state, f));
+  }
+  std::vector<size_t> unsteady;
+  if (state->evidence.findings.empty()) unsteady = list_unsteady(*state);
+  const LeggedFit& model = has_free_law(state->outcome) ? state->outcome.chosen : state->model;
+  for (Remaining& r : list_remaining(state->fitter, state->outcome.nominal, model, unsteady))
+    out.push_back(std::move(r));
+}
+
+}  // namespace hrp::diagnosis::floating

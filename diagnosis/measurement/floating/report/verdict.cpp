@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/report/verdict.h"
+
+#include <algorithm>
+
+#include "diagnosis/measurement/floating/candidates.h"
+#include "diagnosis/measurement/floating/report/unexplained.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kToNoise = 3.0;  // times noise and exactness: an explained error is no larger, over all equations
+constexpr double kRemains = 0.9;  // of the nominal error: a model that leaves more explains nothing,
+constexpr double kMain = 0.3;     // but for a finding that takes more of its own equation's mismatch
+constexpr double kMost = 0.8;     // of what the columns at hand could explain
+// With so little explained of all equations, and so much of the held-out error left, another cause may pass for what
+// was found.
+constexpr double kLittle = 0.25, kMuchLeft = 0.8;
+constexpr double kAlone = 0.8;    // share of its equation's mismatch: nothing else is behind such a finding
+constexpr double kDoubted = 0.5;  // probability of a finding that is doubted, at most
+
+bool leaves_most(const ReportState& state) {
+  const Evidence& e = state.evidence;
+  const double after = e.fit.validate_after;
+  return (is_anything_left(state) || after > kToNoise) && e.explained < kLittle &&
+         after > kMuchLeft * e.fit.validate_before;
+}
+
+bool may_doubt(const Finding& f) {
+  const EffectInfo* row = find_effect(f.effect);
+  // A zero has no shape: the mean of any unknown force is one.
+  const bool shaped = row && is_expected(*row) && row->family != EffectFamily::kZero;
+  return f.share < kAlone && !shaped && f.grade != Grade::kAmbiguous;
+}
+
+}  // namespace
+
+void doubt_findings(ReportState* state) {
+  if (!leaves_most(*state) && !has_free_law(state->outcome)) return;
+  for (Finding& f : state->evidence.findings) {
+    if (!may_doubt(f)) continue;
+    f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, kDoubted);
+    f.statement += " Most of what stands out is left beside it: another cause may be behind both.";
+  }
+}
+
+Verdict find_verdict(const ReportState& state) {
+  const Evidence& e = state.evidence;
+  const bool left = is_anything_left(state);
+  if (e.findings.empty()) {
+    const bool something = has_free_law(state.outcome) || left || !list_unsteady(state).empty();
+    return something ? Verdict::kUnexplained : Verdict::kNoMismatch;
+  }
+  if (state.outcome.effects.empty()) return Verdict::kPartlyExplained;  // by checks alone
+  const bool gone = e.fit.validate_after < kRemains * e.fit.validate_before ||
+                    std::any_of(e.findings.begin(), e.findings.end(), [](const Finding& f) { return f.share > kMain; });
+  if (!left && gone && e.fit.validate_after < kToNoise) return Verdict::kExplained;
+  const bool mostly = e.explained >= kMost * e.ceiling && !leaves_most(state);
+  return mostly ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
+}
+
+std::string make_summary(const ReportState& state) {
+  std::string compared;
+  for (const ChannelRows& c : state.fitter.channels()) {
+    const std::string kind = c.info.kind.substr(0, c.info.kind.find_first_of(", "));
+    if (c.rows() > 0 && compared.find(kind) == std::string::npos) compared += (compared.empty() ? "" : ", ") + kind;
+  }
+  const bool agrees = state.evidence.verdict == Verdict::kNoMismatch;
+  return (agrees ? "Nothing stands out of what could be compared: "
+                 : "Something is missing that no known effect explains; compared were: ") +
+         compared + ".";
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/search/doubts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/regimes.h"
+#include "diagnosis/measurement/floating/search/gain.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kSure = 2.0;  // standard errors, differences between recordings included, that a value must exceed
+// Share of an equation's mismatch: an effect that leaves more than this and takes less may stand in for another cause.
+constexpr double kHalf = 0.5;
+constexpr double kStandsOut = 3;  // times noise and exactness that a force on the body exceeds to be a real one
+
+// Bans a chosen effect, notes the equations that lack something without it, and settles the others.
+void drop(size_t effect, const std::string& why, const std::vector<size_t>& unsteady, SearchState* state) {
+  say_of(*state, why, state->chosen.effects[effect]);
+  state->banned.push_back(state->chosen.effects[effect]);
+  state->unsteady.insert(state->unsteady.end(), unsteady.begin(), unsteady.end());
+  settle(fit_without(*state, effect).effects, state);
+}
+
+double get_nominal(const SearchState& state, size_t channel) { return state.nominal.mean_square[1][channel]; }
+double get_left(const SearchState& state, size_t channel) { return state.chosen.mean_square[1][channel]; }
+
+// How many standard errors the effect is away from none.
+double calc_certainty(const FoundEffect& f) {
+  if (make_estimates(f.effect, f.x, f.std).empty()) return 0;  // no parameter of it is told
+  double square = 0;
+  for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) {
+    square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
+  }
+  // One core coefficient that is sure is enough: a sole may give about one axis alone.
+  const std::vector<long>& core = f.effect.law->core;
+  for (size_t k = 1; k < core.size(); ++k) {
+    square = std::max(square, std::pow(f.x(core[k]) / std::max(1e-300, f.std(core[k])), 2));
+  }
+  return std::sqrt(square);
+}
+
+// An effect that may be none, because recordings differ by as much as its size, is not claimed. The least certain one
+// goes. It is not banned if it is listed: with another set of effects it may be certain.
+bool drop_unsure(const std::vector<FoundEffect>& found, SearchState* state) {
+  size_t worst = found.size();
+  double least = kSure;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const double certainty = calc_certainty(found[i]);
+    if (certainty < least) least = certainty, worst = i;
+  }
+  if (worst == found.size()) return false;
+  say_of(*state, "not sure:", state->chosen.effects[worst]);
+  if (!state->chosen.effects[worst].is_listed()) state->banned.push_back(state->chosen.effects[worst]);
+  settle(fit_without(*state, worst).effects, state);
+  return true;
+}
+
+// An effect that takes less than half of its equation's mismatch, where more than half is left, may stand in for the
+// cause of all of it. The one with the smallest share goes. Effects that every drive and sensor has may stay beside
+// another cause.
+bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
+  size_t worst = found.size();
+  double least = kHalf;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const FoundEffect& f = found[i];
+    if (!f.effect.is_listed() || is_expected(f.effect.info())) continue;
+    const double left = get_left(*state, f.channel), exact = std::pow(state->fitter.find_exactness(f.channel), 2);
+    if (left > kHalf * get_nominal(*state, f.channel) && left > exact && f.share < least) least = f.share, worst = i;
+  }
+  if (worst == found.size()) return false;
+  drop(worst, "most is left:", {found[worst].channel}, state);
+  return true;
+}
+
+// An error of a clock or of a mounting explains the effect as well, and it is smaller than clocks and mountings are
+// known. Then there is no mismatch to report.
+bool drop_known(const std::vector<FoundEffect>& found, SearchState* state) {
+  const auto is_little = [](const Rival& r) { return r.effect.calc_size(r.x) < r.effect.known; };
+  for (size_t i = 0; i < found.size(); ++i) {
+    if (std::none_of(found[i].rivals.begin(), found[i].rivals.end(), is_little)) continue;
+    drop(i, "clocks and mountings are known no better:", {}, state);
+    return true;
+  }
+  return false;
+}
+
+// Equations of forces on the body with a mismatch that stands out and that nothing explains.
+std::vector<size_t> list_unknown_forces(const SearchState& state) {
+  std::vector<size_t> out;
+  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
+    const std::string& kind = state.fitter.channels()[c].info.kind;
+    const bool of_force = kind == "weight" || kind.rfind("balance, force", 0) == 0;
+    const double left = get_left(state, c);
+    if (!of_force || left < kHalf * get_nominal(state, c)) continue;
+    if (left < kStandsOut * kStandsOut * state.fitter.floor(c)) continue;
+    out.push_back(c);
+  }
+  return out;
+}
+
+// An unknown force under a sole makes torques in the joints of the leg, up to the force times the lever of the sole. An
+// effect with no shape of its own, such as a drive's gain, that explains no larger torque may be that force.
+bool drop_forced(const std::vector<FoundEffect>& found, SearchState* state) {
+  const std::vector<size_t> unknown = list_unknown_forces(*state);
+  double square = 0;  // [N^2]
+  for (size_t c : unknown) square += get_left(*state, c);
+  const double force = std::sqrt(square);
+  for (size_t i = 0; i < found.size() && force > 0; ++i) {
+    const FoundEffect& f = found[i];
+    if (f.effect.lever <= 0 || state->fitter.channels()[f.channel].info.kind != "joint") continue;
+    if (std::sqrt(get_nominal(*state, f.channel)) > force * f.effect.lever) continue;
+    drop(i, "an unknown force could make it:", unknown, state);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool drop_unsteady(SearchState* state) {
+  const LeggedFit& chosen = state->chosen;
+  size_t worst = chosen.effects.size(), channel = 0;
+  double least = 1e300;
+  for (size_t i = 0; i < chosen.effects.size(); ++i) {
+    if (!chosen.effects[i].is_listed()) continue;
+    const std::vector<Regime> regimes = list_regimes(state->fitter, chosen, i, state->layout);
+    if (is_steady(regimes) && (is_expected(chosen.effects[i].info()) || is_alike(regimes))) continue;
+    const LeggedFit rest = fit_without(*state, i);
+    const double gain = calc_total_gain(*state, rest, chosen);
+    if (gain < least) least = gain, worst = i, channel = find_main_channel(*state, rest, chosen);
+  }
+  if (worst == chosen.effects.size()) return false;
+  drop(worst, "not of one size:", {channel}, state);
+  return true;
+}
+
+bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
+  return drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
+         drop_forced(found, state);
+}
+
+}  // namespace hrp::diagnosis::floating

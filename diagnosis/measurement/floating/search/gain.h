@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How much a step of the search wins, what it costs, and whether chance explains it. Gains are in n log: the number of
+// independent rows times the logarithm of the ratio of the mean squares that are left.
+#pragma once
+
+#include "diagnosis/measurement/floating/search/state.h"
+
+namespace hrp::diagnosis::floating {
+
+// What an effect must gain on held-out rows [n log].
+constexpr double kLeastHeldGain = 4;
+// Share of its equation's held-out mismatch (mean square) that an effect must take away.
+constexpr double kLeastShare = 0.1;
+// Two gains that differ by less do not decide between two effects [n log].
+constexpr double kTie = 8;
+// The same for large gains, as a share of the gain: what no law holds makes a difference in proportion to it.
+constexpr double kTieShare = 0.1;
+
+// What an effect must win on all rows to be accepted; more for each further coefficient.
+double calc_cost(const Candidate& candidate);
+
+// On fitted and held-out rows together.
+double calc_total_gain(const SearchState& state, const LeggedFit& without, const LeggedFit& with);
+
+// The equation that gains most.
+size_t find_main_channel(const SearchState& state, const LeggedFit& without, const LeggedFit& with);
+
+// Share of an equation's nominal held-out mismatch that goes from `without` to `with`.
+double calc_share(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
+
+// Whether the last effect of `with` takes away enough in comparison with the spread of the equation's signal
+// (CandidateLaw::worth).
+bool is_large_enough(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
+
+// Whether an effect is larger than its least size and than chance would make it, in all rows together. The limit is
+// low: the gain on held-out rows is the strict test.
+bool is_significant(const SearchState& state, const LeggedFit& fit, size_t effect);
+
+}  // namespace hrp::diagnosis::floating

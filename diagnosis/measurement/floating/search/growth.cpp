@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/search/growth.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/measurement/floating/search/gain.h"
+#include "diagnosis/measurement/floating/search/trials.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr size_t kMostEffects = 24;  // far more than any recording has shown
+constexpr double kStay = 0.6;  // share of its cost and of the least held-out gain that an effect must keep to stay
+
+// Adds the first of these candidates, best first, that takes a share of its equation's mismatch and is not chance.
+bool add_best(const std::vector<LeggedTrial>& trials, double least_share, SearchState* state) {
+  for (const LeggedTrial& t : trials) {
+    const size_t channel = find_main_channel(*state, state->chosen, t.fit);
+    if (calc_share(*state, state->chosen, t.fit, channel) < least_share) continue;
+    if (!is_significant(*state, t.fit, t.at()) || !is_large_enough(*state, state->chosen, t.fit, channel)) continue;
+    say_of(*state, "gain " + std::to_string(std::lround(t.gain + t.held)) + " by", t.added());
+    settle(t.fit.effects, state);
+    return true;
+  }
+  return false;
+}
+
+bool add(SearchState* state) {
+  if (state->chosen.effects.size() >= kMostEffects) return false;
+  return add_best(list_confirmed(*state, state->chosen, Pool::kListed), kLeastShare, state) ||
+         add_best(list_lasting(*state), kLastingShare, state);
+}
+
+// Whether a chosen effect still explains something that the others do not, with a possible value.
+bool is_needed(const SearchState& state, size_t effect, const LeggedFit& rest) {
+  const LeggedFit& chosen = state.chosen;
+  const Candidate& c = chosen.effects[effect];
+  const double gain = state.fitter.calc_gain(Part::kTrain, rest, chosen) - kStay * calc_cost(c);
+  const double held = state.fitter.calc_gain(Part::kHeld, rest, chosen);
+  const bool wins = gain + held > 0 && held > kStay * kLeastHeldGain;
+  if (!wins || !is_sensible(c, chosen.get(effect), state.reach)) return false;
+  const size_t channel = find_main_channel(state, rest, chosen);
+  const bool matters = !c.is_listed() || calc_share(state, rest, chosen, channel) > kLeastShare;
+  return matters && is_significant(state, chosen, effect);
+}
+
+// Takes out what the others explain by now, and what the others have made impossible. Begins again after each.
+void prune(SearchState* state) {
+  for (size_t i = state->chosen.effects.size(); i-- > 0;) {
+    const LeggedFit rest = fit_without(*state, i);
+    if (is_needed(*state, i, rest)) continue;
+    say_of(*state, "without", state->chosen.effects[i]);
+    settle(rest.effects, state);
+    i = state->chosen.effects.size();
+  }
+}
+
+// Tries all candidates in the place of each effect: it was chosen before the others were known.
+bool exchange(Pool pool, SearchState* state) {
+  bool any = false;
+  for (size_t i = 0; i < state->chosen.effects.size(); ++i) {
+    const LeggedFit rest = fit_without(*state, i);
+    const std::vector<LeggedTrial> trials = list_confirmed(*state, rest, pool);
+    if (trials.empty()) continue;
+    const double before = calc_total_gain(*state, rest, state->chosen) - calc_cost(state->chosen.effects[i]);
+    // A tie is the listed effect's: a scenario can hold it.
+    const double margin = pool == Pool::kFree ? std::max(kTie, kTieShare * before) : kTie;
+    const LeggedTrial& best = trials[0];
+    if (best.gain + best.held < before + margin || !is_significant(*state, best.fit, best.at())) continue;
+    say_of(*state, "exchanged for", best.added());
+    settle(best.fit.effects, state);
+    any = true;
+  }
+  return any;
+}
+
+bool merge_two(size_t first, size_t second, SearchState* state) {
+  const std::vector<Candidate>& chosen = state->chosen.effects;
+  std::vector<Candidate> others;
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    if (i != first && i != second) others.push_back(chosen[i]);
+  }
+  const LeggedFit rest = fit_effects(*state, others);
+  const std::vector<LeggedTrial> trials = list_confirmed(*state, rest, Pool::kListed);
+  if (trials.empty()) return false;
+  const double costs = calc_cost(chosen[first]) + calc_cost(chosen[second]);
+  const double both = calc_total_gain(*state, rest, state->chosen) - costs;
+  const LeggedTrial& best = trials[0];
+  if (best.gain + best.held < both || !is_significant(*state, best.fit, best.at())) return false;
+  say_of(*state, "one for two:", best.added());
+  settle(best.fit.effects, state);
+  return true;
+}
+
+// Replaces two effects of one family, such as masses of two links, by a single one that wins as much. The first of them
+// was chosen while the other was not known.
+bool merge_any(SearchState* state) {
+  const std::vector<Candidate>& chosen = state->chosen.effects;
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    for (size_t k = i + 1; k < chosen.size(); ++k) {
+      if (!chosen[i].is_listed() || !chosen[k].is_listed()) continue;
+      if (chosen[i].info().family != chosen[k].info().family) continue;
+      if (merge_two(i, k, state)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+void grow_listed(SearchState* state) {
+  while (add(state)) {
+  }
+  prune(state);
+  exchange(Pool::kListed, state);
+  while (merge_any(state)) {
+  }
+  prune(state);
+}
+
+void grow_free(SearchState* state) {
+  const bool exchanged = exchange(Pool::kFree, state);
+  const bool added = state->chosen.effects.size() < kMostEffects &&
+                     add_best(list_confirmed(*state, state->chosen, Pool::kFree), kLeastShare, state);
+  if (exchanged || added) prune(state);
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The equations of a recording in two halves, joined, without rows that tell nothing.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/row_table.h"
+
+namespace hrp::diagnosis::floating {
+
+// Joins rows of even and odd samples, without gyroscopes over feet that turn.
+std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd);
+
+// Takes out all equations of forces. Forces in an unknown unit tell nothing of masses and torques.
+void drop_forces(std::vector<ChannelRows>* channels);
+
+}  // namespace hrp::diagnosis::floating

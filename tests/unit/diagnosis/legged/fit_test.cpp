@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The weighted fit of effects over all equations: gains, noise, columns, laws.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/least_squares.h"
+#include "diagnosis/measurement/floating/remaining.h"
+#include "tests/unit/diagnosis/legged/biped.h"
+#include "tests/unit/diagnosis/legged/rows.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+double calc_all_gain(const LeggedFitter& fitter, const LeggedFit& without, const LeggedFit& with) {
+  return fitter.calc_gain(Part::kTrain, without, with) + fitter.calc_gain(Part::kHeld, without, with);
+}
+
+// I = I_cm + m (c.c 1 - c c^T) by the parallel axes; the columns about the middle of the way give all of its change.
+TEST(LeggedColumns, InertiaOfAMassThatLiesElsewhereIsExact) {
+  const Experiment e = make_biped({});
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  const ColumnLayout at(log);
+  const std::vector<Candidate> all = list_candidates(log, at);
+  const auto moved = std::find_if(all.begin(), all.end(), [](const Candidate& c) {
+    return c.law == &get_laws().com_error && c.where.at("link") == "l_thigh";
+  });
+  ASSERT_NE(moved, all.end());
+  const Vector3d d(0.02, -0.03, 0.05), c = moved->center;
+  const Candidate exact = make_moved(*moved, at, d);
+  const double mass = 4;
+  const auto about = [&](const Vector3d& p) -> Matrix3d {
+    return mass * (p.squaredNorm() * Matrix3d::Identity() - p * p.transpose());
+  };
+  const Matrix3d change = about(c + d) - about(c);
+  double xx = 0, yz = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    for (const auto& [column, factor] : exact.terms[i]) {
+      if (column == at.link(moved->place, 4)) xx += factor * d(static_cast<long>(i));
+      if (column == at.link(moved->place, 8)) yz += factor * d(static_cast<long>(i));
+    }
+  }
+  EXPECT_NEAR(xx, change(0, 0), 1e-12);  // rounding
+  EXPECT_NEAR(yz, change(1, 2), 1e-12);
+}
+
+// A lack that is the same all the time is one long error. Counted so, nothing that explains it would ever be worth its
+// name.
+TEST(LeggedFit, WhatLacksAllTheTimeCountsByTheErrorsThatItsCauseLeaves) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  RowHalves rows(1, 600, {{kWeight, {0}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    rows.add_cell(i, 1, [&](RowTable* half, double) {
+      half->begin_row(0, 20 + 8 * normal(random), 400 + 40 * std::sin(0.1 * i)), half->add(0, 0, 1.0);
+    });
+  }
+  LeggedFitter fitter(rows.merge(), 1);
+  const LeggedFit none = fitter.fit({}), with = fitter.fit({make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}})});
+  EXPECT_LT(calc_all_gain(fitter, none, with), 60);    // 600 rows count as some 20
+  EXPECT_GT(fitter.calc_gain_after(none, with), 300);  // they are 600: 600 log((20^2 + 8^2 / 2) / (8^2 / 2)) is 1500
+}
+
+// An equation that no effect changes has no products to sum.
+TEST(LeggedFit, AnEquationWithoutColumnsKeepsItsMismatch) {
+  RowHalves rows(1, 300, {{kWeight, {}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    rows.add_cell(i, 1, [](RowTable* half, double) { half->begin_row(0, 7, 400); });
+  }
+  const LeggedFitter fitter(rows.merge(), 1);
+  EXPECT_DOUBLE_EQ(fitter.fit({}).mean_square[0][0], 49);
+}
+
+// Halves whose errors oppose each other differ by more than noise does: their difference overstates it. What explains
+// the readings by halves is worth the same all the same.
+TEST(LeggedFit, AnEffectBelowAnOverstatedNoiseStillGains) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  RowHalves rows(1, 600, {{make_joint_channel("A"), {0}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double x = normal(random), opposed = 8 * normal(random), noise = 2 * normal(random);
+    rows.add_cell(i, 1, [&](RowTable* half, double sign) {
+      half->begin_row(0, 3 * x + noise + sign * opposed, 20), half->add(0, 0, x);
+    });
+  }
+  LeggedFitter fitter(rows.merge(), 1);
+  const LeggedFit none = fitter.fit({}),
+                  with = fitter.fit({make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}})});
+  EXPECT_EQ(none.mean_square[0][0], 0) << "3^2 + 2^2 - 8^2 is negative";
+  EXPECT_NEAR(with.x(0), 3, 0.4);  // four errors of 2 / sqrt(600)
+  // 600 log((9 + 64) / 64) over all rows is 79; half of them are fitted. Chance alone gains 1.
+  EXPECT_GT(calc_all_gain(fitter, none, with), 40);
+}
+
+// A fit that no sums can tell says nothing of errors: the next fits weigh as before.
+TEST(LeggedFit, AColumnThatIsNoiseAloneSpoilsNoOtherFit) {
+  LeggedFitter fitter(make_calm_and_rough(), 2);
+  const Candidate rotor = make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}});
+  for (int round = 0; round < 4; ++round) fitter.update_weights(fitter.fit({rotor}));
+  const LeggedFit noise = fitter.fit({make_candidate(EffectId::kViscous, "A", {{{1, 1.0}}})});
+  ASSERT_FALSE(noise.x.allFinite()) << "1 - 3^2 is negative";
+  fitter.update_weights(noise);
+  EXPECT_NEAR(fitter.fit({rotor}).x(0), 100, 1);  // 1 %: errors of 1 in 450 swings of 1 are 0.05
+}
+
+// How much of what play predicts give predicts, too, by torques of one size or of all sizes up to the largest.
+double calc_overlap_of_play_and_give(bool one_size) {
+  std::mt19937 random(17);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> spread(0, 1);
+  RowHalves rows(2, 3000, {{{"tilt, roll", "/joint_states", "rad", "foot", "A"}, {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double torque = one_size ? 1 : spread(random);
+    rows.add_cell(i, 1, [&](RowTable* half, double) {
+      half->begin_row(0, 0, 1), half->add(0, 0, 0.5), half->add(0, 1, torque + normal(random));
+    });
+  }
+  const LeggedFitter fitter(rows.merge(), 2);
+  return fitter.calc_overlap(make_candidate(EffectId::kBacklash, "A", {{{0, 1.0}}}),
+                             make_candidate(EffectId::kElasticity, "A", {{{1, 1.0}}}));
+}
+
+// Play moves a link by the sign of its torque, give in proportion to it. Over torques that are spread evenly up to
+// their largest, (E |T|)^2 / E T^2 = (1/2)^2 / (1/3); over torques of one size nothing is left to tell them apart.
+TEST(LeggedFit, PlayAndGiveAreAsAlikeAsTorquesAreOfOneSize) {
+  // Noise of 1 in 3000 rows leaves 2 / sqrt(3000) of a square of 1/3: a tenth.
+  EXPECT_NEAR(calc_overlap_of_play_and_give(false), 0.75, 0.1);
+  EXPECT_NEAR(calc_overlap_of_play_and_give(true), 1.0, 0.1);
+}
+
+TEST(LeggedLaws, AGiveThatMayBeNoneHasNoStiffness) {
+  const Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 4e-5), sure = 0.1 * x, unsure = 0.6 * x;
+  const CandidateLaw& give = get_laws().elasticity;
+  ASSERT_EQ(give.make_estimates({}, x, sure).size(), 1u);
+  EXPECT_DOUBLE_EQ(give.make_estimates({}, x, sure)[0].value[0], 25000);
+  EXPECT_TRUE(give.make_estimates({}, x, unsure).empty()) << "4e-5 +- 4.7e-5 rad/(N m), two deviations";
+}
+
+// Two joints whose errors change from row to row, so that neither stands out: of this size [N m], and noise of which
+// half comes back with the other sign, so that products of the halves lack 0.5 N^2 m^2.
+std::vector<Remaining> list_remaining_of_noise(const std::vector<size_t>& unsteady, double size) {
+  std::mt19937 random(29);
+  std::normal_distribution<double> normal;
+  RowHalves rows(1, 900, {{make_joint_channel("A"), {}}, {make_joint_channel("B"), {}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double errors[] = {size * normal(random), size * normal(random)},
+                 opposed[] = {normal(random), normal(random)};
+    rows.add_cell(i, 1, [&](RowTable* half, double sign) {
+      for (int c = 0; c < 2; ++c) half->begin_row(c, errors[c] + (sign > 0 ? 1 : -0.5) * opposed[c], 20);
+    });
+  }
+  const LeggedFitter fitter(rows.merge(), 1);
+  const LeggedFit nominal = fitter.fit({});
+  return list_remaining(fitter, nominal, nominal, unsteady);
+}
+
+// A verdict that stands on an effect that was not of one size says where that was.
+TEST(LeggedRemaining, AnEquationThatAnEffectOfManySizesHelpedIsListedWithItsPlace) {
+  EXPECT_TRUE(list_remaining_of_noise({}, 1).empty());
+  const std::vector<Remaining> left = list_remaining_of_noise({1, 1}, 1);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_EQ(left[0].where.at("joint"), "B");
+  EXPECT_NEAR(left[0].before, std::sqrt(0.5), 0.1);  // 1 - 0.5; four errors of 1.4 / sqrt(300) of the square
+  EXPECT_DOUBLE_EQ(left[0].after, left[0].before);
+}
+
+TEST(LeggedRemaining, AnEquationThatHasNothingBeyondNoiseByNowIsListedWithItsNoise) {
+  const std::vector<Remaining> left = list_remaining_of_noise({1}, 0);
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_NEAR(left[0].before, 0.25, 0.03);  // the mean of both halves
+  EXPECT_DOUBLE_EQ(left[0].share(), 1);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Force sensors that are turned against the model, and clocks that are off: found and taken back before anything else.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/spatial/turn.h"
+#include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/measurement/floating/sensor_frames.h"
+#include "servers/model_parser/robot_loader.h"
+#include "tests/unit/diagnosis/legged/biped.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+class SensorIsTurned : public testing::TestWithParam<std::pair<Vector3d, bool>> {};
+
+// A quarter or half turn is found before anything else, and nothing else is named for it.
+TEST_P(SensorIsTurned, OntoOtherAxesAndTakenBack) {
+  Hidden hidden;
+  hidden.turn = GetParam().first;
+  Recorded recorded = kLeans;
+  recorded.imu = GetParam().second;
+  const Experiment e = make_biped(hidden, recorded);
+  const std::vector<SensorFrame> frames = find_sensor_frames(e);
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_EQ(frames[0].sensor, "/wrench/l");
+  EXPECT_TRUE(frames[0].R.isApprox(make_turn(hidden.turn).toRotationMatrix(), 1e-6));
+  EXPECT_EQ(frames[0].late, 0.0);
+  EXPECT_TRUE(find_sensor_frames(convert_sensor_frames(e, frames)).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Quarters, SensorIsTurned,
+                         testing::Values(std::pair(Vector3d(0, 0, M_PI / 2), false),
+                                         std::pair(Vector3d(0, 0, M_PI), true),
+                                         std::pair(Vector3d(M_PI, 0, 0), false)));
+
+TEST(SensorFrames, NoneIsTurnedWhereNothingIsHidden) {
+  for (const bool leans : {false, true}) {
+    Recorded recorded;
+    recorded.leans = leans;
+    EXPECT_TRUE(find_sensor_frames(make_biped({}, recorded)).empty());
+  }
+}
+
+// Its z axis points down by the model, as those of the iCub's feet do: a foot that is pressed reads negative there.
+TEST(SensorFrames, ASensorThatHangsUpsideDownInTheModelIsNotTurned) {
+  Experiment e = make_biped({}, kLeans);
+  std::string urdf = make_biped_urdf(), scenario = kBipedScenario;
+  for (const std::string side : {"l", "r"}) {
+    const std::string below = make_link(side + "_ft", 0.5, 0.03);  // the foot's mass, in the sensor's axes
+    const std::string fixed = "<joint name=\"" + side + "_mount\" type=\"fixed\"><parent link=\"" + side +
+                              "_foot\"/><child link=\"" + side +
+                              "_ft\"/><origin xyz=\"0 0 0\" rpy=\"3.14159265358979 0 0\"/></joint>";
+    const size_t foot = urdf.find("<inertial>", urdf.find("<link name=\"" + side + "_foot\"")),
+                 end = urdf.find("</inertial>", foot);
+    urdf.erase(foot, end + std::string("</inertial>").size() - foot);
+    urdf.insert(urdf.rfind("</robot>"), below + fixed);
+    scenario.replace(scenario.rfind(side + "_foot}"), 6, side + "_ft");
+  }
+  e.scenario = parse_scenario(scenario, "biped.yaml");
+  e.robot = parse_robot(urdf, "biped.urdf", e.scenario);
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) {
+      if (name.back() == 'x') continue;
+      for (double& v : column) v = -v;
+    }
+  }
+  EXPECT_TRUE(find_body_units(e).empty());
+  EXPECT_TRUE(find_sensor_frames(e).empty());
+  EXPECT_TRUE(diagnose_legged(e, nullptr).evidence.findings.empty());
+}
+
+// Forces by a computer whose clock is 0.2 s behind that of the encoders.
+TEST(SensorFrames, AClockThatIsFarOffIsMoved) {
+  Experiment e = make_biped({}, kLeans);
+  const Experiment true_time = e;
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) std::rotate(column.begin(), column.end() - 50, column.end());
+  }
+  const std::vector<SensorFrame> frames = find_sensor_frames(e);
+  ASSERT_EQ(frames.size(), 2u);
+  for (const SensorFrame& f : frames)
+    EXPECT_NEAR(f.late, 0.2, 0.015);  // one and a half steps of the clock that is looked for
+}
+
+// No shift puts what a drifting clock stamped where it belongs: its rate is an effect of its own.
+TEST(SensorFrames, AClockThatRunsFastIsNotMoved) {
+  Experiment e = make_biped({}, kLeans);
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) {
+      const std::vector<double> was = column;
+      for (size_t k = 0; k < was.size(); ++k) column[k] = was[std::min(was.size() - 1, k + k / 50)];  // 2 %
+    }
+  }
+  for (const SensorFrame& f : find_sensor_frames(e)) EXPECT_EQ(f.late, 0.0) << f.sensor;
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating

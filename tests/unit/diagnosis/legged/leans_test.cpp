@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Findings on the biped while both feet stay where they are, by encoders and force sensors, at most with an IMU.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "diagnosis/measurement/floating/diagnose.h"
+#include "tests/unit/diagnosis/legged/biped.h"
+#include "tests/unit/diagnosis/legged/late_columns.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+TEST(LeggedLeans, NothingHiddenNamesNothing) {
+  const Evidence e = diagnose_biped({}, kLeans);
+  EXPECT_TRUE(e.findings.empty());
+  EXPECT_EQ(e.verdict, Verdict::kNoMismatch);
+}
+
+TEST(LeggedLeans, LoadIsFoundWithoutAnImu) {
+  Hidden hidden;
+  hidden.load = 2.5, hidden.place = {0.05, 0, 0.2};
+  const Evidence e = diagnose_biped(hidden, kLeans);
+  ASSERT_FALSE(e.findings.empty());
+  std::vector<std::string> families{e.findings[0].family};
+  EXPECT_EQ(e.findings[0].family, "mass and its place");
+  EXPECT_EQ(e.findings[0].where.at("link"), "pelvis");
+}
+
+// Every force and every moment is 4 % larger: the masses are, or the sensors' readings.
+TEST(LeggedLeans, MassesThatAreWrongByOneFactorAreListedBesideTheScaleOfAllForceSensors) {
+  Hidden hidden;
+  hidden.heavier = 1.04;
+  const Evidence e = diagnose_biped(hidden, kLeans);
+  ASSERT_EQ(e.findings.size(), 1u);
+  const Finding& f = e.findings[0];
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  bool scale = f.effect == "sensor_scale" && f.where.at("sensor") == "/wrench", mass = f.family == "mass and its place";
+  for (const Alternative& a : f.alternatives) {
+    scale = scale || (a.effect == "sensor_scale" && a.where.at("sensor") == "/wrench");
+    mass = mass || a.family == "mass and its place";
+  }
+  EXPECT_TRUE(scale) << f.statement;
+  EXPECT_TRUE(mass) << f.statement;
+}
+
+TEST(LeggedLeans, ZeroOfAMomentIsFoundAtItsSensor) {
+  Hidden hidden;
+  hidden.zero_y = 3;
+  const Evidence e = diagnose_biped(hidden, kLeans);
+  ASSERT_EQ(e.findings.size(), 1u);
+  EXPECT_EQ(e.findings[0].effect, "sensor_bias");
+  EXPECT_EQ(e.findings[0].where.at("sensor"), "/wrench/l/torque");
+  EXPECT_NEAR(e.findings[0].parameters[0].value[1], 3, 0.15);  // 5 %: what equations are exact to
+}
+
+// Who sways a robot by hand adds a force that nobody recorded: one equation keeps it, the others are as they were.
+TEST(LeggedLeans, AHandThatPushesLeavesNoDoubtAboutTheZeroOfAMoment) {
+  Hidden hidden;
+  hidden.zero_y = 0.4, hidden.push = 200;
+  const Evidence e = diagnose_biped(hidden, kLeans);
+  const auto zero =
+      std::find_if(e.findings.begin(), e.findings.end(), [](const Finding& f) { return f.effect == "sensor_bias"; });
+  ASSERT_NE(zero, e.findings.end());
+  EXPECT_EQ(zero->where.at("sensor"), "/wrench/l/torque");
+  ASSERT_LT(e.explained, 0.25) << "the push is most of what the equations miss";
+  EXPECT_EQ(zero->statement.find("Most of what stands out is left"), std::string::npos) << zero->statement;
+  EXPECT_NE(e.verdict, Verdict::kExplained);
+}
+
+// Where feet are the ground, an ankle's zero and a sensor that is turned about its axis are one.
+TEST(LeggedLeans, SmallTurnOfASensorIsListedBesideItsAnklesZero) {
+  Hidden hidden;
+  hidden.turn = {0, 0.06, 0};
+  const Evidence e = diagnose_biped(hidden, kLeans);
+  ASSERT_EQ(e.findings.size(), 1u);
+  EXPECT_EQ(e.findings[0].effect, "joint_offset");
+  EXPECT_EQ(e.findings[0].grade, Grade::kAmbiguous);
+  ASSERT_EQ(e.findings[0].alternatives.size(), 1u);
+  const Alternative& turned = e.findings[0].alternatives[0];
+  EXPECT_EQ(turned.effect, "sensor_misalignment");
+  EXPECT_EQ(turned.where.at("sensor"), "/wrench/l");
+  EXPECT_NEAR(turned.parameters[0].value[1], 0.06, 0.006);  // 10 %: a turn is as large as its sine to 1 %
+}
+
+// Nothing but encoders and feet that stand tells how the body turns.
+TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
+  Recorded recorded = kLeans;
+  recorded.imu = true;
+  Experiment e = make_biped({}, recorded);
+  delay_columns("/imu/", 3, &e);
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_FALSE(found.findings.empty());
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_delay");
+  EXPECT_EQ(f.where.at("sensor").get<std::string>().rfind("/imu/waist", 0), 0u);
+  EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0012);  // a tenth of it: 1 ms is a quarter of a sample
+}
+
+// Feet that stay on a slope: zeros of all legs, or an IMU that sits askew, are the same constant.
+TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
+  Hidden hidden;
+  hidden.slope = 0.04;
+  Recorded recorded = kLeans;
+  recorded.imu = true, recorded.six_axes = false;
+  const Evidence found = diagnose_biped(hidden, recorded);
+  ASSERT_EQ(found.findings.size(), 1u);
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "ground_slope") << f.statement;
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  int zeros = 0, askew = 0;
+  for (const Alternative& a : f.alternatives)
+    zeros += a.effect == "joint_offset", askew += a.effect == "sensor_misalignment";
+  EXPECT_GE(zeros, 2) << "one of each ankle";
+  EXPECT_GE(askew, 1);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating

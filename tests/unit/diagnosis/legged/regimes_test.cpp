@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A law has one size in every regime that tells it.
+#include "diagnosis/measurement/floating/regimes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/unit/diagnosis/legged/biped.h"
+#include "tests/unit/diagnosis/legged/rows.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+TEST(LeggedRegimes, WhatIsThereInOnePhaseOnlyIsNoLaw) {
+  EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.8, 0.05}}));
+  EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.1, 0.05}}));
+  EXPECT_TRUE(is_steady({{"phase 1", 1.0, 0.05}, {"phase 2", 0.1, 0.4}}));  // phase 2 tells nothing
+}
+
+TEST(LeggedRegimes, NoLawChangesItsSignFromPhaseToPhase) {
+  EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.45}}));  // 3.3 deviations from 1
+  EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.55}}));   // by chance
+}
+
+// Rigid feet that roll over an edge turn under a moment, too, but not while they are pressed in the middle.
+TEST(LeggedRegimes, ASoleGivesWhereItIsPressedInTheMiddle) {
+  EXPECT_TRUE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.9, 0.05, 0.8}}));
+  EXPECT_FALSE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.7, 0.05, 0.8}}));
+}
+
+// A foot that bears 0 to 500 N; its sensor reads 6 % too much, or 30 N. One column tries a scale, one a zero.
+bool is_fault_steady(bool is_scale, bool of_scale) {
+  const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
+  const int scale = layout.sensor(0, kForceScaleColumn), zero = layout.sensor(0, kForceBiasColumn + 2);
+  std::mt19937 random(19);
+  std::normal_distribution<double> normal;
+  RowHalves rows(layout.count(), 600, {{kWeight, {scale, zero}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double bears = 250 + 250 * std::sin(0.05 * i);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, (is_scale ? 0.06 * bears : 30) + normal(random), 500);
+      half->add(0, scale, bears), half->add(0, zero, 1);
+    });
+  }
+  LeggedFitter fitter(rows.merge(), layout.count());
+  Candidate fault =
+      make_candidate(of_scale ? EffectId::kSensorScale : EffectId::kSensorBias, "", {{{of_scale ? scale : zero, 1.0}}});
+  fault.place = 0, fault.where = {{"sensor", "/wrench/l/force"}};
+  fitter.update_weights(fitter.fit({fault}));
+  return is_steady(list_regimes(fitter, fitter.fit({fault}), 0, layout));
+}
+
+TEST(LeggedRegimes, AZeroOfAForceThatGrowsWithWhatTheFootBearsIsNone) {
+  EXPECT_FALSE(is_fault_steady(true, false));
+  EXPECT_TRUE(is_fault_steady(true, true));
+  EXPECT_TRUE(is_fault_steady(false, false));
+}
+
+TEST(LeggedRegimes, CalmAndRoughRowsThatDisagreeAreTwoCauses) {
+  EXPECT_TRUE(is_alike({{"calm", 0.8, 0.1, 0.5}, {"rough", 1.3, 0.1, 0.5}}));
+  EXPECT_FALSE(is_alike({{"calm", 0.6, 0.1, 0.5}, {"rough", 1.8, 0.1, 0.5}}));
+  EXPECT_TRUE(is_alike({{"calm", 0.6, 0.45, 0.5}, {"rough", 1.8, 0.45, 0.5}}));  // by chance
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating

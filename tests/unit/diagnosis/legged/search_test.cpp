@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which effects the search names, on equations that are made by hand.
+#include "diagnosis/measurement/floating/search/search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/unit/diagnosis/legged/biped.h"
+#include "tests/unit/diagnosis/legged/rows.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+LeggedOutcome search(std::vector<ChannelRows> rows, int columns, const std::vector<Candidate>& candidates) {
+  LeggedFitter fitter(std::move(rows), columns);
+  const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
+  return search_legged(&fitter, candidates, layout, 1.0, nullptr);
+}
+
+// Its second column tells while rough rows weigh little. When its first one has explained them, they do not.
+TEST(LeggedSearch, AnEffectThatLosesItsInformationTakesNoOtherWithIt) {
+  const LeggedOutcome found = search(make_calm_and_rough(), 2,
+                                     {make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}}),
+                                      make_candidate(EffectId::kSpring, "A", {{{0, 1.0}}, {{1, 1.0}}})});
+  ASSERT_EQ(found.chosen.effects.size(), 1u);
+  EXPECT_EQ(found.chosen.effects[0].law->effect, EffectId::kRotorInertia);
+  EXPECT_NEAR(found.chosen.x(0), 100, 1);
+}
+
+// A drive that is 15 % too strong in an ankle, 6 N m at 40 N m, and a force of this size [N] on the body that nobody
+// knows.
+size_t count_gains_beside(double force) {
+  std::mt19937 random(23);
+  std::normal_distribution<double> normal;
+  RowHalves rows(1, 900, {{kBalance, {}}, {make_joint_channel("A"), {0}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double unknown = force * std::sin(0.9 * i), torque = 40 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, unknown + normal(random), 400 + 40 * std::sin(0.1 * i));
+      half->begin_row(1, 0.15 * torque + 0.2 * normal(random), torque), half->add(1, 0, torque);
+    });
+  }
+  Candidate gain = make_candidate(EffectId::kTorqueConstant, "A", {{{0, 1.0}}});
+  gain.lever = 0.1;
+  return search(rows.merge(), 1, {gain}).effects.size();
+}
+
+// Anywhere under a sole of 0.2 m, 150 N make moments of up to 15 N m at the ankle; 20 N make 2.
+TEST(LeggedSearch, ADrivesGainThatAnUnknownForceUnderTheSoleCouldMakeIsNotNamed) {
+  EXPECT_EQ(count_gains_beside(150), 0u);
+  EXPECT_EQ(count_gains_beside(20), 1u);
+}
+
+// A force of which a listed effect predicts `listed` and a free law `free` of the square; the search's first effect.
+bool is_first_listed(double listed, double free) {
+  std::mt19937 random(31);
+  std::normal_distribution<double> normal;
+  RowHalves rows(2, 900, {{kBalance, {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double force = normal(random), other = normal(random), another = normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 20 * force + normal(random), 400 + 40 * std::sin(0.1 * i));
+      half->add(0, 0, std::sqrt(listed) * force + std::sqrt(1 - listed) * other);
+      half->add(0, 1, std::sqrt(free) * force + std::sqrt(1 - free) * another);
+    });
+  }
+  Candidate hold = make_candidate(EffectId::kNamed, "A", {{{1, 1.0}}});
+  hold.law = &get_laws().hold;
+  const LeggedOutcome out = search(rows.merge(), 2, {make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), hold});
+  return !out.effects.empty() && out.effects[0].effect.is_listed();
+}
+
+TEST(LeggedSearch, AFreeLawTakesThePlaceOfANameOnlyWhereItWinsOutright) {
+  EXPECT_FALSE(is_first_listed(0.9, 0.999));
+  EXPECT_TRUE(is_first_listed(0.999, 0.9));
+  EXPECT_TRUE(is_first_listed(0.99, 0.99)) << "a tie is the effect's, which a scenario can hold";
+}
+
+// Friction, and a delay of 1 us per N m s/rad whose column is the same but for a hundredth.
+size_t count_frictions(double coefficient, double known) {
+  std::mt19937 random(29);
+  std::normal_distribution<double> normal;
+  RowHalves rows(2, 900, {{make_joint_channel("A"), {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double speed = std::sin(0.9 * i), other = 0.01 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, coefficient * speed + 0.02 * normal(random), 2 * speed);
+      half->add(0, 0, speed), half->add(0, 1, 1e6 * (speed + other));
+    });
+  }
+  Candidate delay = make_candidate(EffectId::kDelay, "A", {{{1, 1.0}}});
+  delay.known = known, delay.least = 5 * known;
+  return search(rows.merge(), 2, {make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), delay}).effects.size();
+}
+
+// Rows of 2.5 ms tell instants to a tenth of it: 0.2 us of delay are no mismatch, whatever else they look like.
+TEST(LeggedSearch, WhatADelayFarBelowOneSampleExplainsAsWellIsNotNamed) {
+  EXPECT_EQ(count_frictions(0.2, 250e-6), 0u);
+  EXPECT_EQ(count_frictions(0.2, 0.1e-6), 1u);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating
