@@ -24,6 +24,10 @@ void average_rows(size_t count, Table* table);
 // Rows from `begin` to before `end`; its name says the seconds.
 Recording cut_recording(const Recording& recording, size_t begin, size_t end);
 
+// The recording in parts where its clock has a gap: nobody knows what was commanded there, and a prediction from the state
+// before it fails behind it. Shorter parts than a second are left out; the whole one where no other is left.
+std::vector<Recording> cut_at_gaps(const Recording& recording, std::vector<std::string>* warnings);
+
 // The recording cut to about `seconds`: those 10 s pieces in which the joints move most, each against its own fastest.
 // Neighbours stay together. The whole one when it is not longer.
 std::vector<Recording> cut_to_stretches(const Recording& recording, double seconds);

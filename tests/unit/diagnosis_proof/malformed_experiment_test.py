@@ -328,6 +328,14 @@ class Malformed(unittest.TestCase):
         _, _, report = self.answered(change=self.train(lambda _: make_csv(rows)))
         self.assertNotIn("not the derivative of the commanded positions", report)
 
+    def test_a_gap_of_the_clock_explains_nothing(self):
+        def lose(f):
+            for name, phase in (("train_1.csv", 0.3), ("validate_1.csv", 1.7)):
+                f[name] = make_csv([r for r in make_rows(phase, seconds=6.0) if not 2.0 < r[0] < 4.0])
+        status, text, report = self.run_tool(change=lose)
+        self.assertEqual((status, json.loads(report)["verdict"]), (0, "no_mismatch"), text)
+        self.assertIn("train_1.csv: a gap without samples from 2 to 4 s: nothing is carried across", report)
+
     def test_recordings_of_a_moment_are_answered_with_a_warning(self):
         self.refused("train_1.csv:1:1: error: time: has 7 different stamps, expected at least 8", change=self.train(lambda t: "\n".join(t.split("\n")[:8]) + "\n"))
         _, _, report = self.answered(change=self.train(lambda t: "\n".join(t.split("\n")[:9]) + "\n"))
