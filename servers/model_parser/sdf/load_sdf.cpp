@@ -46,7 +46,7 @@ sdf::SDFPtr make_empty_sdf() {
   root->SetRequired(schema.GetRequired());
   for (const sdf::ParamPtr& a : schema.GetAttributes()) root->AddAttribute(a->GetKey(), a->GetTypeName(), a->GetDefaultAsString(), a->GetRequired(), a->GetDescription());
   for (size_t i = 0; i < schema.GetElementDescriptionCount(); ++i) root->AddElementDescription(schema.GetElementDescription(static_cast<unsigned int>(i)));
-  const sdf::SDFPtr out = std::make_shared<sdf::SDF>();
+  sdf::SDFPtr out = std::make_shared<sdf::SDF>();
   out->Root(root);
   return out;
 }
