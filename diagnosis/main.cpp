@@ -20,7 +20,8 @@ int main(int argc, char** argv) {
       "Compares recordings of a robot with its model. Finds and fits the physics and sensor faults that the model lacks.\n"
       "Writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
       "Example: hrp-diagnose models/experiments/arm --out diagnosed\n"
-      "Exit status: 0 a verdict was reached, 2 bad input (the message has file, line and column), 1 a fault of the tool."};
+      "Exit status: 0 a verdict was reached, 2 bad input (the message has file, line and column), 1 results could not be\n"
+      "written (the message has the reason), or a fault of the tool."};
   app.set_version_flag("--version", hrp::get_version_text("hrp-diagnose"));
   std::string experiment_path, out;
   int jobs = static_cast<int>(std::thread::hardware_concurrency());
@@ -72,9 +73,9 @@ int main(int argc, char** argv) {
     const Experiment experiment = load_experiment(experiment_path);
     if (check) {
       std::printf("%s", check_recordings(experiment).c_str());
-      return 0;
+      return hrp::finish_output("hrp-diagnose") ? 0 : 1;
     }
-    hrp::prepare_folder(out);
+    hrp::prepare_folder(out, 1 << 15);  // every report has more
     const auto write_first = [&](const Reports& first) { write_first_report(out, first); };
     const Reports reports = diagnose_recordings(experiment, {jobs, patience}, say, write_first);
     write_reports(experiment, out, reports);
@@ -82,7 +83,7 @@ int main(int argc, char** argv) {
     motions.jobs = jobs;
     if (next) std::printf("%s", propose_next(experiment, out, reports.report, motions, say).c_str());
     std::printf("\nReport: %s/report.html. Model: %s/updated/scenario.yaml.\n", out.c_str(), out.c_str());
-    return 0;
+    return hrp::finish_output("hrp-diagnose") ? 0 : 1;
   } catch (const hrp::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;

@@ -35,17 +35,24 @@ void write_file(const std::string& path, const std::string& text) {
   throw std::runtime_error(path + ": cannot be written: " + reason);
 }
 
-void prepare_folder(const std::string& folder) {
+void prepare_folder(const std::string& folder, size_t bytes) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) refuse(folder, "cannot be made: " + error.message() + "; expected a folder for results");
   const std::string trial = (fs::path(folder) / ".trial").string();
   try {
-    write_file(trial, "");
+    write_file(trial, std::string(bytes, '\0'));
   } catch (const std::runtime_error& failure) {
     refuse(folder, std::string("nothing can be written in it: ") + failure.what());
   }
   std::remove(trial.c_str());
+}
+
+bool finish_output(const char* program) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  std::fprintf(stderr, "%s: standard output cannot be written: %s\n", program, errno == 0 ? "an earlier write failed" : std::strerror(errno));
+  return false;
 }
 
 }  // namespace hrp

@@ -2,6 +2,7 @@
 // Results on a disk that may be full, and in folders that may not be written.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace hrp {
@@ -10,7 +11,12 @@ namespace hrp {
 // std::runtime_error with path and reason.
 void write_file(const std::string& path, const std::string& text);
 
-// Makes the folder, and tries whether files can be made in it: before the work whose results go there. Throws InputError.
-void prepare_folder(const std::string& folder);
+// Makes the folder, and tries whether a file of so many bytes can be written in it: before the work whose results go there.
+// Throws InputError.
+void prepare_folder(const std::string& folder, size_t bytes = 0);
+
+// What was printed is on its way: false where standard output takes no more, as a file on a full disk. Then says so on
+// standard error, for `program`.
+bool finish_output(const char* program);
 
 }  // namespace hrp

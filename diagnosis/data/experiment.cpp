@@ -144,6 +144,16 @@ void take_by_hand(Experiment* e) {
                                                "in all of them somebody pushes with a force that is not known: nothing is left"));
 }
 
+// On a fixed base; others cut theirs by what each sensor read anew (measurement/floating/tracks.h).
+void take_between_gaps(Experiment* e) {
+  if (e->scenario.floating_base) return;
+  std::vector<Recording> parts;
+  for (const Recording& r : e->recordings) {
+    for (Recording& part : cut_at_gaps(r, &e->warnings)) parts.push_back(std::move(part));
+  }
+  e->recordings = std::move(parts);
+}
+
 }  // namespace
 
 const char* get_quantity_name(Quantity quantity) {
@@ -187,6 +197,7 @@ Experiment load_experiment(const std::string& path) {
     e.warnings = read;
   }
   take_by_hand(&e);
+  take_between_gaps(&e);
   loader->cut();
   for (Recording& r : e.recordings) repair_recording(e, &r, &e.warnings);
   check_plausibility(&e);

@@ -84,7 +84,7 @@ int choose_window(const std::vector<double>& time, const std::vector<Source>& so
   double first = 0.0;
   int chosen = windows[0];
   for (int half : windows) {
-    if (static_cast<size_t>(4 * half) > time.size()) break;
+    if (4 * static_cast<size_t>(half) > time.size()) break;
     double chi2 = 0.0, dof = 0.0, variance = 0.0, n = 0.0;
     for (size_t k = static_cast<size_t>(half); k + static_cast<size_t>(half) < time.size(); k += 7) {
       const LocalFit fit = fit_local(time, sources, k, half, true);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
@@ -13,6 +14,8 @@ namespace {
 
 constexpr double kPiece = 10.0;    // [s]
 constexpr double kGap = 5.0;       // sampling periods
+constexpr double kGapTime = 0.1;   // [s] that a gap lasts at least, as in a bag (bag_table.cpp)
+constexpr double kShortest = 1.0;  // [s] of a part between gaps
 constexpr double kHeldOut = 1.0 / 3.0;
 
 template <typename Value>
@@ -111,6 +114,18 @@ std::vector<Recording> cut_all(const std::vector<const Recording*>& recordings, 
   return cut_pieces(recordings, choose_pieces(list_pieces(recordings), recordings, seconds));
 }
 
+// Rows behind gaps.
+std::vector<size_t> find_ends_of_gaps(const std::vector<double>& time) {
+  std::vector<double> steps;
+  for (size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
+  const double gap = std::max(kGapTime, kGap * find_median(steps));
+  std::vector<size_t> ends;
+  for (size_t k = 1; k < time.size(); ++k) {
+    if (steps[k - 1] > gap) ends.push_back(k);
+  }
+  return ends;
+}
+
 void copy_all_but_recordings(const Experiment& from, Experiment* to) {
   to->path = from.path, to->folder = from.folder, to->scenario = from.scenario, to->robot = from.robot, to->keys = from.keys;
   to->joint_noise = from.joint_noise, to->other_noise = from.other_noise, to->warnings = from.warnings;
@@ -133,6 +148,28 @@ Recording cut_recording(const Recording& r, size_t begin, size_t end) {
   }
   for (const auto& [name, values] : r.other) out.other[name] = cut(values, begin, end);
   return out;
+}
+
+std::vector<Recording> cut_at_gaps(const Recording& r, std::vector<std::string>* warnings) {
+  std::vector<size_t> begins = find_ends_of_gaps(r.time);
+  if (begins.empty()) return {r};
+  const size_t gaps = begins.size(), first = begins[0];
+  begins.insert(begins.begin(), 0), begins.push_back(r.size());
+  std::vector<Recording> parts;
+  double lost = 0.0;
+  for (size_t i = 0; i + 1 < begins.size(); ++i) {
+    const double seconds = r.time[begins[i + 1] - 1] - r.time[begins[i]];
+    if (seconds >= kShortest) {
+      parts.push_back(cut_recording(r, begins[i], begins[i + 1]));
+    } else {
+      lost += seconds;
+    }
+  }
+  if (parts.empty()) return {r};
+  warnings->push_back(r.spec.name + ": " + (gaps == 1 ? "a gap" : std::to_string(gaps) + " gaps, the first") + " without samples from " +
+                      number(r.time[first - 1], 5) + " to " + number(r.time[first], 5) + " s: nothing is carried across" +
+                      (lost > 0.0 ? "; " + number(lost, 3) + " s in parts shorter than a second are left out" : ""));
+  return parts;
 }
 
 size_t find_averaging(double numbers, double rate) {

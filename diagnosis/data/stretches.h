@@ -24,6 +24,10 @@ void average_rows(size_t count, Table* table);
 // Rows [begin, end) as a recording; its name contains the seconds.
 Recording cut_recording(const Recording& recording, size_t begin, size_t end);
 
+// Parts of a recording between gaps of its clock: nobody knows what was commanded in a gap, so a prediction across it
+// fails. Leaves out parts shorter than 1 s. Returns the whole recording if no other part is left.
+std::vector<Recording> cut_at_gaps(const Recording& recording, std::vector<std::string>* warnings);
+
 // Selects about `seconds` of a recording: pieces of 10 s in which the joints move most, each relative to its own
 // fastest piece. Adjacent pieces stay together. Returns the whole recording if it is not longer.
 std::vector<Recording> cut_to_stretches(const Recording& recording, double seconds);

@@ -119,7 +119,7 @@ std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
     if (p.axis > 0 || p.nuisance || !finding["parameters"].contains(p.name)) continue;
     const Json& stated = finding["parameters"][p.name];
     if (!stated.is_object() || !stated.contains("value")) continue;
-    const std::string why = find_odd_value(p, list_numbers(stated["value"]), reach, mass);
+    std::string why = find_odd_value(p, list_numbers(stated["value"]), reach, mass);
     if (!why.empty()) return why;
   }
   return "";

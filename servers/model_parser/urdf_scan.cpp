@@ -7,6 +7,7 @@
 
 #include <tinyxml2.h>
 
+#include "common/base/printable.h"
 #include "servers/model_parser/add_error.h"
 #include "servers/model_parser/xml_values.h"
 
@@ -56,6 +57,9 @@ void Scanner::error(const Element& at, const std::string& owner, const std::stri
 std::string Scanner::read_name(const Element& element, const std::string& kind) {
   std::string name = get_attribute(element, "name");
   if (name.empty()) error(element, "", "has no name; every " + kind + " needs one");
+  // Scenarios are UTF-8 and could not say it. Comments may be in any encoding.
+  const size_t at = find_strange_byte(name);
+  if (at != std::string::npos) error(element, "", describe_strange_byte(name, at));
   return name;
 }
 
@@ -335,12 +339,7 @@ UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics
   scan.file = file;
   tinyxml2::XMLDocument document;
   if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
-    std::string reason = document.ErrorStr() == nullptr ? "" : document.ErrorStr();
-    const size_t cut = reason.find("ErrorID=");
-    if (cut != std::string::npos && reason.find(": ", cut) != std::string::npos) {
-      reason = reason.substr(reason.rfind("XML_") == std::string::npos ? 0 : reason.find("XML_"));
-    }
-    add_error(file, document.ErrorLineNum(), "", "not valid XML: " + reason, diagnostics);
+    add_xml_error(document, text, file, diagnostics);
     return scan;
   }
   Element* robot = document.FirstChildElement("robot");

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/model_parser/xml_values.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
 #include <string>
 
 #include <tinyxml2.h>
+
+#include "common/base/printable.h"
+#include "servers/model_parser/add_error.h"
 
 namespace hrp {
 
@@ -26,6 +30,25 @@ std::vector<double> parse_numbers(const char* text, size_t count) {
 std::string get_attribute(const tinyxml2::XMLElement& element, const char* name) {
   const char* value = element.Attribute(name);
   return value == nullptr ? "" : value;
+}
+
+std::string describe_strange_byte(const std::string& text, size_t at) {
+  return "byte " + std::to_string(static_cast<unsigned char>(text[at])) + " is not UTF-8; expected a text in UTF-8";
+}
+
+void add_xml_error(const tinyxml2::XMLDocument& document, const std::string& text, const std::string& file,
+                   Diagnostics* diagnostics) {
+  const size_t at = find_strange_byte(text);
+  if (at != std::string::npos) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(at), '\n');
+    return add_error(file, static_cast<int>(line), "", "not valid XML: " + describe_strange_byte(text, at), diagnostics);
+  }
+  std::string reason = document.ErrorStr() == nullptr ? "" : document.ErrorStr();
+  const size_t cut = reason.find("ErrorID=");
+  if (cut != std::string::npos && reason.find(": ", cut) != std::string::npos) {
+    reason = reason.substr(reason.rfind("XML_") == std::string::npos ? 0 : reason.find("XML_"));
+  }
+  add_error(file, document.ErrorLineNum(), "", "not valid XML: " + reason, diagnostics);
 }
 
 }  // namespace hrp

@@ -89,6 +89,18 @@ TEST_F(WriteFile, AFolderForResultsIsMadeAndLeftEmpty) {
   EXPECT_TRUE(fs::is_empty(path("a/b")));
 }
 
+TEST_F(WriteFile, AFolderOnAFullDiskIsBadInput) {
+  std::string complaint;
+  {
+    const SmallDisk disk;
+    prepare_folder(path("results"), 900);
+    complaint = find_complaint([&] { prepare_folder(path("results"), 2000); });
+  }
+  EXPECT_THAT(complaint, HasSubstr("results: error: nothing can be written in it: "));
+  EXPECT_THAT(complaint, HasSubstr("File too large"));
+  EXPECT_TRUE(fs::is_empty(path("results")));
+}
+
 TEST_F(WriteFile, AFolderThatIsAFileOrCannotBeMadeIsBadInput) {
   write_file(path("file"), "x");
   EXPECT_THAT(find_complaint([&] { prepare_folder(path("file")); }), HasSubstr("file: error: cannot be made: Not a directory"));

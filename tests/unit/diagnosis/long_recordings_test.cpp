@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include <gtest/gtest.h>
 
@@ -39,6 +40,49 @@ TEST(LongRecordings, OfOneLengthStayWhole) {
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].size(), 10000u);
   EXPECT_EQ(parts[0].spec.name, "long.csv");
+}
+
+// Without the samples in which `lost` is true.
+Recording lose(const Recording& r, const std::function<bool(double)>& lost) {
+  Recording out;
+  out.spec = r.spec, out.joints.resize(1);
+  for (size_t k = 0; k < r.size(); ++k) {
+    if (lost(r.time[k])) continue;
+    out.time.push_back(r.time[k]);
+    out.joints[0].signal[0].push_back(r.joints[0].signal[0][k]);
+    out.other["/imu/hand/angular_velocity/x"].push_back(r.time[k]);
+  }
+  return out;
+}
+
+TEST(RecordingsWithGaps, FallIntoTheirPartsAndSaySo) {
+  std::vector<std::string> warnings;
+  const std::vector<Recording> parts = cut_at_gaps(lose(make_recording(), [](double t) { return t > 49.995 && t < 51.995; }), &warnings);
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_DOUBLE_EQ(parts[0].time.back(), 49.99);
+  EXPECT_DOUBLE_EQ(parts[1].time.front(), 52.0);
+  EXPECT_EQ(parts[1].other.at("/imu/hand/angular_velocity/x").front(), 52.0);
+  EXPECT_EQ(parts[1].spec.name, "long.csv (52 to 99.99 s)");
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0], "long.csv: a gap without samples from 49.99 to 52 s: nothing is carried across");
+}
+
+TEST(RecordingsWithGaps, LoseWhatIsTooShortToTellAnything) {
+  std::vector<std::string> warnings;
+  const auto lost = [](double t) { return (t > 9.995 && t < 11.995) || (t > 12.505 && t < 14.995); };
+  ASSERT_EQ(cut_at_gaps(lose(make_recording(), lost), &warnings).size(), 2u);
+  EXPECT_EQ(warnings[0], "long.csv: 2 gaps, the first without samples from 9.99 to 12 s: nothing is carried across; 0.5 s in parts "
+                         "shorter than a second are left out");
+}
+
+// Of a recording that has no second without a gap, nothing would be left.
+TEST(RecordingsWithGaps, StayWholeWhereTheGapsAreShortOrEverywhere) {
+  std::vector<std::string> warnings;
+  const auto pause = [](double period, double silent) { return [=](double t) { return std::fmod(t + 0.005, period) < silent; }; };
+  EXPECT_EQ(cut_at_gaps(make_recording(), &warnings).size(), 1u);
+  EXPECT_EQ(cut_at_gaps(lose(make_recording(), pause(0.5, 0.08)), &warnings).size(), 1u);
+  EXPECT_EQ(cut_at_gaps(lose(make_recording(), pause(0.5, 0.2)), &warnings).size(), 1u);
+  EXPECT_TRUE(warnings.empty());
 }
 
 TEST(LongRecordings, AreAveragedOnlyWhenTheyDoNotFitAndNeverBelowTheLeastRate) {

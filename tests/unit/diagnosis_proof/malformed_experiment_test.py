@@ -328,6 +328,14 @@ class Malformed(unittest.TestCase):
         _, _, report = self.answered(change=self.train(lambda _: make_csv(rows)))
         self.assertNotIn("not the derivative of the commanded positions", report)
 
+    def test_a_gap_of_the_clock_explains_nothing(self):
+        def lose(f):
+            for name, phase in (("train_1.csv", 0.3), ("validate_1.csv", 1.7)):
+                f[name] = make_csv([r for r in make_rows(phase, seconds=6.0) if not 2.0 < r[0] < 4.0])
+        status, text, report = self.run_tool(change=lose)
+        self.assertEqual((status, json.loads(report)["verdict"]), (0, "no_mismatch"), text)
+        self.assertIn("train_1.csv: a gap without samples from 2 to 4 s: nothing is carried across", report)
+
     def test_recordings_of_a_moment_are_answered_with_a_warning(self):
         self.refused("train_1.csv:1:1: error: time: has 7 different stamps, expected at least 8", change=self.train(lambda t: "\n".join(t.split("\n")[:8]) + "\n"))
         _, _, report = self.answered(change=self.train(lambda t: "\n".join(t.split("\n")[:9]) + "\n"))
@@ -384,11 +392,27 @@ class Places(unittest.TestCase):
             self.assertNotIn(" s  ", text, "something was computed first")
         self.assertEqual((self.root / "file").read_text(), "mine")
 
-    def test_a_full_disk_is_named_and_leaves_no_half_of_a_file(self):
-        def limit():  # no file may become larger, as on a full disk
+    @staticmethod
+    def make_limit(size):  # no file may become larger, as on a full disk
+        def limit():
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
-        status, text = self.run_tool(self.root / "out", preexec_fn=limit)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+        return limit
+
+    def test_a_full_disk_is_refused_before_the_work(self):
+        status, text = self.run_tool(self.root / "out", preexec_fn=self.make_limit(4000))
+        self.assertEqual(status, 2, text)
+        self.assertRegex(text, "out: error: nothing can be written in it: .*: File too large")
+        self.assertNotIn(" s  ", text, "something was computed first")
+
+    def test_a_full_standard_output_is_named(self):
+        for words in (["--check"], ["--out", self.root / "out", "--quiet"]):
+            with open("/dev/full", "w") as full:
+                run = subprocess.run([BIN / "hrp-diagnose", self.root, *words], stdout=full, stderr=subprocess.PIPE, text=True, timeout=110)
+            self.assertEqual((run.returncode, run.stderr), (1, "hrp-diagnose: standard output cannot be written: No space left on device\n"))
+
+    def test_a_disk_that_is_full_by_then_is_named_and_leaves_no_half_of_a_file(self):
+        status, text = self.run_tool(self.root / "out", preexec_fn=self.make_limit(40000))
         self.assertEqual(status, 1, text)
         self.assertRegex(text, r"out/\S+: cannot be written: File too large")
         self.assertEqual(list((self.root / "out").rglob("*.part")), [])

@@ -119,6 +119,22 @@ TEST(RobotLoader, ControlCharactersInNamesAreSaidAsCodes) {
   EXPECT_THAT(find_complaint(make_link("\xe8\x84\x9a", "<inertial><mass value='-1'/></inertial>")), HasSubstr("link '\xe8\x84\x9a'")) << "other letters stay";
 }
 
+// A scenario, which is UTF-8, could not say such a name. Latin-1 in a comment harms nobody.
+TEST(RobotLoader, AnotherEncodingIsNamedWithItsLine) {
+  EXPECT_THAT(find_complaint(make_link("a") + make_link("f\xfc\xdf")), HasSubstr("r.urdf:3: error: <link>: byte 252 is not UTF-8; expected a text in UTF-8"));
+  EXPECT_THAT(find_complaint(make_link("a") + make_link("b") + make_joint("h\xfc", "continuous", "a", "b")), HasSubstr("r.urdf:4: error: <joint>: byte 252"));
+  EXPECT_EQ(find_complaint("<!-- h\xfc -->" + make_link("a")), "");
+  const auto complain = [](const std::string& text) -> std::string {
+    try {
+      parse_robot(text, "r.urdf", make_scenario());
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(complain(std::string("\xff\xfe<\0r\0/\0>\0", 10)), HasSubstr("r.urdf:1: error: not valid XML: byte 255 is not UTF-8"));
+}
+
 TEST(RobotLoader, ScenarioOverridesRotorInertiaAndDrives) {
   const TreeSpec tree = load_arm("base: fixed\nrotor_inertia: {elbow: 0.5}\nunactuated: [grip]\n").tree;
   EXPECT_DOUBLE_EQ(tree.joint(2).rotor_inertia, 0.5);

@@ -118,5 +118,32 @@ TEST(SdfWorld, WhatIsNotHeldIsRefusedByNameAndLine) {
   EXPECT_THAT(find_complaint("<include><uri>model://nowhere</uri></include>"), HasSubstr("libsdformat refuses it"));
 }
 
+// libsdformat says no reason, and repeats the file.
+TEST(SdfWorld, WhatIsNoSdfIsRefusedWithItsLine) {
+  const Scenario scenario = parse_scenario(kBox + "world: w.sdf\n", "/dir/s.yaml");
+  const auto complain = [&](const std::string& text) {
+    Diagnostics diagnostics;
+    read_sdf_world(text, scenario, &diagnostics);
+    return diagnostics.error_text();
+  };
+  EXPECT_THAT(complain("<sdf version='1.9'>\n<world name='w'>\n</wrold></sdf>"), HasSubstr("/dir/w.sdf:2: error: not valid XML: XML_ERROR_MISMATCHED_ELEMENT"));
+  EXPECT_THAT(complain("<sdf version='1.9'>\n<world name='w\xe9'>"), HasSubstr("/dir/w.sdf:2: error: not valid XML: byte 233 is not UTF-8"));
+  for (const char* text : {"<sdf><world name='w'/></sdf>", "<svg/>"})
+    EXPECT_EQ(complain(text), "/dir/w.sdf: error: libsdformat refuses it: expected <sdf version=\"...\">") << text;
+}
+
+// What is read once for all texts stays as it was.
+TEST(SdfWorld, NoTextChangesHowTheNextIsRead) {
+  const std::string box = make_model("box", "<box><size>1 2 3</size></box>");
+  Diagnostics diagnostics, odd;
+  const WorldSpec first = read(box, &diagnostics);
+  read(make_model("box", "<box><size>4 5 6</size><own>7</own></box><sphere/>", "<static>false</static><pose>x</pose>"), &odd);
+  const WorldSpec again = read(box, &diagnostics);
+  EXPECT_FALSE(diagnostics.has_errors()) << diagnostics.error_text();
+  ASSERT_EQ(first.obstacles.size(), 1u);
+  ASSERT_EQ(again.obstacles.size(), 1u);
+  EXPECT_EQ(again.obstacles[0].size, first.obstacles[0].size);
+}
+
 }  // namespace
 }  // namespace hrp
