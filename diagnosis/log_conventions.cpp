@@ -191,6 +191,10 @@ enum class Of { kAll, kJoints };
 struct Explanation {
   std::vector<double> cross, effective;  // by joint: mean square left over its effort's, and independent samples
   double cost = 0.0;                     // [nats] of its terms
+
+  bool is_exact() const {
+    return std::all_of(cross.begin(), cross.end(), [](double left) { return left <= kExact; });
+  }
 };
 
 Explanation explain(const Experiment& e, int jobs, Of of = Of::kAll) {
@@ -245,8 +249,10 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   const Explanation without = explain(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kAlone;
-  // Beside a load a zero is one more effect, however much of the load it would do.
-  const bool alone = most && compare(explain(convert_zeros(e, found.joints), jobs, Of::kJoints), without) > -kParsimony;
+  // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
+  // the logged zeros, a zero alone has to do so, too.
+  const Explanation by_zero = most ? explain(convert_zeros(e, found.joints), jobs, Of::kJoints) : Explanation{};
+  const bool alone = most && compare(by_zero, without) > -kParsimony && (by_zero.is_exact() || !without.is_exact());
   if (!alone && gain < cost + kNats) return {};
   for (const JointZero& zero : found.joints) {
     if (zero.turned) fail_turned(e, zero);
