@@ -77,6 +77,7 @@ class Search {
     outcome.spent = is_spent();
     progress_(format("sets of effects took %.0f %% of the work allowed", 100.0 * calc_share()));
     try_special_cases();
+    try_parts();
     outcome.best = trials_.best().hypothesis;
     decide(&outcome);
     trials_.finish(&outcome.chosen);
@@ -102,6 +103,17 @@ class Search {
       if (!simpler.p.empty()) other[i] = {simpler.id, best[i].place, simpler.p};
       if (!simpler.p.empty() && !trials_.has(other)) trials_.add(other);
       if (is_rigid_rotor(best[i])) try_transmissions(best, i);
+    }
+  }
+
+  // Tries the set that explains without each of its effects, where that was not simulated. With the values of the whole set,
+  // a part may explain alone what it could not from the start values of the screening.
+  void try_parts() {
+    const Trial best = trials_.best();
+    for (size_t i = 0; i < best.hypothesis.size() && best.hypothesis.size() > 1 && is_explained(best, nominal_); ++i) {
+      Hypothesis part = best.hypothesis;
+      part.erase(part.begin() + static_cast<long>(i));
+      if (!trials_.has(part)) trials_.add(part);
     }
   }
 
