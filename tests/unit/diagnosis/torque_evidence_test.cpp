@@ -615,7 +615,29 @@ TEST(TorqueEvidence, InertiaOfALevelCartIsAmbiguousWhateverItIsCalled) {
     if (f.effect == "viscous_friction") continue;
     EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
     EXPECT_FALSE(f.alternatives.empty()) << f.statement;
+    // Alternatives are as well known as the finding: the recordings have no noise to speak of.
+    for (const Alternative& a : f.alternatives) {
+      for (const Estimate& p : a.parameters) EXPECT_LE(p.std[0], 0.05 * std::abs(p.value[0])) << a.effect << " " << p.name;
+    }
   }
+}
+
+// The axis stands upright, so gravity loads nothing, and the bodies take a tenth of the effort: the drive moves its own rotor.
+TEST(TorqueEvidence, FrictionOfTheLoadOfADriveThatMovesItsOwnRotorGrowsWithItsEffort) {
+  const char* const table = R"(<robot name="table"><link name="base"/>
+      <link name="plate"><inertial><mass value="2"/>
+        <inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial></link>
+      <joint name="turn" type="revolute"><parent link="base"/><child link="plate"/><axis xyz="0 0 1"/>
+        <limit lower="-3" upper="3" effort="500" velocity="10"/></joint></robot>)";
+  const Experiment e = make_simulated_experiment("torque_table", table, {"turn"},
+                                                 {{EffectId::kRotorInertia, 0, {0.5}}, {EffectId::kViscous, 0, {0.3}}, {EffectId::kLoadFriction, 0, {0.12, 1e-5}}});
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* friction = find(verdict, "load_dependent_friction", "turn");
+  const Finding* rotor = find(verdict, "rotor_inertia", "turn");
+  ASSERT_NE(friction, nullptr);
+  ASSERT_NE(rotor, nullptr);
+  EXPECT_NEAR(friction->parameters[0].value[0], 0.12, 0.012) << friction->statement;  // a tenth: reversals are filtered
+  EXPECT_NEAR(rotor->parameters[0].value[0], 0.5, 0.01) << rotor->statement;
 }
 
 // From measured efforts a simulation drifts within seconds; over half a second the right model is near the recording.
