@@ -117,7 +117,7 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   constexpr double kTurn = 0.05, kDelay = 0.01;  // [rad, s] to which they are told here
   if (frame.is_turned()) {
     const Vector3d rpy = floating::find_roll_pitch_yaw(frame.R);
-    const auto degrees = [](double angle) { return number(angle * 180.0 / M_PI, 3); };
+    const auto degrees = [](double angle) { return number(std::round(angle * 180.0 / M_PI) + 0.0, 3); };  // no "-0"
     findings->push_back(make_frame_finding(frame, get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad"),
                                            ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
                                                degrees(rpy.z()) + " degrees."));
