@@ -37,12 +37,6 @@ std::vector<Matrix3d> list_quarter_turns() {
   return out;
 }
 
-Vector3d get(const Track* xyz, size_t k) {
-  Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
-  return v;
-}
-
 // Calls `use` with the moments of a log that its motion is known at.
 void walk(const LeggedLog& log, const std::function<void(const Clip&, size_t, BodyMotion*)>& use) {
   for (const Clip& clip : log.clips) {
@@ -138,8 +132,8 @@ Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::v
     double sum = 0.0;
     for (const Expected& e : expected) {
       const size_t k = shift(e.k, clock, *e.clip, log);
-      if (sensor.accelerometer) sum += (R * get(e.clip->imus[imu].accelerometer, k) / per_unit - e.force).squaredNorm() / (kTilt * kTilt);
-      sum += (R * get(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRate * kRate);
+      if (sensor.accelerometer) sum += (R * get_values(e.clip->imus[imu].accelerometer, k) / per_unit - e.force).squaredNorm() / (kTilt * kTilt);
+      sum += (R * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRate * kRate);
     }
     // What is expected is no better known than that: so much is left of a sensor that is mounted as it should be.
     return sum / static_cast<double>(expected.size()) + 1.0;
@@ -188,7 +182,7 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
   if (balances.size() < kLeast) return {};
   const auto add = [&](const Balance& b, size_t s, const Matrix3d& R, const Clock& clock, Vector6d* left) {
     const size_t k = shift(b.k, clock, *b.clip, log);
-    const Vector3d f = b.R[s] * R * get(&b.clip->force[6 * s], k), m = b.R[s] * R * get(&b.clip->force[6 * s + 3], k);
+    const Vector3d f = b.R[s] * R * get_values(&b.clip->force[6 * s], k), m = b.R[s] * R * get_values(&b.clip->force[6 * s + 3], k);
     left->head<3>() -= (m + b.p[s].cross(f)) / kArm, left->tail<3>() -= f;
   };
   const auto sum_up = [&](const std::function<bool(size_t)>& is_tried, const Matrix3d& R, const Clock& clock) {

@@ -39,6 +39,18 @@ std::vector<double> convolve(const std::vector<double>& kernel, const std::vecto
 
 }  // namespace
 
+Vector3d get_values(const Track* xyz, size_t k) {
+  Vector3d v = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
+  return v;
+}
+
+Vector3d get_rates(const Track* xyz, size_t k) {
+  Vector3d v = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].rate[k];
+  return v;
+}
+
 std::vector<double> smooth_evenly(const std::vector<double>& raw, double step, double sigma) {
   return convolve(make_kernel(step, sigma), raw);
 }

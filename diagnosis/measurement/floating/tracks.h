@@ -16,6 +16,10 @@ struct Track {
   bool empty() const { return value.empty(); }
 };
 
+// Three tracks at one stamp, as a vector; 0 where one was not recorded.
+Vector3d get_values(const Track* xyz, size_t k);
+Vector3d get_rates(const Track* xyz, size_t k);
+
 // Samples [begin, end) of a recording, without a gap between.
 struct Span {
   size_t begin = 0, end = 0;

@@ -9,18 +9,6 @@
 
 namespace hrp::diagnosis::floating {
 
-Vector3d get_values(const Track* xyz, size_t k) {
-  Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
-  return v;
-}
-
-Vector3d get_rates(const Track* xyz, size_t k) {
-  Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].rate[k];
-  return v;
-}
-
 bool is_whole(const LeggedLog& log, const ForceSensor& s) {
   return s.has_wrench() || (s.has_force() && (s.foot < 0 || !log.feet[static_cast<size_t>(s.foot)].flat));
 }

@@ -21,10 +21,6 @@ struct PointWrench {
   bool whole = true;          // false: a part of the wrench is unknown, so that joints are not to see it
 };
 
-// Values of three tracks; 0 where one was not recorded.
-Vector3d get_values(const Track* xyz, size_t k);
-Vector3d get_rates(const Track* xyz, size_t k);
-
 // Whether a sensor tells all that the ground does to the robot there: six axes, or three under a foot that touches in a
 // point. Joints above any other sensor are compared only while its foot is in the air.
 bool is_whole(const LeggedLog& log, const ForceSensor& sensor);

@@ -18,18 +18,6 @@ constexpr double kCarried = 0.5;
 constexpr double kPlumbError = 3e-3;  // [rad] of an attitude by gravity alone: an acceleration of 0.03 m/s^2 that lasts
 constexpr size_t kMostPairs = 4;   // feet that are compared pair by pair
 
-Vector3d get(const Track* xyz, size_t k) {
-  Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
-  return v;
-}
-
-Vector3d get_rate(const Track* xyz, size_t k) {
-  Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].rate[k];
-  return v;
-}
-
 // Roll and pitch of a foot whose axes see the vertical as `up`.
 Eigen::Vector2d calc_tilt(const Vector3d& up) {
   return {std::atan2(up.y(), up.z()), -std::asin(std::clamp(up.x(), -1.0, 1.0))};
@@ -118,10 +106,10 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
   load.force = calc_vertical_force(log_, c, s, k);
   load.known = true;
   if (!sensor.has_wrench() || sensor.world) return load;
-  const Vector3d force = sensor.X_LS.R * get(&c.force[6 * s], k);
-  load.moment = move_to_sole(sensor, foot, get(&c.force[6 * s], k), get(&c.force[6 * s + 3], k));
+  const Vector3d force = sensor.X_LS.R * get_values(&c.force[6 * s], k);
+  load.moment = move_to_sole(sensor, foot, get_values(&c.force[6 * s], k), get_values(&c.force[6 * s + 3], k));
   load.force = force.z() + kCarried * sensor.hangs * log_.experiment->scenario.gravity_W.norm();
-  load.rate = (sensor.X_LS.R * get_rate(&c.force[6 * s], k)).z(), load.whole = force;
+  load.rate = (sensor.X_LS.R * get_rates(&c.force[6 * s], k)).z(), load.whole = force;
   load.flat = load.flat && presses_inside(foot, load.moment, force.z());
   return load;
 }
@@ -138,7 +126,7 @@ Eigen::VectorXd FootRows::calc_values(size_t clip, size_t k, const Vector3d& tur
     Vector3d up_F = R.transpose() * up;
     if (imu_[f] >= 0) {  // a foot that stands hardly accelerates: what its IMU feels is its weight
       const auto i = static_cast<size_t>(imu_[f]);
-      up_F = (log_.imus[i].R_LI * get(log_.clips[clip].imus[i].accelerometer, k)).normalized();
+      up_F = (log_.imus[i].R_LI * get_values(log_.clips[clip].imus[i].accelerometer, k)).normalized();
     }
     out.segment<2>(static_cast<long>(2 * f)) = calc_tilt(up_F);
   }
@@ -153,7 +141,7 @@ void FootRows::add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, con
   const ImuSensor& imu = log_.imus[static_cast<size_t>(attitude_)];
   const Matrix3d R_BI = get_pose(motion->data(), imu.link).R * imu.R_LI;
   const Vector3d up = R_BI.transpose() * motion->find_up(k);
-  const Vector3d rate = get(log_.clips[clip].imus[static_cast<size_t>(attitude_)].gyro, k);
+  const Vector3d rate = get_values(log_.clips[clip].imus[static_cast<size_t>(attitude_)].gyro, k);
   const Vector3d changes[] = {-Vector3d::UnitX().cross(up), -Vector3d::UnitY().cross(up), -Vector3d::UnitZ().cross(up), rate.cross(up)};
   for (int c = 0; c < 4; ++c) {
     const Eigen::VectorXd slope = (calc_values(clip, k, kTurn * (R_BI * changes[c]), motion) - y) / kTurn;
@@ -176,7 +164,7 @@ void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const 
     const int own = r < tilt_.size() ? imu_[r / 2] : -1;
     if (own >= 0) {
       const ImuSensor& imu = log_.imus[static_cast<size_t>(own)];
-      const Vector3d up = get(log_.clips[clip].imus[static_cast<size_t>(own)].accelerometer, k).normalized();
+      const Vector3d up = get_values(log_.clips[clip].imus[static_cast<size_t>(own)].accelerometer, k).normalized();
       add(own, r, up, [&](const Vector3d& change) {
         return (calc_tilt(imu.R_LI * (up + kTurn * change)) - calc_tilt(imu.R_LI * up))(static_cast<long>(r % 2)) / kTurn;
       });

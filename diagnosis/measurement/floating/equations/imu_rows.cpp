@@ -12,24 +12,13 @@ namespace {
 constexpr double kQuietRate = 0.05;   // [rad/s] of a body at rest: centripetal parts of its acceleration are negligible
 constexpr double kQuietForce = 0.6;   // [m/s^2/s] slope of its specific force, likewise
 
-Vector3d get(const Track* xyz, size_t k) {
-  Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].value[k];
-  return v;
-}
-Vector3d get_rate(const Track* xyz, size_t k) {
-  Vector3d v = Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) v(i) = xyz[i].empty() ? 0.0 : xyz[i].rate[k];
-  return v;
-}
-
 // d/dt of the ground's moment about a sole's centre, foot axes [N m/s]; zero where it is not recorded.
 Vector3d get_moment_rate(const LeggedLog& log, const Foot& foot, const Clip& clip, size_t k) {
   if (foot.sensor < 0) return Vector3d::Zero();
   const auto s = static_cast<size_t>(foot.sensor);
   const ForceSensor& sensor = log.sensors[s];
   if (!sensor.has_wrench() || sensor.world) return Vector3d::Zero();
-  return move_to_sole(sensor, foot, get_rate(&clip.force[6 * s], k), get_rate(&clip.force[6 * s + 3], k));
+  return move_to_sole(sensor, foot, get_rates(&clip.force[6 * s], k), get_rates(&clip.force[6 * s + 3], k));
 }
 
 bool has_flat_foot(const LeggedLog& log) {
@@ -93,7 +82,7 @@ void ImuRows::put(const int* channels, int scale_column, int imu, const Vector3d
 void ImuRows::add_gyro(size_t i, const Clip& clip, size_t k, BodyMotion* motion) {
   if (channels_[i].gyro[0] < 0) return;
   const ImuSensor& imu = log_.imus[i];
-  const Vector3d reading = get(clip.imus[i].gyro, k), rate = get_rate(clip.imus[i].gyro, k);
+  const Vector3d reading = get_values(clip.imus[i].gyro, k), rate = get_rates(clip.imus[i].gyro, k);
   Vector3d expected, unused;
   const Transform X = get_pose(motion->data(), imu.link);
   const Vector3d against_base = get_velocity(motion->data(), imu.link).head<3>() - motion->rate();
@@ -134,8 +123,8 @@ void ImuRows::add_gyro_over_feet(size_t i, size_t c, size_t k, BodyMotion* motio
   if (total <= 0) return;
   Vector3d turns = Vector3d::Zero();  // of the feet, as gyroscope and encoders have it; IMU axes [rad/s]
   for (size_t f = 0; f < share.size(); ++f) turns += share[f] / total * (R_IB * get_velocity(motion->data(), log_.feet[f].link).head<3>());
-  const Vector3d reading = get(clip.imus[i].gyro, k);
-  put(channels_[i].gyro, kGyroScaleColumn, static_cast<int>(i), reading, get_rate(clip.imus[i].gyro, k), reading - turns);
+  const Vector3d reading = get_values(clip.imus[i].gyro, k);
+  put(channels_[i].gyro, kGyroScaleColumn, static_cast<int>(i), reading, get_rates(clip.imus[i].gyro, k), reading - turns);
   for (size_t f = 0; f < share.size(); ++f) {
     if (share[f] <= 0) continue;
     const Matrix3d R_IF = R_IB * get_pose(motion->data(), log_.feet[f].link).R;
@@ -152,7 +141,7 @@ void ImuRows::add_accelerometer(size_t i, const Clip& clip, size_t k, BodyMotion
   const ImuSensor& imu = log_.imus[i];
   const Transform X = get_pose(motion->data(), imu.link);
   const Vector3d p = X * imu.p_LI;
-  const Vector3d reading = get(clip.imus[i].accelerometer, k), rate = get_rate(clip.imus[i].accelerometer, k);
+  const Vector3d reading = get_values(clip.imus[i].accelerometer, k), rate = get_rates(clip.imus[i].accelerometer, k);
   Vector3d force = calc_point_acceleration(motion->data(), imu.link, p).tail<3>();
   if (log_.base_pose) {  // what the base's pose says of its origin stands in for what the main IMU says
     const Vector3d second(clip.base_position[0].second[k], clip.base_position[1].second[k], clip.base_position[2].second[k]);
@@ -168,8 +157,8 @@ void ImuRows::add_accelerometer(size_t i, const Clip& clip, size_t k, BodyMotion
 void ImuRows::add_gravity(size_t i, size_t c, size_t k, BodyMotion*) {
   const Clip& clip = log_.clips[c];
   if (channels_[i].gravity < 0) return;
-  const Vector3d w = log_.imus[i].gyro ? get(clip.imus[i].gyro, k) : Vector3d::Zero();
-  const Vector3d reading = get(clip.imus[i].accelerometer, k), rate = get_rate(clip.imus[i].accelerometer, k);
+  const Vector3d w = log_.imus[i].gyro ? get_values(clip.imus[i].gyro, k) : Vector3d::Zero();
+  const Vector3d reading = get_values(clip.imus[i].accelerometer, k), rate = get_rates(clip.imus[i].accelerometer, k);
   const int all = (1 << log_.feet.size()) - 1;
   if (w.norm() > kQuietRate || rate.norm() > kQuietForce || contacts_.find_phase(c, k) != all) return;
   const double g = log_.experiment->scenario.gravity_W.norm();
