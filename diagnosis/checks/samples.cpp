@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
 #include "diagnosis/data/rounding.h"
@@ -13,7 +14,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kGapPeriods = 5.0;  // gap: no sample for this many periods
 constexpr double kHeld = 0.25;       // share of repeated samples of a moving joint, above which a signal is held
 constexpr double kNever = 0.999;     // share above which it never changes, as at a joint without a drive
 constexpr size_t kMostGaps = 5;

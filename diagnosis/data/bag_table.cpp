@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/data/topic_clock.h"
 
@@ -15,9 +16,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-// A topic has a gap if it is silent for this many of its periods and for this long [s].
-constexpr double kGapPeriods = 5.0, kGapTime = 0.1;
-constexpr double kShortest = 1.0;  // [s] shortest stretch between gaps that is used
 
 [[noreturn]] void fail(const std::string& bag, const std::string& topic, const std::string& text) {
   Diagnostic d;
@@ -35,7 +33,7 @@ struct Track {
 
   bool is_states() const { return topic->spec.signal == "joint_states"; }
   bool is_held() const { return topic->spec.signal == "joint_commands"; }
-  double gap() const { return std::max(kGapTime, kGapPeriods * clock.period); }
+  double gap() const { return find_cutting_gap(clock.period); }  // [s]
 };
 
 void reorder(const std::vector<size_t>& order, std::vector<double>* values) {
@@ -233,7 +231,7 @@ class BagReader {
     std::vector<std::pair<size_t, size_t>> out;
     size_t begin = 0;
     const auto close = [&](size_t end) {
-      if (end > begin + 1 && master.time[end - 1] - master.time[begin] >= kShortest)
+      if (end > begin + 1 && master.time[end - 1] - master.time[begin] >= kShortestPart)
         out.emplace_back(begin, end);
       else if (end > begin + 1)
         notes_->push_back("a stretch of " + number(master.time[end - 1] - master.time[begin], 2) + " s between gaps is left out");

@@ -14,6 +14,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/read_file.h"
 #include "diagnosis/data/csv_stream.h"
+#include "diagnosis/data/gaps.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -147,8 +148,6 @@ int Table::find(const std::string& name) const {
 
 namespace {
 
-constexpr double kGap = 5.0;  // times the last step: a gap, which ends a group
-
 // Adds rows to the table as means of `count` consecutive ones.
 class Averager {
  public:
@@ -159,7 +158,7 @@ class Averager {
 
   void add(const std::vector<double>& row, int line) {
     const double t = time_ < row.size() ? row[time_] : 0.0;
-    if (taken_ > 0 && step_ > 0.0 && t - last_ > kGap * step_) close();
+    if (taken_ > 0 && step_ > 0.0 && t - last_ > kGapPeriods * step_) close();  // the last step stands for the period
     if (taken_ > 0) step_ = t - last_;
     last_ = t;
     if (taken_ == 0) line_ = line;

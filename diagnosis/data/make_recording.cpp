@@ -7,6 +7,7 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
 #include "diagnosis/data/rounding.h"
@@ -18,7 +19,6 @@ namespace {
 constexpr double kLongestStep = 0.25, kShortestStep = 1e-6;
 // SI units. No sensor reads more, and its square stays finite.
 constexpr double kLargestReading = 1e12;
-constexpr double kGapPeriods = 5.0;  // as in the report's list of gaps (diagnosis/checks/samples.cpp)
 constexpr double kShort = 0.5;  // [s] in which a joint hardly moves
 
 [[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
@@ -138,18 +138,11 @@ void fill_gaps(std::vector<double>* values) {
 
 bool is_constant(const std::vector<double>& values) { return calc_range(values) == 0.0; }
 
-// [s] Longest normal step. In longer gaps the command is unknown.
-double find_gap(const std::vector<double>& time) {
-  std::vector<double> steps;
-  for (size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
-  return kGapPeriods * find_median(std::move(steps));
-}
-
 // True if commanded positions do not follow the commanded rates: the squared difference exceeds half of the squared
 // changes.
 bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
   constexpr double kSeparate = 0.5;
-  const double gap = find_gap(time);
+  const double gap = kGapPeriods * find_period(time);  // the command is unknown in longer steps
   double apart = 0.0, moved = 0.0;
   for (size_t k = 1; k < joint.command_rate.size() && k < joint.command.size(); ++k) {
     if (time[k] - time[k - 1] > gap) continue;
@@ -165,7 +158,7 @@ bool has_separate_rate(const std::vector<double>& time, const JointColumns& join
 bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
   constexpr double kRough = 9.0;
   const std::vector<double>& rate = joint.command_rate;
-  const double gap = find_gap(time);
+  const double gap = kGapPeriods * find_period(time);  // the command is unknown in longer steps
   double apart = 0.0, curved = 0.0;
   for (size_t k = 1; k + 1 < rate.size() && k + 1 < joint.command.size(); ++k) {
     if (time[k + 1] - time[k] > gap || time[k] - time[k - 1] > gap) continue;

@@ -6,16 +6,13 @@
 #include <limits>
 #include <map>
 
-#include "diagnosis/data/quantile.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPiece = 10.0;    // [s]
-constexpr double kGap = 5.0;       // sampling periods
-constexpr double kGapTime = 0.1;   // [s] that a gap lasts at least, as in a bag (bag_table.cpp)
-constexpr double kShortest = 1.0;  // [s] of a part between gaps
 constexpr double kHeldOut = 1.0 / 3.0;
 
 template <typename Value>
@@ -116,12 +113,10 @@ std::vector<Recording> cut_all(const std::vector<const Recording*>& recordings, 
 
 // Rows behind gaps.
 std::vector<size_t> find_ends_of_gaps(const std::vector<double>& time) {
-  std::vector<double> steps;
-  for (size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
-  const double gap = std::max(kGapTime, kGap * find_median(steps));
+  const double gap = find_cutting_gap(find_period(time));
   std::vector<size_t> ends;
   for (size_t k = 1; k < time.size(); ++k) {
-    if (steps[k - 1] > gap) ends.push_back(k);
+    if (time[k] - time[k - 1] > gap) ends.push_back(k);
   }
   return ends;
 }
@@ -159,7 +154,7 @@ std::vector<Recording> cut_at_gaps(const Recording& r, std::vector<std::string>*
   double lost = 0.0;
   for (size_t i = 0; i + 1 < begins.size(); ++i) {
     const double seconds = r.time[begins[i + 1] - 1] - r.time[begins[i]];
-    if (seconds >= kShortest) {
+    if (seconds >= kShortestPart) {
       parts.push_back(cut_recording(r, begins[i], begins[i + 1]));
     } else {
       lost += seconds;
@@ -184,7 +179,7 @@ void average_rows(size_t count, Table* table) {
   const double period = time.size() > 2 ? (time[2] - time[0]) / 2.0 : 0.0;
   std::vector<size_t> begins;
   for (size_t k = 0; k < time.size(); ++k) {
-    if (begins.empty() || k - begins.back() == count || time[k] - time[k - 1] > kGap * period) begins.push_back(k);
+    if (begins.empty() || k - begins.back() == count || time[k] - time[k - 1] > kGapPeriods * period) begins.push_back(k);
   }
   begins.push_back(time.size());
   std::vector<int> lines;
