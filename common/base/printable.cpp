@@ -54,4 +54,8 @@ size_t find_strange_byte(const std::string& text) {
   return std::string::npos;
 }
 
+std::string describe_strange_byte(const std::string& text, size_t at) {
+  return "byte " + std::to_string(static_cast<unsigned char>(text[at])) + " is not UTF-8; expected a text in UTF-8";
+}
+
 }  // namespace hrp

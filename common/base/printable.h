@@ -15,5 +15,7 @@ std::string make_printable_line(const std::string& text);
 
 // The place of the first byte that is not UTF-8, as of Latin-1 or of no text at all; npos: there is none.
 size_t find_strange_byte(const std::string& text);
+// What is wrong with that byte, for a message.
+std::string describe_strange_byte(const std::string& text, size_t at);
 
 }  // namespace hrp

@@ -131,7 +131,7 @@ void check_encoding(const std::string& text, const std::string& path) {
   d.file = path;
   d.line = 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
   d.column = static_cast<int>(begin == std::string::npos ? at + 1 : at - begin);
-  d.message = "byte " + std::to_string(static_cast<unsigned char>(text[at])) + " is not UTF-8; expected a text in UTF-8";
+  d.message = describe_strange_byte(text, at);
   throw InputError(d);
 }
 

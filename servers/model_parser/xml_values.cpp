@@ -32,10 +32,6 @@ std::string get_attribute(const tinyxml2::XMLElement& element, const char* name)
   return value == nullptr ? "" : value;
 }
 
-std::string describe_strange_byte(const std::string& text, size_t at) {
-  return "byte " + std::to_string(static_cast<unsigned char>(text[at])) + " is not UTF-8; expected a text in UTF-8";
-}
-
 void add_xml_error(const tinyxml2::XMLDocument& document, const std::string& text, const std::string& file,
                    Diagnostics* diagnostics) {
   const size_t at = find_strange_byte(text);

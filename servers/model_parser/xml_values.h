@@ -20,9 +20,6 @@ std::vector<double> parse_numbers(const char* text, size_t count);
 // Empty where the element has no such attribute.
 std::string get_attribute(const tinyxml2::XMLElement& element, const char* name);
 
-// What is wrong with the byte at `at`, where find_strange_byte() found one.
-std::string describe_strange_byte(const std::string& text, size_t at);
-
 // Why `document` could not be parsed from `text`, with the line: the encoding, as UTF-16, or what the parser says.
 void add_xml_error(const tinyxml2::XMLDocument& document, const std::string& text, const std::string& file,
                    Diagnostics* diagnostics);
