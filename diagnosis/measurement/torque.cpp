@@ -40,7 +40,6 @@ constexpr double kSlowest = 1e-4;  // [rad/s]
 // Cutoffs [Hz] that are tried for speeds, highest first. Dry friction reverses within milliseconds. Its law is evaluated
 // before both sides of the equation are filtered, so it needs the sharpest speed that noise allows.
 constexpr double kSpeedCutoffs[] = {160.0, 80.0, 40.0, 20.0};
-constexpr double kSpeedNoise = 1.0;  // largest standard deviation of a speed, in units of `slow`
 constexpr double kSmoothGain = 0.9;  // share of the squares that the sharp speed leaves, below which the smoothed one is taken
 // Friction by the drive's effort is chosen if it leaves less than this share of the squares that friction by the bodies'
 // torque leaves: a smaller difference decides nothing.
@@ -151,8 +150,10 @@ class Maker {
     }
     find_slow();
     for (TorqueRecording& r : data_.recordings) find_speed(&r), r.load = r.tau;
-    choose_speeds();
-    find_loads();
+    data_.loaded_by_drive.assign(data_.source.size(), 0);
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      if (data_.is_judged(j)) choose_load(j, choose_speed(j));
+    }
     for (TorqueRecording& r : data_.recordings) finish(&r);
     for (int j = 0; j < e_.num_joints(); ++j) leave_out_limits(j);
     return std::move(data_);
@@ -352,7 +353,7 @@ class Maker {
       const double sigma = recorded ? e_.joint_noise[joint][static_cast<size_t>(Quantity::kVelocity)].sigma : noise_[joint];
       for (double cutoff : kSpeedCutoffs) {
         if (cutoff <= data_.cutoff || cutoff > 0.5 / r->step) continue;
-        if (scale_noise(sigma, r->step, cutoff, recorded ? 0 : 1) > kSpeedNoise * data_.slow[joint]) continue;
+        if (scale_noise(sigma, r->step, cutoff, recorded ? 0 : 1) > data_.slow[joint]) continue;
         const std::vector<double>& series = recorded ? in.joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)] : find_position(r->index, joint);
         const Eigen::VectorXd sharp = low_pass(resample(in.time, series, r->begin, r->step, r->q.rows()), r->step, cutoff);
         r->speed.col(j) = recorded ? sharp : differentiate(sharp, r->step);
@@ -363,10 +364,10 @@ class Maker {
 
   // Regressors of a drive's effort beside the bodies' torque, on the full grid: acceleration, speed, direction,
   // direction x |load|, 1.
-  Eigen::MatrixXd make_load_columns(const TorqueRecording& r, int j, const Eigen::VectorXd& load) const {
+  Eigen::MatrixXd make_load_columns(const TorqueRecording& r, int j) const {
     const Eigen::VectorXd sign = data_.calc_sign(r, j);
     Eigen::MatrixXd x(r.q.rows(), 5);
-    x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, data_.cutoff), low_pass(sign.cwiseProduct(load.cwiseAbs()), r.step, data_.cutoff),
+    x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, data_.cutoff), low_pass(sign.cwiseProduct(r.load.col(j).cwiseAbs()), r.step, data_.cutoff),
         Eigen::VectorXd::Ones(r.q.rows());
     return x;
   }
@@ -384,7 +385,7 @@ class Maker {
     for (const TorqueRecording& r : data_.recordings) {
       const long inner = r.q.rows() - 2 * r.trim;
       if (!r.train || inner <= 0) continue;
-      const Eigen::MatrixXd x = make_load_columns(r, j, r.load.col(j)).middleRows(r.trim, inner);
+      const Eigen::MatrixXd x = make_load_columns(r, j).middleRows(r.trim, inner);
       const Eigen::VectorXd y = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
       xx += x.transpose() * x, xy += x.transpose() * y, fit.left += y.squaredNorm();
     }
@@ -394,30 +395,27 @@ class Maker {
   }
 
   // Friction that bends before it slips reverses slowly. For such a joint the smoothed speed predicts the effort better.
-  void choose_speeds() {
-    for (int j = 0; j < e_.num_joints(); ++j) {
-      if (!data_.is_judged(j)) continue;
-      std::vector<Eigen::VectorXd> sharp;
-      const double with_sharp = fit_loads(j).left;
-      for (TorqueRecording& r : data_.recordings) sharp.push_back(r.speed.col(j)), r.speed.col(j) = r.v.col(j);
-      if (fit_loads(j).left < kSmoothGain * with_sharp) continue;
-      for (size_t r = 0; r < sharp.size(); ++r) data_.recordings[r].speed.col(j) = sharp[r];
-    }
+  // Returns the fit with the chosen speed.
+  LoadFit choose_speed(int j) {
+    std::vector<Eigen::VectorXd> sharp;
+    const LoadFit with_sharp = fit_loads(j);
+    for (TorqueRecording& r : data_.recordings) sharp.push_back(r.speed.col(j)), r.speed.col(j) = r.v.col(j);
+    const LoadFit with_smooth = fit_loads(j);
+    if (with_smooth.left < kSmoothGain * with_sharp.left) return with_smooth;
+    for (size_t r = 0; r < sharp.size(); ++r) data_.recordings[r].speed.col(j) = sharp[r];
+    return with_sharp;
   }
 
-  // Chooses the load of each joint, see TorqueData::loaded_by_drive. The load of a drive is its effort as the regressors
-  // predict it. The recorded effort is the left side of the equation; as a regressor it would explain its own errors.
-  void find_loads() {
-    data_.loaded_by_drive.assign(data_.source.size(), 0);
-    for (int j = 0; j < e_.num_joints(); ++j) {
-      if (!data_.is_judged(j) || !e_.robot.tree.joint(j).actuated) continue;
-      const LoadFit bodies = fit_loads(j);
-      for (TorqueRecording& r : data_.recordings) r.load.col(j) += make_load_columns(r, j, r.tau.col(j)) * bodies.theta;
-      const bool by_drive = fit_loads(j).left < kLoadGain * bodies.left;
-      data_.loaded_by_drive[static_cast<size_t>(j)] = by_drive;
-      for (TorqueRecording& r : data_.recordings) {
-        if (!by_drive) r.load.col(j) = r.tau.col(j);
-      }
+  // Chooses the load of a joint, see TorqueData::loaded_by_drive; `bodies`: the fit with the bodies' torque. The load of a
+  // drive is its effort as the regressors predict it. The recorded effort is the left side of the equation; as a regressor
+  // it would explain its own errors.
+  void choose_load(int j, const LoadFit& bodies) {
+    if (!e_.robot.tree.joint(j).actuated) return;
+    for (TorqueRecording& r : data_.recordings) r.load.col(j) += make_load_columns(r, j) * bodies.theta;
+    const bool by_drive = fit_loads(j).left < kLoadGain * bodies.left;
+    data_.loaded_by_drive[static_cast<size_t>(j)] = by_drive;
+    for (TorqueRecording& r : data_.recordings) {
+      if (!by_drive) r.load.col(j) = r.tau.col(j);
     }
   }
 

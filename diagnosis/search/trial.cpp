@@ -24,18 +24,20 @@ constexpr double kLeastDearer = 30.0;  // per additional parameter
 // Power of the held-out residual above the noise.
 double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
 
+// The same of the training residual.
+double calc_train_excess(const Trial& t) { return std::pow(t.train.rms(), 2) - 1.0; }
+
 double count_readings(const Trial& t) { return t.train.count + t.validate.count; }
 
 // True if smooth effects overfit: together they can imitate other causes, but leave more in held-out recordings.
 bool is_bent(const Trial& t) {
-  const double fitted = std::max(0.0, std::pow(t.train.rms(), 2) - 1.0);
+  const double fitted = std::max(0.0, calc_train_excess(t));
   return t.hypothesis.size() > 1 && is_smooth(t.hypothesis) && calc_excess(t) > kBent * fitted + kDetail;
 }
 
 // True if the training recordings show a mismatch that the model leaves, whatever the held-out ones show. A limit, for
 // example, may be reached in one recording only.
 bool leaves_training(const Trial& t, const Trial& nominal) {
-  const auto calc_train_excess = [](const Trial& of) { return std::pow(of.train.rms(), 2) - 1.0; };
   return t.train.rms() > kTrainLeft && calc_train_excess(t) > kTrainShare * calc_train_excess(nominal);
 }
 
