@@ -6,6 +6,7 @@ import lz4 from "@foxglove/wasm-lz4";
 import { McapIndexedReader } from "@mcap/core";
 import { decompress as unzstd } from "fzstd";
 import { spawn, spawnSync } from "node:child_process";
+import { existsSync, rmSync } from "node:fs";
 import { open } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -63,9 +64,10 @@ export async function startRun(name, args = [], path = scenario) {
   for (let i = 0; i < 20; ++i) {
     const domain = 40 + ((process.pid * 7 + tried++ * 13) % 60);
     const log = join(folder, `${name}.mcap`);
+    rmSync(log, { force: true });
     const run = start("hrp-simulate", [path, "--domain", String(domain), "--log", log, "--no-plot", "--quiet", ...args]);
-    // A domain that somebody holds is said at once.
-    await Promise.race([run.ended, pause(150)]);
+    // A run that found its domain free has a log; one that did not ends, however late on a busy machine.
+    await waitFor(`the log of ${name}`, () => run.code !== undefined || existsSync(log));
     if (run.code !== undefined && run.code !== 0) continue;
     return Object.assign(run, { domain, log });
   }
@@ -166,6 +168,7 @@ export async function run(test) {
     await test();
   } catch (error) {
     console.error(error.stack ?? error);
+    for (const child of children) console.error(`${child.spawnargs.join(" ")}, which still ran, said: ${child.text.trim() || "nothing"}`);
     process.exit(1);
   }
   process.exit(0);
