@@ -16,6 +16,7 @@ namespace {
 constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
 constexpr double kSame = 0.1;     // |ln| within which scales of joints are equal; loads differ by more
 constexpr double kAlike = 0.3;    // |ln| within which neighbours' scales are used for an undetermined joint
+constexpr double kWide = 0.3;     // ln(high / low) from which neighbours' scales, if they agree, say more than the joint
 constexpr double kTells = 0.3;    // share of tau's spread that must remain beside friction and rotor
 constexpr long kFewest = 50;      // samples
 
@@ -91,25 +92,37 @@ bool are_far(const std::vector<EffortUnit>& units) {
   throw InputError(d);
 }
 
-// Joints without a result get the mean scale of the others if those agree.
-void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
-  double sum = 0.0, low = 1e300, high = -1e300;
-  for (const EffortUnit& u : *units) {
+bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kWide; }
+
+// Mean scale (of logarithms) of the joints with narrow brackets. Empty if there are none or if they disagree.
+std::optional<double> find_common_scale(const std::vector<EffortUnit>& units) {
+  double sum = 0.0, low = 1e300, high = -1e300, count = 0.0;
+  for (const EffortUnit& u : units) {
+    if (is_wide(u)) continue;
     const double log = std::log(u.scale);
-    sum += log, low = std::min(low, log), high = std::max(high, log);
+    sum += log, count += 1.0, low = std::min(low, log), high = std::max(high, log);
   }
-  if (units->empty() || high - low > kAlike) return;
-  const double scale = std::exp(sum / static_cast<double>(units->size()));
-  std::vector<EffortUnit> others;
+  if (count == 0.0 || high - low > kAlike) return std::nullopt;
+  return std::exp(sum / count);
+}
+
+// Joints without a result, or with a wide bracket around it, get the scale of the others if those agree.
+void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
+  const std::optional<double> scale = find_common_scale(*units);
+  if (!scale) return;
+  for (EffortUnit& u : *units) {
+    const double above = std::log(*scale / u.low), below = std::log(u.high / *scale);
+    if (is_wide(u) && std::min(above, below) > -kSame) u.scale = *scale, u.by_others = true;
+  }
+  const EffortUnit first = units->front();
   for (size_t j = 0; j < data.source.size(); ++j) {
     const int joint = static_cast<int>(j);
     const bool known = std::any_of(units->begin(), units->end(), [&](const EffortUnit& u) { return u.joint == joint; });
     // without a drive, it has no effort in any unit
     const bool driven = data.experiment->robot.tree.joint(joint).actuated;
-    if (driven && !known && data.source[j] == data.source[static_cast<size_t>(units->front().joint)])
-      others.push_back({joint, scale, scale, scale, true, units->front().of_gains});
+    if (driven && !known && data.source[j] == data.source[static_cast<size_t>(first.joint)])
+      units->push_back({joint, *scale, *scale, *scale, true, first.of_gains});
   }
-  units->insert(units->end(), others.begin(), others.end());
 }
 
 void scale_gains(double scale, const std::string& joint, Scenario* scenario) {

@@ -44,6 +44,44 @@ TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueCon
   }
 }
 
+// A yaw joint below an arm of two joints: no gravity acts on it, and its inertia looks like its rotor's.
+const std::string kYawArm = R"(<robot name="yaw_arm"><link name="base"/><link name="column"/>
+  <link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
+  <link name="fore"><inertial><origin xyz="0.6 0 0"/><mass value="1"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+  <joint name="yaw" type="revolute"><parent link="base"/><child link="column"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
+  <joint name="shoulder" type="revolute"><parent link="column"/><child link="upper"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.4 0 0"/>
+    <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+
+// Friction over position, in no list, hides the torque that the yaw joint's motion takes.
+TEST(EffortUnits, AJointWhoseMotionHardlyTellsItTakesTheUnitOfItsNeighbours) {
+  constexpr int kYaw = 0;
+  Hypothesis hidden;
+  for (int j = 0; j < 3; ++j) {
+    hidden.push_back({EffectId::kCoulomb, j, {1.0, 0.0, 5e-4}});
+    hidden.push_back({EffectId::kRotorInertia, j, {0.1}});
+  }
+  Experiment e = make_simulated_experiment("units_yaw", kYawArm, {"yaw", "shoulder", "elbow"}, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    const std::vector<double>&q = r.joints[kYaw].signal[0], &v = r.joints[kYaw].signal[1];
+    for (size_t k = 0; k < r.size(); ++k) r.joints[kYaw].signal[2][k] += std::sin(40.0 * q[k]) * std::tanh(v[k] / 0.05);
+    for (JointColumns& joint : r.joints) {
+      for (double& y : joint.signal[2]) y /= 8.0;
+    }
+  }
+  const std::vector<EffortUnit> units = find_units(e);
+  ASSERT_EQ(units.size(), 3u);
+  for (const EffortUnit& u : units) {
+    EXPECT_NEAR(u.scale, 8.0, 0.8) << u.joint;  // a tenth, as above
+    EXPECT_EQ(u.by_others, u.joint == kYaw) << u.joint;
+  }
+}
+
 TEST(EffortUnits, AJointWithoutADriveHasNoEffortInAnyUnit) {
   Experiment e = make_logged("units_passive", make_drives(), {8.0, 8.0});
   for (LinkSpec& link : e.robot.tree.links) link.joint.actuated = link.joint.actuated && link.joint.name != "elbow";
