@@ -74,9 +74,21 @@ std::string describe_values(const std::vector<const json*>& findings) {
          (unit.empty() || unit == "1" ? "" : " " + unit) + ", most at " + describe_place(get(*highest, "where"));
 }
 
+std::string get_unit(const json& finding) {
+  const auto parameters = list_parameters(finding);
+  return parameters.empty() ? "" : get_text(parameters[0].second, "unit");
+}
+
+// Values of different units, as of sliding and turning joints, are told apart.
 std::string describe(const std::vector<const json*>& findings) {
-  const std::string values = describe_values(findings);
-  return describe_places(findings) + (values.empty() ? "" : ": " + values);
+  std::map<std::string, std::vector<const json*>> by_unit;
+  for (const json* f : findings) by_unit[get_unit(*f)].push_back(f);
+  std::string out;
+  for (const auto& [unit, same] : by_unit) {
+    const std::string values = describe_values(same);
+    out += (out.empty() ? "" : ", and at ") + describe_places(same) + (values.empty() ? "" : ": " + values);
+  }
+  return out;
 }
 
 // "Coulomb friction at 10 joints: level ...; perhaps also at joint hip: ...".

@@ -3,8 +3,9 @@
 
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <limits>
+
+#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis::html {
 
@@ -36,10 +37,7 @@ std::string escape(const std::string& text) {
 }
 
 std::string format_number(double value, int digits) {
-  if (!std::isfinite(value)) return "-";
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value == 0 ? 0.0 : value);
-  return buffer;
+  return std::isfinite(value) ? number(value == 0 ? 0.0 : value, digits) : "-";
 }
 
 std::string format_value(const json& value, int digits) {

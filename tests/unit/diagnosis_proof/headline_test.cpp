@@ -46,6 +46,14 @@ TEST(Headline, FrictionOfManyJointsIsOneSentenceWithItsRangeAndTheWorstJoint) {
                                           "perhaps also at joint ankle: level 0.1 ± 0.05 N m."));
 }
 
+TEST(Headline, ForcesOfARailAndTorquesOfJointsAreToldApart) {
+  json report = make_leg();
+  report["findings"].push_back(make_finding("coulomb_friction", "rail", "supported", "level", 178.0, 30.0, "N"));
+  report["findings"].push_back(make_finding("coulomb_friction", "waist", "supported", "level", 379.0, 50.0, "N m"));
+  const std::string text = join(report);
+  EXPECT_THAT(text, HasSubstr("Coulomb friction at joint rail: level 178 ± 30 N, and at 4 joints: level 0.2 to 380 N m, most at joint waist"));
+}
+
 TEST(Headline, WhatIsOnlyAmbiguousIsSaidAsPerhaps) {
   EXPECT_THAT(join(make_leg()), HasSubstr("Perhaps command delay at 4 joints: delay 0.008 ± 0.002 s at each."));
 }
