@@ -34,6 +34,11 @@ Eigen::LDLT<Eigen::MatrixXd> factor(const Eigen::MatrixXd& G, const Eigen::Vecto
   return scaled.ldlt();
 }
 
+Eigen::VectorXd solve(const Part& part) {
+  const Eigen::VectorXd scale = calc_scale(part.G);
+  return scale.cwiseProduct(factor(part.G, scale).solve(scale.cwiseProduct(part.b)));
+}
+
 }  // namespace
 
 void Gram::add_row(const Eigen::VectorXd& x, double y) {
@@ -47,9 +52,18 @@ void Gram::add(const Gram& other, double factor) {
 
 Eigen::VectorXd solve(const Gram& gram, const Columns& columns) {
   if (columns.empty()) return {};
+  return solve(pick(gram, columns));
+}
+
+double solve_along(const Gram& gram, const Columns& columns, long first, const Eigen::VectorXd& direction) {
+  const long all = static_cast<long>(columns.size()), joined = all - direction.size() + 1;
+  // Free columns keep their places; the combination takes the place of its first column.
+  Eigen::MatrixXd to_columns = Eigen::MatrixXd::Zero(all, joined);
+  for (long c = 0; c < first; ++c) to_columns(c, c) = 1.0;
+  to_columns.block(first, first, direction.size(), 1) = direction;
+  for (long c = first + direction.size(); c < all; ++c) to_columns(c, c - direction.size() + 1) = 1.0;
   const Part part = pick(gram, columns);
-  const Eigen::VectorXd scale = calc_scale(part.G);
-  return scale.cwiseProduct(factor(part.G, scale).solve(scale.cwiseProduct(part.b)));
+  return solve(Part{to_columns.transpose() * part.G * to_columns, to_columns.transpose() * part.b})[first];
 }
 
 double calc_rest(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta) {

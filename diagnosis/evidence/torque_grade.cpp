@@ -125,25 +125,24 @@ class Grader {
     return columns;
   }
 
-  // Estimates the first (whole robot: largest) parameter from each stretch, with a weak prior from all data. The
-  // differences between stretches widen the interval (random effects).
+  // Estimates each term from each stretch, with a weak prior from all data, at the joint that shows most of it. Its
+  // parameters keep their proportion, because a stretch alone may not tell a load's mass from its place. The differences
+  // between stretches in the first parameter widen the interval (random effects).
   void find_agreement() {
     for (GradedTerm& g : graded_) {
-      std::vector<double> own;  // by stretch, at the joint that shows most of the term
       const size_t i = find_judge(g);
       const JointDesign& joint = design_.joints[i];
       const Columns columns = list_own_columns(i);
-      const long at = find_column(g, i);
+      const long first = find_first_column(g, i);
+      const double value = solve(joint.total, columns)[first];
+      double same = 0.0, square = 0.0, n = 0.0;
       for (const Gram& fold : joint.train) {
         if (fold.n < 1.0) continue;
         Gram part = fold;
         part.add(joint.total, kShrink / static_cast<double>(joint.train.size()));
-        own.push_back(solve(part, columns)[at]);
+        same += solve_along(part, columns, first, g.parameters) > 0.0 ? 1.0 : 0.0;
+        square += std::pow(solve(part, columns)[first] - value, 2), n += 1.0;
       }
-      const double value = solve(joint.total, columns)[at];
-      double same = 0.0, square = 0.0;
-      for (double x : own) same += x * value > 0.0 ? 1.0 : 0.0, square += (x - value) * (x - value);
-      const double n = static_cast<double>(own.size());
       g.agreement = n > 0.0 ? same / n : 0.0;
       if (n > 1.0 && g.place.joint >= 0) g.std[0] = std::hypot(g.std[0], std::sqrt(square / (n - 1.0) / n));
     }
@@ -197,14 +196,6 @@ class Grader {
     for (size_t term : choice_.model.own[i]) at += design_.joints[i].terms[term].columns();
     for (size_t t = 0; t < g.place.at; ++t) at += design_.whole[choice_.model.whole[t]].columns();
     return at;
-  }
-
-  // Index of its largest parameter.
-  long find_column(const GradedTerm& g, size_t i) const {
-    if (g.place.joint >= 0) return find_first_column(g, i);
-    long largest = 0;
-    g.parameters.cwiseAbs().maxCoeff(&largest);
-    return find_first_column(g, i) + largest;
   }
 
   // Held-out mean square of a joint with the terms in `mask` (the players of a Shapley value). The joint's own terms

@@ -36,7 +36,7 @@ struct GradedTerm {
   double share = 0.0;   // of its joint's held-out mismatch (Shapley); whole robot: the largest share of a joint
   double weight = 0.0;  // of the mismatch of all joints
   std::vector<double> joint_share, joint_weight;  // for terms of the whole robot: the same by joint of the design
-  double agreement = 0.0;  // share of stretches that give its first (whole robot: largest) parameter the same sign
+  double agreement = 0.0;  // share of stretches that give it the same sign, with its parameters in proportion
   bool helps_held = true;  // without it, the held-out prediction of all recordings is worse
   bool harms_one = false;  // with it, the prediction of one held-out recording is more than 5 % worse
   std::vector<Rival> rivals;
