@@ -8,6 +8,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/free_model.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
@@ -42,6 +43,7 @@ class Judge {
     choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);
+    take_simpler_terms(jobs);
   }
 
   TorqueVerdict run() {
@@ -91,6 +93,22 @@ class Judge {
       model.own[i].erase(std::remove_if(model.own[i].begin(), model.own[i].end(), is_timing), model.own[i].end());
     }
     return model;
+  }
+
+  // A spring that does not differ from none in stiffness is the constant torque that it contains.
+  void take_simpler_terms(int jobs) {
+    bool any = false;
+    for (const GradedTerm& g : graded_) {
+      if (g.place.joint < 0 || std::abs(g.parameters[0]) > kNinetyFive * g.width[0]) continue;
+      const auto simpler = std::find_if(g.rivals.begin(), g.rivals.end(), [&](const Rival& r) { return g.term.row->contains(*r.term.row); });
+      if (simpler == g.rivals.end()) continue;
+      // a joint has one spring, so its list in the rival's model is the same but for this term
+      const auto joint = static_cast<size_t>(g.place.joint);
+      choice_.model.own[joint] = simpler->model.own[joint], any = true;
+    }
+    if (!any) return;
+    choice_.fit = fit_torque(design_, choice_.model);
+    graded_ = grade_terms(design_, choice_, jobs);
   }
 
   // A Stribeck excess without a friction level is no law.

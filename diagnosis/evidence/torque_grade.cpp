@@ -105,11 +105,13 @@ class Grader {
     return 0.5 * std::abs(1.0 - g.parameters[0] - 1.0 / std::max(1e-3, 1.0 + by_model));
   }
 
-  // Members of a family nearly always exclude each other in a subset, so their probabilities add up.
+  // Members of a family nearly always exclude each other in a subset, so their probabilities add up. So does that of a
+  // spring, which contains a constant torque.
   double find_family_probability(size_t joint, const Term& term) const {
     double p = 0.0;
-    for (size_t other = 0; other < design_.joints[joint].terms.size(); ++other) {
-      if (is_same_family(design_.joints[joint].terms[other], term)) p += choice_.inclusion[joint][other];
+    for (size_t i = 0; i < design_.joints[joint].terms.size(); ++i) {
+      const Term& other = design_.joints[joint].terms[i];
+      if (is_same_family(other, term) || other.row->contains(*term.row)) p += choice_.inclusion[joint][i];
     }
     return std::min(1.0, p);
   }

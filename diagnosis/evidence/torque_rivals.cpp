@@ -11,9 +11,6 @@ namespace {
 
 constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms are indistinguishable
 
-// A spring has a constant part. It always fits as well as a constant torque, so it is no rival of one.
-bool contains(const TermRow& larger, const TermRow& smaller) { return larger.constant > 0 && smaller.is_constant(); }
-
 bool has(const std::vector<size_t>& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
 
 class RivalSearch {
@@ -129,7 +126,7 @@ class RivalSearch {
     const std::vector<size_t>& have = model_.own[i_];
     for (size_t term = 0; term < design_.joints[i_].terms.size(); ++term) {
       const Term& other = design_.joints[i_].terms[term];
-      if (has(have, term) || contains(*other.row, *g_.term.row) ||
+      if (has(have, term) || other.row->contains(*g_.term.row) ||
           other.row->effect == g_.term.row->effect)
         continue;
       // The pre-sliding of dry friction resembles hysteresis but is no other effect.
@@ -194,6 +191,9 @@ class RivalSearch {
     Columns columns;
     for (size_t term : rest) {
       for (long c : list_columns(joint, term)) columns.push_back(c);
+    }
+    for (size_t term : model_.whole) {
+      for (long c : list_whole_columns(design_, joint, term)) columns.push_back(c);
     }
     for (long c : list_whole_columns(design_, joint, whole_term)) columns.push_back(c);
     const double per_effort = calc_per_effort(joint, rest, solve(joint.total, columns));

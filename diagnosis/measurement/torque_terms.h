@@ -93,6 +93,8 @@ struct TermRow {
   bool allows(const Eigen::VectorXd& coefficients, double reach = 0.0) const;
   bool is_dry() const { return level || by_load; }
   bool is_constant() const { return constant == 0; }          // and nothing else
+  // A spring has a constant part. It always fits as well as a constant torque, so it is no rival of one.
+  bool contains(const TermRow& smaller) const { return constant > 0 && smaller.is_constant(); }
   bool is_of_bus() const { return late && whole; }            // common to all joints
   bool is_of_mass() const { return effect->family == EffectFamily::kMass; }
 };
