@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
@@ -11,8 +12,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-const std::string kLinkSide = "/joint_states_link/";
 
 [[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field, const std::string& text) {
   Diagnostic d;
@@ -59,7 +58,7 @@ class Finder {
     for (const Recording& r : e_.recordings) {
       for (const auto& column : r.other) {
         if (column.first.rfind(kLinkSide, 0) != 0) continue;
-        const std::string joint = column.first.substr(kLinkSide.size(), column.first.rfind('/') - kLinkSide.size());
+        const std::string joint = column.first.substr(std::strlen(kLinkSide), column.first.rfind('/') - std::strlen(kLinkSide));
         if (std::find(joints_.begin(), joints_.end(), joint) != joints_.end()) continue;
         fail(r.spec.file, 1, find_column(r, column.first), column.first,
              "the robot has no joint '" + joint + "'" + suggest(joint, joints_));
@@ -203,10 +202,8 @@ void read_motion(const Experiment& e, const TorqueData& motion, const TorqueReco
   for (const Effect& effect : known) {
     if (get_effect(effect.id).felt_elsewhere) out->q.col(effect.place.index).array() -= effect.p[0];
   }
-  const Recording& r = e.recordings[in.index];
   for (int j : sensors.link_encoders) {
-    const std::vector<double>& column = r.other.at(kLinkSide + e.robot.tree.joint(j).name + "/position");
-    out->q.col(j) = low_pass(resample(r.time, column, in.begin, in.step, in.q.rows()), in.step, motion.cutoff);
+    out->q.col(j) = read_link_angle(e, j, in, motion.cutoff);
     out->v.col(j) = differentiate(out->q.col(j), in.step);
     out->a.col(j) = differentiate(out->v.col(j), in.step);
   }

@@ -44,6 +44,8 @@ constexpr double kSmoothGain = 0.9;  // share of the squares that the sharp spee
 // Friction by the drive's effort is chosen if it leaves less than this share of the squares that friction by the bodies'
 // torque leaves: a smaller difference decides nothing.
 constexpr double kLoadGain = 0.98;
+// The same for torques of the links' own motion, by encoders behind the gears.
+constexpr double kLinkGain = 0.95;
 // [s] Shorter recordings have no samples between their ends.
 constexpr double kShortest = 1.0;
 
@@ -150,6 +152,7 @@ class Maker {
     }
     find_slow();
     for (TorqueRecording& r : data_.recordings) find_speed(&r), r.load = r.tau;
+    choose_encoders();
     data_.loaded_by_drive.assign(data_.source.size(), 0);
     for (int j = 0; j < e_.num_joints(); ++j) {
       if (data_.is_judged(j)) choose_load(j, choose_speed(j));
@@ -253,6 +256,7 @@ class Maker {
     if (still_.empty()) still_.resize(e_.recordings.size());
     if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
     out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(add_by_hand(plant_, in.spec), out.q, out.v, out.a);
+    out.link_q = out.q, out.link_v = out.v, out.link_a = out.a;
     if (!data_.feet.empty()) add_foot_loads(in, &out);
     data_.recordings.push_back(std::move(out));
   }
@@ -392,6 +396,40 @@ class Maker {
     fit.theta = xx.completeOrthogonalDecomposition().solve(xy);
     fit.left -= xy.dot(fit.theta);
     return fit;
+  }
+
+  // Squares that fit_loads leaves, each joint's over the squares of its effort.
+  double calc_all_left() const {
+    double left = 0.0;
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      double efforts = 0.0;
+      for (const TorqueRecording& r : data_.recordings) efforts += r.train ? r.effort.col(j).squaredNorm() : 0.0;
+      if (data_.is_judged(j) && efforts > 0.0) left += fit_loads(j).left / efforts;
+    }
+    return left;
+  }
+
+  void read_link_motion(TorqueRecording* r) const {
+    const Recording& in = e_.recordings[r->index];
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      if (!has_link_encoder(in, e_.robot.tree.joint(j))) continue;
+      r->link_q.col(j) = read_link_angle(e_, j, *r, data_.cutoff);
+      r->link_v.col(j) = differentiate(r->link_q.col(j), r->step);
+      r->link_a.col(j) = differentiate(r->link_v.col(j), r->step);
+    }
+    r->tau = r->load = calc_efforts(add_by_hand(plant_, in.spec), r->link_q, r->link_v, r->link_a);
+  }
+
+  // Takes the links' motion from their own encoders. The training recordings decide, because an encoder may be faulty.
+  void choose_encoders() {
+    const auto has_any = [&](const Recording& r) {
+      return std::any_of(e_.robot.tree.links.begin() + 1, e_.robot.tree.links.end(), [&](const LinkSpec& link) { return has_link_encoder(r, link.joint); });
+    };
+    if (bodies_ || !data_.feet.empty() || !std::all_of(e_.recordings.begin(), e_.recordings.end(), has_any)) return;
+    const double by_drives = calc_all_left();
+    std::vector<TorqueRecording> of_drives = data_.recordings;
+    for (TorqueRecording& r : data_.recordings) read_link_motion(&r);
+    if (calc_all_left() > kLinkGain * by_drives) data_.recordings = std::move(of_drives);
   }
 
   // Friction that bends before it slips reverses slowly. For such a joint the smoothed speed predicts the effort better.
@@ -542,6 +580,16 @@ Eigen::VectorXd TorqueData::calc_sign(const TorqueRecording& r, int joint) const
 
 Eigen::VectorXd TorqueData::calc_direction(const TorqueRecording& r, int joint) const {
   return condition(r, calc_sign(r, joint));
+}
+
+bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
+  return recording.has(kLinkSide + joint.name + "/position");
+}
+
+Eigen::VectorXd read_link_angle(const Experiment& experiment, int joint, const TorqueRecording& r, double cutoff) {
+  const Recording& in = experiment.recordings[r.index];
+  const std::vector<double>& angle = in.other.at(kLinkSide + experiment.robot.tree.joint(joint).name + "/position");
+  return low_pass(resample(in.time, angle, r.begin, r.step, r.q.rows()), r.step, cutoff);
 }
 
 TorqueData make_torque_data(const Experiment& experiment) { return make_torque_data(experiment, nullptr); }

@@ -5,6 +5,9 @@
 //                                 nominal model along the smoothed motion, its own joint friction included, less what
 //                                 the measured forces on its feet give (foot_loads.h). Joints without a drive: y = 0.
 //
+// A gear that gives moves the links otherwise than the drive. Where a second encoder shows it, and the training recordings
+// fit better with it, tau is that of the links' motion; friction and rotors follow the drive's.
+//
 // No simulation is needed, so this stays well conditioned where a simulation from measured efforts would drift away.
 // Effects are columns of missing = sum of column x parameter (torque_terms.h). Both sides pass the same zero-phase
 // filter, so neither is delayed against the other (Gautier, "Dynamic identification of robots with power model", ICRA
@@ -23,6 +26,9 @@
 
 namespace hrp::diagnosis {
 
+// Columns of sensors behind the gears: this, the joint's name, "/position" or "/effort".
+constexpr const char* kLinkSide = "/joint_states_link/";
+
 enum class EffortSource { kNone, kRecorded, kServoLaw };
 
 // One recording on an even grid. Matrices: sample x joint; rad, rad/s, rad/s^2, N m.
@@ -32,6 +38,7 @@ struct TorqueRecording {
   double begin = 0.0, step = 0.0;  // [s] of the full grid
   long stride = 1, trim = 0;       // every `stride`-th sample is kept; `trim` samples are left out at both ends
   Eigen::MatrixXd q, v, a;         // smoothed, full grid
+  Eigen::MatrixXd link_q, link_v, link_a;  // of the links: by encoders behind the gears, else q, v, a; full grid
   Eigen::MatrixXd speed;           // v with less smoothing, full grid: for laws of friction
   Eigen::MatrixXd effort;          // y on the full grid, smoothed
   Eigen::MatrixXd effort_rate;     // [N m/s] derivative of the smoothed y
@@ -74,6 +81,10 @@ struct TorqueData {
   Eigen::VectorXd calc_sign(const TorqueRecording& recording, int joint) const;
   Eigen::VectorXd calc_direction(const TorqueRecording& recording, int joint) const;
 };
+
+// Angle of the encoder behind a joint's gear on the grid of `recording`, with the filter of all signals [rad].
+Eigen::VectorXd read_link_angle(const Experiment& experiment, int joint, const TorqueRecording& recording, double cutoff);
+bool has_link_encoder(const Recording& recording, const JointSpec& joint);
 
 // Joints without position, or without both effort and servo law, have no rows. Recordings that lack the position of a
 // moving joint are left out. Without any recording nothing can be judged, and `missing` says why.

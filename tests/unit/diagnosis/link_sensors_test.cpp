@@ -230,13 +230,13 @@ TEST(LinkSensors, ATorqueSensorBehindTheGearTellsFrictionFromAWrongPayload) {
 }
 
 // The elbow's motor runs ahead of its link by what the gear gives under the torque that it passes on.
-GearVerdict judge_gear(const std::string& name, double stiffness, double gap, double zero, bool gravity = true) {
-  Experiment e = make_arm(name);
+Experiment make_two_encoders(const std::string& name, double stiffness, double gap, double zero, bool gravity = true,
+                             const Hypothesis& hidden = {}) {
+  Experiment e = make_arm(name, hidden);
   if (!gravity) e.scenario.gravity_W.setZero();
   const TorqueData motion = make_torque_data(e);
-  LinkSensors predicted, encoder;
+  LinkSensors predicted;
   predicted.sensors = {make_torque(kElbow)};
-  encoder.link_encoders = {kElbow};
   LinkReadings readings = make_link_readings(e, predicted, {});
   TestNoise noise;
   for (const TorqueRecording& r : motion.recordings) {
@@ -251,6 +251,13 @@ GearVerdict judge_gear(const std::string& name, double stiffness, double gap, do
     }
   }
   e.other_noise["/joint_states_link/elbow/position"] = {2e-5, true};
+  return e;
+}
+
+GearVerdict judge_gear(const std::string& name, double stiffness, double gap, double zero, bool gravity = true) {
+  const Experiment e = make_two_encoders(name, stiffness, gap, zero, gravity);
+  LinkSensors encoder;
+  encoder.link_encoders = {kElbow};
   return judge_gears(e, make_torque_data(e), encoder, {}).at(0);
 }
 
@@ -280,6 +287,31 @@ TEST(LinkSensors, AShiftedSecondEncoderIsNoGear) {
   EXPECT_THAT(gear.findings, testing::IsEmpty());
   EXPECT_TRUE(gear.zero_found);
   EXPECT_NEAR(gear.zero, -0.02, 1e-4);
+}
+
+// Root mean square [N m] of what the elbow's effort misses, along the motion that the torque stage takes for the links.
+double calc_missing(const Experiment& e) {
+  double squares = 0.0, n = 0.0;
+  for (const TorqueRecording& r : make_torque_data(e).recordings) squares += r.missing.col(kElbow).squaredNorm(), n += static_cast<double>(r.kept());
+  return std::sqrt(squares / n);
+}
+
+// Give of 15 N m/rad changes the motor's acceleration, not that of the link.
+TEST(LinkSensors, TorqueBehindAGearThatGivesIsThatOfTheLinksMotion) {
+  Experiment e = make_two_encoders("soft_gear", 15.0, 0.0, 0.0);
+  e.scenario.drive = "effort";
+  const double by_link = calc_missing(e);
+  for (Recording& r : e.recordings) r.other.clear();
+  const double by_motor = calc_missing(e);
+  EXPECT_LT(by_link, 0.1 * by_motor) << by_link << " " << by_motor;
+}
+
+TEST(LinkSensors, ASecondEncoderThatIsFarOffIsNotBelieved) {
+  Experiment e = make_two_encoders("wrong_encoder", 1e9, 0.0, 0.3);
+  e.scenario.drive = "effort";
+  const double with = calc_missing(e);
+  for (Recording& r : e.recordings) r.other.clear();
+  EXPECT_EQ(with, calc_missing(e));
 }
 
 std::string find_refusal(const std::function<void()>& act) {
