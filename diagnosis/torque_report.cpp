@@ -16,6 +16,7 @@ void fill_torque_fit(const std::vector<SignalFit>& torque, Fit* fit) {
     fit->signals.push_back(s);
   }
   const double n = std::max(1.0, static_cast<double>(torque.size()));
+  fit->over_spread = true;
   fit->train_before = fit->validate_before = std::sqrt(before / n);
   fit->train_after = fit->validate_after = std::sqrt(after / n);
 }

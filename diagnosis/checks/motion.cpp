@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/effects/units.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/series.h"
@@ -61,11 +62,13 @@ void add_range(const TorqueRecording& r, int joint, Motion* m) {
 }
 
 void add_rows(const TorqueData& data, const TorqueRecording& r, int joint, Motion* m) {
+  const bool driven = data.experiment->robot.tree.joint(joint).actuated;
   Eigen::MatrixXd X(r.kept(), count_columns());
   for (long c = 0; c < count_columns(); ++c) X.col(c) = calc_joint_columns(data, r, {list_columns()[static_cast<size_t>(c)], joint});
   for (long k = 0; k < r.kept(); ++k) {
     if (!r.use(k, joint)) continue;
-    const double y = r.missing(k, joint), u = r.effort(r.full_row(k), joint);
+    // A joint without a drive has no effort; its torques are those of gravity and motion.
+    const double y = r.missing(k, joint), u = (driven ? r.effort : r.tau)(r.full_row(k), joint);
     m->G += X.row(k).transpose() * X.row(k), m->b += y * X.row(k).transpose(), m->c += y * y, m->n += 1.0;
     m->effort += u, m->effort_squares += u * u;
   }
@@ -82,7 +85,7 @@ long find_most_like(const Eigen::MatrixXd& G, long i) {
   return most_like;
 }
 
-Json make_tells(const Motion& m) {
+Json make_tells(const JointSpec& joint, const Motion& m) {
   Json list = Json::array();
   if (m.n < kFewestRows) return list;
   const Eigen::VectorXd scale = m.G.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
@@ -99,8 +102,9 @@ Json make_tells(const Motion& m) {
     const double least = size > 0.0 ? kDeviations * std / size : HUGE_VAL;
     const double share = kDeviations * std / spread;
     const char* verdict = share < kClear ? "clear" : share < kWeak ? "weak" : "hidden";
+    const std::string& unit_of_turning = list_columns()[static_cast<size_t>(i)]->effect->parameters[0].unit;
     Json entry{{"effect", get_name(i)}, {"least", std::isfinite(least) ? round_to(least, 2) : 0.0},
-               {"unit", list_columns()[static_cast<size_t>(i)]->effect->parameters[0].unit}, {"verdict", verdict}};
+               {"unit", get_joint_unit(joint, unit_of_turning)}, {"verdict", verdict}};
     if (share >= kClear) entry["hidden_by"] = inverse(i, i) > 4.0 ? get_name(find_most_like(m.G, i)) : "too little motion";
     list.push_back(entry);
   }
@@ -119,14 +123,16 @@ Json make_motion_checks(const Experiment& e) {
       add_range(r, j, &m);
       if (data.is_judged(j)) add_rows(data, r, j, &m);
     }
-    list.push_back({{"joint", e.robot.tree.joint(j).name},
+    const JointSpec& joint = e.robot.tree.joint(j);
+    list.push_back({{"joint", joint.name},
+                    {"unit", get_joint_unit(joint, "rad")},
                     {"travel", round_to(m.high - m.low, 3)},
                     {"speed", round_to(find_quantile(std::move(m.speed), kHigh), 3)},
                     {"acceleration", round_to(find_quantile(std::move(m.acceleration), kHigh), 3)},
                     {"load", {round_to(m.least_load, 3), round_to(m.most_load, 3)}},
                     {"reversals", m.half_cycles},
                     {"effort", get_source_words(data.source[static_cast<size_t>(j)])},
-                    {"tells", make_tells(m)}});
+                    {"tells", make_tells(joint, m)}});
   }
   return list;
 }

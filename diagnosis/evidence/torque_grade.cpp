@@ -341,6 +341,7 @@ class Grader {
     // A common term that explains much of the held-out mismatch is listed, even if few independent samples make its
     // size uncertain.
     const bool likely = g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
+    g->disagrees = g->agreement < kAgree, g->unsized = !sized;
     g->named = (sized && (holds || usual || likely)) || (holds && much);
     // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
     // recordings, harm none of them, and remove more than details of friction do.

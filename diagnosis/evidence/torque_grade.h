@@ -40,6 +40,8 @@ struct GradedTerm {
   bool helps_held = true;  // without it, the held-out prediction of all recordings is worse
   bool harms_one = false;  // with it, the prediction of one held-out recording is more than 5 % worse
   std::vector<Rival> rivals;
+  bool disagrees = false;  // stretches give it opposite signs
+  bool unsized = false;    // parts of the recordings differ by more than its value
   bool named = false;      // if false, it only improves the prediction
   Grade grade = Grade::kAmbiguous;
 };

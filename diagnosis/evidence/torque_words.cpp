@@ -6,6 +6,7 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/data/rounding.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/findings/estimate_words.h"
 
@@ -61,12 +62,7 @@ std::string get_phrase(const TermRow& row) {
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
   std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
                      get_grade_name(f.grade) + ").";
-  text += " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque on held-out data.";
-  if (f.alternatives.empty()) return text;
-  text += " These recordings cannot tell it from";
-  for (size_t i = 0; i < f.alternatives.size(); ++i)
-    text += (i == 0 ? " " : ", ") + f.alternatives[i].effect + " (" + describe(f.alternatives[i].parameters) + ")";
-  return text + ".";
+  return text + " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque on held-out data.";
 }
 
 // Adds a rival unless its effect is already listed at that place. A delay of the bus is listed as one of this joint.
@@ -124,10 +120,15 @@ std::optional<Effect> make_effect(const GradedTerm& g, const GradedTerm* excess)
 
 NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
   std::string why = "it helps to predict, but ";
+  const std::vector<double> value = calc_values(g.term, g.parameters, g.width).value, std = calc_values(g.term, g.parameters, g.width).std;
   if (!g.helps_held)
     why = "it fits the training recordings, but the held-out ones are predicted worse with it";
   else if (g.gain <= 0.0)
     why += "hardly";
+  else if (g.disagrees)
+    why += "parts of the recordings give it opposite signs";
+  else if (g.unsized)
+    why += "its size is not known: " + number(value[0], 2) + " +- " + number(kNinetyFive * std[0], 2) + " " + g.term.effect().parameters[0].unit;
   else
     why += "takes away only " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque";
   return {g.term.effect().name, make_place(e, g.term), why, g.term.row->motion};

@@ -128,6 +128,7 @@ nlohmann::ordered_json make_fit(const Fit& fit) {
   };
   return {{"train", pair(fit.train_before, fit.train_after)},
           {"validate", pair(fit.validate_before, fit.validate_after)},
+          {"over", fit.over_spread ? "spread" : "noise"},
           {"per_signal", signals}};
 }
 

@@ -86,7 +86,8 @@ struct SignalFit {
 
 // Errors of the prediction, before and after the findings.
 struct Fit {
-  double train_before = 0.0, train_after = 0.0;        // in units of each signal's noise
+  bool over_spread = false;  // errors are over each effort's spread, else over each signal's noise
+  double train_before = 0.0, train_after = 0.0;
   double validate_before = 0.0, validate_after = 0.0;  // the same on held-out recordings
   std::vector<SignalFit> signals;
 };

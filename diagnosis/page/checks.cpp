@@ -36,7 +36,7 @@ std::string make_recordings(const json& checks) {
 // "0.12 N m", "weak: from 0.4 N m on", "hidden by rotor inertia".
 std::string describe_tell(const json& tell) {
   const std::string verdict = get_text(tell, "verdict"), unit = get_text(tell, "unit");
-  const std::string least = format_number(get_number(tell, "least", kNone), 2) + (unit == "1" ? "" : " " + escape(unit));
+  const std::string least = format_number(get_number(tell, "least", kNone), 2) + (unit == "1" ? "" : " " + escape(typeset(unit)));
   if (verdict == "clear") return least;
   if (verdict == "weak") return least + " <span class='small'>(weak)</span>";
   std::string by = get_text(tell, "hidden_by");
@@ -49,10 +49,11 @@ std::string make_joints(const json& checks) {
   std::vector<std::string> head{"joint", "travel", "speed", "acceleration", "load"};
   for (const json& j : get_list(checks, "joints")) {
     const std::vector<double> load = get_numbers(j, "load");
-    rows += "<tr>" + cell(escape(get_text(j, "joint"))) + cell(format_number(get_number(j, "travel", kNone), 3) + " rad") +
-            cell(format_number(get_number(j, "speed", kNone), 3) + " rad/s") +
-            cell(format_number(get_number(j, "acceleration", kNone), 3) + " rad/s²") +
-            cell(load.size() == 2 ? format_number(load[0], 3) + " to " + format_number(load[1], 3) + " N m" : "-");
+    const std::string unit = escape(get_text(j, "unit", "rad"));
+    rows += "<tr>" + cell(escape(get_text(j, "joint"))) + cell(format_number(get_number(j, "travel", kNone), 3) + " " + unit) +
+            cell(format_number(get_number(j, "speed", kNone), 3) + " " + unit + "/s") +
+            cell(format_number(get_number(j, "acceleration", kNone), 3) + " " + unit + "/s²") +
+            cell(load.size() == 2 ? format_number(load[0], 3) + " to " + format_number(load[1], 3) + (unit == "m" ? " N" : " N m") : "-");
     for (const json& t : get_list(j, "tells")) {
       if (head.size() < 5 + get_list(j, "tells").size()) head.push_back("least " + escape(describe_effect(get_text(t, "effect"))));
       rows += cell(describe_tell(t));

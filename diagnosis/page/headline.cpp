@@ -161,7 +161,7 @@ std::string make_left_sentence(const json& report) {
     if (get_number(r, "share", 0.0) < 0.2) continue;
     if (!worst || get_number(r, "share", 0.0) > get_number(*worst, "share", 0.0)) worst = &r;
   }
-  return worst ? "Most is left here: " + get_text(*worst, "statement") : "";
+  return worst ? "Most is left here: " + typeset(get_text(*worst, "statement")) : "";
 }
 
 }  // namespace
@@ -189,6 +189,15 @@ std::string describe_places(const std::vector<const json*>& findings) {
   return out.empty() ? "the whole recording" : out;
 }
 
+std::string list_alternatives(const json& finding) {
+  std::string out;
+  for (const json& a : get_list(finding, "alternatives")) {
+    const std::string effect = describe_effect(get_text(a, "effect"), false);
+    if (out.find(effect) == std::string::npos) out += (out.empty() ? "" : ", ") + effect;
+  }
+  return out;
+}
+
 std::vector<FindingGroup> list_shared(const json& report) {
   std::vector<FindingGroup> groups;
   for (const json& f : get_list(report, "findings")) {
@@ -202,6 +211,15 @@ std::vector<FindingGroup> list_shared(const json& report) {
   return groups;
 }
 
+namespace {
+
+std::string tell_alone(const json& finding) {
+  const std::string others = list_alternatives(finding), text = typeset(get_text(finding, "statement"));
+  return others.empty() || text.find("cannot tell") != std::string::npos ? text : text + " These recordings cannot tell it from: " + others + ".";
+}
+
+}  // namespace
+
 std::vector<std::string> make_headline(const json& report) {
   std::vector<std::string> out;
   if (get(report, "preliminary") == json(true)) out.push_back("A first answer from a part of the recordings; the search goes on.");
@@ -209,13 +227,13 @@ std::vector<std::string> make_headline(const json& report) {
   if (findings.empty()) {
     out.push_back(get_text(report, "summary", find_verdict_words(get_text(report, "verdict")).sentence));
     for (const json& item : get_list(report, "unexplained")) {
-      const std::string statement = get_text(item, "statement");
+      const std::string statement = typeset(get_text(item, "statement"));
       if (statement != out.back()) out.push_back(statement);
     }
     return out;
   }
   if (findings.size() <= kFew) {
-    for (const json& f : findings) out.push_back(get_text(f, "statement"));
+    for (const json& f : findings) out.push_back(tell_alone(f));
   } else {
     add_groups(report, &out);
   }

@@ -20,6 +20,9 @@ struct FindingGroup {
 };
 std::vector<FindingGroup> list_shared(const json& report);
 
+// "Stribeck friction, payload": what the recordings cannot tell a finding from.
+std::string list_alternatives(const json& finding);
+
 // "joint elbow", "12 joints".
 std::string describe_places(const std::vector<const json*>& findings);
 

@@ -15,12 +15,16 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::string make_fit_sentence(const json& report) {
-  const json& fit = get(get(report, "fit"), "validate");
-  const double before = get_number(fit, "before", kNone), after = get_number(fit, "after", kNone);
+  const json &fit = get(report, "fit"), &held = get(fit, "validate");
+  const double before = get_number(held, "before", kNone), after = get_number(held, "after", kNone);
   if (!std::isfinite(before) || !std::isfinite(after)) return "";
   if (get_text(report, "verdict") == "no_mismatch") {
     return "On the held-out recordings the prediction error is " + format_number(after, 3) +
            " times the noise (1 is as good as it gets).";
+  }
+  if (get_text(fit, "over") == "spread") {
+    return "Along recordings never used for fitting, the missing torque falls from " + format_number(100.0 * before, 3) + " to " +
+           format_number(100.0 * after, 3) + " % of the effort's spread.";
   }
   return "On recordings never used for fitting the prediction error goes from " + format_number(before, 3) + " to " +
          format_number(after, 3) + " times the noise (1 is as good as it gets).";
@@ -34,7 +38,7 @@ std::string describe_parameter(const std::string& name, const json& p) {
   std::string out = words + " " + format_value(get(p, "value"), 3);
   if (ci.size() == 2 && std::isfinite(ci[0]) && std::isfinite(ci[1]))
     out += " \u00b1 " + format_number(0.5 * (ci[1] - ci[0]), 2);
-  const std::string unit = get_text(p, "unit");
+  const std::string unit = typeset(get_text(p, "unit"));
   return out + (unit.empty() || unit == "1" ? "" : " " + unit);
 }
 

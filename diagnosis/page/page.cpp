@@ -77,7 +77,7 @@ std::string make_parameter_rows(const std::string& effect, const std::string& pl
   const double v = get_number(p, "value", kNone), low = ci.size() == 2 ? ci[0] : kNone,
                high = ci.size() == 2 ? ci[1] : kNone;
   return make_row(
-      {escape(effect), escape(place), escape(name), "<b>" + format_value(value) + "</b> " + escape(get_text(p, "unit")),
+      {escape(effect), escape(place), escape(name), "<b>" + format_value(value) + "</b> " + escape(typeset(get_text(p, "unit"))),
        ci.size() == 2 ? format_number(low) + " to " + format_number(high) : "-", make_interval_svg(v, low, high)});
 }
 
@@ -85,7 +85,7 @@ std::string make_finding_card(const json& f, const std::string& effect, const st
   const std::string grade = get_text(f, "grade");
   std::string out = "<article class='card" + std::string(grade == "ambiguous" ? " warn" : "") + "'><h3>" +
                     escape(effect) + "<span class='place'>" + escape(place) + "</span></h3><p>" +
-                    escape(get_text(f, "statement")) + "</p><p class='small'>" +
+                    escape(typeset(get_text(f, "statement"))) + "</p><p class='small'>" +
                     (grade.empty() ? "" : "<b>" + escape(grade) + "</b>, ") + "probability " +
                     format_probability(get_number(f, "probability", kNone)) + "</p>";
   std::string others;
@@ -147,7 +147,7 @@ std::string make_unexplained(const json& report) {
     std::string on;
     for (const json& d : get_list(u, "depends_on")) on += (on.empty() ? "" : ", ") + format_value(d);
     out += "<article class='card warn'><h3>Something unknown<span class='place'>" +
-           escape(describe_place(get(u, "where"))) + "</span></h3><p>" + escape(get_text(u, "statement")) + "</p>" +
+           escape(describe_place(get(u, "where"))) + "</span></h3><p>" + escape(typeset(get_text(u, "statement"))) + "</p>" +
            (on.empty() ? "" : "<p class='small'>Depends on: " + on + ".</p>") + "</article>";
   }
   return out.empty() ? "" : "<div class='cards'>" + out + "</div>";

@@ -35,15 +35,6 @@ std::string print_table(const std::vector<Row>& rows) {
   return out;
 }
 
-std::string list_alternatives(const json& finding) {
-  std::string out;
-  for (const json& a : get_list(finding, "alternatives")) {
-    const std::string effect = describe_effect(get_text(a, "effect"), false);
-    if (out.find(effect) == std::string::npos) out += (out.empty() ? "" : ", ") + effect;
-  }
-  return out;
-}
-
 std::string print_findings(const json& report) {
   std::vector<Row> rows{{"where", "effect", "value, 95 %", "grade", "takes away", "cannot be told from"}};
   for (const FindingGroup& group : list_shared(report)) {
@@ -70,7 +61,7 @@ std::string make_terminal_text(const json& report) {
   for (const std::string& sentence : make_headline(report)) out += sentence + "\n";
   out += print_findings(report);
   for (const json& item : get_list(report, "unexplained")) {
-    const std::string statement = get_text(item, "statement");
+    const std::string statement = typeset(get_text(item, "statement"));
     if (out.find(statement) == std::string::npos) out += "\n" + statement;
   }
   return out + (out.back() == '\n' ? "" : "\n");

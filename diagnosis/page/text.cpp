@@ -36,6 +36,13 @@ std::string escape(const std::string& text) {
   return out;
 }
 
+std::string typeset(std::string text) {
+  for (const auto& [plain, sign] : {std::pair{"+-", "\u00b1"}, std::pair{"^2", "\u00b2"}, std::pair{"^3", "\u00b3"}}) {
+    for (size_t at = text.find(plain); at != std::string::npos; at = text.find(plain, at)) text.replace(at, 2, sign);
+  }
+  return text;
+}
+
 std::string format_number(double value, int digits) {
   return std::isfinite(value) ? number(value == 0 ? 0.0 : value, digits) : "-";
 }

@@ -11,6 +11,8 @@ namespace hrp::diagnosis::html {
 using nlohmann::json;
 
 std::string escape(const std::string& text);
+// "3 +- 1 kg m^2" -> "3 ± 1 kg m²".
+std::string typeset(std::string text);
 std::string format_number(double value, int digits = 4);      // "3.021", "1.2e-05", "-" when not finite
 std::string format_value(const json& value, int digits = 4);  // number, list or text, escaped
 

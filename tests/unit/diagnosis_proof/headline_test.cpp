@@ -83,6 +83,14 @@ TEST(Headline, AFewFindingsKeepTheirOwnSentences) {
   EXPECT_THAT(join(report), HasSubstr("hip lacks it. thigh lacks it."));
 }
 
+TEST(Headline, AFindingToldAloneSaysWhatItCannotBeToldFromInTypesetUnits) {
+  json report = make_leg();
+  report["findings"].erase(report["findings"].begin() + 1, report["findings"].end());
+  report["findings"][0]["statement"] = "hip: rotor, inertia 0.2 +- 0.1 kg m^2.";
+  report["findings"][0]["alternatives"] = {{{"effect", "payload"}, {"where", {{"link", "shank"}}}}};
+  EXPECT_THAT(join(report), HasSubstr("hip: rotor, inertia 0.2 ± 0.1 kg m². These recordings cannot tell it from: payload."));
+}
+
 TEST(Headline, AMostlyUnexplainedPlaceIsNamedLast) {
   json report = make_leg();
   report["remaining"].push_back({{"share", 0.7}, {"statement", "knee: 0.5 of 0.6 N m remain."}});
