@@ -19,6 +19,9 @@ constexpr double kAlike = 0.3;    // |ln| within which neighbours' scales are us
 constexpr double kWide = 0.3;     // ln(high / low) from which neighbours' scales, if they agree, say more than the joint
 constexpr double kTells = 0.3;    // share of tau's spread that must remain beside friction and rotor
 constexpr long kFewest = 50;      // samples
+// Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
+// follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
+constexpr double kFollows = 0.6;
 
 constexpr long kNuisance = 4;     // v, direction, a, constant
 
@@ -67,7 +70,7 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
   const double width = std::log(unit.high / unit.low), far = std::abs(std::log(std::abs(unit.scale)));
-  if (width > kBracket * std::max(kFactor, far)) return std::nullopt;
+  if (width > std::min(kBracket * std::max(kFactor, far), -2.0 * std::log(kFollows))) return std::nullopt;
   return unit;
 }
 

@@ -127,6 +127,27 @@ TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
 }
 
 // Position logs of a servo whose gains somebody read off a data sheet in other units.
+// The last link of an industrial arm weighs nothing beside its drive's friction, which varies with the position.
+TEST(EffortUnits, FrictionThatResemblesTheTorqueOfALightWristTurnsNoSign) {
+  std::string arm = kArm;
+  const std::string fore = R"(<mass value="1"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+  <joint)";
+  const size_t at = arm.find(fore);
+  ASSERT_NE(at, std::string::npos);
+  arm.replace(at, fore.size(), R"(<mass value="1e-4"/>
+    <inertia ixx="1e-8" ixy="0" ixz="0" iyy="1e-8" iyz="0" izz="1e-8"/></inertial></link>
+  <joint)");
+  Experiment e = make_simulated_experiment("units_wrist", arm, kJoints, make_drives());
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    const std::vector<double>&shoulder = r.joints[kShoulder].signal[0], &elbow = r.joints[kElbow].signal[0], &v = r.joints[kElbow].signal[1];
+    for (size_t k = 0; k < r.size(); ++k)
+      r.joints[kElbow].signal[2][k] += 0.4 * std::sin(9.0 * elbow[k]) * std::tanh(v[k] / 0.05) + std::cos(shoulder[k] + elbow[k]);
+  }
+  EXPECT_TRUE(find_units(e).empty());
+}
+
 TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {
   Experiment e = make_simulated_experiment("units_gains", kArm, kJoints, make_drives());
   EXPECT_TRUE(find_units(e).empty());
