@@ -127,6 +127,13 @@ TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
 }
 
 // Position logs of a servo whose gains somebody read off a data sheet in other units.
+// Half a metre behind the elbow, 2 kg turn the torque of gravity there.
+TEST(EffortUnits, ALoadOnTheFarSideOfAJointTurnsNoSign) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {2.0, -0.5, 0.0, 0.0, 0.0}});
+  EXPECT_TRUE(find_units(make_logged("units_far", hidden, {1.0, 1.0})).empty());
+}
+
 // The last link of an industrial arm weighs nothing beside its drive's friction, which varies with the position.
 TEST(EffortUnits, FrictionThatResemblesTheTorqueOfALightWristTurnsNoSign) {
   std::string arm = kArm;
