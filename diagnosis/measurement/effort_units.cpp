@@ -59,14 +59,18 @@ Eigen::VectorXd take_out(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
 
 double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
 
-// True if friction would drive the joint: the sign of an effort that opposes tau is then turned. With friction that brakes,
-// a load on the far side of the joint turns the torque itself.
-bool is_driven_by_friction(const JointRows& rows) {
+// True if an effort that opposes tau has its sign turned: friction, too, would drive the joint. Where there is hardly any
+// friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side of the
+// joint turns the torque itself.
+bool is_turned(const JointRows& rows, double scale) {
+  constexpr double kVisible = 0.1;  // share of the effort's spread
   Eigen::MatrixXd X(rows.tau.size(), kNuisance + 1);
   X << rows.nuisance, rows.tau;
   const Eigen::VectorXd theta = X.colPivHouseholderQr().solve(rows.effort);
-  const auto v = rows.nuisance.col(0), sign = rows.nuisance.col(1);
-  return theta[0] * v.squaredNorm() + theta[1] * sign.dot(v) < 0.0;
+  const auto v = rows.nuisance.col(0);
+  const Eigen::VectorXd friction = theta[0] * v + theta[1] * rows.nuisance.col(1);
+  if (friction.squaredNorm() / static_cast<double>(friction.size()) > kVisible * kVisible * calc_variance(rows.effort)) return friction.dot(v) < 0.0;
+  return std::abs(std::log(-scale)) < std::log(2.0);
 }
 
 // The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide.
@@ -80,7 +84,7 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
   const double width = std::log(unit.high / unit.low), far = std::abs(std::log(std::abs(unit.scale)));
-  if (unit.scale < 0.0 && !is_driven_by_friction(rows)) return std::nullopt;
+  if (unit.scale < 0.0 && !is_turned(rows, unit.scale)) return std::nullopt;
   if (width > std::min(kBracket * std::max(kFactor, far), -2.0 * std::log(kFollows))) return std::nullopt;
   return unit;
 }

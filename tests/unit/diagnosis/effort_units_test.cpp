@@ -132,6 +132,7 @@ TEST(EffortUnits, ALoadOnTheFarSideOfAJointTurnsNoSign) {
   Hypothesis hidden = make_drives();
   hidden.push_back({EffectId::kPayload, kFore, {2.0, -0.5, 0.0, 0.0, 0.0}});
   EXPECT_TRUE(find_units(make_logged("units_far", hidden, {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(make_logged("units_far_frictionless", {hidden.back()}, {1.0, 1.0})).empty());
 }
 
 // The last link of an industrial arm weighs nothing beside its drive's friction, which varies with the position.
