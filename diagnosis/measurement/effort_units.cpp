@@ -63,14 +63,15 @@ double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).s
 // friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side of the
 // joint turns the torque itself.
 bool is_turned(const JointRows& rows, double scale) {
-  constexpr double kVisible = 0.1;  // share of the effort's spread
+  constexpr double kNear = 1.3;     // factor: masses of a model are not further off
+  constexpr double kVisible = 0.3;  // share of the effort's spread: wrong masses look like less friction than that
   Eigen::MatrixXd X(rows.tau.size(), kNuisance + 1);
   X << rows.nuisance, rows.tau;
   const Eigen::VectorXd theta = X.colPivHouseholderQr().solve(rows.effort);
   const auto v = rows.nuisance.col(0);
   const Eigen::VectorXd friction = theta[0] * v + theta[1] * rows.nuisance.col(1);
   if (friction.squaredNorm() / static_cast<double>(friction.size()) > kVisible * kVisible * calc_variance(rows.effort)) return friction.dot(v) < 0.0;
-  return std::abs(std::log(-scale)) < std::log(2.0);
+  return std::abs(std::log(-scale)) < std::log(kNear);
 }
 
 // The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide.
