@@ -13,10 +13,11 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-LeggedOutcome search(std::vector<ChannelRows> rows, int columns, const std::vector<Candidate>& candidates) {
+LeggedOutcome search(std::vector<ChannelRows> rows, int columns, const std::vector<Candidate>& candidates,
+                     const Eigen::VectorXd* about = nullptr) {
   LeggedFitter fitter(std::move(rows), columns);
   const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
-  return search_legged(&fitter, candidates, layout, 1.0, nullptr);
+  return search_legged(&fitter, candidates, layout, 1.0, nullptr, about);
 }
 
 // Its second column tells while rough rows weigh little. When its first one has explained them, they do not.
@@ -99,6 +100,29 @@ size_t count_frictions(double coefficient, double known) {
 TEST(LeggedSearch, WhatADelayFarBelowOneSampleExplainsAsWellIsNotNamed) {
   EXPECT_EQ(count_frictions(0.2, 250e-6), 0u);
   EXPECT_EQ(count_frictions(0.2, 0.1e-6), 1u);
+}
+
+// A constant of 0.05 rad/s in one axis of a gyroscope. Another axis has a slow error of 0.2 rad/s, of which the same
+// zero takes a little: its many independent rows gain more than the constant, which counts as one error.
+TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
+  std::mt19937 random(37);
+  std::normal_distribution<double> normal;
+  const auto name = [](const char* kind) {
+    return ChannelInfo{kind, "/imu/waist/angular_velocity", "rad/s", "sensor", "/imu/waist/angular_velocity"};
+  };
+  RowHalves rows(2, 900, {{name("gyroscope x"), {0}}, {name("gyroscope z"), {1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double x = 0.05 + 0.03 * normal(random), z = 0.06 + 0.2 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, x + 1e-3 * normal(random), std::sin(0.1 * i)), half->add(0, 0, 1);
+      half->begin_row(1, z + 1e-3 * normal(random), std::sin(0.1 * i)), half->add(1, 1, 1);
+    });
+  }
+  Candidate zero = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}, {{1, 1.0}}});
+  zero.vector = true;
+  const LeggedOutcome out = search(rows.merge(), 2, {zero});
+  ASSERT_EQ(out.effects.size(), 1u);
+  EXPECT_NEAR(out.effects[0].x(0), 0.05, 0.004);  // four standard errors of 600 rows
 }
 
 }  // namespace
