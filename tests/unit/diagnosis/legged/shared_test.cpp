@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "diagnosis/data/recording.h"
 #include "diagnosis/measurement/floating/diagnose.h"
@@ -57,6 +60,42 @@ TEST(LeggedShared, StanceThatTheKernelBringsIntoSwingsIsNoZero) {
   }
   for (const Finding& f : diagnose_legged(e, nullptr).evidence.findings)
     EXPECT_NE(f.effect, "sensor_bias") << f.statement;
+}
+
+// The real humanoid with its columns changed. Empty: it is not beside the tree.
+Experiment load_humanoid(const std::function<void(const std::string& name, std::vector<double>* column)>& change) {
+  const std::filesystem::path path =
+      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
+  if (!std::filesystem::exists(path)) return {};
+  Experiment e = load_experiment(path.string());
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) change(name, &column);
+  }
+  return e;
+}
+
+void add_to(const std::string& part, double value, const std::string& name, std::vector<double>* column) {
+  if (name.find(part) == std::string::npos) return;
+  for (double& v : *column) v += value;
+}
+
+const Finding* find_at(const Evidence& e, const std::string& sensor) {
+  for (const Finding& f : e.findings) {
+    if (f.where.contains("sensor") && f.where.at("sensor") == sensor) return &f;
+  }
+  return nullptr;
+}
+
+TEST(LeggedShared, ZeroOfARealGyroscopeIsFound) {
+  const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
+    add_to("angular_velocity/x", 0.05, name, column);
+  });
+  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  const Finding* zero = find_at(found, "/imu/root/angular_velocity");
+  ASSERT_NE(zero, nullptr);
+  EXPECT_EQ(zero->effect, "sensor_bias");
+  EXPECT_NEAR(zero->parameters[0].value[0], 0.05, 0.005);
 }
 
 TEST(LeggedShared, WeightOfARealHumanoidIsAmbiguousAndNothingIsSaidOfItsDrives) {
