@@ -91,15 +91,16 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
   const std::vector<Candidate> candidates = list_candidates(logs.even, layout);
   SearchResult out;
   out.fitter = std::make_unique<LeggedFitter>(std::move(channels), layout.count());
-  out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress);
   out.about = Eigen::VectorXd::Zero(layout.count());
+  out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, &out.about);
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::VectorXd next = find_correction(layout, out.outcome.chosen);
     if (is_same_correction(out.about, next)) break;
     out.about = next;
     if (progress) progress("again, about the faults of sensors that were found");
     out.fitter = std::make_unique<LeggedFitter>(make_channels(logs, layout, out.about, raw_counts), layout.count());
-    out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress);
+    const bool last = round + 1 == kRounds;
+    out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, last ? nullptr : &out.about);
   }
   return out;
 }

@@ -14,6 +14,7 @@ namespace {
 constexpr double kSure = 2.0;  // standard errors, differences between recordings included, that a value must exceed
 // Share of an equation's mismatch: an effect that leaves more than this and takes less may stand in for another cause.
 constexpr double kHalf = 0.5;
+constexpr double kNear = 0.2;  // of its value: equations made so near it hold for a delay or a turn
 constexpr double kStandsOut = 3;  // times noise and exactness that a force on the body exceeds to be a real one
 
 // Bans a chosen effect, notes the equations that lack something without it, and settles the others.
@@ -58,6 +59,20 @@ bool drop_unsure(const std::vector<FoundEffect>& found, SearchState* state) {
   return true;
 }
 
+// Whether the equations were made far from the value of a delay or a turn, so that its columns leave errors of second
+// order.
+bool is_linearized_elsewhere(const SearchState& state, const FoundEffect& f) {
+  if (!state.about || !f.effect.law->linearized) return false;
+  double away = 0, size = 0;
+  for (size_t k = 0; k < f.effect.terms.size(); ++k) {
+    for (const auto& [column, factor] : f.effect.terms[k]) {
+      const double value = factor * f.x(static_cast<long>(k));
+      away += std::pow(value - (*state.about)(column), 2), size += value * value;
+    }
+  }
+  return away > kNear * kNear * size;
+}
+
 // An effect that takes less than half of its equation's mismatch, where more than half is left, may stand in for the
 // cause of all of it. The one with the smallest share goes. Effects that every drive and sensor has may stay beside
 // another cause.
@@ -66,7 +81,7 @@ bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
   double least = kHalf;
   for (size_t i = 0; i < found.size(); ++i) {
     const FoundEffect& f = found[i];
-    if (!f.effect.is_listed() || is_expected(f.effect.info())) continue;
+    if (!f.effect.is_listed() || is_expected(f.effect.info()) || is_linearized_elsewhere(*state, f)) continue;
     const double left = get_left(*state, f.channel), exact = std::pow(state->fitter.find_exactness(f.channel), 2);
     if (left > kHalf * get_nominal(*state, f.channel) && left > exact && f.share < least) least = f.share, worst = i;
   }

@@ -125,5 +125,25 @@ TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
   EXPECT_NEAR(out.effects[0].x(0), 0.05, 0.004);  // four standard errors of 600 rows
 }
 
+// A delay whose column is of first order leaves two thirds of the mismatch. Where the equations are made about its
+// value, they are exact, and what is left then counts.
+TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
+  std::mt19937 random(41);
+  std::normal_distribution<double> normal;
+  RowHalves rows(1, 900, {{make_joint_channel("A"), {0}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double rate = normal(random), beyond = normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 3 * rate + 4.2 * beyond + 0.02 * normal(random), 10 * rate), half->add(0, 0, 100 * rate);
+    });
+  }
+  Candidate delay = make_candidate(EffectId::kDelay, "A", {{{0, 1.0}}});
+  delay.law = &get_laws().delay;
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(1), there = Eigen::VectorXd::Constant(1, 0.03);
+  EXPECT_EQ(search(rows.merge(), 1, {delay}, &none).effects.size(), 1u);
+  EXPECT_EQ(search(rows.merge(), 1, {delay}, &there).effects.size(), 0u);
+  EXPECT_EQ(search(rows.merge(), 1, {delay}).effects.size(), 0u);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating
