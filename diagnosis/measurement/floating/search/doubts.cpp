@@ -14,6 +14,7 @@ namespace {
 constexpr double kSure = 2.0;  // standard errors, differences between recordings included, that a value must exceed
 // Share of an equation's mismatch: an effect that leaves more than this and takes less may stand in for another cause.
 constexpr double kHalf = 0.5;
+constexpr double kUndone = 0.1;  // of the smaller square: what two effects that undo each other leave together
 constexpr double kNear = 0.2;  // of its value: equations made so near it hold for a delay or a turn
 constexpr double kStandsOut = 3;  // times noise and exactness that a force on the body exceeds to be a real one
 
@@ -90,6 +91,39 @@ bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
   return true;
 }
 
+// Weighted squares of what two effects predict, each and both together, over all rows.
+struct PairSquares {
+  double first = 0, second = 0, sum = 0;
+};
+
+PairSquares calc_pair(const SearchState& state, size_t i, size_t k) {
+  const std::vector<Candidate> one{state.chosen.effects[i]}, other{state.chosen.effects[k]};
+  PairSquares out;
+  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
+    const Eigen::VectorXd a = state.fitter.calc_columns(c, one, false) * state.chosen.get(i);
+    const Eigen::VectorXd b = state.fitter.calc_columns(c, other, false) * state.chosen.get(k);
+    for (long r = 0; r < a.size(); ++r) {
+      const double w = state.fitter.get_weight(c, static_cast<size_t>(r));
+      out.first += w * a(r) * a(r), out.second += w * b(r) * b(r), out.sum += w * (a(r) + b(r)) * (a(r) + b(r));
+    }
+  }
+  return out;
+}
+
+// Two effects that undo each other, such as a scale and a zero of an accelerometer that always feels the same weight,
+// have no values of their own. The less certain one goes.
+bool drop_undone(const std::vector<FoundEffect>& found, SearchState* state) {
+  for (size_t i = 0; i < found.size(); ++i) {
+    for (size_t k = i + 1; k < found.size(); ++k) {
+      const PairSquares s = calc_pair(*state, i, k);
+      if (s.sum > kUndone * std::min(s.first, s.second)) continue;
+      drop(calc_certainty(found[i]) < calc_certainty(found[k]) ? i : k, "undone by another:", {}, state);
+      return true;
+    }
+  }
+  return false;
+}
+
 // An error of a clock or of a mounting explains the effect as well, and it is smaller than clocks and mountings are
 // known. Then there is no mismatch to report.
 bool drop_known(const std::vector<FoundEffect>& found, SearchState* state) {
@@ -153,7 +187,7 @@ bool drop_unsteady(SearchState* state) {
 }
 
 bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
-  return drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
+  return drop_undone(found, state) || drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
          drop_forced(found, state);
 }
 

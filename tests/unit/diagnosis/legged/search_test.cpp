@@ -145,5 +145,25 @@ TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
   EXPECT_EQ(search(rows.merge(), 1, {delay}).effects.size(), 0u);
 }
 
+// An accelerometer that always feels the same weight: a scale and a zero make the same constant, and with large values
+// that undo each other, any small line.
+TEST(LeggedSearch, OfTwoEffectsThatUndoEachOtherOneIsLeft) {
+  std::mt19937 random(43);
+  std::normal_distribution<double> normal;
+  const ChannelInfo info{"accelerometer y", "/imu/waist/linear_acceleration", "m/s^2", "sensor", "/imu/waist/linear_acceleration"};
+  RowHalves rows(2, 900, {{info, {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double feels = 9.8 + 0.05 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 0.05 - 0.6 * (feels - 9.8) + 0.005 * normal(random), feels);
+      half->add(0, 0, feels), half->add(0, 1, 1);
+    });
+  }
+  const LeggedOutcome out = search(rows.merge(), 2, {make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}),
+                                                     make_candidate(EffectId::kSensorBias, "A", {{{1, 1.0}}})});
+  ASSERT_EQ(out.effects.size(), 1u);
+  EXPECT_LT(std::abs(out.effects[0].x(0)), 0.1);  // 0.05 m/s^2, or 0.005 of the weight; both together: 6 and -0.6
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating
