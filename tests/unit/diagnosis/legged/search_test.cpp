@@ -165,5 +165,19 @@ TEST(LeggedSearch, OfTwoEffectsThatUndoEachOtherOneIsLeft) {
   EXPECT_LT(std::abs(out.effects[0].x(0)), 0.1);  // 0.05 m/s^2, or 0.005 of the weight; both together: 6 and -0.6
 }
 
+TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
+  Recorded recorded;
+  recorded.six_axes = false;
+  const LeggedLog log = make_legged_log(make_biped({}, recorded), Half::kEven);
+  const ColumnLayout layout(log);
+  size_t soles = 0;
+  for (const Candidate& c : list_candidates(log, layout)) {
+    if (c.law->effect != EffectId::kFootCompliance) continue;
+    ++soles;
+    EXPECT_EQ(c.terms.size(), 1u) << "no equation has columns of moments";
+  }
+  EXPECT_EQ(soles, 2u);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating
