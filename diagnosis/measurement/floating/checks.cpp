@@ -207,10 +207,10 @@ class Checker {
   }
 
   // A plane through points, beside a height of each foot's own (encoders' zeros): its rise by x and y with errors, and
-  // how far a foot went up or down the rise from where it was on average [m].
+  // how far a foot went up or down the rise from where it was on average [m], and from its first to its last place [m].
   struct Plane {
     Vector3d slope, error;
-    double way = 0;
+    double way = 0, range = 0;
   };
 
   static Plane fit_plane(const std::vector<Stand>& at) {
@@ -227,7 +227,7 @@ class Checker {
     }
     // The ways that were walked, each for itself: across a way nothing is told.
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> ways(scatter);
-    Plane out{Vector3d::Zero(), Vector3d::Zero(), 0};
+    Plane out{Vector3d::Zero(), Vector3d::Zero(), 0, 0};
     for (long i = 0; i < 2; ++i) {
       const Eigen::Vector2d way = ways.eigenvectors().col(i);
       double far = 0, rise = 0, left = 0;
@@ -237,20 +237,34 @@ class Checker {
       for (const Vector3d& d : own) left += std::pow(d.z() - rise * way.dot(d.head<2>()), 2);
       const double freedom = std::max(1.0, static_cast<double>(at.size()) - static_cast<double>(sums.size()) - 1);
       out.slope.head<2>() += rise * way, out.way = std::max(out.way, far);
+      out.range = std::max(out.range, find_range(at, way));
       out.error.head<2>() += std::sqrt(left / freedom / ways.eigenvalues()(i)) * way.cwiseAbs();
     }
     return out;
   }
 
+  // [m] How far one foot's places lie apart along a way.
+  static double find_range(const std::vector<Stand>& at, const Eigen::Vector2d& way) {
+    std::map<size_t, std::pair<double, double>> ends;  // by foot
+    for (const Stand& s : at) {
+      const double x = way.dot(s.at.head<2>());
+      auto& [least, most] = ends.try_emplace(s.foot, x, x).first->second;
+      least = std::min(least, x), most = std::max(most, x);
+    }
+    double out = 0;
+    for (const auto& [foot, e] : ends) out = std::max(out, e.second - e.first);
+    return out;
+  }
+
   void add_heights(const Plane& plane) {
-    const auto& [slope, error, way] = plane;
+    const auto& [slope, error, way, range] = plane;
     const Vector3d& x = slope;
     const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
     if (way < kWay || !sure || slope.norm() * way < 1e-3) return;
     Finding f = make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}},
                              {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())});
     f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = 0.5, f.weight = 0.1;
-    f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * 2 * way, 2 * way);
+    f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * range, range);
     const Estimate tilt = make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()));
     f.alternatives.push_back(make_alternative(get_laws().sensor_misalignment.info(), {{"sensor", "/base/pose"}}, {tilt},
                                               "a level, or an attitude by another sensor"));
