@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "diagnosis/measurement/floating/air_zeros.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
@@ -107,7 +108,8 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
 
 // The laws of soles that were found to give, by foot. Empty where none was, or where a joint gives, too: then the
 // height of a foot tells their sum.
-std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const SearchResult& found) {
+std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const Eigen::VectorXd& zeros,
+                                    const SearchResult& found) {
   const LawTable& laws = get_laws();
   std::vector<char> soft(static_cast<size_t>(layout.feet), 0);
   for (const FoundEffect& f : found.outcome.effects) {
@@ -117,8 +119,21 @@ std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& lay
   }
   if (std::count(soft.begin(), soft.end(), 1) == 0) return {};
   LeggedLog all = make_legged_log(e, Half::kAll);
-  correct_log(layout, found.about, &all);
+  correct_log(layout, zeros, &all), correct_log(layout, found.about, &all);
   return fit_landings(list_landings(all), soft);
+}
+
+std::vector<ChannelRows> make_channels(const Halves& logs) {
+  return join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
+}
+
+// Subtracts the zeros that force sensors show in the air. False: there are none.
+bool correct_zeros(const ColumnLayout& layout, const std::vector<AirZero>& zeros, Halves* logs) {
+  if (zeros.empty()) return false;
+  const Eigen::VectorXd about = list_zeros(layout, zeros);
+  correct_log(layout, about, &logs->even), correct_log(layout, about, &logs->odd);
+  logs->contacts = find_contacts(logs->even);
+  return true;
 }
 
 void say_equations(const std::vector<ChannelRows>& channels, bool walks, const Progress& progress) {
@@ -134,19 +149,25 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool
   Halves logs{make_legged_log(e, Half::kEven), make_legged_log(e, Half::kOdd), {}};
   logs.contacts = find_contacts(logs.even);
   if (only_walks && !logs.contacts.walks) return out;
-  std::vector<ChannelRows> channels =
-      join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
+  std::vector<ChannelRows> channels = make_channels(logs);
   out.walks = logs.contacts.walks;
   out.judged =
       std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= kFewestRows; });
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
-  const CheckResult checks = check_recordings(e, logs, channels, layout);
+  CheckResult checks = check_recordings(e, logs, channels, layout);
+  std::vector<AirZero> zeros;
+  if (!checks.raw_counts) zeros = find_air_zeros(logs.even, logs.contacts);
+  if (correct_zeros(layout, zeros, &logs)) {
+    channels = make_channels(logs);
+    checks = check_recordings(e, logs, channels, layout);
+    for (const AirZero& z : zeros) checks.findings.push_back(make_zero_finding(logs.even, z));
+  }
   if (checks.raw_counts) drop_forces(&channels);
   say_equations(channels, out.walks, progress);
   const SearchResult found = search_about_faults(logs, std::move(channels), layout, checks.raw_counts, progress);
-  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, found);
+  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, list_zeros(layout, zeros), found);
   out.evidence = make_evidence(logs.even, logs.contacts, *found.fitter, found.outcome, soles, checks);
   out.series = make_series(e, *found.fitter, found.outcome, out.evidence);
   return out;

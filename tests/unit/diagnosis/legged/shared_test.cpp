@@ -86,6 +86,20 @@ const Finding* find_at(const Evidence& e, const std::string& sensor) {
   return nullptr;
 }
 
+TEST(LeggedShared, ZeroOfAVerticalForceIsWhatItReadsInTheAir) {
+  const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
+    add_to("/wrench/l_sole/force/z", 10, name, column);
+  });
+  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  const Finding* zero = find_at(found, "/wrench/l_sole/force");
+  ASSERT_NE(zero, nullptr);
+  EXPECT_EQ(zero->effect, "sensor_bias");
+  EXPECT_EQ(zero->grade, Grade::kSupported);
+  EXPECT_NEAR(zero->parameters[0].value[0], 11, 2);  // the foot itself reads 0 to 3 N in the air
+  EXPECT_EQ(find_at(found, "/wrench/r_sole/force"), nullptr) << "3 N are below a hundredth of the weight";
+}
+
 TEST(LeggedShared, ZeroOfARealGyroscopeIsFound) {
   const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
     add_to("angular_velocity/x", 0.05, name, column);
