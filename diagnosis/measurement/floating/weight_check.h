@@ -10,8 +10,7 @@ namespace hrp::diagnosis::floating {
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
                   const ColumnLayout& layout, CheckResult* out);
 
-// What feet that are put down leave of the weight's equation: peaks and dips that a rigid foot on rigid ground, put down
-// softly, has not. Null channel: nothing weighs.
-void check_landings(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, CheckResult* out);
+// The equation along which the robot weighs; null: none.
+const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels);
 
 }  // namespace hrp::diagnosis::floating
