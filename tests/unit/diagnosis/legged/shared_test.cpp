@@ -112,6 +112,22 @@ TEST(LeggedShared, ZeroOfARealGyroscopeIsFound) {
   EXPECT_NEAR(zero->parameters[0].value[0], 0.05, 0.005);
 }
 
+// Its torso turns by 14 degrees at most: along the weight, a zero makes what a scale makes.
+TEST(LeggedShared, ScaleOfARealAccelerometerIsListedBesideItsZero) {
+  const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
+    for (double& v : *column) v *= name.find("linear_acceleration") == std::string::npos ? 1 : 1.05;
+  });
+  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  const Finding* zero = find_at(found, "/imu/root/linear_acceleration");
+  ASSERT_NE(zero, nullptr);
+  EXPECT_EQ(zero->grade, Grade::kAmbiguous);
+  const auto scale = std::find_if(zero->alternatives.begin(), zero->alternatives.end(),
+                                  [](const Alternative& a) { return a.effect == "sensor_scale"; });
+  ASSERT_NE(scale, zero->alternatives.end());
+  EXPECT_NEAR(scale->parameters[0].value[0], 1.047, 0.005);  // 1.05 times 0.9972, what it reads of gravity
+}
+
 // What one foot lacks may rest on the other, of which nothing is known.
 TEST(LeggedShared, WeightThatOneFootLacksIsNoMass) {
   Experiment e = load_humanoid([](const std::string&, std::vector<double>*) {});
