@@ -11,6 +11,7 @@
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations/equations.h"
 #include "diagnosis/measurement/floating/landings.h"
+#include "diagnosis/measurement/floating/late_feet.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/report/report.h"
 #include "diagnosis/measurement/floating/report/series.h"
@@ -108,7 +109,7 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
 
 // The laws of soles that were found to give, by foot. Empty where none was, or where a joint gives, too: then the
 // height of a foot tells their sum.
-std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const Eigen::VectorXd& zeros,
+std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const Eigen::VectorXd& corrected,
                                     const SearchResult& found) {
   const LawTable& laws = get_laws();
   std::vector<char> soft(static_cast<size_t>(layout.feet), 0);
@@ -119,7 +120,7 @@ std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& lay
   }
   if (std::count(soft.begin(), soft.end(), 1) == 0) return {};
   LeggedLog all = make_legged_log(e, Half::kAll);
-  correct_log(layout, zeros, &all), correct_log(layout, found.about, &all);
+  correct_log(layout, corrected, &all), correct_log(layout, found.about, &all);
   return fit_landings(list_landings(all), soft);
 }
 
@@ -127,13 +128,31 @@ std::vector<ChannelRows> make_channels(const Halves& logs) {
   return join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
 }
 
-// Subtracts the zeros that force sensors show in the air. False: there are none.
-bool correct_zeros(const ColumnLayout& layout, const std::vector<AirZero>& zeros, Halves* logs) {
-  if (zeros.empty()) return false;
-  const Eigen::VectorXd about = list_zeros(layout, zeros);
+// Faults of sensors of the vertical force alone, that the feet in turn tell.
+struct ForceFaults {
+  std::vector<AirZero> zeros;
+  LateFoot late;
+  bool any() const { return !zeros.empty() || late.sensor >= 0; }
+};
+
+ForceFaults find_force_faults(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
+  return {find_air_zeros(logs.even, logs.contacts), find_late_foot(logs.even, channels, layout)};
+}
+
+Eigen::VectorXd list_faults(const ColumnLayout& layout, const ForceFaults& faults) {
+  Eigen::VectorXd out = list_zeros(layout, faults.zeros);
+  if (faults.late.sensor >= 0) out(layout.sensor(faults.late.sensor, kWrenchDelayColumn)) = faults.late.delay;
+  return out;
+}
+
+void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Halves* logs) {
   correct_log(layout, about, &logs->even), correct_log(layout, about, &logs->odd);
   logs->contacts = find_contacts(logs->even);
-  return true;
+}
+
+void add_fault_findings(const LeggedLog& log, const ForceFaults& faults, CheckResult* checks) {
+  for (const AirZero& z : faults.zeros) checks->findings.push_back(make_zero_finding(log, z));
+  if (faults.late.sensor >= 0) checks->findings.push_back(make_late_finding(log, faults.late));
 }
 
 void say_equations(const std::vector<ChannelRows>& channels, bool walks, const Progress& progress) {
@@ -157,17 +176,19 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
   CheckResult checks = check_recordings(e, logs, channels, layout);
-  std::vector<AirZero> zeros;
-  if (!checks.raw_counts) zeros = find_air_zeros(logs.even, logs.contacts);
-  if (correct_zeros(layout, zeros, &logs)) {
+  ForceFaults faults;
+  if (!checks.raw_counts) faults = find_force_faults(logs, channels, layout);
+  const Eigen::VectorXd corrected = list_faults(layout, faults);
+  if (faults.any()) {
+    correct_faults(corrected, layout, &logs);
     channels = make_channels(logs);
     checks = check_recordings(e, logs, channels, layout);
-    for (const AirZero& z : zeros) checks.findings.push_back(make_zero_finding(logs.even, z));
+    add_fault_findings(logs.even, faults, &checks);
   }
   if (checks.raw_counts) drop_forces(&channels);
   say_equations(channels, out.walks, progress);
   const SearchResult found = search_about_faults(logs, std::move(channels), layout, checks.raw_counts, progress);
-  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, list_zeros(layout, zeros), found);
+  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, corrected, found);
   out.evidence = make_evidence(logs.even, logs.contacts, *found.fitter, found.outcome, soles, checks);
   out.series = make_series(e, *found.fitter, found.outcome, out.evidence);
   return out;
