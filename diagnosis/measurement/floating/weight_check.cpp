@@ -20,6 +20,8 @@ constexpr double kRarePhase = 0.2;   // share of the time below which a phase is
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
 constexpr double kMainPhase = 0.5;   // share of the time of a phase that may tell the weight alone
 constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in a phase
+constexpr double kAlike = 0.3;       // by which scales of sensors of one robot differ
+constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
 constexpr size_t kQuarters = 4;
 constexpr size_t kQuietRows = 20;    // cells that tell a quarter's weight
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
@@ -269,12 +271,26 @@ class WeightChecker {
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
     for (const auto& [r, one] : normal) {
       if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) A += one.first, b += one.second;
-      each.push_back(one.first.ldlt().solve(one.second));
     }
-    const Eigen::VectorXd x = A.ldlt().solve(b);
+    const double common = b.sum() / A.sum(), prior = find_prior(readings, needed, common);
+    const auto solve = [&](const Eigen::MatrixXd& G, const Eigen::VectorXd& h) -> Eigen::VectorXd {
+      const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+      return (G + prior * one).ldlt().solve(h + Eigen::VectorXd::Constant(n, prior * common));
+    };
+    for (const auto& [r, one] : normal) each.push_back(solve(one.first, one.second));
+    const Eigen::VectorXd x = solve(A, b);
     for (int s = 0; s < n; ++s) add_unit(s, x(s), each);
     add_unit_fit(c, readings, needed, x);
     out_.notes.push_back("the feet's forces are no newtons: nothing is told of masses, friction and ground");
+  }
+
+  // Weight of one scale for all sensors against what rows tell of each: feet of a trot bear in pairs, so that rows tell
+  // little of one foot. The errors of a block are one.
+  static double find_prior(const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed, double common) {
+    double left = 0;
+    for (size_t i = 0; i < needed.size(); ++i) left += std::pow(needed[i] - common * readings[i].sum(), 2);
+    left /= std::max(1.0, static_cast<double>(needed.size()));
+    return kRowsOfBlock * left / std::pow(kAlike * common, 2);
   }
 
   // What scales and zeros leave of the weight that the motion asks for.

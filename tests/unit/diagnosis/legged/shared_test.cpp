@@ -62,6 +62,21 @@ TEST(LeggedShared, StanceThatTheKernelBringsIntoSwingsIsNoZero) {
     EXPECT_NE(f.effect, "sensor_bias") << f.statement;
 }
 
+// Its authors have 0.12 N a count. Diagonal feet bear together, so that the rows tell little of one foot.
+TEST(LeggedShared, CountsOfAQuadrupedThatTrotsHaveAScaleOfEachFoot) {
+  bool there = false;
+  const Evidence e = diagnose_shared("recordings/go1_walk", &there);
+  if (!there) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
+  size_t feet = 0;
+  for (const Finding& f : e.findings) {
+    if (f.effect != "sensor_scale" || f.where.at("sensor").get<std::string>().rfind("/wrench/", 0) != 0) continue;
+    ++feet;
+    EXPECT_NEAR(1 / f.parameters[0].value[0], 0.12, 0.03) << f.statement;
+    EXPECT_LT(f.parameters[0].std[0], 0.2 * f.parameters[0].value[0]) << f.statement;
+  }
+  EXPECT_EQ(feet, 4u);
+}
+
 // The real humanoid with its columns changed. Empty: it is not beside the tree.
 Experiment load_humanoid(const std::function<void(const std::string& name, std::vector<double>* column)>& change) {
   const std::filesystem::path path =
