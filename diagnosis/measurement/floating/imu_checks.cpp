@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
 constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kStand = 2.0;       // [s] on all feet, over which the mean acceleration of a body nearly vanishes
+constexpr double kStill = 0.02;       // of gravity: deviation of the reading of a body that stands still, at most
 constexpr double kPause = 0.15;       // [s] between two rows of one stand, at most
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 
@@ -55,7 +57,15 @@ class ImuChecker {
     return out;
   }
 
-  // The mean size of its reading while the robot stands on all feet, by recording.
+  static std::pair<double, double> calc_spread(const std::vector<double>& v) {
+    double mean = 0, square = 0;
+    for (double x : v) mean += x / static_cast<double>(v.size());
+    for (double x : v) square += std::pow(x - mean, 2) / static_cast<double>(v.size());
+    return {mean, std::sqrt(square)};
+  }
+
+  // The mean size of its reading while the robot stands still on all feet, by recording. Feet that chatter, and falls,
+  // add to the mean what is sampled too slowly.
   std::vector<double> list_stands(size_t imu) const {
     const double g = log_.experiment->scenario.gravity_W.norm();
     const int all = (1 << log_.feet.size()) - 1;
@@ -66,8 +76,12 @@ class ImuChecker {
         const int phase = contacts_.find_phase(c, begin);
         for (end = begin + 1; end + clip.edge < clip.size() && contacts_.find_phase(c, end) == phase;) ++end;
         if (phase != all || static_cast<double>(end - begin) * clip.step < kStand) continue;
+        std::vector<double> sizes;
+        for (size_t k = begin; k < end; ++k) sizes.push_back(get_values(clip.imus[imu].accelerometer, k).norm());
+        const auto [mean, spread] = calc_spread(sizes);
+        if (spread > kStill * g) continue;
         auto& [sum, count] = sums[clip.recording];
-        for (size_t k = begin; k < end; ++k) sum += get_values(clip.imus[imu].accelerometer, k).norm(), count += 1;
+        sum += mean * static_cast<double>(sizes.size()), count += static_cast<double>(sizes.size());
       }
     }
     std::vector<double> out;
