@@ -18,6 +18,7 @@
 #include "diagnosis/measurement/floating/search/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
 #include "diagnosis/measurement/floating/usable_rows.h"
+#include "diagnosis/measurement/floating/weight_check.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -150,6 +151,31 @@ void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Ha
   logs->contacts = find_contacts(logs->even);
 }
 
+// Mean squares of the weight's equation, by part (train, validate).
+void add_squares(const std::vector<ChannelRows>& channels, double* squares, double* rows) {
+  const ChannelRows* c = find_weight_equation(channels);
+  if (!c) return;
+  for (const int part : {0, 1}) {
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < c->rows(); ++i) {
+      if (c->train[i] == (part == 0)) sum += c->y[i] * c->y[i], count += 1;
+    }
+    squares[part] = sum / std::max(1.0, count), rows[part] = count;
+  }
+}
+
+// What the correction takes away of the weight's mismatch: the equations that follow do not show it.
+UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& before,
+                          const std::vector<ChannelRows>& after) {
+  UnitFit out;
+  const ChannelRows* c = find_weight_equation(before);
+  if (!c) return out;
+  add_squares(before, out.before, out.rows), add_squares(after, out.after, out.rows);
+  out.signal = c->info.signal + " (weight, by faults of force sensors)";
+  out.exact = std::pow(kKnownWeight * log.mass * log.experiment->scenario.gravity_W.norm(), 2);
+  return out;
+}
+
 void add_fault_findings(const LeggedLog& log, const ForceFaults& faults, CheckResult* checks) {
   for (const AirZero& z : faults.zeros) checks->findings.push_back(make_zero_finding(log, z));
   if (faults.late.sensor >= 0) checks->findings.push_back(make_late_finding(log, faults.late));
@@ -181,9 +207,11 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool
   const Eigen::VectorXd corrected = list_faults(layout, faults);
   if (faults.any()) {
     correct_faults(corrected, layout, &logs);
-    channels = make_channels(logs);
-    checks = check_recordings(e, logs, channels, layout);
+    std::vector<ChannelRows> after = make_channels(logs);
+    checks = check_recordings(e, logs, after, layout);
+    checks.units = compare_corrected(logs.even, channels, after);
     add_fault_findings(logs.even, faults, &checks);
+    channels = std::move(after);
   }
   if (checks.raw_counts) drop_forces(&channels);
   say_equations(channels, out.walks, progress);

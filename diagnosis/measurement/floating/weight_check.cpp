@@ -14,7 +14,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kWeight = 0.008;    // to which scales and models of masses are known
 constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
 constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
@@ -45,7 +44,7 @@ class WeightChecker {
     for (const std::vector<double>& y : list_parts(*c)) ratios.push_back(1 + find_median(y) / weight);
     const double middle = find_median(ratios);
     if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
-    const Consensus k = find_consensus(ratios, kWeight);
+    const Consensus k = find_consensus(ratios, kKnownWeight);
     const std::string odd = describe_odd(*c, k), phases = describe_phases(*c, weight);
     const std::string carry = format("weight: the feet carry %.4f +- %.4f of what the model weighs", k.mean, 2 * k.std);
     if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
@@ -69,7 +68,7 @@ class WeightChecker {
 
   // Whether it is a mismatch. Where a foot has no sensor, that foot may bear what the others lack.
   bool is_off(const Consensus& k) const {
-    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kWeight)) return false;
+    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kKnownWeight)) return false;
     return k.mean > 1 || std::all_of(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) {
       return f.sensor >= 0 && log_.sensors[static_cast<size_t>(f.sensor)].axis[2];
     });
@@ -92,7 +91,7 @@ class WeightChecker {
     for (const auto& [phase, blocks] : sums) {
       std::vector<double> ratios;
       for (const auto& [block, sum] : blocks) ratios.push_back(1 + sum.first / sum.second / weight);
-      const Consensus k = find_consensus(ratios, kWeight);
+      const Consensus k = find_consensus(ratios, kKnownWeight);
       if (k.kept >= kPhaseMeans && phase != 0) out[phase] = k;
     }
     return out;
@@ -115,7 +114,7 @@ class WeightChecker {
     std::string text;
     for (const auto& [phase, a] : phases) {
       for (const auto& [other, b] : phases) {
-        differ = differ || std::abs(a.mean - b.mean) > std::max(kWeight, 3 * std::hypot(a.std, b.std));
+        differ = differ || std::abs(a.mean - b.mean) > std::max(kKnownWeight, 3 * std::hypot(a.std, b.std));
       }
       text += (text.empty() ? "on " : ", on ") + name_phase(phase) + format(" %.3f +- %.3f", a.mean, 2 * a.std);
     }
@@ -147,7 +146,7 @@ class WeightChecker {
     for (const auto& [r, y] : parts) {
       if (y.size() >= kQuietRows) ratios.push_back(1 + find_median(y) / weight);
     }
-    return find_consensus(ratios, kWeight);
+    return find_consensus(ratios, kKnownWeight);
   }
 
   static size_t count_recordings(const ChannelRows& c) { return split(c).size(); }
@@ -173,7 +172,7 @@ class WeightChecker {
       auto& [sum, count] = phases[c.phase[i]][c.block[i]];
       sum += c.y[i], count += 1;
     }
-    const double least = kWeight * log_.mass * get_gravity();
+    const double least = kKnownWeight * log_.mass * get_gravity();
     return std::none_of(phases.begin(), phases.end(), [&](const auto& phase) {
       std::vector<double> means;
       for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
@@ -304,7 +303,7 @@ class WeightChecker {
       fit.before[part] /= std::max(1.0, fit.rows[part]), fit.after[part] /= std::max(1.0, fit.rows[part]);
     }
     fit.signal = c.info.signal + " (weight)";
-    fit.exact = std::pow(kWeight * log_.mass * get_gravity(), 2);
+    fit.exact = std::pow(kKnownWeight * log_.mass * get_gravity(), 2);
   }
 
   void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
